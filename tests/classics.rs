@@ -39,9 +39,10 @@ impl Lives {
         let place = Place::new(&format!("{experiment}-{count}"));
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../experiments/{experiment}.toml"));
         let experiment = path.display().to_string();
+        // Whichever optimiser the experiment has, its first genomes are random.
         let values = [
+            "evolution.kind=random".to_owned(),
             format!("evolution.population={count}"),
-            format!("evolution.parents={}", count / 5),
             "evolution.generations=1".to_owned(),
             "evolution.finalists=0".to_owned(),
         ];

@@ -25,8 +25,9 @@ struct Found {
 }
 
 /// Kinds of results, each with a test that computes it.
-const KINDS: [&str; 8] = [
+const KINDS: [&str; 9] = [
     "runs",
+    "optimisers",
     "described",
     "sweeps",
     "swarms",
@@ -475,6 +476,99 @@ fn runs_are_as_pinned() {
     place.evolve("transferred", "noisy.toml", &transferred);
     found.run(&place, "transferred");
     found.check("runs");
+}
+
+/// Each optimiser, and a genetic algorithm with each selection.
+#[test]
+fn optimisers_are_as_pinned() {
+    const HEAD: &str = "
+        cycles = 40
+        trials = 2
+        [record]
+        checkpoint_every = 1
+        [evolution]
+        population = 12
+        generations = 7
+        finalists = 3
+        finalist_lives = 4
+    ";
+    const BEHAVIOUR: &str = "descriptors = [\n\
+        { measure = \"end_x_mm\", least = 0, greatest = 600, cells = 6 },\n\
+        { measure = \"mean_turning_turns_s\", least = 0, greatest = 1, cells = 5 },\n]\n";
+    const OPTIMISERS: [(&str, &str); 8] = [
+        ("cma-es", "kind = \"cma-es\"\ncommon_random_numbers = true"),
+        (
+            "sep-cma-es",
+            "kind = \"sep-cma-es\"\n[evolution.strategy]\nactive = false",
+        ),
+        (
+            "open-es",
+            "kind = \"open-es\"\n[evolution.strategy]\nlearning_rate = 0.05",
+        ),
+        ("random", "kind = \"random\""),
+        (
+            "uniform",
+            "parents = 5\nelite = 2\nlimits = [-1, 1]\n[evolution.selection]\nkind = \"uniform\"\n\
+             [evolution.mutation]\nkind = \"evostick\"\nrate = 0.5",
+        ),
+        (
+            "rank",
+            "[evolution.selection]\nkind = \"rank\"\npressure = 1.1\n[evolution.crossover]\nkind = \"uniform\"\n\
+             [evolution.mutation]\nkind = \"add_vector\"\nrate = 1.0\namount = 0.3",
+        ),
+        (
+            "roulette",
+            "[evolution.selection]\nkind = \"roulette\"\n[evolution.crossover]\nkind = \"one_point\"\nrate = 0.3",
+        ),
+        (
+            "tournament",
+            "elite = 1\n[evolution.selection]\nkind = \"tournament\"\nsize = 3\n[evolution.crossover]\nkind = \"two_point\"",
+        ),
+    ];
+    let behaving = |kind: &str, more: &str| format!("kind = \"{kind}\"\n{BEHAVIOUR}{more}");
+    let place = Place::new("optimisers");
+    let mut found = Found::default();
+    let archives = [
+        (
+            "map-elites",
+            behaving("map-elites", "[evolution.archive]\niso = 0.1\noffset = -5"),
+        ),
+        (
+            "map-elites-again",
+            behaving(
+                "map-elites",
+                "common_random_numbers = true\n[evolution.archive]\ncells = \"centroidal\"\ncentroids = 9\nreevaluated = 4\n\
+                 acceptance = \"mean\"",
+            ),
+        ),
+        (
+            "novelty",
+            behaving("novelty", "parents = 4\n[evolution.novelty]\nneighbours = 3\nadded = 2"),
+        ),
+    ];
+    let archives = archives.iter().map(|(name, text)| (*name, text.as_str()));
+    for (name, optimiser) in OPTIMISERS.into_iter().chain(archives) {
+        let file = format!("{name}.toml");
+        place.write(&file, format!("{HEAD}{optimiser}\n"));
+        place.evolve(name, &file, &[]);
+        found.run(&place, name);
+        if name.starts_with("map-elites") {
+            for table in ["archive.csv", "coverage.csv"] {
+                found.table(&place, name, table);
+            }
+            let (_, genes) = npy(&place.read(format!("{name}/archive.npy")));
+            found.content.numbers("archive", name, &genes);
+            // Every elite lives as it did.
+            let table = place.text(Path::new(name).join("archive.csv"));
+            for line in table.lines().skip(1) {
+                let cell = line.split(',').next().unwrap();
+                place.good(&["replay", name, "--elite", cell, "--backend", "cpu"]);
+            }
+        }
+        place.good(&["verify", name]);
+        place.good(&["audit", name, "--share", "1", "--backend", "cpu"]);
+    }
+    found.check("optimisers");
 }
 
 #[test]

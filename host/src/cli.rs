@@ -368,6 +368,9 @@ pub(crate) struct Replay {
     /// so nothing is compared
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
+    /// Draw the elite of this cell of the run's archive instead of the champion: `archive.csv` lists them
+    #[arg(long, value_name = "CELL", conflicts_with = "genome")]
+    pub(crate) elite: Option<u32>,
     /// Draw this genome instead of the champion, such as one written by `oneiro best --out`. Its random numbers are
     /// those of --seed, 1 if not given, and nothing is compared
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]

@@ -17,6 +17,7 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
         every: arguments.every,
         start: arguments.start,
         seed: arguments.seed,
+        elite: arguments.elite,
         genome: arguments.genome.as_deref(),
     };
     let engine = device::engine(&arguments.backend)?;

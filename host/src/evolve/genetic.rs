@@ -1,131 +1,21 @@
-//! The genetic algorithm of Miglino, Lund and Nolfi (1995): the best are copied, each equally often, and the copies
-//! mutated.
+//! A genetic algorithm: parents are selected, have children, and these are mutated. Its default is that of Miglino, Lund and
+//! Nolfi (1995): the best are copied, each equally often, and the copies mutated.
 
-use oneiro::batch::GREATEST_GENE;
-use oneiro::parameter::{Choice, Choices};
 use rand::Rng;
 use rand::distr::Distribution;
 use rand_pcg::Pcg64;
-use serde::{Deserialize, Serialize};
 
-use super::random::{Chance, Normal, Stream, Uniform, stream, unit, unit_of};
-use super::{Generation, Optimizer, Population, ranked};
-use crate::exit::{Failure, Result};
-use crate::sealed;
+use super::random::{Chance, Normal, Stream, Uniform, below, stream, unit, unit_of};
+use super::settings::{
+    Crossover, CrossoverKind, Mutation, MutationKind, MutationUnit, Ranges, SelectionKind, Settings, Space, bounds,
+    initial_range, kept,
+};
+use super::{Generation, Optimizer, Population, checked_count, ranked, saved};
+use crate::exit::Result;
 
 /// The algorithm's name, and the version of its saved states.
 const NAME: &str = "genetic";
 const VERSION: u32 = 1;
-
-/// The table `[evolution]` of an experiment: the algorithm, and for how many generations it runs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Settings {
-    /// Individuals.
-    pub(crate) population: u32,
-    /// How many of the best are copied, each equally often.
-    pub(crate) parents: u32,
-    /// Generations that are evaluated.
-    pub(crate) generations: u32,
-    /// How many of the best also keep one copy without mutation.
-    pub(crate) elite: u32,
-    /// Range of the uniform initial genes.
-    pub(crate) initial: [f64; 2],
-    /// A file of initial genes instead.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) init: Option<String>,
-    /// Range that genes are kept within.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) limits: Option<[f64; 2]>,
-    /// Mutation of copies.
-    pub(crate) mutation: Mutation,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            population: 100,
-            parents: 20,
-            generations: 200,
-            elite: 0,
-            initial: [-1.0, 1.0],
-            init: None,
-            limits: None,
-            mutation: Mutation::default(),
-        }
-    }
-}
-
-/// Mutation of copies.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Mutation {
-    /// The change of a gene.
-    pub(crate) kind: MutationKind,
-    /// The chance of a change.
-    pub(crate) rate: f64,
-    /// Whether the chance is drawn for each gene or each individual.
-    pub(crate) per: MutationUnit,
-    /// Size of the change.
-    pub(crate) amount: f64,
-}
-
-impl Default for Mutation {
-    fn default() -> Self {
-        Self {
-            kind: MutationKind::AddUniform,
-            rate: 0.25,
-            per: MutationUnit::Gene,
-            amount: 1.0,
-        }
-    }
-}
-
-/// A kind of mutation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum MutationKind {
-    AddUniform,
-    AddNormal,
-    Replace,
-}
-
-impl Choice for MutationKind {
-    const CHOICES: Choices<Self> = &[
-        (
-            "add_uniform",
-            Self::AddUniform,
-            "adds a uniform number between minus and plus the amount",
-        ),
-        (
-            "add_normal",
-            Self::AddNormal,
-            "adds a normal number with the amount as its standard deviation",
-        ),
-        ("replace", Self::Replace, "draws the gene again from the initial range"),
-    ];
-}
-
-/// The unit that the chance of mutation is drawn for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum MutationUnit {
-    Gene,
-    Individual,
-}
-
-impl Choice for MutationUnit {
-    const CHOICES: Choices<Self> = &[
-        ("gene", Self::Gene, "each gene by itself"),
-        (
-            "individual",
-            Self::Individual,
-            "each individual: all its genes change, or none",
-        ),
-    ];
-}
-
-/// The range of each gene that has one of its own. It replaces the initial range and the limits, and the amount of a mutation
-/// is as large in it as in the initial range.
-type Ranges = Vec<Option<[f32; 2]>>;
 
 /// The algorithm at one generation: a function of its settings, its seed and the fitness reported to it.
 #[derive(Clone, Debug)]
@@ -161,43 +51,101 @@ impl Genetic {
 
     /// Hash of everything that decides its results besides fitness.
     fn owner(&self) -> blake3::Hash {
-        let settings = (&self.settings, self.seed, self.population.genes());
-        let mut decisive = serde_json::to_vec(&settings).expect("settings are numbers and words");
-        if self.ranges.iter().any(Option::is_some) {
-            decisive.extend(serde_json::to_vec(&self.ranges).expect("ranges are numbers"));
-        }
-        blake3::hash(&decisive)
+        saved::owner(&self.settings, self.seed, &self.ranges)
     }
 
-    /// Breeds the next generation: equally many copies of each parent, the best parent's first, all of them mutated but the
-    /// first copy of each of the elite.
-    fn bred(&self, ranking: &[u32]) -> Population {
+    /// Breeds the next generation. With truncation it has equally many copies of each parent, the best parent's first, and the
+    /// first copy of each of the elite stays as it is. With other selections the elite comes first.
+    fn bred(&self, ranking: &[u32], fitness: &[f32]) -> Population {
+        let Settings { population, elite, .. } = self.settings;
         let mut random = stream(self.seed, Stream::Mutation, self.generation + 1);
-        let Settings {
-            population,
-            parents,
-            elite,
-            ..
-        } = self.settings;
-        let copies = (population / parents) as usize;
         let genes = self.population.genes;
+        let parents = self.parents(ranking, fitness);
         let mut values = Vec::with_capacity(self.population.values.len());
-        for &parent in &ranking[..parents as usize] {
-            for _ in 0..copies {
-                values.extend_from_slice(self.population.genome(parent as usize));
-            }
+        for &parent in &parents.chosen {
+            values.extend_from_slice(self.population.genome(parent as usize));
+        }
+        if self.settings.crossover.kind != CrossoverKind::None {
+            self.cross(&mut values, &parents);
         }
         let changes: Vec<Change> = self
             .ranges
             .iter()
             .map(|&range| Change::of(&self.settings, range))
             .collect();
-        let (of_elite, others) = values.split_at_mut(elite as usize * copies * genes);
-        for family in of_elite.chunks_exact_mut(copies * genes) {
+        // Families of the elite, whose first child stays as it is.
+        let (families, family) = match self.settings.selection.kind {
+            SelectionKind::Truncation => (elite, population / self.settings.parents),
+            _ => (elite, 1),
+        };
+        let family = family as usize * genes;
+        let (of_elite, others) = values.split_at_mut(families as usize * family);
+        for family in of_elite.chunks_exact_mut(family) {
             self.mutate(&mut family[genes..], &changes, &mut random);
         }
         self.mutate(others, &changes, &mut random);
         Population::new(genes, values)
+    }
+
+    /// Selects the first parent of each child, and says how a second one is selected.
+    fn parents(&self, ranking: &[u32], fitness: &[f32]) -> Parents {
+        let Settings {
+            population,
+            parents,
+            elite,
+            ref selection,
+            ..
+        } = self.settings;
+        let mut random = stream(self.seed, Stream::Selection, self.generation + 1);
+        let best = &ranking[..parents.min(population) as usize];
+        let wheel = match selection.kind {
+            SelectionKind::Truncation | SelectionKind::Uniform => Wheel::Even(best.to_vec()),
+            SelectionKind::Rank => Wheel::of_ranks(ranking, selection.pressure),
+            SelectionKind::Roulette => Wheel::of_fitness(ranking, fitness, selection.scaling),
+            SelectionKind::Tournament => Wheel::Tournament(ranking.to_vec(), selection.size),
+        };
+        let (chosen, kept) = if selection.kind == SelectionKind::Truncation {
+            let copies = population / parents;
+            let chosen = best.iter().flat_map(|&parent| (0..copies).map(move |_| parent));
+            let is_kept = |child| child % copies == 0 && child / copies < elite;
+            (chosen.collect(), (0..population).map(is_kept).collect())
+        } else {
+            let others = (elite..population).map(|_| wheel.drawn(&mut random));
+            let chosen = ranking[..elite as usize].iter().copied().chain(others);
+            (chosen.collect(), (0..population).map(|child| child < elite).collect())
+        };
+        Parents { chosen, kept, wheel }
+    }
+
+    /// Gives children that don't stay as they are genes of a second parent, each with the chance that the settings say.
+    fn cross(&self, children: &mut [f32], parents: &Parents) {
+        let Crossover { kind, rate, share } = self.settings.crossover;
+        let mut random = stream(self.seed, Stream::Crossover, self.generation + 1);
+        let genes = self.population.genes;
+        for (child, &is_kept) in children.chunks_exact_mut(genes).zip(&parents.kept) {
+            if is_kept || !Chance(rate).sample(&mut random) {
+                continue;
+            }
+            let second = self.population.genome(parents.wheel.drawn(&mut random) as usize);
+            let [from, to] = match kind {
+                // Each parent gives at least one gene, if there are two.
+                CrossoverKind::OnePoint => [(1 + below((genes - 1).max(1), &mut random)).min(genes - 1), genes],
+                CrossoverKind::TwoPoint => {
+                    let places = [below(genes + 1, &mut random), below(genes + 1, &mut random)];
+                    [places[0].min(places[1]), places[0].max(places[1])]
+                }
+                CrossoverKind::Uniform => {
+                    for (gene, &other) in child.iter_mut().zip(second) {
+                        if Chance(share).sample(&mut random) {
+                            *gene = other;
+                        }
+                    }
+                    continue;
+                }
+                CrossoverKind::None => continue,
+            };
+            child[from..to].copy_from_slice(&second[from..to]);
+        }
     }
 
     /// Mutates genomes as the settings say; `changes` are those of a genome's genes.
@@ -205,6 +153,18 @@ impl Genetic {
         let Mutation { rate, per, kind, .. } = self.settings.mutation;
         let chance = Chance(rate);
         match (per, kind) {
+            (_, MutationKind::AddVector) => {
+                for genome in genomes.chunks_exact_mut(changes.len()) {
+                    if chance.sample(random) {
+                        add_vector(genome, changes, random);
+                    }
+                }
+            }
+            (_, MutationKind::EvoStick) => {
+                for genome in genomes.chunks_exact_mut(changes.len()) {
+                    mutate_as_evostick(genome, changes, chance.sample(random), random);
+                }
+            }
             (MutationUnit::Gene, MutationKind::AddUniform | MutationKind::Replace) => {
                 mutate_each(genomes, changes, chance, random);
             }
@@ -266,6 +226,122 @@ fn mutate_each(genomes: &mut [f32], changes: &[Change], chance: Chance, random: 
     }
 }
 
+/// Adds a vector of random direction, whose length is normal, as Beer's genetic algorithm does.
+fn add_vector(genome: &mut [f32], changes: &[Change], random: &mut Pcg64) {
+    let normal = Normal { deviation: 1.0 };
+    let length = normal.sample(random);
+    let direction: Vec<f64> = genome.iter().map(|_| normal.sample(random)).collect();
+    // Of 0 only if all are, which no generator draws.
+    let size = direction.iter().map(|part| part * part).sum::<f64>().sqrt();
+    for ((gene, change), part) in genome.iter_mut().zip(changes).zip(direction) {
+        *gene = kept(f64::from(*gene) + change.amount * length * (part / size), change.bounds);
+    }
+}
+
+/// Mutates a genome as `EvoStick`'s program does: of a severe mutation 0.7 of genes are changed and 0.2 replaced, of another one all
+/// are changed but of those in the last fifth, if there are ten or more, 0.5, of which 0.2 are replaced.
+fn mutate_as_evostick(genome: &mut [f32], changes: &[Change], is_severe: bool, random: &mut Pcg64) {
+    let count = genome.len();
+    for (index, (gene, change)) in genome.iter_mut().zip(changes).enumerate() {
+        let (drawn, share) = (unit(random), unit(random));
+        let is_tail = count >= 10 && 5 * index > 4 * count;
+        let [added, replaced] = match (is_severe, is_tail) {
+            (true, _) => [0.7, 0.9],
+            (false, true) => [0.5, 0.7],
+            (false, false) => [1.0, 1.0],
+        };
+        let number = Uniform {
+            low: -change.amount,
+            high: change.amount,
+        }
+        .at(share);
+        if drawn < added {
+            *gene = kept(f64::from(*gene) + number, change.bounds);
+        } else if drawn < replaced {
+            *gene = kept(change.middle() + number, change.bounds);
+        }
+    }
+}
+
+/// The first parent of each child, whether that child is a copy that stays as it is, and how second parents are drawn.
+struct Parents {
+    chosen: Vec<u32>,
+    kept: Vec<bool>,
+    wheel: Wheel,
+}
+
+/// Individuals that parents are drawn from.
+enum Wheel {
+    /// Each with the same chance.
+    Even(Vec<u32>),
+    /// By sums of weights: the last is that of all.
+    Weighted(Vec<u32>, Vec<f64>),
+    /// The first in the ranking of so many that are drawn.
+    Tournament(Vec<u32>, u32),
+}
+
+impl Wheel {
+    /// Weights that fall linearly with the rank, from `pressure` of the best to 2 - `pressure` of the last (Baker 1985).
+    fn of_ranks(ranking: &[u32], pressure: f64) -> Self {
+        let last = (ranking.len() - 1).max(1) as f64;
+        let weight = |place: usize| pressure - (2.0 * pressure - 2.0) * (place as f64 / last);
+        Self::weighted(ranking, (0..ranking.len()).map(weight))
+    }
+
+    /// Weights that rise linearly with fitness: the best has `scaling` times the mean, or less where the least would fall below 0
+    /// (linear scaling, Goldberg 1989). NaN and minus infinity have none. Fitness below 0 is shifted first, so that the least is 0.
+    fn of_fitness(ranking: &[u32], fitness: &[f32], scaling: f64) -> Self {
+        let score = |&individual: &u32| f64::from(fitness[individual as usize].min(f32::MAX));
+        let fit: Vec<u32> = ranking
+            .iter()
+            .copied()
+            .filter(|individual| fitness[*individual as usize] > f32::NEG_INFINITY)
+            .collect();
+        let (Some(best), Some(least)) = (fit.first().map(score), fit.last().map(score)) else {
+            return Self::Even(ranking.to_vec());
+        };
+        if best <= least {
+            return Self::Even(fit);
+        }
+        let shift = least.min(0.0);
+        let [best, least] = [best, least].map(|score| score - shift);
+        let mean = fit.iter().map(|own| score(own) - shift).sum::<f64>() / fit.len() as f64;
+        let slope = if least * (scaling - 1.0) > scaling * mean - best {
+            (scaling - 1.0) * mean / (best - mean)
+        } else {
+            mean / (mean - least)
+        };
+        let weights: Vec<f64> = fit
+            .iter()
+            .map(|own| (mean + slope * (score(own) - shift - mean)).max(0.0))
+            .collect();
+        Self::weighted(&fit, weights.into_iter())
+    }
+
+    fn weighted(individuals: &[u32], weights: impl Iterator<Item = f64>) -> Self {
+        let sums = weights.scan(0.0, |sum, weight| {
+            *sum += weight;
+            Some(*sum)
+        });
+        Self::Weighted(individuals.to_vec(), sums.collect())
+    }
+
+    /// Draws one.
+    fn drawn(&self, random: &mut Pcg64) -> u32 {
+        match self {
+            Self::Even(all) => all[below(all.len(), random)],
+            Self::Weighted(all, sums) => {
+                let at = unit(random) * sums[sums.len() - 1];
+                all[sums.partition_point(|&sum| sum <= at).min(all.len() - 1)]
+            }
+            Self::Tournament(all, size) => {
+                let places = (0..*size).map(|_| below(all.len(), random));
+                all[places.min().unwrap_or_default()]
+            }
+        }
+    }
+}
+
 /// How a gene changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Change {
@@ -294,6 +370,11 @@ impl Change {
         }
     }
 
+    /// The middle of its initial range.
+    fn middle(&self) -> f64 {
+        0.5 * (self.initial[0] + self.initial[1])
+    }
+
     /// The changed gene.
     fn drawn(&self, gene: f32, random: &mut Pcg64) -> f32 {
         match self.kind {
@@ -301,7 +382,7 @@ impl Change {
                 let normal = Normal { deviation: self.amount };
                 kept(f64::from(gene) + normal.sample(random), self.bounds)
             }
-            MutationKind::AddUniform | MutationKind::Replace => self.at(gene, unit(random)),
+            _ => self.at(gene, unit(random)),
         }
     }
 
@@ -337,17 +418,10 @@ impl Optimizer for Genetic {
         &self.population
     }
 
-    fn tell(&mut self, fitness: Vec<f32>) -> Result<Generation> {
-        if fitness.len() != self.population.len() {
-            return Err(Failure::failed(format_args!(
-                "generation {}: {} scores for {} individuals; allowed: one for each",
-                self.generation,
-                fitness.len(),
-                self.population.len()
-            )));
-        }
+    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
+        checked_count(self, &fitness, behaviour)?;
         let ranking = ranked(&fitness);
-        let next = self.bred(&ranking);
+        let next = self.bred(&ranking, &fitness);
         let number = self.generation;
         self.generation += 1;
         Ok(Generation {
@@ -360,16 +434,13 @@ impl Optimizer for Genetic {
 
     fn save(&self) -> Vec<u8> {
         let state = (self.generation, &self.population.values);
-        sealed::seal(NAME, VERSION, &self.owner(), &state)
+        saved::seal(NAME, VERSION, &self.owner(), &state)
     }
 
-    fn restore(&mut self, saved: &[u8]) -> Result {
-        let (generation, values): (u32, Vec<f32>) = sealed::open(NAME, VERSION, &self.owner(), saved)
-            .map_err(|problem| Failure::corrupt(format_args!("the saved state of the optimiser {problem}")))?;
+    fn restore(&mut self, bytes: &[u8]) -> Result {
+        let (generation, values): (u32, Vec<f32>) = saved::open(NAME, VERSION, &self.owner(), bytes)?;
         if values.len() != self.population.values.len() {
-            return Err(Failure::corrupt(
-                "the saved state of the optimiser has another population",
-            ));
+            return Err(saved::corrupt());
         }
         self.generation = generation;
         self.population.values = values;
@@ -378,38 +449,16 @@ impl Optimizer for Genetic {
 }
 
 /// Generation 0.
-fn initial(settings: &Settings, seed: u64, ranges: &[Option<[f32; 2]>]) -> Population {
+fn initial(settings: &Settings, seed: u64, ranges: &Ranges) -> Population {
     let mut random = stream(seed, Stream::InitialGenes, 0);
-    let genomes = (0..settings.population).flat_map(|_| ranges);
-    let values = genomes
-        .map(|&range| {
-            let [low, high] = initial_range(settings, range);
-            kept(Uniform { low, high }.sample(&mut random), bounds(settings, range))
-        })
-        .collect();
+    let values = Space::new(settings, ranges).drawn(settings.population, &mut random);
     Population::new(ranges.len(), values)
-}
-
-/// The range of a gene's initial values.
-fn initial_range(settings: &Settings, own: Option<[f32; 2]>) -> [f64; 2] {
-    own.map_or(settings.initial, |range| range.map(f64::from))
-}
-
-/// The least and the greatest value of a gene: those of its range or the limits.
-fn bounds(settings: &Settings, own: Option<[f32; 2]>) -> [f64; 2] {
-    own.map(|range| range.map(f64::from))
-        .or(settings.limits)
-        .unwrap_or([-f64::from(GREATEST_GENE), f64::from(GREATEST_GENE)])
-}
-
-/// Clamps a gene to its bounds, and replaces a subnormal one by +0, as batches require.
-fn kept(gene: f64, [least, greatest]: [f64; 2]) -> f32 {
-    let gene = gene.clamp(least, greatest) as f32;
-    if gene.is_normal() { gene } else { 0.0 }
 }
 
 #[cfg(test)]
 mod tests {
+    use oneiro::batch::GREATEST_GENE;
+
     use super::super::tests::fitness;
     use super::*;
 
@@ -434,7 +483,7 @@ mod tests {
         let mut evolution = Genetic::new(&Settings::default(), 1, vec![None; GENES], None);
         assert_eq!(evolution.ask().len(), 100);
         assert_eq!(hash(evolution.ask()), "1dc38cf455d16ca3");
-        let generation = evolution.tell(fitness(evolution.ask())).unwrap();
+        let generation = evolution.tell(fitness(evolution.ask()), &[]).unwrap();
         assert_eq!(generation.number, 0);
         assert_eq!(hash(evolution.ask()), "3fd97b105ab87124");
     }
@@ -454,7 +503,7 @@ mod tests {
             vec![None; GENES],
             None,
         );
-        let generation = evolution.tell((0..20_u8).map(f32::from).collect()).unwrap();
+        let generation = evolution.tell((0..20_u8).map(f32::from).collect(), &[]).unwrap();
         for (index, genome) in evolution.ask().genomes().enumerate() {
             assert_eq!(genome, generation.population.genome(19 - index / 5));
         }
@@ -504,10 +553,198 @@ mod tests {
             ..settings()
         };
         let mut evolution = Genetic::new(&settings, 5, vec![None; GENES], None);
-        let generation = evolution.tell((0..20_u8).map(f32::from).collect()).unwrap();
+        let generation = evolution.tell((0..20_u8).map(f32::from).collect(), &[]).unwrap();
         let is_copy = |index: usize, parent| evolution.ask().genome(index) == generation.population.genome(parent);
         assert!(is_copy(0, 19) && is_copy(5, 18));
         assert!(!is_copy(1, 19) && !is_copy(10, 17));
+    }
+
+    /// Parents of the children of a population of 2000 whose fitness is given, by index.
+    fn children(fitness: Vec<f32>, change: impl Fn(&mut Settings)) -> Vec<f64> {
+        let mut settings = Settings {
+            population: 2000,
+            mutation: Mutation {
+                rate: 0.0,
+                ..Mutation::default()
+            },
+            ..Settings::default()
+        };
+        change(&mut settings);
+        // Each genome is its index.
+        let init = Population::new(1, (0..2000_u16).map(f32::from).collect());
+        let mut evolution = Genetic::new(&settings, 3, vec![None], Some(init));
+        evolution.tell(fitness, &[]).unwrap();
+        let mut counts = vec![0.0; 2000];
+        for genome in evolution.ask().genomes() {
+            counts[genome[0] as usize] += 1.0;
+        }
+        counts
+    }
+
+    /// Children of the first and the last tenth of the individuals, as shares of all.
+    fn tenths(counts: &[f64]) -> [f64; 2] {
+        [&counts[..200], &counts[1800..]].map(|part| part.iter().sum::<f64>() / 2000.0)
+    }
+
+    /// Chances are those of the formulas: within four deviations of the mean of 2000 draws.
+    #[test]
+    fn parents_are_drawn_as_the_selection_says() {
+        let rising: Vec<f32> = (0..2000_u16).map(f32::from).collect();
+        let by = |kind| move |own: &mut Settings| own.selection.kind = kind;
+        let near = |[first, last]: [f64; 2], [least, greatest]: [f64; 2]| {
+            assert!((first - least).abs() < 0.02, "{first} for {least}");
+            assert!((last - greatest).abs() < 0.036, "{last} for {greatest}");
+        };
+        // Linear from 2 for the best to 0 for the last: the mean of the last tenth is 0.1, and a tenth are there.
+        near(tenths(&children(rising.clone(), by(SelectionKind::Rank))), [0.01, 0.19]);
+        let gentle = |own: &mut Settings| {
+            (own.selection.kind, own.selection.pressure) = (SelectionKind::Rank, 1.1);
+        };
+        near(tenths(&children(rising.clone(), gentle)), [0.091, 0.109]);
+        // Fitness from 0 to twice the mean: scaled to twice the mean, that is itself; shifted by a constant below 0, too.
+        near(
+            tenths(&children(rising.clone(), by(SelectionKind::Roulette))),
+            [0.01, 0.19],
+        );
+        let shifted = rising.iter().map(|fitness| fitness - 5000.0).collect();
+        near(tenths(&children(shifted, by(SelectionKind::Roulette))), [0.01, 0.19]);
+        // A constant above 0 alone changes nothing either: the worst still have 0.
+        let raised = rising.iter().map(|fitness| fitness + 1000.0).collect();
+        near(tenths(&children(raised, by(SelectionKind::Roulette))), [0.01, 0.19]);
+        let halved = |own: &mut Settings| {
+            (own.selection.kind, own.selection.scaling) = (SelectionKind::Roulette, 1.5);
+        };
+        near(tenths(&children(rising.clone(), halved)), [0.055, 0.145]);
+        // The best of two is of the last tenth unless neither is.
+        near(
+            tenths(&children(rising.clone(), by(SelectionKind::Tournament))),
+            [0.01, 0.19],
+        );
+        let larger = |own: &mut Settings| {
+            (own.selection.kind, own.selection.size) = (SelectionKind::Tournament, 7);
+        };
+        near(tenths(&children(rising.clone(), larger)), [0.0, 1.0 - 0.9_f64.powi(7)]);
+        let uniform = |own: &mut Settings| {
+            (own.selection.kind, own.parents, own.elite) = (SelectionKind::Uniform, 400, 100);
+        };
+        let counts = children(rising, uniform);
+        assert!(counts[..1600].iter().all(|count| *count == 0.0));
+        assert!(counts[1900..].iter().all(|count| *count >= 1.0), "the elite");
+        near(tenths(&counts), [0.0, 0.5 * 1900.0 / 2000.0 + 100.0 / 2000.0]);
+    }
+
+    /// Equal, infinite and missing scores leave nobody out who may have children, and nobody in who may not.
+    #[test]
+    fn a_roulette_wheel_takes_any_score() {
+        let by = |own: &mut Settings| own.selection.kind = SelectionKind::Roulette;
+        let counts = children(vec![-3.0; 2000], by);
+        assert!(tenths(&counts).iter().all(|share| (share - 0.1).abs() < 0.03));
+        let mut odd = vec![1.0; 2000];
+        (odd[0], odd[1], odd[2], odd[3]) = (f32::NAN, f32::NEG_INFINITY, f32::INFINITY, 2.0);
+        let counts = children(odd, by);
+        assert_eq!((counts[0], counts[1]), (0.0, 0.0));
+        // It has twice as many children as the others on average.
+        assert!((1.0..12.0).contains(&counts[2]), "{}", counts[2]);
+        assert!((tenths(&counts)[1] - 0.1).abs() < 0.03);
+        assert!(
+            tenths(&children(vec![f32::NAN; 2000], by))
+                .iter()
+                .all(|share| (share - 0.1).abs() < 0.03)
+        );
+    }
+
+    /// Genes of two parents, of which one has zeros and the other ones.
+    #[test]
+    fn children_have_genes_of_both_parents() {
+        for kind in [CrossoverKind::OnePoint, CrossoverKind::TwoPoint, CrossoverKind::Uniform] {
+            for elite in [0, 10] {
+                let mut settings = Settings {
+                    population: 2000,
+                    elite,
+                    mutation: Mutation {
+                        rate: 0.0,
+                        ..Mutation::default()
+                    },
+                    ..Settings::default()
+                };
+                settings.selection.kind = SelectionKind::Uniform;
+                settings.parents = 2000;
+                settings.crossover = Crossover {
+                    kind,
+                    rate: 0.5,
+                    share: 0.25,
+                };
+                let genes = (0..2000 * GENES).map(|gene| (gene / GENES % 2) as f32).collect();
+                let mut evolution = Genetic::new(&settings, 2, vec![None; GENES], Some(Population::new(GENES, genes)));
+                evolution.tell(vec![0.0; 2000], &[]).unwrap();
+                let joints = |genome: &[f32]| genome.windows(2).filter(|pair| pair[0] != pair[1]).count();
+                let mixed: Vec<&[f32]> = evolution.ask().genomes().filter(|genome| joints(genome) > 0).collect();
+                let most = match kind {
+                    CrossoverKind::OnePoint => 1,
+                    CrossoverKind::TwoPoint => 2,
+                    _ => GENES,
+                };
+                assert!(mixed.iter().all(|genome| joints(genome) <= most), "{kind:?}");
+                // Half have two parents, and those of half of these differ.
+                let share = mixed.len() as f64 / 2000.0;
+                assert!((0.2..0.28).contains(&share), "{kind:?}: {share}");
+                if kind == CrossoverKind::OnePoint {
+                    let places: std::collections::BTreeSet<usize> = mixed
+                        .iter()
+                        .filter_map(|genome| genome.windows(2).position(|pair| pair[0] != pair[1]))
+                        .collect();
+                    assert_eq!(places.len(), GENES - 1, "each place between two genes");
+                }
+                let first = evolution.ask().genomes().take(elite as usize);
+                assert!(first.into_iter().all(|genome| joints(genome) == 0), "the elite");
+            }
+        }
+    }
+
+    /// `EvoStick`'s mutation of 50 genes by its numbers, and the length of a vector that is added.
+    #[test]
+    fn whole_genomes_mutate_as_published() {
+        const COUNT: usize = 4000;
+        let changed = |kind, rate| {
+            let mut settings = settings();
+            settings.limits = Some([-5.0, 5.0]);
+            settings.mutation = Mutation {
+                kind,
+                rate,
+                amount: 1.0,
+                ..Mutation::default()
+            };
+            let evolution = Genetic::new(&settings, 1, vec![None; 50], None);
+            let changes: Vec<Change> = (0..50).map(|_| Change::of(&settings, None)).collect();
+            let mut genomes = vec![3.0; 50 * COUNT];
+            evolution.mutate(&mut genomes, &changes, &mut stream(5, Stream::Mutation, 1));
+            genomes
+        };
+        // Shares of genes that are changed, and that are replaced by a number from -1 to 1, of the first 41 and of the last 9.
+        let shares = |genomes: &[f32], from, to| {
+            let genes = || genomes.chunks_exact(50).flat_map(|genome| &genome[from..to]);
+            let count = (COUNT * (to - from)) as f64;
+            let share = |is: fn(f32) -> bool| genes().filter(|gene| is(**gene)).count() as f64 / count;
+            [share(|gene| gene >= 2.0 && gene != 3.0), share(|gene| gene < 1.0)]
+        };
+        for (rate, expected) in [(1.0, [[0.7, 0.2], [0.7, 0.2]]), (0.0, [[1.0, 0.0], [0.5, 0.2]])] {
+            let genomes = changed(MutationKind::EvoStick, rate);
+            for (own, expected) in [shares(&genomes, 0, 41), shares(&genomes, 41, 50)].iter().zip(expected) {
+                for (own, expected) in own.iter().zip(expected) {
+                    assert!((own - expected).abs() < 0.015, "{rate}: {own} for {expected}");
+                }
+            }
+        }
+        let genomes = changed(MutationKind::AddVector, 0.5);
+        let lengths: Vec<f64> = genomes
+            .chunks_exact(50)
+            .map(|genome| genome.iter().map(|gene| f64::from(gene - 3.0).powi(2)).sum::<f64>())
+            .filter(|square| *square > 0.0)
+            .collect();
+        let share = lengths.len() as f64 / COUNT as f64;
+        assert!((share - 0.5).abs() < 0.03, "{share}");
+        let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
+        assert!((mean - 1.0).abs() < 0.1, "{mean}");
     }
 
     /// The share of genes that change, by how much, and how changes fall on individuals.
@@ -533,7 +770,7 @@ mod tests {
             };
             let mut evolution = Genetic::new(&settings, 6, vec![None; GENES], None);
             let generation = evolution
-                .tell((0..2000_u16).map(|index| -f32::from(index)).collect())
+                .tell((0..2000_u16).map(|index| -f32::from(index)).collect(), &[])
                 .unwrap();
             let parent = generation.population.genome(0);
             let mut changes = Vec::new();
@@ -564,7 +801,7 @@ mod tests {
             match kind {
                 MutationKind::AddUniform => assert!((deviation - 0.5 / 3.0_f64.sqrt()).abs() < 0.01, "{deviation}"),
                 MutationKind::AddNormal => assert!((deviation - 0.5).abs() < 0.02, "{deviation}"),
-                MutationKind::Replace => assert!(deviation > 0.28, "{deviation}"),
+                _ => assert!(deviation > 0.28, "{deviation}"),
             }
         }
     }
@@ -578,7 +815,7 @@ mod tests {
         let mut evolution = Genetic::new(&limited, 7, vec![None; GENES], None);
         for _ in 0..5 {
             assert!(evolution.ask().values().iter().all(|gene| (-0.5..=0.25).contains(gene)));
-            evolution.tell(fitness(evolution.ask())).unwrap();
+            evolution.tell(fitness(evolution.ask()), &[]).unwrap();
         }
         assert_eq!(kept(1e9, bounds(&limited, Some([0.0, 3.0]))), 3.0);
         let unlimited = bounds(&settings(), None);
@@ -607,7 +844,7 @@ mod tests {
             };
             let mut evolution = Genetic::new(&settings, 8, ranges.clone(), None);
             let first = evolution.ask().clone();
-            let generation = evolution.tell(vec![1.0; 1000]).unwrap();
+            let generation = evolution.tell(vec![1.0; 1000], &[]).unwrap();
             let next = evolution.ask();
             // Means of the change of genes, in widths of their ranges.
             let (mut plain, mut ranged) = (0.0, 0.0);

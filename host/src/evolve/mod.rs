@@ -2,16 +2,30 @@
 //! devices or files.
 
 pub(crate) mod appraisal;
+pub(crate) mod cma;
 pub(crate) mod encapsulated;
 pub(crate) mod genetic;
+pub(crate) mod map_elites;
+mod novelty;
+mod open_es;
 pub(crate) mod random;
+mod random_search;
+mod saved;
+pub(crate) mod settings;
 
 use std::cmp::Ordering;
 use std::fmt::Debug;
 
+use cma::Cma;
+use genetic::Genetic;
+use map_elites::{Archive, MapElites};
+use novelty::Novelty;
+use open_es::OpenEs;
+use random_search::RandomSearch;
 use serde::{Deserialize, Serialize};
+use settings::{Kind, Ranges, Settings};
 
-use crate::exit::Result;
+use crate::exit::{Failure, Result};
 
 /// Genomes of equal length, one after the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,12 +123,22 @@ pub(crate) trait Optimizer: Debug + Send + Sync {
     /// names the same.
     fn ask(&self) -> &Population;
 
-    /// Takes the fitness of [`Optimizer::ask`]'s genomes, in their order, and makes the next generation. Fitness is
-    /// maximised; NaN ranks last.
+    /// Numbers that describe the behaviour of each individual, which [`Optimizer::tell`] takes.
+    fn descriptors(&self) -> usize {
+        0
+    }
+
+    /// The elites of an optimiser that keeps some.
+    fn archive(&self) -> Option<&Archive> {
+        None
+    }
+
+    /// Takes the fitness of [`Optimizer::ask`]'s genomes, in their order, and what describes the behaviour of each, and makes the
+    /// next generation. Fitness is maximised; NaN ranks last.
     ///
     /// # Errors
-    /// Another number of scores than genomes; then nothing has changed.
-    fn tell(&mut self, fitness: Vec<f32>) -> Result<Generation>;
+    /// Another number of scores or of descriptors than genomes have; then nothing has changed.
+    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation>;
 
     /// Its whole state, sealed with its name, version and a hash of its settings.
     fn save(&self) -> Vec<u8>;
@@ -124,6 +148,48 @@ pub(crate) trait Optimizer: Debug + Send + Sync {
     /// # Errors
     /// Exit 5 for a state that is damaged, or of another algorithm, version or settings; then nothing has changed.
     fn restore(&mut self, saved: &[u8]) -> Result;
+}
+
+/// Checks that there is a score for each genome that an optimiser asked for, and what describes its behaviour.
+///
+/// # Errors
+/// Exit 1 with both numbers.
+fn checked_count(optimizer: &dyn Optimizer, fitness: &[f32], behaviour: &[f64]) -> Result {
+    let asked = optimizer.ask().len();
+    let descriptors = asked * optimizer.descriptors();
+    if fitness.len() == asked && behaviour.len() == descriptors {
+        return Ok(());
+    }
+    if fitness.len() == asked {
+        return Err(Failure::failed(format_args!(
+            "generation {}: {} numbers describe the behaviour of {asked} individuals; allowed: {descriptors}",
+            optimizer.generation(),
+            behaviour.len()
+        )));
+    }
+    Err(Failure::failed(format_args!(
+        "generation {}: {} scores for {asked} individuals; allowed: one for each",
+        optimizer.generation(),
+        fitness.len()
+    )))
+}
+
+/// The optimiser that an experiment chooses, before its first generation; `ranges` are those of genes that have their own, and
+/// `init` the first individuals, if they are given.
+pub(crate) fn optimizer(
+    settings: &Settings,
+    seed: u64,
+    ranges: Ranges,
+    init: Option<Population>,
+) -> Box<dyn Optimizer> {
+    match settings.kind {
+        Kind::Genetic => Box::new(Genetic::new(settings, seed, ranges, init)),
+        Kind::CmaEs | Kind::SepCmaEs => Box::new(Cma::new(settings, seed, &ranges)),
+        Kind::OpenEs => Box::new(OpenEs::new(settings, seed, &ranges)),
+        Kind::MapElites => Box::new(MapElites::new(settings, seed, &ranges, init)),
+        Kind::Novelty => Box::new(Novelty::new(settings, seed, ranges, init)),
+        Kind::Random => Box::new(RandomSearch::new(settings, seed, &ranges)),
+    }
 }
 
 /// One run's evolution: an optimiser, for a number of generations, and the luckiest life so far.
@@ -136,9 +202,9 @@ pub(crate) struct Evolution {
 
 impl Evolution {
     /// Evolves with an optimiser for `generations` generations. `champion` is that of earlier generations, if any.
-    pub(crate) fn new(optimizer: impl Optimizer + 'static, generations: u32, champion: Option<Champion>) -> Self {
+    pub(crate) fn new(optimizer: Box<dyn Optimizer>, generations: u32, champion: Option<Champion>) -> Self {
         Self {
-            optimizer: Box::new(optimizer),
+            optimizer,
             generations,
             champion,
         }
@@ -169,12 +235,12 @@ impl Evolution {
         self.champion.as_ref()
     }
 
-    /// Takes the fitness of [`Evolution::ask`]'s genomes.
+    /// Takes the fitness of [`Evolution::ask`]'s genomes, and what describes their behaviour.
     ///
     /// # Errors
     /// As [`Optimizer::tell`].
-    pub(crate) fn tell(&mut self, fitness: Vec<f32>) -> Result<Generation> {
-        let generation = self.optimizer.tell(fitness)?;
+    pub(crate) fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
+        let generation = self.optimizer.tell(fitness, behaviour)?;
         let best = generation.ranking[0];
         let fitness = generation.fitness[best as usize];
         let is_better = |champion: &Champion| by_fitness(fitness, champion.fitness).is_lt();

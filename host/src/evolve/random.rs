@@ -23,6 +23,18 @@ pub(crate) enum Stream {
     Intervention = 5,
     /// Values of a sweep that are drawn from ranges.
     Samples = 6,
+    /// Parents, a stream for each generation that they lead to.
+    Selection = 7,
+    /// Second parents and their genes, a stream for each generation that they lead to.
+    Crossover = 8,
+    /// Samples of an evolution strategy, a stream for each generation.
+    Sampling = 9,
+    /// Where an evolution strategy begins, again a stream for each generation.
+    Beginning = 10,
+    /// Samples of behaviour that centroids divide.
+    Centroids = 11,
+    /// Behaviours that an archive keeps, a stream for each generation.
+    Archive = 12,
 }
 
 /// The stream of a run for a purpose and a generation: a function of these three alone, so that no generator's state is

@@ -1,22 +1,76 @@
 //! Properties of every optimiser, and of an evolution with any.
 
-use super::genetic::{Genetic, Settings};
+use oneiro::parameter::Choice;
+
+use super::settings::{Acceptance, CrossoverKind, Descriptor, MutationKind, SelectionKind};
 use super::*;
 
 const GENES: usize = 18;
 
 /// Every optimiser, of a population of 20, from a seed.
 fn all(seed: u64) -> Vec<Box<dyn Optimizer>> {
-    vec![Box::new(genetic(seed))]
+    let all = Kind::CHOICES.iter().map(|&(_, kind, _)| kind);
+    let bred = SelectionKind::CHOICES.iter().map(|&(_, kind, _)| selecting(kind, seed));
+    all.map(|kind| of(kind, seed)).chain(bred).collect()
 }
 
-fn genetic(seed: u64) -> Genetic {
-    let settings = Settings {
+/// Tells an optimiser scores, and, as behaviour, the first genes of its genomes.
+fn tell(optimizer: &mut dyn Optimizer, fitness: Vec<f32>) -> Result<Generation> {
+    let count = optimizer.descriptors();
+    let genomes = optimizer.ask().genomes();
+    let behaviour: Vec<f64> = genomes
+        .flat_map(|genome| &genome[..count])
+        .copied()
+        .map(f64::from)
+        .collect();
+    optimizer.tell(fitness, &behaviour)
+}
+
+/// An optimiser of a population of 20.
+fn of(kind: Kind, seed: u64) -> Box<dyn Optimizer> {
+    made(
+        Settings {
+            kind,
+            ..Settings::default()
+        },
+        seed,
+    )
+}
+
+fn made(settings: Settings, seed: u64) -> Box<dyn Optimizer> {
+    let mut settings = Settings {
         population: 20,
         parents: 4,
-        ..Default::default()
+        descriptors: ["a", "b"].map(|name| Descriptor::named(name, [-1.0, 1.0], 5)).into(),
+        ..settings
     };
-    Genetic::new(&settings, seed, vec![None; GENES], None)
+    settings.archive.reevaluated = 3;
+    settings.archive.acceptance = Acceptance::Mean;
+    settings.complete(GENES, true);
+    optimizer(&settings, seed, vec![None; GENES], None)
+}
+
+/// A genetic algorithm with a selection, and with one of the crossovers and mutations that goes with no other.
+fn selecting(kind: SelectionKind, seed: u64) -> Box<dyn Optimizer> {
+    let (crossover, mutation) = match kind {
+        SelectionKind::Truncation => (CrossoverKind::Uniform, MutationKind::Replace),
+        SelectionKind::Uniform => (CrossoverKind::None, MutationKind::EvoStick),
+        SelectionKind::Rank => (CrossoverKind::TwoPoint, MutationKind::AddVector),
+        SelectionKind::Roulette => (CrossoverKind::OnePoint, MutationKind::AddUniform),
+        SelectionKind::Tournament => (CrossoverKind::None, MutationKind::AddNormal),
+    };
+    let mut settings = Settings {
+        elite: 2,
+        ..Settings::default()
+    };
+    settings.selection.kind = kind;
+    settings.crossover.kind = crossover;
+    settings.mutation.kind = mutation;
+    made(settings, seed)
+}
+
+fn genetic(seed: u64) -> Box<dyn Optimizer> {
+    of(Kind::Genetic, seed)
 }
 
 /// A mock evaluator: prefers genes near one half.
@@ -43,7 +97,7 @@ fn asked_again_the_same() {
                 optimizer.name()
             );
             let asked = optimizer.ask().clone();
-            let generated = optimizer.tell(fitness(&asked)).unwrap();
+            let generated = tell(&mut *optimizer, fitness(&asked)).unwrap();
             assert_eq!(
                 (generated.number, bits(&generated.population)),
                 (generation, bits(&asked))
@@ -58,7 +112,7 @@ fn another_number_of_scores_is_refused_without_a_change() {
     for (mut optimizer, mut other) in all(2).into_iter().zip(all(2)) {
         for scores in [0, 1, 19, 21, 40] {
             let before = optimizer.save();
-            let failure = optimizer.tell(vec![0.0; scores]).unwrap_err().to_string();
+            let failure = tell(&mut *optimizer, vec![0.0; scores]).unwrap_err().to_string();
             assert!(
                 failure.contains(&format!("{scores} scores for 20 individuals")),
                 "{failure}"
@@ -67,25 +121,29 @@ fn another_number_of_scores_is_refused_without_a_change() {
         }
         // The right ones are taken after that.
         for optimizer in [&mut optimizer, &mut other] {
-            optimizer.tell(fitness(optimizer.ask())).unwrap();
+            let scores = fitness(optimizer.ask());
+            tell(&mut **optimizer, scores).unwrap();
         }
         assert_eq!(optimizer.save(), other.save());
     }
 }
 
-/// A NaN counts as the worst, whatever its sign: an optimiser continues as if that individual had the least score of all.
+/// A NaN counts as the worst, whatever its sign: an optimiser continues as if that individual had the least score of all. A
+/// roulette wheel is by scores, not by ranks: there a NaN has no chance.
 #[test]
 fn nan_is_the_worst_and_is_counted() {
-    for (mut with, mut without) in all(3).into_iter().zip(all(3)) {
+    let is_by_ranks = |(kind, _): &(usize, _)| *kind != Kind::CHOICES.len() + 3;
+    let pairs = all(3).into_iter().zip(all(3)).enumerate().filter(is_by_ranks);
+    for (_, (mut with, mut without)) in pairs {
         let mut scores: Vec<f32> = (0..20_u8).map(f32::from).collect();
         let mut nan = scores.clone();
         (nan[7], scores[7]) = (-f32::NAN, -1.0);
-        let generation = with.tell(nan).unwrap();
+        let generation = tell(&mut *with, nan).unwrap();
         assert_eq!((generation.nan(), generation.ranking[19]), (1, 7));
-        assert_eq!(without.tell(scores).unwrap().nan(), 0);
+        assert_eq!(tell(&mut *without, scores).unwrap().nan(), 0);
         assert_eq!(with.save(), without.save(), "{}", with.name());
         // All of them.
-        let all = with.tell(vec![f32::NAN; 20]).unwrap();
+        let all = tell(&mut *with, vec![f32::NAN; 20]).unwrap();
         assert_eq!(all.nan(), 20);
         assert!(with.ask().values().iter().all(|gene| gene.is_finite()));
     }
@@ -101,7 +159,8 @@ fn saved_and_restored_between_any_two_calls_nothing_changes() {
             assert_eq!(saved.generation(), straight.generation());
             assert_eq!(bits(saved.ask()), bits(straight.ask()), "{}", saved.name());
             for optimizer in [&mut saved, &mut straight] {
-                optimizer.tell(fitness(optimizer.ask())).unwrap();
+                let scores = fitness(optimizer.ask());
+                tell(&mut **optimizer, scores).unwrap();
             }
         }
         assert_eq!(saved.save(), straight.save());
@@ -111,7 +170,8 @@ fn saved_and_restored_between_any_two_calls_nothing_changes() {
 #[test]
 fn damaged_states_and_those_of_others_are_refused_without_a_change() {
     for ((mut optimizer, mut ahead), other) in all(5).into_iter().zip(all(5)).zip(all(6)) {
-        ahead.tell(fitness(ahead.ask())).unwrap();
+        let scores = fitness(ahead.ask());
+        tell(&mut *ahead, scores).unwrap();
         let (before, good) = (optimizer.save(), ahead.save());
         let mut damaged = good.clone();
         damaged[good.len() / 2] ^= 1;
@@ -121,6 +181,24 @@ fn damaged_states_and_those_of_others_are_refused_without_a_change() {
         }
         optimizer.restore(&good).unwrap();
         assert_eq!(optimizer.save(), good);
+    }
+}
+
+/// Of an optimiser that uses behaviour, that of each individual is needed.
+#[test]
+fn missing_behaviour_is_refused_without_a_change() {
+    for kind in [Kind::MapElites, Kind::Novelty] {
+        let mut optimizer = of(kind, 2);
+        let before = optimizer.save();
+        for count in [0, 39, 41] {
+            let failure = optimizer
+                .tell(vec![0.0; 20], &vec![0.0; count])
+                .unwrap_err()
+                .to_string();
+            assert!(failure.contains("20 individuals; allowed: 40"), "{failure}");
+            assert_eq!(optimizer.save(), before);
+        }
+        optimizer.tell(vec![0.0; 20], &[0.0; 40]).unwrap();
     }
 }
 
@@ -147,7 +225,7 @@ fn fitness_is_maximised_and_rises() {
     let mut evolution = Evolution::new(genetic(2), 100, None);
     let mut bests = Vec::new();
     while !evolution.is_finished() {
-        let generation = evolution.tell(fitness(evolution.ask())).unwrap();
+        let generation = evolution.tell(fitness(evolution.ask()), &[]).unwrap();
         bests.push(generation.fitness[generation.ranking[0] as usize]);
     }
     assert_eq!(bests.len(), 100);
@@ -164,16 +242,16 @@ fn fitness_is_maximised_and_rises() {
 fn nan_is_no_champion_where_there_is_a_number() {
     let mut evolution = Evolution::new(genetic(3), 10, None);
     let mut scores = vec![f32::NAN; 20];
-    evolution.tell(scores.clone()).unwrap();
+    evolution.tell(scores.clone(), &[]).unwrap();
     assert!(evolution.champion().is_some_and(|champion| champion.fitness.is_nan()));
     scores[7] = -5.0;
-    evolution.tell(scores).unwrap();
+    evolution.tell(scores, &[]).unwrap();
     assert!(
         evolution
             .champion()
             .is_some_and(|champion| champion.fitness == -5.0 && champion.individual == 7)
     );
-    evolution.tell(vec![f32::NAN; 20]).unwrap();
+    evolution.tell(vec![f32::NAN; 20], &[]).unwrap();
     assert!(evolution.champion().is_some_and(|champion| champion.generation == 1));
 }
 
@@ -181,12 +259,12 @@ fn nan_is_no_champion_where_there_is_a_number() {
 fn an_evolution_continues_from_where_it_was_saved() {
     let mut whole = Evolution::new(genetic(8), 10, None);
     for _ in 0..3 {
-        whole.tell(fitness(whole.ask())).unwrap();
+        whole.tell(fitness(whole.ask()), &[]).unwrap();
     }
     let mut restored = Evolution::new(genetic(8), 10, None);
     restored.restore(whole.save()).unwrap();
     for evolution in [&mut whole, &mut restored] {
-        evolution.tell(fitness(evolution.ask())).unwrap();
+        evolution.tell(fitness(evolution.ask()), &[]).unwrap();
     }
     assert_eq!(whole.save(), restored.save());
     assert_eq!((whole.generation(), restored.generation()), (4, 4));

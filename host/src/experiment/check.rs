@@ -5,11 +5,13 @@ use std::fmt::Display;
 use oneiro::arena::{Arena, Field};
 use oneiro::differential::{Build, Sensor, SensorKind};
 use oneiro::parameter::Invalid;
-use oneiro::world::WorldSpec;
+use oneiro::world::{World, WorldSpec};
 
 use super::settings::{ArenaSize, Finalists, Settings, Transfer};
 use crate::console::counted;
-use crate::evolve::genetic;
+use crate::evolve::cma;
+use crate::evolve::settings::{self as optimiser, Cells, Descriptor, Kind, SelectionKind};
+use crate::lives::measures;
 
 pub(super) type Checked = Result<(), Invalid>;
 
@@ -72,10 +74,55 @@ fn reality(transfer: &Transfer) -> Checked {
 
 /// Approximate memory of a run in progress, bytes: parents and offspring, each life's genes and what a batch adds to them, and a
 /// row for each generation.
+/// Of an optimiser that uses behaviour, each life's trace, a record of about so many bytes a cycle, and a whole archive.
 pub(super) fn bytes(settings: &Settings, genes: usize) -> u64 {
+    const RECORD: u64 = 160;
     let (genes, population) = (genes as u64, u64::from(settings.evolution.population));
     let lives = population * u64::from(settings.trials);
-    4 * (2 * population * genes + lives * (genes + 16)) + 64 * u64::from(settings.evolution.generations)
+    let behaviour = if settings.evolution.uses_behaviour() {
+        lives.saturating_mul(RECORD * u64::from(settings.world.cycles))
+    } else {
+        0
+    };
+    let own = 4 * (2 * population * genes + lives * (genes + 16)) + 64 * u64::from(settings.evolution.generations);
+    own.saturating_add(behaviour)
+}
+
+/// Checks what depends on how many genes an individual has, and on a population that follows from it.
+pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
+    let evolution = &settings.evolution;
+    if evolution.kind == Kind::CmaEs && genes > cma::MOST_GENES {
+        let problem = format!(
+            "is \"cma-es\" with {genes} genes; allowed: up to {}, or sep-cma-es",
+            cma::MOST_GENES
+        );
+        return invalid("evolution.kind", problem);
+    }
+    let population = evolution.population;
+    match evolution.kind {
+        Kind::CmaEs | Kind::SepCmaEs if population < cma::LEAST_POPULATION => invalid(
+            "evolution.population",
+            format_args!("is {population}; allowed: {} or more", cma::LEAST_POPULATION),
+        ),
+        Kind::OpenEs if population % 2 == 1 => invalid(
+            "evolution.population",
+            format_args!("is {population}; allowed: an even number, since samples are mirrored"),
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// Checks that the world has the measures that describe behaviour.
+pub(super) fn measures(settings: &Settings, world: &World) -> Checked {
+    let known = measures::descriptors(world);
+    let names: Vec<&str> = known.iter().map(|own| &*own.column.name).collect();
+    for (index, own) in settings.evolution.descriptors.iter().enumerate() {
+        if !names.contains(&&*own.measure) {
+            let problem = format!("is {:?}; allowed: {}", own.measure, names.join(", "));
+            return invalid(&format!("evolution.descriptors[{index}].measure"), problem);
+        }
+    }
+    Ok(())
 }
 
 /// Checks that a generation fits into memory, once it is known how many genes an individual has.
@@ -204,8 +251,58 @@ fn arena(settings: &Settings) -> Checked {
     }
 }
 
-fn evolution(evolution: &genetic::Settings) -> Checked {
-    if !evolution.population.is_multiple_of(evolution.parents) {
+/// Checks measures of behaviour; whether there are such measures is known once there is a world.
+fn descriptors(evolution: &optimiser::Settings) -> Checked {
+    const MOST: usize = 6;
+    const MOST_CELLS: u64 = 1_000_000;
+    let descriptors = &evolution.descriptors;
+    if !evolution.uses_behaviour() {
+        return Ok(());
+    }
+    if descriptors.is_empty() || descriptors.len() > MOST {
+        let problem = format!("has {}; allowed: 1 to {MOST} measures of behaviour", descriptors.len());
+        return invalid("evolution.descriptors", problem);
+    }
+    for (
+        index,
+        Descriptor {
+            least,
+            greatest,
+            measure,
+            ..
+        },
+    ) in descriptors.iter().enumerate()
+    {
+        if least >= greatest || !(greatest - least).is_finite() {
+            let problem = format!("is {greatest}; allowed: above least, {least}");
+            return invalid(&format!("evolution.descriptors[{index}].greatest"), problem);
+        }
+        if descriptors[..index].iter().any(|other| other.measure == *measure) {
+            let problem = format!("is {measure:?}, again; allowed: each once");
+            return invalid(&format!("evolution.descriptors[{index}].measure"), problem);
+        }
+    }
+    let cells = descriptors
+        .iter()
+        .try_fold(1_u64, |all, own| all.checked_mul(own.cells.into()));
+    if evolution.kind == Kind::MapElites
+        && evolution.archive.cells == Cells::Grid
+        && cells.is_none_or(|cells| cells > MOST_CELLS)
+    {
+        let problem = format!("have more than {MOST_CELLS} cells in all; allowed: up to that, or a centroidal archive");
+        return invalid("evolution.descriptors", problem);
+    }
+    Ok(())
+}
+
+fn evolution(evolution: &optimiser::Settings) -> Checked {
+    let is_truncated = evolution.is_genetic() && evolution.selection.kind == SelectionKind::Truncation;
+    if is_truncated && evolution.elite > evolution.parents {
+        let (elite, parents) = (evolution.elite, evolution.parents);
+        let problem = format!("is {elite}; allowed: 0 to {parents}, evolution.parents");
+        return invalid("evolution.elite", problem);
+    }
+    if is_truncated && !evolution.population.is_multiple_of(evolution.parents) {
         return invalid(
             "evolution.parents",
             format_args!(
@@ -214,6 +311,7 @@ fn evolution(evolution: &genetic::Settings) -> Checked {
             ),
         );
     }
+    descriptors(evolution)?;
     let ranges = [
         ("evolution.initial", Some(evolution.initial)),
         ("evolution.limits", evolution.limits),

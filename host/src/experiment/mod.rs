@@ -16,8 +16,8 @@ use std::path::Path;
 use oneiro::world::World;
 use toml::{Table, Value};
 
-use crate::evolve::genetic::{self, Genetic};
-use crate::evolve::{Evolution, Optimizer, Population};
+use crate::evolve::settings::Kind;
+use crate::evolve::{self, Evolution, Population};
 use crate::exit::Result;
 use crate::files;
 use crate::reality::site::Site;
@@ -81,6 +81,10 @@ impl Experiment {
             allowed
                 .map_err(|problem| source.invalid("reality.robot", format!("can't run this experiment: {problem}")))?;
         }
+        let has_population = values::at(&given, "evolution.population").is_some();
+        settings.evolution.complete(world.genes(), has_population);
+        check::genes(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
+        check::measures(&settings, &world).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         check::memory(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         let init = inputs.init(
             settings.evolution.init.as_deref(),
@@ -122,21 +126,23 @@ impl Experiment {
         &self.world
     }
 
-    /// The evolution of a run before its first generation. This is where the optimiser is chosen.
+    /// The evolution of a run before its first generation.
     pub(crate) fn evolution(&self, seed: u64) -> Evolution {
         let settings = &self.settings.evolution;
-        let genetic = Genetic::new(settings, seed, self.world.gene_layout().ranges(), self.init.clone());
-        Evolution::new(genetic, settings.generations, None)
+        let ranges = self.world.gene_layout().ranges();
+        let optimizer = evolve::optimizer(settings, seed, ranges, self.init.clone());
+        Evolution::new(optimizer, settings.generations, None)
     }
 
-    /// Random genomes, drawn as the first generation of a run with this seed and of this size is.
+    /// Random genomes, drawn as the first generation of a genetic algorithm with this seed and of this size is.
     pub(crate) fn random_genomes(&self, count: u32, seed: u64) -> Population {
-        let settings = genetic::Settings {
+        let settings = evolve::settings::Settings {
+            kind: Kind::Random,
             population: count,
             ..self.settings.evolution.clone()
         };
-        let genetic = Genetic::new(&settings, seed, self.world.gene_layout().ranges(), None);
-        genetic.ask().clone()
+        let ranges = self.world.gene_layout().ranges();
+        evolve::optimizer(&settings, seed, ranges, None).ask().clone()
     }
 
     /// The files that it names, for a run's directory.

@@ -22,7 +22,7 @@ pub(crate) struct Entry {
     /// The allowed words with their meanings.
     pub(crate) choices: Vec<(&'static str, &'static str)>,
     /// The kind that the key requires, if it requires one.
-    pub(crate) only_with: Option<&'static str>,
+    pub(crate) only_with: Option<String>,
     /// The key of that kind: `kind` for its table's.
     #[serde(skip)]
     kind: &'static str,
@@ -62,7 +62,7 @@ fn with_parts(mut entries: Vec<Entry>, parts: &[(compose::Kind, String)]) -> Vec
     for (kind, file) in parts {
         let word = kind.word();
         let [chosen, part] = ["kind", "part"].map(|key| format!("{word}.{key}"));
-        let is_shipped = |entry: &Entry| entry.place().0 == word && entry.only_with != Some("own");
+        let is_shipped = |entry: &Entry| entry.place().0 == word && entry.only_with.as_deref() != Some("\"own\"");
         entries.retain(|entry| !is_shipped(entry) || *kind == compose::Kind::Sensor || entry.key == chosen);
         // The values have a table of their own.
         let values = format!("{word}.values");
@@ -106,9 +106,9 @@ fn entry<T: Described>(row: &Parameter<T>, mut own: T) -> Entry {
     let (mut only_with, mut kind) = (None, "kind");
     values::grow(row, &mut own);
     if (row.field)(&mut own, 0).is_none()
-        && let Some(((key, word), under)) = values::under(row)
+        && let Some(((key, words), under)) = values::under(row, None)
     {
-        (only_with, kind, own) = (Some(word), key, under);
+        (only_with, kind, own) = (Some(words), key, under);
     }
     let field = (row.field)(&mut own, 0).expect("every row has its field somewhere");
     let default = field.get().filter(|datum| !values::is_open(datum));
@@ -164,7 +164,8 @@ impl Entry {
         };
         let only = self
             .only_with
-            .map_or_else(String::new, |word| format!("; only with {} = {word:?}", self.kind));
+            .as_ref()
+            .map_or_else(String::new, |words| format!("; only with {} = {words}", self.kind));
         format!("{} Allowed: {allowed}{}{only}.", self.about, unit_words(self.unit))
     }
 }
@@ -358,7 +359,8 @@ fn line(entry: &Entry) -> String {
         .map_or(String::new(), |default| format!("`{default}`"));
     let only = entry
         .only_with
-        .map_or_else(String::new, |word| format!(" Only with `{} = \"{word}\"`.", entry.kind));
+        .as_ref()
+        .map_or_else(String::new, |words| format!(" Only with `{} = {words}`.", entry.kind));
     let cells = [
         format!("`{}`", entry.key),
         default,

@@ -18,7 +18,7 @@ use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
 
 use super::robots::{self, Preset};
 use super::values::Described;
-use crate::evolve::genetic;
+use crate::evolve::settings::{self as evolution, CrossoverKind, SelectionKind};
 use crate::reality::site::{SEVERITY, Site};
 use crate::reality::wired;
 use crate::robots::tracker;
@@ -44,8 +44,8 @@ pub(crate) struct Settings {
     pub(crate) sensor: PartFile,
     pub(crate) controller: PartFile,
     pub(crate) task: PartFile,
-    /// The genetic algorithm.
-    pub(crate) evolution: genetic::Settings,
+    /// The optimiser.
+    pub(crate) evolution: evolution::Settings,
     /// Individuals that live again after the last generation.
     pub(crate) finalists: Finalists,
     /// The robot on which the last generations live.
@@ -86,7 +86,7 @@ impl Default for Settings {
             sensor: PartFile::default(),
             controller: PartFile::default(),
             task: PartFile::default(),
-            evolution: genetic::Settings::default(),
+            evolution: evolution::Settings::default(),
             finalists: Finalists { count: 20, lives: 100 },
             reality: Transfer::default(),
             record: Record {
@@ -196,32 +196,100 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Its height.", |own, _| Some(&mut own.arena.height_mm)),
     ]);
     rows.extend([
+        row("evolution.kind", "", Any, OURS,
+            "The optimiser: see docs/optimisers.md; default: genetic.", |own: &mut Settings, _| Some(&mut own.evolution.kind)),
         row("evolution.population", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
-            "Individuals.", |own: &mut Settings, _| Some(&mut own.evolution.population)),
+            "Individuals. Where it is not given, cma-es and sep-cma-es have 4 + 3 ln(genes), rounded down, and open-es has 40.", |own, _| Some(&mut own.evolution.population)),
         row("evolution.parents", "", WholeUpTo(1, "evolution.population"), "Miglino et al. 1995, section 3.4",
-            "How many of the best make the next generation, equally many copies each.", |own, _| Some(&mut own.evolution.parents)),
+            "How many of the best have children, with a selection by truncation or uniform.", |own, _| Some(&mut own.evolution.truncated()?.parents)),
         row("evolution.generations", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
             "Generations that are evaluated.", |own, _| Some(&mut own.evolution.generations)),
-        row("evolution.elite", "", WholeUpTo(0, "evolution.parents"), "ours: none mentioned in Miglino et al. 1995, section 3.4",
-            "How many of the best also keep one copy without mutation.", |own, _| Some(&mut own.evolution.elite)),
+        row("evolution.elite", "", WholeUpTo(0, "evolution.population"), "ours: none mentioned in Miglino et al. 1995, section 3.4",
+            "How many of the best also keep one copy without mutation; with truncation up to evolution.parents.", |own, _| Some(&mut own.evolution.genetic()?.elite)),
+        row("evolution.common_random_numbers", "", Any, OURS,
+            "Whether all individuals of a generation live with the same random numbers, and so from the same starts; default: false, but true with open-es.", |own, _| Some(&mut own.evolution.common)),
         row("evolution.initial", "", gene, "ours: no range in Miglino et al. 1995, section 3.4",
             "Range of the uniform initial genes.", |own, _| Some(&mut own.evolution.initial)),
         row("evolution.init", "", Text("a file, .npy or .csv, individuals x genes"), OURS,
-            "Instead of random genes, those of this file.", |own, _| Some(&mut own.evolution.init)),
+            "Instead of random genes, those of this file.", |own, _| Some(&mut own.evolution.begun()?.init)),
         row("evolution.limits", "", gene, OURS,
             "Range that genes are kept within, if any.", |own, _| Some(&mut own.evolution.limits)),
         row("evolution.finalists", "", Whole(0, 1000), OURS,
             "How many of the last generation's best live again, with the luckiest of the run: the best mean is the champion; 0 for none.", |own, _| Some(&mut own.finalists.count)),
         row("evolution.finalist_lives", "", Whole(2, 10_000), OURS,
             "Lives of each finalist, with common random numbers that evolution never used.", |own, _| Some(&mut own.finalists.lives)),
+        row("evolution.selection.kind", "", Any, OURS,
+            "How parents are selected; default: truncation.", |own, _| Some(&mut own.evolution.genetic()?.selection.kind)),
+        row("evolution.selection.pressure", "", Number(1.0, 2.0), "Baker 1985",
+            "How many children the best has for each of an average individual; the last has 2 less this.", |own, _| {
+                let selection = &mut own.evolution.genetic()?.selection;
+                (selection.kind == SelectionKind::Rank).then_some(&mut selection.pressure)
+            }),
+        row("evolution.selection.scaling", "", Number(1.0, 10.0), "Goldberg 1989, linear scaling",
+            "How many children the best has for each of an average individual; fewer where the worst would have less than none.", |own, _| {
+                let selection = &mut own.evolution.genetic()?.selection;
+                (selection.kind == SelectionKind::Roulette).then_some(&mut selection.scaling)
+            }),
+        row("evolution.selection.size", "", Whole(1, 1_000_000), OURS,
+            "Individuals in a tournament.", |own, _| {
+                let selection = &mut own.evolution.genetic()?.selection;
+                (selection.kind == SelectionKind::Tournament).then_some(&mut selection.size)
+            }),
+        row("evolution.crossover.kind", "", Any, "ours: none mentioned in Miglino et al. 1995, section 3.4",
+            "How a child's genes come from two parents, before they are mutated; default: none.", |own, _| Some(&mut own.evolution.genetic()?.crossover.kind)),
+        row("evolution.crossover.rate", "", Number(0.0, 1.0), OURS,
+            "Chance of a child to have two parents.", |own, _| Some(&mut own.evolution.crossed()?.rate)),
+        row("evolution.crossover.share", "", Number(0.0, 1.0), OURS,
+            "Chance of each gene of such a child to be the second parent's.", |own, _| {
+                let crossover = own.evolution.crossed()?;
+                (crossover.kind == CrossoverKind::Uniform).then_some(&mut crossover.share)
+            }),
         row("evolution.mutation.kind", "", Any, OURS,
-            "What mutation does to a gene.", |own, _| Some(&mut own.evolution.mutation.kind)),
+            "What mutation does to a gene.", |own, _| Some(&mut own.evolution.genetic()?.mutation.kind)),
         row("evolution.mutation.rate", "", Number(0.0, 1.0), "Miglino et al. 1995, section 3.4",
-            "Chance of a change.", |own, _| Some(&mut own.evolution.mutation.rate)),
+            "Chance of a change.", |own, _| Some(&mut own.evolution.genetic()?.mutation.rate)),
         row("evolution.mutation.per", "", Any, "ours: \"25%\", and not of what, in Miglino et al. 1995, section 3.4",
-            "What that chance is drawn for.", |own, _| Some(&mut own.evolution.mutation.per)),
+            "What that chance is drawn for.", |own, _| Some(&mut own.evolution.mutated_by_unit()?.per)),
         row("evolution.mutation.amount", "", Number(0.0, GREATEST_GENE.into()), "ours: no size in Miglino et al. 1995, section 3.4",
-            "Size of the change: the greatest that is added, or its standard deviation.", |own, _| Some(&mut own.evolution.mutation.amount)),
+            "Size of the change: the greatest that is added, or its standard deviation.", |own, _| Some(&mut own.evolution.genetic()?.mutation.amount)),
+        row("evolution.strategy.sigma", "", Number(1e-6, 1e6), "ours; 0.02 in evorobotpy2 with open-es",
+            "Standard deviation of the samples, of cma-es and sep-cma-es in the beginning, in halves of the initial range; default: 0.5, but 0.02 with open-es.", |own, _| Some(&mut own.evolution.strategy()?.sigma)),
+        row("evolution.strategy.active", "", Any, "Hansen 2016, and the package cma 4.5.0",
+            "Whether the worse half of the samples takes from the covariances.", |own, _| Some(&mut own.evolution.adapting()?.active)),
+        row("evolution.strategy.restarts", "", Any, "Hansen 2016, appendix B.3",
+            "Whether a strategy that can't go on or has not risen for long begins again elsewhere, with as many individuals.", |own, _| Some(&mut own.evolution.adapting()?.restarts)),
+        row("evolution.strategy.learning_rate", "", Number(1e-9, 1e3), "evorobotpy2",
+            "Adam's step, in halves of the initial range.", |own, _| Some(&mut own.evolution.climbing()?.learning_rate)),
+        row("evolution.strategy.weight_decay", "", Number(0.0, 1e3), "Salimans et al. 2017",
+            "Pull to the middle of the initial range: this share of the distance is taken from the gradient.", |own, _| Some(&mut own.evolution.climbing()?.weight_decay)),
+        row("evolution.descriptors", "", Any, OURS,
+            "Measures that describe behaviour: 1 to 6.", |own, _| Some(&mut own.evolution.behaving()?.descriptors)),
+        row("evolution.descriptors[].measure", "", Text("a measure of docs/measures.md"), "",
+            "Name of a measure; of several lives their mean counts.", |own, index| Some(&mut own.evolution.behaving()?.descriptors.get_mut(index)?.measure)),
+        row("evolution.descriptors[].least", "", Any, "",
+            "The least value of its range, in the measure's unit; values outside count as those at the end.", |own, index| Some(&mut own.evolution.behaving()?.descriptors.get_mut(index)?.least)),
+        row("evolution.descriptors[].greatest", "", Any, "",
+            "The greatest.", |own, index| Some(&mut own.evolution.behaving()?.descriptors.get_mut(index)?.greatest)),
+        row("evolution.descriptors[].cells", "", Whole(1, 100_000), "",
+            "Cells that a grid divides the range into.", |own, index| Some(&mut own.evolution.behaving()?.descriptors.get_mut(index)?.cells)),
+        row("evolution.archive.cells", "", Any, OURS,
+            "How an archive divides behaviour.", |own, _| Some(&mut own.evolution.archived()?.cells)),
+        row("evolution.archive.centroids", "", Whole(1, 10_000), "Vassiliades et al. 2018, whose archives have up to 10,000",
+            "Cells of a centroidal archive; a grid has those of its descriptors.", |own, _| Some(&mut own.evolution.archived()?.centroids)),
+        row("evolution.archive.iso", "", Number(0.0, 1e6), "Vassiliades and Mouret 2018; pyribs",
+            "Standard deviation of what is added to each gene of a child, in halves of the initial range.", |own, _| Some(&mut own.evolution.archived()?.iso)),
+        row("evolution.archive.line", "", Number(0.0, 1e6), "Vassiliades and Mouret 2018; pyribs",
+            "Standard deviation of how far a child is on the way to a second elite, as a share of that way.", |own, _| Some(&mut own.evolution.archived()?.line)),
+        row("evolution.archive.reevaluated", "", WholeUpTo(0, "evolution.population"), OURS,
+            "Elites of each generation that live again, as part of its population.", |own, _| Some(&mut own.evolution.archived()?.reevaluated)),
+        row("evolution.archive.acceptance", "", Any, OURS,
+            "What elites are compared by.", |own, _| Some(&mut own.evolution.archived()?.acceptance)),
+        row("evolution.archive.offset", "", Number(-1e6, 1e6), OURS,
+            "Fitness that counts as nothing in the QD score, the sum over all elites.", |own, _| Some(&mut own.evolution.archived()?.offset)),
+        row("evolution.novelty.neighbours", "", Whole(1, 100_000), "Lehman and Stanley 2011",
+            "Nearest behaviours whose mean distance is an individual's novelty.", |own, _| Some(&mut own.evolution.novel()?.neighbours)),
+        row("evolution.novelty.added", "", WholeUpTo(0, "evolution.population"), OURS,
+            "Behaviours of each generation, drawn at random, that the archive keeps.", |own, _| Some(&mut own.evolution.novel()?.added)),
         row("reality.robot", "", Text("an address, such as surrogate:1 or serial:/dev/ttyUSB0"), OURS,
             "The robot on which the last generations live, after those that are simulated: on a wire (docs/robots-on-the-wire.md), or a surrogate, which stands in for a Khepera. Lives on a wire are recorded in the run's folder `lives`, and never repeated.", |own, _| Some(&mut own.reality.robot)),
         row("reality.generations", "", WholeUpTo(1, "evolution.generations"), "Miglino et al. 1995, section 4",

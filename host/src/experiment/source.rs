@@ -215,16 +215,21 @@ impl<'a> Source<'a> {
         self.set.iter().rfind(|text| text.start <= at)
     }
 
-    /// Whether a value stands in the file, while a setting has another `kind` for its table: what only the file's kind has is
-    /// left out then.
+    /// Whether a value stands in the file, while a setting has another `kind` for its table or one around it, or another selection
+    /// of parents: what only the file's kind has is left out then.
     pub(crate) fn is_of_replaced_kind(&self, key: &str) -> bool {
+        const SELECTION: &str = "evolution.selection.kind";
         let list = key.split('[').next().unwrap_or_default();
-        let kind = list.rsplit_once('.').map(|(table, _)| format!("{table}.kind"));
+        let tables = list.match_indices('.').map(|(end, _)| &list[..end]);
+        let mut kinds: Vec<String> = tables.map(|table| format!("{table}.kind")).collect();
+        if list.starts_with("evolution.") {
+            kinds.push(SELECTION.into());
+        }
         let is_set = |key: &str| {
             let known = self.keys().iter().find(|known| known.path == key)?;
             Some(self.setting(known.value.start).is_some())
         };
-        is_set(key) == Some(false) && kind.is_some_and(|kind| is_set(&kind) == Some(true))
+        is_set(key) == Some(false) && kinds.iter().any(|kind| is_set(kind) == Some(true))
     }
 
     /// Error for a key that is given in two places.

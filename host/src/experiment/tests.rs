@@ -455,6 +455,89 @@ const REFUSED: &[(&str, &str)] = &[
         "test.toml:2:9: evolution.elite: is 21; allowed: 0 to 20",
     ),
     (
+        "[evolution]\nkind = \"cmaes\"",
+        "test.toml:2:8: evolution.kind: is \"cmaes\"; allowed: genetic, cma-es, sep-cma-es, open-es, map-elites, \
+         novelty, random",
+    ),
+    (
+        "[evolution]\nkind = \"cma-es\"\nelite = 1",
+        "test.toml:3:9: evolution.elite: is given; allowed: only with kind = \"genetic\" or \"novelty\"",
+    ),
+    (
+        "[evolution]\nkind = \"random\"\n[evolution.mutation]\nrate = 0.1",
+        "test.toml:4:8: evolution.mutation.rate: is given; allowed: only with evolution.kind = \"genetic\" or \"novelty\"",
+    ),
+    (
+        "[evolution.strategy]\nsigma = 0.1",
+        "test.toml:2:9: evolution.strategy.sigma: is given; allowed: only with evolution.kind = \"cma-es\" or \"sep-cma-es\" or \
+         \"open-es\"",
+    ),
+    (
+        "[evolution]\nkind = \"open-es\"\npopulation = 41",
+        "test.toml:3:14: evolution.population: is 41; allowed: an even number, since samples are mirrored",
+    ),
+    (
+        "[evolution]\nkind = \"sep-cma-es\"\npopulation = 3",
+        "test.toml:3:14: evolution.population: is 3; allowed: 4 or more",
+    ),
+    (
+        "[controller]\nkind = \"hidden\"\nunits = 10\n[evolution]\nkind = \"cma-es\"",
+        "test.toml:5:8: evolution.kind: is \"cma-es\" with 112 genes; allowed: up to 100, or sep-cma-es",
+    ),
+    (
+        "[evolution]\nparents = 5\n[evolution.selection]\nkind = \"rank\"",
+        "test.toml:2:11: evolution.parents: is given; allowed: only with evolution.selection.kind = \"truncation\" or \
+         \"uniform\"",
+    ),
+    (
+        "[evolution.selection]\nkind = \"rank\"\npressure = 2.5",
+        "test.toml:3:12: evolution.selection.pressure: is 2.5; allowed: 1 to 2",
+    ),
+    (
+        "[evolution.crossover]\nkind = \"one_point\"\nshare = 0.5",
+        "test.toml:3:9: evolution.crossover.share: is given; allowed: only with kind = \"uniform\"",
+    ),
+    (
+        "[evolution.mutation]\nkind = \"evostick\"\nper = \"gene\"",
+        "test.toml:3:7: evolution.mutation.per: is given; allowed: only with kind = \"add_uniform\" or \"add_normal\" or \
+         \"replace\"",
+    ),
+    (
+        "[evolution]\nkind = \"novelty\"",
+        "test.toml:1:2: evolution.descriptors: has 0; allowed: 1 to 6 measures of behaviour",
+    ),
+    (
+        "[evolution]\nkind = \"map-elites\"\ndescriptors = [{ measure = \"end_x\", least = 0, greatest = 1 }]",
+        "test.toml:3:28: evolution.descriptors[0].measure: is \"end_x\"; allowed: collisions, cells, distance_mm, mean_speed_mm_s, \
+         stuck_s, mean_turning_turns_s, end_x_mm, end_y_mm, wall_distance_mm",
+    ),
+    (
+        "[evolution]\nkind = \"map-elites\"\ndescriptors = [{ measure = \"end_x_mm\", least = 0 }]",
+        "evolution.descriptors[0]: lacks `greatest`; allowed: a number",
+    ),
+    (
+        "[evolution]\nkind = \"map-elites\"\ndescriptors = [{ measure = \"end_x_mm\", least = 1, greatest = 1 }]",
+        "evolution.descriptors[0].greatest: is 1; allowed: above least, 1",
+    ),
+    (
+        "[evolution]\nkind = \"map-elites\"\n[[evolution.descriptors]]\nmeasure = \"cells\"\nleast = 0\ngreatest = 9\n\
+         [[evolution.descriptors]]\nmeasure = \"cells\"\nleast = 0\ngreatest = 9",
+        "evolution.descriptors[1].measure: is \"cells\", again; allowed: each once",
+    ),
+    (
+        "[evolution]\nkind = \"map-elites\"\n[[evolution.descriptors]]\nmeasure = \"cells\"\nleast = 0\ngreatest = 9\n\
+         cells = 1001\n[[evolution.descriptors]]\nmeasure = \"end_x_mm\"\nleast = 0\ngreatest = 9\ncells = 1000",
+        "evolution.descriptors: have more than 1000000 cells in all; allowed: up to that, or a centroidal archive",
+    ),
+    (
+        "[evolution.archive]\niso = 0.1",
+        "test.toml:2:7: evolution.archive.iso: is given; allowed: only with evolution.kind = \"map-elites\"",
+    ),
+    (
+        "[evolution]\ndescriptors = [{ measure = \"cells\", least = 0, greatest = 9 }]",
+        "evolution.descriptors: is given; allowed: only with kind = \"map-elites\" or \"novelty\"",
+    ),
+    (
         "[evolution]\ninitial = [1, 1]",
         "test.toml:2:11: evolution.initial: is [1, 1]; allowed: a smaller and a greater number",
     ),
@@ -533,6 +616,30 @@ fn long_values_are_shown_in_part() {
     let message = refusal(&scratch, &"#".repeat(files::GREATEST_TEXT + 1), &[]);
     assert_eq!(message, "test.toml: has 1048577 bytes; allowed: up to 1048576");
     assert!(read(&scratch, &"#".repeat(files::GREATEST_TEXT), &[]).is_ok());
+}
+
+/// What only the file's optimiser has is left out where a setting has another one.
+#[test]
+fn a_setting_of_the_optimiser_replaces_its_values() {
+    let scratch = Scratch::new("replaced-optimiser");
+    let text = "[evolution]\nparents = 10\nelite = 2\n[evolution.mutation]\nkind = \"add_normal\"\nrate = 0.5";
+    let population = |set: &[&str]| read(&scratch, text, set).unwrap().settings().evolution.population;
+    assert_eq!(population(&["evolution.kind=cma-es"]), 12);
+    assert_eq!(population(&["evolution.kind=open-es"]), 40);
+    let ranked = read(&scratch, text, &["evolution.selection.kind=rank"]).unwrap();
+    let evolution = &ranked.settings().evolution;
+    assert_eq!(
+        (evolution.population, evolution.elite, evolution.mutation.rate),
+        (100, 2, 0.5)
+    );
+    let text = ranked.resolved_toml(1);
+    assert!(text.contains("elite = 2") && !text.contains("parents"), "{text}");
+    // Given with it, it is refused.
+    let message = refusal(&scratch, "", &["evolution.kind=cma-es", "evolution.elite=1"]);
+    assert!(
+        message.contains("evolution.elite: is given; allowed: only with"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -765,7 +872,7 @@ fn keys_are_plain_and_unique() {
 
 /// Settings with a value of each row, even if that requires a list or a choice.
 fn with<T: Described>(row: &Parameter<T>) -> T {
-    let mut own = values::under(row).map_or_else(T::default, |(_, own)| own);
+    let mut own = values::under(row, None).map_or_else(T::default, |(_, own)| own);
     values::grow(row, &mut own);
     for row in T::rows() {
         if let Some(field) = (row.field)(&mut own, 0)

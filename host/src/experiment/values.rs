@@ -137,8 +137,8 @@ fn set<T: Described>(leaf: &Leaf<T>, kinds: bool, own: &mut T, source: &Source<'
         if kinds || source.is_of_replaced_kind(&leaf.path) {
             return Ok(());
         }
-        let (key, word) = under(leaf.row).map_or(("kind", ""), |(kind, _)| kind);
-        let problem = format!("is given; allowed: only with {key} = \"{word}\"");
+        let (key, words) = under(leaf.row, Some(own)).map_or_else(|| ("kind", String::new()), |(kind, _)| kind);
+        let problem = format!("is given; allowed: only with {key} = {words}");
         return Err(source.invalid(&leaf.path, problem));
     };
     if is_kind(leaf.row.key) != kinds || taken(field, &leaf.datum) {
@@ -195,22 +195,41 @@ pub(super) fn unit_words(unit: &str) -> String {
     }
 }
 
-/// The choice that a value requires, of its table's `kind` or else of the robot's, as a key and a word; and settings with it.
-pub(super) fn under<T: Described>(row: &Parameter<T>) -> Option<((&'static str, &'static str), T)> {
-    const ROBOT: &str = "robot.kind";
+/// The choice that a value requires, of its table's `kind`, or else of the robot's, the optimiser's or its selection's, as a key and
+/// its words; and settings with the first of them. A value that all words of a choice have does not require one of them, and
+/// of settings that lack the value, what is wrong is not a choice that allows it.
+pub(super) fn under<T: Described>(
+    row: &Parameter<T>,
+    mut lacking: Option<&mut T>,
+) -> Option<((&'static str, String), T)> {
+    const OTHERS: [&str; 3] = ["robot.kind", "evolution.kind", "evolution.selection.kind"];
     let (list, _) = row.key.split_once("[]").unwrap_or((row.key, ""));
     let (table, _) = list.rsplit_once('.')?;
     let own = format!("{table}.kind");
-    [(&*own, "kind"), (ROBOT, ROBOT)].into_iter().find_map(|(key, shown)| {
+    let kinds = std::iter::once((&*own, "kind")).chain(OTHERS.map(|key| (key, key)));
+    kinds.into_iter().find_map(|(key, shown)| {
         let kind = T::rows().iter().find(|kind| kind.key == key)?;
         let words = (kind.field)(&mut T::default(), 0)?.choices();
-        words.into_iter().find_map(|(word, _)| {
+        let with = |word: &'static str| {
             let mut own = T::default();
             (kind.field)(&mut own, 0)?.set(&Datum::Word(word.into()));
             grow(row, &mut own);
             (row.field)(&mut own, 0)?;
-            Some(((shown, word), own))
-        })
+            Some((word, own))
+        };
+        let mut found: Vec<(&str, T)> = words.iter().filter_map(|(word, _)| with(word)).collect();
+        // A choice that is not written is the first.
+        let first = || Datum::Word(words[0].0.into());
+        let now = lacking
+            .as_mut()
+            .and_then(|own| (kind.field)(own, 0))
+            .map(|field| field.get().unwrap_or_else(first));
+        let is_allowed = found.iter().any(|(word, _)| now == Some(Datum::Word((*word).into())));
+        if found.is_empty() || found.len() == words.len() || is_allowed {
+            return None;
+        }
+        let allowed: Vec<String> = found.iter().map(|(word, _)| format!("{word:?}")).collect();
+        Some(((shown, allowed.join(" or ")), found.swap_remove(0).1))
     })
 }
 

@@ -144,6 +144,8 @@ pub(crate) struct Replay<'a> {
     pub(crate) start: Option<[f32; 3]>,
     /// A seed for random numbers other than the champion's own.
     pub(crate) seed: Option<u64>,
+    /// The cell of an elite that takes the champion's place.
+    pub(crate) elite: Option<u32>,
     /// The file of a genome other than the champion's.
     pub(crate) genome: Option<&'a Path>,
 }

@@ -1,5 +1,6 @@
 //! Pictures as SVG text, and pages that play a swarm: each function takes data and returns a whole file.
 
+mod archive;
 mod arena;
 mod bands;
 #[cfg(test)]
@@ -15,6 +16,7 @@ mod svg;
 mod swarm;
 mod tables;
 
+pub(crate) use archive::archive;
 pub(crate) use arena::{arena, life};
 pub(crate) use bands::{Band, Ground, Panel, Spread, bands, evenly, grid};
 pub(crate) use curve::{Series, learning_curve};

@@ -78,7 +78,7 @@ impl Report {
                         .iter()
                         .filter_map(|&index| Some((individuals.get(index)?.0, individuals.place(index))))
                         .flat_map(|(genes, (generation, individual))| {
-                            keys(run.seed, generation, individual, settings.trials).map(move |key| Rollout {
+                            keys(settings, run.seed, generation, individual).map(move |key| Rollout {
                                 world: 0,
                                 genes,
                                 key,

@@ -12,6 +12,7 @@ use oneiro::world::{Noise, Robot, Start, WorldSpec};
 use serde_json::{Value, json};
 
 use crate::console::{Console, counted, decimal};
+use crate::evolve::settings::{Kind as Optimiser, SelectionKind, Settings};
 use crate::exit::Result;
 use crate::experiment::Experiment;
 use crate::files;
@@ -194,11 +195,10 @@ fn summary(experiment: &Experiment) -> String {
         (
             "evolution",
             format!(
-                "{} individuals, {} generations; the best {} make {} copies each",
+                "{} individuals, {} generations{}",
                 evolution.population,
                 evolution.generations,
-                evolution.parents,
-                evolution.population / evolution.parents.max(1)
+                breeding(evolution)
             ),
         ),
         (
@@ -243,6 +243,22 @@ fn summary(experiment: &Experiment) -> String {
         value_lines(&spec.own),
         genes.collect::<String>()
     )
+}
+
+/// How a genetic algorithm breeds, after the numbers of its individuals and generations.
+fn breeding(evolution: &Settings) -> String {
+    if evolution.kind != Optimiser::Genetic {
+        return String::new();
+    }
+    match evolution.selection.kind {
+        SelectionKind::Truncation => format!(
+            "; the best {} make {} copies each",
+            evolution.parents,
+            evolution.population / evolution.parents.max(1)
+        ),
+        SelectionKind::Uniform => format!("; parents are drawn from the best {}", evolution.parents),
+        other => format!("; parents are drawn by {}", other.word()),
+    }
 }
 
 /// An arena's size, and what stands in it.

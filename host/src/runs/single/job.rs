@@ -7,18 +7,19 @@ use oneiro::batch::{Rollout, Trace};
 use oneiro::random::{Key, Keys};
 use serde::{Deserialize, Serialize};
 
+use super::behaviour::Behaviour;
 use super::champion::Individual;
 use super::rows::Row;
 use super::trace::trace_every;
 use super::{
-    CHAMPION, CHAMPION_GENES, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES, POPULATION, Places, Single,
-    pictures,
+    CHAMPION, CHAMPION_GENES, COVERAGE, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES, POPULATION,
+    Places, Single, pictures,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::appraisal::{Appraisal, by_mean};
 use crate::evolve::{Champion, Evolution, SavedEvolution, ranked};
 use crate::exit::{Failure, Result};
-use crate::experiment::settings::TrialScore;
+use crate::experiment::settings::{Settings, TrialScore};
 use crate::npy::npy;
 use crate::runs::Recording;
 use crate::statistics::mean;
@@ -33,6 +34,8 @@ pub(super) struct Evolving {
     /// The robot on a wire on which the last generations live.
     outside: Option<Arc<dyn Outside>>,
     evolution: Evolution,
+    /// What measures the behaviour of individuals, if the optimiser uses it.
+    behaviour: Option<Behaviour>,
     /// Genomes and scores of the last generation, after all have been evaluated.
     last: Option<Generation>,
     /// Individuals that live again then, the luckiest of the run first. Empty if finalists are switched off.
@@ -86,6 +89,7 @@ impl Evolving {
             has_directory: matches!(recording, Recording::Directory { .. }),
             outside,
             evolution: single.experiment.evolution(seed),
+            behaviour: Behaviour::new(&single.experiment),
             single,
             last: None,
             finalists: Vec::new(),
@@ -134,6 +138,9 @@ impl Evolving {
         let luckiest = self.luckiest()?;
         let generation = self.evolution.generation() - 1;
         let genes = genomes.len() / fitness.len();
+        if let Some(archive) = self.evolution.optimizer().archive() {
+            return Ok(super::archive::finalists(archive, luckiest, count));
+        }
         let others = ranked(fitness)
             .into_iter()
             .filter(|&individual| (generation, individual) != (luckiest.generation, luckiest.individual))
@@ -206,8 +213,8 @@ impl Evolving {
 
     /// Keys of an individual's lives in its generation.
     fn keys(&self, individual: &Champion) -> Vec<Key> {
-        let trials = self.single.experiment.settings().trials;
-        keys(self.seed, individual.generation, individual.individual, trials).collect()
+        let settings = self.single.experiment.settings();
+        keys(settings, self.seed, individual.generation, individual.individual).collect()
     }
 
     /// Lives of the finalists, all with the same random numbers.
@@ -238,8 +245,10 @@ impl Evolving {
     /// Each individual's lives, in the simulator or on the robot.
     fn lives(&self) -> impl Iterator<Item = Rollout<'_>> {
         let keys = Keys::new(self.seed, self.evolution.generation().into());
-        let trials = self.single.experiment.settings().trials;
+        let settings = self.single.experiment.settings();
+        let (trials, is_common) = (settings.trials, settings.evolution.has_common_numbers());
         let each = move |(genes, individual): (_, u32)| {
+            let individual = if is_common { 0 } else { individual };
             (0..trials).map(move |trial| Rollout {
                 world: 0,
                 genes,
@@ -270,15 +279,17 @@ impl Evolving {
     }
 
     /// Takes the fitness of a generation.
-    fn bred(&mut self, fitness: &[f32]) -> Result<Step> {
+    fn bred(&mut self, results: &Results<'_>) -> Result<Step> {
         let settings = self.single.experiment.settings();
+        let behaviour = self.behaviour.as_ref();
+        let behaviour = behaviour.map_or_else(Vec::new, |own| own.of(results.traces, settings.trials));
         if self.single.experiment.first_real() == Some(self.evolution.generation()) {
             self.evolution.forget_champion();
         }
-        let generation = self.evolution.tell(self.scores(fitness))?;
+        let generation = self.evolution.tell(self.scores(results.fitness), &behaviour)?;
         let done = self.evolution.generation();
         let best = self.luckiest()?.fitness;
-        let line = Row::new(&generation, settings.evolution.parents).line();
+        let line = Row::new(&generation, settings.evolution.best()).line();
         let mut added = vec![Added {
             file: GENERATIONS,
             bytes: line.into_bytes(),
@@ -289,6 +300,15 @@ impl Evolving {
             added.push(Added {
                 file: INDIVIDUALS,
                 bytes: values.flat_map(|value| value.to_le_bytes()).collect(),
+            });
+        }
+        if let Some(archive) = self.evolution.optimizer().archive()
+            && self.has_directory
+        {
+            let line = super::archive::line(generation.number, archive, settings.evolution.archive.offset);
+            added.push(Added {
+                file: COVERAGE,
+                bytes: line.into_bytes(),
             });
         }
         let is_finished = self.evolution.is_finished();
@@ -342,6 +362,8 @@ impl Job for Evolving {
         let mut stage = outside.map_or_else(|| Stage::lives(kernel), |_| Stage::OUTSIDE);
         if purpose == Purpose::Trace {
             stage.trace_every = Some(trace_every(experiment));
+        } else if purpose == Purpose::Generation && self.behaviour.is_some() {
+            stage.trace_every = Some(1);
         }
         Some(Request {
             stage,
@@ -370,7 +392,7 @@ impl Job for Evolving {
 
     fn tell(&mut self, results: &Results<'_>) -> Result<Step> {
         match self.purpose() {
-            Some(Purpose::Generation) => return self.bred(results.fitness),
+            Some(Purpose::Generation) => return self.bred(results),
             Some(Purpose::Finalists) => self.appraised = results.fitness.to_vec(),
             Some(Purpose::Simulated) => self.simulated = self.scores(results.fitness),
             Some(Purpose::Real) => self.real = results.fitness.to_vec(),
@@ -408,6 +430,14 @@ impl Job for Evolving {
             let shape = [fitness.len(), genomes.len() / fitness.len()];
             files.push((POPULATION, npy(&shape, genomes)));
             files.push((FITNESS, npy(&shape[..1], fitness)));
+        }
+        if let Some(archive) = self.evolution.optimizer().archive() {
+            files.extend(super::archive::files(
+                archive,
+                &self.single.experiment,
+                self.seed,
+                self.has_directory,
+            ));
         }
         let corrupt = |problem| Failure::corrupt(format_args!("{GENERATIONS}: {problem}"));
         if self.has_directory {
@@ -454,10 +484,20 @@ impl Job for Evolving {
     }
 }
 
-/// Keys of an individual's lives.
-pub(crate) fn keys(seed: u64, generation: u32, individual: u32, trials: u32) -> impl Iterator<Item = Key> {
+/// Keys of an individual's lives: its own, or those of all in its generation.
+pub(crate) fn keys(
+    settings: &Settings,
+    seed: u64,
+    generation: u32,
+    individual: u32,
+) -> impl Iterator<Item = Key> + use<> {
     let own = Keys::new(seed, generation.into());
-    (0..trials).map(move |trial| own.of(individual.into(), trial.into()))
+    let individual = if settings.evolution.has_common_numbers() {
+        0
+    } else {
+        individual
+    };
+    (0..settings.trials).map(move |trial| own.of(individual.into(), trial.into()))
 }
 
 /// An individual's score: the mean or the minimum of its lives; NaN if one of them is.

@@ -6,8 +6,10 @@
 //! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
 //! | [`check`], [`replay`], [`audit`] | the commands of these names for such runs |
 
+mod archive;
 mod arithmetic;
 mod audit;
+mod behaviour;
 mod champion;
 mod check;
 mod individuals;
@@ -54,6 +56,10 @@ const POPULATION: &str = "population.npy";
 const FITNESS: &str = "fitness.npy";
 const TRACE: &str = "trace.csv";
 const PATH: &str = "path.svg";
+const COVERAGE: &str = "coverage.csv";
+const ARCHIVE: &str = "archive.csv";
+const ARCHIVE_GENES: &str = "archive.npy";
+const ARCHIVE_PICTURE: &str = "archive.svg";
 const LEARNING_CURVE: &str = "learning-curve.svg";
 /// Files of a replay, without the life's number and the extension.
 const REPLAY: &str = "replay";
@@ -141,6 +147,27 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: b
     all
 }
 
+/// The files of a run with an archive of elites.
+fn archive_files(columns: &[Column]) -> [Entry; 4] {
+    [
+        Entry::table(
+            COVERAGE,
+            "the archive's growth: one row per generation",
+            &archive::GROWTH,
+        ),
+        Entry::table(
+            ARCHIVE,
+            "the archive: one row per elite, with its behaviour in the last columns",
+            columns,
+        ),
+        Entry::file(ARCHIVE_GENES, "its genes (f32, elites x genes), in the same order"),
+        Entry::file(
+            ARCHIVE_PICTURE,
+            "a picture of the archive, if two measures describe behaviour",
+        ),
+    ]
+}
+
 /// The folder of a run that ends on a robot on a wire.
 fn lives() -> Entry {
     let about = "every life on a robot on a wire, with a `README.md` of its own; only with `reality.robot`. `oneiro verify` leaves it out";
@@ -170,6 +197,7 @@ pub(crate) fn all_contents() -> Vec<Entry> {
     let world = World::new(oneiro::world::WorldSpec::miglino1995()).expect("it is the paper's");
     [
         &files(&world, true, true, true)[..],
+        &archive_files(&archive::ELITES),
         &[lives()],
         &replays(false),
         &replays(true),
@@ -295,6 +323,10 @@ pub(crate) fn all_genomes(
         let luckiest = champion::read(run.directory, [LUCKIEST, LUCKIEST_GENES], layout)?;
         all.push((LUCKIEST_GENES, luckiest.alone()));
     }
+    if experiment.settings().evolution.has_archive() {
+        let elites = genomes::read(&run.directory.join(ARCHIVE_GENES), layout).map_err(Failure::corrupt)?;
+        all.push((ARCHIVE_GENES, elites));
+    }
     all.push(if individuals {
         let individuals = Individuals::read(run.directory, experiment)?;
         (INDIVIDUALS, individuals.genomes())
@@ -406,11 +438,19 @@ impl super::Experiment for Single {
                 head: Individuals::header(&self.experiment),
             });
         }
+        if matches!(recording, Recording::Directory { .. }) && self.experiment.settings().evolution.has_archive() {
+            tables.push(Table {
+                file: COVERAGE,
+                head: contents::head(&archive::GROWTH).into_bytes(),
+            });
+        }
         tables
     }
 
     fn results(&self) -> &'static [&'static str] {
-        const ALL: [&str; 7] = [
+        const ALL: [&str; 9] = [
+            ARCHIVE,
+            ARCHIVE_GENES,
             GENERATIONS,
             CHAMPION,
             CHAMPION_GENES,
@@ -419,9 +459,14 @@ impl super::Experiment for Single {
             LUCKIEST,
             LUCKIEST_GENES,
         ];
+        let first = if self.experiment.settings().evolution.has_archive() {
+            0
+        } else {
+            2
+        };
         match self.experiment.finalists() {
-            0 => &ALL[..5],
-            _ => &ALL,
+            0 => &ALL[first..7],
+            _ => &ALL[first..],
         }
     }
 
@@ -429,7 +474,10 @@ impl super::Experiment for Single {
         let settings = self.experiment.settings();
         let has_finalists = self.experiment.finalists() > 0;
         let (has_individuals, has_trace) = (settings.record.individuals, !self.ends_outside());
-        let files = files(self.experiment.world(), has_finalists, has_individuals, has_trace);
+        let mut files = files(self.experiment.world(), has_finalists, has_individuals, has_trace);
+        if settings.evolution.has_archive() {
+            files.extend(archive_files(&archive::columns(&self.experiment)));
+        }
         if self.ends_outside() {
             [files, vec![lives()]].concat()
         } else {

@@ -44,7 +44,7 @@ fn learning_curve_svg(experiment: &Experiment, seed: u64, rows: &[Row]) -> Strin
         values: rows.iter().map(value).collect(),
     };
     let title = format!("{}, seed {seed}", experiment.name());
-    let peak = format!("mean of the best {}", experiment.settings().evolution.parents);
+    let peak = format!("mean of the best {}", experiment.settings().evolution.best());
     figures::learning_curve(
         &title,
         "fitness",

@@ -38,7 +38,10 @@ pub(super) fn run(
              Its lives are in {directory}/{LIVES}, and `oneiro evaluate --genomes {directory}` lets it live in the simulator"
         )));
     }
-    let champion = super::champion(run, experiment)?;
+    let champion = match replay.elite {
+        Some(cell) => super::archive::elite(run, experiment, cell)?,
+        None => super::champion(run, experiment)?,
+    };
     let other = replay.genome.map(|file| genome(file, experiment)).transpose()?;
     let settings = experiment.settings();
     if replay.trial >= settings.trials {
@@ -59,7 +62,7 @@ pub(super) fn run(
         .map_err(|invalid| Failure::input(format_args!("--start {x},{y},{heading}: {invalid}")))?,
     };
     let keys: Vec<Key> = match replay.seed.or(other.as_ref().map(|_| 1)) {
-        None => keys(run.seed, champion.generation, champion.individual, settings.trials).collect(),
+        None => keys(settings, run.seed, champion.generation, champion.individual).collect(),
         Some(seed) => {
             let keys = Keys::of_seed(seed);
             (0..settings.trials as usize).map(|trial| keys.of(0, trial)).collect()
@@ -79,7 +82,7 @@ pub(super) fn run(
     let (bits, recorded) = (own.to_bits(), champion.fitness.to_bits());
     if !is_new && bits != recorded {
         return Err(Failure::failed(format_args!(
-            "{}: the champion's recorded fitness is {} (bits {recorded:08x}), but {own} (bits {bits:08x}) on {}",
+            "{}: the recorded fitness is {} (bits {recorded:08x}), but {own} (bits {bits:08x}) on {}",
             run.directory.display(),
             champion.fitness,
             engine.name()

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use oneiro::parameter::Choice;
 use oneiro::surrogate::{Difference, Differences, Individual, Surrogate};
 use oneiro::tables::{MotorStates, SensorTables};
 use oneiro::world::{Noise, Robot, WorldSpec};
@@ -12,7 +13,7 @@ use toml::{Table, Value};
 
 use super::interpolation::interpolated;
 use super::results::{Condition, Family};
-use crate::evolve::genetic;
+use crate::evolve;
 use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting, Source};
 use crate::experiment::values::Described;
@@ -244,6 +245,21 @@ pub(crate) struct Settings {
     sources: BTreeMap<String, String>,
 }
 
+/// Checks that evolutions are by the genetic algorithm, whose lives have random numbers of their own: the study breeds its
+/// generations itself.
+fn only_the_papers(experiment: &settings::Settings, source: &Source<'_>) -> Result {
+    let evolution = &experiment.evolution;
+    if evolution.kind != evolve::settings::Kind::Genetic {
+        let problem = format!("has evolution.kind = {:?}; allowed: genetic", evolution.kind.word());
+        return Err(source.invalid("experiment", problem));
+    }
+    if evolution.has_common_numbers() {
+        let problem = "has evolution.common_random_numbers = true; allowed: false";
+        return Err(source.invalid("experiment", problem));
+    }
+    Ok(())
+}
+
 impl Settings {
     /// Reads the study's settings under an arm.
     ///
@@ -286,6 +302,7 @@ impl Settings {
             }
             let [none, sensor, conservative] = Condition::ALL.map(|condition| experiment(condition, Vec::new()));
             let none = none?;
+            only_the_papers(none.settings(), source)?;
             let robot = match &asked.robot {
                 Address::Surrogate(seed) => Real::Surrogate(seed.wrapping_add(values.reality.robot_offset)),
                 Address::Wire(wire) => {
@@ -370,8 +387,8 @@ impl Settings {
     }
 
     /// Settings of the genetic algorithm, over all generations.
-    pub(crate) fn evolution(&self) -> genetic::Settings {
-        genetic::Settings {
+    pub(crate) fn evolution(&self) -> evolve::settings::Settings {
+        evolve::settings::Settings {
             generations: self.simulated_generations() + self.reality.generations,
             ..self.experiment(Condition::None).settings().evolution.clone()
         }

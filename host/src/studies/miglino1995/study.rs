@@ -186,11 +186,11 @@ impl<'a> Study<'a> {
                     (word >> 8) as f32
                 };
                 let lots = (0..run.evolution.ask().len()).map(lot).collect();
-                run.evolution.tell(lots)?;
+                run.evolution.tell(lots, &[])?;
             }
             let real = evolving.live(&random, Trial::Real)?;
             for (run, fitness) in random.iter_mut().zip(real) {
-                run.evolution.tell(fitness)?;
+                run.evolution.tell(fitness, &[])?;
             }
         }
         let simulated_on = means(robot()?.live(&on, Trial::Real)?);
@@ -220,7 +220,7 @@ impl<'a> Study<'a> {
             for _ in 0..self.settings.simulated_generations() {
                 let fitness = one(&runs)?;
                 for (run, fitness) in runs.iter_mut().zip(fitness) {
-                    run.evolution.tell(fitness)?;
+                    run.evolution.tell(fitness, &[])?;
                 }
             }
             let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect();
@@ -268,7 +268,7 @@ impl<'a> Study<'a> {
             }
             for (run, fitness) in runs.iter_mut().zip(&fitness) {
                 run.real.push(level(fitness));
-                run.evolution.tell(fitness.clone())?;
+                run.evolution.tell(fitness.clone(), &[])?;
             }
         }
         Ok(fitness)
@@ -281,7 +281,7 @@ impl<'a> Study<'a> {
             Some(worlds) => self.lives_in(worlds, runs, |run| run.condition as usize, Trial::Simulated)?,
         };
         for (run, scores) in runs.iter_mut().zip(scores) {
-            run.evolution.tell(scores)?;
+            run.evolution.tell(scores, &[])?;
         }
         Ok(())
     }
@@ -687,7 +687,7 @@ mod tests {
         let by_fitness = {
             let mut runs = runs.clone();
             for (run, fitness) in runs.iter_mut().zip(&fitness) {
-                run.evolution.tell(fitness.clone()).unwrap();
+                run.evolution.tell(fitness.clone(), &[]).unwrap();
             }
             runs
         };

@@ -1,0 +1,693 @@
+//! The table `[evolution]` of an experiment: the optimiser, its values, and for how many generations it runs.
+
+use oneiro::batch::GREATEST_GENE;
+use oneiro::parameter::{Choice, Choices};
+use rand::Rng;
+use rand::distr::Distribution;
+use serde::{Deserialize, Serialize};
+
+use super::random::Uniform;
+
+/// An optimiser.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Kind {
+    #[default]
+    Genetic,
+    CmaEs,
+    SepCmaEs,
+    OpenEs,
+    MapElites,
+    Novelty,
+    Random,
+}
+
+impl Choice for Kind {
+    const CHOICES: Choices<Self> = &[
+        (
+            "genetic",
+            Self::Genetic,
+            "a genetic algorithm; by default that of Miglino et al. 1995",
+        ),
+        (
+            "cma-es",
+            Self::CmaEs,
+            "evolution strategy with a full covariance matrix, up to 100 genes: Hansen 2016",
+        ),
+        (
+            "sep-cma-es",
+            Self::SepCmaEs,
+            "the same with a diagonal matrix, for any number of genes: Ros and Hansen 2008",
+        ),
+        (
+            "open-es",
+            Self::OpenEs,
+            "evolution strategy with mirrored samples, ranks and Adam: Salimans et al. 2017",
+        ),
+        (
+            "map-elites",
+            Self::MapElites,
+            "an archive of the best of each kind of behaviour: Mouret and Clune 2015",
+        ),
+        (
+            "novelty",
+            Self::Novelty,
+            "the genetic algorithm, selecting by how new a behaviour is: Lehman and Stanley 2011",
+        ),
+        ("random", Self::Random, "random genomes in every generation: a control"),
+    ];
+
+    /// Experiments from before there was a choice keep their identity.
+    fn is_written(&self) -> bool {
+        *self != Self::Genetic
+    }
+}
+
+/// The optimiser, its values, and for how many generations it runs. Values of other optimisers are not used.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Settings {
+    /// The optimiser.
+    pub(crate) kind: Kind,
+    /// Individuals.
+    pub(crate) population: u32,
+    /// How many of the best may become parents.
+    pub(crate) parents: u32,
+    /// Generations that are evaluated.
+    pub(crate) generations: u32,
+    /// How many of the best also keep one copy as they are.
+    pub(crate) elite: u32,
+    /// Whether all individuals of a generation live with the same random numbers; each has its own where nothing is given.
+    pub(crate) common: Option<bool>,
+    /// Range of the uniform initial genes.
+    pub(crate) initial: [f64; 2],
+    /// A file of initial genes instead.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) init: Option<String>,
+    /// Range that genes are kept within.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) limits: Option<[f64; 2]>,
+    pub(crate) selection: Selection,
+    pub(crate) crossover: Crossover,
+    pub(crate) mutation: Mutation,
+    pub(crate) strategy: Strategy,
+    /// Measures of behaviour, of optimisers that use it.
+    pub(crate) descriptors: Vec<Descriptor>,
+    pub(crate) archive: Archive,
+    pub(crate) novelty: Novelty,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            kind: Kind::Genetic,
+            population: 100,
+            parents: 20,
+            generations: 200,
+            elite: 0,
+            common: None,
+            initial: [-1.0, 1.0],
+            init: None,
+            limits: None,
+            selection: Selection::default(),
+            crossover: Crossover::default(),
+            mutation: Mutation::default(),
+            strategy: Strategy::default(),
+            descriptors: Vec::new(),
+            archive: Archive::default(),
+            novelty: Novelty::default(),
+        }
+    }
+}
+
+/// Values that are the experiment's only with some optimisers.
+impl Settings {
+    /// With the genetic algorithm, also if it selects by novelty.
+    pub(crate) fn genetic(&mut self) -> Option<&mut Self> {
+        self.is_genetic().then_some(self)
+    }
+
+    /// With an optimiser whose first individuals may be given.
+    pub(crate) fn begun(&mut self) -> Option<&mut Self> {
+        (self.is_genetic() || self.kind == Kind::MapElites).then_some(self)
+    }
+
+    /// With an optimiser that uses behaviour.
+    pub(crate) fn behaving(&mut self) -> Option<&mut Self> {
+        self.uses_behaviour().then_some(self)
+    }
+
+    /// With an archive of elites.
+    pub(crate) fn archived(&mut self) -> Option<&mut Archive> {
+        (self.kind == Kind::MapElites).then_some(&mut self.archive)
+    }
+
+    /// With novelty search.
+    pub(crate) fn novel(&mut self) -> Option<&mut Novelty> {
+        (self.kind == Kind::Novelty).then_some(&mut self.novelty)
+    }
+
+    /// With the genetic algorithm, if only the best become parents.
+    pub(crate) fn truncated(&mut self) -> Option<&mut Self> {
+        self.has_parents().then_some(self)
+    }
+
+    /// With the genetic algorithm, if there is crossover.
+    pub(crate) fn crossed(&mut self) -> Option<&mut Crossover> {
+        let crossover = &mut self.genetic()?.crossover;
+        (crossover.kind != CrossoverKind::None).then_some(crossover)
+    }
+
+    /// With the genetic algorithm, if the chance of a mutation has a unit to choose.
+    pub(crate) fn mutated_by_unit(&mut self) -> Option<&mut Mutation> {
+        let mutation = &mut self.genetic()?.mutation;
+        mutation.kind.has_unit().then_some(mutation)
+    }
+
+    /// With an evolution strategy.
+    pub(crate) fn strategy(&mut self) -> Option<&mut Strategy> {
+        matches!(self.kind, Kind::CmaEs | Kind::SepCmaEs | Kind::OpenEs).then_some(&mut self.strategy)
+    }
+
+    /// With an evolution strategy that adapts covariances.
+    pub(crate) fn adapting(&mut self) -> Option<&mut Strategy> {
+        (self.kind != Kind::OpenEs).then_some(self.strategy()?)
+    }
+
+    /// With an evolution strategy that follows a gradient.
+    pub(crate) fn climbing(&mut self) -> Option<&mut Strategy> {
+        (self.kind == Kind::OpenEs).then_some(self.strategy()?)
+    }
+
+    /// Gives what a file does not give the optimiser's own default.
+    pub(crate) fn complete(&mut self, genes: usize, has_population: bool) {
+        if !has_population {
+            self.population = match self.kind {
+                Kind::CmaEs | Kind::SepCmaEs => super::cma::default_population(genes),
+                Kind::OpenEs => 40,
+                _ => self.population,
+            };
+        }
+        let sigma = match self.kind {
+            Kind::CmaEs | Kind::SepCmaEs => 0.5,
+            Kind::OpenEs => 0.02,
+            _ => return,
+        };
+        self.strategy.sigma.get_or_insert(sigma);
+        self.common.get_or_insert(self.kind == Kind::OpenEs);
+    }
+
+    /// Whether all individuals of a generation live with the same random numbers.
+    pub(crate) fn has_common_numbers(&self) -> bool {
+        self.common == Some(true)
+    }
+
+    /// Whether a genetic algorithm breeds.
+    pub(crate) fn is_genetic(&self) -> bool {
+        matches!(self.kind, Kind::Genetic | Kind::Novelty)
+    }
+
+    /// Whether the optimiser uses behaviour.
+    pub(crate) fn uses_behaviour(&self) -> bool {
+        matches!(self.kind, Kind::MapElites | Kind::Novelty)
+    }
+
+    /// Whether the optimiser keeps an archive of elites.
+    pub(crate) fn has_archive(&self) -> bool {
+        self.kind == Kind::MapElites
+    }
+
+    /// Whether only the best become parents.
+    fn has_parents(&self) -> bool {
+        self.is_genetic() && self.selection.kind.is_of_the_best()
+    }
+
+    /// How many of the best the statistics of a generation call its parents: those that become parents, or those that an evolution
+    /// strategy moves to; else a fifth of the population, as in Miglino et al. 1995.
+    pub(crate) fn best(&self) -> u32 {
+        match self.kind {
+            Kind::Genetic | Kind::Novelty if self.has_parents() => self.parents,
+            Kind::CmaEs | Kind::SepCmaEs => (self.population / 2).max(1),
+            _ => (self.population / 5).max(1),
+        }
+    }
+}
+
+/// How parents are chosen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Selection {
+    pub(crate) kind: SelectionKind,
+    /// Of ranks: how many children the best has, if an average individual has one.
+    pub(crate) pressure: f64,
+    /// Of a roulette wheel: the same.
+    pub(crate) scaling: f64,
+    /// Of tournaments: individuals in each.
+    pub(crate) size: u32,
+}
+
+impl Default for Selection {
+    fn default() -> Self {
+        Self {
+            kind: SelectionKind::Truncation,
+            pressure: 2.0,
+            scaling: 2.0,
+            size: 2,
+        }
+    }
+}
+
+/// A kind of selection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum SelectionKind {
+    Truncation,
+    Uniform,
+    Rank,
+    Roulette,
+    Tournament,
+}
+
+impl SelectionKind {
+    /// Whether only `parents` of the best have children.
+    pub(crate) fn is_of_the_best(self) -> bool {
+        matches!(self, Self::Truncation | Self::Uniform)
+    }
+}
+
+impl Choice for SelectionKind {
+    const CHOICES: Choices<Self> = &[
+        (
+            "truncation",
+            Self::Truncation,
+            "the best, with equally many children each",
+        ),
+        ("uniform", Self::Uniform, "each child's is drawn from the best"),
+        (
+            "rank",
+            Self::Rank,
+            "drawn from all, by a chance that falls linearly with the rank: Baker 1985",
+        ),
+        (
+            "roulette",
+            Self::Roulette,
+            "drawn from all, by a chance that rises linearly with fitness: Goldberg 1989",
+        ),
+        (
+            "tournament",
+            Self::Tournament,
+            "the best of some that are drawn from all",
+        ),
+    ];
+
+    /// Experiments from before there was a choice keep their identity.
+    fn is_written(&self) -> bool {
+        *self != Self::Truncation
+    }
+}
+
+/// How a child's genes come from two parents.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Crossover {
+    pub(crate) kind: CrossoverKind,
+    /// The chance of a child to have two parents.
+    pub(crate) rate: f64,
+    /// Of the uniform kind: the chance of each gene to be the second parent's.
+    pub(crate) share: f64,
+}
+
+impl Default for Crossover {
+    fn default() -> Self {
+        Self {
+            kind: CrossoverKind::None,
+            rate: 0.5,
+            share: 0.5,
+        }
+    }
+}
+
+/// A kind of crossover.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum CrossoverKind {
+    None,
+    OnePoint,
+    TwoPoint,
+    Uniform,
+}
+
+impl Choice for CrossoverKind {
+    const CHOICES: Choices<Self> = &[
+        ("none", Self::None, "each child has one parent"),
+        (
+            "one_point",
+            Self::OnePoint,
+            "from one place on, the genes are the second parent's",
+        ),
+        (
+            "two_point",
+            Self::TwoPoint,
+            "between two places, the genes are the second parent's",
+        ),
+        (
+            "uniform",
+            Self::Uniform,
+            "each gene by itself may be the second parent's",
+        ),
+    ];
+
+    /// Experiments from before there was a choice keep their identity.
+    fn is_written(&self) -> bool {
+        *self != Self::None
+    }
+}
+
+/// Mutation of children.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Mutation {
+    /// The change of a gene.
+    pub(crate) kind: MutationKind,
+    /// The chance of a change.
+    pub(crate) rate: f64,
+    /// Whether the chance is drawn for each gene or each individual.
+    pub(crate) per: MutationUnit,
+    /// Size of the change.
+    pub(crate) amount: f64,
+}
+
+impl Default for Mutation {
+    fn default() -> Self {
+        Self {
+            kind: MutationKind::AddUniform,
+            rate: 0.25,
+            per: MutationUnit::Gene,
+            amount: 1.0,
+        }
+    }
+}
+
+/// A kind of mutation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum MutationKind {
+    AddUniform,
+    AddNormal,
+    Replace,
+    AddVector,
+    EvoStick,
+}
+
+impl MutationKind {
+    /// Whether the chance is of a gene or of an individual, as the experiment says; else it is of an individual.
+    pub(crate) fn has_unit(self) -> bool {
+        !matches!(self, Self::AddVector | Self::EvoStick)
+    }
+}
+
+impl Choice for MutationKind {
+    const CHOICES: Choices<Self> = &[
+        (
+            "add_uniform",
+            Self::AddUniform,
+            "adds a uniform number between minus and plus the amount",
+        ),
+        (
+            "add_normal",
+            Self::AddNormal,
+            "adds a normal number with the amount as its standard deviation",
+        ),
+        ("replace", Self::Replace, "draws the gene again from the initial range"),
+        (
+            "add_vector",
+            Self::AddVector,
+            "adds a vector to all genes, of random direction, whose length is a normal number with the amount as its standard \
+             deviation; the rate is an individual's chance",
+        ),
+        (
+            "evostick",
+            Self::EvoStick,
+            "that of EvoStick: adds a uniform number, replaces the gene by it, or leaves it; the rate is an individual's chance of \
+             a severe mutation (docs/optimisers.md)",
+        ),
+    ];
+}
+
+/// The unit that the chance of mutation is drawn for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum MutationUnit {
+    Gene,
+    Individual,
+}
+
+impl Choice for MutationUnit {
+    const CHOICES: Choices<Self> = &[
+        ("gene", Self::Gene, "each gene by itself"),
+        (
+            "individual",
+            Self::Individual,
+            "each individual: all its genes change, or none",
+        ),
+    ];
+}
+
+/// Values of evolution strategies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Strategy {
+    /// Standard deviation of the first samples, or of all, in halves of the initial range; given once complete.
+    pub(crate) sigma: Option<f64>,
+    /// Whether the worse half of the samples shrinks the covariances.
+    pub(crate) active: bool,
+    /// Whether a strategy that can't go on begins again.
+    pub(crate) restarts: bool,
+    /// Adam's step.
+    pub(crate) learning_rate: f64,
+    /// How strongly genes are drawn to the middle of their initial range.
+    pub(crate) weight_decay: f64,
+}
+
+impl Default for Strategy {
+    fn default() -> Self {
+        Self {
+            sigma: None,
+            active: true,
+            restarts: true,
+            learning_rate: 0.01,
+            weight_decay: 0.005,
+        }
+    }
+}
+
+/// A measure of behaviour that an optimiser uses.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Descriptor {
+    /// Its name.
+    pub(crate) measure: String,
+    /// Its range; NaN until it is given.
+    pub(crate) least: f32,
+    pub(crate) greatest: f32,
+    /// Cells that a grid divides the range into.
+    pub(crate) cells: u32,
+}
+
+impl Default for Descriptor {
+    fn default() -> Self {
+        Self {
+            measure: String::new(),
+            least: f32::NAN,
+            greatest: f32::NAN,
+            cells: 20,
+        }
+    }
+}
+
+impl Descriptor {
+    /// A value as a share of the range.
+    pub(crate) fn share(&self, value: f64) -> f64 {
+        let [least, greatest] = [self.least, self.greatest].map(f64::from);
+        (value - least) / (greatest - least)
+    }
+
+    #[cfg(test)]
+    pub(super) fn named(measure: &str, [least, greatest]: [f32; 2], cells: u32) -> Self {
+        Self {
+            measure: measure.into(),
+            least,
+            greatest,
+            cells,
+        }
+    }
+}
+
+/// Values of an archive of elites.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Archive {
+    pub(crate) cells: Cells,
+    /// Cells, if they are not a grid's.
+    pub(crate) centroids: u32,
+    /// Standard deviations of variation: of each gene, in halves of the initial range, and along the line to another elite.
+    pub(crate) iso: f64,
+    pub(crate) line: f64,
+    /// Elites of each generation that are evaluated again.
+    pub(crate) reevaluated: u32,
+    pub(crate) acceptance: Acceptance,
+    /// The fitness that counts as nothing in the QD score.
+    pub(crate) offset: f64,
+}
+
+impl Default for Archive {
+    fn default() -> Self {
+        Self {
+            cells: Cells::Grid,
+            centroids: 1000,
+            iso: 0.01,
+            line: 0.2,
+            reevaluated: 0,
+            acceptance: Acceptance::Optimistic,
+            offset: 0.0,
+        }
+    }
+}
+
+/// How an archive's cells divide behaviour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Cells {
+    Grid,
+    Centroidal,
+}
+
+impl Choice for Cells {
+    const CHOICES: Choices<Self> = &[
+        ("grid", Self::Grid, "each descriptor's range is divided evenly"),
+        (
+            "centroidal",
+            Self::Centroidal,
+            "regions of equal size around centroids: Vassiliades et al. 2018",
+        ),
+    ];
+}
+
+/// What elites are compared by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Acceptance {
+    Optimistic,
+    Mean,
+}
+
+impl Choice for Acceptance {
+    const CHOICES: Choices<Self> = &[
+        (
+            "optimistic",
+            Self::Optimistic,
+            "the best score that they ever had, in the cell of that life",
+        ),
+        (
+            "mean",
+            Self::Mean,
+            "the mean of all their scores, in the cell of their mean behaviour",
+        ),
+    ];
+}
+
+/// Values of novelty search.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Novelty {
+    /// Nearest behaviours whose mean distance is the novelty.
+    pub(crate) neighbours: u32,
+    /// Behaviours of each generation that are kept, drawn at random.
+    pub(crate) added: u32,
+}
+
+impl Default for Novelty {
+    fn default() -> Self {
+        Self {
+            neighbours: 15,
+            added: 6,
+        }
+    }
+}
+
+/// The range of each gene that has one of its own. It replaces the initial range and the limits, and the amount of a mutation
+/// is as large in it as in the initial range.
+pub(crate) type Ranges = Vec<Option<[f32; 2]>>;
+
+/// Where genes may be.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Space(Vec<Place>);
+
+/// Where a gene begins, and its least and greatest value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Place {
+    initial: [f64; 2],
+    bounds: [f64; 2],
+}
+
+impl Space {
+    pub(super) fn new(settings: &Settings, ranges: &Ranges) -> Self {
+        let place = |&own| Place {
+            initial: initial_range(settings, own),
+            bounds: bounds(settings, own),
+        };
+        Self(ranges.iter().map(place).collect())
+    }
+
+    /// Genes.
+    pub(super) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// This many random genomes, one after the other.
+    pub(super) fn drawn(&self, count: u32, random: &mut impl Rng) -> Vec<f32> {
+        let genomes = (0..count).flat_map(|_| &self.0);
+        genomes
+            .map(
+                |&Place {
+                     initial: [low, high],
+                     bounds,
+                 }| kept(Uniform { low, high }.sample(random), bounds),
+            )
+            .collect()
+    }
+
+    /// A gene at a place that counts from the middle of its initial range, in halves of that.
+    pub(super) fn gene(&self, gene: usize, at: f64) -> f32 {
+        let Place {
+            initial: [low, high],
+            bounds,
+        } = self.0[gene];
+        kept(0.5 * (low + high) + 0.5 * (high - low) * at, bounds)
+    }
+
+    /// Half of a gene's initial range.
+    pub(super) fn half(&self, gene: usize) -> f64 {
+        let [low, high] = self.0[gene].initial;
+        0.5 * (high - low)
+    }
+
+    /// A gene within its bounds.
+    pub(super) fn kept(&self, gene: usize, value: f64) -> f32 {
+        kept(value, self.0[gene].bounds)
+    }
+
+    /// The place of a gene's bounds, counted in the same way.
+    pub(super) fn bounds(&self, gene: usize) -> [f64; 2] {
+        let Place {
+            initial: [low, high],
+            bounds,
+        } = self.0[gene];
+        bounds.map(|bound| (bound - 0.5 * (low + high)) / (0.5 * (high - low)))
+    }
+}
+
+/// The range of a gene's initial values.
+pub(super) fn initial_range(settings: &Settings, own: Option<[f32; 2]>) -> [f64; 2] {
+    own.map_or(settings.initial, |range| range.map(f64::from))
+}
+
+/// The least and the greatest value of a gene: those of its range or the limits.
+pub(super) fn bounds(settings: &Settings, own: Option<[f32; 2]>) -> [f64; 2] {
+    own.map(|range| range.map(f64::from))
+        .or(settings.limits)
+        .unwrap_or([-f64::from(GREATEST_GENE), f64::from(GREATEST_GENE)])
+}
+
+/// Clamps a gene to its bounds, and replaces a subnormal one by +0, as batches require.
+pub(super) fn kept(gene: f64, [least, greatest]: [f64; 2]) -> f32 {
+    let gene = gene.clamp(least, greatest) as f32;
+    if gene.is_normal() { gene } else { 0.0 }
+}

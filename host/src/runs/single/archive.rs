@@ -1,0 +1,191 @@
+//! The files of an archive of elites: tables of its cells and of its growth, its genomes, and a picture.
+
+use std::fmt::Write;
+
+use super::{ARCHIVE, ARCHIVE_GENES, ARCHIVE_PICTURE, Recorded};
+use crate::contents::{Column, head};
+use crate::engine::disk;
+use crate::evolve::Champion;
+use crate::evolve::map_elites::{Archive, Elite};
+use crate::exit::{Failure, Result};
+use crate::experiment::Experiment;
+use crate::genomes;
+use crate::npy::npy;
+use crate::report::figures;
+
+/// Columns of the table of the archive's growth.
+pub(super) static GROWTH: [Column; 5] = [
+    Column::whole("generation", "", "its number, from 0"),
+    Column::whole("elites", "", "cells that have one after it"),
+    Column::number("coverage", "", "the share of all cells that have one"),
+    Column::number(
+        "qd_score",
+        "",
+        "the sum over all elites of what their fitness is above `evolution.archive.offset`",
+    ),
+    Column::number("best", "", "the best elite's fitness"),
+];
+
+/// Columns of the table of elites, before those of their behaviour.
+pub(super) static ELITES: [Column; 6] = [
+    Column::whole(
+        "cell",
+        "",
+        "its number: of a grid, cells are counted along the last descriptor first",
+    ),
+    Column::number(
+        "fitness",
+        "",
+        "by which the elite is compared: its best score, or the mean of all, as `evolution.archive.acceptance` says",
+    ),
+    Column::whole("evaluations", "", "how often it was evaluated"),
+    Column::whole(
+        "generation",
+        "",
+        "the generation of the evaluation that `oneiro replay --elite CELL` repeats",
+    ),
+    Column::whole("individual", "", "its index in that generation"),
+    Column::text("score_bits", "its score in that evaluation as 32 bits, in hex"),
+];
+
+/// All columns of the table of elites.
+pub(super) fn columns(experiment: &Experiment) -> Vec<Column> {
+    let behaviour = experiment.settings().evolution.descriptors.iter().map(|own| {
+        Column::number(
+            "",
+            "",
+            "the elite's behaviour by this measure (docs/measures.md), in its unit",
+        )
+        .named(own.measure.clone())
+    });
+    ELITES.iter().cloned().chain(behaviour).collect()
+}
+
+/// A line of the table of growth.
+pub(super) fn line(generation: u32, archive: &Archive, offset: f64) -> String {
+    let count = archive.elites().count();
+    let coverage = count as f64 / archive.cells() as f64;
+    let best = archive
+        .elites()
+        .map(|(_, elite)| elite.fitness)
+        .fold(f64::NAN, f64::max);
+    format!("{generation},{count},{coverage},{},{best}\n", archive.quality(offset))
+}
+
+/// Who is appraised: the luckiest of the run, and the best elites.
+pub(super) fn finalists(archive: &Archive, luckiest: &Champion, count: usize) -> Vec<Champion> {
+    let mut elites: Vec<&Elite> = archive.elites().map(|(_, elite)| elite).collect();
+    // Of equals, the first cell first.
+    elites.sort_by(|a, b| b.fitness.total_cmp(&a.fitness));
+    let others = elites
+        .into_iter()
+        .filter(|elite| (elite.generation, elite.individual) != (luckiest.generation, luckiest.individual))
+        .map(lived);
+    std::iter::once(luckiest.clone())
+        .chain(others.take(count - 1))
+        .collect()
+}
+
+/// An elite as an individual of a generation.
+fn lived(elite: &Elite) -> Champion {
+    Champion {
+        generation: elite.generation,
+        individual: elite.individual,
+        fitness: elite.score,
+        genome: elite.genome.clone(),
+    }
+}
+
+/// The table of a finished run's elites, their genes, and, if there are two descriptors, a picture.
+pub(super) fn files(
+    archive: &Archive,
+    experiment: &Experiment,
+    seed: u64,
+    has_pictures: bool,
+) -> Vec<(&'static str, Vec<u8>)> {
+    let mut table = head(&columns(experiment));
+    let mut genes = Vec::new();
+    for (cell, elite) in archive.elites() {
+        let Elite {
+            fitness,
+            evaluations,
+            generation,
+            individual,
+            score,
+            ..
+        } = elite;
+        // Writing to a string can't fail.
+        let _ = write!(
+            table,
+            "{cell},{fitness},{evaluations},{generation},{individual},{:08x}",
+            score.to_bits()
+        );
+        for value in &elite.behaviour {
+            let _ = write!(table, ",{value}");
+        }
+        table.push('\n');
+        genes.extend_from_slice(&elite.genome);
+    }
+    let shape = [archive.elites().count(), experiment.world().genes()];
+    let mut files = vec![(ARCHIVE, table.into_bytes()), (ARCHIVE_GENES, npy(&shape, &genes))];
+    if has_pictures && let [x, y] = &experiment.settings().evolution.descriptors[..] {
+        let title = format!("{}, seed {seed}: elites", experiment.name());
+        let dots: Vec<[f64; 3]> = archive
+            .elites()
+            .map(|(_, elite)| [elite.behaviour[0], elite.behaviour[1], elite.fitness])
+            .collect();
+        let axes = [x, y].map(|own| (&*own.measure, [own.least, own.greatest].map(f64::from)));
+        files.push((ARCHIVE_PICTURE, figures::archive(&title, axes, &dots).into_bytes()));
+    }
+    files
+}
+
+/// The elite of a cell of a finished run, as an individual of its generation.
+///
+/// # Errors
+/// Exit 3 for a run without an archive, or a cell without an elite; exit 5 if the files aren't what was written.
+pub(super) fn elite(run: &Recorded<'_>, experiment: &Experiment, cell: u32) -> Result<Champion> {
+    if !experiment.settings().evolution.has_archive() {
+        return Err(Failure::input(format_args!(
+            "--elite {cell}: {} has no archive; allowed: runs with evolution.kind = \"map-elites\"",
+            run.directory.display()
+        )));
+    }
+    let path = run.directory.join(ARCHIVE);
+    let table = disk::read_text(&path)?;
+    let corrupt = |number: usize| Failure::corrupt(format_args!("{}:{number}: is not an elite", path.display()));
+    let mut cells = Vec::new();
+    for (place, line) in table.lines().skip(1).enumerate() {
+        let mut fields = line.split(',');
+        let own: u32 = fields
+            .next()
+            .and_then(|own| own.parse().ok())
+            .ok_or_else(|| corrupt(place + 2))?;
+        cells.push(own);
+        if own != cell {
+            continue;
+        }
+        let mut fields = fields.skip(2);
+        let mut whole = || fields.next()?.parse().ok();
+        let (generation, individual) = whole().zip(whole()).ok_or_else(|| corrupt(place + 2))?;
+        let score = fields.next().and_then(|bits| u32::from_str_radix(bits, 16).ok());
+        let layout = experiment.world().gene_layout();
+        let genomes = genomes::read(&run.directory.join(ARCHIVE_GENES), layout).map_err(Failure::corrupt)?;
+        if place >= genomes.len() {
+            return Err(corrupt(place + 2));
+        }
+        return Ok(Champion {
+            generation,
+            individual,
+            fitness: f32::from_bits(score.ok_or_else(|| corrupt(place + 2))?),
+            genome: genomes.genome(place).to_vec(),
+        });
+    }
+    let near = cells.iter().min_by_key(|own| own.abs_diff(cell));
+    let near = near.map_or_else(String::new, |near| format!(", the nearest is {near}"));
+    Err(Failure::input(format_args!(
+        "--elite {cell}: that cell has no elite; allowed: one of the {} in {}{near}",
+        cells.len(),
+        path.display()
+    )))
+}

@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# optimisers.sh: the optimisers against the Python packages cma 4.5.0, which computes steps of CMA-ES with 2, 10 and 66 genes and
+# evaluations that it needs, and ribs 0.12.0, which fills an archive of elites. What is committed of these (host/src/evolve) must be
+# what they compute. Skipped if there is no Python, or the packages aren't available.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. tests/install.sh
+. tests/skips.sh
+
+say() { printf '\n== optimisers: %s\n' "$*"; }
+fail() {
+    echo "optimisers: $*" >&2
+    exit 1
+}
+
+python_with cma,ribs cma==4.5.0 ribs==0.12.0 || {
+    skipped python "the optimisers against cma and ribs: $problem"
+    exit 0
+}
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+
+say "what ribs does"
+"$python" tests/optimisers/archive.py "$scratch/archive.txt"
+cmp "$scratch/archive.txt" host/src/evolve/map_elites/oracle.txt || fail "ribs does something else than is committed"
+
+say "what cma computes"
+"$python" tests/optimisers/steps.py "$scratch" --all
+cmp "$scratch/evaluations.txt" host/src/evolve/cma/oracles/evaluations.txt ||
+    fail "cma needs other evaluations than are committed"
+
+say "what the optimisers compute"
+# Without the package's numbers this test compares with those that are committed.
+ONEIRO_OPTIMISERS=$scratch cargo test --locked -p oneiro-host --features parquet --bin oneiro -- cma::tests::steps cma::tests::it_needs \
+    map_elites::tests::its_archive --nocapture | tee "$scratch/printed"
+for genes in 2 10 66; do
+    [ "$(grep -c "steps-$genes-" "$scratch/printed")" = 2 ] || fail "steps with $genes genes were not compared"
+done
+grep -q "its_archive_is_that_of_ribs ... ok" "$scratch/printed" || fail "archives were not compared"
+say "all is well"
