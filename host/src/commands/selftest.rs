@@ -14,7 +14,7 @@ use oneiro::swarm::Swarm;
 use oneiro::tables::SensorTables;
 use oneiro::world::{Robot, World, WorldSpec};
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::bench::{self, Plan};
 use crate::cli::Selftest;
@@ -27,6 +27,8 @@ use crate::workload;
 const TRACED: u32 = 256;
 /// Arguments of each function of the kernels' library.
 const ARGUMENTS: usize = 10_000;
+/// Rollouts of each controller by default.
+pub(crate) const ROLLOUTS: u32 = 4000;
 /// Seed of all genomes and keys.
 const SEED: u32 = 1995;
 
@@ -108,6 +110,51 @@ impl Check {
 
 /// Compares everything, prints a table, and fails if any check fails.
 pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
+    let (checks, cells) = examined(arguments, console)?;
+    let bad = failed(&checks);
+    if console.json() {
+        console.json_data(&value(&checks, &cells))?;
+    } else {
+        console.data(format!(
+            "{}\nMillion robot-steps per second\n\n{}",
+            table(&checks),
+            bench::table(&cells)
+        ))?;
+    }
+    if bad > 0 {
+        return Err(Failure::failed(format_args!(
+            "{bad} of {} checks failed on this machine",
+            checks.len()
+        )));
+    }
+    console.say(format!("all {} checks passed", checks.len()));
+    Ok(())
+}
+
+/// What [`run`] prints as JSON, with the defaults of its arguments.
+///
+/// # Errors
+/// Exit 4: there is no such device. Checks that fail are no error.
+pub(crate) fn report(backend: &str, console: Console) -> Result<Value> {
+    let arguments = Selftest {
+        backend: backend.to_owned(),
+        rollouts: ROLLOUTS,
+        tables: Vec::new(),
+    };
+    let (checks, cells) = examined(&arguments, console)?;
+    Ok(value(&checks, &cells))
+}
+
+fn value(checks: &[Check], cells: &[bench::Cell]) -> Value {
+    json!({ "passed": failed(checks) == 0, "checks": checks, "throughput": cells })
+}
+
+fn failed(checks: &[Check]) -> usize {
+    checks.iter().filter(|check| !check.verdict.is_good()).count()
+}
+
+/// Compares everything, and measures speeds.
+fn examined(arguments: &Selftest, console: Console) -> Result<(Vec<Check>, Vec<bench::Cell>)> {
     let candidates = compared(&arguments.backend)?;
     let robot = robot(arguments, console)?;
     let mut checks = vec![known_answers()];
@@ -136,25 +183,7 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
         }
     }
     let (cells, _) = bench::measure(&bench::timed(&arguments.backend)?, &Plan::quick(), console)?;
-
-    let bad = checks.iter().filter(|check| !check.verdict.is_good()).count();
-    if console.json() {
-        console.json_data(&json!({ "passed": bad == 0, "checks": checks, "throughput": cells }))?;
-    } else {
-        console.data(format!(
-            "{}\nMillion robot-steps per second\n\n{}",
-            table(&checks),
-            bench::table(&cells)
-        ))?;
-    }
-    if bad > 0 {
-        return Err(Failure::failed(format_args!(
-            "{bad} of {} checks failed on this machine",
-            checks.len()
-        )));
-    }
-    console.say(format!("all {} checks passed", checks.len()));
-    Ok(())
+    Ok((checks, cells))
 }
 
 /// Formats one line per check, followed by the differences.
