@@ -8,7 +8,6 @@ use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use oneiro::backend::Specialise;
 
 use crate::commands::rules;
-use crate::commands::selftest::ROLLOUTS;
 use crate::console::Output;
 use crate::device::Backend;
 use crate::reality::site::SEVERITY;
@@ -415,7 +414,7 @@ pub(crate) struct Selftest {
     #[arg(long, value_name = "BACKEND", default_value = "all")]
     pub(crate) backend: String,
     /// Rollouts of 500 cycles for each controller, in worlds of every kind. Surrogates get a 20th of that
-    #[arg(long, value_name = "N", default_value_t = ROLLOUTS, value_parser = clap::value_parser!(u32).range(1000..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(1000..=1_000_000))]
     pub(crate) rollouts: u32,
     /// Sensor tables to use instead of the built-in ones, such as wall.sam,round.sam
     #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import csv
+import importlib
 import json
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,35 +23,35 @@ if TYPE_CHECKING:
 
 
 def table(path: Path) -> Any:
-    """A table as a DataFrame of pandas, or else of Polars, or else as a dictionary of NumPy's arrays. Numbers keep all bits."""
-    try:
-        import pandas
-    except ImportError:
-        pass
-    else:
-        return pandas.read_csv(path, float_precision="round_trip")
-    try:
-        import polars
-    except ImportError:
-        pass
-    else:
-        return polars.read_csv(path, infer_schema_length=None)
-    import csv
+    """A table as a DataFrame of pandas, or else of Polars, or else as a dictionary of NumPy's arrays.
 
+    Numbers are read here, so that they have all bits in any of them.
+    """
     import numpy as np
 
     with path.open(newline="") as file:
         head, *rows = csv.reader(file)
-    return {name: _column(np, [row[at] for row in rows]) for at, name in enumerate(head)}
-
-
-def _column(np: Any, cells: list[str]) -> NDArray[Any]:
-    for kind in (np.int64, np.float64):
+    columns = zip(*rows, strict=True) if rows else ((),) * len(head)
+    values = {name: _column(np, cells) for name, cells in zip(head, columns, strict=True)}
+    for library in ("pandas", "polars"):
         try:
-            return np.array([kind(cell) if cell or kind is np.int64 else np.nan for cell in cells], kind)
+            return importlib.import_module(library).DataFrame(values)
+        except ImportError:
+            pass
+    return values
+
+
+def _column(np: Any, cells: Sequence[str]) -> NDArray[Any]:
+    """Whole numbers, or else numbers, of which those that are missing are NaN, or else words."""
+    if all(cells):
+        try:
+            return np.array([int(cell) for cell in cells], np.int64)
         except ValueError:
             pass
-    return np.array(cells)
+    try:
+        return np.array([float(cell) if cell else np.nan for cell in cells], np.float64)
+    except ValueError:
+        return np.array(cells, object)
 
 
 class Run:

@@ -88,11 +88,11 @@ fn devices(py: Python<'_>) -> String {
 
 /// The report of a self-test, as JSON.
 #[pyfunction]
-fn selftest(py: Python<'_>, backend: &str) -> PyResult<String> {
+fn selftest(py: Python<'_>, backend: &str, rollouts: u32) -> PyResult<String> {
     // It can't be stopped: after Ctrl-C nobody waits for it.
     let backend = backend.to_owned();
     let (sender, mut receiver) = mpsc::channel();
-    thread::spawn(move || sender.send(api::device::selftest(&backend)).is_ok());
+    thread::spawn(move || sender.send(api::device::selftest(&backend, rollouts)).is_ok());
     loop {
         let (back, received) = py.detach(move || {
             let received = receiver.recv_timeout(TICK);

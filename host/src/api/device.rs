@@ -113,11 +113,12 @@ pub fn devices() -> String {
     devices::value(false).to_string()
 }
 
-/// Checks that this machine computes the same bits as every other, as `oneiro selftest --json` does. Returns its report as JSON.
+/// Checks that this machine computes the same bits as every other, as `oneiro selftest --json` does, with so many rollouts of each
+/// controller, 1000 and more. Returns its report as JSON.
 ///
 /// # Errors
 /// Exit 4 if there is no such device. What a failed check found is in the report.
-pub fn selftest(backend: &str) -> Result<String> {
-    let report = threaded(|| selftest::report(backend, quiet()))?;
+pub fn selftest(backend: &str, rollouts: u32) -> Result<String> {
+    let report = threaded(|| selftest::report(backend, rollouts, quiet()))?;
     serde_json::to_string(&report).map_err(|error| Error::from(Failure::failed(error)))
 }

@@ -139,12 +139,13 @@ impl Arena {
         };
         device::with(backend, |_| ())?;
         let plan = own.plan(0);
+        let swarm = plan.settings.swarm();
         Ok(Self {
-            swarm: plan.settings.world,
+            swarm,
             lamp: plan.lamp(),
             backend: backend.to_owned(),
             own: None,
-            rewards: vec![0.0; plan.settings.world.robots as usize],
+            rewards: vec![0.0; swarm.robots as usize],
             cycle: 0,
         })
     }

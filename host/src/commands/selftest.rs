@@ -27,8 +27,6 @@ use crate::workload;
 const TRACED: u32 = 256;
 /// Arguments of each function of the kernels' library.
 const ARGUMENTS: usize = 10_000;
-/// Rollouts of each controller by default.
-pub(crate) const ROLLOUTS: u32 = 4000;
 /// Seed of all genomes and keys.
 const SEED: u32 = 1995;
 
@@ -131,14 +129,14 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
     Ok(())
 }
 
-/// What [`run`] prints as JSON, with the defaults of its arguments.
+/// What [`run`] prints as JSON.
 ///
 /// # Errors
 /// Exit 4: there is no such device. Checks that fail are no error.
-pub(crate) fn report(backend: &str, console: Console) -> Result<Value> {
+pub(crate) fn report(backend: &str, rollouts: u32, console: Console) -> Result<Value> {
     let arguments = Selftest {
         backend: backend.to_owned(),
-        rollouts: ROLLOUTS,
+        rollouts,
         tables: Vec::new(),
     };
     let (checks, cells) = examined(&arguments, console)?;

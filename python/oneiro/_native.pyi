@@ -1,0 +1,141 @@
+"""The native module: `oneiro` says what of it users may call."""
+
+import os
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__version__: str
+
+Progress = Callable[[int, int], None] | None
+
+class Experiment:
+    """A checked experiment. It can be pickled, with the files that it names."""
+
+    @staticmethod
+    def load(path: str | os.PathLike[str], set: Mapping[str, Any] | None = None) -> Experiment:
+        """Reads an experiment's file, with values that override its own, as `--set` does: `{"evolution.population": 50}`."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def seed(self) -> int | None:
+        """The seed in its file, if any."""
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings about its files and values."""
+
+    @property
+    def genes(self) -> int:
+        """Genes of a genome."""
+
+    @property
+    def gene_names(self) -> list[str]:
+        """Name of each gene."""
+
+    @property
+    def bounds(self) -> NDArray[np.float32]:
+        """`[genes, 2]`: least and greatest value of each gene, its own range, or else `evolution.limits`, or else -1e6 to 1e6."""
+
+    @property
+    def hash(self) -> str:
+        """Hash of everything that decides its results, except the seed."""
+
+    @property
+    def trials(self) -> int:
+        """Lives of each individual in its evolution."""
+
+    @property
+    def descriptor_names(self) -> list[str]:
+        """Names of the measures of a life, as `oneiro evaluate --measures` has them."""
+
+    def to_toml(self) -> str:
+        """It as TOML with every default written out. Files have the names that a run's directory gives them."""
+
+    def _with(self, set: list[str]) -> Experiment: ...
+    def _trace_columns(self) -> list[tuple[str, str]]: ...
+
+class Evolution:
+    def __init__(self, experiment: Experiment, seed: int) -> None: ...
+    @property
+    def kind(self) -> str: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def generation(self) -> int: ...
+    @property
+    def is_finished(self) -> bool: ...
+    def luckiest(self) -> tuple[int, int, float, NDArray[np.float32]] | None: ...
+    def ask(self) -> NDArray[np.float32]: ...
+    def tell(self, fitness: NDArray[np.float32]) -> None: ...
+    def state(self) -> bytes: ...
+    def restore(self, state: bytes) -> None: ...
+
+class Run:
+    def __init__(self, path: str) -> None: ...
+    @property
+    def path(self) -> str: ...
+    @property
+    def table(self) -> str: ...
+    @property
+    def experiment(self) -> Experiment: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def result(self) -> str | None: ...
+    def champion(self) -> NDArray[np.float32]: ...
+    def verify(self) -> str: ...
+    def audit(self, share: float, backend: str) -> str: ...
+
+class Stepped:
+    def __init__(self, experiment: Experiment, lives: int, backend: str) -> None: ...
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def bounded(self) -> int: ...
+    @property
+    def length(self) -> int: ...
+    def begin(self, who: NDArray[np.uintp], seeds: NDArray[np.uint64], numbers: NDArray[np.uint64]) -> None: ...
+    def step(self, who: NDArray[np.uintp] | None, commands: NDArray[np.float32]) -> None: ...
+    def state(
+        self,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.float32], NDArray[np.uint32], NDArray[np.bool_]]: ...
+
+class Arena:
+    def __init__(self, experiment: Experiment, backend: str) -> None: ...
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def robots(self) -> int: ...
+    @property
+    def length(self) -> int: ...
+    @property
+    def cycle(self) -> int: ...
+    def begin(self, seed: int, life: int) -> None: ...
+    def step(self, speeds: NDArray[np.float32]) -> None: ...
+    def state(self) -> tuple[NDArray[np.float32], NDArray[np.float32]]: ...
+
+def devices() -> str: ...
+def selftest(backend: str, rollouts: int) -> str: ...
+def evaluate(
+    experiment: Experiment,
+    genomes: NDArray[np.float32],
+    seed: int,
+    numbers: NDArray[np.uint64] | None,
+    lives: int,
+    common_starts: bool,
+    backend: str,
+    descriptors: bool,
+    traces: bool,
+    progress: Progress,
+) -> dict[str, Any]: ...
+def run(experiment: Experiment, seed: int, out: str, backend: str, progress: Progress) -> Run: ...
+def resume(path: str, backend: str, progress: Progress) -> Run: ...
+def sweep(
+    plan: str, out: str, jobs: int | None, backend: str, progress: Progress
+) -> tuple[int, str, list[str]]: ...
