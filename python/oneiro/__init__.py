@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 # Mesa's device-select layer prints to standard error where there is no desktop, and its order is not needed.
 _os.environ.setdefault("NODEVICE_SELECT", "1")
 
-from ._errors import CorruptError, DeviceError, Error, FailedError, InputError, StorageError, StoppedError
+from ._errors import CorruptError, DeviceError, Error, FailedError, InputError, StoppedError, StorageError
 from ._evolution import Evolution
 from ._experiment import Experiment, Outcome, evaluate
 from ._machine import devices, selftest

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import sys
 from collections.abc import Callable, Iterator
+from typing import Any
 
 
 @contextlib.contextmanager
@@ -16,17 +18,17 @@ def bar(label: str) -> Iterator[Callable[[int, int], None] | None]:
     if not sys.stderr.isatty() and "ipykernel" not in sys.modules:
         yield None
         return
-    shown = None
+    shown: Any = None
 
     def show(done: int, total: int) -> None:
         nonlocal shown
         if shown is None:
             try:
-                from tqdm.auto import tqdm
+                make = importlib.import_module("tqdm.auto").tqdm
             except ImportError:
                 shown = False
             else:
-                shown = tqdm(total=total or None, desc=label, unit="step", unit_scale=True, leave=False)
+                shown = make(total=total or None, desc=label, unit="step", unit_scale=True, leave=False)
         if shown is not False:
             shown.total = total or None
             shown.update(min(done, total or done) - shown.n)
@@ -34,5 +36,6 @@ def bar(label: str) -> Iterator[Callable[[int, int], None] | None]:
     try:
         yield show
     finally:
-        if shown:
+        # A bar of no steps counts as false.
+        if shown is not None and shown is not False:
             shown.close()

@@ -36,10 +36,10 @@ class ParallelEnv(pettingzoo.ParallelEnv):
         self.readings = list(self._arena.names)
         self.possible_agents = [f"robot_{robot}" for robot in range(self._arena.robots)]
         self.agents: list[str] = []
-        self.observation_spaces = {
+        self._observation_spaces = {
             agent: gymnasium.spaces.Box(0.0, 1.0, (len(self.readings),), np.float32) for agent in self.possible_agents
         }
-        self.action_spaces = {
+        self._action_spaces = {
             agent: gymnasium.spaces.Box(-1.0, 1.0, (2,), np.float32) for agent in self.possible_agents
         }
         self._seed: int | None = None
@@ -47,11 +47,11 @@ class ParallelEnv(pettingzoo.ParallelEnv):
 
     def observation_space(self, agent: str) -> gymnasium.spaces.Box:
         """Space of an agent's observations."""
-        return self.observation_spaces[agent]
+        return self._observation_spaces[agent]
 
     def action_space(self, agent: str) -> gymnasium.spaces.Box:
         """Space of an agent's actions."""
-        return self.action_spaces[agent]
+        return self._action_spaces[agent]
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None

@@ -40,7 +40,7 @@ class VecEnv(vec_env.VecEnv):
         self._reset_options()
         self._returns[:] = 0
         self._lengths[:] = 0
-        self.reset_infos = [{} for _ in range(self.num_envs)]
+        self.reset_infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         return observations
 
     def step_async(self, actions: np.ndarray) -> None:
@@ -86,4 +86,4 @@ class VecEnv(vec_env.VecEnv):
         return [False for _ in self._get_indices(indices)]
 
     def _get_indices(self, indices: Any) -> Sequence[int]:
-        return range(self.num_envs) if indices is None else np.atleast_1d(indices)
+        return range(self.num_envs) if indices is None else np.atleast_1d(indices).tolist()

@@ -35,7 +35,7 @@ def lives(exp, count, seed):
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("name", ["avoidance", "ending"])
+@pytest.mark.parametrize("name", ["avoidance", "ending", "kheperax"])
 def test_steps_are_a_controllers_life(name, mode, request):
     exp = request.getfixturevalue(name)
     count = 20
@@ -83,6 +83,22 @@ def test_steps_are_a_controllers_life(name, mode, request):
     assert ended.all()
     if name == "ending":
         assert (outcome.lengths < outcome.traces.shape[2]).any()
+
+
+def test_a_life_that_ends_in_its_last_cycle_is_terminated(ending):
+    outcome = lives(ending, 20, 7)
+    genome = int(np.argmin(outcome.lengths[:, 0]))
+    length = int(outcome.lengths[genome, 0])
+    assert length < outcome.traces.shape[2]
+    short = oneiro.Experiment.load(EXPERIMENTS / "homing.toml", set={"cycles": length})
+    envs = VectorEnv(short, 20, AutoresetMode.DISABLED)
+    envs.reset(seed=7)
+    for cycle in range(length):
+        trace = outcome.traces[:, 0, cycle]
+        told = 2.0 * np.stack([trace["output_left"], trace["output_right"]], axis=1).astype(np.float64) - 1.0
+        _, _, terminated, truncated, _ = envs.step(told)
+        assert (terminated[genome], truncated[genome]) == (cycle + 1 == length, False)
+    assert truncated.any() and not (terminated & truncated).any()
 
 
 def test_observations_are_new(kheperax):
@@ -178,7 +194,7 @@ def test_pettingzoos_tests():
         pettingzoo.parallel_seed_test(lambda: oneiro.pettingzoo.ParallelEnv(exp), num_cycles=20)
     env = oneiro.pettingzoo.ParallelEnv(exp)
     observations, _ = env.reset(seed=1)
-    ends, steps, earned = False, 0, 0.0
+    steps, earned = 0, 0.0
     while env.agents:
         observations, rewards, terminated, truncated, _ = env.step(
             {agent: np.array([0.8, 0.9 if observations[agent][:2].max() < 0.1 else -0.5]) for agent in env.agents}

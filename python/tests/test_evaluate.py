@@ -118,7 +118,9 @@ def test_keys_name_lives(avoidance):
     assert bits(part) == bits(whole[25:])
     without = oneiro.evaluate(avoidance, population[25:], seed=3, lives=2, backend="cpu").fitness
     assert bits(without) != bits(whole[25:])
-    generation = oneiro.evaluate(avoidance, population[25:], seed=3, keys=[[1, key] for key in range(15)], backend="cpu")
+    generation = oneiro.evaluate(
+        avoidance, population[25:], seed=3, keys=[[1, key] for key in range(15)], backend="cpu"
+    )
     assert bits(generation.fitness) != bits(without[:, :1])
 
 
