@@ -80,7 +80,10 @@ impl Stepped {
             return Err(Invalid::new("lives", problem));
         }
         if spec.cycles > GREATEST_CYCLES {
-            let problem = format!("is {}; allowed: 1 to {GREATEST_CYCLES} if lives are stepped", spec.cycles);
+            let problem = format!(
+                "is {}; allowed: 1 to {GREATEST_CYCLES} if lives are stepped",
+                spec.cycles
+            );
             return Err(Invalid::new("cycles", problem));
         }
         let part = Part::new(Kind::Controller, "external.wgsl", include_str!("stepped/external.wgsl"));
@@ -284,7 +287,10 @@ impl Stepped {
             }
         };
         let width = batch.record_words();
-        let (reward, readings) = (std::mem::offset_of!(Record, reward) / size_of::<u32>(), self.places.len());
+        let (reward, readings) = (
+            std::mem::offset_of!(Record, reward) / size_of::<u32>(),
+            self.places.len(),
+        );
         let may_end = self.world.may_end_early();
         for (slot, &member) in members.iter().enumerate() {
             let life = who[member];

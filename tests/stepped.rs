@@ -143,7 +143,11 @@ fn compared(spec: &WorldSpec, lives: usize, apart: usize) -> (usize, usize) {
         for &life in &who {
             let record = &traces[life][next[life]];
             let own = &stepped.readings()[life * width..][..width];
-            assert_eq!(bits(own), readings(&world, &traces[life], next[life]), "readings of life {life}");
+            assert_eq!(
+                bits(own),
+                readings(&world, &traces[life], next[life]),
+                "readings of life {life}"
+            );
             commands.extend([record.left, record.right]);
         }
         stepped.step(&mut cpu, &control, &who, &commands).unwrap();
@@ -151,12 +155,25 @@ fn compared(spec: &WorldSpec, lives: usize, apart: usize) -> (usize, usize) {
             let record = &traces[life][next[life]];
             next[life] += 1;
             cycles += 1;
-            assert_eq!(stepped.rewards()[life].to_bits(), record.reward.to_bits(), "reward of life {life}");
+            assert_eq!(
+                stepped.rewards()[life].to_bits(),
+                record.reward.to_bits(),
+                "reward of life {life}"
+            );
             assert_eq!(stepped.cycles()[life] as usize, next[life]);
             let is_last = next[life] == traces[life].len();
-            assert_eq!(stepped.alive()[life], !is_last, "life {life} after {} cycles", next[life]);
+            assert_eq!(
+                stepped.alive()[life],
+                !is_last,
+                "life {life} after {} cycles",
+                next[life]
+            );
             if is_last {
-                assert_eq!(stepped.fitness()[life].to_bits(), fitness[life].to_bits(), "fitness of life {life}");
+                assert_eq!(
+                    stepped.fitness()[life].to_bits(),
+                    fitness[life].to_bits(),
+                    "fitness of life {life}"
+                );
                 assert_eq!(stepped.ended()[life], next[life] < spec.cycles as usize);
                 ended += usize::from(stepped.ended()[life]);
             }
@@ -194,7 +211,9 @@ fn another_command_is_another_life() {
     let next = f32::from_bits(0.75_f32.to_bits() + 1);
     let mut differs = false;
     for _ in 0..20 {
-        stepped.step(&mut cpu, &control, &[0, 1], &[0.75, 0.5, next, 0.5]).unwrap();
+        stepped
+            .step(&mut cpu, &control, &[0, 1], &[0.75, 0.5, next, 0.5])
+            .unwrap();
         let (one, other) = stepped.readings().split_at(stepped.names().len());
         differs |= stepped.rewards()[0].to_bits() != stepped.rewards()[1].to_bits() || one != other;
     }

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2};
 use oneiro::compose::Scalar;
-use oneiro_host::api::evaluate::{Outcome, Request};
 use oneiro_host::api::Task;
+use oneiro_host::api::evaluate::{Outcome, Request};
 use oneiro_host::api::experiment::{self as api, Portable};
 use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
@@ -166,7 +166,9 @@ pub(crate) fn evaluate<'py>(
     }
     let numbers = numbers.as_ref().map(|numbers| numbers.as_slice()).transpose()?;
     let request = Request {
-        genomes: genomes.as_slice().map_err(|_| PyValueError::new_err("genomes: not contiguous"))?,
+        genomes: genomes
+            .as_slice()
+            .map_err(|_| PyValueError::new_err("genomes: not contiguous"))?,
         seed,
         numbers: numbers.map(|numbers| numbers.as_chunks().0),
         lives,

@@ -1,6 +1,11 @@
 //! The Python package's native module, `oneiro._native`: [`oneiro_host::api`] with `NumPy`'s arrays. The package's Python files say
 //! what users may call.
 
+#![expect(
+    clippy::needless_pass_by_value,
+    reason = "Python's arguments are converted to values of these types"
+)]
+
 mod evolution;
 mod experiment;
 mod recorded;
@@ -108,7 +113,7 @@ fn selftest(py: Python<'_>, backend: &str, rollouts: u32) -> PyResult<String> {
 }
 
 /// The class that pickles call for.
-fn class<'py, T: pyo3::PyTypeInfo>(py: Python<'py>) -> Bound<'py, PyType> {
+fn class<T: pyo3::PyTypeInfo>(py: Python<'_>) -> Bound<'_, PyType> {
     py.get_type::<T>()
 }
 

@@ -103,8 +103,8 @@ impl Arena {
         done(py, || api::Arena::new(experiment, backend)).map(Self)
     }
 
-    #[getter]
-    fn names(&self) -> [&'static str; api::ROBOT_READINGS.len()] {
+    #[classattr]
+    fn names() -> [&'static str; api::ROBOT_READINGS.len()] {
         api::ROBOT_READINGS
     }
 

@@ -90,13 +90,12 @@ pub(super) fn quiet() -> Console {
 /// Works with an evaluator. It is opened for the first work, and kept.
 pub(super) fn with<T>(name: &str, work: impl FnOnce(&mut dyn Evaluator) -> T) -> Result<T> {
     let mut evaluators = here().evaluators.lock().unwrap_or_else(PoisonError::into_inner);
-    let shared = match evaluators.get(name) {
-        Some(shared) => Arc::clone(shared),
-        None => {
-            let shared = Arc::new(Mutex::new(device::open(&backend(name))?));
-            evaluators.insert(name.to_owned(), Arc::clone(&shared));
-            shared
-        }
+    let shared = if let Some(shared) = evaluators.get(name) {
+        Arc::clone(shared)
+    } else {
+        let shared = Arc::new(Mutex::new(device::open(&backend(name))?));
+        evaluators.insert(name.to_owned(), Arc::clone(&shared));
+        shared
     };
     drop(evaluators);
     let mut evaluator = shared.lock().unwrap_or_else(PoisonError::into_inner);

@@ -12,7 +12,7 @@ use oneiro::world::World;
 
 use super::device;
 use super::experiment::Experiment;
-use super::{Result, Task};
+use super::{Error, Result, Task};
 use crate::evolve::Population;
 use crate::exit::Failure;
 use crate::lives::measures::{Descriptor, Frame, Meter, descriptors};
@@ -83,14 +83,14 @@ pub fn evaluate(experiment: &Experiment, request: &Request<'_>, task: &Task) -> 
             "genomes: are {} genes; allowed: one or more genomes of {genes} each",
             request.genomes.len()
         );
-        return Err(Failure::input(problem))?;
+        return Err(Error::input(problem));
     }
     if request.lives == 0 || count.saturating_mul(request.lives) > GREATEST {
         let problem = format!("lives: is {}; allowed: 1 and more, 2^32 in all", request.lives);
-        return Err(Failure::input(problem))?;
+        return Err(Error::input(problem));
     }
     if request.numbers.is_some_and(|numbers| numbers.len() != count) {
-        return Err(Failure::input("keys: aren't as many as genomes; allowed: one for each"))?;
+        return Err(Error::input("keys: aren't as many as genomes; allowed: one for each"));
     }
     let lives = (count * request.lives) as u64;
     task.expect(lives * u64::from(world.cycles()));
@@ -147,7 +147,9 @@ fn fitness(
     let mut fitness = Vec::with_capacity(lives);
     for first in (0..lives).step_by(MOST) {
         let rollouts: Vec<_> = (first..(first + MOST).min(lives)).map(rollout).collect();
-        let batch = worlds.batch(&rollouts, None).map_err(|invalid| Failure::input(named(&invalid.to_string())))?;
+        let batch = worlds
+            .batch(&rollouts, None)
+            .map_err(|invalid| Failure::input(named(&invalid.to_string())))?;
         drop(rollouts);
         let own = evaluator.evaluate(&batch, &task.control)?.fitness;
         if fitness.is_empty() {
@@ -188,8 +190,9 @@ fn watched(world: &World, request: &Request<'_>, evaluator: &mut dyn Evaluator, 
     if request.traces {
         let all = count.checked_mul(words);
         if all.is_none_or(|all| traces.try_reserve_exact(all).is_err()) {
-            let problem = format!("traces: {count} lives of {cycles} cycles don't fit into memory; allowed: fewer at a time");
-            return Err(Failure::input(problem))?;
+            let problem =
+                format!("traces: {count} lives of {cycles} cycles don't fit into memory; allowed: fewer at a time");
+            return Err(Error::input(problem));
         }
         traces.resize(count * words, 0);
     }
@@ -198,7 +201,11 @@ fn watched(world: &World, request: &Request<'_>, evaluator: &mut dyn Evaluator, 
         cycles,
         records: longer[0].cycles(),
         lives: request.lives,
-        measures: if request.descriptors { descriptors(world) } else { Vec::new() },
+        measures: if request.descriptors {
+            descriptors(world)
+        } else {
+            Vec::new()
+        },
         table: request.traces.then_some(table),
         under_way: BTreeMap::new(),
         outcome: Outcome {
@@ -229,13 +236,7 @@ struct Watch {
 }
 
 impl Observer for Watch {
-    fn observe(
-        &mut self,
-        life: LifeIndex,
-        cycles: &Range<u32>,
-        records: &Trace,
-        fitness: f32,
-    ) -> crate::exit::Result {
+    fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &Trace, fitness: f32) -> crate::exit::Result {
         let index = life.genome * self.lives + life.number;
         if cycles.end == self.cycles {
             self.outcome.fitness[index] = fitness;
@@ -246,7 +247,9 @@ impl Observer for Watch {
         {
             let width = table.scalars().len();
             let first = (index * self.cycles as usize + cycles.start as usize) * width;
-            let words = records.lines().flat_map(|(record, details)| table.words(record, details));
+            let words = records
+                .lines()
+                .flat_map(|(record, details)| table.words(record, details));
             for (place, word) in self.outcome.traces[first..].iter_mut().zip(words) {
                 *place = word;
             }

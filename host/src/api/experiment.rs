@@ -154,7 +154,11 @@ impl Experiment {
     /// Exit 3 for swarms.
     pub fn bounds(&self) -> Result<Vec<[f32; 2]>> {
         let single = self.single()?;
-        let limits = single.settings().evolution.limits.map(|limits| limits.map(|limit| limit as f32));
+        let limits = single
+            .settings()
+            .evolution
+            .limits
+            .map(|limits| limits.map(|limit| limit as f32));
         let all = limits.unwrap_or([-GREATEST_GENE, GREATEST_GENE]);
         let ranges = single.world().gene_layout().ranges();
         Ok(ranges.into_iter().map(|range| range.unwrap_or(all)).collect())
@@ -261,7 +265,10 @@ impl Evolution {
         let genomes = self.own.ask().len();
         let lives = fitness.len() / genomes;
         if lives == 0 || lives * genomes != fitness.len() {
-            return Err(refused("fitness", format_args!("has {} values for {genomes} genomes", fitness.len())))?;
+            return Err(refused(
+                "fitness",
+                format_args!("has {} values for {genomes} genomes", fitness.len()),
+            ))?;
         }
         let kind = self.experiment.single()?.settings().trial_score;
         let scores = fitness.chunks_exact(lives).map(|lives| score(kind, lives));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::experiment::Experiment;
-use super::{Counted, Result, Task, device};
+use super::{Counted, Error, Result, Task, device};
 use crate::cli::SweepRun;
 use crate::commands::places::{Places, sorted_out};
 use crate::commands::sweep::{self, Means};
@@ -135,9 +135,9 @@ impl Run {
     /// stopped.
     pub fn audit(&self, share: f64, backend: &str, task: &Task) -> Result<String> {
         if !(0.0..=1.0).contains(&share) || share == 0.0 {
-            return Err(Failure::input(format_args!(
+            return Err(Error::input(format_args!(
                 "share: is {share}; allowed: a number above 0 and up to 1, such as 0.01"
-            )))?;
+            )));
         }
         device::threaded(|| {
             let engine = engine(backend, task)?;
@@ -145,7 +145,10 @@ impl Run {
             let audit = self.0.experiment().audit(&recorded, share, &engine, device::quiet())?;
             match audit.problem {
                 None => Ok(audit.value.to_string()),
-                Some(problem) => Err(Failure::failed(format_args!("{}: {problem}", self.directory().display())))?,
+                Some(problem) => Err(Failure::failed(format_args!(
+                    "{}: {problem}",
+                    self.directory().display()
+                )))?,
             }
         })
     }
@@ -181,17 +184,17 @@ pub fn sweep(plan: &Path, out: &Path, jobs: Option<u32>, backend: &str, task: &T
         shards: 1,
     };
     if jobs.is_some_and(|jobs| !(1..=1_000_000).contains(&jobs)) {
-        return Err(Failure::input("jobs: is out of range; allowed: 1 to 1000000"))?;
+        return Err(Error::input("jobs: is out of range; allowed: 1 to 1000000"));
     }
     let written = device::threaded(|| {
-        let means = Means {
+        let mut means = Means {
             engine: &|| engine(backend, task),
             watch: &mut |_, steps, _| {
                 task.expect(steps);
                 Box::new(Counted(task))
             },
         };
-        sweep::whole(&arguments, means, device::quiet())
+        sweep::whole(&arguments, &mut means, device::quiet())
     })?;
     Ok(Tables {
         runs: written.runs,
@@ -199,4 +202,3 @@ pub fn sweep(plan: &Path, out: &Path, jobs: Option<u32>, backend: &str, task: &T
         files: written.files,
     })
 }
-

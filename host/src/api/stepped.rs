@@ -77,7 +77,8 @@ impl Stepped {
     /// # Errors
     /// Exit 3 for an unknown life; those of the device.
     pub fn begin(&mut self, lives: &[(usize, u64, [u64; 2])], task: &Task) -> Result {
-        let key = |&(life, seed, [genome, number]): &(usize, u64, [u64; 2])| (life, Key::rollout(seed, 0, genome, number));
+        let key =
+            |&(life, seed, [genome, number]): &(usize, u64, [u64; 2])| (life, Key::rollout(seed, 0, genome, number));
         let named: Vec<(usize, Key)> = lives.iter().map(key).collect();
         device::with(&self.backend, |evaluator| {
             self.own.begin(evaluator, &task.control, &named)
@@ -132,10 +133,10 @@ impl Arena {
     /// Exit 3 for experiments of single robots; exit 4 if there is no such device.
     pub fn new(experiment: &Experiment, backend: &str) -> Result<Self> {
         let Some(own) = experiment.any().swarm() else {
-            return Err(Failure::input(format_args!(
+            return Err(Error::input(format_args!(
                 "{}: is of a single robot; allowed: experiments of swarms",
                 experiment.name()
-            )))?;
+            )));
         };
         device::with(backend, |_| ())?;
         let plan = own.plan(0);
@@ -192,18 +193,27 @@ impl Arena {
         let length = self.length();
         let forager = &self.swarm.forager;
         let Some((world, before)) = self.own.as_mut().filter(|_| self.cycle < length) else {
-            return Err(Failure::input("step: the arena's life has ended or not begun; allowed: after reset"))?;
+            return Err(Error::input(
+                "step: the arena's life has ended or not begun; allowed: after reset",
+            ));
         };
         let begins = self.cycle.is_multiple_of(self.swarm.interval);
         let command = |&[left, right]: &[f32; 2]| Command {
-            drive: Some(Drive::of_wheels([left, right].map(|share| share * forager.greatest_speed), forager)),
+            drive: Some(Drive::of_wheels(
+                [left, right].map(|share| share * forager.greatest_speed),
+                forager,
+            )),
             begins,
         };
         let commands: Vec<Command> = speeds.as_chunks().0.iter().map(command).collect();
         let line = device::with(&self.backend, |evaluator| world.cycle(evaluator, &commands))??;
         for (robot, reward) in self.rewards.iter_mut().enumerate() {
             // In an interval's first cycle its fitness restarts.
-            let earned = before.robots.get(robot).filter(|_| !begins).map_or(0.0, |seen| seen.earned);
+            let earned = before
+                .robots
+                .get(robot)
+                .filter(|_| !begins)
+                .map_or(0.0, |seen| seen.earned);
             *reward = line.robots[robot].earned - earned;
         }
         *before = line;

@@ -182,11 +182,11 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
         Some(shard) => shard,
         None => slurm::shard(console)?.unwrap_or(Shard::ALL),
     };
-    let means = Means {
+    let mut means = Means {
         engine: &|| device::engine(&arguments.backend),
         watch: &mut |name, steps, until| Box::new(Watcher::new(steps, name, until, console)),
     };
-    let done = done((arguments, began), (&sweep, &plan), shard, means, console)?;
+    let done = done((arguments, began), (&sweep, &plan), shard, &mut means, console)?;
     if shard != Shard::ALL {
         let Finished { store, of_shard, .. } = done;
         return said(console, &json!({"shard": shard.to_string(), "runs": of_shard}), || {
@@ -203,7 +203,7 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
 ///
 /// # Errors
 /// As the command says.
-pub(crate) fn whole(arguments: &SweepRun, means: Means<'_>, console: Console) -> Result<Written> {
+pub(crate) fn whole(arguments: &SweepRun, means: &mut Means<'_>, console: Console) -> Result<Written> {
     device::refuse_null(&arguments.backend.name)?;
     let sweep = Sweep::read(&arguments.sweep)?;
     let plan = sweep.plan()?;
@@ -211,22 +211,25 @@ pub(crate) fn whole(arguments: &SweepRun, means: Means<'_>, console: Console) ->
     done(began, (&sweep, &plan), Shard::ALL, means, console)?.tables(&sweep, &plan)
 }
 
-/// What a sweep is done with: the engine, and a watcher of the sweep with a name and so many robot-steps, which says when to stop.
+/// What a sweep is done with: the engine, and what watches it and says when to stop.
 pub(crate) struct Means<'a> {
     pub(crate) engine: &'a (dyn Fn() -> Result<Engine> + Sync),
-    pub(crate) watch: &'a mut (dyn FnMut(&str, u64, Option<Instant>) -> Box<dyn Watch + 'a> + Send),
+    pub(crate) watch: &'a mut MakeWatch<'a>,
 }
+
+/// Makes a watcher of a name and so many robot-steps, until a time.
+type MakeWatch<'a> = dyn FnMut(&str, u64, Option<Instant>) -> Box<dyn Watch + 'a> + Send + 'a;
 
 /// The runs of a shard that are done.
 struct Finished {
     store: Store,
-    finished: AllFinished,
+    runs: AllFinished,
     of_shard: usize,
 }
 
 impl Finished {
     fn tables(&self, sweep: &Sweep, plan: &Plan) -> Result<Written> {
-        tables::write(self.store.directory(), sweep, plan, &self.finished)
+        tables::write(self.store.directory(), sweep, plan, &self.runs)
     }
 }
 
@@ -235,7 +238,7 @@ fn done(
     (arguments, began): (&SweepRun, Instant),
     (sweep, plan): (&Sweep, &Plan),
     shard: Shard,
-    means: Means<'_>,
+    means: &mut Means<'_>,
     console: Console,
 ) -> Result<Finished> {
     let all = sweep.runs();
@@ -255,7 +258,7 @@ fn done(
     }
     Ok(Finished {
         store,
-        finished,
+        runs: finished,
         of_shard,
     })
 }
@@ -267,7 +270,7 @@ fn work(
     store: &Store,
     shard: Shard,
     mut todo: Vec<RunIndex>,
-    means: Means<'_>,
+    means: &mut Means<'_>,
     console: Console,
 ) -> Result<Vec<Line>> {
     let engine = (means.engine)()?;
