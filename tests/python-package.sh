@@ -67,14 +67,16 @@ example docs/python.md .
 example python/README.md experiments
 
 say "its tests"
-packages=(pytest pandas tqdm 'gymnasium>=1.1' 'pettingzoo>=1.25' cloudpickle)
+packages=(pytest pandas tqdm 'gymnasium>=1.1' 'pettingzoo>=1.25' cloudpickle cma ribs)
 [ -z "$learning" ] || packages+=('stable-baselines3>=2.6')
 "$python" -m pip "${install[@]}" "${packages[@]}" || no_python "${packages[*]} can't be had"
 ONEIRO_PROGRAM=$program "$python" -m pytest -q -p no:cacheprovider --durations 5 python/tests
 
-say "type stubs"
-"$python" -m pip "${install[@]}" 'mypy>=1.15' || no_python "mypy can't be had"
-(cd "$scratch" && "$python" -m mypy --no-error-summary -p oneiro --follow-untyped-imports)
+say "lints, and type stubs"
+"$python" -m pip "${install[@]}" 'mypy>=1.15' ruff || no_python "mypy and ruff can't be had"
+(cd python && "$python" -m ruff check --no-cache oneiro tests examples && "$python" -m ruff format --no-cache --check oneiro tests examples)
+config=$PWD/python/pyproject.toml
+(cd "$scratch" && "$python" -m mypy --no-error-summary -p oneiro --follow-untyped-imports --config-file "$config")
 printf 'import oneiro\nexp = oneiro.Experiment.load(1)\n' >"$scratch/wrong.py"
 ! (cd "$scratch" && "$python" -m mypy --no-error-summary wrong.py >/dev/null) || fail "CONTROL: a wrong argument passes"
 

@@ -28,7 +28,9 @@ def main(generations: int = 60) -> float:
         search.tell(genomes, (-fitness.astype(float)).tolist())
     # Lives that no selection has seen.
     best = oneiro.evaluate(exp, search.result.xfavorite, seed=2, lives=1000).fitness
-    print(f"{best.mean():.1f} +- {best.std() / np.sqrt(best.size):.1f}, the mean of {best.size} fresh lives and its standard error")
+    print(
+        f"{best.mean():.1f} +- {best.std() / np.sqrt(best.size):.1f}, the mean of {best.size} fresh lives and its standard error"
+    )
     return float(best.mean())
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _native
 from ._errors import InputError
@@ -57,8 +56,7 @@ def whole(name: str, value: Any, least: int = 0) -> int:
     return number
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """Results of lives: of each genome, and of each of its lives."""
 
     fitness: NDArray[np.float32]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from . import _native
@@ -12,6 +11,8 @@ from ._experiment import whole
 
 def devices() -> dict[str, Any]:
     """This machine's CPU and adapters, as `oneiro devices --json` prints them."""
+    import json
+
     return json.loads(_native.devices())
 
 
@@ -22,4 +23,6 @@ def selftest(backend: str = "all", *, rollouts: int = 4000) -> dict[str, Any]:
     """
     if not 1000 <= whole("rollouts", rollouts) <= 1_000_000:
         raise InputError(f"rollouts: is {rollouts}; allowed: 1000 to 1000000")
+    import json
+
     return json.loads(_native.selftest(backend, rollouts))

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import importlib
-import json
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from . import _native
 from ._errors import InputError
@@ -27,6 +24,8 @@ def table(path: Path) -> Any:
 
     Numbers are read here, so that they have all bits in any of them.
     """
+    import csv
+
     import numpy as np
 
     with path.open(newline="") as file:
@@ -88,6 +87,8 @@ class Run:
     @property
     def champion(self) -> Champion:
         """Its champion."""
+        import json
+
         genome = self._native.champion()
         values = json.loads((self.path / "champion.json").read_text())
         return Champion(genome, values)
@@ -98,14 +99,15 @@ class Run:
 
     def audit(self, share: float = 0.01, *, backend: str = "auto") -> dict[str, Any]:
         """Evaluates a share of its recorded individuals again; raises `FailedError` if a single bit differs."""
+        import json
+
         return json.loads(self._native.audit(share, backend))
 
     def __repr__(self) -> str:
         return f"<oneiro.Run {str(self.path)!r}, seed {self.seed}>"
 
 
-@dataclass(frozen=True)
-class Champion:
+class Champion(NamedTuple):
     """A run's best controller."""
 
     genome: NDArray[np.float32]
@@ -113,8 +115,7 @@ class Champion:
     """What `champion.json` says of it."""
 
 
-@dataclass(frozen=True)
-class Sweep:
+class Sweep(NamedTuple):
     """A sweep's tables."""
 
     path: Path
