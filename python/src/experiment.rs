@@ -106,8 +106,9 @@ impl Experiment {
 
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let bounds: Vec<f32> = ok(py, self.0.bounds())?.into_flattened();
-        PyArray1::from_vec(py, bounds.clone()).reshape([bounds.len() / 2, 2])
+        let bounds = ok(py, self.0.bounds())?;
+        let genes = bounds.len();
+        PyArray1::from_vec(py, bounds.into_flattened()).reshape([genes, 2])
     }
 
     #[getter]
