@@ -11,7 +11,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 import oneiro
-from oneiro.gym import Env, VectorEnv
+from oneiro.gym import Env, VectorEnv, commands
 
 MODES = list(AutoresetMode)
 
@@ -99,6 +99,11 @@ def test_a_life_that_ends_in_its_last_cycle_is_terminated(ending):
         _, _, terminated, truncated, _ = envs.step(told)
         assert (terminated[genome], truncated[genome]) == (cycle + 1 == length, False)
     assert truncated.any() and not (terminated & truncated).any()
+
+
+def test_outputs_that_become_actions_are_the_same_commands():
+    outputs = np.random.default_rng(1).random((1000, 2), np.float32) ** 4
+    assert (commands(2.0 * outputs.astype(np.float64) - 1.0, 1000) == outputs).all()
 
 
 def test_observations_are_new(kheperax):
@@ -205,7 +210,10 @@ def test_pettingzoos_tests():
     assert steps == 600 and all(truncated.values())
     assert env.step({}) == ({}, {}, {}, {}, {})
     assert len(env.readings) == 13
-    env.reset(seed=1)
+    first = env.reset(seed=1)[0]
+    following, again = env.reset()[0], env.reset(seed=1)[0]
+    assert any((first[agent] != following[agent]).any() for agent in env.agents)
+    assert all((first[agent] == again[agent]).all() for agent in env.agents)
     with pytest.raises(oneiro.InputError, match="allowed: one for each of"):
         env.step({"robot_0": np.zeros(2)})
     with pytest.raises(oneiro.InputError, match="is of a single robot"):
