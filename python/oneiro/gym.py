@@ -5,7 +5,8 @@ forwards; an observation is the robot's readings, as a controller gets them; the
 left out. The task or an empty battery may end a life early, which terminates it; the end of its cycles truncates it.
 
 With the seed `s`, the episode `j` of the environment `i` is the life `j` of the genome `i` of `oneiro.evaluate(exp, genomes, seed=s)`: a
-controller's outputs as actions have that life's rewards and fitness, bit for bit.
+controller's outputs as actions, `2 * output - 1` in double precision, have that life's rewards and fitness, bit for bit. (Outputs below
+2^-29 are rounded on the way.)
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def spaces(lives: _native.Stepped) -> tuple[gymnasium.spaces.Box, gymnasium.spac
 
 
 def commands(actions: Any, lives: int) -> NDArray[np.float32]:
-    """Actions as commands, 0 to 1. In double precision, so that a command that was made an action is that command again."""
+    """Actions as commands, 0 to 1. In double precision, so that a command from 2^-29 on that was made an action is the same again."""
     actions = np.asarray(actions, np.float64)
     if actions.shape != (lives, MOTORS):
         raise InputError(f"actions: have the shape {list(actions.shape)}; allowed: [{lives}, {MOTORS}]")

@@ -102,7 +102,7 @@ def test_a_life_that_ends_in_its_last_cycle_is_terminated(ending):
 
 
 def test_outputs_that_become_actions_are_the_same_commands():
-    outputs = np.random.default_rng(1).random((1000, 2), np.float32) ** 4
+    outputs = np.maximum(np.random.default_rng(1).random((1000, 2), np.float32) ** 4, np.float32(2.0**-29))
     assert (commands(2.0 * outputs.astype(np.float64) - 1.0, 1000) == outputs).all()
 
 
