@@ -295,6 +295,44 @@ impl Worlds {
         }
     }
 
+    /// One cycle of lives in the first world, traced, each in the slot of its number: its key and its genes, which are as
+    /// many as the world takes, finite and within bounds. `states` are those of the slots in their order, with the idle ones
+    /// of the last group, or none in cycle 0.
+    pub(crate) fn cycle<const GENES: usize>(
+        &self,
+        lives: impl ExactSizeIterator<Item = (Key, [f32; GENES])>,
+        cycle: u32,
+        states: Vec<u32>,
+        keeps_states: bool,
+    ) -> Batch {
+        debug_assert_eq!(self.0.facts[0].genes, GENES, "genes of the world");
+        let count = lives.len();
+        let words = (KEY_WORDS + GENES) * LANES;
+        let mut inputs = vec![0; count.div_ceil(LANES) * words];
+        for (slot, (Key(key), genes)) in lives.enumerate() {
+            let first = slot / LANES * words + slot % LANES;
+            let fields = key.into_iter().chain(genes.map(f32::to_bits));
+            for (field, word) in fields.enumerate() {
+                inputs[first + field * LANES] = word;
+            }
+        }
+        let group = |first: usize| life::Group {
+            world: 0,
+            rollouts: (count - first).min(LANES) as u32,
+            inputs: (first / LANES * words) as u32,
+        };
+        Batch {
+            worlds: self.clone(),
+            groups: (0..count).step_by(LANES).map(group).collect(),
+            inputs,
+            slots: (0..count as u32).collect(),
+            states,
+            keeps_states,
+            trace_every: 1,
+            cycles: cycle..cycle + 1,
+        }
+    }
+
     /// Kernel that simulates them.
     pub fn kernel(&self) -> &'static Kernel {
         self.0.kernel

@@ -21,6 +21,7 @@ pub mod pool;
 pub mod probe;
 pub mod random;
 pub mod reported;
+pub mod stepped;
 pub mod surrogate;
 pub mod swarm;
 pub mod tables;

@@ -1,17 +1,20 @@
 #!/usr/bin/env bash
-# all.sh [--with-slurm]: all checks, from a clean checkout: formatting, lints, the build without a GPU, all tests, the
-# docs, and on request a sweep on a real Slurm. All in the development profile, in which what computes is optimised (Cargo.toml).
+# all.sh [--with-slurm] [--with-learning]: all checks, from a clean checkout: formatting, lints, the build without a GPU, all tests, the
+# docs, and on request a sweep on a real Slurm, and learners for which torch is installed. All in the development profile, in which what computes is optimised (Cargo.toml).
 # Skipped tests are listed at the end, and are failures unless ONEIRO_MAY_SKIP names the missing thing: by default the
 # recordings of a real robot, which can't be installed. docs/testing.md has more; tests/long.sh has longer tests.
 set -euo pipefail
-case $* in
-"") slurm= ;;
---with-slurm) slurm=yes ;;
-*)
-    echo "usage: $0 [--with-slurm]" >&2
-    exit 2
-    ;;
-esac
+slurm= learning=
+for option in "$@"; do
+    case $option in
+    --with-slurm) slurm=yes ;;
+    --with-learning) learning=--with-learning ;;
+    *)
+        echo "usage: $0 [--with-slurm] [--with-learning]" >&2
+        exit 2
+        ;;
+    esac
+done
 cd "$(dirname "$0")/.."
 . tests/install.sh
 . tests/skips.sh
@@ -139,6 +142,7 @@ rm -f "$turning"
 [ $code = 0 ]
 tests/python.sh
 tests/optimisers.sh
+tests/python-package.sh $learning
 tests/peers.sh
 
 say "lane code for 64-bit ARM, which ran beside all this"

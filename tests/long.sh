@@ -23,7 +23,7 @@ tests/machine-code.sh --release --workspace --features oneiro-host/parquet
 
 say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test random --test mutants
-long -p oneiro-host --bin oneiro mutants
+long -p oneiro-host --lib mutants
 
 say "five minutes of robots that are driven from outside"
 long --test swarm minds_outside
@@ -32,10 +32,10 @@ say "a hundred thousand lives of each well-known experiment on every device"
 long -p oneiro-host --test classics the_same_bits -- --nocapture
 
 say "anything over the links of robots"
-long --bin oneiro -- robots::fuzz a_file_may_have_anything
+long -p oneiro-host --lib -- robots::fuzz a_file_may_have_anything
 
 say "anything by radio, and two million forged or damaged datagrams"
-long --bin oneiro -- exchange::radio --nocapture
+long -p oneiro-host --lib -- exchange::radio --nocapture
 
 say "the whole study of 1995, killed, on one thread and on a GPU"
 long --test reproduce settings

@@ -2,58 +2,6 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
-mod calibrate;
-mod cli;
-mod columns;
-mod commands;
-mod console;
-mod contents;
-mod daemon;
-mod device;
-mod engine;
-mod evolve;
-mod exchange;
-mod exit;
-mod experiment;
-mod files;
-mod fleet;
-mod genomes;
-mod lives;
-#[cfg(test)]
-#[path = "../../tests/mutations/mod.rs"]
-mod mutations;
-mod npy;
-mod progress;
-mod reality;
-mod record;
-mod report;
-mod robots;
-mod runs;
-mod sealed;
-#[cfg(test)]
-#[path = "../../tests/skips/mod.rs"]
-mod skips;
-mod statistics;
-mod studies;
-mod swarm;
-mod sweep;
-mod utc;
-mod workload;
-
 fn main() -> ExitCode {
-    device::quiet_drivers();
-    let cli = cli::Cli::parse();
-    let console = console::Console::new(cli.output);
-    match commands::run(cli.command, console) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            if !matches!(failure, exit::Failure::BrokenPipe) {
-                // If standard error is closed, there is nobody to read the message.
-                let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("oneiro: {failure}\n"));
-            }
-            ExitCode::from(failure.code())
-        }
-    }
+    oneiro_host::main()
 }

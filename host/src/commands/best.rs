@@ -56,6 +56,7 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
             seed,
             generation: GENERATION,
             common: true,
+            numbers: None,
         },
     };
     let mut evaluator = device::open(&arguments.backend)?;

@@ -20,7 +20,7 @@ fn cpu() -> (Vec<&'static str>, usize) {
 }
 
 /// The CPU and the adapters, as `--json` prints them.
-pub(super) fn value(explains: bool) -> Value {
+pub(crate) fn value(explains: bool) -> Value {
     let (lanes, threads) = cpu();
     json!({
         "cpu": { "lane_codes": lanes, "threads": threads, "exact": true },

@@ -29,16 +29,16 @@ pub(super) fn seeds_and_places(
 }
 
 /// Runs by their directories: finished ones with their results, and those still to be done with their seeds.
-pub(super) struct Places {
-    pub(super) done: Vec<(PathBuf, Done)>,
-    pub(super) new: Vec<(u64, PathBuf)>,
+pub(crate) struct Places {
+    pub(crate) done: Vec<(PathBuf, Done)>,
+    pub(crate) new: Vec<(u64, PathBuf)>,
 }
 
 /// Checks all directories before anything begins.
 ///
 /// # Errors
 /// Exit 3 if one holds something else, or an unfinished run.
-pub(super) fn sorted_out(
+pub(crate) fn sorted_out(
     places: Vec<(u64, PathBuf)>,
     identity: impl Fn(u64) -> blake3::Hash,
     console: Console,

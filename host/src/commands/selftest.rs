@@ -109,6 +109,77 @@ impl Check {
 
 /// Compares everything, prints a table, and fails if any check fails.
 pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
+    let found = examined(arguments, console)?;
+    if console.json() {
+        console.json_data(&found.value())?;
+    } else {
+        console.data(found.text())?;
+    }
+    let (bad, all) = (found.failed(), found.checks.len());
+    if bad > 0 {
+        return Err(Failure::failed(format_args!(
+            "{bad} of {all} checks failed on this machine"
+        )));
+    }
+    console.say(format!("all {all} checks passed"));
+    Ok(())
+}
+
+/// What [`run`] prints as JSON.
+///
+/// # Errors
+/// Exit 4: there is no such device. Checks that fail are no error.
+pub(crate) fn report(backend: &str, rollouts: u32, console: Console) -> Result<Value> {
+    let arguments = Selftest {
+        backend: backend.to_owned(),
+        rollouts,
+        tables: Vec::new(),
+    };
+    Ok(examined(&arguments, console)?.value())
+}
+
+/// What was found of this machine.
+struct Found {
+    checks: Vec<Check>,
+    cells: Vec<bench::Cell>,
+    /// By the adapters' names.
+    machine_code: Vec<(String, MachineCode)>,
+}
+
+impl Found {
+    fn failed(&self) -> usize {
+        self.checks.iter().filter(|check| !check.verdict.is_good()).count()
+    }
+
+    fn value(&self) -> Value {
+        let machine_code: Value = self
+            .machine_code
+            .iter()
+            .map(|(name, own)| (name.clone(), own.value()))
+            .collect();
+        json!({
+            "passed": self.failed() == 0,
+            "checks": self.checks,
+            "throughput": self.cells,
+            "machine_code": machine_code,
+        })
+    }
+
+    fn text(&self) -> String {
+        let mut text = format!(
+            "{}\nMillion robot-steps per second\n\n{}",
+            table(&self.checks),
+            bench::table(&self.cells)
+        );
+        for (name, own) in &self.machine_code {
+            text += &format!("\nThe driver of {name}\n{}", own.text());
+        }
+        text
+    }
+}
+
+/// Compares everything, and measures speeds.
+fn examined(arguments: &Selftest, console: Console) -> Result<Found> {
     let candidates = compared(&arguments.backend)?;
     let robot = robot(arguments, console)?;
     let mut checks = vec![known_answers()];
@@ -137,38 +208,11 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
         }
     }
     let (cells, _) = bench::measure(&bench::timed(&arguments.backend)?, &Plan::quick(), console)?;
-
-    let machine_code = machine_code(&candidates);
-    let bad = checks.iter().filter(|check| !check.verdict.is_good()).count();
-    if console.json() {
-        let machine_code: Value = machine_code
-            .iter()
-            .map(|(name, own)| (name.clone(), own.value()))
-            .collect();
-        console.json_data(&json!({
-            "passed": bad == 0,
-            "checks": checks,
-            "throughput": cells,
-            "machine_code": machine_code,
-        }))?;
-    } else {
-        console.data(format!(
-            "{}\nMillion robot-steps per second\n\n{}",
-            table(&checks),
-            bench::table(&cells)
-        ))?;
-        for (name, own) in &machine_code {
-            console.data(format!("\nThe driver of {name}\n{}", own.text()))?;
-        }
-    }
-    if bad > 0 {
-        return Err(Failure::failed(format_args!(
-            "{bad} of {} checks failed on this machine",
-            checks.len()
-        )));
-    }
-    console.say(format!("all {} checks passed", checks.len()));
-    Ok(())
+    Ok(Found {
+        checks,
+        cells,
+        machine_code: machine_code(&candidates),
+    })
 }
 
 /// What the drivers of the adapters tell of the machine code, by the adapters' names.

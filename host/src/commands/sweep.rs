@@ -14,7 +14,8 @@ use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
 use crate::console::{Console, columns, counted};
 use crate::device;
 use crate::engine::disk;
-use crate::engine::watcher::Watcher;
+use crate::engine::handle::Engine;
+use crate::engine::watcher::{Watch, Watcher};
 use crate::exit::{Failure, Result};
 use crate::record::{RunPlace, Session, is_locked};
 use crate::runs::Shown;
@@ -182,24 +183,14 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
         Some(shard) => shard,
         None => slurm::shard(console)?.unwrap_or(Shard::ALL),
     };
-    for warning in sweep.cell(0)?.warnings() {
-        console.say(format!("warning: {warning}"));
-    }
-    let store = Store::prepare(&directory(arguments, &sweep), &sweep, &plan)?;
-    let mut finished = all_finished(std::slice::from_ref(&store), &plan, console)?;
-    let of_shard = shard.runs(all).count();
-    let todo: Vec<RunIndex> = shard.runs(all).filter(|run| !finished.runs.contains_key(run)).collect();
-    if todo.len() < of_shard {
-        console.say(format!("{} of {of_shard} runs are already done", of_shard - todo.len()));
-    }
-    let mut specialised = None;
-    if !todo.is_empty() {
-        let (lines, share) = work(arguments, (&sweep, &plan), &store, shard, todo, began, console)?;
-        store.add(store.journal(shard), lines, Some(&plan.ids), &mut finished)?;
-        specialised = Some(share);
-    }
+    let mut means = Means {
+        engine: &|| device::engine(&arguments.backend),
+        watch: &mut |name, steps, until| Box::new(Watcher::new(steps, name, until, console)),
+    };
+    let done = done((arguments, began), (&sweep, &plan), shard, &mut means, console)?;
     if shard != Shard::ALL {
-        let json = json!({"shard": shard.to_string(), "runs": of_shard, "specialised": specialised});
+        let Finished { store, of_shard, .. } = &done;
+        let json = json!({"shard": shard.to_string(), "runs": of_shard, "specialised": done.specialised});
         return said(console, &json, || {
             format!(
                 "shard {shard}: {of_shard} runs are done; `oneiro sweep merge {}` joins all shards",
@@ -207,22 +198,90 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
             )
         });
     }
-    let written = tables::write(store.directory(), &sweep, &plan, &finished)?;
-    print_written(&written, specialised, console)
+    print_written(&done.tables(&sweep, &plan)?, done.specialised, console)
+}
+
+/// Does a whole sweep, by means other than the command line's. `arguments` name its directory.
+///
+/// # Errors
+/// As the command says.
+pub(crate) fn whole(arguments: &SweepRun, means: &mut Means<'_>, console: Console) -> Result<Written> {
+    device::refuse_null(&arguments.backend.name)?;
+    let sweep = Sweep::read(&arguments.sweep)?;
+    let plan = sweep.plan()?;
+    let began = (arguments, Instant::now());
+    done(began, (&sweep, &plan), Shard::ALL, means, console)?.tables(&sweep, &plan)
+}
+
+/// What a sweep is done with: the engine, and what watches it and says when to stop.
+pub(crate) struct Means<'a> {
+    pub(crate) engine: &'a (dyn Fn() -> Result<Engine> + Sync),
+    pub(crate) watch: &'a mut MakeWatch<'a>,
+}
+
+/// Makes a watcher of a name and so many robot-steps, until a time.
+type MakeWatch<'a> = dyn FnMut(&str, u64, Option<Instant>) -> Box<dyn Watch + 'a> + Send + 'a;
+
+/// The runs of a shard that are done.
+struct Finished {
+    store: Store,
+    runs: AllFinished,
+    of_shard: usize,
+    /// Share of the robot-steps that kernels specialised to their worlds have simulated now; none if nothing was left to do.
+    specialised: Option<f64>,
+}
+
+impl Finished {
+    fn tables(&self, sweep: &Sweep, plan: &Plan) -> Result<Written> {
+        tables::write(self.store.directory(), sweep, plan, &self.runs)
+    }
+}
+
+/// Does the runs of a shard that aren't done yet.
+fn done(
+    (arguments, began): (&SweepRun, Instant),
+    (sweep, plan): (&Sweep, &Plan),
+    shard: Shard,
+    means: &mut Means<'_>,
+    console: Console,
+) -> Result<Finished> {
+    let all = sweep.runs();
+    for warning in sweep.cell(0)?.warnings() {
+        console.say(format!("warning: {warning}"));
+    }
+    let store = Store::prepare(&directory(arguments, sweep), sweep, plan)?;
+    let mut finished = all_finished(std::slice::from_ref(&store), plan, console)?;
+    let of_shard = shard.runs(all).count();
+    let todo: Vec<RunIndex> = shard.runs(all).filter(|run| !finished.runs.contains_key(run)).collect();
+    if todo.len() < of_shard {
+        console.say(format!("{} of {of_shard} runs are already done", of_shard - todo.len()));
+    }
+    let mut specialised = None;
+    if !todo.is_empty() {
+        let (lines, share) = work((arguments, began), (sweep, plan), &store, shard, todo, means, console)?;
+        store.add(store.journal(shard), lines, Some(&plan.ids), &mut finished)?;
+        specialised = Some(share);
+    }
+    Ok(Finished {
+        store,
+        runs: finished,
+        of_shard,
+        specialised,
+    })
 }
 
 /// Does a shard's runs. Returns all that it has done, now and before, and the share of the robot-steps that kernels specialised to
 /// their worlds have simulated now.
 fn work(
-    arguments: &SweepRun,
+    (arguments, began): (&SweepRun, Instant),
     (sweep, plan): (&Sweep, &Plan),
     store: &Store,
     shard: Shard,
     mut todo: Vec<RunIndex>,
-    began: Instant,
+    means: &mut Means<'_>,
     console: Console,
 ) -> Result<(Vec<Line>, f64)> {
-    let engine = device::engine(&arguments.backend)?;
+    let engine = (means.engine)()?;
     let session = Session::new(&arguments.backend.name, engine.description());
     let (journal, begun) = Journal::begin(&store.journal(shard), store.identity()?, session)?;
     for problem in &begun.problems {
@@ -234,11 +293,11 @@ fn work(
     console.say(format!("{}: {} runs on {}", sweep.name(), todo.len(), engine.name()));
     let until = arguments.time_budget.map(|budget| began + budget);
     let steps = plan.steps(sweep, todo.iter().copied());
-    let mut watcher = Watcher::new(steps, sweep.name(), until, console);
+    let mut watcher = (means.watch)(sweep.name(), steps, until);
     let mut work = Work::new((sweep, plan), saved, arguments.checkpoint_every, &journal);
     let waiting = work.waiting(todo);
     let most = arguments.jobs.map_or(usize::MAX, |jobs| jobs as usize).min(work.most());
-    let ended = engine.run(waiting, most, &mut work, &mut watcher);
+    let ended = engine.run(waiting, most, &mut work, &mut *watcher);
     drop(watcher);
     let specialised = device::close(engine, console);
     // The work ended because something could not be written; closing says what.

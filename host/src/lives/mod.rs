@@ -32,34 +32,40 @@ pub(crate) struct Lives<'a> {
     /// Lives of each genome.
     pub(crate) count: usize,
     /// Keys of their random numbers.
-    pub(crate) keys: Keys,
+    pub(crate) keys: Keys<'a>,
 }
 
 /// Choice of the lives' random numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Keys {
+pub(crate) struct Keys<'a> {
     pub(crate) seed: u64,
     /// Keys with different numbers are independent; those of evolution are below 2^32.
     pub(crate) generation: u64,
     /// Whether all genomes' lives have the random numbers of the first genome's: common random numbers. Random starts
     /// are then the same, too.
     pub(crate) common: bool,
+    /// Each genome's generation and number, in place of that generation and its index.
+    pub(crate) numbers: Option<&'a [[u64; 2]]>,
 }
 
-impl Keys {
+impl Keys<'_> {
     /// Keys of the lives that commands make from a seed.
     pub(crate) fn of_seed(seed: u64) -> Self {
         Self {
             seed,
             generation: 0,
             common: false,
+            numbers: None,
         }
     }
 
     /// Key of a genome's life.
     pub(crate) fn of(self, genome: usize, life: usize) -> Key {
         let genome = if self.common { 0 } else { genome };
-        Key::rollout(self.seed, self.generation, genome as u64, life as u64)
+        let [generation, number] = self
+            .numbers
+            .map_or([self.generation, genome as u64], |numbers| numbers[genome]);
+        Key::rollout(self.seed, generation, number, life as u64)
     }
 }
 
@@ -240,10 +246,11 @@ mod tests {
         (0..count).map(world).collect()
     }
 
-    const KEYS: Keys = Keys {
+    const KEYS: Keys<'_> = Keys {
         seed: 7,
         generation: 0,
         common: false,
+        numbers: None,
     };
 
     /// Each life is in one chunk, in its own world, with its own genome and key, wherever chunks are cut.

@@ -33,6 +33,10 @@ pub(crate) trait Experiment: Debug + Send + Sync {
     fn name(&self) -> &str;
     /// Its values, if it has single robots, whose controllers can be evaluated alone.
     fn single(&self) -> Option<&experiment::Experiment>;
+    /// Itself, if it has a swarm.
+    fn swarm(&self) -> Option<&SwarmExperiment> {
+        None
+    }
     /// The seed in its file, if any.
     fn seed(&self) -> Option<u64>;
     /// Warnings about its files.

@@ -62,6 +62,25 @@ impl TraceTable {
         std::iter::once(&CYCLE).chain(self.cells.iter().map(|(column, _)| column))
     }
 
+    /// Name and type of the words of each column but the first, which is the cycle.
+    pub(crate) fn scalars(&self) -> Vec<(String, Scalar)> {
+        let scalar = |cell: &Cell| match *cell {
+            Cell::Record(_) => Scalar::Float,
+            Cell::Detail(_, scalar) => scalar,
+        };
+        let each = self.cells.iter();
+        each.map(|(column, cell)| (column.name.clone().into_owned(), scalar(cell)))
+            .collect()
+    }
+
+    /// The words of those columns in a line.
+    pub(crate) fn words<'a>(&'a self, record: &'a Record, details: &'a [u32]) -> impl Iterator<Item = u32> {
+        self.cells.iter().map(move |(_, cell)| match *cell {
+            Cell::Record(value) => value(record).to_bits(),
+            Cell::Detail(word, _) => details[word],
+        })
+    }
+
     /// A trace with a record each `every` cycles as CSV: a line a record.
     pub(crate) fn csv(&self, trace: &Trace, every: u32) -> String {
         self.head() + &self.lines(trace, 0, every)

@@ -114,6 +114,10 @@ impl Experiment for SwarmExperiment {
         None
     }
 
+    fn swarm(&self) -> Option<&SwarmExperiment> {
+        Some(self)
+    }
+
     fn seed(&self) -> Option<u64> {
         self.seed()
     }

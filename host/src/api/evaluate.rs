@@ -1,0 +1,277 @@
+//! Fitness, measures and traces of genomes.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use oneiro::batch::{LANES, Rollout, Trace};
+use oneiro::compose::Scalar;
+use oneiro::evaluator::{Device, Evaluator};
+use oneiro::random::Keys as GenerationKeys;
+use oneiro::world::World;
+
+use super::device;
+use super::experiment::Experiment;
+use super::{Error, Result, Task};
+use crate::evolve::Population;
+use crate::exit::Failure;
+use crate::lives::measures::{Descriptor, Frame, Meter, descriptors};
+use crate::lives::{Keys, LifeIndex, Lives, Observer};
+use crate::runs::single::trace::TraceTable;
+
+/// Lives in a batch: enough for any device.
+const MOST: usize = LANES << 12;
+/// Most lives of a call.
+const GREATEST: usize = 1 << 32;
+
+/// A column of a trace: its name, and the type of its words.
+pub type TraceColumn = (String, Scalar);
+
+/// What to evaluate.
+#[derive(Clone, Copy, Debug)]
+pub struct Request<'a> {
+    /// Genomes, one after the other.
+    pub genomes: &'a [f32],
+    /// Seed of the lives' random numbers.
+    pub seed: u64,
+    /// Each genome's generation and number, from which its random numbers are made with the seed. By default generation 0, and its
+    /// index, as `oneiro evaluate` has it.
+    pub numbers: Option<&'a [[u64; 2]]>,
+    /// Lives of each genome.
+    pub lives: usize,
+    /// Whether all genomes have the random numbers of the first, and so its starts.
+    pub common_starts: bool,
+    /// The device, as `--backend` names it.
+    pub backend: &'a str,
+    /// Whether to measure lives.
+    pub descriptors: bool,
+    /// Whether to trace lives.
+    pub traces: bool,
+}
+
+/// Results of lives, by genome and then by life.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Fitness.
+    pub fitness: Vec<f32>,
+    /// Measures, those of a life together; empty if they weren't requested.
+    pub descriptors: Vec<f64>,
+    /// Words of each cycle's columns, for as many cycles as a life has at most: zeros from an early end on. Empty if they weren't
+    /// requested.
+    pub traces: Vec<u32>,
+    /// Cycles of each life that is in the traces.
+    pub lengths: Vec<u32>,
+    /// The device, such as `cpu (avx2x16, 2 threads)`.
+    pub device: String,
+    /// Whether it guarantees the bits that every other exact device gives.
+    pub exact: bool,
+    /// Warnings of the device, such as that it was lost. Results are right nevertheless.
+    pub warnings: Vec<String>,
+}
+
+/// Evaluates genomes.
+///
+/// # Errors
+/// Exit 3 for swarms, and for genomes or numbers that aren't allowed; exit 4 if there is no such device; exit 75 if the task was
+/// stopped.
+pub fn evaluate(experiment: &Experiment, request: &Request<'_>, task: &Task) -> Result<Outcome> {
+    let world = experiment.world()?;
+    let genes = world.genes();
+    let count = request.genomes.len() / genes;
+    if count * genes != request.genomes.len() || count == 0 {
+        let problem = format!(
+            "genomes: are {} genes; allowed: one or more genomes of {genes} each",
+            request.genomes.len()
+        );
+        return Err(Error::input(problem));
+    }
+    if request.lives == 0 || count.saturating_mul(request.lives) > GREATEST {
+        let problem = format!("lives: is {}; allowed: 1 and more, 2^32 in all", request.lives);
+        return Err(Error::input(problem));
+    }
+    if request.numbers.is_some_and(|numbers| numbers.len() != count) {
+        return Err(Error::input("keys: aren't as many as genomes; allowed: one for each"));
+    }
+    let lives = (count * request.lives) as u64;
+    task.expect(lives * u64::from(world.cycles()));
+    device::threaded(|| {
+        device::with(request.backend, |evaluator| {
+            let warned = evaluator.warnings().len();
+            let mut outcome = if request.descriptors || request.traces {
+                watched(world, request, evaluator, task)
+            } else {
+                fitness(experiment, request, evaluator, task)
+            }?;
+            let Device { exact, .. } = evaluator.device();
+            outcome.device = device::words(&evaluator.device());
+            outcome.exact = exact;
+            outcome.warnings = evaluator.warnings()[warned..].to_vec();
+            Ok(outcome)
+        })?
+    })
+}
+
+/// The genome and the number of each life's random numbers.
+fn keys<'a>(request: &Request<'a>) -> Keys<'a> {
+    Keys {
+        common: request.common_starts,
+        numbers: request.numbers,
+        ..Keys::of_seed(request.seed)
+    }
+}
+
+/// Fitness alone: genomes are packed from where they are.
+fn fitness(
+    experiment: &Experiment,
+    request: &Request<'_>,
+    evaluator: &mut dyn Evaluator,
+    task: &Task,
+) -> Result<Outcome> {
+    let worlds = experiment.worlds()?;
+    let genes = experiment.world()?.genes();
+    let keys = keys(request);
+    // What all lives of a generation share is computed once.
+    let all = GenerationKeys::new(request.seed, 0);
+    let rollout = |life: usize| {
+        let (genome, number) = (life / request.lives, life % request.lives);
+        Rollout {
+            world: 0,
+            genes: &request.genomes[genome * genes..][..genes],
+            key: match (request.numbers, request.common_starts) {
+                (None, false) => all.of(genome as u64, number as u64),
+                _ => keys.of(genome, number),
+            },
+        }
+    };
+    let lives = request.genomes.len() / genes * request.lives;
+    let mut fitness = Vec::with_capacity(lives);
+    for first in (0..lives).step_by(MOST) {
+        let rollouts: Vec<_> = (first..(first + MOST).min(lives)).map(rollout).collect();
+        let batch = worlds
+            .batch(&rollouts, None)
+            .map_err(|invalid| Failure::input(named(&invalid.to_string())))?;
+        drop(rollouts);
+        let own = evaluator.evaluate(&batch, &task.control)?.fitness;
+        if fitness.is_empty() {
+            fitness = own;
+        } else {
+            fitness.extend(own);
+        }
+    }
+    Ok(Outcome {
+        fitness,
+        ..Outcome::default()
+    })
+}
+
+/// What a batch calls rollouts are genomes here, as long as there is one life of each.
+fn named(problem: &str) -> String {
+    format!("genomes: {problem}")
+}
+
+/// Fitness with measures or traces.
+fn watched(world: &World, request: &Request<'_>, evaluator: &mut dyn Evaluator, task: &Task) -> Result<Outcome> {
+    let cycles = world.cycles();
+    let mut spec = world.spec().clone();
+    // A life ends where its next cycle would begin.
+    spec.cycles = spec.cycles.saturating_add(1).min(oneiro::stepped::GREATEST_CYCLES + 1);
+    let longer = [World::new(spec)?];
+    let genomes = Population::new(world.genes(), request.genomes.to_vec());
+    let lives = Lives {
+        worlds: &longer,
+        genomes: &genomes,
+        count: request.lives,
+        keys: keys(request),
+    };
+    let count = genomes.len() * request.lives;
+    let table = TraceTable::new(world);
+    let words = table.scalars().len() * cycles as usize;
+    let mut traces = Vec::new();
+    if request.traces {
+        let all = count.checked_mul(words);
+        if all.is_none_or(|all| traces.try_reserve_exact(all).is_err()) {
+            let problem =
+                format!("traces: {count} lives of {cycles} cycles don't fit into memory; allowed: fewer at a time");
+            return Err(Error::input(problem));
+        }
+        traces.resize(count * words, 0);
+    }
+    let mut watch = Watch {
+        frame: Arc::new(Frame::new(&longer[0], cycles)),
+        cycles,
+        records: longer[0].cycles(),
+        lives: request.lives,
+        measures: if request.descriptors {
+            descriptors(world)
+        } else {
+            Vec::new()
+        },
+        table: request.traces.then_some(table),
+        under_way: BTreeMap::new(),
+        outcome: Outcome {
+            fitness: vec![f32::NAN; count],
+            lengths: vec![0; if request.traces { count } else { 0 }],
+            traces,
+            descriptors: Vec::new(),
+            ..Outcome::default()
+        },
+    };
+    watch.outcome.descriptors = vec![f64::NAN; count * watch.measures.len()];
+    lives.traced(evaluator, &task.control, cycles, &mut watch)?;
+    Ok(watch.outcome)
+}
+
+/// Measures and traces lives.
+struct Watch {
+    frame: Arc<Frame>,
+    /// Cycles of a life, and of its trace.
+    cycles: u32,
+    records: u32,
+    lives: usize,
+    measures: Vec<Descriptor>,
+    /// `None` without traces.
+    table: Option<TraceTable>,
+    under_way: BTreeMap<LifeIndex, Meter>,
+    outcome: Outcome,
+}
+
+impl Observer for Watch {
+    fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &Trace, fitness: f32) -> crate::exit::Result {
+        let index = life.genome * self.lives + life.number;
+        if cycles.end == self.cycles {
+            self.outcome.fitness[index] = fitness;
+        }
+        // The cycle after the last only says where the life ended.
+        if let Some(table) = &self.table
+            && cycles.end <= self.cycles
+        {
+            let width = table.scalars().len();
+            let first = (index * self.cycles as usize + cycles.start as usize) * width;
+            let words = records
+                .lines()
+                .flat_map(|(record, details)| table.words(record, details));
+            for (place, word) in self.outcome.traces[first..].iter_mut().zip(words) {
+                *place = word;
+            }
+            self.outcome.lengths[index] += records.len() as u32;
+        }
+        if self.measures.is_empty() {
+            return Ok(());
+        }
+        let new = || Meter::new(Arc::clone(&self.frame));
+        let meter = self.under_way.entry(life).or_insert_with(new);
+        for (record, details) in records.lines() {
+            meter.add(record, details);
+        }
+        if cycles.end == self.records
+            && let Some(meter) = self.under_way.remove(&life)
+        {
+            let measures = meter.finish();
+            let own = &mut self.outcome.descriptors[index * self.measures.len()..][..self.measures.len()];
+            for (place, descriptor) in own.iter_mut().zip(&self.measures) {
+                *place = descriptor.value(&measures);
+            }
+        }
+        Ok(())
+    }
+}

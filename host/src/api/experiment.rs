@@ -1,0 +1,342 @@
+//! An experiment, and the evolution of its controllers.
+
+use std::fmt::Display;
+use std::fs;
+use std::path::Path;
+use std::process;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+
+use oneiro::batch::{GREATEST_GENE, Worlds};
+use oneiro::world::World;
+
+use super::Result;
+use super::evaluate::TraceColumn;
+use crate::evolve::{self, SavedEvolution};
+use crate::exit::Failure;
+use crate::experiment::source::{Parsed, Setting};
+use crate::experiment::{self, Files};
+use crate::lives::measures::descriptors;
+use crate::runs::single::job::score;
+use crate::runs::single::trace::TraceTable;
+use crate::{runs, sealed};
+
+/// What the states of evolutions are sealed as.
+const STATE: &str = "oneiro evolution";
+const VERSION: u32 = 1;
+
+/// A checked experiment. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Experiment(Arc<Known>);
+
+#[derive(Debug)]
+struct Known {
+    any: Arc<dyn runs::Experiment>,
+    /// The world of single robots, packed when it is first used.
+    worlds: OnceLock<Worlds>,
+}
+
+/// All that an experiment is made of, so that another process can make it again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Portable {
+    /// Its file, with every value written out.
+    pub toml: String,
+    /// The files that it names, each with its content.
+    pub files: Vec<(String, Vec<u8>)>,
+}
+
+impl Experiment {
+    /// Reads an experiment's file, with `KEY=VALUE` settings that override it, as `--set` does.
+    ///
+    /// # Errors
+    /// Exit 3: the file and the line and column in it (or the setting), the key, the value found, and the values allowed.
+    pub fn load(path: &Path, set: &[String]) -> Result<Self> {
+        Ok(Self::of(runs::read(path, set)?))
+    }
+
+    pub(super) fn of(any: Arc<dyn runs::Experiment>) -> Self {
+        let worlds = OnceLock::new();
+        Self(Arc::new(Known { any, worlds }))
+    }
+
+    /// All that it is made of.
+    pub fn portable(&self) -> Portable {
+        let inputs = self.0.any.inputs().iter();
+        Portable {
+            toml: self.to_toml(),
+            files: inputs
+                .map(|input| (input.name.clone(), input.content.bytes.clone()))
+                .collect(),
+        }
+    }
+
+    /// Makes it again, with `KEY=VALUE` settings that override its values.
+    ///
+    /// # Errors
+    /// As [`Experiment::load`]; exit 6 if its files can't be written to the system's folder for temporary files, where they are for
+    /// as long as this takes.
+    pub fn from_portable(portable: &Portable, set: &[String]) -> Result<Self> {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let folder = std::env::temp_dir().join(format!("oneiro-{}-{number}", process::id()));
+        let made = (|| {
+            for (name, bytes) in &portable.files {
+                let path = folder.join(name);
+                let parent = path.parent().unwrap_or(&folder);
+                let written = fs::create_dir_all(parent).and_then(|()| fs::write(&path, bytes));
+                written.map_err(|error| Failure::storage(&path, &error))?;
+            }
+            let values = Parsed::new("the experiment".into(), &portable.toml)?;
+            let path = folder.join("experiment.toml");
+            runs::of(&path, &values, &Setting::all_typed(set)?, &Files::default(), None)
+        })();
+        if !portable.files.is_empty() {
+            // What can't be removed is in the way of nobody.
+            let _ = fs::remove_dir_all(&folder);
+        }
+        Ok(Self::of(made?))
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        self.0.any.name()
+    }
+
+    /// The seed in its file, if any.
+    pub fn seed(&self) -> Option<u64> {
+        self.0.any.seed()
+    }
+
+    /// Warnings about its files and values.
+    pub fn warnings(&self) -> &[String] {
+        self.0.any.warnings()
+    }
+
+    pub(super) fn any(&self) -> &Arc<dyn runs::Experiment> {
+        &self.0.any
+    }
+
+    /// Its values, if it has single robots.
+    pub(super) fn single(&self) -> crate::exit::Result<&experiment::Experiment> {
+        self.0.any.single().ok_or_else(|| {
+            Failure::input(format_args!(
+                "{}: is of a swarm, whose controllers live among others; allowed: experiments of single robots",
+                self.name()
+            ))
+        })
+    }
+
+    pub(super) fn world(&self) -> crate::exit::Result<&World> {
+        Ok(self.single()?.world())
+    }
+
+    /// Its world, packed.
+    pub(super) fn worlds(&self) -> crate::exit::Result<&Worlds> {
+        let world = self.world()?;
+        if let Some(worlds) = self.0.worlds.get() {
+            return Ok(worlds);
+        }
+        let worlds = Worlds::new(std::slice::from_ref(world))?;
+        Ok(self.0.worlds.get_or_init(|| worlds))
+    }
+
+    /// Name of each gene.
+    ///
+    /// # Errors
+    /// Exit 3 for swarms.
+    pub fn gene_names(&self) -> Result<Vec<String>> {
+        Ok(self.world()?.gene_layout().names())
+    }
+
+    /// Least and greatest value of each gene: its own range, or else `evolution.limits`, or else that of all genes.
+    ///
+    /// # Errors
+    /// Exit 3 for swarms.
+    pub fn bounds(&self) -> Result<Vec<[f32; 2]>> {
+        let single = self.single()?;
+        let limits = single
+            .settings()
+            .evolution
+            .limits
+            .map(|limits| limits.map(|limit| limit as f32));
+        let all = limits.unwrap_or([-GREATEST_GENE, GREATEST_GENE]);
+        let ranges = single.world().gene_layout().ranges();
+        Ok(ranges.into_iter().map(|range| range.unwrap_or(all)).collect())
+    }
+
+    /// Hash of everything that decides its results, except the seed.
+    pub fn hash(&self) -> String {
+        self.0.any.identities().of(0).to_hex().to_string()
+    }
+
+    /// It as TOML with every default written out. Files have the names that a run's directory gives them.
+    pub fn to_toml(&self) -> String {
+        match self.seed() {
+            Some(seed) => self.0.any.resolved_toml(seed),
+            None => self.0.any.resolved_toml(0).replacen("\nseed = 0\n", "\n", 1),
+        }
+    }
+
+    /// Most cycles of a life.
+    ///
+    /// # Errors
+    /// Exit 3 for swarms.
+    pub fn cycles(&self) -> Result<u32> {
+        Ok(self.world()?.cycles())
+    }
+
+    /// Lives of each individual in its evolution.
+    ///
+    /// # Errors
+    /// Exit 3 for swarms.
+    pub fn trials(&self) -> Result<u32> {
+        Ok(self.single()?.settings().trials)
+    }
+
+    /// Names of the measures of its lives, as `oneiro evaluate --measures` has them.
+    ///
+    /// # Errors
+    /// Exit 3 for swarms.
+    pub fn descriptor_names(&self) -> Result<Vec<String>> {
+        let all = descriptors(self.world()?).into_iter();
+        Ok(all.map(|own| own.column.name.into_owned()).collect())
+    }
+
+    /// Columns of its lives' traces, without that of the cycle.
+    ///
+    /// # Errors
+    /// Exit 3 for swarms.
+    pub fn trace_columns(&self) -> Result<Vec<TraceColumn>> {
+        Ok(TraceTable::new(self.world()?).scalars())
+    }
+}
+
+/// An evolution that is asked for genomes and told their fitness.
+#[derive(Debug)]
+pub struct Evolution {
+    experiment: Experiment,
+    own: evolve::Evolution,
+}
+
+impl Evolution {
+    /// Begins the evolution of a run with a seed, by the experiment's optimiser.
+    ///
+    /// # Errors
+    /// Exit 3 for swarms.
+    pub fn new(experiment: &Experiment, seed: u64) -> Result<Self> {
+        Ok(Self {
+            own: experiment.single()?.evolution(seed),
+            experiment: experiment.clone(),
+        })
+    }
+
+    /// Name of its optimiser.
+    pub fn kind(&self) -> &'static str {
+        self.own.optimizer().name()
+    }
+
+    /// Number of the generation that is to be evaluated next, from 0.
+    pub fn generation(&self) -> u32 {
+        self.own.generation()
+    }
+
+    /// Whether all of the experiment's generations have been evaluated.
+    pub fn is_finished(&self) -> bool {
+        self.own.is_finished()
+    }
+
+    /// Genes of a genome, and the genomes to evaluate next, one after the other.
+    pub fn ask(&self) -> (usize, &[f32]) {
+        let population = self.own.ask();
+        (population.genes(), population.values())
+    }
+
+    /// The generation and the number of each genome, from which a run makes its random numbers.
+    ///
+    /// # Errors
+    /// None: experiments of swarms have no evolution.
+    pub fn keys(&self) -> Result<Vec<[u64; 2]>> {
+        let is_common = self.experiment.single()?.settings().evolution.has_common_numbers();
+        let generation = u64::from(self.own.generation());
+        let numbers = 0..self.own.ask().len() as u64;
+        let key = |number| [generation, if is_common { 0 } else { number }];
+        Ok(numbers.map(key).collect())
+    }
+
+    /// Names of the measures by which the optimiser describes behaviour; empty if it does not.
+    ///
+    /// # Errors
+    /// None: experiments of swarms have no evolution.
+    pub fn descriptor_names(&self) -> Result<Vec<String>> {
+        let evolution = &self.experiment.single()?.settings().evolution;
+        let names = evolution.descriptors.iter().map(|own| own.measure.clone());
+        Ok(names.take(self.own.optimizer().descriptors()).collect())
+    }
+
+    /// Takes the fitness of the genomes: of each genome as many lives as are given, combined as `trial_score` says; and what
+    /// describes the behaviour of each genome, as many numbers as [`Evolution::descriptor_names`] has.
+    ///
+    /// # Errors
+    /// Exit 3 for another number of either; then nothing has changed. Exit 1 if all generations have been evaluated.
+    pub fn tell(&mut self, fitness: &[f32], behaviour: &[f64]) -> Result {
+        if self.own.is_finished() {
+            return Err(Failure::failed(format_args!(
+                "all {} generations have been evaluated; allowed: evolution.generations of more",
+                self.own.generation()
+            )))?;
+        }
+        let genomes = self.own.ask().len();
+        let lives = fitness.len() / genomes;
+        if lives == 0 || lives * genomes != fitness.len() {
+            return Err(refused(
+                "fitness",
+                format_args!("has {} values for {genomes} genomes", fitness.len()),
+            ))?;
+        }
+        let described = self.own.optimizer().descriptors();
+        if behaviour.len() != described * genomes {
+            let problem = format_args!("descriptors: have {} values for {genomes} genomes", behaviour.len());
+            return Err(Failure::input(format_args!(
+                "{problem}; allowed: {described} for each genome"
+            )))?;
+        }
+        let kind = self.experiment.single()?.settings().trial_score;
+        let scores = fitness.chunks_exact(lives).map(|lives| score(kind, lives));
+        self.own.tell(scores.collect(), behaviour)?;
+        Ok(())
+    }
+
+    /// The luckiest so far: generation, individual, score and genes.
+    pub fn luckiest(&self) -> Option<(u32, u32, f32, &[f32])> {
+        let best = self.own.champion()?;
+        Some((best.generation, best.individual, best.fitness, &best.genome))
+    }
+
+    /// All that it needs to continue, sealed.
+    pub fn state(&self) -> Vec<u8> {
+        sealed::seal(STATE, VERSION, &self.owner(), &self.own.save())
+    }
+
+    fn owner(&self) -> blake3::Hash {
+        self.experiment.any().identities().of(0)
+    }
+
+    /// Continues from a state.
+    ///
+    /// # Errors
+    /// Exit 5 for one that is damaged, or of another optimiser, version or settings; then nothing has changed.
+    pub fn restore(&mut self, state: &[u8]) -> Result {
+        let saved: SavedEvolution = sealed::open(STATE, VERSION, &self.owner(), state)
+            .map_err(|problem| Failure::corrupt(format_args!("the state of an evolution {problem}")))?;
+        Ok(self.own.restore(saved)?)
+    }
+
+    /// Its experiment.
+    pub fn experiment(&self) -> &Experiment {
+        &self.experiment
+    }
+}
+
+fn refused(what: &str, problem: impl Display) -> Failure {
+    Failure::input(format_args!("{what}: {problem}; allowed: as many for each genome"))
+}

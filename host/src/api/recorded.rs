@@ -1,0 +1,204 @@
+//! Runs and sweeps in directories.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::experiment::Experiment;
+use super::{Counted, Error, Result, Task, device};
+use crate::cli::SweepRun;
+use crate::commands::places::{Places, sorted_out};
+use crate::commands::sweep::{self, Means};
+use crate::device as devices;
+use crate::engine::handle::Engine;
+use crate::exit::Failure;
+use crate::record::{self, Directories, Done, RunPlace, SavedRun, Session, SingleRun};
+use crate::sweep::store::Shard;
+
+/// A finished or stopped run.
+#[derive(Debug)]
+pub struct Run(SavedRun);
+
+/// Runs an experiment with a seed, as `oneiro run --out` does. A run that is finished there already is left as it is.
+///
+/// # Errors
+/// Exit 3 if the directory holds something else or an unfinished run; exit 4 without such a device; exit 6 if the disk is full; exit
+/// 75 if the task was stopped: [`resume`] continues it.
+pub fn run(experiment: &Experiment, seed: u64, out: &Path, backend: &str, task: &Task) -> Result<Run> {
+    let identities = experiment.any().identities();
+    let places = vec![(seed, out.to_owned())];
+    let Places { new, .. } = sorted_out(places, |seed| identities.of(seed), device::quiet())?;
+    let new = new.into_iter().map(|(seed, directory)| RunPlace::New {
+        experiment: Arc::clone(experiment.any()),
+        seed,
+        directory,
+    });
+    all(new.collect(), backend, task)?;
+    Run::open(out)
+}
+
+/// Goes on with a run that was stopped or killed, as `oneiro resume` does. A finished one is left as it is.
+///
+/// # Errors
+/// As [`run`], and exit 5 if its checkpoints are damaged.
+pub fn resume(directory: &Path, backend: &str, task: &Task) -> Result<Run> {
+    let saved = SavedRun::open(directory)?;
+    if Done::read(directory)?.is_none() {
+        all(vec![RunPlace::Saved(saved)], backend, task)?;
+    }
+    Run::open(directory)
+}
+
+/// Does runs.
+fn all(places: Vec<RunPlace>, backend: &str, task: &Task) -> Result {
+    if places.is_empty() {
+        return Ok(());
+    }
+    device::threaded(|| {
+        let engine = engine(backend, task)?;
+        let session = Session::new(backend, engine.description());
+        let mut runs = Directories::new(places, session, device::quiet());
+        task.expect(runs.steps());
+        engine.run(runs.waiting(), Directories::MOST, &mut runs, &mut Counted(task))?;
+        Ok(())
+    })
+}
+
+fn engine(backend: &str, task: &Task) -> crate::exit::Result<Engine> {
+    let evaluator = devices::open(&device::backend(backend))?;
+    Ok(Engine::new(evaluator, Arc::clone(&task.stop)))
+}
+
+impl Run {
+    /// Opens a run's directory.
+    ///
+    /// # Errors
+    /// Exit 3 if it isn't one, or its configuration is invalid.
+    pub fn open(directory: &Path) -> Result<Self> {
+        Ok(Self(SavedRun::open(directory)?))
+    }
+
+    /// Its directory.
+    pub fn directory(&self) -> &Path {
+        self.0.directory()
+    }
+
+    /// Its experiment.
+    pub fn experiment(&self) -> Experiment {
+        Experiment::of(Arc::clone(self.0.experiment()))
+    }
+
+    /// Its seed.
+    pub fn seed(&self) -> u64 {
+        self.0.seed()
+    }
+
+    /// Hash of its results, once it is finished.
+    ///
+    /// # Errors
+    /// Exit 5 if the record of it is damaged.
+    pub fn result(&self) -> Result<Option<String>> {
+        Ok(Done::read(self.directory())?.map(|done| done.result))
+    }
+
+    /// Its table of steps: `generations.csv`, or a swarm's `intervals.csv`.
+    pub fn table(&self) -> PathBuf {
+        let directory = self.directory();
+        let recording = crate::runs::Recording::Directory {
+            path: directory,
+            console: device::quiet(),
+        };
+        let tables = self.0.experiment().tables(recording);
+        directory.join(tables.first().map_or("", |table| table.file))
+    }
+
+    /// Genes of its champion.
+    ///
+    /// # Errors
+    /// Exit 1 if it isn't finished, exit 3 for swarms, exit 5 if its files aren't what was written.
+    pub fn champion(&self) -> Result<Vec<f32>> {
+        Ok(SingleRun::open(self.directory())?.champion()?.genome)
+    }
+
+    /// Checks that its files are as they were written, as `oneiro verify` does. Returns the hash of its results.
+    ///
+    /// # Errors
+    /// Exit 1 if it isn't finished, exit 5 with everything that differs.
+    pub fn verify(&self) -> Result<String> {
+        Ok(record::verify(self.directory())?.result)
+    }
+
+    /// Evaluates a share of its individuals again and compares the bits, as `oneiro audit` does. Returns the report as JSON.
+    ///
+    /// # Errors
+    /// Exit 1 if a bit differs; exit 5 if its files aren't what was written; exit 4 without such a device; exit 75 if the task was
+    /// stopped.
+    pub fn audit(&self, share: f64, backend: &str, task: &Task) -> Result<String> {
+        if !(0.0..=1.0).contains(&share) || share == 0.0 {
+            return Err(Error::input(format_args!(
+                "share: is {share}; allowed: a number above 0 and up to 1, such as 0.01"
+            )));
+        }
+        device::threaded(|| {
+            let engine = engine(backend, task)?;
+            let recorded = self.0.recorded()?;
+            let audit = self.0.experiment().audit(&recorded, share, &engine, device::quiet())?;
+            match audit.problem {
+                None => Ok(audit.value.to_string()),
+                Some(problem) => Err(Failure::failed(format_args!(
+                    "{}: {problem}",
+                    self.directory().display()
+                )))?,
+            }
+        })
+    }
+}
+
+/// A sweep's tables.
+#[derive(Clone, Debug)]
+pub struct Tables {
+    /// Runs.
+    pub runs: usize,
+    /// Hash of the tables of results and of generations.
+    pub hash: String,
+    /// The files.
+    pub files: Vec<PathBuf>,
+}
+
+/// Does a sweep in a directory, as `oneiro sweep run --yes --out` does, or goes on with it. `jobs` limits the runs at a time.
+///
+/// # Errors
+/// Exit 3 if the plan is invalid or the directory holds another sweep; exit 4 without such a device; exit 5 if recorded data are
+/// damaged; exit 6 if the disk is full; exit 75 if the task was stopped: the same call continues it.
+pub fn sweep(plan: &Path, out: &Path, jobs: Option<u32>, backend: &str, task: &Task) -> Result<Tables> {
+    let arguments = SweepRun {
+        sweep: plan.to_owned(),
+        out: Some(out.to_owned()),
+        shard: Some(Shard::ALL),
+        time_budget: None,
+        checkpoint_every: Duration::from_secs(10),
+        jobs,
+        yes: true,
+        backend: device::backend(backend),
+        print_slurm: false,
+        shards: 1,
+    };
+    if jobs.is_some_and(|jobs| !(1..=1_000_000).contains(&jobs)) {
+        return Err(Error::input("jobs: is out of range; allowed: 1 to 1000000"));
+    }
+    let written = device::threaded(|| {
+        let mut means = Means {
+            engine: &|| engine(backend, task),
+            watch: &mut |_, steps, _| {
+                task.expect(steps);
+                Box::new(Counted(task))
+            },
+        };
+        sweep::whole(&arguments, &mut means, device::quiet())
+    })?;
+    Ok(Tables {
+        runs: written.runs,
+        hash: written.hash,
+        files: written.files,
+    })
+}

@@ -1,0 +1,241 @@
+//! Lives that are commanded cycle by cycle.
+
+use oneiro::foraging::Drive;
+use oneiro::random::Key;
+use oneiro::reported;
+use oneiro::swarm::{Command, Driven, Lamp, Line, Swarm, Trouble};
+
+use super::experiment::Experiment;
+use super::{Error, Result, Task, device};
+use crate::exit::Failure;
+
+/// Lives in an experiment's world, whose controller is left out.
+#[derive(Debug)]
+pub struct Stepped {
+    own: oneiro::stepped::Stepped,
+    backend: String,
+    length: u32,
+}
+
+impl From<reported::Error> for Failure {
+    fn from(error: reported::Error) -> Self {
+        match error {
+            reported::Error::Invalid(invalid) => invalid.into(),
+            reported::Error::Device(error) => error.into(),
+        }
+    }
+}
+
+impl From<Trouble> for Failure {
+    fn from(trouble: Trouble) -> Self {
+        match trouble {
+            Trouble::Invalid(invalid) => invalid.into(),
+            Trouble::Evaluation(error) => error.into(),
+        }
+    }
+}
+
+impl Stepped {
+    /// Lives of which none has begun.
+    ///
+    /// # Errors
+    /// Exit 3 for swarms, and for lives that can't be stepped; exit 4 if there is no such device.
+    pub fn new(experiment: &Experiment, lives: usize, backend: &str) -> Result<Self> {
+        let spec = experiment.world()?.spec();
+        let own = oneiro::stepped::Stepped::new(spec, lives)?;
+        device::with(backend, |_| ())?;
+        Ok(Self {
+            own,
+            backend: backend.to_owned(),
+            length: spec.cycles,
+        })
+    }
+
+    /// Names of the readings of each life.
+    pub fn names(&self) -> Vec<String> {
+        self.own.names()
+    }
+
+    /// How many of the readings are the robot's own, which are 0 to 1; a user's sensors may read anything up to 1000 either way.
+    pub fn bounded(&self) -> usize {
+        self.own.world().spec().robot.build.readings().len()
+    }
+
+    /// Most cycles of a life.
+    pub fn length(&self) -> u32 {
+        self.length
+    }
+
+    /// What lives are now.
+    pub fn state(&self) -> &oneiro::stepped::Stepped {
+        &self.own
+    }
+
+    /// Begins lives anew: each with the seed, and the two numbers, from which its random numbers are made. With (i, j) they are those of
+    /// the life j of the genome i that [`evaluate`](super::evaluate::evaluate) evaluates with that seed.
+    ///
+    /// # Errors
+    /// Exit 3 for an unknown life; those of the device.
+    pub fn begin(&mut self, lives: &[(usize, u64, [u64; 2])], task: &Task) -> Result {
+        let key =
+            |&(life, seed, [genome, number]): &(usize, u64, [u64; 2])| (life, Key::rollout(seed, 0, genome, number));
+        let named: Vec<(usize, Key)> = lives.iter().map(key).collect();
+        device::with(&self.backend, |evaluator| {
+            self.own.begin(evaluator, &task.control, &named)
+        })?
+        .map_err(Error::from)
+    }
+
+    /// Lets lives live for a cycle, with two commands each.
+    ///
+    /// # Errors
+    /// Exit 3 for lives or commands that aren't allowed; those of the device.
+    pub fn step(&mut self, who: &[usize], commands: &[f32], task: &Task) -> Result {
+        device::with(&self.backend, |evaluator| {
+            self.own.step(evaluator, &task.control, who, commands)
+        })?
+        .map_err(Error::from)
+    }
+}
+
+/// The arena of a swarm, whose robots are commanded cycle by cycle. All are switched on from the first cycle on.
+#[derive(Debug)]
+pub struct Arena {
+    swarm: Swarm,
+    lamp: Lamp,
+    backend: String,
+    own: Option<(Driven, Line)>,
+    rewards: Vec<f32>,
+    cycle: u32,
+}
+
+/// Names of what a robot in an arena reads: proximity, light, and whether it carries food.
+pub const ROBOT_READINGS: [&str; 13] = [
+    "near_left_17",
+    "near_left_50",
+    "near_right_50",
+    "near_right_17",
+    "light_left_17",
+    "light_left_50",
+    "light_right_50",
+    "light_right_17",
+    "light_left_90",
+    "light_left_150",
+    "light_right_150",
+    "light_right_90",
+    "carries",
+];
+
+impl Arena {
+    /// An arena that has not begun.
+    ///
+    /// # Errors
+    /// Exit 3 for experiments of single robots; exit 4 if there is no such device.
+    pub fn new(experiment: &Experiment, backend: &str) -> Result<Self> {
+        let Some(own) = experiment.any().swarm() else {
+            return Err(Error::input(format_args!(
+                "{}: is of a single robot; allowed: experiments of swarms",
+                experiment.name()
+            )));
+        };
+        device::with(backend, |_| ())?;
+        let plan = own.plan(0);
+        let swarm = plan.settings.swarm();
+        Ok(Self {
+            swarm,
+            lamp: plan.lamp(),
+            backend: backend.to_owned(),
+            own: None,
+            rewards: vec![0.0; swarm.robots as usize],
+            cycle: 0,
+        })
+    }
+
+    /// Number of robots.
+    pub fn robots(&self) -> usize {
+        self.rewards.len()
+    }
+
+    /// Cycles of a life.
+    pub fn length(&self) -> u32 {
+        self.swarm.forager.cycles
+    }
+
+    /// Cycles that have passed.
+    pub fn cycle(&self) -> u32 {
+        self.cycle
+    }
+
+    /// Begins anew, with random numbers from a seed and a life's number.
+    ///
+    /// # Errors
+    /// Exit 3 for more robots than can be commanded; those of the device.
+    pub fn begin(&mut self, seed: u64, life: u64) -> Result {
+        let key = Key::rollout(seed, 0, 0, life);
+        let made = device::with(&self.backend, |evaluator| {
+            Driven::new(evaluator, &self.swarm, self.lamp, key)
+        })?;
+        let nothing = Line {
+            robots: Vec::new(),
+            food: Vec::new(),
+        };
+        self.own = Some((made?, nothing));
+        self.rewards.fill(0.0);
+        self.cycle = 0;
+        Ok(())
+    }
+
+    /// Lets all robots live for a cycle, with two wheels' speeds each as shares of the greatest, -1 to 1.
+    ///
+    /// # Errors
+    /// Exit 3 for speeds that aren't allowed, or before the beginning or after the end; those of the device.
+    pub fn step(&mut self, speeds: &[f32]) -> Result {
+        let length = self.length();
+        let forager = &self.swarm.forager;
+        let Some((world, before)) = self.own.as_mut().filter(|_| self.cycle < length) else {
+            return Err(Error::input(
+                "step: the arena's life has ended or not begun; allowed: after reset",
+            ));
+        };
+        let begins = self.cycle.is_multiple_of(self.swarm.interval);
+        let command = |&[left, right]: &[f32; 2]| Command {
+            drive: Some(Drive::of_wheels(
+                [left, right].map(|share| share * forager.greatest_speed),
+                forager,
+            )),
+            begins,
+        };
+        let commands: Vec<Command> = speeds.as_chunks().0.iter().map(command).collect();
+        let line = device::with(&self.backend, |evaluator| world.cycle(evaluator, &commands))??;
+        for (robot, reward) in self.rewards.iter_mut().enumerate() {
+            // In an interval's first cycle its fitness restarts.
+            let earned = before
+                .robots
+                .get(robot)
+                .filter(|_| !begins)
+                .map_or(0.0, |seen| seen.earned);
+            *reward = line.robots[robot].earned - earned;
+        }
+        *before = line;
+        self.cycle += 1;
+        Ok(())
+    }
+
+    /// Each robot's readings, as [`ROBOT_READINGS`] names them, 0 to 1.
+    pub fn readings(&self) -> Vec<f32> {
+        let Some((world, line)) = &self.own else {
+            return vec![0.0; self.robots() * ROBOT_READINGS.len()];
+        };
+        let each = world.readings().iter().enumerate().flat_map(|(robot, own)| {
+            let carries = line.robots.get(robot).is_some_and(|seen| seen.carries);
+            let carries = f32::from(u8::from(carries));
+            own.near.into_iter().chain(own.light).chain([carries])
+        });
+        each.collect()
+    }
+
+    /// What each robot earned in the last cycle.
+    pub fn rewards(&self) -> &[f32] {
+        &self.rewards
+    }
+}

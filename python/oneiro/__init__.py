@@ -1,0 +1,63 @@
+"""Evolves robot controllers in simulated lives, bit for bit the same on every device.
+
+Everything is maximised. Whatever is random is made from seeds, so the same call gives the same bits on every machine.
+`docs/python.md` in the repository describes the whole interface.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os as _os
+from typing import TYPE_CHECKING
+
+# Mesa's device-select layer prints to standard error where there is no desktop, and its order is not needed.
+_os.environ.setdefault("NODEVICE_SELECT", "1")
+
+from ._errors import CorruptError, DeviceError, Error, FailedError, InputError, StoppedError, StorageError
+from ._evolution import Evolution
+from ._experiment import Experiment, Outcome, evaluate
+from ._machine import devices, selftest
+from ._native import __version__
+from ._runs import Run, Sweep, load_run, resume, run, sweep
+
+if TYPE_CHECKING:
+    from . import gym, pettingzoo, sb3
+
+__all__ = [
+    "CorruptError",
+    "DeviceError",
+    "Error",
+    "Evolution",
+    "Experiment",
+    "FailedError",
+    "InputError",
+    "Outcome",
+    "Run",
+    "StorageError",
+    "StoppedError",
+    "Sweep",
+    "__version__",
+    "devices",
+    "evaluate",
+    "gym",
+    "load_run",
+    "pettingzoo",
+    "resume",
+    "run",
+    "sb3",
+    "selftest",
+    "sweep",
+]
+
+# Modules that need packages of others are imported when they are first used.
+_LAZY = {"gym", "pettingzoo", "sb3"}
+
+
+def __getattr__(name: str) -> object:
+    if name in _LAZY:
+        return importlib.import_module(f"oneiro.{name}")
+    raise AttributeError(f"module 'oneiro' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

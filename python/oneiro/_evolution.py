@@ -1,0 +1,132 @@
+"""Evolutions that are asked for genomes and told their fitness."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from . import _native
+from ._errors import InputError
+from ._experiment import whole
+from ._native import Experiment
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+
+class Luckiest(NamedTuple):
+    """The individual with the best score so far."""
+
+    generation: int
+    individual: int
+    score: float
+    genome: NDArray[np.float32]
+
+
+class Evolution:
+    """The evolution of a run of an experiment, by its optimiser, to be evaluated in any way.
+
+    Evaluated with its `keys` and its `seed`, and with the experiment's `trials` as lives, it is the evolution of `oneiro run`.
+    It can be pickled between any two calls.
+    """
+
+    def __init__(self, exp: Experiment, *, seed: int, kind: str | None = None) -> None:
+        """Begins before the first generation. `kind` takes the place of the experiment's `evolution.kind`."""
+        seed = whole("seed", seed)
+        if kind is None:
+            self._native = _native.Evolution(exp, seed)
+        else:
+            # An experiment of one kind need not have the key: what it evolves by has its name in any case.
+            own = _native.Evolution(exp, seed)
+            self._native = own if own.kind == kind else _native.Evolution(exp._with([f"evolution.kind={kind}"]), seed)
+
+    @property
+    def kind(self) -> str:
+        """Name of the optimiser."""
+        return self._native.kind
+
+    @property
+    def seed(self) -> int:
+        """Its seed."""
+        return self._native.seed
+
+    @property
+    def generation(self) -> int:
+        """Number of the generation that is to be evaluated next, from 0."""
+        return self._native.generation
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether all of the experiment's generations have been evaluated."""
+        return self._native.is_finished
+
+    @property
+    def luckiest(self) -> Luckiest | None:
+        """The individual with the best score so far; None before the first generation was evaluated."""
+        best = self._native.luckiest()
+        return None if best is None else Luckiest(*best)
+
+    @property
+    def keys(self) -> NDArray[np.uint64]:
+        """`[n, 2]`: the generation and the number of each genome of `ask()`, for `evaluate`."""
+        return self._native.keys()
+
+    @property
+    def descriptor_names(self) -> list[str]:
+        """Names of the measures by which its optimiser describes behaviour; empty if it does not."""
+        return self._native.descriptor_names
+
+    def ask(self) -> NDArray[np.float32]:
+        """The genomes to evaluate next, `[n, genes]`. Asked again, it names the same."""
+        return self._native.ask()
+
+    def tell(self, fitness: ArrayLike, descriptors: ArrayLike | None = None) -> None:
+        """Takes the fitness of `ask()`'s genomes, `[n]` or `[n, lives]`, and makes the next generation.
+
+        Several lives are combined as the experiment's `trial_score` says. NaN ranks last. An optimiser that describes behaviour takes
+        `descriptors` too, `[n, measures]` or `[n, lives, measures]`, of which the mean counts: either those of `descriptor_names`, or
+        all that `evaluate` measures.
+        """
+        import numpy as np
+
+        fitness = np.ascontiguousarray(fitness, dtype=np.float32)
+        count = len(self.ask())
+        if fitness.ndim not in (1, 2) or len(fitness) != count or fitness.size == 0:
+            shape = list(fitness.shape)
+            raise InputError(f"fitness: has the shape {shape}; allowed: [{count}] or [{count}, lives]")
+        self._native.tell(fitness.ravel(), self._behaviour(descriptors, count))
+
+    def _behaviour(self, descriptors: ArrayLike | None, count: int) -> NDArray[np.float64]:
+        """The numbers of `descriptor_names` for each genome, one after the other."""
+        import numpy as np
+
+        names = self.descriptor_names
+        if descriptors is None and not names:
+            return np.empty(0)
+        if not names:
+            raise InputError(f"descriptors: are given, and the optimiser {self.kind} takes none; allowed: None")
+        if descriptors is None:
+            wanted = f"[{count}, {len(names)}] of {', '.join(names)}"
+            raise InputError(f"descriptors: are needed by the optimiser {self.kind}; allowed: {wanted}")
+        own = np.asarray(descriptors, dtype=np.float64)
+        known = self._native.experiment.descriptor_names
+        if own.ndim not in (2, 3) or len(own) != count or own.shape[-1] not in (len(names), len(known)):
+            shape = list(own.shape)
+            allowed = f"[{count}, {len(names)}] or [{count}, lives, {len(names)}], or all {len(known)} measures"
+            raise InputError(f"descriptors: have the shape {shape}; allowed: {allowed}")
+        if own.shape[-1] != len(names):
+            own = own[..., [known.index(name) for name in names]]
+        if own.ndim == 3:
+            own = own.mean(axis=1)
+        return np.ascontiguousarray(own).ravel()
+
+    def state(self) -> bytes:
+        """All that it needs to continue, sealed: it can only be restored into an evolution of the same experiment."""
+        return self._native.state()
+
+    def restore(self, state: bytes) -> None:
+        """Continues from a state. One that is damaged, or of another experiment, is refused, and nothing has changed."""
+        self._native.restore(state)
+
+    def __repr__(self) -> str:
+        return f"<oneiro.Evolution {self.kind}, seed {self.seed}, generation {self.generation}>"

@@ -1,0 +1,131 @@
+"""Experiments, and the evaluation of genomes."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from . import _native
+from ._errors import InputError
+from ._native import Experiment
+from ._progress import bar
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+
+def _toml(value: Any) -> str:
+    """A value as `--set` takes it."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {_inner(item)}" for key, item in value.items()) + " }"
+    if isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
+        items = value.tolist() if hasattr(value, "tolist") else value
+        if not isinstance(items, (list, tuple)):
+            return _toml(items)
+        return "[" + ", ".join(_inner(item) for item in items) + "]"
+    return repr(value)
+
+
+def _inner(value: Any) -> str:
+    """A value within another, where words need quotes."""
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+        return f'"{escaped}"'
+    return _toml(value)
+
+
+def settings(values: Mapping[str, Any] | None) -> list[str]:
+    """Settings as `--set` takes them. Called by `Experiment.load`."""
+    return [] if values is None else [f"{key}={_toml(value)}" for key, value in values.items()]
+
+
+def whole(name: str, value: Any, least: int = 0) -> int:
+    """A whole number from `least` to 2^63 - 1, as seeds are."""
+    try:
+        number = value.__index__()
+    except AttributeError:
+        number = None
+    if number is None or not least <= number < 2**63:
+        raise InputError(f"{name}: is {value!r}; allowed: a whole number, {least} to 9223372036854775807")
+    return number
+
+
+class Outcome(NamedTuple):
+    """Results of lives: of each genome, and of each of its lives."""
+
+    fitness: NDArray[np.float32]
+    """`[n, lives]`"""
+    device: str
+    """What they were computed by, such as `cpu (avx2x16, 2 threads)`."""
+    exact: bool
+    """Whether that device guarantees the bits of every other exact one."""
+    descriptors: NDArray[np.float64] | None = None
+    """`[n, lives, measures]`, in the order of `Experiment.descriptor_names`; None unless requested."""
+    traces: NDArray[np.void] | None = None
+    """`[n, lives, cycles]`, a structured array with the columns of a run's `trace.csv`; zeros after an early end. None unless requested."""
+    lengths: NDArray[np.uint32] | None = None
+    """`[n, lives]`, the cycles of each life that `traces` has."""
+
+
+def evaluate(
+    exp: Experiment,
+    genomes: ArrayLike,
+    *,
+    seed: int,
+    keys: ArrayLike | None = None,
+    lives: int = 1,
+    common_starts: bool = False,
+    backend: str = "auto",
+    descriptors: bool = False,
+    traces: bool | None = None,
+) -> Outcome:
+    """Lets genomes, `[n, genes]`, live in the experiment's world, `lives` times each.
+
+    The random numbers of a life, its start among them, are made from `seed`, the genome's key and the life's number. By default a
+    genome's key is its index, so that results are those of `oneiro evaluate`. `keys`, `[n]`, names other ones: parts of a
+    population that keep their keys have the results that they have in the whole. With `[n, 2]` the first number is a generation:
+    with `Evolution.keys` the lives are those of `oneiro run`. `common_starts` gives all genomes the random numbers of the first.
+    """
+    import numpy as np
+
+    genomes = np.ascontiguousarray(genomes, dtype=np.float32)
+    if genomes.ndim == 1:
+        genomes = genomes[None]
+    if genomes.ndim != 2 or len(genomes) == 0:
+        raise InputError(f"genomes: have the shape {list(genomes.shape)}; allowed: [n, genes], n from 1")
+    numbers = None
+    if keys is not None:
+        given = np.asarray(keys)
+        if given.dtype.kind not in "iu" or (given.size and given.min() < 0):
+            raise InputError("keys: aren't whole numbers from 0 on; allowed: integers, [n] or [n, 2]")
+        if given.shape not in [(len(genomes),), (len(genomes), 2)]:
+            shape = list(given.shape)
+            raise InputError(f"keys: have the shape {shape}; allowed: [{len(genomes)}] or [{len(genomes)}, 2]")
+        numbers = np.zeros((len(genomes), 2), np.uint64)
+        numbers[:, 2 - given.ndim :] = given.reshape(len(genomes), -1)
+    if traces not in (None, False, True):
+        raise InputError(f"traces: is {traces!r}; allowed: True, False or None")
+    with bar("evaluating") as progress:
+        result = _native.evaluate(
+            exp,
+            genomes,
+            whole("seed", seed),
+            numbers,
+            whole("lives", lives, 1),
+            common_starts,
+            backend,
+            descriptors,
+            bool(traces),
+            progress,
+        )
+    for warning in result.pop("warnings"):
+        warnings.warn(warning, stacklevel=2)
+    if traces:
+        result["traces"] = result["traces"].view(np.dtype(exp._trace_columns()))[..., 0]
+    return Outcome(**result)

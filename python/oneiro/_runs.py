@@ -1,0 +1,166 @@
+"""Runs and sweeps in directories."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from . import _native
+from ._errors import InputError
+from ._experiment import whole
+from ._native import Experiment
+from ._progress import bar
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+def table(path: Path) -> Any:
+    """A table as a DataFrame of pandas, or else of Polars, or else as a dictionary of NumPy's arrays.
+
+    Numbers are read here, so that they have all bits in any of them.
+    """
+    import csv
+
+    import numpy as np
+
+    with path.open(newline="") as file:
+        head, *rows = csv.reader(file)
+    columns = zip(*rows, strict=True) if rows else ((),) * len(head)
+    values = {name: _column(np, cells) for name, cells in zip(head, columns, strict=True)}
+    for library in ("pandas", "polars"):
+        try:
+            return importlib.import_module(library).DataFrame(values)
+        except ImportError:
+            pass
+    return values
+
+
+def _column(np: Any, cells: Sequence[str]) -> NDArray[Any]:
+    """Whole numbers, or else numbers, of which those that are missing are NaN, or else words."""
+    if all(cells):
+        try:
+            return np.array([int(cell) for cell in cells], np.int64)
+        except ValueError:
+            pass
+    try:
+        return np.array([float(cell) if cell else np.nan for cell in cells], np.float64)
+    except ValueError:
+        return np.array(cells, object)
+
+
+class Run:
+    """A run in its directory, finished or not."""
+
+    def __init__(self, native: _native.Run) -> None:
+        self._native = native
+
+    @property
+    def path(self) -> Path:
+        """Its directory."""
+        return Path(self._native.path)
+
+    @property
+    def experiment(self) -> Experiment:
+        """Its experiment."""
+        return self._native.experiment
+
+    @property
+    def seed(self) -> int:
+        """Its seed."""
+        return self._native.seed
+
+    @property
+    def result(self) -> str | None:
+        """Hash of its results, the same on every machine; None while it is not finished."""
+        return self._native.result
+
+    @property
+    def generations(self) -> Any:
+        """Its generations, or a swarm's intervals: a DataFrame of pandas, or else of Polars, or else a dictionary of arrays."""
+        return table(Path(self._native.table))
+
+    @property
+    def champion(self) -> Champion:
+        """Its champion."""
+        import json
+
+        genome = self._native.champion()
+        values = json.loads((self.path / "champion.json").read_text())
+        return Champion(genome, values)
+
+    def verify(self) -> str:
+        """Checks that its files are as they were written; returns the hash of its results."""
+        return self._native.verify()
+
+    def audit(self, share: float = 0.01, *, backend: str = "auto") -> dict[str, Any]:
+        """Evaluates a share of its recorded individuals again; raises `FailedError` if a single bit differs."""
+        import json
+
+        return json.loads(self._native.audit(share, backend))
+
+    def __repr__(self) -> str:
+        return f"<oneiro.Run {str(self.path)!r}, seed {self.seed}>"
+
+
+class Champion(NamedTuple):
+    """A run's best controller."""
+
+    genome: NDArray[np.float32]
+    values: dict[str, Any]
+    """What `champion.json` says of it."""
+
+
+class Sweep(NamedTuple):
+    """A sweep's tables."""
+
+    path: Path
+    runs: int
+    hash: str
+    """Hash of its results and generations."""
+    files: list[Path]
+
+    @property
+    def results(self) -> Any:
+        """A row for each run: a DataFrame of pandas, or else of Polars, or else a dictionary of arrays."""
+        return table(self.path / "results.csv")
+
+    @property
+    def generations(self) -> Any:
+        """A row for each generation of each run, in the same form."""
+        return table(self.path / "generations.csv")
+
+
+def run(exp: Experiment, *, seed: int, out: str | os.PathLike[str], backend: str = "auto") -> Run:
+    """Runs an experiment into a directory. A finished run that is there already is left as it is.
+
+    After Ctrl-C, `resume` goes on from where it was stopped.
+    """
+    with bar(exp.name) as progress:
+        return Run(_native.run(exp, whole("seed", seed), os.fspath(out), backend, progress))
+
+
+def resume(dir: str | os.PathLike[str], *, backend: str = "auto") -> Run:
+    """Goes on with a run that was stopped or killed."""
+    with bar("resuming") as progress:
+        return Run(_native.resume(os.fspath(dir), backend, progress))
+
+
+def load_run(dir: str | os.PathLike[str]) -> Run:
+    """Opens a run's directory."""
+    return Run(_native.Run(os.fspath(dir)))
+
+
+def sweep(
+    plan: str | os.PathLike[str], *, out: str | os.PathLike[str], jobs: int | None = None, backend: str = "auto"
+) -> Sweep:
+    """Does a sweep in a directory, or goes on with it. `jobs` limits the runs at a time."""
+    if jobs is not None and not 1 <= whole("jobs", jobs, 1) <= 1_000_000:
+        raise InputError(f"jobs: is {jobs}; allowed: 1 to 1000000")
+    with bar(Path(plan).stem) as progress:
+        runs, digest, files = _native.sweep(os.fspath(plan), os.fspath(out), jobs, backend, progress)
+    return Sweep(Path(out), runs, digest, [Path(file) for file in files])

@@ -1,0 +1,215 @@
+//! Experiments, and the evaluation of genomes.
+
+use std::ffi::CString;
+use std::path::PathBuf;
+
+use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2};
+use oneiro::compose::Scalar;
+use oneiro_host::api::Task;
+use oneiro_host::api::evaluate::{Outcome, Request};
+use oneiro_host::api::experiment::{self as api, Portable};
+use pyo3::exceptions::{PyUserWarning, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyType};
+
+use crate::{SHORT, class, done, raised, watched};
+
+/// A checked experiment.
+#[pyclass(frozen, module = "oneiro", name = "Experiment", skip_from_py_object)]
+#[derive(Clone)]
+pub(crate) struct Experiment(pub(crate) api::Experiment);
+
+/// A result, or the exception that it is in Python.
+fn ok<T>(py: Python<'_>, result: oneiro_host::api::Result<T>) -> PyResult<T> {
+    result.map_err(|error| raised(py, &error))
+}
+
+#[pymethods]
+impl Experiment {
+    #[staticmethod]
+    #[pyo3(signature = (path, set = None))]
+    fn load(py: Python<'_>, path: PathBuf, set: Option<Bound<'_, PyAny>>) -> PyResult<Self> {
+        let settings = py.import("oneiro._experiment")?.getattr("settings")?;
+        let set: Vec<String> = settings.call1((set,))?.extract()?;
+        let experiment = done(py, || api::Experiment::load(&path, &set))?;
+        for warning in experiment.warnings() {
+            let words = CString::new(warning.as_str())?;
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &words, 1)?;
+        }
+        Ok(Self(experiment))
+    }
+
+    #[classmethod]
+    fn _made(
+        _: &Bound<'_, PyType>,
+        py: Python<'_>,
+        toml: String,
+        files: Vec<(String, Vec<u8>)>,
+        set: Vec<String>,
+    ) -> PyResult<Self> {
+        let portable = Portable { toml, files };
+        done(py, || api::Experiment::from_portable(&portable, &set)).map(Self)
+    }
+
+    /// It again, with other values.
+    fn _with(&self, py: Python<'_>, set: Vec<String>) -> PyResult<Self> {
+        done(py, || api::Experiment::from_portable(&self.0.portable(), &set)).map(Self)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let Portable { toml, files } = self.0.portable();
+        let files: Vec<_> = files
+            .iter()
+            .map(|(name, bytes)| (name, PyBytes::new(py, bytes)))
+            .collect();
+        let arguments = (toml, files, Vec::<String>::new()).into_pyobject(py)?;
+        Ok((class::<Self>(py).getattr("_made")?, arguments.into_any()))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<oneiro.Experiment {:?} {}>", self.0.name(), &self.0.hash()[..12])
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>();
+        other.is_ok_and(|other| self.0.portable() == other.get().0.portable())
+    }
+
+    fn __hash__(&self) -> u64 {
+        u64::from_str_radix(&self.0.hash()[..16], 16).unwrap_or_default()
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    #[getter]
+    fn seed(&self) -> Option<u64> {
+        self.0.seed()
+    }
+
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.0.warnings().to_vec()
+    }
+
+    #[getter]
+    fn genes(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.gene_names(py)?.len())
+    }
+
+    #[getter]
+    fn gene_names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        ok(py, self.0.gene_names())
+    }
+
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let bounds = ok(py, self.0.bounds())?;
+        let genes = bounds.len();
+        PyArray1::from_vec(py, bounds.into_flattened()).reshape([genes, 2])
+    }
+
+    #[getter]
+    fn hash(&self) -> String {
+        self.0.hash()
+    }
+
+    #[getter]
+    fn trials(&self, py: Python<'_>) -> PyResult<u32> {
+        ok(py, self.0.trials())
+    }
+
+    #[getter]
+    fn descriptor_names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        ok(py, self.0.descriptor_names())
+    }
+
+    /// Names and `NumPy`'s types of the columns of traces.
+    fn _trace_columns(&self, py: Python<'_>) -> PyResult<Vec<(String, &'static str)>> {
+        let kind = |scalar| match scalar {
+            Scalar::Float => "<f4",
+            Scalar::Unsigned => "<u4",
+            Scalar::Signed => "<i4",
+        };
+        let columns = ok(py, self.0.trace_columns())?.into_iter();
+        Ok(columns.map(|(name, scalar)| (name, kind(scalar))).collect())
+    }
+
+    fn to_toml(&self) -> String {
+        self.0.to_toml()
+    }
+}
+
+/// Fitness, measures and traces of genomes, and what they were computed by.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "they are those of `oneiro.evaluate`")]
+pub(crate) fn evaluate<'py>(
+    py: Python<'py>,
+    experiment: &Bound<'py, Experiment>,
+    genomes: PyReadonlyArray2<'py, f32>,
+    seed: u64,
+    numbers: Option<PyReadonlyArray2<'py, u64>>,
+    lives: usize,
+    common_starts: bool,
+    backend: &str,
+    descriptors: bool,
+    traces: bool,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let experiment = &experiment.get().0;
+    let genes = ok(py, experiment.gene_names())?.len();
+    let [count, width] = [0, 1].map(|axis| genomes.as_array().shape()[axis]);
+    if width != genes {
+        let problem = format!("genomes: have {width} genes; allowed: {genes}");
+        return Err(raised_input(py, problem));
+    }
+    let numbers = numbers.as_ref().map(|numbers| numbers.as_slice()).transpose()?;
+    let request = Request {
+        genomes: genomes
+            .as_slice()
+            .map_err(|_| PyValueError::new_err("genomes: not contiguous"))?,
+        seed,
+        numbers: numbers.map(|numbers| numbers.as_chunks().0),
+        lives,
+        common_starts,
+        backend,
+        descriptors,
+        traces,
+    };
+    let task = Task::default();
+    let work = || oneiro_host::api::evaluate::evaluate(experiment, &request, &task);
+    let steps = (count.saturating_mul(lives) as u64).saturating_mul(ok(py, experiment.cycles())?.into());
+    let outcome: Outcome = if steps <= SHORT && !traces && !descriptors {
+        done(py, work)?
+    } else {
+        watched(py, &task, progress, work)?
+    };
+    let result = PyDict::new(py);
+    let shape = [count, lives];
+    result.set_item("fitness", PyArray1::from_vec(py, outcome.fitness).reshape(shape)?)?;
+    if descriptors {
+        let each = outcome.descriptors.len() / (count * lives);
+        let values: Bound<'_, PyArray3<f64>> =
+            PyArray1::from_vec(py, outcome.descriptors).reshape([count, lives, each])?;
+        result.set_item("descriptors", values)?;
+    }
+    if traces {
+        let cycles = ok(py, experiment.cycles())? as usize;
+        let each = outcome.traces.len() / (count * lives * cycles);
+        let words: Bound<'_, PyArray4<u32>> =
+            PyArray1::from_vec(py, outcome.traces).reshape([count, lives, cycles, each])?;
+        result.set_item("traces", words)?;
+        result.set_item("lengths", PyArray1::from_vec(py, outcome.lengths).reshape(shape)?)?;
+    }
+    result.set_item("device", outcome.device)?;
+    result.set_item("exact", outcome.exact)?;
+    result.set_item("warnings", outcome.warnings)?;
+    Ok(result)
+}
+
+/// An exception for bad input.
+fn raised_input(py: Python<'_>, problem: String) -> PyErr {
+    raised(py, &oneiro_host::api::Error::input(problem))
+}

@@ -1,0 +1,254 @@
+"""Environments: the simulator's lives, and the interfaces as their own checkers have them."""
+
+import pickle
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from conftest import EXPERIMENTS
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+import oneiro
+from oneiro.gym import Env, VectorEnv, commands
+
+MODES = list(AutoresetMode)
+
+
+@pytest.fixture
+def kheperax():
+    """Lives in a maze, by three rays and two bumpers."""
+    return oneiro.Experiment.load(EXPERIMENTS / "kheperax.toml", set={"cycles": 30})
+
+
+@pytest.fixture
+def ending():
+    """Lives whose battery may run down at different times."""
+    return oneiro.Experiment.load(EXPERIMENTS / "homing.toml")
+
+
+def lives(exp, count, seed):
+    """Traces and fitness of a controller."""
+    genomes = np.random.default_rng(5).uniform(-3, 3, (count, exp.genes)).astype(np.float32)
+    return oneiro.evaluate(exp, genomes, seed=seed, lives=2, backend="cpu", traces=True)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("name", ["avoidance", "ending", "kheperax"])
+def test_steps_are_a_controllers_life(name, mode, request):
+    exp = request.getfixturevalue(name)
+    count = 20
+    outcome = lives(exp, count, 7)
+    envs = VectorEnv(exp, count, mode)
+    observations, infos = envs.reset(seed=7)
+    assert infos == {}
+    cycle, life = np.zeros(count, int), np.zeros(count, int)
+    each, ended = np.arange(count), np.zeros((count, 2), bool)
+    sensors = [column for column in outcome.traces.dtype.names if column.startswith("sensor_")]
+    waits = np.zeros(count, bool)
+    for step in range(10_000):
+        # Of each life that lasts, what it sees, is told and earns; of those that have ended, anything.
+        living = (life < 2) & ~waits
+        traces = outcome.traces[each, np.minimum(life, 1)]
+        lengths = outcome.lengths[each, np.minimum(life, 1)]
+        now = traces[each, np.minimum(cycle, traces.shape[1] - 1)]
+        seen = np.stack([now[sensor] for sensor in sensors], axis=1)
+        assert (observations[living] == seen[living]).all(), step
+        told = 2.0 * np.stack([now["output_left"], now["output_right"]], axis=1).astype(np.float64) - 1.0
+        observations, rewards, terminated, truncated, infos = envs.step(told)
+        assert (rewards[living] == now["reward"][living]).all() and (rewards[waits] == 0).all()
+        cycle[~waits] += 1
+        done = terminated | truncated
+        over = living & (cycle == lengths)
+        assert (done[living] == over[living]).all() and not done[waits].any()
+        for env in np.flatnonzero(over):
+            final = infos["final_info"] if mode is AutoresetMode.SAME_STEP else infos
+            assert final["_fitness"][env] and final["fitness"][env] == outcome.fitness[env, life[env]]
+            assert terminated[env] == (lengths[env] < traces.shape[1]) == (not truncated[env])
+            ended[env, life[env]] = True
+        waits[:] = False
+        if mode is AutoresetMode.DISABLED and done.any():
+            with pytest.raises(oneiro.InputError, match="some lives have ended"):
+                envs.step(told)
+            observations, _ = envs.reset(options={"reset_mask": done})
+        if mode is AutoresetMode.NEXT_STEP:
+            waits = done.copy()
+        elif mode is AutoresetMode.SAME_STEP and done.any():
+            assert (infos["_final_obs"] == done).all()
+        life[done] += 1
+        cycle[done] = 0
+        if ended.all():
+            break
+    assert ended.all()
+    if name == "ending":
+        assert (outcome.lengths < outcome.traces.shape[2]).any()
+
+
+def test_a_life_that_ends_in_its_last_cycle_is_terminated(ending):
+    outcome = lives(ending, 20, 7)
+    genome = int(np.argmin(outcome.lengths[:, 0]))
+    length = int(outcome.lengths[genome, 0])
+    assert length < outcome.traces.shape[2]
+    short = oneiro.Experiment.load(EXPERIMENTS / "homing.toml", set={"cycles": length})
+    envs = VectorEnv(short, 20, AutoresetMode.DISABLED)
+    envs.reset(seed=7)
+    for cycle in range(length):
+        trace = outcome.traces[:, 0, cycle]
+        told = 2.0 * np.stack([trace["output_left"], trace["output_right"]], axis=1).astype(np.float64) - 1.0
+        _, _, terminated, truncated, _ = envs.step(told)
+        assert (terminated[genome], truncated[genome]) == (cycle + 1 == length, False)
+    assert truncated.any() and not (terminated & truncated).any()
+
+
+def test_outputs_that_become_actions_are_the_same_commands():
+    outputs = np.maximum(np.random.default_rng(1).random((1000, 2), np.float32) ** 4, np.float32(2.0**-29))
+    assert (commands(2.0 * outputs.astype(np.float64) - 1.0, 1000) == outputs).all()
+
+
+def test_observations_are_new(kheperax):
+    envs = VectorEnv(kheperax, 3)
+    first, _ = envs.reset(seed=1)
+    kept = first.copy()
+    second, rewards, *_ = envs.step(envs.action_space.sample())
+    rewards_kept = rewards.copy()
+    envs.step(envs.action_space.sample())
+    assert (first == kept).all() and (rewards == rewards_kept).all()
+    assert not np.shares_memory(first, second)
+    assert first.dtype == np.float32 and rewards.dtype == np.float64 and first in envs.observation_space
+
+
+def test_seeds(avoidance):
+    envs = VectorEnv(avoidance, 4)
+    one, _ = envs.reset(seed=1)
+    next_life, _ = envs.reset()
+    again, _ = envs.reset(seed=1)
+    assert (one == again).all() and (one != next_life).any() and len({row.tobytes() for row in one}) > 1
+    # A list gives each environment the lives of a single one.
+    listed, _ = envs.reset(seed=[5, 6, 5, None])
+    env = Env(avoidance)
+    assert (listed[0] == env.reset(seed=5)[0]).all() and (listed[2] == listed[0]).all()
+    assert (listed[1] == env.reset(seed=6)[0]).all()
+    other = VectorEnv(avoidance, 4)
+    assert (other.reset()[0] != VectorEnv(avoidance, 4).reset()[0]).any()
+    for seed in [-1, [1, 2], "x", 2**63]:
+        with pytest.raises(oneiro.InputError):
+            envs.reset(seed=seed)
+
+
+def test_what_is_refused(avoidance):
+    envs = VectorEnv(avoidance, 2)
+    with pytest.raises(oneiro.InputError, match="haven't begun"):
+        envs.step(np.zeros((2, 2)))
+    envs.reset(seed=1)
+    with pytest.raises(oneiro.InputError, match=r"actions: have the shape \[2\]; allowed: \[2, 2\]"):
+        envs.step(np.zeros(2))
+    with pytest.raises(oneiro.InputError, match="is NaN; allowed: 0 to 1"):
+        envs.step(np.full((2, 2), np.nan))
+    with pytest.raises(oneiro.InputError, match="reset_mask"):
+        envs.reset(options={"reset_mask": [True, False]})
+    with pytest.raises(oneiro.InputError, match="num_envs: is 0"):
+        VectorEnv(avoidance, 0)
+    with pytest.raises(oneiro.InputError, match="is of a swarm"):
+        VectorEnv(oneiro.Experiment.load(EXPERIMENTS / "odowd2014-over.toml"))
+
+
+@pytest.mark.parametrize("name", ["avoidance", "ending", "kheperax"])
+def test_gymnasiums_checker(name, request):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # It has no id to be made from.
+        warnings.filterwarnings("ignore", message=".*environment.*spec.*|.*not.*gym.make.*")
+        check_env(Env(request.getfixturevalue(name)), skip_render_check=True)
+
+
+def test_vectors_of_gymnasium(kheperax):
+    """Those of single environments, in this process and in others, step as ours do."""
+    ours = VectorEnv(kheperax, 3)
+    seeds = [4, 5, 6]
+    expected, _ = ours.reset(seed=seeds)
+    actions = [ours.action_space.sample() for _ in range(40)]
+    steps = [ours.step(action) for action in actions]
+    for kind in (gymnasium.vector.SyncVectorEnv, gymnasium.vector.AsyncVectorEnv):
+        for context in [None] if kind is gymnasium.vector.SyncVectorEnv else ["fork", "spawn"]:
+            more = {} if context is None else {"context": context}
+            envs = kind([lambda: Env(kheperax)] * 3, **more)
+            assert envs.single_observation_space == ours.single_observation_space
+            assert (envs.reset(seed=seeds)[0] == expected).all()
+            for action, step in zip(actions, steps, strict=True):
+                observations, rewards, terminated, truncated, _ = envs.step(action)
+                assert (observations == step[0]).all() and (rewards == step[1]).all()
+                assert (terminated == step[2]).all() and (truncated == step[3]).all()
+            envs.close()
+
+
+def test_wrappers_of_gymnasium(kheperax):
+    envs = gymnasium.wrappers.vector.RecordEpisodeStatistics(VectorEnv(kheperax, 2))
+    envs.reset(seed=1)
+    for _ in range(30):
+        *_, infos = envs.step(envs.action_space.sample())
+    assert infos["episode"]["l"].tolist() == [30, 30]
+
+
+def test_pettingzoos_tests():
+    pettingzoo = pytest.importorskip("pettingzoo.test")
+    exp = oneiro.Experiment.load(EXPERIMENTS / "odowd2014-over.toml", set={"swarm.robots": 3, "swarm.minutes": 1})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        pettingzoo.parallel_api_test(oneiro.pettingzoo.ParallelEnv(exp), num_cycles=700)
+        pettingzoo.parallel_seed_test(lambda: oneiro.pettingzoo.ParallelEnv(exp), num_cycles=20)
+    env = oneiro.pettingzoo.ParallelEnv(exp)
+    observations, _ = env.reset(seed=1)
+    steps, earned = 0, 0.0
+    while env.agents:
+        observations, rewards, terminated, truncated, _ = env.step(
+            {agent: np.array([0.8, 0.9 if observations[agent][:2].max() < 0.1 else -0.5]) for agent in env.agents}
+        )
+        steps += 1
+        earned += sum(rewards.values())
+        assert not any(terminated.values())
+    assert steps == 600 and all(truncated.values())
+    assert env.step({}) == ({}, {}, {}, {}, {})
+    assert len(env.readings) == 13
+    first = env.reset(seed=1)[0]
+    following, again = env.reset()[0], env.reset(seed=1)[0]
+    assert any((first[agent] != following[agent]).any() for agent in env.agents)
+    assert all((first[agent] == again[agent]).all() for agent in env.agents)
+    with pytest.raises(oneiro.InputError, match="allowed: one for each of"):
+        env.step({"robot_0": np.zeros(2)})
+    with pytest.raises(oneiro.InputError, match="is of a single robot"):
+        oneiro.pettingzoo.ParallelEnv(oneiro.Experiment.load(EXPERIMENTS / "kheperax.toml"))
+
+
+def test_stable_baselines(kheperax):
+    sb3 = pytest.importorskip("stable_baselines3")
+    from stable_baselines3.common.env_checker import check_env as check
+    from stable_baselines3.common.vec_env import SubprocVecEnv
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check(Env(kheperax))
+    envs = oneiro.sb3.VecEnv(kheperax, 3)
+    envs.seed(4)
+    there = SubprocVecEnv([lambda: Env(kheperax)] * 3, start_method="spawn")
+    there.seed(4)
+    assert (envs.reset() == there.reset()).all()
+    for _ in range(70):
+        actions = np.stack([envs.action_space.sample() for _ in range(3)])
+        ours, theirs = envs.step(actions), there.step(actions)
+        for one, other in zip(ours[:3], theirs[:3], strict=True):
+            assert (one == other).all()
+        for one, other in zip(ours[3], theirs[3], strict=True):
+            assert one.get("TimeLimit.truncated", False) == other["TimeLimit.truncated"]
+            assert ("terminal_observation" in one) == ("terminal_observation" in other)
+            if "terminal_observation" in one:
+                assert (one["terminal_observation"] == other["terminal_observation"]).all()
+    there.close()
+    learner = sb3.PPO("MlpPolicy", envs, n_steps=32, batch_size=96, n_epochs=1, seed=1, device="cpu")
+    learner.learn(192)
+    assert learner.num_timesteps == 192
+
+
+def test_experiments_pickle_in_environments(kheperax):
+    env = Env(pickle.loads(pickle.dumps(kheperax)))
+    assert (env.reset(seed=1)[0] == Env(kheperax).reset(seed=1)[0]).all()

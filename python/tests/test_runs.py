@@ -1,0 +1,202 @@
+"""Evolutions, runs and sweeps: those of the program."""
+
+import json
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from conftest import AVOIDANCE, EXPERIMENTS, program
+
+import oneiro
+
+SET = {
+    "cycles": 40,
+    "evolution.population": 30,
+    "evolution.parents": 6,
+    "evolution.generations": 5,
+    "evolution.finalist_lives": 10,
+    "trials": 2,
+    "record.individuals": True,
+}
+SETTINGS = [word for key, value in SET.items() for word in ("--set", f"{key}={json.dumps(value)}")]
+
+
+@pytest.fixture
+def short():
+    return oneiro.Experiment.load(AVOIDANCE, set=SET)
+
+
+def evolve(exp, evolution):
+    while not evolution.is_finished:
+        outcome = oneiro.evaluate(
+            exp, evolution.ask(), seed=evolution.seed, keys=evolution.keys, lives=exp.trials, backend="cpu"
+        )
+        evolution.tell(outcome.fitness)
+    return evolution.luckiest
+
+
+def test_an_evolution_that_is_told_is_the_programs(short, tmp_path):
+    program("run", AVOIDANCE, *SETTINGS, "--seed", 3, "--out", tmp_path / "run", "--backend", "cpu")
+    luckiest = evolve(short, oneiro.Evolution(short, seed=3))
+    recorded = json.loads((tmp_path / "run/luckiest.json").read_text())
+    genome = np.load(tmp_path / "run/luckiest.npy").ravel()
+    assert luckiest.genome.view(np.uint32).tolist() == genome.view(np.uint32).tolist()
+    assert (luckiest.generation, luckiest.individual) == (recorded["generation"], recorded["individual"])
+    other = evolve(short, oneiro.Evolution(short, seed=4))
+    assert other.genome.tolist() != luckiest.genome.tolist()
+
+
+def test_states_continue(short):
+    whole = evolve(short, oneiro.Evolution(short, seed=3))
+    evolution = oneiro.Evolution(short, seed=3)
+    first = evolution.state()
+    assert evolution.luckiest is None and evolution.generation == 0
+    for generation in range(5):
+        evolution = pickle.loads(pickle.dumps(evolution))
+        fresh = oneiro.Evolution(short, seed=3)
+        fresh.restore(evolution.state())
+        assert fresh.generation == generation and fresh.ask().tobytes() == evolution.ask().tobytes()
+        outcome = oneiro.evaluate(short, fresh.ask(), seed=3, keys=fresh.keys, lives=2, backend="cpu")
+        fresh.tell(outcome.fitness)
+        evolution = fresh
+    assert evolution.luckiest.genome.tobytes() == whole.genome.tobytes()
+    with pytest.raises(oneiro.FailedError, match="all 5 generations have been evaluated"):
+        evolution.tell(np.zeros(30))
+    before = evolution.state()
+    with pytest.raises(oneiro.CorruptError, match="is cut off or damaged"):
+        evolution.restore(first[:-1])
+    other = oneiro.Experiment.load(AVOIDANCE, set={**SET, "evolution.parents": 5})
+    with pytest.raises(oneiro.CorruptError, match="belongs to other settings"):
+        evolution.restore(oneiro.Evolution(other, seed=3).state())
+    assert evolution.state() == before
+
+
+BEHAVIOUR = {
+    "evolution.kind": "map-elites",
+    "evolution.descriptors": [
+        {"measure": "end_y_mm", "least": 0.0, "greatest": 1000.0, "cells": 10},
+        {"measure": "end_x_mm", "least": 0.0, "greatest": 1000.0, "cells": 10},
+    ],
+}
+
+
+def test_behaviour_is_told():
+    exp = oneiro.Experiment.load(AVOIDANCE, set={**SET, **BEHAVIOUR})
+    evolution = oneiro.Evolution(exp, seed=1)
+    assert evolution.descriptor_names == ["end_y_mm", "end_x_mm"]
+    outcome = oneiro.evaluate(exp, evolution.ask(), seed=1, keys=evolution.keys, lives=2, backend="cpu", descriptors=True)
+    own = outcome.descriptors[..., [exp.descriptor_names.index(name) for name in evolution.descriptor_names]]
+    count = len(own)
+    for descriptors, message in [(None, "needed"), (own[1:], "have the shape"), (own[..., :1], "have the shape")]:
+        with pytest.raises(oneiro.InputError, match=message):
+            evolution.tell(outcome.fitness, descriptors)
+    states = []
+    for descriptors in [own, own.mean(axis=1), outcome.descriptors, own[..., ::-1]]:
+        fresh = oneiro.Evolution(exp, seed=1)
+        fresh.tell(outcome.fitness, descriptors)
+        assert fresh.generation == 1 and len(fresh.ask()) == count
+        states.append(fresh.state())
+    assert states[0] == states[1] == states[2] != states[3]
+
+
+def test_common_random_numbers_share_a_key():
+    exp = oneiro.Experiment.load(AVOIDANCE, set={**SET, "evolution.common_random_numbers": True})
+    assert (oneiro.Evolution(exp, seed=1).keys == 0).all()
+    exp = oneiro.Experiment.load(AVOIDANCE, set=SET)
+    assert oneiro.Evolution(exp, seed=1).keys[:, 1].tolist() == list(range(30))
+
+
+def test_what_is_told_wrongly_is_refused(short):
+    evolution = oneiro.Evolution(short, seed=1)
+    for fitness in [np.zeros(29), np.zeros((30, 0)), np.zeros((30, 2, 1)), 1.0]:
+        with pytest.raises(oneiro.InputError, match=r"allowed: \[30\] or \[30, lives\]"):
+            evolution.tell(fitness)
+    with pytest.raises(oneiro.InputError, match="takes none"):
+        evolution.tell(np.zeros(30), descriptors=np.zeros((30, 2)))
+    with pytest.raises(oneiro.InputError):
+        oneiro.Evolution(short, seed=1, kind="prayer")
+    assert oneiro.Evolution(short, seed=1, kind=evolution.kind).ask().tobytes() == evolution.ask().tobytes()
+    assert evolution.generation == 0
+
+
+def test_runs_are_the_programs(short, tmp_path):
+    program("run", AVOIDANCE, *SETTINGS, "--seed", 3, "--out", tmp_path / "there", "--backend", "cpu")
+    run = oneiro.run(short, seed=3, out=tmp_path / "here", backend="cpu")
+    assert run.result == json.loads((tmp_path / "there/DONE").read_text())["result"] == run.verify()
+    assert run.experiment.hash == oneiro.load_run(tmp_path / "there").experiment.hash
+    assert run.seed == 3 and len(run.generations["mean"]) == 5
+    champion = run.champion
+    assert champion.genome.tolist() == np.load(tmp_path / "there/champion.npy").ravel().tolist()
+    assert champion.values["mean"] == json.loads((tmp_path / "there/champion.json").read_text())["mean"]
+    report = run.audit(1.0, backend="cpu")
+    assert report
+    # Done once, it is left as it is.
+    assert oneiro.run(short, seed=3, out=tmp_path / "here").result == run.result
+    assert oneiro.resume(tmp_path / "here").result == run.result
+    with pytest.raises(oneiro.InputError, match="holds the run of another experiment or seed"):
+        oneiro.run(short, seed=4, out=tmp_path / "here")
+    values = bytearray((tmp_path / "here/individuals.npy").read_bytes())
+    values[-1] ^= 1
+    (tmp_path / "here/individuals.npy").write_bytes(values)
+    with pytest.raises(oneiro.CorruptError, match="individuals.npy is not what was recorded"):
+        run.verify()
+    with pytest.raises(oneiro.InputError, match="is not a run directory"):
+        oneiro.load_run(tmp_path)
+
+
+STOPPED = """
+import sys
+import oneiro
+exp = oneiro.Experiment.load(sys.argv[1], set={"evolution.generations": 100_000, "cycles": 200})
+print("begun", flush=True)
+try:
+    oneiro.run(exp, seed=1, out=sys.argv[2], backend="cpu")
+except KeyboardInterrupt as stopped:
+    print(getattr(stopped, "__notes__", ["oneiro resume"])[0].splitlines()[-1].split("run")[0].strip())
+"""
+
+
+def test_control_c_stops_a_run_that_goes_on(tmp_path):
+    command = [sys.executable, "-c", STOPPED, str(AVOIDANCE), str(tmp_path / "run")]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ)
+    assert process.stdout.readline() == "begun\n"
+    time.sleep(2)
+    process.send_signal(signal.SIGINT)
+    rest, _ = process.communicate(timeout=60)
+    assert process.returncode == 0 and rest.startswith("oneiro resume")
+    run = oneiro.load_run(tmp_path / "run")
+    done = len(run.generations["mean"])
+    assert run.result is None and done > 0
+    with pytest.raises(oneiro.FailedError, match="is not finished"):
+        run.champion  # noqa: B018
+
+
+def test_sweeps_are_the_programs(tmp_path):
+    plan = EXPERIMENTS / "sweeps/small.toml"
+    printed = json.loads(program("sweep", "run", plan, "--out", tmp_path / "there", "--json", "--backend", "cpu"))
+    sweep = oneiro.sweep(plan, out=tmp_path / "here", jobs=2, backend="cpu")
+    assert (sweep.hash, sweep.runs) == (printed["hash"], printed["runs"])
+    assert len(sweep.results["run"]) == sweep.runs
+    assert (tmp_path / "here/results.csv").read_bytes() == (tmp_path / "there/results.csv").read_bytes()
+    assert oneiro.sweep(plan, out=tmp_path / "here").hash == sweep.hash
+    with pytest.raises(oneiro.InputError, match="jobs: is 0"):
+        oneiro.sweep(plan, out=tmp_path / "here", jobs=0)
+
+
+def test_tables_without_libraries(tmp_path, monkeypatch):
+    from oneiro import _runs
+
+    (tmp_path / "table.csv").write_text('name,count,number\n"a,b",1,0.1\nc,-2,\n')
+    frame = _runs.table(tmp_path / "table.csv")
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    monkeypatch.setitem(sys.modules, "polars", None)
+    table = _runs.table(tmp_path / "table.csv")
+    assert list(table) == ["name", "count", "number"]
+    assert table["name"].tolist() == ["a,b", "c"] and table["count"].tolist() == [1, -2]
+    assert table["number"][0] == 0.1 and np.isnan(table["number"][1])
+    assert list(frame["count"]) == [1, -2] and frame["number"][0] == 0.1
