@@ -10,6 +10,7 @@ mod measures;
 mod real_lives;
 pub(crate) mod report;
 pub(crate) mod results;
+mod second;
 pub(crate) mod settings;
 pub(crate) mod study;
 
@@ -47,6 +48,9 @@ const COHORT: u32 = 5;
 
 /// Runs or resumes the whole study.
 pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
+    if !arguments.sweeps.is_empty() {
+        return second::judge(&arguments.sweeps, arguments.out.as_deref(), console);
+    }
     let evaluations = device::engine(&arguments.backend)?;
     let file = StudyFile::open(&MIGLINO1995, arguments.study.as_deref())?;
     if arguments.calibrate {
