@@ -620,6 +620,17 @@ mod tests {
     use super::*;
 
     #[test]
+    fn motion_has_a_severity_of_its_own() {
+        let differences = Differences::without(1.5, Difference::Arcs).with_motion(0.5);
+        let strengths = Difference::ALL.map(|difference| differences.strength(difference));
+        assert_eq!(strengths, [1.5, 1.5, 1.5, 1.5, 0.5, 0.5, 0.5, 0.0, 0.5]);
+        let refused = Surrogate::drawn(1, differences.with_motion(2.5))
+            .check(&Robot::khepera())
+            .unwrap_err();
+        assert_eq!(refused.field, "surrogate.motion");
+    }
+
+    #[test]
     fn rays_go_where_their_angles_say() {
         for (ray, degrees) in kernel::RAY_DEGREES.map(f64::from).into_iter().enumerate() {
             let near = |rounded: f32, exact: f64| (f64::from(rounded) - exact).abs() < 1e-7;

@@ -138,6 +138,7 @@ cat "$turning"
 rm -f "$turning"
 [ $code = 0 ]
 tests/python.sh
+tests/recompute.sh
 tests/peers.sh
 
 say "lane code for 64-bit ARM, which ran beside all this"

@@ -34,19 +34,41 @@ for severity in 0.5 1; do
 done
 oneiro reproduce miglino1995 --sweeps "$scratch/0.5,$scratch/1" --out "$scratch/judged"
 
+# recompute DIRECTORY SWEEP..: the sweeps, against what the program said of them.
+recompute() { "$python" docs/recompute.py --judged "$@"; }
+same() { recompute "$@" | tee "$scratch/printed"; tail -n 1 "$scratch/printed" | grep -q "^0 differences from the program"; }
 say "docs/recompute.py"
-recompute() { "$python" docs/recompute.py "$scratch/0.5" "$scratch/1" --judged "$1"; }
-recompute "$scratch/judged" | tee "$scratch/printed"
-tail -n 1 "$scratch/printed" | grep -q '^0 differences from the program in 144 verdicts' || fail "the last line says something else"
+same "$scratch/judged" "$scratch/0.5" "$scratch/1" || fail "it differs from the program"
+
+say "the same with effects: sensor noise made better in the simulator, conservative noise worse in the last generation"
+# Columns are counted from the right, since text before them is quoted.
+mkdir "$scratch/effects"
+awk -F, -v OFS=, 'NR > 1 && /0\.4\]/ { $(NF - 14) += 90; $(NF - 13) += 90 } NR > 1 && /,30\.0,/ { $(NF - 5) -= 90 } { print }' \
+    "$scratch/1/results.csv" >"$scratch/effects/results.csv"
+oneiro reproduce miglino1995 --sweeps "$scratch/effects" --out "$scratch/judged-effects" >"$scratch/claims"
+for outcome in holds undecided opposed; do
+    grep -q "$outcome" "$scratch/judged-effects/contrasts.csv" || fail "no contrast has the outcome $outcome"
+done
+same "$scratch/judged-effects" "$scratch/effects" || fail "it differs from the program where there are effects"
+
+say "a small calibration"
+sed -e 's|"\.\./\.\./khepera|"'"$PWD"'/experiments/khepera|; s/^seeds = .*/seeds = "1..3"/; s/, 1.5, 2.0\]/]/; /"surrogate:[0-9]*", "surr/d' \
+    -e 's/^reality.robot = \[/&"surrogate:1001", "surrogate:1002", "surrogate:1003"/' \
+    -e 's/^evolution.generations.*/evolution = { generations = 14, population = 40, parents = 8, finalists = 0 }\ncycles = 300/' \
+    -e '/^evolution.finalists/d' experiments/miglino1995/second/calibration.toml >"$scratch/calibration.toml"
+oneiro sweep run "$scratch/calibration.toml" --out "$scratch/calibration" --quiet >/dev/null
+oneiro reproduce miglino1995 --sweeps "$scratch/calibration" --out "$scratch/calibrated"
+[ "$(grep -c ',yes,' "$scratch/calibrated/calibration.csv")" = 3 ] || fail "not one pair of severities was taken for each rule"
+same "$scratch/calibrated" "$scratch/calibration" || fail "it calibrates otherwise than the program"
 
 say "controls"
 # changed FILE SED: whether a table that was changed so is noticed.
 changed() {
     rm -rf "$scratch/other"
-    cp -r "$scratch/judged" "$scratch/other"
+    cp -r "$scratch/judged-effects" "$scratch/other"
     sed -i "$2" "$scratch/other/$1.csv"
-    ! cmp -s "$scratch/other/$1.csv" "$scratch/judged/$1.csv" || fail "CONTROL: nothing was changed in $1.csv by $2"
-    ! recompute "$scratch/other" >"$scratch/printed" || fail "CONTROL: $1.csv was changed by $2, and that is not noticed"
+    ! cmp -s "$scratch/other/$1.csv" "$scratch/judged-effects/$1.csv" || fail "CONTROL: nothing was changed in $1.csv by $2"
+    ! recompute "$scratch/other" "$scratch/effects" >"$scratch/printed" || fail "CONTROL: $1.csv was changed by $2, and that is not noticed"
     tail -n 1 "$scratch/printed"
 }
 changed claims '2s/holds$/undecided/; 2s/opposed$/holds/; t; 2s/undecided$/holds/'

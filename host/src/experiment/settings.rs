@@ -440,16 +440,7 @@ impl Transfer {
 
     /// Whether simulators are made from samples of that robot.
     pub(crate) fn is_sampled(robot: &Robot) -> bool {
-        let Robot {
-            tables,
-            motors,
-            described,
-            ..
-        } = robot;
-        *tables == SensorFiles::FromReality
-            || motors == FROM_REALITY
-            || described.tables == Some(SensorFiles::FromReality)
-            || described.motors.as_deref() == Some(FROM_REALITY)
+        robot.tables == SensorFiles::FromReality || robot.motors == FROM_REALITY
     }
 
     /// The robot, if there is one.

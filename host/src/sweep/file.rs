@@ -660,6 +660,37 @@ mod tests {
         assert_eq!(factors, ["b", "c.d", "noise.motor", "a.x"]);
     }
 
+    /// All levels of the same value share seeds, whatever else is swept.
+    #[test]
+    fn values_of_a_key_have_seeds_of_their_own() {
+        let text = "seeds = [5, 3]\nseeds_by = \"b\"\n[grid]\na = [1, 2]\n[[list]]\nb = \"u\"\nc = 1\n[[list]]\nb = \"v\"\nc = 1\n\
+                    [[list]]\nb = \"u\"\nc = 2\n";
+        let file = read(text).unwrap();
+        let seeds: Vec<Vec<u64>> = (0..6).map(|cell| file.seeds_of(cell).collect()).collect();
+        assert_eq!(seeds, [[5, 3], [5, 3], [8, 6], [8, 6], [5, 3], [5, 3]]);
+        let refused = refusal(&text.replace("\"b\"\n", "\"d\"\n"));
+        assert!(
+            refused.contains("s.toml:3:12: seeds_by: is \"d\", which is not swept; allowed: b, c, a"),
+            "{refused}"
+        );
+        let refused = refusal(&text.replace("[5, 3]", "[9223372036854775806, 3]"));
+        assert!(
+            refused.contains("seeds_by: makes seeds beyond 9223372036854775807"),
+            "{refused}"
+        );
+    }
+
+    #[test]
+    fn the_robot_of_each_run_needs_no_severity() {
+        let own = |more: &str| read(&format!("seeds = [1]\n[reality]\nrobots = \"own\"\n{more}"));
+        assert!(matches!(own("").unwrap().reality.unwrap().robots, Robots::Own(_)));
+        let refused = own("severity = 1.0").unwrap_err().to_string();
+        assert!(
+            refused.contains("s.toml:5:12: reality.severity: is given with robots = \"own\""),
+            "{refused}"
+        );
+    }
+
     /// Changing these draws would change every sweep that has any.
     #[test]
     fn draws_are_known_and_within_their_ranges() {
@@ -712,6 +743,7 @@ mod tests {
             name,
             experiment: _,
             seeds: WrittenSeeds::Range(_),
+            seeds_by: Some(_),
             set,
             grid,
             list,
@@ -721,7 +753,11 @@ mod tests {
                     seed,
                     ranges,
                 }),
-            reality: Some(Reality { robots: _, severity }),
+            reality:
+                Some(Reality {
+                    robots: Robots::Numbered(_),
+                    severity: Some(severity),
+                }),
         } = written
         else {
             panic!("{written:?}");

@@ -168,7 +168,7 @@ fn replays(has_several: bool) -> [Entry; 2] {
 /// The files of the directory of any run.
 #[cfg(test)]
 pub(crate) fn all_contents() -> Vec<Entry> {
-    let world = World::new(oneiro::world::WorldSpec::miglino1995()).expect("it is the paper's");
+    let world = World::new(WorldSpec::miglino1995()).expect("it is the paper's");
     [
         &files(&world, true, true, true)[..],
         &[lives()],

@@ -2,6 +2,7 @@
 //! to reality, continue evolving there, and test every claim of the paper.
 
 mod arguments;
+mod calibration;
 mod evolving;
 mod full;
 mod interpolation;
@@ -22,6 +23,8 @@ use oneiro::tables::{MotorSamples, MotorStates, MotorTable, SensorTables};
 use oneiro::world::Robot;
 
 pub(crate) use self::arguments::Arguments;
+#[cfg(test)]
+pub(super) use self::second::contents as contents_of_second;
 use crate::console::{Console, columns};
 use crate::contents::Entry;
 use crate::engine::handle::Engine;

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use super::calibration::{self, Pairs};
 use super::results::Condition;
 use crate::console::{Console, columns};
 use crate::contents::{Column, Entry, describe};
@@ -15,6 +16,7 @@ use crate::statistics::{Undefined, holm, mean, nested_mean, one_sample_t, t_tail
 const CONTRASTS: &str = "contrasts.csv";
 const CLAIMS: &str = "claims.csv";
 const CELLS: &str = "cells.csv";
+const CALIBRATION: &str = "calibration.csv";
 /// A run whose peak in the simulator is below this has failed to converge.
 const FAILED_BELOW: f64 = 100.0;
 /// A gap within this is equivalent to none.
@@ -26,17 +28,17 @@ const INDIVIDUALS: f64 = 100.0;
 
 /// What is taken of a run's row of the table.
 #[derive(Clone, Copy, Debug)]
-struct Run {
-    simulated: f64,
-    simulated_peak: f64,
-    simulated_deviation: f64,
-    quiet: f64,
-    real: f64,
-    real_peak: f64,
-    real_deviation: f64,
-    last: f64,
-    path_gap: f64,
-    path_repeat: f64,
+pub(super) struct Run {
+    pub(super) simulated: f64,
+    pub(super) simulated_peak: f64,
+    pub(super) simulated_deviation: f64,
+    pub(super) quiet: f64,
+    pub(super) real: f64,
+    pub(super) real_peak: f64,
+    pub(super) real_deviation: f64,
+    pub(super) last: f64,
+    pub(super) path_gap: f64,
+    pub(super) path_repeat: f64,
 }
 
 impl Run {
@@ -127,22 +129,36 @@ const fn above<T>(name: &'static str, claims: &'static [&'static str], of: fn(&T
 
 /// The contrasts of conditions, a family for each rule and severity.
 static OF_CONDITIONS: [Contrast<Trio>; 16] = [
-    above("gap sensor - none", &["C3", "C4"], |[none, sensor, _]| sensor.gap() - none.gap()),
-    above("gap none - conservative", &["C3"], |[none, _, own]| none.gap() - own.gap()),
+    above("gap sensor - none", &["C3", "C4"], |[none, sensor, _]| {
+        sensor.gap() - none.gap()
+    }),
+    above("gap none - conservative", &["C3"], |[none, _, own]| {
+        none.gap() - own.gap()
+    }),
     Contrast {
         name: "gap conservative = 0",
         claims: &["C3"],
         is_equivalence: true,
         of: |[_, _, own]| own.gap(),
     },
-    above("true gap none - conservative", &[], |[none, _, own]| none.true_gap() - own.true_gap()),
+    above("true gap none - conservative", &[], |[none, _, own]| {
+        none.true_gap() - own.true_gap()
+    }),
     above("peak fall none - sensor", &["C4"], |[none, sensor, _]| {
         none.peak_fall() - sensor.peak_fall()
     }),
-    above("simulated none - conservative", &["C5"], |[none, _, own]| none.simulated - own.simulated),
-    above("simulated sensor - conservative", &["C5"], |[_, sensor, own]| sensor.simulated - own.simulated),
-    above("real conservative - none", &["C5"], |[none, _, own]| own.real - none.real),
-    above("real conservative - sensor", &["C5"], |[_, sensor, own]| own.real - sensor.real),
+    above("simulated none - conservative", &["C5"], |[none, _, own]| {
+        none.simulated - own.simulated
+    }),
+    above("simulated sensor - conservative", &["C5"], |[_, sensor, own]| {
+        sensor.simulated - own.simulated
+    }),
+    above("real conservative - none", &["C5"], |[none, _, own]| {
+        own.real - none.real
+    }),
+    above("real conservative - sensor", &["C5"], |[_, sensor, own]| {
+        own.real - sensor.real
+    }),
     above("on none", &["C6"], |[none, ..]| none.on()),
     above("on sensor", &["C6"], |[_, sensor, _]| sensor.on()),
     above("on conservative", &["C6"], |[.., own]| own.on()),
@@ -153,17 +169,27 @@ static OF_CONDITIONS: [Contrast<Trio>; 16] = [
     above("path sensor / 2 - conservative", &["C8"], |[_, sensor, own]| {
         sensor.path_gap / 2.0 - own.path_gap
     }),
-    above("failed conservative - none", &[], |[none, _, own]| own.failed() - none.failed()),
+    above("failed conservative - none", &[], |[none, _, own]| {
+        own.failed() - none.failed()
+    }),
 ];
 
 /// The contrasts of the rules undo and slide, a family for each severity.
 static OF_RULES: [Contrast<[Trio; 2]>; 6] = [
     above("failed none", &[], |[undo, slide]| undo[0].failed() - slide[0].failed()),
-    above("failed sensor", &[], |[undo, slide]| undo[1].failed() - slide[1].failed()),
-    above("failed conservative", &[], |[undo, slide]| undo[2].failed() - slide[2].failed()),
-    above("true gap none - conservative", &[], |pair| of_slide(pair, OF_CONDITIONS[3].of)),
+    above("failed sensor", &[], |[undo, slide]| {
+        undo[1].failed() - slide[1].failed()
+    }),
+    above("failed conservative", &[], |[undo, slide]| {
+        undo[2].failed() - slide[2].failed()
+    }),
+    above("true gap none - conservative", &[], |pair| {
+        of_slide(pair, OF_CONDITIONS[3].of)
+    }),
     above("gap sensor - none", &[], |pair| of_slide(pair, OF_CONDITIONS[0].of)),
-    above("gap none - conservative", &[], |pair| of_slide(pair, OF_CONDITIONS[1].of)),
+    above("gap none - conservative", &[], |pair| {
+        of_slide(pair, OF_CONDITIONS[1].of)
+    }),
 ];
 
 /// How much larger a figure is where bodies slide than where moves are undone.
@@ -218,7 +244,12 @@ enum Kept<'a> {
 }
 
 /// A contrast's values by robot.
-fn by_robot<T>(data: &BTreeMap<Key, T>, kept: Kept<'_>, has_failed: fn(&T) -> bool, of: fn(&T) -> f64) -> Vec<Vec<f64>> {
+fn by_robot<T>(
+    data: &BTreeMap<Key, T>,
+    kept: Kept<'_>,
+    has_failed: fn(&T) -> bool,
+    of: fn(&T) -> f64,
+) -> Vec<Vec<f64>> {
     let mut robots: BTreeMap<&str, Vec<&T>> = BTreeMap::new();
     for ((robot, _), runs) in data {
         robots.entry(robot).or_default().push(runs);
@@ -243,7 +274,12 @@ fn estimate(groups: &[Vec<f64>], kept: Kept<'_>, is_equivalence: bool) -> std::r
     let (value, error, df) = if kept == Kept::Converged {
         let means: Vec<f64> = groups.iter().map(mean).collect();
         if means.len() < 2 {
-            return Ok(Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN, p: 1.0 });
+            return Ok(Estimate {
+                value: f64::NAN,
+                low: f64::NAN,
+                high: f64::NAN,
+                p: 1.0,
+            });
         }
         if let Ok(test) = one_sample_t(&means, 0.0) {
             (mean(&means), mean(&means) / test.t, test.df)
@@ -317,17 +353,31 @@ fn family<T>(
 }
 
 static COLUMNS: [Column; 15] = [
-    Column::text("severity", "the severity of reality; two, of what sensors see and of motion, where they differ"),
-    Column::text("rule", "the simulator's collision rule, or `slide - undo` for what the rule changes"),
+    Column::text(
+        "severity",
+        "the severity of reality; two, of what sensors see and of motion, where they differ",
+    ),
+    Column::text(
+        "rule",
+        "the simulator's collision rule, or `slide - undo` for what the rule changes",
+    ),
     Column::text("contrast", "what is compared, see docs/preregistration-1995-second.md"),
     Column::text("claims", "the claims that it belongs to"),
-    Column::number("estimate", "", "its estimate: points of fitness, mm of the paths, or a share of the runs"),
+    Column::number(
+        "estimate",
+        "",
+        "its estimate: points of fitness, mm of the paths, or a share of the runs",
+    ),
     Column::number("low", "", "the lower end of its 95 % interval"),
     Column::number("high", "", "the upper end"),
     Column::number("p", "", "the probability by the test of the mixed model"),
     Column::number("p_holm", "", "the same, after Holm's correction over the family"),
     Column::text("outcome", "`holds`, `opposed` or `undecided`"),
-    Column::whole("changed_by_robots", "", "the number of robots without any one of which the outcome is another"),
+    Column::whole(
+        "changed_by_robots",
+        "",
+        "the number of robots without any one of which the outcome is another",
+    ),
     Column::text("first_half", "the outcome with the first half of each robot's runs"),
     Column::text("second_half", "the outcome with the second half"),
     Column::text("converged", "the outcome with the runs in which no condition failed"),
@@ -338,7 +388,10 @@ static CLAIM_COLUMNS: [Column; 4] = [
     Column::text("severity", "the severity of reality"),
     Column::text("rule", "the simulator's collision rule"),
     Column::text("claim", "the claim of the paper"),
-    Column::text("outcome", "`holds` if all of its contrasts do, `opposed` if one is, else `undecided`"),
+    Column::text(
+        "outcome",
+        "`holds` if all of its contrasts do, `opposed` if one is, else `undecided`",
+    ),
 ];
 
 static CELL_COLUMNS: [Column; 13] = [
@@ -347,41 +400,76 @@ static CELL_COLUMNS: [Column; 13] = [
     Column::text("noise", "the simulator's noise"),
     Column::whole("runs", "", "runs of all robots"),
     Column::number("failed", "", "the share of runs that failed to converge"),
-    Column::number("simulated", "", "mean fitness of generation 200 in the simulator as evolved"),
+    Column::number(
+        "simulated",
+        "",
+        "mean fitness of generation 200 in the simulator as evolved",
+    ),
     Column::number("quiet", "", "the same without the simulator's noise"),
     Column::number("real", "", "the same in reality"),
     Column::number("last", "", "mean fitness of generation 219 in reality"),
-    Column::number("d", "", "Cohen's d of generation 200, simulated minus real, over all individuals of a robot; mean over robots"),
+    Column::number(
+        "d",
+        "",
+        "Cohen's d of generation 200, simulated minus real, over all individuals of a robot; mean over robots",
+    ),
     Column::number("d_error", "", "the standard error of that mean"),
     Column::number("path_gap_mm", "mm", "mean distance of paths in simulator and reality"),
     Column::number("path_repeat_mm", "mm", "mean distance of two paths in reality"),
 ];
 
 /// The files that judging writes.
-fn contents() -> Vec<Entry> {
+pub(in crate::studies) fn contents() -> Vec<Entry> {
     vec![
         Entry::table(CONTRASTS, "one row per contrast, severity and rule", &COLUMNS),
         Entry::table(CLAIMS, "one row per claim, severity and rule", &CLAIM_COLUMNS),
         Entry::table(CELLS, "one row per severity, rule and noise", &CELL_COLUMNS),
+        Entry::table(
+            CALIBRATION,
+            "of a sweep without noise over two severities: one row per rule and pair of severities",
+            &calibration::COLUMNS,
+        ),
     ]
 }
 
 /// Judges the runs of finished sweeps, prints the claims, and writes all tables to a directory if one is given.
 pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
-    let mut all: BTreeMap<(String, String), Runs> = BTreeMap::new();
+    let mut found = Found::default();
     for directory in sweeps {
-        read(&directory.join("results.csv"), &mut all)?;
+        let path = directory.join("results.csv");
+        parse(&path, &disk::read_text(&path)?, &mut found)?;
     }
-    let tables = Tables::of(&all).map_err(Failure::input)?;
+    let mut files = Vec::new();
+    if !found.all.is_empty() {
+        let tables = Tables::of(&found.all).map_err(Failure::input)?;
+        let head: Vec<&str> = CLAIM_COLUMNS.iter().map(|column| column.name.as_ref()).collect();
+        console.data(columns(&head, &tables.shown))?;
+        files.extend([
+            (CONTRASTS, tables.contrasts),
+            (CLAIMS, tables.claims),
+            (CELLS, tables.cells),
+        ]);
+    }
+    if !found.pairs.is_empty() {
+        let table = calibration::table(&found.pairs);
+        console.data(&table)?;
+        files.push((CALIBRATION, table));
+    }
     if let Some(out) = out {
         std::fs::create_dir_all(out).map_err(|error| Failure::storage(out, &error))?;
-        for (name, text) in [(CONTRASTS, &tables.contrasts), (CLAIMS, &tables.claims), (CELLS, &tables.cells)] {
+        for (name, text) in files {
             disk::write(&out.join(name), text.as_bytes())?;
         }
         describe(out, "The second edition of the 1995 study, judged.", &contents())?;
     }
-    let head: Vec<&str> = CLAIM_COLUMNS.iter().map(|column| column.name.as_ref()).collect();
-    console.data(columns(&head, &tables.shown))
+    Ok(())
+}
+
+/// The runs of sweeps: those that are judged, by severity and rule, and those of a calibration.
+#[derive(Default)]
+struct Found {
+    all: BTreeMap<(String, String), Runs>,
+    pairs: Pairs,
 }
 
 /// All tables of the judging.
@@ -405,13 +493,20 @@ impl Tables {
                 let own = judged.iter().zip(&OF_CONDITIONS);
                 let own = own.filter(|(_, contrast)| contrast.claims.contains(&claim));
                 // The worst of its contrasts.
-                let outcome = own.map(|(judged, _)| judged.outcome).max().unwrap_or(Outcome::Undecided);
+                let outcome = own
+                    .map(|(judged, _)| judged.outcome)
+                    .max()
+                    .unwrap_or(Outcome::Undecided);
                 let row = [severity, rule, claim, outcome.word()].map(str::to_owned);
                 claims.row(&row);
                 shown.push(row.to_vec());
             }
             for condition in Condition::ALL {
-                cells.row([severity.clone(), rule.clone(), condition.name().to_owned()].into_iter().chain(cell(runs, condition)));
+                cells.row(
+                    [severity.clone(), rule.clone(), condition.name().to_owned()]
+                        .into_iter()
+                        .chain(cell(runs, condition)),
+                );
             }
         }
         let severities: BTreeSet<&String> = all.keys().map(|(severity, _)| severity).collect();
@@ -420,9 +515,17 @@ impl Tables {
             let (Some(undo), Some(slide)) = (of_rule("undo"), of_rule("slide")) else {
                 continue;
             };
-            let pairs = undo.iter().filter_map(|(key, undo)| Some((key.clone(), [*undo, *slide.get(key)?])));
+            let pairs = undo
+                .iter()
+                .filter_map(|(key, undo)| Some((key.clone(), [*undo, *slide.get(key)?])));
             let has_failed = |pair: &[Trio; 2]| pair.iter().flatten().any(|run| run.failed() > 0.0);
-            rows([severity, "slide - undo"], &pairs.collect(), &OF_RULES, has_failed, &mut contrasts)?;
+            rows(
+                [severity, "slide - undo"],
+                &pairs.collect(),
+                &OF_RULES,
+                has_failed,
+                &mut contrasts,
+            )?;
         }
         Ok(Self {
             contrasts: contrasts.text(),
@@ -448,16 +551,31 @@ fn rows<T>(
     let without: Vec<Vec<Judged>> = without.collect::<std::result::Result<_, _>>()?;
     let others = [by(Kept::Half(0))?, by(Kept::Half(1))?, by(Kept::Converged)?];
     for (index, (own, contrast)) in judged.iter().zip(contrasts).enumerate() {
-        let changed = without.iter().filter(|other| other[index].outcome != own.outcome).count();
+        let changed = without
+            .iter()
+            .filter(|other| other[index].outcome != own.outcome)
+            .count();
         let others = others.each_ref().map(|other| other[index].outcome);
         let survives = changed == 0 && others.iter().all(|other| *other == own.outcome);
         let Estimate { value, low, high, p } = own.estimate;
         let numbers = [value, low, high, p, own.p_holm].map(number);
         let [first, second, converged] = others.map(|other| other.word().to_owned());
         let words = [severity, rule, contrast.name, &contrast.claims.join(" ")].map(str::to_owned);
-        let ends = [own.outcome.word().to_owned(), changed.to_string(), first, second, converged];
+        let ends = [
+            own.outcome.word().to_owned(),
+            changed.to_string(),
+            first,
+            second,
+            converged,
+        ];
         let survives = if survives { "yes" } else { "no" };
-        table.row(words.into_iter().chain(numbers).chain(ends).chain([survives.to_owned()]));
+        table.row(
+            words
+                .into_iter()
+                .chain(numbers)
+                .chain(ends)
+                .chain([survives.to_owned()]),
+        );
     }
     Ok(judged)
 }
@@ -483,11 +601,13 @@ fn cell(runs: &Runs, condition: Condition) -> Vec<String> {
         average(|run| run.path_gap),
         average(|run| run.path_repeat),
     ];
-    std::iter::once(all().count().to_string()).chain(numbers.map(number)).collect()
+    std::iter::once(all().count().to_string())
+        .chain(numbers.map(number))
+        .collect()
 }
 
 /// Cohen's d of all individuals of a robot's runs, simulated minus real, from the runs' means and standard deviations.
-fn effect(runs: &[&Run]) -> f64 {
+pub(super) fn effect(runs: &[&Run]) -> f64 {
     let squares = |of: fn(&Run) -> [f64; 2]| {
         let grand = mean(runs.iter().map(|run| of(run)[0]).collect::<Vec<_>>());
         let own = runs.iter().map(|run| of(run)).map(|[mean, deviation]| {
@@ -501,31 +621,29 @@ fn effect(runs: &[&Run]) -> f64 {
     (simulated - real) / ((one + other) / count).sqrt()
 }
 
-/// Reads the runs of a sweep's table, by severity and rule.
-fn read(path: &Path, all: &mut BTreeMap<(String, String), Runs>) -> Result {
-    let text = disk::read_text(path)?;
+/// Parses the runs of a sweep's table. One without noise over two severities is a calibration.
+fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
     let mut table = csv::Reader::from_reader(text.as_bytes());
     let bad = |line: usize, problem: &str| Failure::input(format_args!("{}:{line}: {problem}", path.display()));
     let head = table.headers().map_err(|error| bad(1, &error.to_string()))?.clone();
     let position = |name: &str| head.iter().position(|column| column == name);
     let place = |name: &str| {
         position(name).ok_or_else(|| {
-            bad(1, &format!("has no column {name}; allowed: the table of a sweep of experiments/miglino1995/second"))
+            bad(
+                1,
+                &format!("has no column {name}; allowed: the table of a sweep of experiments/miglino1995/second"),
+            )
         })
     };
     let numbers = Run::COLUMNS.map(place);
-    let [severity, rule, robot, seed, sensor, walk] = [
-        "reality.severity",
-        "robot.collision",
-        "reality.robot",
-        "seed",
-        "noise.sensor",
-        "noise.walk_range_mm",
-    ]
-    .map(place);
-    let motion = position("reality.motion_severity");
+    let [severity, rule, robot, seed] = ["reality.severity", "robot.collision", "reality.robot", "seed"].map(place);
     let (severity, rule, robot, seed) = (severity?, rule?, robot?, seed?);
-    let (sensor, walk) = (sensor?, walk?);
+    let motion = position("reality.motion_severity");
+    let noise = if position("noise.sensor").is_none() && motion.is_some() {
+        None
+    } else {
+        Some([place("noise.sensor")?, place("noise.walk_range_mm")?])
+    };
     let numbers = numbers.into_iter().collect::<Result<Vec<_>>>()?;
     let mut found: BTreeMap<(String, String), BTreeMap<Key, [Option<Run>; 3]>> = BTreeMap::new();
     for (row, line) in table.records().zip(2..) {
@@ -533,16 +651,29 @@ fn read(path: &Path, all: &mut BTreeMap<(String, String), Runs>) -> Result {
         let mut values = [0.0; 10];
         for (value, &column) in values.iter_mut().zip(&numbers) {
             let known = row[column].parse().ok().filter(|number: &f64| number.is_finite());
-            let problem = || bad(line, &format!("{} is {:?}; allowed: a number", &head[column], &row[column]));
+            let problem = || {
+                bad(
+                    line,
+                    &format!("{} is {:?}; allowed: a number", &head[column], &row[column]),
+                )
+            };
             *value = known.ok_or_else(problem)?;
         }
+        let Some([sensor, walk]) = noise else {
+            let severities = [severity, motion.unwrap_or(severity)].map(|column| row[column].to_owned());
+            let robots = into.pairs.entry((row[rule].to_owned(), severities)).or_default();
+            robots.entry(row[robot].to_owned()).or_default().push(Run::of(values));
+            continue;
+        };
         let condition = match (&row[sensor] == "[0.0, 0.0]", &row[walk] == "0.0") {
             (true, true) => Condition::None,
             (false, true) => Condition::Sensor,
             (true, false) => Condition::Conservative,
             (false, false) => return Err(bad(line, "has both kinds of noise; allowed: one of them")),
         };
-        let seed = row[seed].parse().map_err(|_| bad(line, "has no seed; allowed: a whole number"))?;
+        let seed = row[seed]
+            .parse()
+            .map_err(|_| bad(line, "has no seed; allowed: a whole number"))?;
         let severity = match motion {
             Some(motion) if row[motion] != row[severity] => format!("{}/{}", &row[severity], &row[motion]),
             _ => row[severity].to_owned(),
@@ -552,14 +683,200 @@ fn read(path: &Path, all: &mut BTreeMap<(String, String), Runs>) -> Result {
         trio[condition as usize] = Some(Run::of(values));
     }
     for (cell, runs) in found {
-        let own = all.entry(cell).or_default();
+        let own = into.all.entry(cell).or_default();
         for ((robot, seed), trio) in runs {
             let [Some(none), Some(sensor), Some(conservative)] = trio else {
-                let problem = format!("lacks a condition of seed {seed} of {robot}; allowed: a run of each of the three");
+                let problem =
+                    format!("lacks a condition of seed {seed} of {robot}; allowed: a run of each of the three");
                 return Err(bad(1, &problem));
             };
             own.insert((robot, seed), [none, sensor, conservative]);
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str = "run,noise.sensor,noise.walk_range_mm,reality.severity,robot.collision,reality.robot,seed,simulated,simulated_peak,\
+                        simulated_deviation,quiet,real,real_peak,real_deviation,last,path_gap_mm,path_repeat_mm";
+
+    /// A table of eight robots with four runs; `of` gives a run's figures by rule (0: undo) and condition, `spread` within 2 of 0.
+    fn table(of: impl Fn(usize, Condition, f64) -> [f64; 10]) -> String {
+        let mut text = HEAD.to_owned();
+        for (rule, name) in ["undo", "slide"].into_iter().enumerate() {
+            for robot in 0..8 {
+                for seed in 0..4 {
+                    let spread = f64::from((robot * 5 + seed * 3) % 7) / 2.0 - 1.5;
+                    for condition in Condition::ALL {
+                        let noise = match condition {
+                            Condition::None => "\"[0.0, 0.0]\",0.0",
+                            Condition::Sensor => "\"[0.0, 0.4]\",0.0",
+                            Condition::Conservative => "\"[0.0, 0.0]\",30.0",
+                        };
+                        let figures = of(rule, condition, spread * (1.0 + f64::from(condition as u8)));
+                        let figures = figures.map(|figure| figure.to_string()).join(",");
+                        text += &format!(
+                            "\n0,{noise},1.0,{name},surrogate:{robot},{},{figures}",
+                            10 * robot + seed
+                        );
+                    }
+                }
+            }
+        }
+        text
+    }
+
+    /// Figures of the paper: with sensor noise the average falls most and the peak least, with conservative noise there is no gap.
+    fn as_in_the_paper(rule: usize, condition: Condition, spread: f64) -> [f64; 10] {
+        let (simulated, real, peak, path) = match condition {
+            Condition::None => (300.0, 250.0, 250.0, 9000.0),
+            Condition::Sensor => (300.0, 200.0, 290.0, 9000.0),
+            Condition::Conservative => (280.0, 280.0, 300.0, 3000.0),
+        };
+        let failed = rule == 0 && condition == Condition::Conservative && spread > 1.0;
+        let simulated_peak = if failed { 90.0 } else { 330.0 };
+        let on = if condition == Condition::None { 40.0 } else { 20.0 };
+        [
+            simulated + spread,
+            simulated_peak,
+            30.0,
+            simulated,
+            real,
+            peak,
+            30.0,
+            real + on + spread,
+            path + spread,
+            path / 2.0,
+        ]
+    }
+
+    fn judged(text: &str) -> Result<Tables> {
+        let mut found = Found::default();
+        parse(Path::new("results.csv"), text, &mut found)?;
+        Ok(Tables::of(&found.all).unwrap())
+    }
+
+    fn outcome(table: &str, begin: &str, column: usize) -> String {
+        let row = table
+            .lines()
+            .find(|row| row.starts_with(begin))
+            .unwrap_or_else(|| panic!("{begin} in\n{table}"));
+        row.split(',').nth(column).unwrap().to_owned()
+    }
+
+    #[test]
+    fn what_the_paper_says_holds_and_its_contrary_is_opposed() {
+        let tables = judged(&table(as_in_the_paper)).unwrap();
+        for claim in ["C3", "C4", "C5", "C6", "C7", "C8"] {
+            assert_eq!(
+                outcome(&tables.claims, &format!("1.0,slide,{claim},"), 3),
+                "holds",
+                "{}",
+                tables.contrasts
+            );
+        }
+        assert_eq!(
+            outcome(&tables.contrasts, "1.0,slide - undo,failed conservative,", 9),
+            "holds"
+        );
+        assert_eq!(
+            outcome(&tables.contrasts, "1.0,slide - undo,failed none,", 9),
+            "undecided"
+        );
+        assert_eq!(outcome(&tables.cells, "1.0,slide,conservative,", 4), "0");
+        assert_ne!(outcome(&tables.cells, "1.0,undo,conservative,", 4), "0");
+        // Sensor and conservative noise change places.
+        let exchanged = |rule, condition, spread| {
+            let other = match condition {
+                Condition::None => Condition::None,
+                Condition::Sensor => Condition::Conservative,
+                Condition::Conservative => Condition::Sensor,
+            };
+            as_in_the_paper(rule, other, spread)
+        };
+        let tables = judged(&table(exchanged)).unwrap();
+        for (claim, expected) in [("C3", "opposed"), ("C5", "opposed"), ("C6", "holds"), ("C8", "opposed")] {
+            assert_eq!(
+                outcome(&tables.claims, &format!("1.0,slide,{claim},"), 3),
+                expected,
+                "{}",
+                tables.contrasts
+            );
+        }
+        // A gap of 100 is not equivalent to none, whatever its sign.
+        assert_eq!(
+            outcome(&tables.contrasts, "1.0,slide,gap conservative = 0,", 9),
+            "opposed"
+        );
+    }
+
+    #[test]
+    fn an_outcome_that_hangs_on_one_robot_says_so() {
+        // One robot of eight has all of the difference, and halves agree.
+        let text = table(|_, condition, spread| {
+            let gap = if condition == Condition::Sensor { 10.0 } else { 0.0 };
+            [
+                300.0 + gap + spread,
+                330.0,
+                30.0,
+                300.0,
+                300.0,
+                330.0,
+                30.0,
+                300.0,
+                900.0,
+                900.0,
+            ]
+        });
+        let tables = judged(&text).unwrap();
+        assert_eq!(outcome(&tables.contrasts, "1.0,undo,gap sensor - none,", 9), "holds");
+        assert_eq!(outcome(&tables.contrasts, "1.0,undo,gap sensor - none,", 14), "yes");
+        let one = |row: &str| -> String {
+            if !row.contains("surrogate:3,") && row.contains("0.4]") {
+                let mut cells: Vec<String> = row.rsplitn(11, ',').map(str::to_owned).collect();
+                cells[9] = (cells[9].parse::<f64>().unwrap() - 12.0).to_string();
+                cells.reverse();
+                return cells.join(",");
+            }
+            row.to_owned()
+        };
+        let text: Vec<String> = text.lines().map(one).collect();
+        let tables = judged(&text.join("\n")).unwrap();
+        assert_eq!(
+            outcome(&tables.contrasts, "1.0,undo,gap sensor - none,", 14),
+            "no",
+            "{}",
+            tables.contrasts
+        );
+    }
+
+    #[test]
+    fn tables_of_something_else_are_refused() {
+        let whole = table(as_in_the_paper);
+        let refused = |text: &str| judged(text).map(|_| ()).unwrap_err().to_string();
+        let problem = refused(&whole.replace("path_gap_mm", "path"));
+        assert!(
+            problem.contains("results.csv:1: has no column path_gap_mm; allowed: "),
+            "{problem}"
+        );
+        let problem = refused(&whole.replacen("330,", "NaN,", 1));
+        assert!(
+            problem.contains("results.csv:2: simulated_peak is \"NaN\"; allowed: a number"),
+            "{problem}"
+        );
+        let (short, _) = whole.rsplit_once('\n').unwrap();
+        let problem = refused(short);
+        assert!(
+            problem.contains("lacks a condition of seed 73 of surrogate:7; allowed: "),
+            "{problem}"
+        );
+        let problem = refused(&whole.replacen("\"[0.0, 0.4]\",0.0", "\"[0.0, 0.4]\",30.0", 1));
+        assert!(
+            problem.contains("results.csv:3: has both kinds of noise; allowed: one of them"),
+            "{problem}"
+        );
+    }
 }
