@@ -44,7 +44,9 @@ pub(super) static COLUMNS: [Column; 9] = [
 ];
 
 /// A rule and a pair of severities, and the runs of each robot.
-pub(super) type Pairs = BTreeMap<(String, [String; 2]), BTreeMap<String, Vec<Run>>>;
+pub(super) type Pairs = BTreeMap<Key, Robots>;
+type Key = (String, [String; 2]);
+type Robots = BTreeMap<String, Vec<Run>>;
 
 /// A mean over robots, and its standard error.
 #[derive(Clone, Copy)]
@@ -102,7 +104,7 @@ impl Pair<'_> {
 
 /// The table of all pairs.
 pub(super) fn table(pairs: &Pairs) -> String {
-    fn pair<'a>((key, robots): (&'a (String, [String; 2]), &BTreeMap<String, Vec<Run>>)) -> Pair<'a> {
+    fn pair<'a>((key, robots): (&'a Key, &Robots)) -> Pair<'a> {
         let of = |figure: &dyn Fn(&[&Run]) -> f64| {
             let robots = robots.values().map(|runs| figure(&runs.iter().collect::<Vec<_>>()));
             Figure::of(&robots.collect::<Vec<_>>())

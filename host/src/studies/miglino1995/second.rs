@@ -110,6 +110,9 @@ type Key = (String, u64);
 /// The runs of one collision rule at one severity.
 type Runs = BTreeMap<Key, Trio>;
 
+/// The same while some conditions may be missing.
+type Known = BTreeMap<Key, [Option<Run>; 3]>;
+
 /// A figure of each run number of each robot, whose mean is to be above 0, or to be about 0.
 struct Contrast<T: 'static> {
     name: &'static str,
@@ -645,7 +648,7 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
         Some([place("noise.sensor")?, place("noise.walk_range_mm")?])
     };
     let numbers = numbers.into_iter().collect::<Result<Vec<_>>>()?;
-    let mut found: BTreeMap<(String, String), BTreeMap<Key, [Option<Run>; 3]>> = BTreeMap::new();
+    let mut found: BTreeMap<(String, String), Known> = BTreeMap::new();
     for (row, line) in table.records().zip(2..) {
         let row = row.map_err(|error| bad(line, &error.to_string()))?;
         let mut values = [0.0; 10];
@@ -718,10 +721,17 @@ mod tests {
                         };
                         let figures = of(rule, condition, spread * (1.0 + f64::from(condition as u8)));
                         let figures = figures.map(|figure| figure.to_string()).join(",");
-                        text += &format!(
-                            "\n0,{noise},1.0,{name},surrogate:{robot},{},{figures}",
-                            10 * robot + seed
-                        );
+                        let seed = 10 * robot + seed;
+                        let row = [
+                            "0",
+                            noise,
+                            "1.0",
+                            name,
+                            &format!("surrogate:{robot}"),
+                            &seed.to_string(),
+                            &figures,
+                        ];
+                        text = [text, row.join(",")].join("\n");
                     }
                 }
             }
