@@ -4,7 +4,7 @@
 //!
 //! All of its random properties follow from seeds, by exactly rounded operations. The distributions are in
 //! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` explains them. Every difference
-//! from the simulator has a switch, and one severity scales them all. At severity 0 a Khepera behaves like its
+//! from the simulator has a switch, and one severity scales them all, or one those of motion and another the rest. At severity 0 a Khepera behaves like its
 //! simulator except for rounding: its first readings are equal, and its motion is computed in smaller steps. A described robot
 //! then lives the simulator's lives without noise, bit for bit.
 
@@ -94,6 +94,14 @@ impl Difference {
         }
     }
 
+    /// Whether it is of motion or of the age of readings, rather than of what sensors see.
+    pub fn is_of_motion(self) -> bool {
+        match self {
+            Self::Latency | Self::MotorLag | Self::Wheels | Self::Arcs | Self::Slip => true,
+            Self::Geometry | Self::Reflectivity | Self::Illumination | Self::ReadNoise => false,
+        }
+    }
+
     /// Name in files and reports.
     pub fn name(self) -> &'static str {
         match self {
@@ -133,6 +141,8 @@ impl Mounting {
 pub struct Differences {
     /// Scales all of them: 0 for none, 1 as drawn, at most 2.
     pub severity: f32,
+    /// Scales those of motion and of the age of readings in its place, see [`Difference::is_of_motion`].
+    pub motion: f32,
     /// Minimum age of readings at severity 1, ms: 0 to 100. The study has 20.
     pub latency_ms: f32,
     on: [bool; Difference::ALL.len()],
@@ -143,6 +153,7 @@ impl Differences {
     pub fn all(severity: f32) -> Self {
         Self {
             severity,
+            motion: severity,
             latency_ms: 20.0,
             on: [true; Difference::ALL.len()],
         }
@@ -171,12 +182,18 @@ impl Differences {
         Self { latency_ms, ..self }
     }
 
+    /// Sets the severity of what differs in motion and in the age of readings, apart from that of the rest.
+    #[must_use]
+    pub fn with_motion(self, motion: f32) -> Self {
+        Self { motion, ..self }
+    }
+
     /// Severity of one difference: 0 if it is off.
     pub fn strength(&self, difference: Difference) -> f32 {
-        if self.on[difference as usize] {
-            self.severity
-        } else {
-            0.0
+        match self.on[difference as usize] {
+            true if difference.is_of_motion() => self.motion,
+            true => self.severity,
+            false => 0.0,
         }
     }
 
@@ -356,6 +373,7 @@ impl Surrogate {
             return Err(Invalid::new("surrogate.differences", problem));
         }
         number("surrogate.severity", self.differences.severity, 0.0..=2.0)?;
+        number("surrogate.motion", self.differences.motion, 0.0..=2.0)?;
         number("surrogate.latency_ms", self.differences.latency_ms, 0.0..=100.0)?;
         for (index, sensor) in self.individual.sensors.iter().enumerate() {
             let own = |name| format!("surrogate.sensors[{index}].{name}");
@@ -600,6 +618,17 @@ fn ray_weights(sensor: &InfraRed, radius: f64) -> [f64; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn motion_has_a_severity_of_its_own() {
+        let differences = Differences::without(1.5, Difference::Arcs).with_motion(0.5);
+        let strengths = Difference::ALL.map(|difference| differences.strength(difference));
+        assert_eq!(strengths, [1.5, 1.5, 1.5, 1.5, 0.5, 0.5, 0.5, 0.0, 0.5]);
+        let refused = Surrogate::drawn(1, differences.with_motion(2.5))
+            .check(&Robot::khepera())
+            .unwrap_err();
+        assert_eq!(refused.field, "surrogate.motion");
+    }
 
     #[test]
     fn rays_go_where_their_angles_say() {

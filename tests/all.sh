@@ -143,6 +143,7 @@ rm -f "$turning"
 tests/python.sh
 tests/optimisers.sh
 tests/python-package.sh $learning
+tests/recompute.sh
 tests/peers.sh
 
 say "lane code for 64-bit ARM, which ran beside all this"

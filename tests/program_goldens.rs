@@ -656,8 +656,27 @@ fn sweeps_are_as_pinned() {
         evolution.finalists = [0, 4]
         "#,
     );
+    place.write(
+        "own.toml",
+        r#"
+        experiment = "small.toml"
+        seeds = "3..4"
+        seeds_by = "reality.robot"
+        [set]
+        robot.tables = "reality"
+        robot.motors = "reality"
+        reality.generations = 2
+        reality.motion_severity = 0.5
+        [grid]
+        reality.robot = ["surrogate:1", "surrogate:2"]
+        robot.collision = ["undo", "slide"]
+        noise.sensor = [[0.0, 0.0], [0.0, 0.4]]
+        [reality]
+        robots = "own"
+        "#,
+    );
     let mut found = Found::default();
-    for name in ["reality", "swarms", "finalists"] {
+    for name in ["reality", "swarms", "finalists", "own"] {
         let file = format!("{name}.toml");
         place.good(&["sweep", "run", &file, "--backend", "cpu", "--out", name]);
         found.sweep(&place, name);

@@ -79,6 +79,55 @@ fn of_swarms_are_the_same_however_they_are_done() {
     assert!(results[3] != results[4]);
 }
 
+/// The first generation in reality is compared with its lives in the simulator, also after an interruption.
+#[test]
+fn in_their_own_reality_are_the_same_however_they_are_done() {
+    let sweep = r#"
+        experiment = "small.toml"
+        seeds = "1..6"
+        seeds_by = "reality.robot"
+        [set]
+        evolution.generations = 40
+        robot.tables = "reality"
+        robot.motors = "reality"
+        reality.generations = 15
+        [grid]
+        reality.robot = ["surrogate:1", "surrogate:2"]
+        noise.sensor = [[0.0, 0.0], [0.0, 0.4]]
+        robot.collision = ["undo", "slide"]
+        [reality]
+        robots = "own"
+    "#;
+    let place = Place::with("own-reality", sweep);
+    is_the_same_however_it_is_done(&place, 6);
+    let column = |name| place.column("known/results.csv", name);
+    let numbers = |name| {
+        column(name)
+            .iter()
+            .map(|cell| cell.parse().unwrap())
+            .collect::<Vec<f64>>()
+    };
+    let seeds = column("seed");
+    assert_eq!(
+        (&*seeds[0], &*seeds[5], &*seeds[24], &*seeds[47]),
+        ("1", "6", "7", "12")
+    );
+    let noisy: Vec<bool> = column("noise.sensor").iter().map(|noise| noise.contains('4')).collect();
+    let [simulated, quiet, real, last] = ["simulated", "quiet", "real", "last"].map(numbers);
+    for run in 0..48 {
+        // Without noise both simulators are one, and the same individuals begin at the same places.
+        assert_eq!(simulated[run] == quiet[run], !noisy[run], "run {run}");
+        assert!(real[run] != quiet[run] && real[run] != last[run], "run {run}");
+    }
+    let [gap, repeat] = ["path_gap_mm", "path_repeat_mm"].map(numbers);
+    assert!(gap.iter().chain(&repeat).all(|sum| (0.0..1e6).contains(sum)));
+    assert!(gap.iter().any(|sum| *sum > 0.0) && gap != repeat);
+    // What was compared is the first generation in reality.
+    let rows = place.text("known/generations.csv");
+    let first = rows.lines().find(|row| row.starts_with("0,25,")).unwrap();
+    assert_eq!(first.split(',').nth(4), Some(&*column("real")[0]));
+}
+
 #[test]
 fn in_reality_and_of_drawn_values_are_the_same_however_they_are_done() {
     let sweep = r#"

@@ -352,7 +352,7 @@ sweep.toml:4:10: reality.robots: is empty; allowed:
 + [reality] / robots = [1, 2, 2]
 sweep.toml:4:17: reality.robots[2]: is there a second time; allowed: each once
 + [reality] / robots = [-1]
-sweep.toml:4:11: reality.robots[0]: | allowed:
+sweep.toml:4:10: reality.robots: is neither "own" nor a list of whole numbers
 + [reality] / robots = [1] / severity = 11
 sweep.toml:5:12: reality.severity: is 11; allowed: 0 to 10
 + [reality] / robots = [1] / severity = nan

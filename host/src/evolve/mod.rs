@@ -103,6 +103,7 @@ pub(crate) struct Generation {
 
 impl Generation {
     /// Individuals whose score is NaN: the last of the ranking.
+    #[cfg(test)]
     pub(crate) fn nan(&self) -> usize {
         self.fitness.iter().filter(|score| score.is_nan()).count()
     }

@@ -55,6 +55,12 @@ fn reality(transfer: &Transfer) -> Checked {
             is_some && !is_wired,
             SURROGATE,
         ),
+        (
+            "reality.motion_severity",
+            transfer.motion_severity.is_some(),
+            is_some && !is_wired,
+            SURROGATE,
+        ),
         ("reality.starts", transfer.starts.is_some(), is_wired, WIRE),
         ("reality.speed_mm_s", transfer.speed.is_some(), is_wired, WIRE),
         ("reality.walk_s", transfer.walk.is_some(), is_wired, WIRE),

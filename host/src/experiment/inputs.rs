@@ -2,16 +2,24 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::thread;
 
+use oneiro::arena::Arena;
+use oneiro::backend::{self, Options};
 use oneiro::compose::{Kind, OwnPart, Part};
 use oneiro::tables::{self, MotorStates, MotorTable, SensorTables};
-use oneiro::world::GeneLayout;
+use oneiro::world::{GeneLayout, WorldSpec};
 
-use super::settings::{BUILT_IN, PartFile, SensorFiles, Settings};
+use super::settings::{BUILT_IN, FROM_REALITY, PartFile, SensorFiles, Settings};
 use super::source::Source;
+use crate::engine::handle::Engine;
 use crate::evolve::Population;
 use crate::exit::{Failure, Result};
+use crate::reality::Object;
+use crate::reality::sampling::{self, Samples};
+use crate::reality::site::Site;
 use crate::{files, genomes};
 
 /// Directory of a run's copies.
@@ -42,6 +50,8 @@ pub(crate) struct Files {
     sensors: Mutex<BTreeMap<Vec<PathBuf>, Tables<SensorTables>>>,
     motors: Mutex<BTreeMap<(PathBuf, MotorStates), Tables<MotorTable>>>,
     parts: Mutex<BTreeMap<(Kind, PathBuf), Arc<Part>>>,
+    /// Samples of surrogates, by what they are and by the classes of objects.
+    samples: Mutex<BTreeMap<Sampling, Arc<OnceLock<Taken>>>>,
     /// The same files by whether a setting names them rather than the experiment, and by their names there.
     named: Mutex<BTreeMap<(bool, String), Arc<Content>>>,
 }
@@ -88,6 +98,11 @@ fn known<K: Ord, V: Clone, E>(
     Ok(value)
 }
 
+/// What is sampled: the hash of a surrogate, and whether before blocks too.
+type Sampling = ([u8; 32], bool);
+/// Samples, or why there are none.
+type Taken = std::result::Result<Arc<Samples>, String>;
+
 /// Reader of the files that an experiment names.
 pub(super) struct Inputs<'a> {
     /// Directory of the experiment.
@@ -96,6 +111,9 @@ pub(super) struct Inputs<'a> {
     /// Hashes given in the experiment.
     hashes: &'a BTreeMap<String, String>,
     files: &'a Files,
+    /// The robot of `[reality]`, if there is one, and whether the arena has blocks.
+    reality: Option<Site>,
+    has_blocks: bool,
     found: Vec<Input>,
     warnings: Vec<String>,
 }
@@ -104,14 +122,18 @@ impl<'a> Inputs<'a> {
     pub(super) fn new(
         directory: &'a Path,
         source: &'a Source<'a>,
+        settings: &Settings,
         hashes: &'a BTreeMap<String, String>,
         files: &'a Files,
     ) -> Self {
+        let preset = settings.arena.preset.as_deref().and_then(Arena::named);
         Self {
             directory,
             source,
             hashes,
             files,
+            reality: settings.reality.site().ok().flatten(),
+            has_blocks: !preset.as_ref().unwrap_or(&settings.world.arena).blocks.is_empty(),
             found: Vec::new(),
             warnings: Vec::new(),
         }
@@ -119,8 +141,10 @@ impl<'a> Inputs<'a> {
 
     /// Reads the sensor tables.
     pub(super) fn sensors(&mut self, files: &SensorFiles) -> Result<Arc<SensorTables>> {
-        let SensorFiles::Files(files) = files else {
-            return Ok(SensorTables::khepera());
+        let files = match files {
+            SensorFiles::BuiltIn => return Ok(SensorTables::khepera()),
+            SensorFiles::FromReality => return Ok(Arc::new(self.samples("robot.tables")?.sensors.clone())),
+            SensorFiles::Files(files) => files,
         };
         if files.is_empty() {
             return Err(self
@@ -148,6 +172,10 @@ impl<'a> Inputs<'a> {
         if file == BUILT_IN {
             return Ok(MotorTable::khepera(states));
         }
+        if file == FROM_REALITY {
+            let table = MotorTable::new(&self.samples("robot.motors")?.motors, states);
+            return Ok(Arc::new(table.expect("all speeds were sampled")));
+        }
         let (path, _) = self.take("robot.motors", file)?;
         let read = |(path, _): &(PathBuf, _)| {
             MotorTable::read(path, states).map(|table| Tables {
@@ -158,6 +186,27 @@ impl<'a> Inputs<'a> {
         let found =
             known(&self.files.motors, (path, states), read).map_err(|error| self.refused("robot.motors", error))?;
         Ok(found.tables)
+    }
+
+    /// Samples of the surrogate of `[reality]`. They are always taken on the CPU, which is there before any device is chosen; every
+    /// exact device would give the same.
+    fn samples(&self, key: &str) -> Result<Arc<Samples>> {
+        let Some(site) = self.reality.as_ref().filter(|site| !site.is_wired()) else {
+            let problem = "is \"reality\"; allowed: only with a surrogate as reality.robot; sample a robot on a wire with `oneiro sample`";
+            return Err(self.source.invalid(key, problem));
+        };
+        let sampling = (*site.hash().as_bytes(), self.has_blocks);
+        let none = |_: &Sampling| Ok::<_, Failure>(Arc::default());
+        // Not under the lock, so that several cells of a sweep can be sampled at once.
+        let own: Arc<OnceLock<Taken>> = known(&self.files.samples, sampling, none)?;
+        // On a thread of its own: one of a pool's would do other cells' work while it waits, and might come to wait for itself.
+        let has_blocks = self.has_blocks;
+        let sampled = || thread::scope(|scope| scope.spawn(|| take(site, has_blocks)).join());
+        let taken = own.get_or_init(|| match sampled() {
+            Ok(samples) => samples.map(Arc::new).map_err(|failure| failure.to_string()),
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        taken.clone().map_err(|problem| self.source.invalid(key, problem))
     }
 
     /// Reads a user's part.
@@ -276,6 +325,22 @@ impl<'a> Inputs<'a> {
     fn refused(&self, key: &str, error: tables::Error) -> Failure {
         self.source.invalid(key, error)
     }
+}
+
+/// Samples a surrogate before all objects that there are, on one thread.
+fn take(site: &Site, has_blocks: bool) -> Result<Samples> {
+    let cpu = backend::open(
+        "cpu",
+        Options {
+            threads: Some(1),
+            ..Options::default()
+        },
+    )?;
+    let engine = Engine::new(cpu, Arc::new(AtomicBool::new(false)));
+    let mut robot = site.sampled(&engine, &WorldSpec::miglino1995())?;
+    let mut objects = Object::of_the_paper();
+    objects.extend(Object::named("block").filter(|_| has_blocks));
+    sampling::sample_unkept(&mut *robot, &objects)
 }
 
 /// Gives files the names that they have in a run's directory, and adds their hashes.

@@ -25,7 +25,7 @@ pub(crate) use inputs::DIRECTORY as INPUTS;
 use inputs::Inputs;
 pub(crate) use inputs::{Content, Files, Input};
 pub(crate) use settings::GREATEST_SEED;
-use settings::Settings;
+use settings::{Settings, Transfer};
 use source::{Parsed, Setting, Source};
 
 /// A checked experiment, its world, and the files that it names.
@@ -74,7 +74,7 @@ impl Experiment {
         check::check(&settings).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         let directory = path.parent().unwrap_or(Path::new(""));
         let hashes = settings.files.clone();
-        let mut inputs = Inputs::new(directory, &source, &hashes, files);
+        let mut inputs = Inputs::new(directory, &source, &settings, &hashes, files);
         let world = world::world(&settings, &source, &mut inputs)?;
         if let Ok(Some(site)) = settings.reality.site() {
             let allowed = site.allows(world.spec());
@@ -236,8 +236,16 @@ impl Experiment {
     /// The values that decide how its robots live.
     fn world_values(&self) -> Table {
         let mut world = self.values.clone();
-        for key in [&SCORE[..], &["name", "evolution", "reality", "record"]].concat() {
+        for key in [&SCORE[..], &["name", "evolution", "record"]].concat() {
             world.remove(key);
+        }
+        // Where the simulator is made from samples of that robot, it decides how robots live in the simulator.
+        let reality = world
+            .remove("reality")
+            .filter(|_| Transfer::is_sampled(&self.settings.robot));
+        if let Some(Value::Table(mut reality)) = reality {
+            reality.remove("generations");
+            world.insert("reality".into(), reality.into());
         }
         world
     }

@@ -148,14 +148,14 @@ fn rows() -> Vec<Parameter<Settings>> {
             "A robot that ships, by name; keys that are given take the place of its own. A run's `config.toml` has its values instead of its name: see docs/robots.md.", |own, _| Some(&mut own.robot.preset)),
     ]);
     insert(&mut rows, "robot.body_radius_mm", [
-        row("robot.tables", "", Text("\"khepera\" or a list of files"), OURS,
-            "Sampled sensors: the Khepera that is built in, or a file for each class of object. Of a described robot those of its sensors of the kind sampled.", |own, _| match own.world.robot.build {
+        row("robot.tables", "", Text("\"khepera\", \"reality\" or a list of files"), OURS,
+            "Sampled sensors: the Khepera that is built in, samples taken of the surrogate that is `reality.robot`, as `oneiro sample` takes them, or a file for each class of object. Of a described robot those of its sensors of the kind sampled.", |own, _| match own.world.robot.build {
                 Build::Sampled => Some(&mut own.robot.tables),
                 Build::Differential(_) => Some(&mut own.robot.described.tables),
                 Build::Forager(_) => None,
             }),
-        row("robot.motors", "", Text("\"khepera\" or a file"), OURS,
-            "Sampled motors: the Khepera that is built in, or a file. A described robot has them in place of `wheel_base_mm` and `greatest_speed_mm_s`.", |own, _| match own.world.robot.build {
+        row("robot.motors", "", Text("\"khepera\", \"reality\" or a file"), OURS,
+            "Sampled motors: the Khepera that is built in, samples taken of the surrogate that is `reality.robot`, or a file. A described robot has them in place of `wheel_base_mm` and `greatest_speed_mm_s`.", |own, _| match own.world.robot.build {
                 Build::Sampled => Some(&mut own.robot.motors),
                 Build::Differential(_) => Some(&mut own.robot.described.motors),
                 Build::Forager(_) => None,
@@ -296,6 +296,8 @@ fn rows() -> Vec<Parameter<Settings>> {
             "How many of the last generations live there and are selected by their fitness there; 20, or all if there are fewer, if it is not given.", |own, _| Some(&mut own.reality.generations)),
         row("reality.severity", "", Number(0.0, 2.0), "ours: the 1995 study was calibrated to it",
             "How much a surrogate differs from the simulator made from its samples; 1.75 if it is not given.", |own, _| Some(&mut own.reality.severity)),
+        row("reality.motion_severity", "", Number(0.0, 2.0), OURS,
+            "How much a surrogate differs in its latency, its motors and its collisions, in place of `reality.severity`, which then is of what its sensors see.", |own, _| Some(&mut own.reality.motion_severity)),
         row("reality.starts", "", Any, OURS,
             "How lives on a wire get their starts; \"walk\" if it is not given.", |own, _| Some(&mut own.reality.starts)),
         row("reality.speed_mm_s", "mm/s", Number(wired::SPEEDS_MM_S[0], wired::SPEEDS_MM_S[1]), OURS,
@@ -373,6 +375,8 @@ pub(crate) struct Samples {
 
 /// Name of the compiled-in tables.
 pub(crate) const BUILT_IN: &str = "khepera";
+/// Name of tables that are sampled from the surrogate of `[reality]`.
+pub(crate) const FROM_REALITY: &str = "reality";
 
 /// Source of the sensor tables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -380,6 +384,8 @@ pub(crate) enum SensorFiles {
     /// `"khepera"`
     #[default]
     BuiltIn,
+    /// `"reality"`
+    FromReality,
     /// `["wall.sam", "round.sam"]`
     Files(Vec<String>),
 }
@@ -388,6 +394,7 @@ impl Field for SensorFiles {
     fn get(&self) -> Option<Datum> {
         Some(match self {
             Self::BuiltIn => Datum::Word(BUILT_IN.into()),
+            Self::FromReality => Datum::Word(FROM_REALITY.into()),
             Self::Files(files) => Datum::List(files.iter().cloned().map(Datum::Word).collect()),
         })
     }
@@ -399,6 +406,7 @@ impl Field for SensorFiles {
         };
         let own = match datum {
             Datum::Word(word) if word == BUILT_IN => Some(Self::BuiltIn),
+            Datum::Word(word) if word == FROM_REALITY => Some(Self::FromReality),
             Datum::List(files) => files.iter().map(file).collect::<Option<_>>().map(Self::Files),
             _ => None,
         };
@@ -450,6 +458,8 @@ pub(crate) struct Transfer {
     pub(crate) generations: Option<u32>,
     /// How much a surrogate differs from its simulator; given if there is one.
     pub(crate) severity: Option<f32>,
+    /// How much it differs in motion and in the age of its readings, if that is not the same.
+    pub(crate) motion_severity: Option<f32>,
     /// How lives on a wire get their starts, and speed of its wheels at the controller's greatest output, mm/s; if they are given.
     pub(crate) starts: Option<wired::Starts>,
     pub(crate) speed: Option<f32>,
@@ -496,6 +506,11 @@ impl Transfer {
         })
     }
 
+    /// Whether simulators are made from samples of that robot.
+    pub(crate) fn is_sampled(robot: &Robot) -> bool {
+        robot.tables == SensorFiles::FromReality || robot.motors == FROM_REALITY
+    }
+
     /// The robot, if there is one.
     ///
     /// # Errors
@@ -503,7 +518,9 @@ impl Transfer {
     pub(crate) fn site(&self) -> Result<Option<Site>, String> {
         let Some(robot) = &self.robot else { return Ok(None) };
         let guard: Vec<String> = self.guard.iter().map(|(key, value)| format!("{key}={value}")).collect();
-        Site::at(robot, self.severity.unwrap_or_default(), self.values()?, &guard).map(Some)
+        let severity = self.severity.unwrap_or_default();
+        let motion = self.motion_severity.unwrap_or(severity);
+        Site::at(robot, [severity, motion], self.values()?, &guard).map(Some)
     }
 }
 

@@ -307,11 +307,27 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[robot]\ntables = \"epuck\"",
-        "test.toml:2:10: robot.tables: is \"epuck\"; allowed: \"khepera\" or a list of files",
+        "test.toml:2:10: robot.tables: is \"epuck\"; allowed: \"khepera\", \"reality\" or a list of files",
     ),
     (
         "[robot]\ntables = [\"wall.sam\", 3]",
-        "test.toml:2:10: robot.tables: is [\"wall.sam\", 3]; allowed: \"khepera\" or a list of files",
+        "test.toml:2:10: robot.tables: is [\"wall.sam\", 3]; allowed: \"khepera\", \"reality\" or a list of files",
+    ),
+    (
+        "[robot]\ntables = \"reality\"",
+        "test.toml:2:10: robot.tables: is \"reality\"; allowed: only with a surrogate as reality.robot",
+    ),
+    (
+        "[robot]\nmotors = \"reality\"\n[reality]\nrobot = \"serial:/dev/ttyUSB0\"",
+        "test.toml:2:10: robot.motors: is \"reality\"; allowed: only with a surrogate as reality.robot",
+    ),
+    (
+        "[robot]\nkind = \"differential\"\nwheel_base_mm = 50\ngreatest_speed_mm_s = 80\ntables = \"reality\"\n[reality]\nrobot = \"surrogate:1\"",
+        "robot.tables: is \"reality\", of a described robot; allowed: only of a sampled one",
+    ),
+    (
+        "[reality]\nmotion_severity = 1.0",
+        "test.toml:2:19: reality.motion_severity: is given; allowed: only with a surrogate as reality.robot",
     ),
     (
         "[robot]\ntables = []",
@@ -1144,4 +1160,42 @@ fn typed_files_are_looked_for_from_the_working_directory() {
         gone.contains(&format!("robot.motors: {}: No such file", here.display())),
         "{gone}"
     );
+}
+
+/// The simulator that is made from reality is the one that the files of `oneiro sample` make, and both severities tell in it.
+#[test]
+fn simulators_are_sampled_from_reality() {
+    use crate::reality::Object;
+    use crate::reality::sampling;
+    use crate::reality::site::Site;
+
+    let of = |more: &str| {
+        let text =
+            format!("[robot]\ntables = \"reality\"\nmotors = \"reality\"\n[reality]\nrobot = \"surrogate:3\"\n{more}");
+        let parsed = Parsed::new("test.toml".into(), &text).unwrap();
+        Experiment::of(Path::new("test.toml"), &parsed, &[], &Files::default()).unwrap()
+    };
+    let own = of("severity = 1.5");
+    let engine = crate::engine::handle::Engine::new(
+        Box::new(oneiro::cpu::Cpu::new(None).unwrap()),
+        std::sync::Arc::default(),
+    );
+    let mut robot = Site::drawn(3, 1.5)
+        .sampled(&engine, &world::WorldSpec::miglino1995())
+        .unwrap();
+    let samples = sampling::sample_unkept(&mut *robot, &Object::of_the_paper()).unwrap();
+    let made = &own.world().spec().robot;
+    assert_eq!(*made.sensors, samples.sensors);
+    let motors = oneiro::tables::MotorTable::new(&samples.motors, oneiro::tables::MotorStates::Symmetric20).unwrap();
+    assert_eq!(made.motors.cells, motors.cells);
+    // It is part of what the world is.
+    assert_ne!(own.world_identity(), of("severity = 1.0").world_identity());
+    // Sensors differ by one severity, motors by the other; that of motion is the same unless it is given.
+    let [apart, alike] = [
+        "severity = 1.5\nmotion_severity = 0.5",
+        "severity = 1.5\nmotion_severity = 1.5",
+    ]
+    .map(of);
+    assert_ne!(apart.world().spec().robot.motors.cells, motors.cells);
+    assert_eq!(alike.world().spec().robot.motors.cells, motors.cells);
 }

@@ -7,7 +7,7 @@ use oneiro::parameter::Invalid;
 use oneiro::world::{Controller, Noise, Robot, Task, World, WorldSpec};
 
 use super::inputs::Inputs;
-use super::settings::{Samples, Settings};
+use super::settings::{FROM_REALITY, Samples, SensorFiles, Settings};
 use super::source::Source;
 use crate::exit::{Failure, Result};
 
@@ -70,6 +70,14 @@ fn robot(settings: &Settings, mut own: Robot, source: &Source<'_>, inputs: &mut 
         });
     };
     let Samples { tables, motors, states } = &files.described;
+    let from_reality = [
+        ("robot.tables", *tables == Some(SensorFiles::FromReality)),
+        ("robot.motors", motors.as_deref() == Some(FROM_REALITY)),
+    ];
+    if let Some((key, _)) = from_reality.iter().find(|(_, is_so)| *is_so) {
+        let problem = "is \"reality\", of a described robot; allowed: only of a sampled one; see `oneiro sample --robot FILE.toml`";
+        return Err(source.invalid(key, problem));
+    }
     match tables {
         Some(tables) if described.has_sampled_sensors() => own.sensors = inputs.sensors(tables)?,
         Some(_) => {

@@ -159,14 +159,22 @@ impl Outside for OnWire {
 }
 
 impl Site {
-    /// The robot at an address. Of a surrogate, all differences from its simulator are scaled by the severity; a robot on a wire has
-    /// values for its lives and for its guard.
+    /// The robot at an address. Of a surrogate, the differences from its simulator are scaled by two severities, what sensors see by
+    /// the first, motion and the age of readings by the second; a robot on a wire has values for its lives and for its guard.
     ///
     /// # Errors
     /// The problem of the address, or of the guard's values.
-    pub(crate) fn at(address: &str, severity: f32, values: wired::Values, guard: &[String]) -> Result<Self, String> {
+    pub(crate) fn at(
+        address: &str,
+        [severity, motion]: [f32; 2],
+        values: wired::Values,
+        guard: &[String],
+    ) -> Result<Self, String> {
         match address.parse() {
-            Ok(Address::Surrogate(seed)) => Ok(Self::drawn(seed, severity)),
+            Ok(Address::Surrogate(seed)) => {
+                let differences = Differences::all(severity).with_motion(motion);
+                Ok(Self::surrogate(seed, Surrogate::drawn(seed, differences)))
+            }
             Ok(Address::Wire(wire)) => {
                 guard::values::Values::of(guard)?;
                 Ok(Self::Wired(Wired::new(wire, values, guard, Console::default())))

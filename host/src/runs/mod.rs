@@ -221,13 +221,22 @@ pub(crate) struct Audit {
     pub(crate) problem: Option<String>,
 }
 
-/// Robots that evaluate the last offspring of a sweep's runs, in addition to their simulator.
+/// The comparison of a sweep's runs in their simulator and in reality.
 #[derive(Debug)]
 pub(crate) struct Reality<'a> {
     /// The robots.
-    pub(crate) sites: Vec<Site>,
+    pub(crate) robots: Robots,
     /// Place in the sweep's file, for messages.
     pub(crate) place: &'a str,
+}
+
+/// The robots that a sweep's runs are compared in.
+#[derive(Debug)]
+pub(crate) enum Robots {
+    /// Some that evaluate the last offspring, in addition to their simulator.
+    Others(Vec<Site>),
+    /// Of each run that on which its last generations live. The first of them lives in the simulator, too.
+    Own,
 }
 
 /// Reads an experiment's file, with `key=value` settings that override it. Files that it names are relative to its

@@ -13,8 +13,8 @@
 use std::collections::BTreeMap;
 
 use super::special::{Probability, normal_tails};
-use super::summary::all_equal;
-use super::{Result, check_pairs, undefined};
+use super::summary::{all_equal, mean, squares};
+use super::{Result, check_groups, check_pairs, undefined};
 
 /// A fitted model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -262,4 +262,49 @@ impl Data {
 /// The weight of a group's means.
 fn weight(group: &Group, ratio: f64) -> f64 {
     group.n / (1.0 + group.n * ratio)
+}
+
+/// The mean of values that are nested in groups: y = a + u(group) + e.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct NestedMean {
+    /// a.
+    pub(crate) mean: f64,
+    /// Its standard error; 0 where all values are equal.
+    pub(crate) standard_error: f64,
+    /// Degrees of freedom of Student's t: groups - 1.
+    pub(crate) df: f64,
+}
+
+/// Fits y = a + u(group) + e by restricted maximum likelihood to groups of one size, for which it has a closed form: that of the
+/// analysis of variance, unless groups' means vary less than values within would make them, and u is 0 (Searle, Casella and
+/// `McCulloch`, "Variance Components", Wiley 1992, section 4.5).
+///
+/// # Errors
+///
+/// Fewer than two groups, groups of different sizes, or values that are not finite.
+pub(crate) fn nested_mean(groups: &[Vec<f64>]) -> Result<NestedMean> {
+    const FIGURE: &str = "mean of nested values";
+    let samples: Vec<&[f64]> = groups.iter().map(Vec::as_slice).collect();
+    check_groups(FIGURE, &samples)?;
+    let size = groups[0].len();
+    if groups.iter().any(|group| group.len() != size) {
+        return undefined(FIGURE, "groups have different sizes; allowed: groups of one size");
+    }
+    let count = (groups.len() * size) as f64;
+    let means: Vec<f64> = groups.iter().map(mean).collect();
+    let all = mean(&means);
+    let between = size as f64 * squares(&means) / (groups.len() - 1) as f64;
+    let inner: f64 = samples.iter().map(|group| squares(group)).sum();
+    let within = inner / (count - groups.len() as f64).max(1.0);
+    let square = if between >= within {
+        between
+    } else {
+        // One variance for all values.
+        (inner + between * (groups.len() - 1) as f64) / (count - 1.0)
+    };
+    Ok(NestedMean {
+        mean: all,
+        standard_error: (square / count).sqrt(),
+        df: (groups.len() - 1) as f64,
+    })
 }

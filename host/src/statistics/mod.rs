@@ -20,11 +20,11 @@ use std::fmt;
 
 pub(crate) use effects::{cliffs_delta, cohens_d, roc_area, vargha_delaney};
 pub(crate) use holm::holm;
-pub(crate) use mixed::random_intercept;
+pub(crate) use mixed::{nested_mean, random_intercept};
 pub(crate) use parametric::{StudentT, anova, one_sample_t, paired_t, ratio_interval, student_t, t_within};
 pub(crate) use ranks::{Method, kruskal_wallis, mann_whitney};
 pub(crate) use resample::{Interval, bootstrap_interval, subset};
-pub(crate) use special::Probability;
+pub(crate) use special::{Probability, t_tails};
 pub(crate) use summary::{mean, median, quantile, quantile_of_sorted, variance};
 
 /// A figure that these samples do not have.

@@ -478,3 +478,30 @@ fn each_subset_is_as_likely() {
     assert_eq!(all, [0, 1, 2, 3]);
     assert!(subset(0, 5, &mut random).is_empty());
 }
+
+/// Two fits by statsmodels' `MixedLM` and, where groups differ no more than their values, by its `OLS`.
+#[test]
+fn means_of_nested_values_are_those_of_the_mixed_model() {
+    let groups = |size: usize, values: &[f64]| -> Vec<Vec<f64>> { values.chunks(size).map(<[f64]>::to_vec).collect() };
+    let differing = [1.5, 2.0, 0.5, 4.0, 5.5, 3.0, 2.0, 1.0, 2.5, 7.0, 5.0, 6.5];
+    let own = nested_mean(&groups(3, &differing)).unwrap();
+    assert!(
+        (own.mean - 3.375).abs() < 1e-12 && (own.standard_error - 1.116_739_2).abs() < 1e-6,
+        "{own:?}"
+    );
+    assert_eq!(own.df, 3.0);
+    let alike = nested_mean(&groups(2, &[1.0, 5.0, 3.0, 2.0, 4.0, 3.5])).unwrap();
+    assert!(
+        (alike.mean - 37.0 / 12.0).abs() < 1e-12 && (alike.standard_error - 7.0 / 12.0).abs() < 1e-12,
+        "{alike:?}"
+    );
+    assert_eq!(nested_mean(&groups(2, &[1.0; 4])).unwrap().standard_error, 0.0);
+    for (refused, problem) in [
+        (groups(3, &[1.0; 4]), "different sizes; allowed: groups of one size"),
+        (groups(4, &[1.0; 4]), "has 1 groups; allowed: 2 or more"),
+        (groups(2, &[1.0, f64::NAN, 1.0, 2.0]), "allowed: finite numbers"),
+    ] {
+        let found = nested_mean(&refused).unwrap_err().to_string();
+        assert!(found.contains(problem), "{found}");
+    }
+}

@@ -58,6 +58,7 @@ struct Written {
     name: String,
     experiment: String,
     seeds: WrittenSeeds,
+    seeds_by: Option<String>,
     #[serde(default)]
     set: Table,
     #[serde(default)]
@@ -88,15 +89,34 @@ struct WrittenRandom {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Reality {
-    /// Numbers of surrogates, each of them another robot in other surroundings.
-    pub(crate) robots: Vec<u64>,
-    /// How much they differ from the simulator.
-    #[serde(default = "severity")]
-    pub(crate) severity: f32,
+    /// The robots.
+    pub(crate) robots: Robots,
+    /// How much surrogates differ from the simulator, if that is given.
+    severity: Option<f32>,
 }
 
-fn severity() -> f32 {
-    SEVERITY
+impl Reality {
+    /// How much numbered surrogates differ from the simulator.
+    pub(crate) fn severity(&self) -> f32 {
+        self.severity.unwrap_or(SEVERITY)
+    }
+}
+
+/// The robots of reality.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "is neither \"own\" nor a list of whole numbers")]
+pub(crate) enum Robots {
+    /// Numbers of surrogates, each of them another robot in other surroundings.
+    Numbered(Vec<u64>),
+    /// `"own"`: of each run that on which its last generations live.
+    Own(Own),
+}
+
+/// The word `"own"`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Own {
+    Own,
 }
 
 /// Some keys and the values they take in cells.
@@ -126,6 +146,8 @@ pub(crate) struct SweepFile {
     pub(crate) experiment_place: String,
     pub(crate) seeds: Vec<u64>,
     pub(crate) seeds_place: String,
+    /// The axis whose levels have seeds of their own, which of them each level has, and by how much these are apart.
+    seeds_by: Option<(usize, Vec<u64>)>,
     /// Values that all runs share.
     set: Vec<Setting>,
     /// The sweep's cells are all combinations of their levels; the last axis varies fastest.
@@ -167,6 +189,8 @@ impl SweepFile {
             axes.push(drawn(random, &source)?);
         }
         conflicts(&set, &axes)?;
+        let seeds_by = written.seeds_by.as_deref();
+        let seeds_by = seeds_by.map(|key| blocks(key, &axes, &seeds, &source)).transpose()?;
         if let Some(reality) = &written.reality {
             check_reality(reality, &source)?;
         }
@@ -193,6 +217,7 @@ impl SweepFile {
             experiment: written.experiment,
             seeds,
             seeds_place: source.place_of("seeds"),
+            seeds_by,
             set: set
                 .iter()
                 .map(|leaf| Setting::at(leaf.place.clone(), &leaf.key, &leaf.value).in_folder(folder))
@@ -209,6 +234,15 @@ impl SweepFile {
         let swept = self.keys().zip(self.values(cell));
         let swept = swept.map(|(key, (value, place))| Setting::at(place.clone(), key, value).in_folder(&self.folder));
         self.set.iter().cloned().chain(swept).collect()
+    }
+
+    /// The seeds of a cell's runs.
+    pub(crate) fn seeds_of(&self, cell: usize) -> impl Iterator<Item = u64> {
+        let block = self.seeds_by.as_ref().map_or(0, |(axis, blocks)| {
+            let after: usize = self.axes[axis + 1..].iter().map(|axis| axis.levels.len()).product();
+            blocks[cell / after % self.axes[*axis].levels.len()]
+        });
+        self.seeds.iter().map(move |seed| seed + block)
     }
 
     /// Number of cells.
@@ -320,6 +354,40 @@ fn seeds(seeds: &WrittenSeeds, source: &Source<'_>) -> Result<Vec<u64>> {
             Ok(list.clone())
         }
     }
+}
+
+/// The axis of a key whose values have seeds of their own, and what each level's are greater by.
+fn blocks(key: &str, axes: &[Axis], seeds: &[u64], source: &Source<'_>) -> Result<(usize, Vec<u64>)> {
+    let place = |axis: &Axis| axis.keys.iter().position(|own| own == key);
+    let Some((axis, index)) = axes
+        .iter()
+        .enumerate()
+        .find_map(|(axis, own)| Some((axis, place(own)?)))
+    else {
+        let swept: Vec<&str> = axes.iter().flat_map(|axis| &axis.keys).map(String::as_str).collect();
+        let problem = format!("is {key:?}, which is not swept; allowed: {}", swept.join(", "));
+        return Err(source.invalid("seeds_by", problem));
+    };
+    let (least, greatest) = (seeds.iter().min().unwrap_or(&0), seeds.iter().max().unwrap_or(&0));
+    let mut values: Vec<String> = Vec::new();
+    let mut block = |level: &Vec<(Value, String)>| {
+        let value = level[index].0.to_string();
+        let known = values.iter().position(|known| *known == value).unwrap_or(values.len());
+        if known == values.len() {
+            values.push(value);
+        }
+        (greatest - least + 1).checked_mul(known as u64)
+    };
+    let blocks: Option<Vec<u64>> = axes[axis].levels.iter().map(&mut block).collect();
+    let is_known = |blocks: &Vec<u64>| {
+        let last = blocks.iter().max().and_then(|block| greatest.checked_add(*block));
+        last.is_some_and(|last| last <= GREATEST_SEED)
+    };
+    let blocks = blocks.filter(is_known).ok_or_else(|| {
+        let problem = format!("makes seeds beyond {GREATEST_SEED}; allowed: smaller seeds, or fewer values of {key}");
+        source.invalid("seeds_by", problem)
+    })?;
+    Ok((axis, blocks))
 }
 
 /// The axis of a grid key.
@@ -526,22 +594,27 @@ fn conflicts(set: &[Leaf], axes: &[Axis]) -> Result {
 }
 
 fn check_reality(reality: &Reality, source: &Source<'_>) -> Result {
-    if reality.robots.is_empty() {
+    let Robots::Numbered(robots) = &reality.robots else {
+        if reality.severity.is_some() {
+            let problem = "is given with robots = \"own\"; allowed: the experiment's reality.severity";
+            return Err(source.invalid("reality.severity", problem));
+        }
+        return Ok(());
+    };
+    if robots.is_empty() {
         return Err(source.invalid(
             "reality.robots",
             "is empty; allowed: numbers of surrogates, such as [1]",
         ));
     }
-    if let Some(twice) =
-        (1..reality.robots.len()).find(|&index| reality.robots[..index].contains(&reality.robots[index]))
-    {
+    if let Some(twice) = (1..robots.len()).find(|&index| robots[..index].contains(&robots[index])) {
         return Err(source.invalid(
             &format!("reality.robots[{twice}]"),
             "is there a second time; allowed: each once",
         ));
     }
-    if !(0.0..=10.0).contains(&reality.severity) {
-        let problem = format!("is {}; allowed: 0 to 10", reality.severity);
+    if !(0.0..=10.0).contains(&reality.severity()) {
+        let problem = format!("is {}; allowed: 0 to 10", reality.severity());
         return Err(source.invalid("reality.severity", problem));
     }
     Ok(())
@@ -585,6 +658,37 @@ mod tests {
         assert_eq!(values(11), "\"v\" 2 0.2 3 3");
         let factors: Vec<&String> = file.axes.iter().flat_map(Axis::factors).collect();
         assert_eq!(factors, ["b", "c.d", "noise.motor", "a.x"]);
+    }
+
+    /// All levels of the same value share seeds, whatever else is swept.
+    #[test]
+    fn values_of_a_key_have_seeds_of_their_own() {
+        let text = "seeds = [5, 3]\nseeds_by = \"b\"\n[grid]\na = [1, 2]\n[[list]]\nb = \"u\"\nc = 1\n[[list]]\nb = \"v\"\nc = 1\n\
+                    [[list]]\nb = \"u\"\nc = 2\n";
+        let file = read(text).unwrap();
+        let seeds: Vec<Vec<u64>> = (0..6).map(|cell| file.seeds_of(cell).collect()).collect();
+        assert_eq!(seeds, [[5, 3], [5, 3], [8, 6], [8, 6], [5, 3], [5, 3]]);
+        let refused = refusal(&text.replace("\"b\"\n", "\"d\"\n"));
+        assert!(
+            refused.contains("s.toml:3:12: seeds_by: is \"d\", which is not swept; allowed: b, c, a"),
+            "{refused}"
+        );
+        let refused = refusal(&text.replace("[5, 3]", "[9223372036854775806, 3]"));
+        assert!(
+            refused.contains("seeds_by: makes seeds beyond 9223372036854775807"),
+            "{refused}"
+        );
+    }
+
+    #[test]
+    fn the_robot_of_each_run_needs_no_severity() {
+        let own = |more: &str| read(&format!("seeds = [1]\n[reality]\nrobots = \"own\"\n{more}"));
+        assert!(matches!(own("").unwrap().reality.unwrap().robots, Robots::Own(_)));
+        let refused = own("severity = 1.0").unwrap_err().to_string();
+        assert!(
+            refused.contains("s.toml:5:12: reality.severity: is given with robots = \"own\""),
+            "{refused}"
+        );
     }
 
     /// Changing these draws would change every sweep that has any.
@@ -639,6 +743,7 @@ mod tests {
             name,
             experiment: _,
             seeds: WrittenSeeds::Range(_),
+            seeds_by: Some(_),
             set,
             grid,
             list,
@@ -648,7 +753,11 @@ mod tests {
                     seed,
                     ranges,
                 }),
-            reality: Some(Reality { robots: _, severity }),
+            reality:
+                Some(Reality {
+                    robots: Robots::Numbered(_),
+                    severity: Some(severity),
+                }),
         } = written
         else {
             panic!("{written:?}");

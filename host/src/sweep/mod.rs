@@ -38,7 +38,7 @@ use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::{self, Content, Files};
 use crate::files;
 use crate::reality::site::Site;
-use crate::runs::{self, Experiment, Reality, Recording, Shown, Table};
+use crate::runs::{self, Experiment, Reality, Recording, Robots, Shown, Table};
 use file::SweepFile;
 
 /// Index of a run: by cell, then by seed.
@@ -156,7 +156,9 @@ impl Sweep {
 
     /// A run's seed.
     pub(crate) fn seed_of(&self, run: RunIndex) -> u64 {
-        self.file.seeds[run as usize % self.file.seeds.len()]
+        let index = run as usize % self.file.seeds.len();
+        let mut seeds = self.file.seeds_of(self.cell_of(run));
+        seeds.nth(index).expect("a cell has as many seeds as the file")
     }
 
     /// Loads the experiment of a cell.
@@ -197,11 +199,13 @@ impl Sweep {
 
     fn cell_of_file(&self, experiment: &Parsed<'_>, cell: usize) -> Result<Arc<dyn Experiment>> {
         let reality = self.file.reality.as_ref().map(|reality| Reality {
-            sites: reality
-                .robots
-                .iter()
-                .map(|&robot| Site::drawn(robot, reality.severity))
-                .collect(),
+            robots: match &reality.robots {
+                file::Robots::Own(_) => Robots::Own,
+                file::Robots::Numbered(robots) => {
+                    let drawn = robots.iter().map(|&robot| Site::drawn(robot, reality.severity()));
+                    Robots::Others(drawn.collect())
+                }
+            },
             place: &self.file.reality_place,
         });
         runs::of(
@@ -224,7 +228,7 @@ impl Sweep {
             let own = self.cell_of_file(&experiment, cell)?;
             own.check_sweep()?;
             let identities = own.identities();
-            let ids: Vec<_> = self.file.seeds.iter().map(|&seed| identities.of(seed)).collect();
+            let ids: Vec<_> = self.file.seeds_of(cell).map(|seed| identities.of(seed)).collect();
             let layout = own.single().map(|single| single.world().gene_layout().clone());
             Ok((ids, own.steps(), own.kernel(), own.bytes(), layout, own.shown()))
         };

@@ -18,6 +18,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use super::file::{Reality, Robots};
 use super::journal::{Line, Logged};
 use super::{Plan, RunIndex, Sweep};
 use crate::contents::README;
@@ -172,11 +173,24 @@ fn identity(sweep: &Sweep, plan: &Plan) -> blake3::Hash {
     for id in &plan.ids {
         hasher.update(id.as_bytes());
     }
-    if let Some(reality) = &sweep.file().reality {
-        hasher.update(&reality.severity.to_bits().to_le_bytes());
-        for robot in &reality.robots {
-            hasher.update(&robot.to_le_bytes());
+    match &sweep.file().reality {
+        Some(Reality {
+            robots: Robots::Own(_), ..
+        }) => {
+            hasher.update(b"own");
         }
+        Some(
+            reality @ Reality {
+                robots: Robots::Numbered(robots),
+                ..
+            },
+        ) => {
+            hasher.update(&reality.severity().to_bits().to_le_bytes());
+            for robot in robots {
+                hasher.update(&robot.to_le_bytes());
+            }
+        }
+        None => (),
     }
     hasher.finalize()
 }

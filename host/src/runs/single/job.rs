@@ -11,6 +11,7 @@ use super::behaviour::Behaviour;
 use super::champion::Individual;
 use super::rows::Row;
 use super::trace::trace_every;
+use super::transferred::{TERM, Transferred, positions};
 use super::{
     CHAMPION, CHAMPION_GENES, COVERAGE, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES, POPULATION,
     Places, Single, pictures,
@@ -45,6 +46,8 @@ pub(super) struct Evolving {
     /// Scores of the last generation's offspring in the simulator, and of each of their lives in reality.
     simulated: Vec<f32>,
     real: Vec<f32>,
+    /// The first generation on the robot elsewhere, if it is compared.
+    transferred: Transferred,
     trace: Option<Trace>,
 }
 
@@ -56,7 +59,18 @@ enum Purpose {
     /// Lives of the last offspring, which were never selected, in the simulator and in reality.
     Simulated,
     Real,
+    /// Lives of the first generation on the robot: in the simulator, there without noise, and those of the best for its paths.
+    Compared(Elsewhere),
     Trace,
+}
+
+/// Where the first generation on the robot lives, too.
+#[derive(Clone, Copy, PartialEq)]
+enum Elsewhere {
+    Simulated,
+    Quiet,
+    QuietPath,
+    RealPaths,
 }
 
 /// Genomes and scores of a generation.
@@ -96,19 +110,25 @@ impl Evolving {
             appraised: Vec::new(),
             simulated: Vec::new(),
             real: Vec::new(),
+            transferred: Transferred::default(),
             trace: None,
         })
     }
 
     /// Restores a job from the output of [`Job::save`].
     pub(super) fn restored(mut self, saved: &[u8]) -> Result<Self> {
+        let unexpected = |_| Failure::corrupt("a saved run has unexpected contents");
+        let (own, rest) = postcard::take_from_bytes(saved).map_err(unexpected)?;
         let Saved {
             evolution,
             last,
             appraised,
             simulated,
             real,
-        } = postcard::from_bytes(saved).map_err(|_| Failure::corrupt("a saved run has unexpected contents"))?;
+        } = own;
+        if self.places.compared.is_some() {
+            self.transferred = postcard::from_bytes(rest).map_err(unexpected)?;
+        }
         self.evolution.restore(evolution)?;
         if self.evolution.is_finished() != last.is_some() {
             return Err(Failure::corrupt("a saved run lacks its last generation"));
@@ -172,7 +192,9 @@ impl Evolving {
 
     fn purpose(&self) -> Option<Purpose> {
         let has_reality = self.single.has_reality();
-        if !self.evolution.is_finished() {
+        if let Some(elsewhere) = self.elsewhere() {
+            Some(Purpose::Compared(elsewhere))
+        } else if !self.evolution.is_finished() {
             Some(Purpose::Generation)
         } else if self.appraised.is_empty() && !self.finalists.is_empty() {
             Some(Purpose::Finalists)
@@ -182,6 +204,24 @@ impl Evolving {
             Some(Purpose::Real)
         } else if self.has_directory && self.trace.is_none() && !self.single.ends_outside() {
             Some(Purpose::Trace)
+        } else {
+            None
+        }
+    }
+
+    /// Where the first generation on the robot still has to live before it does there, if it is compared.
+    fn elsewhere(&self) -> Option<Elsewhere> {
+        let is_now = self.single.experiment.first_real() == Some(self.evolution.generation());
+        self.places.compared.as_ref().filter(|_| is_now)?;
+        let own = &self.transferred;
+        if own.simulated.is_empty() {
+            Some(Elsewhere::Simulated)
+        } else if own.quiet.is_empty() {
+            Some(Elsewhere::Quiet)
+        } else if own.path.is_empty() {
+            Some(Elsewhere::QuietPath)
+        } else if own.real_paths.is_empty() {
+            Some(Elsewhere::RealPaths)
         } else {
             None
         }
@@ -235,10 +275,13 @@ impl Evolving {
         let settings = self.single.experiment.settings();
         let individuals = self.evolution.ask().len() as u64;
         match purpose {
-            Purpose::Generation | Purpose::Simulated => individuals * u64::from(settings.trials),
+            Purpose::Generation | Purpose::Simulated | Purpose::Compared(Elsewhere::Simulated | Elsewhere::Quiet) => {
+                individuals * u64::from(settings.trials)
+            }
+            Purpose::Compared(Elsewhere::RealPaths) => 2,
             Purpose::Finalists => self.finalists.len() as u64 * u64::from(settings.finalists.lives),
             Purpose::Real => individuals * self.places.reality.len() as u64,
-            Purpose::Trace => 1,
+            Purpose::Trace | Purpose::Compared(Elsewhere::QuietPath) => 1,
         }
     }
 
@@ -269,6 +312,19 @@ impl Evolving {
                 key: keys.of(individual.into(), (1 << 32) + robot as u64),
             };
             self.evolution.ask().genomes().zip(0..).map(each)
+        })
+    }
+
+    /// Lives of the individual whose paths are compared.
+    fn paths(&self, count: u64) -> impl Iterator<Item = Rollout<'_>> {
+        let best = self.transferred.best();
+        let keys = Keys::new(self.seed, self.evolution.generation().into());
+        let genes = self.evolution.ask().genomes().nth(best as usize).unwrap_or_default();
+        (0..count).map(move |life| Rollout {
+            world: 0,
+            genes,
+            // Larger than the number of any life in reality.
+            key: keys.of(best.into(), (1 << 33) + life),
         })
     }
 
@@ -352,6 +408,15 @@ impl Job for Evolving {
             Purpose::Finalists | Purpose::Trace => self.place_of(self.evolution.generation() - 1),
             Purpose::Simulated => std::slice::from_ref(&self.places.simulator),
             Purpose::Real => reality,
+            Purpose::Compared(elsewhere) => {
+                let compared = self.places.compared.as_ref()?;
+                std::slice::from_ref(match elsewhere {
+                    Elsewhere::Simulated => &self.places.simulator,
+                    Elsewhere::Quiet => &compared.quiet,
+                    Elsewhere::QuietPath => &compared.quiet_path,
+                    Elsewhere::RealPaths => &compared.real_path,
+                })
+            }
         };
         let kernel = lived.first().map_or("", |place| place.world.kernel().name);
         let life = u64::from(settings.world.cycles);
@@ -360,10 +425,11 @@ impl Job for Evolving {
             _ => None,
         };
         let mut stage = outside.map_or_else(|| Stage::lives(kernel), |_| Stage::OUTSIDE);
-        if purpose == Purpose::Trace {
-            stage.trace_every = Some(trace_every(experiment));
-        } else if purpose == Purpose::Generation && self.behaviour.is_some() {
-            stage.trace_every = Some(1);
+        match purpose {
+            Purpose::Trace => stage.trace_every = Some(trace_every(experiment)),
+            Purpose::Generation if self.behaviour.is_some() => stage.trace_every = Some(1),
+            Purpose::Compared(Elsewhere::QuietPath | Elsewhere::RealPaths) => stage.trace_every = Some(TERM),
+            _ => (),
         }
         Some(Request {
             stage,
@@ -378,7 +444,10 @@ impl Job for Evolving {
     fn rollouts<'a>(&'a self, into: &mut Vec<Rollout<'a>>) {
         match self.purpose() {
             // One after the other from within is faster than to be asked for each.
-            Some(Purpose::Generation | Purpose::Simulated) => self.lives().for_each(|life| into.push(life)),
+            Some(
+                Purpose::Generation | Purpose::Simulated | Purpose::Compared(Elsewhere::Simulated | Elsewhere::Quiet),
+            ) => self.lives().for_each(|life| into.push(life)),
+            Some(own @ Purpose::Compared(_)) => into.extend(self.paths(self.count(own))),
             Some(Purpose::Finalists) => self.finalists_lives().for_each(|life| into.push(life)),
             Some(Purpose::Real) => into.extend(self.real_lives()),
             Some(Purpose::Trace) => into.extend(self.champion().ok().map(|(champion, _)| Rollout {
@@ -396,6 +465,15 @@ impl Job for Evolving {
             Some(Purpose::Finalists) => self.appraised = results.fitness.to_vec(),
             Some(Purpose::Simulated) => self.simulated = self.scores(results.fitness),
             Some(Purpose::Real) => self.real = results.fitness.to_vec(),
+            Some(Purpose::Compared(elsewhere)) => {
+                let mut paths = results.traces.iter().map(positions);
+                match elsewhere {
+                    Elsewhere::Simulated => self.transferred.simulated = self.scores(results.fitness),
+                    Elsewhere::Quiet => self.transferred.quiet = self.scores(results.fitness),
+                    Elsewhere::QuietPath => self.transferred.path = paths.next().unwrap_or_default(),
+                    Elsewhere::RealPaths => self.transferred.real_paths = paths.collect(),
+                }
+            }
             Some(Purpose::Trace) => self.traced(results)?,
             None => (),
         }
@@ -410,7 +488,11 @@ impl Job for Evolving {
             simulated: self.simulated.clone(),
             real: self.real.clone(),
         };
-        postcard::to_allocvec(&saved).expect("numbers")
+        let mut bytes = postcard::to_allocvec(&saved).expect("numbers");
+        if self.places.compared.is_some() {
+            bytes.extend(postcard::to_allocvec(&self.transferred).expect("numbers"));
+        }
+        bytes
     }
 
     fn finish(&mut self, table: &str) -> Result<Finished> {
@@ -475,6 +557,15 @@ impl Job for Evolving {
             cells.push(format!("{:.6}", mean_of(&self.simulated)));
             cells.push(format!("{:.6}", mean_of(&self.real)));
             cells.push(best.to_string());
+        }
+        if self.places.compared.is_some() {
+            let rows = Row::parse(table).map_err(corrupt)?;
+            let first = self.single.experiment.first_real().unwrap_or_default();
+            let (Some(first), Some(last)) = (rows.get(first as usize), rows.last()) else {
+                return Err(corrupt("generations are missing".into()));
+            };
+            let parents = self.single.experiment.settings().evolution.parents;
+            cells.extend(self.transferred.cells(parents, first, last));
         }
         Ok(Finished {
             files,

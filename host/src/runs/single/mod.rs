@@ -18,6 +18,7 @@ mod pictures;
 mod replay;
 mod rows;
 pub(crate) mod trace;
+mod transferred;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -25,10 +26,10 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use oneiro::batch::Worlds;
-use oneiro::world::World;
+use oneiro::world::{Noise, Start, World, WorldSpec};
 use serde_json::json;
 
-use super::{Audit, CHAMPION_MEAN, Reality, Recorded, Recording, Replay, Shown, Summary, Table};
+use super::{Audit, CHAMPION_MEAN, Reality, Recorded, Recording, Replay, Robots, Shown, Summary, Table};
 use crate::console::{Console, decimal};
 use crate::contents::{self, Column, Entry};
 use crate::engine::disk;
@@ -194,7 +195,7 @@ fn replays(has_several: bool) -> [Entry; 2] {
 /// The files of the directory of any run.
 #[cfg(test)]
 pub(crate) fn all_contents() -> Vec<Entry> {
-    let world = World::new(oneiro::world::WorldSpec::miglino1995()).expect("it is the paper's");
+    let world = World::new(WorldSpec::miglino1995()).expect("it is the paper's");
     [
         &files(&world, true, true, true)[..],
         &archive_files(&archive::ELITES),
@@ -214,7 +215,7 @@ pub(crate) fn all_steps() -> &'static [Column] {
 /// The columns of what runs give in a sweep's table of results, of any sweep.
 #[cfg(test)]
 pub(crate) fn all_outcomes() -> Vec<Column> {
-    [&OUTCOMES[..], &OUTCOMES_OF_REALITY].concat()
+    [&OUTCOMES[..], &OUTCOMES_OF_REALITY, &transferred::COLUMNS].concat()
 }
 
 /// An experiment with single robots.
@@ -225,6 +226,8 @@ pub(crate) struct Single {
     robot: Option<Site>,
     /// Robots that evaluate the last offspring in reality.
     sites: Vec<Site>,
+    /// Whether the first generation on the robot is compared with its lives in the simulator.
+    is_compared: bool,
     /// Made when the first run begins.
     places: OnceLock<Arc<Places>>,
 }
@@ -237,14 +240,32 @@ struct Places {
     transfer: Option<Place>,
     /// One world for each robot that evaluates the last offspring.
     reality: Vec<Place>,
+    /// What the first generation on the robot is compared by, if it is.
+    compared: Option<Compared>,
+}
+
+/// Further worlds of the first generation on the robot.
+#[derive(Debug)]
+struct Compared {
+    /// The simulator without noise.
+    quiet: Place,
+    /// The same, and reality, where lives begin at one start.
+    quiet_path: Place,
+    real_path: Place,
 }
 
 impl Single {
     pub(super) fn new(experiment: Experiment, reality: Option<Reality<'_>>) -> Self {
+        let (sites, is_compared) = match reality.map(|reality| reality.robots) {
+            None => (Vec::new(), false),
+            Some(Robots::Others(sites)) => (sites, false),
+            Some(Robots::Own) => (Vec::new(), true),
+        };
         Self {
             robot: experiment.site(),
             experiment,
-            sites: reality.map_or_else(Vec::new, |reality| reality.sites),
+            sites,
+            is_compared,
             places: OnceLock::new(),
         }
     }
@@ -267,12 +288,39 @@ impl Single {
                 _ => None,
             },
             reality: self.sites.iter().map(real).collect::<Result<_>>()?,
+            compared: match &self.robot {
+                Some(site) if self.is_compared => Some(self.compared(site)?),
+                _ => None,
+            },
             simulator: Place {
                 key,
                 world: Arc::new(simulator.clone()),
             },
         };
         Ok(Arc::clone(self.places.get_or_init(|| Arc::new(places))))
+    }
+
+    /// The worlds that the first generation on a robot is compared in.
+    fn compared(&self, site: &Site) -> Result<Compared> {
+        let key = self.experiment.world_identity();
+        let [x, y, heading] = transferred::START;
+        let quiet = WorldSpec {
+            noise: Noise::NONE,
+            ..self.experiment.world().spec().clone()
+        };
+        let at_start = WorldSpec {
+            start: Start::At { x, y, heading },
+            ..quiet.clone()
+        };
+        let place = |what: &[u8], world: World| Place {
+            key: blake3::hash(&[key.as_bytes(), site.hash().as_bytes(), what].concat()),
+            world: Arc::new(world),
+        };
+        Ok(Compared {
+            real_path: place(b"real path", site.world(&at_start)?),
+            quiet_path: place(b"quiet path", World::new(at_start)?),
+            quiet: place(b"quiet", World::new(quiet)?),
+        })
     }
 
     /// The world of a generation's lives.
@@ -388,8 +436,9 @@ impl super::Experiment for Single {
     fn steps(&self) -> u64 {
         let settings = self.experiment.settings();
         let generation = u64::from(settings.evolution.population) * u64::from(settings.world.cycles);
-        // The last offspring live once more in the simulator, and in reality.
+        // The last offspring live once more in the simulator, and in reality; or the first ones on the robot in two simulators.
         let reality = match self.sites.len() as u64 {
+            0 if self.is_compared => 2,
             0 => 0,
             robots => 1 + robots,
         };
@@ -411,6 +460,19 @@ impl super::Experiment for Single {
             return Err(Failure::input(
                 "reality.robot: is on a wire; allowed: with `oneiro run`, which lives one run after the other",
             ));
+        }
+        if self.is_compared {
+            let Some(robot) = &self.robot else {
+                return Err(Failure::input(
+                    "reality.robots: is \"own\", and the experiment has no reality.robot; allowed: with one, a surrogate",
+                ));
+            };
+            self.compared(robot).map_err(|failure| {
+                let [x, y, _] = transferred::START;
+                failure.at(&format!(
+                    "reality.robots: is \"own\", where paths start at {x} and {y} mm"
+                ))
+            })?;
         }
         Ok(())
     }
@@ -486,7 +548,11 @@ impl super::Experiment for Single {
     }
 
     fn outcomes(&self) -> Vec<Column> {
-        let reality: &[Column] = if self.has_reality() { &OUTCOMES_OF_REALITY } else { &[] };
+        let reality: &[Column] = match self.has_reality() {
+            true => &OUTCOMES_OF_REALITY,
+            false if self.is_compared => &transferred::COLUMNS,
+            false => &[],
+        };
         [&OUTCOMES[..], reality].concat()
     }
 
@@ -497,6 +563,8 @@ impl super::Experiment for Single {
     fn shown(&self) -> Shown {
         let by = if self.has_reality() {
             ("real", "mean fitness of the last offspring in reality")
+        } else if self.is_compared {
+            ("real", "mean fitness of the first generation in reality")
         } else if self.experiment.finalists() > 0 {
             (CHAMPION_MEAN, "mean fitness of the champion's fresh lives")
         } else {

@@ -53,10 +53,16 @@ pub(crate) struct Row {
 impl Row {
     /// Statistics of a generation with `parents` parents.
     pub(crate) fn new(generation: &Generation, parents: u32) -> Self {
-        let score = |&individual: &u32| generation.fitness[individual as usize];
+        Self::of(generation.number, &generation.fitness, &generation.ranking, parents)
+    }
+
+    /// Statistics of the scores of a generation, with its individuals by their rank.
+    pub(super) fn of(number: u32, fitness: &[f32], all: &[u32], parents: u32) -> Self {
+        let score = |&individual: &u32| fitness[individual as usize];
         // NaN ranks last.
-        let numbers = generation.ranking.len() - generation.nan();
-        let ranking = &generation.ranking[..numbers];
+        let nan = fitness.iter().filter(|score| score.is_nan()).count();
+        let numbers = all.len() - nan;
+        let ranking = &all[..numbers];
         let mean = |ranking: &[u32]| {
             ranking
                 .iter()
@@ -64,25 +70,25 @@ impl Row {
                 .sum::<f64>()
                 / ranking.len() as f64
         };
-        let all = mean(ranking);
+        let average = mean(ranking);
         let squares: f64 = ranking
             .iter()
-            .map(|individual| f64::from(score(individual)) - all)
+            .map(|individual| f64::from(score(individual)) - average)
             .map(|difference| difference * difference)
             .sum();
         Self {
-            generation: generation.number,
+            generation: number,
             best: ranking.first().map_or(f32::NAN, score),
             peak: mean(&ranking[..numbers.min(parents as usize)]),
-            mean: all,
+            mean: average,
             least: ranking.last().map_or(f32::NAN, score),
             deviation: if numbers == 1 {
                 0.0
             } else {
                 (squares / (numbers as f64 - 1.0)).sqrt()
             },
-            individual: generation.ranking.first().copied().unwrap_or_default(),
-            nan: generation.nan() as u32,
+            individual: all.first().copied().unwrap_or_default(),
+            nan: nan as u32,
         }
     }
 

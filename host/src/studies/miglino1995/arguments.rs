@@ -39,6 +39,10 @@ pub(crate) struct Arguments {
     /// Instead of the study, measure the gap without noise by severity, on five other robots
     #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "arm", "full", "sensitivity"])]
     pub(crate) calibrate: bool,
+    /// Judge the second edition of the study instead: the directories of finished sweeps of experiments/miglino1995/second
+    #[arg(long, value_name = "DIR,..", value_delimiter = ',', value_hint = ValueHint::DirPath,
+        conflicts_with_all = ["runs", "robot", "severity", "tables", "arm", "full", "sensitivity", "calibrate", "study"])]
+    pub(crate) sweeps: Vec<PathBuf>,
     /// Device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,

@@ -2,6 +2,7 @@
 //! to reality, continue evolving there, and test every claim of the paper.
 
 mod arguments;
+mod calibration;
 mod evolving;
 mod full;
 mod interpolation;
@@ -10,6 +11,7 @@ mod measures;
 mod real_lives;
 pub(crate) mod report;
 pub(crate) mod results;
+mod second;
 pub(crate) mod settings;
 pub(crate) mod study;
 
@@ -21,6 +23,8 @@ use oneiro::tables::{MotorSamples, MotorStates, MotorTable, SensorTables};
 use oneiro::world::Robot;
 
 pub(crate) use self::arguments::Arguments;
+#[cfg(test)]
+pub(super) use self::second::contents as contents_of_second;
 use crate::console::{Console, columns};
 use crate::contents::Entry;
 use crate::engine::handle::Engine;
@@ -47,6 +51,9 @@ const COHORT: u32 = 5;
 
 /// Runs or resumes the whole study.
 pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
+    if !arguments.sweeps.is_empty() {
+        return second::judge(&arguments.sweeps, arguments.out.as_deref(), console);
+    }
     let evaluations = device::engine(&arguments.backend)?;
     let file = StudyFile::open(&MIGLINO1995, arguments.study.as_deref())?;
     if arguments.calibrate {

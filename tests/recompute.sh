@@ -1,0 +1,77 @@
+#!/usr/bin/env bash
+# recompute.sh: docs/recompute.py judges small sweeps of the 1995 study's second edition as the program does, and notices a
+# verdict and a figure that are not the program's. Skipped if there is no Python, or its packages aren't available.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. tests/install.sh
+. tests/skips.sh
+
+folder=$(realpath -m "${CARGO_TARGET_DIR:-target}")
+say() { printf '\n== recomputing: %s\n' "$*"; }
+fail() {
+    echo "recomputing: $*" >&2
+    exit 1
+}
+
+python_with pandas,scipy,statsmodels pandas scipy statsmodels || {
+    skipped python "docs/recompute.py: $problem"
+    exit 0
+}
+[ -x "$folder/debug/oneiro" ] || fail "build the program first: cargo build --features oneiro-host/parquet"
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+oneiro() { "$folder/debug/oneiro" "$@"; }
+
+say "a small sweep of each of two severities"
+for severity in 0.5 1; do
+    # Lives of 300 cycles, long enough for some runs to converge and others not.
+    sed -e 's|"\.\./\.\./khepera|"'"$PWD"'/experiments/khepera|; s/^seeds = .*/seeds = "1..4"/; /"surrogate:[0-9]*", "surr/d' \
+        -e 's/^reality.robot = \[/&"surrogate:1", "surrogate:2", "surrogate:3", "surrogate:4"/' \
+        -e 's/^evolution.generations.*/evolution = { generations = 14, population = 40, parents = 8, finalists = 0 }\ncycles = 300/' \
+        -e '/^evolution.finalists/d; s/^reality.generations.*/reality.generations = 3/' \
+        "experiments/miglino1995/second/collision-$severity.toml" >"$scratch/$severity.toml"
+    oneiro sweep run "$scratch/$severity.toml" --out "$scratch/$severity" --quiet >/dev/null
+done
+oneiro reproduce miglino1995 --sweeps "$scratch/0.5,$scratch/1" --out "$scratch/judged"
+
+# recompute DIRECTORY SWEEP..: the sweeps, against what the program said of them.
+recompute() { "$python" docs/recompute.py --judged "$@"; }
+same() { recompute "$@" | tee "$scratch/printed"; tail -n 1 "$scratch/printed" | grep -q "^0 differences from the program"; }
+say "docs/recompute.py"
+same "$scratch/judged" "$scratch/0.5" "$scratch/1" || fail "it differs from the program"
+
+say "the same with effects: sensor noise made better in the simulator, conservative noise worse in the last generation"
+# Columns are counted from the right, since text before them is quoted.
+mkdir "$scratch/effects"
+awk -F, -v OFS=, 'NR > 1 && /0\.4\]/ { $(NF - 14) += 90; $(NF - 13) += 90 } NR > 1 && /,30\.0,/ { $(NF - 5) -= 90 } { print }' \
+    "$scratch/1/results.csv" >"$scratch/effects/results.csv"
+oneiro reproduce miglino1995 --sweeps "$scratch/effects" --out "$scratch/judged-effects" >"$scratch/claims"
+for outcome in holds undecided opposed; do
+    grep -q "$outcome" "$scratch/judged-effects/contrasts.csv" || fail "no contrast has the outcome $outcome"
+done
+same "$scratch/judged-effects" "$scratch/effects" || fail "it differs from the program where there are effects"
+
+say "a small calibration"
+sed -e 's|"\.\./\.\./khepera|"'"$PWD"'/experiments/khepera|; s/^seeds = .*/seeds = "1..3"/; s/, 1.5, 2.0\]/]/; /"surrogate:[0-9]*", "surr/d' \
+    -e 's/^reality.robot = \[/&"surrogate:1001", "surrogate:1002", "surrogate:1003"/' \
+    -e 's/^evolution.generations.*/evolution = { generations = 14, population = 40, parents = 8, finalists = 0 }\ncycles = 300/' \
+    -e '/^evolution.finalists/d' experiments/miglino1995/second/calibration.toml >"$scratch/calibration.toml"
+oneiro sweep run "$scratch/calibration.toml" --out "$scratch/calibration" --quiet >/dev/null
+oneiro reproduce miglino1995 --sweeps "$scratch/calibration" --out "$scratch/calibrated"
+[ "$(grep -c ',yes,' "$scratch/calibrated/calibration.csv")" = 3 ] || fail "not one pair of severities was taken for each rule"
+same "$scratch/calibrated" "$scratch/calibration" || fail "it calibrates otherwise than the program"
+
+say "controls"
+# changed FILE SED: whether a table that was changed so is noticed.
+changed() {
+    rm -rf "$scratch/other"
+    cp -r "$scratch/judged-effects" "$scratch/other"
+    sed -i "$2" "$scratch/other/$1.csv"
+    ! cmp -s "$scratch/other/$1.csv" "$scratch/judged-effects/$1.csv" || fail "CONTROL: nothing was changed in $1.csv by $2"
+    ! recompute "$scratch/other" "$scratch/effects" >"$scratch/printed" || fail "CONTROL: $1.csv was changed by $2, and that is not noticed"
+    tail -n 1 "$scratch/printed"
+}
+changed claims '2s/holds$/undecided/; 2s/opposed$/holds/; t; 2s/undecided$/holds/'
+changed contrasts '2s/,yes$/,no/; t; 2s/,no$/,yes/'
+changed cells '2s/,\([0-9]\)\([0-9.]*\)$/,1\1\2/'
+say "all is well"
