@@ -166,15 +166,16 @@ impl Found {
     }
 
     fn text(&self) -> String {
-        let mut text = format!(
-            "{}\nMillion robot-steps per second\n\n{}",
-            table(&self.checks),
-            bench::table(&self.cells)
-        );
-        for (name, own) in &self.machine_code {
-            text += &format!("\nThe driver of {name}\n{}", own.text());
-        }
-        text
+        let (checks, speeds) = (table(&self.checks), bench::table(&self.cells));
+        let drivers: Vec<String> = self
+            .machine_code
+            .iter()
+            .map(|(name, own)| format!("\nThe driver of {name}\n{}", own.text()))
+            .collect();
+        format!(
+            "{checks}\nMillion robot-steps per second\n\n{speeds}{}",
+            drivers.concat()
+        )
     }
 }
 
