@@ -31,8 +31,8 @@ cmp "$scratch/evaluations.txt" host/src/evolve/cma/oracles/evaluations.txt ||
 
 say "what the optimisers compute"
 # Without the package's numbers this test compares with those that are committed.
-ONEIRO_OPTIMISERS=$scratch cargo test --locked -p oneiro-host --features parquet --bin oneiro -- cma::tests::steps cma::tests::it_needs \
-    map_elites::tests::its_archive --nocapture | tee "$scratch/printed"
+ONEIRO_OPTIMISERS=$scratch cargo test --locked --workspace --features oneiro-host/parquet --lib -- \
+    cma::tests::steps cma::tests::it_needs map_elites::tests::its_archive --nocapture | tee "$scratch/printed"
 for genes in 2 10 66; do
     [ "$(grep -c "steps-$genes-" "$scratch/printed")" = 2 ] || fail "steps with $genes genes were not compared"
 done
