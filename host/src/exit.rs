@@ -98,6 +98,12 @@ impl Failure {
 
     /// For a file that the user named as input: exit 3 if it is missing or of the wrong kind, else exit 6.
     pub(crate) fn unreadable(path: &Path, error: &io::Error) -> Self {
+        // Not all of a name that nobody can have meant.
+        const LONGEST: usize = 1_000;
+        let mut name = path.display().to_string();
+        if name.len() > LONGEST {
+            name = format!("{name:.200} ..");
+        }
         match error.kind() {
             io::ErrorKind::NotFound
             | io::ErrorKind::PermissionDenied
@@ -105,9 +111,8 @@ impl Failure {
             | io::ErrorKind::NotADirectory
             | io::ErrorKind::InvalidData
             | io::ErrorKind::InvalidInput
-            | io::ErrorKind::UnexpectedEof => Self::input(format_args!("{}: {}", path.display(), words(error))),
-            // Mostly since it is too long, so not all of it is shown.
-            io::ErrorKind::InvalidFilename => Self::input(format_args!("{:.200} ..: {}", path.display(), words(error))),
+            | io::ErrorKind::InvalidFilename
+            | io::ErrorKind::UnexpectedEof => Self::input(format_args!("{name}: {}", words(error))),
             _ => Self::storage(path, error),
         }
     }

@@ -70,7 +70,7 @@ struct Written {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(untagged, expecting = "is neither \"A..B\" nor a list of whole numbers")]
+#[serde(untagged, expecting = "is of another type; allowed: \"A..B\" or a list of whole numbers")]
 enum WrittenSeeds {
     Range(String),
     List(Vec<u64>),
@@ -104,7 +104,7 @@ impl Reality {
 
 /// The robots of reality.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(untagged, expecting = "is neither \"own\" nor a list of whole numbers")]
+#[serde(untagged, expecting = "is of another type; allowed: \"own\" or a list of whole numbers")]
 pub(crate) enum Robots {
     /// Numbers of surrogates, each of them another robot in other surroundings.
     Numbered(Vec<u64>),
@@ -772,7 +772,7 @@ mod tests {
             ("seeds = \"5..1\"", "s.toml:2:9: seeds: is \"5..1\", an empty range"),
             ("seeds = []", "s.toml:2:9: seeds: is empty"),
             ("seeds = [1, 2, 1]", "s.toml:2:16: seeds[2]: is 1 a second time"),
-            ("seeds = 3", "s.toml:2:9: seeds: is neither"),
+            ("seeds = 3", "s.toml:2:9: seeds: is of another type; allowed: \"A..B\""),
             ("", "lacks `seeds`"),
             ("seeds = [1]\nfoo = 1", "s.toml:3:1: foo: unknown key `foo`"),
             ("seeds = [1]\n[grid]\na = 1", "s.toml:4:5: grid.a: is one value"),
