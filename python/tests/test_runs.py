@@ -86,10 +86,13 @@ BEHAVIOUR = {
 
 
 def test_behaviour_is_told():
-    exp = oneiro.Experiment.load(AVOIDANCE, set={**SET, **BEHAVIOUR})
+    settings = {key: value for key, value in SET.items() if key != "evolution.parents"}
+    exp = oneiro.Experiment.load(AVOIDANCE, set={**settings, **BEHAVIOUR})
     evolution = oneiro.Evolution(exp, seed=1)
     assert evolution.descriptor_names == ["end_y_mm", "end_x_mm"]
-    outcome = oneiro.evaluate(exp, evolution.ask(), seed=1, keys=evolution.keys, lives=2, backend="cpu", descriptors=True)
+    outcome = oneiro.evaluate(
+        exp, evolution.ask(), seed=1, keys=evolution.keys, lives=2, backend="cpu", descriptors=True
+    )
     own = outcome.descriptors[..., [exp.descriptor_names.index(name) for name in evolution.descriptor_names]]
     count = len(own)
     for descriptors, message in [(None, "needed"), (own[1:], "have the shape"), (own[..., :1], "have the shape")]:
