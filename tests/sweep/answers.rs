@@ -121,7 +121,10 @@ fn of_stopped_shards_say_what_is_left() {
         "--shard",
         "2/3",
     ]);
-    assert_eq!(shard, serde_json::json!({"shard": "2/3", "runs": 4, "specialised": 0.0}));
+    assert_eq!(
+        shard,
+        serde_json::json!({"shard": "2/3", "runs": 4, "specialised": 0.0})
+    );
     let state = place.data(&["sweep", "status", "out"]);
     let shard = serde_json::json!({
         "shard": "2/3", "done": 4, "runs": 4, "under_way": 0, "generations": 0, "state": "done",

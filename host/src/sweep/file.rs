@@ -70,7 +70,10 @@ struct Written {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(untagged, expecting = "is of another type; allowed: \"A..B\" or a list of whole numbers")]
+#[serde(
+    untagged,
+    expecting = "is of another type; allowed: \"A..B\" or a list of whole numbers"
+)]
 enum WrittenSeeds {
     Range(String),
     List(Vec<u64>),
@@ -104,7 +107,10 @@ impl Reality {
 
 /// The robots of reality.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(untagged, expecting = "is of another type; allowed: \"own\" or a list of whole numbers")]
+#[serde(
+    untagged,
+    expecting = "is of another type; allowed: \"own\" or a list of whole numbers"
+)]
 pub(crate) enum Robots {
     /// Numbers of surrogates, each of them another robot in other surroundings.
     Numbered(Vec<u64>),
