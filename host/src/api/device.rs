@@ -112,8 +112,8 @@ pub fn devices() -> String {
     devices::value(false).to_string()
 }
 
-/// Checks that this machine computes the same bits as every other, as `oneiro selftest --json` does, with so many rollouts of each
-/// controller, 1000 and more. Returns its report as JSON.
+/// Checks that this machine computes the same bits as every other, as `oneiro selftest --json` does, with `rollouts` lives of each
+/// controller, 1000 or more. Returns its report as JSON.
 ///
 /// # Errors
 /// Exit 4 if there is no such device. What a failed check found is in the report.

@@ -165,7 +165,7 @@ pub struct Tables {
     pub files: Vec<PathBuf>,
 }
 
-/// Does a sweep in a directory, as `oneiro sweep run --yes --out` does, or goes on with it. `jobs` limits the runs at a time.
+/// Runs a sweep in a directory, as `oneiro sweep run --yes --out` does, or continues it. `jobs` limits the runs at a time.
 ///
 /// # Errors
 /// Exit 3 if the plan is invalid or the directory holds another sweep; exit 4 without such a device; exit 5 if recorded data are

@@ -58,7 +58,7 @@ pub(super) fn at_most(worlds: &Worlds) -> Result<Vec<Ceiling>> {
     }
 }
 
-/// The most that cards can do if a robot-step takes so many operations of a lane.
+/// The most that cards can do if a robot-step takes this number of operations of a lane.
 #[cfg_attr(
     not(all(feature = "gpu", feature = "compose")),
     expect(dead_code, reason = "nothing counts")

@@ -219,7 +219,7 @@ pub(crate) struct Means<'a> {
     pub(crate) watch: &'a mut MakeWatch<'a>,
 }
 
-/// Makes a watcher of a name and so many robot-steps, until a time.
+/// Makes a watcher of a sweep by its name, its number of robot-steps and the time at which it has to stop.
 type MakeWatch<'a> = dyn FnMut(&str, u64, Option<Instant>) -> Box<dyn Watch + 'a> + Send + 'a;
 
 /// The runs of a shard that are done.
