@@ -257,11 +257,11 @@ sweep.toml:2:9: seeds: is empty; allowed: one seed and more
 "1..3" => [1, 2, 1]
 sweep.toml:2:16: seeds[2]: is 1 a second time; allowed: each seed once
 "1..3" => [1, -2]
-sweep.toml:2:9: seeds: is neither "A..B" nor a list of whole numbers
+sweep.toml:2:9: seeds: is of another type; allowed: "A..B" or a list of whole numbers
 "1..3" => [1, 2.5]
-sweep.toml:2:9: seeds: is neither "A..B" nor a list of whole numbers
+sweep.toml:2:9: seeds: is of another type; allowed: "A..B" or a list of whole numbers
 "1..3" => 3
-sweep.toml:2:9: seeds: is neither "A..B" nor a list of whole numbers
+sweep.toml:2:9: seeds: is of another type; allowed: "A..B" or a list of whole numbers
 "1..3" => "1-3"
 sweep.toml:2:9: seeds: is "1-3"; allowed: "A..B"
 "1..3" => ".."
@@ -352,7 +352,7 @@ sweep.toml:4:10: reality.robots: is empty; allowed:
 + [reality] / robots = [1, 2, 2]
 sweep.toml:4:17: reality.robots[2]: is there a second time; allowed: each once
 + [reality] / robots = [-1]
-sweep.toml:4:10: reality.robots: is neither "own" nor a list of whole numbers
+sweep.toml:4:10: reality.robots: is of another type; allowed: "own" or a list of whole numbers
 + [reality] / robots = [1] / severity = 11
 sweep.toml:5:12: reality.severity: is 11; allowed: 0 to 10
 + [reality] / robots = [1] / severity = nan
