@@ -121,7 +121,7 @@ fn contractible(words: &[u32]) -> Vec<u32> {
 
 /// Compiles everything for the family that the environment names, and prints a row for each: a process of the tests below.
 #[test]
-#[ignore = "a process of the tests below"]
+#[ignore = "the tests below run it, in a process for each family of cards, since a driver stands in for one card at a time"]
 fn of_family() {
     let Ok(name) = env::var(FAMILY) else { return };
     let family = OWN.iter().chain(&UNPACKED).find(|family| family.name == name).unwrap();
@@ -245,7 +245,7 @@ fn machine_code_is_exact_and_costs_what_is_pinned() {
 }
 
 #[test]
-#[ignore = "needs Mesa 25, which tests/machine-code.sh unpacks"]
+#[ignore = "needs drivers of Mesa 25, which Debian 12 does not have: tests/machine-code.sh unpacks them and runs this test, also as part of tests/long.sh"]
 fn machine_code_of_other_vendors_is_exact_and_costs_what_is_pinned() {
     let mesa = env::var("ONEIRO_MESA").expect("tests/machine-code.sh says where Mesa 25 is");
     look_at(&UNPACKED, |family| {

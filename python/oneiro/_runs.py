@@ -158,7 +158,7 @@ def load_run(dir: str | os.PathLike[str]) -> Run:
 def sweep(
     plan: str | os.PathLike[str], *, out: str | os.PathLike[str], jobs: int | None = None, backend: str = "auto"
 ) -> Sweep:
-    """Does a sweep in a directory, or goes on with it. `jobs` limits the runs at a time."""
+    """Runs a sweep in a directory, or continues it. `jobs` limits the number of runs at a time."""
     if jobs is not None and not 1 <= whole("jobs", jobs, 1) <= 1_000_000:
         raise InputError(f"jobs: is {jobs}; allowed: 1 to 1000000")
     with bar(Path(plan).stem) as progress:

@@ -1,6 +1,6 @@
 """Environments for Gymnasium 1.1 and later.
 
-A step is a control cycle of 100 ms. An action is what the two motors are told, from -1, fastest backwards, to 1, fastest
+A step is a control cycle of 100 ms. An action is the command of the two motors, from -1, fastest backwards, to 1, fastest
 forwards; an observation is the robot's readings, as a controller gets them; the reward is the task's. The experiment's controller is
 left out. The task or an empty battery may end a life early, which terminates it; the end of its cycles truncates it.
 

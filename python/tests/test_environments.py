@@ -48,7 +48,7 @@ def test_steps_are_a_controllers_life(name, mode, request):
     sensors = [column for column in outcome.traces.dtype.names if column.startswith("sensor_")]
     waits = np.zeros(count, bool)
     for step in range(10_000):
-        # Of each life that lasts, what it sees, is told and earns; of those that have ended, anything.
+        # The observation, the action and the reward of each life that goes on; those of lives that have ended may be anything.
         living = (life < 2) & ~waits
         traces = outcome.traces[each, np.minimum(life, 1)]
         lengths = outcome.lengths[each, np.minimum(life, 1)]

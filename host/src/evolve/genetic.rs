@@ -276,7 +276,7 @@ enum Wheel {
     Even(Vec<u32>),
     /// By sums of weights: the last is that of all.
     Weighted(Vec<u32>, Vec<f64>),
-    /// The first in the ranking of so many that are drawn.
+    /// The best-ranked of a number of individuals that are drawn.
     Tournament(Vec<u32>, u32),
 }
 

@@ -7,7 +7,7 @@ use crate::exit::{Failure, Result};
 use crate::sealed;
 pub(super) use crate::sealed::seal;
 
-/// Hash of everything that decides an optimiser's results besides what it is told.
+/// Hash of everything that decides an optimiser's results besides the fitness and behaviour that it gets.
 pub(super) fn owner(settings: &Settings, seed: u64, ranges: &Ranges) -> blake3::Hash {
     let mut decisive = serde_json::to_vec(&(settings, seed, ranges.len())).expect("settings are numbers and words");
     if ranges.iter().any(Option::is_some) {

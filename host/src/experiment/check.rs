@@ -80,7 +80,7 @@ fn reality(transfer: &Transfer) -> Checked {
 
 /// Approximate memory of a run in progress, bytes: parents and offspring, each life's genes and what a batch adds to them, and a
 /// row for each generation.
-/// Of an optimiser that uses behaviour, each life's trace, a record of about so many bytes a cycle, and a whole archive.
+/// An optimiser that uses behaviour also needs each life's trace, with one record of about `RECORD` bytes a cycle, and a full archive.
 pub(super) fn bytes(settings: &Settings, genes: usize) -> u64 {
     const RECORD: u64 = 160;
     let (genes, population) = (genes as u64, u64::from(settings.evolution.population));
