@@ -263,24 +263,26 @@ struct Killed {
 }
 
 impl Place {
-    /// Kills a sweep in `killed` again and again, at moments up to the longest. Whenever it finishes, it must equal the
-    /// known one, and starts over.
-    fn killed(&self, arguments: &[&str], kills: u32, longest: Duration, known: &str) -> Killed {
+    /// Kills a sweep in `killed` again and again, at moments up to the longest, at least so often and until a process
+    /// has resumed it. Whenever it finishes, it must equal the known one, and starts over; the processes after it get
+    /// less time, since the machine has become faster.
+    fn killed(&self, arguments: &[&str], kills: u32, mut longest: Duration, known: &str) -> Killed {
         let mut killed = Killed::default();
         // Multiples of the golden section cover all parts of an interval evenly.
         let mut moments = std::iter::successors(Some(0.0), |moment| Some((moment + 0.618_034) % 1.0));
-        let mut left = kills;
-        while left > 0 {
+        let mut done = 0;
+        while done < kills || (killed.resumed == 0 && done < 10 * kills) {
             let mut child = self.start(arguments);
             thread::sleep(longest.mul_f64(moments.next().unwrap()));
             child.kill().unwrap();
             let ran = ended(arguments, child);
             killed.resumed += u32::from(ran.stderr.contains("runs are already done"));
             if ran.code.is_none() {
-                left -= 1;
+                done += 1;
             } else {
                 ran.exits(0);
                 killed.misses += 1;
+                longest = longest.mul_f64(0.9);
             }
             if self.at("killed/generations.csv").exists() {
                 self.assert_same(known, "killed");
