@@ -57,6 +57,9 @@ long --test transfer -- --nocapture --test-threads=1
 say "instructions of an on-board generation on 64-bit ARM"
 tests/arm-instructions.sh
 
+say "the Python package for 64-bit ARM"
+tests/python-arm.sh
+
 say "daemons on 32-bit and 64-bit ARM"
 tests/arm-daemons.sh
 

@@ -67,7 +67,10 @@ example docs/python.md .
 example python/README.md experiments
 
 say "its tests"
-packages=(pytest pandas tqdm 'gymnasium>=1.1' 'pettingzoo>=1.25' cloudpickle cma ribs)
+packages=(
+    pytest pandas scipy tqdm cloudpickle matplotlib jupytext 'dask[distributed]' 'gymnasium>=1.1' 'pettingzoo>=1.25' cma 'ribs[visualize]'
+)
+# It brings torch.
 [ -z "$learning" ] || packages+=('stable-baselines3>=2.6')
 "$python" -m pip "${install[@]}" "${packages[@]}" || no_python "${packages[*]} can't be had"
 ONEIRO_PROGRAM=$program "$python" -m pytest -q -p no:cacheprovider --durations 5 python/tests

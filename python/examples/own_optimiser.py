@@ -1,11 +1,12 @@
-"""An optimiser of others: `cma` (pip install cma) evolves obstacle avoidance, and fresh lives judge what it found.
+# %% [markdown]
+# # An optimiser of your own
+#
+# `cma` evolves obstacle avoidance, every generation is recorded, and fresh lives judge what it found. Run from the repository's
+# root, with `pip install oneiro cma`. Bits are promised of the lives only: what `cma` makes of them may differ between its
+# versions and NumPy's.
 
-    python python/examples/own_optimiser.py [generations]
-
-Bits are promised of the lives only: what `cma` makes of them may differ between its versions and NumPy's.
-"""
-
-import sys
+# %%
+import tempfile
 from pathlib import Path
 
 import cma
@@ -13,26 +14,39 @@ import numpy as np
 
 import oneiro
 
-EXPERIMENT = Path(__file__).resolve().parents[2] / "experiments/khepera-avoidance.toml"
+GENERATIONS = 60
+FOLDER = Path(tempfile.mkdtemp()) / "cma"
+
+exp = oneiro.Experiment.load("experiments/khepera-avoidance.toml")
+search = cma.CMAEvolutionStrategy(np.zeros(exp.genes), 1.0, {"popsize": 40, "seed": 1, "verbose": -9})
+recorder = oneiro.Recorder(exp, seed=1, out=FOLDER, optimiser=f"cma {cma.__version__}", lives=5)
+
+# %% [markdown]
+# All genomes of a generation get the same random numbers, so that they differ by what they are and not by their luck.
+# Every tenth generation the state is saved: `cma` draws from NumPy's global generator, which is part of it.
 
 
-def main(generations: int = 60) -> float:
-    exp = oneiro.Experiment.load(EXPERIMENT)
-    search = cma.CMAEvolutionStrategy(np.zeros(exp.genes), 1.0, {"popsize": 40, "seed": 1, "verbose": -9})
-    for generation in range(generations):
+# %%
+def evolve(recorder, search, generations):
+    while recorder.generation < generations:
         genomes = search.ask()
-        # Each generation has lives of its own, the same for all of its genomes.
-        keys = [[generation, 0]] * len(genomes)
-        fitness = oneiro.evaluate(exp, genomes, seed=1, keys=keys, lives=5).fitness.mean(axis=1)
+        fitness = recorder.evaluate(genomes).fitness.mean(axis=1)
         # `cma` minimises.
         search.tell(genomes, (-fitness.astype(float)).tolist())
-    # Lives that no selection has seen.
-    best = oneiro.evaluate(exp, search.result.xfavorite, seed=2, lives=1000).fitness
-    print(
-        f"{best.mean():.1f} +- {best.std() / np.sqrt(best.size):.1f}, the mean of {best.size} fresh lives and its standard error"
-    )
-    return float(best.mean())
+        if recorder.generation % 10 == 0:
+            recorder.save((search, np.random.get_state()))
+    return search
 
 
-if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+search = evolve(recorder, search, GENERATIONS)
+
+# %% [markdown]
+# A stopped evolution goes on from what was saved: `recorder = oneiro.Recorder.open(FOLDER)`, `search, state = recorder.restore()`,
+# `np.random.set_state(state)`. Some of what was recorded lives again: a single bit that differs is an error.
+
+# %%
+print(recorder.audit(share=0.05))
+best = oneiro.evaluate(exp, search.result.xfavorite, seed=2, lives=1000).fitness
+print(
+    f"{best.mean():.1f} +- {best.std() / np.sqrt(best.size):.1f}, mean of {best.size} fresh lives and its standard error"
+)

@@ -18,7 +18,8 @@ from ._evolution import Evolution
 from ._experiment import Experiment, Outcome, evaluate
 from ._machine import devices, selftest
 from ._native import __version__
-from ._runs import Run, Sweep, load_run, resume, run, sweep
+from ._recorder import Recorder
+from ._runs import Run, Sweep, load_run, merge, resume, run, sweep, sweep_shard
 
 if TYPE_CHECKING:
     from . import gym, pettingzoo, sb3
@@ -32,6 +33,7 @@ __all__ = [
     "FailedError",
     "InputError",
     "Outcome",
+    "Recorder",
     "Run",
     "StorageError",
     "StoppedError",
@@ -41,12 +43,14 @@ __all__ = [
     "evaluate",
     "gym",
     "load_run",
+    "merge",
     "pettingzoo",
     "resume",
     "run",
     "sb3",
     "selftest",
     "sweep",
+    "sweep_shard",
 ]
 
 # Modules that need packages of others are imported when they are first used.

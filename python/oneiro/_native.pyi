@@ -51,6 +51,10 @@ class Experiment:
         """Lives of each individual in its evolution."""
 
     @property
+    def cycles(self) -> int:
+        """Control cycles of a life, at most."""
+
+    @property
     def descriptor_names(self) -> list[str]:
         """Names of the measures of a life, as `oneiro evaluate --measures` has them."""
 
@@ -143,4 +147,7 @@ def evaluate(
 ) -> dict[str, Any]: ...
 def run(experiment: Experiment, seed: int, out: str, backend: str, progress: Progress) -> Run: ...
 def resume(path: str, backend: str, progress: Progress) -> Run: ...
-def sweep(plan: str, out: str, jobs: int | None, backend: str, progress: Progress) -> tuple[int, str, list[str]]: ...
+def sweep(
+    plan: str, out: str, shard: str | None, jobs: int | None, backend: str, progress: Progress
+) -> tuple[int, str, list[str]] | None: ...
+def merge(directories: list[str], out: str | None) -> tuple[int, str, list[str]]: ...

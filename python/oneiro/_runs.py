@@ -159,8 +159,50 @@ def sweep(
     plan: str | os.PathLike[str], *, out: str | os.PathLike[str], jobs: int | None = None, backend: str = "auto"
 ) -> Sweep:
     """Runs a sweep in a directory, or continues it. `jobs` limits the number of runs at a time."""
+    tables = _swept(plan, out, None, jobs, backend)
+    assert tables is not None
+    return _sweep(Path(out), tables)
+
+
+def sweep_shard(
+    plan: str | os.PathLike[str],
+    *,
+    out: str | os.PathLike[str],
+    shard: str,
+    jobs: int | None = None,
+    backend: str = "auto",
+) -> None:
+    """Runs a shard of a sweep, such as `"3/8"`: the third of eight. `merge` makes the tables once all shards are done.
+
+    Shards may run in other processes or on other machines, in one directory that they share or in one each.
+    """
+    _swept(plan, out, shard, jobs, backend)
+
+
+def merge(*dirs: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> Sweep:
+    """Makes the tables of a sweep whose shards are done in these directories: in the first one, or in `out`.
+
+    They are the tables that `sweep` would have made.
+    """
+    if not dirs:
+        raise InputError("merge: names no directory; allowed: one and more")
+    tables = _native.merge([os.fspath(folder) for folder in dirs], None if out is None else os.fspath(out))
+    return _sweep(Path(dirs[0] if out is None else out), tables)
+
+
+def _swept(
+    plan: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    shard: str | None,
+    jobs: int | None,
+    backend: str,
+) -> tuple[int, str, list[str]] | None:
     if jobs is not None and not 1 <= whole("jobs", jobs, 1) <= 1_000_000:
         raise InputError(f"jobs: is {jobs}; allowed: 1 to 1000000")
     with bar(Path(plan).stem) as progress:
-        runs, digest, files = _native.sweep(os.fspath(plan), os.fspath(out), jobs, backend, progress)
-    return Sweep(Path(out), runs, digest, [Path(file) for file in files])
+        return _native.sweep(os.fspath(plan), os.fspath(out), shard, jobs, backend, progress)
+
+
+def _sweep(path: Path, tables: tuple[int, str, list[str]]) -> Sweep:
+    runs, digest, files = tables
+    return Sweep(path, runs, digest, [Path(file) for file in files])

@@ -122,6 +122,11 @@ impl Experiment {
     }
 
     #[getter]
+    fn cycles(&self, py: Python<'_>) -> PyResult<u32> {
+        ok(py, self.0.cycles())
+    }
+
+    #[getter]
     fn descriptor_names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         ok(py, self.0.descriptor_names())
     }

@@ -131,5 +131,6 @@ fn native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(experiment::evaluate, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::run, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::resume, module)?)?;
+    module.add_function(wrap_pyfunction!(recorded::merge, module)?)?;
     module.add_function(wrap_pyfunction!(recorded::sweep, module)?)
 }

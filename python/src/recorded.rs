@@ -85,17 +85,32 @@ pub(crate) fn resume(
     watched(py, &task, progress, || api::resume(&path, backend, &task)).map(Run)
 }
 
-/// Does a sweep: the number of its runs, the hash of its tables, and the files.
+/// A sweep's tables: the number of its runs, the hash of its tables, and the files.
+type Tables = (usize, String, Vec<PathBuf>);
+
+fn tables(api::Tables { runs, hash, files }: api::Tables) -> Tables {
+    (runs, hash, files)
+}
+
+/// Does a sweep, or a shard of it, which has no tables.
 #[pyfunction]
 pub(crate) fn sweep(
     py: Python<'_>,
     plan: PathBuf,
     out: PathBuf,
+    shard: Option<&str>,
     jobs: Option<u32>,
     backend: &str,
     progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<(usize, String, Vec<PathBuf>)> {
+) -> PyResult<Option<Tables>> {
     let task = Task::default();
-    let tables = watched(py, &task, progress, || api::sweep(&plan, &out, jobs, backend, &task))?;
-    Ok((tables.runs, tables.hash, tables.files))
+    let shard = done(py, || shard.map(api::SweepShard::parse).transpose())?;
+    let own = watched(py, &task, progress, || api::sweep(&plan, &out, shard, jobs, backend, &task))?;
+    Ok(own.map(tables))
+}
+
+/// Makes the tables of a sweep of its shards.
+#[pyfunction]
+pub(crate) fn merge(py: Python<'_>, directories: Vec<PathBuf>, out: Option<PathBuf>) -> PyResult<Tables> {
+    done(py, || api::merge(&directories, out.as_deref())).map(tables)
 }

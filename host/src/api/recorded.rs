@@ -14,6 +14,7 @@ use crate::engine::handle::Engine;
 use crate::exit::Failure;
 use crate::record::{self, Directories, Done, RunPlace, SavedRun, Session, SingleRun};
 use crate::sweep::store::Shard;
+use crate::sweep::tables::Written;
 
 /// A finished or stopped run.
 #[derive(Debug)]
@@ -165,16 +166,45 @@ pub struct Tables {
     pub files: Vec<PathBuf>,
 }
 
-/// Runs a sweep in a directory, as `oneiro sweep run --yes --out` does, or continues it. `jobs` limits the runs at a time.
+impl From<Written> for Tables {
+    fn from(Written { runs, hash, files }: Written) -> Self {
+        Self { runs, hash, files }
+    }
+}
+
+/// Which runs of a sweep are done: all, or a shard's.
+#[derive(Clone, Copy, Debug)]
+pub struct SweepShard(Shard);
+
+impl SweepShard {
+    /// A shard as the program names it, such as `3/8`.
+    ///
+    /// # Errors
+    /// Exit 3 for anything else.
+    pub fn parse(text: &str) -> Result<Self> {
+        let shard = text.parse().map_err(|allowed| Error::input(format_args!("shard: is {text}; {allowed}")))?;
+        Ok(Self(shard))
+    }
+}
+
+/// Runs a sweep in a directory, as `oneiro sweep run --yes --out` does, or continues it; with a shard, only its runs, which
+/// [`merge`] makes tables of. `jobs` limits the runs at a time.
 ///
 /// # Errors
 /// Exit 3 if the plan is invalid or the directory holds another sweep; exit 4 without such a device; exit 5 if recorded data are
 /// damaged; exit 6 if the disk is full; exit 75 if the task was stopped: the same call continues it.
-pub fn sweep(plan: &Path, out: &Path, jobs: Option<u32>, backend: &str, task: &Task) -> Result<Tables> {
+pub fn sweep(
+    plan: &Path,
+    out: &Path,
+    shard: Option<SweepShard>,
+    jobs: Option<u32>,
+    backend: &str,
+    task: &Task,
+) -> Result<Option<Tables>> {
     let arguments = SweepRun {
         sweep: plan.to_owned(),
         out: Some(out.to_owned()),
-        shard: Some(Shard::ALL),
+        shard: shard.map(|SweepShard(shard)| shard),
         time_budget: None,
         checkpoint_every: Duration::from_secs(10),
         jobs,
@@ -194,11 +224,16 @@ pub fn sweep(plan: &Path, out: &Path, jobs: Option<u32>, backend: &str, task: &T
                 Box::new(Counted(task))
             },
         };
-        sweep::whole(&arguments, &mut means, device::quiet())
+        sweep::by(&arguments, &mut means, device::quiet())
     })?;
-    Ok(Tables {
-        runs: written.runs,
-        hash: written.hash,
-        files: written.files,
-    })
+    Ok(written.map(Tables::from))
+}
+
+/// Writes the tables of a sweep whose shards are done, as `oneiro sweep merge` does: into the first directory, or into `out`.
+///
+/// # Errors
+/// Exit 1 if runs are missing; exit 3 if a directory holds no sweep or another one; exit 5 if recorded data are damaged; exit 6 if
+/// the disk is full.
+pub fn merge(directories: &[PathBuf], out: Option<&Path>) -> Result<Tables> {
+    Ok(sweep::merge(directories, out, device::quiet())?.into())
 }

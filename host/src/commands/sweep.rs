@@ -201,16 +201,17 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
     print_written(&done.tables(&sweep, &plan)?, done.specialised, console)
 }
 
-/// Does a whole sweep, by means other than the command line's. `arguments` name its directory.
+/// Does a sweep or a shard of it, by means other than the command line's. `arguments` name its directory. A whole sweep has tables.
 ///
 /// # Errors
 /// As the command says.
-pub(crate) fn whole(arguments: &SweepRun, means: &mut Means<'_>, console: Console) -> Result<Written> {
+pub(crate) fn by(arguments: &SweepRun, means: &mut Means<'_>, console: Console) -> Result<Option<Written>> {
     device::refuse_null(&arguments.backend.name)?;
     let sweep = Sweep::read(&arguments.sweep)?;
     let plan = sweep.plan()?;
-    let began = (arguments, Instant::now());
-    done(began, (&sweep, &plan), Shard::ALL, means, console)?.tables(&sweep, &plan)
+    let shard = arguments.shard.unwrap_or(Shard::ALL);
+    let finished = done((arguments, Instant::now()), (&sweep, &plan), shard, means, console)?;
+    (shard == Shard::ALL).then(|| finished.tables(&sweep, &plan)).transpose()
 }
 
 /// What a sweep is done with: the engine, and what watches it and says when to stop.
@@ -416,7 +417,11 @@ struct ShardStatus {
     state: &'static str,
 }
 
-fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
+/// Writes the tables of shards that are done, into the first directory or another.
+///
+/// # Errors
+/// As the command says.
+pub(crate) fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> Result<Written> {
     let stores = dirs.iter().map(|dir| Store::open(dir)).collect::<Result<Vec<_>>>()?;
     let Some((first, others)) = stores.split_first() else {
         return Err(Failure::usage("merge needs at least one directory"));
@@ -426,16 +431,15 @@ fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
     }
     let (sweep, plan) = first.sweep()?;
     let finished = all_finished(&stores, &plan, console)?;
-    let written = match out {
-        None => tables::write(first.directory(), &sweep, &plan, &finished)?,
+    match out {
+        None => tables::write(first.directory(), &sweep, &plan, &finished),
         Some(out) => {
             finished.is_all_of(&sweep)?;
             // Makes it a sweep's directory like any other, for reports and extraction.
             let store = Store::prepare(out, &sweep, &plan)?;
-            tables::write(store.directory(), &sweep, &plan, &finished)?
+            tables::write(store.directory(), &sweep, &plan, &finished)
         }
-    };
-    print_written(&written, None, console)
+    }
 }
 
 fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Console) -> Result {

@@ -1,0 +1,45 @@
+# %% [markdown]
+# # A first evolution
+#
+# A Khepera learns to avoid walls with the algorithm of its experiment, asked for genomes and told their fitness. Run from the
+# repository's root, with `pip install oneiro matplotlib`.
+
+# %%
+import matplotlib.pyplot as plt
+import numpy as np
+
+import oneiro
+
+GENERATIONS = 60
+FRESH_LIVES = 1000
+
+exp = oneiro.Experiment.load("experiments/khepera-avoidance.toml", set={"evolution.generations": GENERATIONS})
+print(f"{exp.name}: {exp.genes} genes, {exp.trials} life of each individual in a generation")
+
+# %% [markdown]
+# Each generation's genomes live once, with the random numbers that `oneiro run` would give them: with the same seed this evolution
+# has the bits of a run of the program.
+
+# %%
+evolution = oneiro.Evolution(exp, seed=1)
+scores = []
+while not evolution.is_finished:
+    outcome = oneiro.evaluate(exp, evolution.ask(), seed=1, keys=evolution.keys, lives=exp.trials)
+    scores.append(outcome.fitness.mean(axis=1))
+    evolution.tell(outcome.fitness)
+
+# %%
+figure, axes = plt.subplots()
+axes.plot([generation.max() for generation in scores], label="best")
+axes.plot([generation.mean() for generation in scores], label="mean")
+axes.set(xlabel="generation", ylabel="fitness", title=exp.name)
+axes.legend()
+
+# %% [markdown]
+# The best score of an evolution is also its luckiest: what its genome is worth, lives that no selection has seen must tell.
+
+# %%
+luckiest = evolution.luckiest
+fresh = oneiro.evaluate(exp, luckiest.genome, seed=2, lives=FRESH_LIVES).fitness[0]
+error = fresh.std(ddof=1) / np.sqrt(fresh.size)
+print(f"luckiest life {luckiest.score:.1f}, mean of {fresh.size} fresh lives {fresh.mean():.1f} +- {error:.1f}")

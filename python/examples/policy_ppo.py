@@ -1,0 +1,58 @@
+# %% [markdown]
+# # A policy by PPO against the evolved champion
+#
+# Stable-Baselines3 trains a network on the steps of lives; evolution has as many steps. Both are judged on the same fresh starts.
+# Run from the repository's root, with `pip install oneiro "stable-baselines3>=2.6"` (which brings torch).
+
+# %%
+import numpy as np
+from stable_baselines3 import PPO
+
+import oneiro
+import oneiro.sb3
+
+STEPS = 400_000
+ENVIRONMENTS = 16
+FRESH_LIVES = 64
+
+exp = oneiro.Experiment.load("experiments/khepera-avoidance.toml")
+envs = oneiro.sb3.VecEnv(exp, ENVIRONMENTS)
+envs.seed(1)
+model = PPO("MlpPolicy", envs, n_steps=256, batch_size=512, seed=1, device="cpu")
+model.learn(STEPS)
+
+# %% [markdown]
+# Fresh lives of the policy: the first episodes of environments with another seed are the first lives of as many genomes of
+# `oneiro.evaluate` with that seed, so both get the same starts and the same noise.
+
+# %%
+judges = oneiro.gym.VectorEnv(exp, FRESH_LIVES)
+observations, _ = judges.reset(seed=2)
+policy, done = np.zeros(FRESH_LIVES), np.zeros(FRESH_LIVES, bool)
+while not done.all():
+    actions, _ = model.predict(observations, deterministic=True)
+    observations, _, terminated, truncated, infos = judges.step(actions)
+    over = (terminated | truncated) & ~done
+    policy[over] = infos["fitness"][over] if over.any() else 0
+    done |= over
+
+# %%
+lives = exp.trials * STEPS // exp.cycles
+evolution = oneiro.Evolution(exp, seed=1)
+spent = 0
+while spent < lives and not evolution.is_finished:
+    outcome = oneiro.evaluate(exp, evolution.ask(), seed=1, keys=evolution.keys, lives=exp.trials)
+    spent += outcome.fitness.size
+    evolution.tell(outcome.fitness)
+genome = evolution.luckiest.genome
+champion = oneiro.evaluate(exp, np.tile(genome, (FRESH_LIVES, 1)), seed=2).fitness[:, 0]
+
+
+# %%
+def summary(name, fitness):
+    error = fitness.std(ddof=1) / np.sqrt(fitness.size)
+    print(f"{name}: {fitness.mean():.1f} +- {error:.1f}, mean of {fitness.size} fresh lives and its standard error")
+
+
+summary(f"PPO after {STEPS} steps", policy)
+summary(f"evolution after {spent} lives", champion)

@@ -1,0 +1,238 @@
+"""Evolutions by optimisers of others, recorded."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import _native
+from ._errors import CorruptError, FailedError, InputError, StorageError
+from ._experiment import Outcome, evaluate, whole
+from ._native import Experiment
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+    from ._evolution import Luckiest
+
+_ABOUT = "recorder.json"
+_EXPERIMENT = "experiment.pickle"
+_STATE = "optimiser.pickle"
+_PROMISE = "The lives have the bits that every exact device gives. The genomes were chosen by another library, whose bits are not promised."
+
+
+class Recorder:
+    """Evaluates the genomes of another library's optimiser, generation after generation, and records them in a directory.
+
+    The optimiser's state can be saved beside them, so that a stopped evolution goes on; recorded individuals can live again, and must
+    have the same bits (`audit`). State is pickled: open only directories that you trust.
+    """
+
+    def __init__(
+        self,
+        exp: Experiment,
+        *,
+        seed: int,
+        out: str | os.PathLike[str],
+        optimiser: str,
+        lives: int | None = None,
+        common_starts: bool = True,
+        backend: str = "auto",
+    ) -> None:
+        """Begins in a new directory. `optimiser` names the library and its version, such as `"cma 4.5.0"`.
+
+        Each genome lives `lives` times in a generation, by default the experiment's `trials`; with `common_starts` all genomes of a
+        generation have the same random numbers.
+        """
+        about = {
+            "oneiro": _native.__version__,
+            "optimiser": optimiser,
+            "experiment": exp.hash,
+            "seed": whole("seed", seed),
+            "lives": exp.trials if lives is None else whole("lives", lives, 1),
+            "common_starts": bool(common_starts),
+            "promise": _PROMISE,
+        }
+        path = Path(out)
+        if path.exists() and any(path.iterdir()):
+            raise InputError(f"{path}: is not empty; allowed: a new directory, or Recorder.open to go on in this one")
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise StorageError(f"{path}: {error.strerror}") from error
+        (path / "experiment.toml").write_text(exp.to_toml())
+        _write(path / _EXPERIMENT, pickle.dumps(exp))
+        _write(path / _ABOUT, (json.dumps(about, indent=2) + "\n").encode())
+        self._begin(path, exp, about, backend)
+
+    def _begin(self, path: Path, exp: Experiment, about: dict[str, Any], backend: str) -> None:
+        self.path = path
+        self.experiment = exp
+        self.about = about
+        self.backend = backend
+        """Where lives are lived; results don't depend on it."""
+
+    @classmethod
+    def open(cls, path: str | os.PathLike[str], *, backend: str = "auto") -> Recorder:
+        """Opens a directory, to go on in it or to read it."""
+        path = Path(path)
+        try:
+            about = json.loads((path / _ABOUT).read_text())
+            exp = pickle.loads((path / _EXPERIMENT).read_bytes())
+        except FileNotFoundError as error:
+            raise InputError(f"{error.filename}: doesn't exist; allowed: a directory of a Recorder") from error
+        except (ValueError, pickle.UnpicklingError, EOFError) as error:
+            raise CorruptError(f"{path}: is damaged: {error}") from error
+        if exp.hash != about["experiment"]:
+            raise CorruptError(f"{path / _EXPERIMENT}: isn't the experiment that {_ABOUT} names")
+        recorder = cls.__new__(cls)
+        recorder._begin(path, exp, about, backend)
+        return recorder
+
+    @property
+    def generation(self) -> int:
+        """Number of the generation that is evaluated next, from 0."""
+        return len(self._files())
+
+    def evaluate(self, genomes: ArrayLike, *, descriptors: bool = False) -> Outcome:
+        """Lets the next generation's genomes, `[n, genes]`, live, and records them with their fitness."""
+        import numpy as np
+
+        generation = self.generation
+        genomes = np.ascontiguousarray(genomes, dtype=np.float32)
+        if genomes.ndim != 2:
+            raise InputError(f"genomes: have the shape {list(genomes.shape)}; allowed: [n, genes]")
+        outcome = self._lives(generation, genomes, np.arange(len(genomes)), descriptors)
+        path = self._file(generation)
+        part = path.with_name(".part.npz")
+        try:
+            np.savez(part, genomes=genomes, fitness=outcome.fitness)
+            os.replace(part, path)
+        except OSError as error:
+            raise StorageError(f"{path}: {error.strerror}") from error
+        return outcome
+
+    def save(self, state: Any) -> None:
+        """Saves an optimiser's state after the last generation: anything that can be pickled."""
+        _write(self.path / _STATE, pickle.dumps((self.generation, state)))
+
+    def restore(self) -> Any:
+        """The state that was saved last. Generations that were recorded after it are dropped: the optimiser makes them again."""
+        try:
+            generation, state = pickle.loads((self.path / _STATE).read_bytes())
+        except FileNotFoundError:
+            raise InputError(f"{self.path}: has no saved state; allowed: after save") from None
+        except (ValueError, pickle.UnpicklingError, EOFError) as error:
+            raise CorruptError(f"{self.path / _STATE}: is damaged: {error}") from error
+        files = self._files()
+        if generation > len(files):
+            raise CorruptError(
+                f"{self.path}: {len(files)} generations are recorded; its state is of generation {generation}"
+            )
+        # The last first, so that there is never a gap.
+        for path in reversed(files[generation:]):
+            path.unlink()
+        return state
+
+    def recorded(self, generation: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """A generation's genomes, `[n, genes]`, and their fitness, `[n, lives]`."""
+        import zipfile
+
+        import numpy as np
+
+        path = self._file(whole("generation", generation))
+        try:
+            with np.load(path) as arrays:
+                return arrays["genomes"], arrays["fitness"]
+        except FileNotFoundError:
+            last = self.generation - 1
+            raise InputError(f"generation: is {generation}; allowed: 0 to {last}, those that are recorded") from None
+        except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+            raise CorruptError(f"{path}: is damaged: {error}") from error
+
+    @property
+    def scores(self) -> list[NDArray[np.float32]]:
+        """Mean fitness of each genome over its lives, generation by generation."""
+        return [self.recorded(generation)[1].mean(axis=1) for generation in range(self.generation)]
+
+    @property
+    def luckiest(self) -> Luckiest | None:
+        """The genome with the best score so far, which says less than the mean of many fresh lives; None before the first."""
+        import numpy as np
+
+        from ._evolution import Luckiest
+
+        best = None
+        for generation, scores in enumerate(self.scores):
+            if np.isnan(scores).all():
+                continue
+            individual = int(np.nanargmax(scores))
+            if best is None or scores[individual] > best[2]:
+                best = (generation, individual, float(scores[individual]))
+        return None if best is None else Luckiest(*best, self.recorded(best[0])[0][best[1]])
+
+    def audit(self, share: float = 0.01) -> dict[str, int]:
+        """Lets a share of the recorded individuals live again, at least one of each generation.
+
+        Raises `FailedError` if a bit of their fitness differs; returns how many individuals and lives were compared.
+        """
+        import numpy as np
+
+        if not 0 < share <= 1:
+            raise InputError(f"share: is {share}; allowed: a number above 0 and up to 1, such as 0.01")
+        compared = {"individuals": 0, "lives": 0}
+        for generation in range(self.generation):
+            genomes, fitness = self.recorded(generation)
+            count = max(1, round(share * len(genomes)))
+            # Evenly spaced, others in each generation.
+            chosen = np.unique((np.arange(count) * len(genomes) // count + generation) % len(genomes))
+            again = self._lives(generation, genomes[chosen], chosen).fitness
+            differ = np.flatnonzero((again.view(np.uint32) != fitness[chosen].view(np.uint32)).any(axis=1))
+            if differ.size:
+                individual = chosen[differ[0]]
+                was, now = fitness[individual].tolist(), again[differ[0]].tolist()
+                raise FailedError(f"{self.path}: generation {generation}, individual {individual}: {was} are now {now}")
+            compared["individuals"] += len(chosen)
+            compared["lives"] += again.size
+        return compared
+
+    def _lives(
+        self, generation: int, genomes: NDArray[np.float32], numbers: NDArray[Any], descriptors: bool = False
+    ) -> Outcome:
+        import numpy as np
+
+        keys = np.zeros((len(genomes), 2), np.uint64)
+        keys[:, 0] = generation
+        if not self.about["common_starts"]:
+            keys[:, 1] = numbers
+        lives, seed = self.about["lives"], self.about["seed"]
+        return evaluate(
+            self.experiment, genomes, seed=seed, keys=keys, lives=lives, descriptors=descriptors, backend=self.backend
+        )
+
+    def _file(self, generation: int) -> Path:
+        return self.path / f"generation-{generation:06}.npz"
+
+    def _files(self) -> list[Path]:
+        """The recorded generations in their order."""
+        files = sorted(self.path.glob("generation-*.npz"))
+        if [path.name for path in files] != [self._file(number).name for number in range(len(files))]:
+            raise CorruptError(f"{self.path}: generations are missing")
+        return files
+
+    def __repr__(self) -> str:
+        return f"<oneiro.Recorder {str(self.path)!r}, {self.about['optimiser']}, generation {self.generation}>"
+
+
+def _write(path: Path, data: bytes) -> None:
+    """Writes a file as a whole or not at all."""
+    part = path.with_name(f".part-{path.name}")
+    try:
+        part.write_bytes(data)
+        os.replace(part, path)
+    except OSError as error:
+        raise StorageError(f"{path}: {error.strerror}") from error
