@@ -105,7 +105,9 @@ pub(crate) fn sweep(
 ) -> PyResult<Option<Tables>> {
     let task = Task::default();
     let shard = done(py, || shard.map(api::SweepShard::parse).transpose())?;
-    let own = watched(py, &task, progress, || api::sweep(&plan, &out, shard, jobs, backend, &task))?;
+    let own = watched(py, &task, progress, || {
+        api::sweep(&plan, &out, shard, jobs, backend, &task)
+    })?;
     Ok(own.map(tables))
 }
 

@@ -1,17 +1,13 @@
 """Experiments and evaluations: the program's bits, and its messages."""
 
 import json
-import os
 import pickle
-import signal
-import subprocess
-import sys
 import threading
 import time
 
 import numpy as np
 import pytest
-from conftest import AVOIDANCE, EXPERIMENTS, program, refusal
+from conftest import AVOIDANCE, EXPERIMENTS, interrupted, program, refusal
 
 import oneiro
 
@@ -217,12 +213,6 @@ print(oneiro.evaluate(exp, np.zeros((1, exp.genes)), seed=1, backend="cpu").fitn
 
 
 def test_control_c_stops():
-    command = [sys.executable, "-c", LONG, str(AVOIDANCE)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ)
-    assert process.stdout.readline() == "begun\n"
-    time.sleep(1)
-    began = time.monotonic()
-    process.send_signal(signal.SIGINT)
-    rest, _ = process.communicate(timeout=60)
-    assert rest == "stopped\n(1, 1)\n" and process.returncode == 0
-    assert time.monotonic() - began < 20
+    rest, seconds = interrupted(LONG, AVOIDANCE, after=1)
+    assert rest == "stopped\n(1, 1)\n"
+    assert seconds < 20

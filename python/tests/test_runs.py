@@ -1,16 +1,12 @@
 """Evolutions, runs and sweeps: those of the program."""
 
 import json
-import os
 import pickle
-import signal
-import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
-from conftest import AVOIDANCE, EXPERIMENTS, program
+from conftest import AVOIDANCE, EXPERIMENTS, interrupted, program
 
 import oneiro
 
@@ -165,13 +161,8 @@ except KeyboardInterrupt as stopped:
 
 
 def test_control_c_stops_a_run_that_goes_on(tmp_path):
-    command = [sys.executable, "-c", STOPPED, str(AVOIDANCE), str(tmp_path / "run")]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ)
-    assert process.stdout.readline() == "begun\n"
-    time.sleep(2)
-    process.send_signal(signal.SIGINT)
-    rest, _ = process.communicate(timeout=60)
-    assert process.returncode == 0 and rest.startswith("oneiro resume")
+    rest, _ = interrupted(STOPPED, AVOIDANCE, tmp_path / "run", after=2)
+    assert rest.startswith("oneiro resume")
     run = oneiro.load_run(tmp_path / "run")
     done = len(run.generations["mean"])
     assert run.result is None and done > 0

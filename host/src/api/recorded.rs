@@ -182,7 +182,9 @@ impl SweepShard {
     /// # Errors
     /// Exit 3 for anything else.
     pub fn parse(text: &str) -> Result<Self> {
-        let shard = text.parse().map_err(|allowed| Error::input(format_args!("shard: is {text}; {allowed}")))?;
+        let shard = text
+            .parse()
+            .map_err(|allowed| Error::input(format_args!("shard: is {text}; {allowed}")))?;
         Ok(Self(shard))
     }
 }

@@ -39,7 +39,7 @@ pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
         SweepCommand::Plan(arguments) => plan(arguments, console),
         SweepCommand::Run(arguments) => sweep(arguments, console),
         SweepCommand::Status { dir } => status(dir, console),
-        SweepCommand::Merge { dirs, out } => merge(dirs, out.as_deref(), console),
+        SweepCommand::Merge { dirs, out } => print_written(&merge(dirs, out.as_deref(), console)?, None, console),
         SweepCommand::Report { dir, outcome, out } => reported(dir, outcome.as_deref(), out.as_deref(), console),
         SweepCommand::Extract { dir, run, out, backend } => extract(dir, run, out.as_deref(), backend, console),
     }
@@ -211,7 +211,9 @@ pub(crate) fn by(arguments: &SweepRun, means: &mut Means<'_>, console: Console) 
     let plan = sweep.plan()?;
     let shard = arguments.shard.unwrap_or(Shard::ALL);
     let finished = done((arguments, Instant::now()), (&sweep, &plan), shard, means, console)?;
-    (shard == Shard::ALL).then(|| finished.tables(&sweep, &plan)).transpose()
+    (shard == Shard::ALL)
+        .then(|| finished.tables(&sweep, &plan))
+        .transpose()
 }
 
 /// What a sweep is done with: the engine, and what watches it and says when to stop.
