@@ -20,6 +20,8 @@ EPOCHS, MINIBATCHES = 4, 4
 DISCOUNT, TRACE, CLIP, RATE = 0.99, 0.95, 0.2, 3e-4
 
 torch.manual_seed(1)
+# Networks as small as these are slower on several threads.
+torch.set_num_threads(1)
 exp = oneiro.Experiment.load("experiments/khepera-avoidance.toml")
 envs = oneiro.gym.VectorEnv(exp, ENVIRONMENTS)
 inputs, outputs = envs.single_observation_space.shape[0], envs.single_action_space.shape[0]

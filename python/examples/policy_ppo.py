@@ -6,6 +6,7 @@
 
 # %%
 import numpy as np
+import torch
 from stable_baselines3 import PPO
 
 import oneiro
@@ -18,6 +19,8 @@ FRESH_LIVES = 64
 exp = oneiro.Experiment.load("experiments/khepera-avoidance.toml")
 envs = oneiro.sb3.VecEnv(exp, ENVIRONMENTS)
 envs.seed(1)
+# Networks as small as these are slower on several threads.
+torch.set_num_threads(1)
 model = PPO("MlpPolicy", envs, n_steps=256, batch_size=512, seed=1, device="cpu")
 model.learn(STEPS)
 
