@@ -418,12 +418,44 @@ impl Place {
     /// The same, but the last file can't be written, and the run is then resumed.
     #[cfg(unix)]
     fn evolve_and_resume(&self, out: &str, experiment: &str, more: &[&str]) {
+        self.evolve_without_end(out, experiment, more);
+        self.good(&["resume", out, "--backend", "cpu"]);
+    }
+
+    /// The same, and it is resumed from the checkpoint before the last.
+    #[cfg(unix)]
+    fn evolve_and_resume_earlier(&self, out: &str, experiment: &str, more: &[&str]) {
+        self.evolve_without_end(out, experiment, more);
+        let files = fs::read_dir(self.at(out)).unwrap().map(|file| file.unwrap().path());
+        let number =
+            |path: &PathBuf| -> Option<u32> { path.file_name()?.to_str()?.strip_prefix("checkpoint-")?.parse().ok() };
+        let mut checkpoints: Vec<PathBuf> = files.filter(|path| number(path).is_some()).collect();
+        checkpoints.sort_by_key(number);
+        assert_eq!(checkpoints.len(), 2, "{checkpoints:?}");
+        fs::remove_file(&checkpoints[1]).unwrap();
+        self.good(&["resume", out, "--backend", "cpu"]);
+    }
+
+    #[cfg(unix)]
+    fn evolve_without_end(&self, out: &str, experiment: &str, more: &[&str]) {
         fs::create_dir(self.at(out)).unwrap();
         std::os::unix::fs::symlink("/dev/full", self.at(format!("{out}/DONE.tmp"))).unwrap();
         let run = ["run", experiment, "--seed", "7", "--backend", "cpu", "--out", out];
         self.run(&[&run[..], more].concat()).exits(6);
         assert!(!self.at(format!("{out}/DONE")).exists());
-        self.good(&["resume", out, "--backend", "cpu"]);
+    }
+
+    /// All tables, arrays and champions of a run, by their names.
+    #[cfg(unix)]
+    fn results(&self, run: &str) -> Vec<(String, Vec<u8>)> {
+        let files = fs::read_dir(self.at(run))
+            .unwrap()
+            .map(|file| file.unwrap().file_name());
+        let mut names: Vec<String> = files.map(|name| name.into_string().unwrap()).collect();
+        names.retain(|name| name != "meta.json" && [".csv", ".npy", ".json"].iter().any(|end| name.ends_with(end)));
+        names.sort();
+        let read = |name: String| (name.clone(), self.read(Path::new(run).join(name)));
+        names.into_iter().map(read).collect()
     }
 }
 
@@ -564,11 +596,76 @@ fn optimisers_are_as_pinned() {
                 let cell = line.split(',').next().unwrap();
                 place.good(&["replay", name, "--elite", cell, "--backend", "cpu"]);
             }
+            let said = place.good(&["replay", name, "--elites", "--trial", "1", "--backend", "cpu"]);
+            let elites = table.lines().count() - 1;
+            assert!(said.contains(&format!("{elites} elites, as recorded")), "{said}");
+            let page = place.text(Path::new(name).join("archive.html"));
+            assert_eq!(page.matches("data-elite=\"").count(), elites, "{name}");
+        }
+        #[cfg(unix)]
+        {
+            // From generation 3 of 7.
+            let resumed = format!("{name}-resumed");
+            let seldom = ["--set", "record.checkpoint_every=3"];
+            place.evolve_and_resume_earlier(&resumed, &file, &seldom);
+            let (whole, resumed) = (place.results(name), place.results(&resumed));
+            let names = |all: &[(String, Vec<u8>)]| all.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+            // The replays above are not the run's.
+            let whole: Vec<_> = whole
+                .into_iter()
+                .filter(|(own, _)| !own.starts_with("replay"))
+                .collect();
+            assert_eq!(names(&whole), names(&resumed), "{name}");
+            for (whole, resumed) in whole.iter().zip(&resumed) {
+                assert!(whole.1 == resumed.1, "{name}: {} differs", whole.0);
+            }
         }
         place.good(&["verify", name]);
         place.good(&["audit", name, "--share", "1", "--backend", "cpu"]);
     }
     found.check("optimisers");
+}
+
+/// Only the places where lives end describe behaviour, and some lives end early: the archive is the one that a run has in which all
+/// cycles are traced, for a third measure with a single cell.
+#[test]
+fn lives_that_end_early_have_all_of_their_behaviour() {
+    let place = Place::new("early");
+    let ends =
+        "{measure=\"end_x_mm\",least=0,greatest=400,cells=9},{measure=\"end_y_mm\",least=0,greatest=400,cells=9}";
+    let third = "{measure=\"distance_mm\",least=0,greatest=4000,cells=1}";
+    let archive = |out: &str, descriptors: &str| {
+        let set = [
+            "evolution.kind=map-elites".to_owned(),
+            format!("evolution.descriptors=[{descriptors}]"),
+            "evolution.population=40".to_owned(),
+            "evolution.generations=4".to_owned(),
+            "evolution.finalists=0".to_owned(),
+            "trials=1".to_owned(),
+        ];
+        let set: Vec<&str> = set.iter().flat_map(|value| ["--set", value]).collect();
+        place.evolve(out, &shipped("discrimination.toml"), &set);
+        let table = place.text(Path::new(out).join("archive.csv"));
+        let eight = |line: &str| line.split(',').take(8).collect::<Vec<_>>().join(",");
+        table.lines().skip(1).map(eight).collect::<Vec<_>>()
+    };
+    let (some, all) = (archive("some", ends), archive("all", &format!("{ends},{third}")));
+    assert!(some.len() > 10, "{some:?}");
+    assert_eq!(some, all);
+    let measured = place.good(&[
+        "evaluate",
+        &shipped("discrimination.toml"),
+        "--genomes",
+        "some/archive.npy",
+        "--trials",
+        "1",
+        "--seed",
+        "1",
+        "--measures",
+        "--json",
+        "--quiet",
+    ]);
+    assert!(measured.contains("collisions\": 1"), "some lives end early: {measured}");
 }
 
 #[test]

@@ -371,6 +371,10 @@ pub(crate) struct Replay {
     /// Draw the elite of this cell of the run's archive instead of the champion: `archive.csv` lists them
     #[arg(long, value_name = "CELL", conflicts_with = "genome")]
     pub(crate) elite: Option<u32>,
+    /// Let all elites of the run's archive live again, compare each with the record, and write a page that shows the archive and
+    /// plays a life of the elite that is clicked: archive.html
+    #[arg(long, conflicts_with_all = ["elite", "genome", "start", "seed"])]
+    pub(crate) elites: bool,
     /// Draw this genome instead of the champion, such as one written by `oneiro best --out`. Its random numbers are
     /// those of --seed, 1 if not given, and nothing is compared
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]

@@ -196,16 +196,17 @@ fn watched(world: &World, request: &Request<'_>, evaluator: &mut dyn Evaluator, 
         }
         traces.resize(count * words, 0);
     }
+    let measures = if request.descriptors {
+        descriptors(world)
+    } else {
+        Vec::new()
+    };
     let mut watch = Watch {
-        frame: Arc::new(Frame::new(&longer[0], cycles)),
+        frame: Arc::new(Frame::new(&longer[0], cycles, &measures)),
         cycles,
         records: longer[0].cycles(),
         lives: request.lives,
-        measures: if request.descriptors {
-            descriptors(world)
-        } else {
-            Vec::new()
-        },
+        measures,
         table: request.traces.then_some(table),
         under_way: BTreeMap::new(),
         outcome: Outcome {

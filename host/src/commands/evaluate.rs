@@ -122,7 +122,12 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     }
 
     let control = Control::new();
-    let mut watch = Watch::new(cycles, &lives, arguments.traces.as_deref());
+    let measures = if arguments.rows.measures {
+        descriptors(experiment.world())
+    } else {
+        Vec::new()
+    };
+    let mut watch = Watch::new(cycles, &lives, &measures, arguments.traces.as_deref());
     let results = progress::watched(lives.steps(), "evaluating", console, &control, || -> Result<_> {
         let evaluator: &mut dyn Evaluator = evaluator.as_mut();
         if watched {
@@ -142,11 +147,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         summary: arguments.rows.summary,
         trials,
         results: results?,
-        measures: if arguments.rows.measures {
-            descriptors(experiment.world())
-        } else {
-            Vec::new()
-        },
+        measures,
     };
     device::tell_warnings(evaluator.as_ref(), console);
     sink.take(&table, console)?;
@@ -173,10 +174,10 @@ struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    fn new(cycles: u32, lives: &Lives<'_>, directory: Option<&'a Path>) -> Self {
+    fn new(cycles: u32, lives: &Lives<'_>, measures: &[Descriptor], directory: Option<&'a Path>) -> Self {
         let world = &lives.worlds[0];
         Self {
-            frame: Arc::new(Frame::new(world, cycles)),
+            frame: Arc::new(Frame::new(world, cycles, measures)),
             cycles,
             records: world.cycles(),
             trials: lives.count,

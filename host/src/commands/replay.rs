@@ -18,6 +18,7 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
         start: arguments.start,
         seed: arguments.seed,
         elite: arguments.elite,
+        elites: arguments.elites,
         genome: arguments.genome.as_deref(),
     };
     let engine = device::engine(&arguments.backend)?;

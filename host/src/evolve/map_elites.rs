@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use rand::distr::Distribution;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, below, shuffled, stream, unit};
@@ -139,6 +139,11 @@ impl Archive {
         self.cells.count()
     }
 
+    /// The share of all cells that have an elite.
+    pub(crate) fn coverage(&self) -> f64 {
+        self.elites.len() as f64 / self.cells() as f64
+    }
+
     /// The sum of what the elites' fitness is above `offset`.
     pub(crate) fn quality(&self, offset: f64) -> f64 {
         self.elites.values().map(|elite| elite.fitness - offset).sum()
@@ -210,32 +215,49 @@ impl MapElites {
         self.again = order[..again].iter().map(|&place| filled[place]).collect();
         let genome = |cell: u32| &self.archive.elites[&cell].genome;
         let mut values: Vec<f32> = self.again.iter().flat_map(|&cell| genome(cell)).copied().collect();
+        let (kept, genes) = (values.len(), self.space.len());
+        values.resize(self.size as usize * genes, 0.0);
+        // What children take from the generator, one after the other: their parents, and their normal numbers, that along the line
+        // first.
+        let children = self.size as usize - again;
+        let mut drawn = Vec::with_capacity(children * (1 + genes));
+        let parent = |random: &mut _| genome(filled[below(filled.len(), random)]);
+        let parents: Vec<_> = (0..children)
+            .map(|_| {
+                let parents = [(); 2].map(|()| parent(&mut random));
+                drawn.extend((0..=genes).map(|_| Normal::drawn(&mut random)));
+                parents
+            })
+            .collect();
         let normal = Normal { deviation: 1.0 };
-        for _ in again..self.size as usize {
-            let [first, second] = [(); 2].map(|()| genome(filled[below(filled.len(), &mut random)]));
-            let along = self.values.line * normal.sample(&mut random);
-            for (gene, (&first, &second)) in first.iter().zip(second).enumerate() {
-                let (first, second) = (f64::from(first), f64::from(second));
-                let apart = self.values.iso * self.space.half(gene) * normal.sample(&mut random);
-                values.push(self.space.kept(gene, first + apart + along * (second - first)));
-            }
-        }
+        let (space, own) = (&self.space, &self.values);
+        values[kept..]
+            .par_chunks_exact_mut(genes)
+            .zip(parents.par_iter().zip(drawn.par_chunks_exact(1 + genes)))
+            .for_each(|(child, ([first, second], drawn))| {
+                let along = own.line * normal.of(drawn[0]);
+                for (gene, value) in child.iter_mut().enumerate() {
+                    let (first, second) = (f64::from(first[gene]), f64::from(second[gene]));
+                    let apart = own.iso * space.half(gene) * normal.of(drawn[1 + gene]);
+                    *value = space.kept(gene, first + apart + along * (second - first));
+                }
+            });
         self.population = Population::new(self.space.len(), values);
     }
 
     /// Takes what elites did that were evaluated again, and then the others.
     fn place(&mut self, fitness: &[f32], behaviour: &[f64]) {
         let dimensions = behaviour.len() / fitness.len();
+        let (archive, population, generation) = (&mut self.archive, &self.population, self.generation);
         let lived = |individual: usize| Elite {
             fitness: fitness[individual].into(),
             behaviour: behaviour[individual * dimensions..][..dimensions].to_vec(),
             evaluations: 1,
-            generation: self.generation,
+            generation,
             individual: individual as u32,
             score: fitness[individual],
-            genome: self.population.genome(individual).to_vec(),
+            genome: population.genome(individual).to_vec(),
         };
-        let mut archive = self.archive.clone();
         let mut moved = Vec::new();
         for (individual, cell) in self.again.iter().enumerate() {
             let (Some(before), now) = (archive.elites.remove(cell), lived(individual)) else {
@@ -247,7 +269,6 @@ impl MapElites {
         for elite in moved.into_iter().chain(others) {
             archive.add(elite);
         }
-        self.archive = archive;
     }
 }
 

@@ -54,7 +54,9 @@ impl OpenEs {
         let genes = space.len();
         let state = State {
             generation: 0,
-            centre: (0..genes).map(|_| uniform.sample(&mut random)).collect(),
+            centre: (0..genes)
+                .map(|gene| space.share(gene) * uniform.sample(&mut random))
+                .collect(),
             gradients: vec![0.0; genes],
             squares: vec![0.0; genes],
             begun: [1.0; 2],

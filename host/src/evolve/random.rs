@@ -124,16 +124,29 @@ pub(crate) struct Normal {
     pub(crate) deviation: f64,
 }
 
-impl Distribution<f64> for Normal {
-    fn sample<R: Rng + ?Sized>(&self, random: &mut R) -> f64 {
+impl Normal {
+    /// All that a number takes from the generator, which is the lesser part of the work: [`Normal::of`] makes the number of it, on any
+    /// thread.
+    pub(crate) fn drawn(random: &mut (impl Rng + ?Sized)) -> [f64; 2] {
         loop {
             let x = 2.0 * unit(random) - 1.0;
             let y = 2.0 * unit(random) - 1.0;
             let square = x * x + y * y;
             if square > 0.0 && square < 1.0 {
-                return self.deviation * (x * (-2.0 * logarithm(square) / square).sqrt());
+                return [x, square];
             }
         }
+    }
+
+    /// The number.
+    pub(crate) fn of(self, [x, square]: [f64; 2]) -> f64 {
+        self.deviation * (x * (-2.0 * logarithm(square) / square).sqrt())
+    }
+}
+
+impl Distribution<f64> for Normal {
+    fn sample<R: Rng + ?Sized>(&self, random: &mut R) -> f64 {
+        self.of(Self::drawn(random))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The table `[evolution]` of an experiment: the optimiser, its values, and for how many generations it runs.
 
 use oneiro::batch::GREATEST_GENE;
-use oneiro::parameter::{Choice, Choices};
+use oneiro::parameter::{Choice, Choices, Datum, Field};
 use rand::Rng;
 use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
@@ -79,6 +79,9 @@ pub(crate) struct Settings {
     pub(crate) common: Option<bool>,
     /// Range of the uniform initial genes.
     pub(crate) initial: [f64; 2],
+    /// The share of that range, around its middle, that random genes begin in, gene by gene; all of it where nothing is given.
+    #[serde(skip_serializing_if = "Shares::is_empty")]
+    pub(crate) initial_shares: Shares,
     /// A file of initial genes instead.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) init: Option<String>,
@@ -105,6 +108,7 @@ impl Default for Settings {
             elite: 0,
             common: None,
             initial: [-1.0, 1.0],
+            initial_shares: Shares::default(),
             init: None,
             limits: None,
             selection: Selection::default(),
@@ -128,6 +132,11 @@ impl Settings {
     /// With an optimiser whose first individuals may be given.
     pub(crate) fn begun(&mut self) -> Option<&mut Self> {
         (self.is_genetic() || self.kind == Kind::MapElites).then_some(self)
+    }
+
+    /// With an optimiser that begins at random genes.
+    pub(crate) fn drawing(&mut self) -> Option<&mut Self> {
+        (!matches!(self.kind, Kind::CmaEs | Kind::SepCmaEs)).then_some(self)
     }
 
     /// With an optimiser that uses behaviour.
@@ -215,6 +224,14 @@ impl Settings {
         self.kind == Kind::MapElites
     }
 
+    /// Cells of the archive.
+    pub(crate) fn cells(&self) -> usize {
+        match self.archive.cells {
+            Cells::Grid => self.descriptors.iter().map(|own| own.cells as usize).product(),
+            Cells::Centroidal => self.archive.centroids as usize,
+        }
+    }
+
     /// Whether only the best become parents.
     fn has_parents(&self) -> bool {
         self.is_genetic() && self.selection.kind.is_of_the_best()
@@ -228,6 +245,46 @@ impl Settings {
             Kind::CmaEs | Kind::SepCmaEs => (self.population / 2).max(1),
             _ => (self.population / 5).max(1),
         }
+    }
+}
+
+/// A number for each gene, or none.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Shares(pub(crate) Vec<f64>);
+
+impl Shares {
+    fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    fn of(&self, gene: usize) -> f64 {
+        self.0.as_slice().get(gene).copied().unwrap_or(1.0)
+    }
+}
+
+impl Field for Shares {
+    fn get(&self) -> Option<Datum> {
+        (!self.is_empty()).then(|| Datum::List(self.0.iter().copied().map(Datum::Double).collect()))
+    }
+
+    fn set(&mut self, datum: &Datum) -> bool {
+        let number = |datum: &Datum| {
+            let mut number = 0.0_f64;
+            number.set(datum).then_some(number)
+        };
+        let own = match datum {
+            Datum::List(list) => list.iter().map(number).collect::<Option<_>>(),
+            _ => None,
+        };
+        let is_set = own.is_some();
+        if let Some(own) = own {
+            self.0 = own;
+        }
+        is_set
+    }
+
+    fn kind(&self) -> &'static str {
+        "a list of numbers"
     }
 }
 
@@ -614,16 +671,32 @@ pub(super) struct Space(Vec<Place>);
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Place {
     initial: [f64; 2],
+    /// The share of that, around its middle, in which random genes begin.
+    share: f64,
     bounds: [f64; 2],
+}
+
+impl Place {
+    /// Where a random gene begins.
+    fn first(&self) -> Uniform {
+        let [low, high] = self.initial;
+        let apart = 0.5 * (1.0 - self.share) * (high - low);
+        // Without a share, exactly the range.
+        Uniform {
+            low: low + apart,
+            high: high - apart,
+        }
+    }
 }
 
 impl Space {
     pub(super) fn new(settings: &Settings, ranges: &Ranges) -> Self {
-        let place = |&own| Place {
+        let place = |(gene, &own): (usize, &_)| Place {
             initial: initial_range(settings, own),
+            share: settings.initial_shares.of(gene),
             bounds: bounds(settings, own),
         };
-        Self(ranges.iter().map(place).collect())
+        Self(ranges.iter().enumerate().map(place).collect())
     }
 
     /// Genes.
@@ -635,13 +708,13 @@ impl Space {
     pub(super) fn drawn(&self, count: u32, random: &mut impl Rng) -> Vec<f32> {
         let genomes = (0..count).flat_map(|_| &self.0);
         genomes
-            .map(
-                |&Place {
-                     initial: [low, high],
-                     bounds,
-                 }| kept(Uniform { low, high }.sample(random), bounds),
-            )
+            .map(|place| kept(place.first().sample(random), place.bounds))
             .collect()
+    }
+
+    /// The share of a gene's initial range, around its middle, in which it begins if it is random.
+    pub(super) fn share(&self, gene: usize) -> f64 {
+        self.0[gene].share
     }
 
     /// A gene at a place that counts from the middle of its initial range, in halves of that.
@@ -649,6 +722,7 @@ impl Space {
         let Place {
             initial: [low, high],
             bounds,
+            ..
         } = self.0[gene];
         kept(0.5 * (low + high) + 0.5 * (high - low) * at, bounds)
     }
@@ -669,6 +743,7 @@ impl Space {
         let Place {
             initial: [low, high],
             bounds,
+            ..
         } = self.0[gene];
         bounds.map(|bound| (bound - 0.5 * (low + high)) / (0.5 * (high - low)))
     }

@@ -50,6 +50,45 @@ fn made(settings: Settings, seed: u64) -> Box<dyn Optimizer> {
     optimizer(&settings, seed, vec![None; GENES], None)
 }
 
+/// Random genes fill their shares of the initial range, around its middle, and no more; nothing else is drawn differently. Of mirrored
+/// samples that is true of their mean.
+#[test]
+fn random_genes_begin_in_their_shares() {
+    let shares: Vec<f64> = (0..GENES).map(|gene| [0.0, 0.25, 2.0][gene % 3]).collect();
+    let drawn = |kind: Kind, shares: &[f64]| -> Vec<Vec<f64>> {
+        let mut settings = Settings {
+            kind,
+            initial: [1.0, 5.0],
+            ..Settings::default()
+        };
+        settings.initial_shares.0 = shares.to_vec();
+        let optimizer = made(settings, 3);
+        let genomes = optimizer.ask().genomes();
+        let genomes: Vec<Vec<f64>> = genomes
+            .map(|own| own.iter().copied().map(f64::from).collect())
+            .collect();
+        if kind != Kind::OpenEs {
+            return genomes;
+        }
+        let mean = |gene: usize| genomes.iter().map(|own| own[gene]).sum::<f64>() / genomes.len() as f64;
+        vec![(0..GENES).map(mean).collect()]
+    };
+    for kind in [
+        Kind::Genetic,
+        Kind::Novelty,
+        Kind::MapElites,
+        Kind::Random,
+        Kind::OpenEs,
+    ] {
+        for (own, whole) in drawn(kind, &shares).iter().zip(drawn(kind, &[])) {
+            for (gene, (own, whole)) in own.iter().zip(whole).enumerate() {
+                let expected = 3.0 + shares[gene] * (whole - 3.0);
+                assert!((own - expected).abs() < 1e-5, "{kind:?}: {own}, {expected}");
+            }
+        }
+    }
+}
+
 /// A genetic algorithm with a selection, and with one of the crossovers and mutations that goes with no other.
 fn selecting(kind: SelectionKind, seed: u64) -> Box<dyn Optimizer> {
     let (crossover, mutation) = match kind {

@@ -104,6 +104,11 @@ pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
         );
         return invalid("evolution.kind", problem);
     }
+    let shares = evolution.initial_shares.0.len();
+    if shares != 0 && shares != genes {
+        let problem = format!("has {shares} numbers; allowed: one for each gene, {genes}, or none");
+        return invalid("evolution.initial_shares", problem);
+    }
     let population = evolution.population;
     match evolution.kind {
         Kind::CmaEs | Kind::SepCmaEs if population < cma::LEAST_POPULATION => invalid(

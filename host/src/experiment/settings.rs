@@ -210,6 +210,8 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Whether all individuals of a generation live with the same random numbers, and so from the same starts; default: false, but true with open-es.", |own, _| Some(&mut own.evolution.common)),
         row("evolution.initial", "", gene, "ours: no range in Miglino et al. 1995, section 3.4",
             "Range of the uniform initial genes.", |own, _| Some(&mut own.evolution.initial)),
+        row("evolution.initial_shares", "", Number(0.0, 1e6), OURS,
+            "The share of that range, around its middle, that random genes begin in: a number for each gene, if they differ.", |own, _| Some(&mut own.evolution.drawing()?.initial_shares)),
         row("evolution.init", "", Text("a file, .npy or .csv, individuals x genes"), OURS,
             "Instead of random genes, those of this file.", |own, _| Some(&mut own.evolution.begun()?.init)),
         row("evolution.limits", "", gene, OURS,

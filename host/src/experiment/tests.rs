@@ -598,6 +598,22 @@ const REFUSED: &[(&str, &str)] = &[
         "test.toml:1:15: sensor.part: /dev/zero: is a device; allowed: a file",
     ),
     (
+        "[evolution]\ninitial_shares = [0.5, 0, 0.5]",
+        "test.toml:2:18: evolution.initial_shares: has 3 numbers; allowed: one for each gene, 18, or none",
+    ),
+    (
+        "[evolution]\ninitial_shares = 0.5",
+        "test.toml:2:18: evolution.initial_shares: is 0.5; allowed: a list of numbers from 0 to 1000000",
+    ),
+    (
+        "[evolution]\ninitial_shares = [-0.5]",
+        "test.toml:2:18: evolution.initial_shares: is -0.5; allowed: 0 to 1000000",
+    ),
+    (
+        "[evolution]\nkind = \"cma-es\"\ninitial_shares = [0.5]",
+        "test.toml:3:18: evolution.initial_shares: is given; allowed: only with kind = ",
+    ),
+    (
         "trials = 10000\n[evolution]\npopulation = 1000000",
         "test.toml:3:14: evolution.population: is 1000000, of 18 genes with 10000 lives: 1266.7 GB of memory; allowed: up to 4 GB",
     ),

@@ -57,10 +57,23 @@ pub(crate) struct Descriptor {
 /// Selects a measure of a life.
 type Measured = fn(&Measures) -> f64;
 
+/// What a measure needs of each cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Collisions,
+    Cells,
+    Path,
+    Stuck,
+    Turning,
+    Room,
+    /// Nothing but the last cycle.
+    End,
+}
+
 /// Where a measure's value is.
 #[derive(Clone, Copy, Debug)]
 enum Source {
-    Life(Measured),
+    Life(Part, Measured),
     /// A scalar of the task's memory.
     Memory(usize, Scalar),
 }
@@ -69,7 +82,7 @@ impl Descriptor {
     /// Its value in a life.
     pub(crate) fn value(&self, measures: &Measures) -> f64 {
         match self.source {
-            Source::Life(value) => value(measures),
+            Source::Life(_, value) => value(measures),
             Source::Memory(index, scalar) => {
                 let word = measures.memory.get(index).copied();
                 word.map_or(f64::NAN, |word| match scalar {
@@ -81,11 +94,18 @@ impl Descriptor {
         }
     }
 
+    fn part(&self) -> Part {
+        match self.source {
+            Source::Life(part, _) => part,
+            Source::Memory(..) => Part::End,
+        }
+    }
+
     /// Its value as a cell of a table: measures to six digits, what a task remembers in full.
     pub(crate) fn cell(&self, measures: &Measures) -> String {
         let value = self.value(measures);
         match self.source {
-            Source::Life(_) => number(value),
+            Source::Life(..) => number(value),
             Source::Memory(_, Scalar::Float) => (value as f32).to_string(),
             Source::Memory(..) => value.to_string(),
         }
@@ -94,9 +114,9 @@ impl Descriptor {
 
 /// The measures of lives in a world: those of every life, and what its task remembers.
 pub(crate) fn descriptors(world: &World) -> Vec<Descriptor> {
-    let own = LIFE.iter().map(|(column, value)| Descriptor {
+    let own = LIFE.iter().map(|(column, part, value)| Descriptor {
         column: column.clone(),
-        source: Source::Life(*value),
+        source: Source::Life(*part, *value),
     });
     let remembered = world.details().iter().filter(|own| own.kind == MEMORY);
     let remembered = remembered.enumerate().map(|(index, own)| Descriptor {
@@ -121,16 +141,16 @@ pub(crate) fn remembered_as(name: &str, scalar: Scalar) -> Column {
 
 /// Measures of every life.
 #[rustfmt::skip]
-pub(crate) static LIFE: [(Column, Measured); 9] = [
-    (Column::whole("collisions", "cycles", "those that end in a collision"), |own| own.collisions.into()),
-    (Column::whole("cells", "", "cells of 50 mm visited"), |own| own.cells.into()),
-    (Column::number("distance_mm", "mm", "the path's length"), |own| own.distance),
-    (Column::number("mean_speed_mm_s", "mm/s", "the mean speed"), |own| own.speed),
-    (Column::number("stuck_s", "s", "time stuck: less than 50 mm in 9.9 s"), |own| own.stuck),
-    (Column::number("mean_turning_turns_s", "turns/s", "the mean size of its turns"), |own| own.turning),
-    (Column::number("end_x_mm", "mm", "x of the place where the life ends, or where its last cycle begins if it ends early"), |own| own.end[0].into()),
-    (Column::number("end_y_mm", "mm", "y of that place"), |own| own.end[1].into()),
-    (Column::number("wall_distance_mm", "mm", "the free distance from the body's rim to the nearest wall, block or round obstacle, 0 where it touches: mean over the cycles, at the start of each"), |own| own.wall_distance),
+pub(crate) static LIFE: [(Column, Part, Measured); 9] = [
+    (Column::whole("collisions", "cycles", "those that end in a collision"), Part::Collisions, |own| own.collisions.into()),
+    (Column::whole("cells", "", "cells of 50 mm visited"), Part::Cells, |own| own.cells.into()),
+    (Column::number("distance_mm", "mm", "the path's length"), Part::Path, |own| own.distance),
+    (Column::number("mean_speed_mm_s", "mm/s", "the mean speed"), Part::Path, |own| own.speed),
+    (Column::number("stuck_s", "s", "time stuck: less than 50 mm in 9.9 s"), Part::Stuck, |own| own.stuck),
+    (Column::number("mean_turning_turns_s", "turns/s", "the mean size of its turns"), Part::Turning, |own| own.turning),
+    (Column::number("end_x_mm", "mm", "x of the place where the life ends, or where its last cycle begins if it ends early"), Part::End, |own| own.end[0].into()),
+    (Column::number("end_y_mm", "mm", "y of that place"), Part::End, |own| own.end[1].into()),
+    (Column::number("wall_distance_mm", "mm", "the free distance from the body's rim to the nearest wall, block or round obstacle, 0 where it touches: mean over the cycles, at the start of each"), Part::Room, |own| own.wall_distance),
 ];
 
 /// What the lives of a world are measured against.
@@ -143,12 +163,14 @@ pub(crate) struct Frame {
     memory: Vec<usize>,
     /// Cycles of a life.
     cycles: u32,
+    /// What is measured: the bits of parts.
+    parts: u32,
 }
 
 impl Frame {
-    /// Measures lives of `cycles` cycles. Records of later cycles only count as places: the first of them is where the life
-    /// ends.
-    pub(crate) fn new(world: &World, cycles: u32) -> Self {
+    /// Measures lives of `cycles` cycles by some descriptors; others have no meaning then, but take no time. Records of later cycles
+    /// only count as places: the first of them is where the life ends.
+    pub(crate) fn new(world: &World, cycles: u32, wanted: &[Descriptor]) -> Self {
         let details = world.details().iter().enumerate();
         let spec = world.spec();
         Self {
@@ -160,7 +182,17 @@ impl Frame {
                 .map(|(index, _)| index)
                 .collect(),
             cycles,
+            parts: wanted.iter().fold(0, |parts, own| parts | 1 << own.part() as u32),
         }
+    }
+
+    /// Whether the record of the last cycle is enough.
+    pub(crate) fn needs_only_the_end(&self) -> bool {
+        self.parts & !(1 << Part::End as u32) == 0
+    }
+
+    fn has(&self, part: Part) -> bool {
+        self.parts & 1 << part as u32 != 0
     }
 
     fn room(&self, record: &Record) -> f64 {
@@ -254,7 +286,7 @@ impl Meter {
             distance: 0.0,
             turned: 0.0,
             place: None,
-            moves: VecDeque::with_capacity(PLACES),
+            moves: VecDeque::new(),
             moved: 0,
             stuck: 0,
             counted: 0,
@@ -267,31 +299,45 @@ impl Meter {
     /// Takes the record of the next cycle, with its details.
     pub(crate) fn add(&mut self, record: &Record, details: &[u32]) {
         if let Some(last) = self.place.replace(*record) {
-            let length = distance(&last, record);
-            self.distance += length;
-            let turn = f64::from(record.heading) - f64::from(last.heading);
-            self.turned += (turn - (turn + 0.5).floor()).abs();
             self.moved += 1;
-            if self.moves.len() == PLACES - 1 {
-                self.moves.pop_front();
+            if self.frame.has(Part::Path) {
+                self.distance += distance(&last, record);
             }
-            self.moves.push_back(length);
-            if self.moves.len() == PLACES - 1 && is_stuck(self.moves.iter().copied()) {
-                let first = self.counted.max(self.moved - self.moves.len() as u32);
-                self.stuck += self.moved - first;
-                self.counted = self.moved;
+            if self.frame.has(Part::Turning) {
+                let turn = f64::from(record.heading) - f64::from(last.heading);
+                self.turned += (turn - (turn + 0.5).floor()).abs();
+            }
+            if self.frame.has(Part::Stuck) {
+                self.count_stuck(distance(&last, record));
             }
             if self.moved >= self.frame.cycles {
                 return;
             }
         }
-        self.visited.insert(self.frame.grid.cell(record));
+        if self.frame.has(Part::Cells) {
+            self.visited.insert(self.frame.grid.cell(record));
+        }
         self.collisions += u32::from(record.collided > 0.0);
         self.lived += 1;
-        self.room += self.frame.room(record);
+        if self.frame.has(Part::Room) {
+            self.room += self.frame.room(record);
+        }
         self.memory.clear();
         self.memory
             .extend(self.frame.memory.iter().map(|&index| details[index]));
+    }
+
+    /// Takes the length of the last move.
+    fn count_stuck(&mut self, length: f64) {
+        if self.moves.len() == PLACES - 1 {
+            self.moves.pop_front();
+        }
+        self.moves.push_back(length);
+        if self.moves.len() == PLACES - 1 && is_stuck(self.moves.iter().copied()) {
+            let first = self.counted.max(self.moved - self.moves.len() as u32);
+            self.stuck += self.moved - first;
+            self.counted = self.moved;
+        }
     }
 
     /// Measures of the life.
@@ -368,6 +414,8 @@ impl Grid {
 
 #[cfg(test)]
 mod tests {
+    use oneiro::world::WorldSpec;
+
     use super::*;
 
     const FIELD: Field = Field {
@@ -384,6 +432,7 @@ mod tests {
             body_radius: 30.0,
             memory: Vec::new(),
             cycles,
+            parts: u32::MAX,
         })
     }
 
@@ -524,6 +573,50 @@ mod tests {
             touching += u32::from(room == 0.0);
         }
         assert!((30..300).contains(&touching), "{touching}");
+    }
+
+    /// What is asked for is the same, whatever else is measured.
+    #[test]
+    fn a_measure_alone_is_the_same() {
+        let world = World::new(WorldSpec::miglino1995()).unwrap();
+        let known = descriptors(&world);
+        let life = |frame: Frame| {
+            let mut meter = Meter::new(Arc::new(frame));
+            for cycle in 0..400_u16 {
+                let along = f32::from(cycle % 250);
+                let record = Record {
+                    x: 100.0 + along,
+                    y: 60.0 + 0.3 * along,
+                    heading: 0.001 * along,
+                    collided: f32::from(cycle % 7 / 6),
+                    ..Record::default()
+                };
+                // It stands still at the end.
+                let still = Record {
+                    x: 300.0,
+                    y: 90.0,
+                    ..record
+                };
+                meter.add(if cycle < 200 { &record } else { &still }, &[]);
+            }
+            meter.finish()
+        };
+        let all = life(Frame::new(&world, 400, &known));
+        for own in &known {
+            let alone = life(Frame::new(&world, 400, std::slice::from_ref(own)));
+            assert!(own.value(&all) != 0.0, "{}", own.column.name);
+            assert_eq!(
+                own.value(&alone).to_bits(),
+                own.value(&all).to_bits(),
+                "{}",
+                own.column.name
+            );
+        }
+        let only = |name: &str| {
+            let own = known.iter().find(|own| own.column.name == name).unwrap();
+            Frame::new(&world, 400, std::slice::from_ref(own)).needs_only_the_end()
+        };
+        assert!(only("end_x_mm") && only("end_y_mm") && !only("collisions") && !only("mean_speed_mm_s"));
     }
 
     /// The record after the last cycle is only the place where the life ends.

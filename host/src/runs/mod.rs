@@ -150,6 +150,8 @@ pub(crate) struct Replay<'a> {
     pub(crate) seed: Option<u64>,
     /// The cell of an elite that takes the champion's place.
     pub(crate) elite: Option<u32>,
+    /// Whether all elites take its place, on a page.
+    pub(crate) elites: bool,
     /// The file of a genome other than the champion's.
     pub(crate) genome: Option<&'a Path>,
 }

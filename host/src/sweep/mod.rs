@@ -230,7 +230,16 @@ impl Sweep {
             let identities = own.identities();
             let ids: Vec<_> = self.file.seeds_of(cell).map(|seed| identities.of(seed)).collect();
             let layout = own.single().map(|single| single.world().gene_layout().clone());
-            Ok((ids, own.steps(), own.kernel(), own.bytes(), layout, own.shown()))
+            let outcomes = own.outcomes();
+            Ok((
+                ids,
+                own.steps(),
+                own.kernel(),
+                own.bytes(),
+                layout,
+                own.shown(),
+                outcomes,
+            ))
         };
         // All are collected first, so that the error is always the first one, whichever thread found it.
         let all: Vec<Result<_>> = (0..cells).into_par_iter().map(of_cell).collect();
@@ -247,7 +256,11 @@ impl Sweep {
             shown: first.shown(),
         };
         for cell in all {
-            let (ids, steps, kernel, bytes, layout, shown) = cell?;
+            let (ids, steps, kernel, bytes, layout, shown, outcomes) = cell?;
+            if outcomes.len() > plan.outcomes.len() {
+                // What only some cells have comes last.
+                plan.outcomes = outcomes;
+            }
             if shown.by != plan.shown.by && !shown.needs_finalists() {
                 // Not all cells have the outcome of the first.
                 plan.shown = shown;

@@ -134,7 +134,11 @@ fn write_results(table: &mut Table<'_>, sweep: &Sweep, plan: &Plan, finished: &A
             rows.write_field(&line.id)?;
             levels.iter().try_for_each(|level| rows.write_field(level))?;
             rows.write_field(sweep.seed_of(run).to_string())?;
-            line.cells.iter().try_for_each(|cell| rows.write_field(cell))?;
+            // What only runs of other cells have is empty.
+            let cells = line.cells.iter().map(String::as_str).chain(std::iter::repeat(""));
+            cells
+                .take(plan.outcomes.len())
+                .try_for_each(|cell| rows.write_field(cell))?;
             rows.write_field(&line.result)?;
             rows.write_record(None::<&[u8]>)?;
         }

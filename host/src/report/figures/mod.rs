@@ -17,7 +17,7 @@ mod swarm;
 mod tables;
 
 pub(crate) use archive::archive;
-pub(crate) use arena::{arena, life};
+pub(crate) use arena::{arena, life, stage};
 pub(crate) use bands::{Band, Ground, Panel, Spread, bands, evenly, grid};
 pub(crate) use curve::{Series, learning_curve};
 pub(crate) use factor::{Column, Outcomes, Scale, factor, level_styles};
@@ -27,7 +27,8 @@ pub(crate) use journeys::{Journey, journeys};
 pub(crate) use network::network;
 pub(crate) use svg::escaped;
 pub(crate) use swarm::{
-    Act, BEHAVIOURS, Genes, Moment, Sight, SwarmReplay, Teller, live_page, live_script, moments, swarm_page,
+    Act, BEHAVIOURS, Genes, Moment, Sight, SwarmReplay, Teller, live_page, live_script, moments, packed, swarm_page,
+    turns,
 };
 pub(crate) use tables::sensor_table;
 

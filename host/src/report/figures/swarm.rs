@@ -352,7 +352,7 @@ fn genes(robots: &[Vec<Genes>]) -> Value {
 }
 
 /// Converts a heading to 1/65536 turn.
-fn turns(heading: f32) -> u16 {
+pub(crate) fn turns(heading: f32) -> u16 {
     (f64::from(heading).rem_euclid(1.0) * 65_536.0).round() as u32 as u16
 }
 
@@ -374,7 +374,7 @@ fn heard(line: &Moment) -> Vec<u16> {
 }
 
 /// Encodes little-endian integers as Base64.
-fn packed(words: impl Iterator<Item = u16>) -> String {
+pub(crate) fn packed(words: impl Iterator<Item = u16>) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let bytes: Vec<u8> = words.flat_map(u16::to_le_bytes).collect();
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

@@ -64,7 +64,7 @@ pub(super) fn columns(experiment: &Experiment) -> Vec<Column> {
 /// A line of the table of growth.
 pub(super) fn line(generation: u32, archive: &Archive, offset: f64) -> String {
     let count = archive.elites().count();
-    let coverage = count as f64 / archive.cells() as f64;
+    let coverage = archive.coverage();
     let best = archive
         .elites()
         .map(|(_, elite)| elite.fitness)
@@ -140,52 +140,77 @@ pub(super) fn files(
     files
 }
 
-/// The elite of a cell of a finished run, as an individual of its generation.
+/// An elite of a finished run.
+#[derive(Clone, Debug)]
+pub(super) struct RecordedElite {
+    pub(super) cell: u32,
+    /// By which it is compared.
+    pub(super) fitness: f64,
+    pub(super) evaluations: u32,
+    pub(super) behaviour: Vec<f64>,
+    /// As an individual of its generation.
+    pub(super) lived: Champion,
+}
+
+/// All elites of a finished run; `asked` is the option that asks for them.
 ///
 /// # Errors
-/// Exit 3 for a run without an archive, or a cell without an elite; exit 5 if the files aren't what was written.
-pub(super) fn elite(run: &Recorded<'_>, experiment: &Experiment, cell: u32) -> Result<Champion> {
+/// Exit 3 for a run without an archive; exit 5 if the files aren't what was written.
+pub(super) fn elites(run: &Recorded<'_>, experiment: &Experiment, asked: &str) -> Result<Vec<RecordedElite>> {
     if !experiment.settings().evolution.has_archive() {
         return Err(Failure::input(format_args!(
-            "--elite {cell}: {} has no archive; allowed: runs with evolution.kind = \"map-elites\"",
+            "{asked}: {} has no archive; allowed: runs with evolution.kind = \"map-elites\"",
             run.directory.display()
         )));
     }
     let path = run.directory.join(ARCHIVE);
     let table = disk::read_text(&path)?;
-    let corrupt = |number: usize| Failure::corrupt(format_args!("{}:{number}: is not an elite", path.display()));
-    let mut cells = Vec::new();
-    for (place, line) in table.lines().skip(1).enumerate() {
-        let mut fields = line.split(',');
-        let own: u32 = fields
-            .next()
-            .and_then(|own| own.parse().ok())
-            .ok_or_else(|| corrupt(place + 2))?;
-        cells.push(own);
-        if own != cell {
-            continue;
-        }
-        let mut fields = fields.skip(2);
-        let mut whole = || fields.next()?.parse().ok();
-        let (generation, individual) = whole().zip(whole()).ok_or_else(|| corrupt(place + 2))?;
-        let score = fields.next().and_then(|bits| u32::from_str_radix(bits, 16).ok());
-        let layout = experiment.world().gene_layout();
-        let genomes = genomes::read(&run.directory.join(ARCHIVE_GENES), layout).map_err(Failure::corrupt)?;
-        if place >= genomes.len() {
-            return Err(corrupt(place + 2));
-        }
-        return Ok(Champion {
-            generation,
-            individual,
-            fitness: f32::from_bits(score.ok_or_else(|| corrupt(place + 2))?),
-            genome: genomes.genome(place).to_vec(),
-        });
+    let layout = experiment.world().gene_layout();
+    let genomes = genomes::read(&run.directory.join(ARCHIVE_GENES), layout).map_err(Failure::corrupt)?;
+    let descriptors = experiment.settings().evolution.descriptors.len();
+    let read = |place: usize, line: &str| {
+        let fields: Vec<&str> = line.split(',').collect();
+        let [cell, fitness, evaluations, generation, individual, bits, behaviour @ ..] = &fields[..] else {
+            return None;
+        };
+        let behaviour: Vec<f64> = behaviour.iter().map(|own| own.parse().ok()).collect::<Option<_>>()?;
+        (behaviour.len() == descriptors && place < genomes.len()).then_some(())?;
+        Some(RecordedElite {
+            cell: cell.parse().ok()?,
+            fitness: fitness.parse().ok()?,
+            evaluations: evaluations.parse().ok()?,
+            behaviour,
+            lived: Champion {
+                generation: generation.parse().ok()?,
+                individual: individual.parse().ok()?,
+                fitness: f32::from_bits(u32::from_str_radix(bits, 16).ok()?),
+                genome: genomes.genome(place).to_vec(),
+            },
+        })
+    };
+    let lines = table.lines().skip(1).enumerate();
+    lines
+        .map(|(place, line)| {
+            let corrupt = || Failure::corrupt(format_args!("{}:{}: is not an elite", path.display(), place + 2));
+            read(place, line).ok_or_else(corrupt)
+        })
+        .collect()
+}
+
+/// The elite of a cell of a finished run, as an individual of its generation.
+///
+/// # Errors
+/// As [`elites`], and exit 3 for a cell without an elite.
+pub(super) fn elite(run: &Recorded<'_>, experiment: &Experiment, cell: u32) -> Result<Champion> {
+    let mut all = elites(run, experiment, &format!("--elite {cell}"))?;
+    if let Some(place) = all.iter().position(|own| own.cell == cell) {
+        return Ok(all.swap_remove(place).lived);
     }
-    let near = cells.iter().min_by_key(|own| own.abs_diff(cell));
+    let near = all.iter().map(|own| own.cell).min_by_key(|own| own.abs_diff(cell));
     let near = near.map_or_else(String::new, |near| format!(", the nearest is {near}"));
     Err(Failure::input(format_args!(
         "--elite {cell}: that cell has no elite; allowed: one of the {} in {}{near}",
-        cells.len(),
-        path.display()
+        all.len(),
+        run.directory.join(ARCHIVE).display()
     )))
 }

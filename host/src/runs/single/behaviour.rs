@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use oneiro::batch::Trace;
+use rayon::prelude::*;
 
 use crate::experiment::Experiment;
 use crate::lives::measures::{self, Descriptor, Frame, Meter};
@@ -11,6 +12,10 @@ use crate::lives::measures::{self, Descriptor, Frame, Meter};
 pub(super) struct Behaviour {
     frame: Arc<Frame>,
     descriptors: Vec<Descriptor>,
+    /// Cycles between the records that are needed.
+    every: u32,
+    /// Records of a life that doesn't end early.
+    records: usize,
 }
 
 impl Behaviour {
@@ -22,26 +27,41 @@ impl Behaviour {
         }
         let (world, known) = (experiment.world(), measures::descriptors(experiment.world()));
         let own = |measure: &str| known.iter().find(|own| own.column.name == measure).cloned();
+        let wanted = evolution.descriptors.iter();
+        let descriptors: Vec<_> = wanted.filter_map(|wanted| own(&wanted.measure)).collect();
+        let frame = Frame::new(world, world.cycles(), &descriptors);
+        // Then those of the first cycle and the last.
+        let last = world.cycles() - 1;
+        let every = if frame.needs_only_the_end() { last.max(1) } else { 1 };
         Some(Self {
-            frame: Arc::new(Frame::new(world, world.cycles())),
-            descriptors: evolution
-                .descriptors
-                .iter()
-                .filter_map(|wanted| own(&wanted.measure))
-                .collect(),
+            frame: Arc::new(frame),
+            descriptors,
+            every,
+            records: (last / every) as usize + 1,
         })
     }
 
+    /// Cycles between records of the traces that it measures.
+    pub(super) fn every(&self) -> u32 {
+        self.every
+    }
+
     /// What describes each individual, one after the other: means over its lives. A life that ended before its first cycle has no
-    /// behaviour: NaN.
-    pub(super) fn of(&self, traces: &[Trace], trials: u32) -> Vec<f64> {
+    /// behaviour: NaN. None if a life ended early, so that its last record lies between those that were asked for: then all
+    /// are asked for from now on.
+    pub(super) fn of(&mut self, traces: &[Trace], trials: u32) -> Option<Vec<f64>> {
+        if self.every > 1 && traces.iter().any(|life| life.len() < self.records) {
+            self.every = 1;
+            return None;
+        }
         let count = f64::from(trials);
         let individual = |lives: &[Trace]| {
             let measured: Vec<_> = lives.iter().map(|life| self.measured(life)).collect();
             let mean = |own: &Descriptor| measured.iter().map(|life| own.value(life)).sum::<f64>() / count;
             self.descriptors.iter().map(mean).collect::<Vec<f64>>()
         };
-        traces.chunks_exact(trials as usize).flat_map(individual).collect()
+        let all = traces.par_chunks_exact(trials as usize).map(individual);
+        Some(all.collect::<Vec<_>>().concat())
     }
 
     fn measured(&self, life: &Trace) -> measures::Measures {

@@ -337,8 +337,14 @@ impl Evolving {
     /// Takes the fitness of a generation.
     fn bred(&mut self, results: &Results<'_>) -> Result<Step> {
         let settings = self.single.experiment.settings();
-        let behaviour = self.behaviour.as_ref();
-        let behaviour = behaviour.map_or_else(Vec::new, |own| own.of(results.traces, settings.trials));
+        let behaviour = match &mut self.behaviour {
+            Some(own) => match own.of(results.traces, settings.trials) {
+                Some(behaviour) => behaviour,
+                // The generation is asked for again.
+                None => return Ok(Step::default()),
+            },
+            None => Vec::new(),
+        };
         if self.single.experiment.first_real() == Some(self.evolution.generation()) {
             self.evolution.forget_champion();
         }
@@ -427,7 +433,7 @@ impl Job for Evolving {
         let mut stage = outside.map_or_else(|| Stage::lives(kernel), |_| Stage::OUTSIDE);
         match purpose {
             Purpose::Trace => stage.trace_every = Some(trace_every(experiment)),
-            Purpose::Generation if self.behaviour.is_some() => stage.trace_every = Some(1),
+            Purpose::Generation => stage.trace_every = self.behaviour.as_ref().map(Behaviour::every),
             Purpose::Compared(Elsewhere::QuietPath | Elsewhere::RealPaths) => stage.trace_every = Some(TERM),
             _ => (),
         }
@@ -566,6 +572,10 @@ impl Job for Evolving {
             };
             let parents = self.single.experiment.settings().evolution.parents;
             cells.extend(self.transferred.cells(parents, first, last));
+        }
+        if let Some(archive) = self.evolution.optimizer().archive() {
+            let offset = self.single.experiment.settings().evolution.archive.offset;
+            cells.extend([archive.coverage(), archive.quality(offset)].map(|number| number.to_string()));
         }
         Ok(Finished {
             files,

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`job`] | the state machine: generations, reality, the champion's trace |
 //! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
-//! | [`check`], [`replay`], [`audit`] | the commands of these names for such runs |
+//! | [`check`], [`replay`] with [`elites`], [`audit`] | the commands of these names for such runs |
 
 mod archive;
 mod arithmetic;
@@ -12,6 +12,7 @@ mod audit;
 mod behaviour;
 mod champion;
 mod check;
+mod elites;
 mod individuals;
 pub(crate) mod job;
 mod pictures;
@@ -61,6 +62,7 @@ const COVERAGE: &str = "coverage.csv";
 const ARCHIVE: &str = "archive.csv";
 const ARCHIVE_GENES: &str = "archive.npy";
 const ARCHIVE_PICTURE: &str = "archive.svg";
+const ARCHIVE_PAGE: &str = "archive.html";
 const LEARNING_CURVE: &str = "learning-curve.svg";
 /// Files of a replay, without the life's number and the extension.
 const REPLAY: &str = "replay";
@@ -111,6 +113,20 @@ static OUTCOMES_OF_REALITY: [Column; 3] = [
     ),
 ];
 
+/// Of the archive after the last generation.
+static OUTCOMES_OF_ARCHIVE: [Column; 2] = [
+    Column::number(
+        "coverage",
+        "",
+        "with `evolution.kind = \"map-elites\"`: the share of all cells that have an elite; empty with other optimisers",
+    ),
+    Column::number(
+        "qd_score",
+        "",
+        "with it: the sum over all elites of what their fitness is above `evolution.archive.offset`",
+    ),
+];
+
 /// The files of a run's directory.
 fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: bool) -> Vec<Entry> {
     let mut all = vec![
@@ -149,7 +165,7 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: b
 }
 
 /// The files of a run with an archive of elites.
-fn archive_files(columns: &[Column]) -> [Entry; 4] {
+fn archive_files(columns: &[Column]) -> [Entry; 5] {
     [
         Entry::table(
             COVERAGE,
@@ -165,6 +181,10 @@ fn archive_files(columns: &[Column]) -> [Entry; 4] {
         Entry::file(
             ARCHIVE_PICTURE,
             "a picture of the archive, if two measures describe behaviour",
+        ),
+        Entry::file(
+            ARCHIVE_PAGE,
+            "written by `oneiro replay --elites`: a page that shows the archive, and plays a life of the elite that is clicked",
         ),
     ]
 }
@@ -215,7 +235,13 @@ pub(crate) fn all_steps() -> &'static [Column] {
 /// The columns of what runs give in a sweep's table of results, of any sweep.
 #[cfg(test)]
 pub(crate) fn all_outcomes() -> Vec<Column> {
-    [&OUTCOMES[..], &OUTCOMES_OF_REALITY, &transferred::COLUMNS].concat()
+    [
+        &OUTCOMES[..],
+        &OUTCOMES_OF_REALITY,
+        &transferred::COLUMNS,
+        &OUTCOMES_OF_ARCHIVE,
+    ]
+    .concat()
 }
 
 /// An experiment with single robots.
@@ -553,7 +579,12 @@ impl super::Experiment for Single {
             false if self.is_compared => &transferred::COLUMNS,
             false => &[],
         };
-        [&OUTCOMES[..], reality].concat()
+        let archive: &[Column] = if self.experiment.settings().evolution.has_archive() {
+            &OUTCOMES_OF_ARCHIVE
+        } else {
+            &[]
+        };
+        [&OUTCOMES[..], reality, archive].concat()
     }
 
     fn columns(&self) -> &'static [Column] {

@@ -38,6 +38,9 @@ pub(super) fn run(
              Its lives are in {directory}/{LIVES}, and `oneiro evaluate --genomes {directory}` lets it live in the simulator"
         )));
     }
+    if replay.elites {
+        return super::elites::page(single, run, replay, engine, console);
+    }
     let champion = match replay.elite {
         Some(cell) => super::archive::elite(run, experiment, cell)?,
         None => super::champion(run, experiment)?,
