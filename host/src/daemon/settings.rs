@@ -191,7 +191,7 @@ impl Settings {
             );
             return Err(source.invalid("experiment", problem));
         }
-        let experiment = SwarmExperiment::of(&experiment, &parsed, &[])?;
+        let experiment = SwarmExperiment::of_robots(&experiment, &parsed)?;
         check(&file, experiment.settings().world.robots, &source)?;
         let wire = match file.address.parse() {
             Ok(Address::Wire(wire)) => wire,

@@ -467,7 +467,7 @@ fn experiment(path: &Path, source: &Source<'_>) -> Result<(SwarmExperiment, Stri
         );
         return Err(source.invalid("experiment", problem));
     }
-    let experiment = SwarmExperiment::of(path, &values, &[]).map_err(refused)?;
+    let experiment = SwarmExperiment::of_robots(path, &values).map_err(refused)?;
     Ok((experiment, text))
 }
 
