@@ -890,7 +890,14 @@ mod tests {
         let text = text.unwrap();
         println!("{text}");
         let [value, low, high, p]: [f64; 4] = std::array::from_fn(|column| {
-            text.lines().nth(1).unwrap().split(',').nth(column).unwrap().parse().unwrap()
+            text.lines()
+                .nth(1)
+                .unwrap()
+                .split(',')
+                .nth(column)
+                .unwrap()
+                .parse()
+                .unwrap()
         });
         for (found, expected) in [(value, 1.0), (low, -3.10739), (high, 5.10739), (p, 0.509_476)] {
             assert!((found - expected).abs() < 1e-5, "{found}, not {expected}");
@@ -921,11 +928,10 @@ mod tests {
         }
         let tables = Tables::of(&found.complete().unwrap()).unwrap();
         assert_eq!(cell(&tables.contrasts, begin, 6), "1", "{}", tables.contrasts);
-        assert_eq!([12, 13, 17].map(|column| cell(&tables.contrasts, begin, column)), [
-            "undecided",
-            "holds",
-            "no"
-        ]);
+        assert_eq!(
+            [12, 13, 17].map(|column| cell(&tables.contrasts, begin, column)),
+            ["undecided", "holds", "no"]
+        );
     }
 
     #[test]
@@ -933,18 +939,43 @@ mod tests {
         let [random, all] = tables(as_in_the_paper);
         let refused = |texts: &[&str]| {
             let mut found = Found::default();
-            let read = texts.iter().try_for_each(|text| parse(Path::new("results.csv"), text, &mut found));
-            read.and_then(|()| found.complete().map(|_| ())).unwrap_err().to_string()
+            let read = texts
+                .iter()
+                .try_for_each(|text| parse(Path::new("results.csv"), text, &mut found));
+            read.and_then(|()| found.complete().map(|_| ()))
+                .unwrap_err()
+                .to_string()
         };
         for (texts, expected) in [
-            (&[&*all][..], "lack runs of swarm.case = \"random\" with swarm.control = \"evolved\" at a threshold of 0.0"),
+            (
+                &[&*all][..],
+                "lack runs of swarm.case = \"random\" with swarm.control = \"evolved\" at a threshold of 0.0",
+            ),
             (&[&*random], "have no run of an evolving swarm; allowed: "),
-            (&[&*random, &all, &random], "results.csv:2: is the second run of seed 501 of its cell; allowed: "),
-            (&[&all.replace("late_g1,", "other,")], "results.csv:1: has no column late_g1; allowed: "),
-            (&[&all.replacen(",evolved,", ",shuffled,", 1)], "results.csv:2: swarm.control is unknown; allowed: "),
-            (&[&all.replacen("no-light", "dark", 1)], "results.csv:2: swarm.case is none of the paper's; allowed: "),
-            (&[&all.replacen("no-light,", "no-light,x", 1)], "results.csv:2: has no seed; allowed: "),
-            (&[&all.replacen(",simulator-right,0.0,", ",simulator-random,0.16,", 1)], "is the second run of seed"),
+            (
+                &[&*random, &all, &random],
+                "results.csv:2: is the second run of seed 501 of its cell; allowed: ",
+            ),
+            (
+                &[&all.replace("late_g1,", "other,")],
+                "results.csv:1: has no column late_g1; allowed: ",
+            ),
+            (
+                &[&all.replacen(",evolved,", ",shuffled,", 1)],
+                "results.csv:2: swarm.control is unknown; allowed: ",
+            ),
+            (
+                &[&all.replacen("no-light", "dark", 1)],
+                "results.csv:2: swarm.case is none of the paper's; allowed: ",
+            ),
+            (
+                &[&all.replacen("no-light,", "no-light,x", 1)],
+                "results.csv:2: has no seed; allowed: ",
+            ),
+            (
+                &[&all.replacen(",simulator-right,0.0,", ",simulator-random,0.16,", 1)],
+                "is the second run of seed",
+            ),
         ] {
             let problem = refused(texts);
             assert!(problem.contains(expected), "{problem}, not {expected}");
@@ -952,6 +983,9 @@ mod tests {
         // One cell has a seed less than the others of its case.
         let (short, _) = all.rsplit_once('\n').unwrap();
         let problem = refused(&[&random, short]);
-        assert!(problem.contains("with swarm.control = \"simulator-random\" at a threshold of 0.16"), "{problem}");
+        assert!(
+            problem.contains("with swarm.control = \"simulator-random\" at a threshold of 0.16"),
+            "{problem}"
+        );
     }
 }
