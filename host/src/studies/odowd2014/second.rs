@@ -619,7 +619,7 @@ impl Combination {
         }
         let named = |(other, place, name): (Self, usize, &str)| {
             let mut words = self.words();
-            words[place] = name.to_owned();
+            name.clone_into(&mut words[place]);
             (other, words)
         };
         all.into_iter().map(named).collect()
