@@ -70,14 +70,12 @@ const FACTOR_COLUMNS: [&str; 4] = [
     "swarm.clock.installed_s",
 ];
 
-/// The factors that a combination is of, as the tables have them.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Combination {
-    threshold: String,
-    scale: String,
-    credit: String,
-    installed: String,
-}
+/// A combination of levels of the factors, as the tables have them: threshold, scale, credit and installation.
+type Combination = [String; 4];
+/// Where the credit stands.
+const CREDIT: usize = 2;
+/// The levels of which a factor's family is the difference: where the factor stands, the first and the second.
+const LEVELS: [(usize, &str, &str); 3] = [(0, "0.0", "0.16"), (CREDIT, "lagged", "matched"), (3, "60", "34")];
 
 /// The runs of a cell, by seed.
 type Cell = BTreeMap<u64, Run>;
@@ -488,10 +486,8 @@ impl Found {
             .collect();
         for (key, cells) in &mut all {
             for (other, cell, runs) in &shared {
-                let alike = Combination {
-                    credit: key.credit.clone(),
-                    ..other.clone()
-                };
+                let mut alike = other.clone();
+                key[CREDIT].clone_into(&mut alike[CREDIT]);
                 if alike == *key {
                     cells.entry(*cell).or_insert_with(|| runs.clone());
                 }
@@ -502,12 +498,7 @@ impl Found {
                 let own = cells.get(&(case, kind)).map(|runs| runs.keys().collect::<Vec<_>>());
                 let is_whole = own.as_ref().is_some_and(|own| own.len() > 3) && own == seeds(case);
                 if !is_whole {
-                    let Combination {
-                        threshold,
-                        scale,
-                        credit,
-                        installed,
-                    } = key;
+                    let [threshold, scale, credit, installed] = key;
                     return Err(Failure::input(format_args!(
                         "--sweeps: lack runs of swarm.case = {:?} with swarm.control = {:?} at a threshold of {threshold}, a scale of \
                          {scale}, credit {credit} and installation after {installed} s; allowed: finished sweeps of \
@@ -546,20 +537,20 @@ impl Tables {
                 let own = Judging { cells, half };
                 OF_CELLS.iter().map(|contrast| (contrast.of)(&own)).collect()
             };
-            let judged = rows(&key.words(), &OF_CELLS, groups, &mut contrasts)?;
+            let judged = rows(key, &OF_CELLS, groups, &mut contrasts)?;
             for claim in JUDGED {
                 let outcome = contrasts::of_claim(claim, &judged, OF_CELLS.iter().map(|contrast| contrast.claims));
                 let ends = [claim, outcome.word()].map(str::to_owned);
-                let row: Vec<String> = key.words().into_iter().chain(ends).collect();
+                let row: Vec<String> = key.clone().into_iter().chain(ends).collect();
                 claims.row(&row);
                 shown.push(row);
             }
             for (case, kind) in needed() {
-                table.row(key.words().into_iter().chain(cell(cells, case, kind)));
+                table.row(key.clone().into_iter().chain(cell(cells, case, kind)));
             }
         }
         for (key, cells) in all {
-            for (other, words) in key.others() {
+            for (other, words) in others(key) {
                 let Some(second) = all.get(&other) else { continue };
                 let groups = |half| {
                     let [first, second] = [cells, second].map(|cells| Judging { cells, half });
@@ -582,53 +573,22 @@ impl Tables {
     }
 }
 
-impl Combination {
-    fn words(&self) -> [String; 4] {
-        [&self.threshold, &self.scale, &self.credit, &self.installed].map(String::clone)
-    }
-
-    /// The combinations at the second level of a factor of which this one is at the first, and what the differences are called.
-    fn others(&self) -> Vec<(Self, [String; 4])> {
-        let [first, .., last] = [self.threshold.as_str(), "", self.installed.as_str()];
-        let mut all = Vec::new();
-        if first == "0.0" {
-            let threshold = "0.16".to_owned();
-            all.push((
-                Self {
-                    threshold,
-                    ..self.clone()
-                },
-                0,
-                "0.16 - 0.0",
-            ));
-        }
-        if self.credit == "lagged" {
-            let credit = "matched".to_owned();
-            all.push((Self { credit, ..self.clone() }, 2, "matched - lagged"));
-        }
-        if last == "60" {
-            let installed = "34".to_owned();
-            all.push((
-                Self {
-                    installed,
-                    ..self.clone()
-                },
-                3,
-                "34 - 60",
-            ));
-        }
-        let named = |(other, place, name): (Self, usize, &str)| {
-            let mut words = self.words();
-            name.clone_into(&mut words[place]);
-            (other, words)
+/// The combinations at the second level of a factor of which this one is at the first, and what the differences are called.
+fn others(own: &Combination) -> impl Iterator<Item = (Combination, Combination)> {
+    let at_first = LEVELS.into_iter().filter(|(place, first, _)| own[*place] == *first);
+    at_first.map(|(place, first, second)| {
+        let with = |word: &str| {
+            let mut words = own.clone();
+            word.clone_into(&mut words[place]);
+            words
         };
-        all.into_iter().map(named).collect()
-    }
+        (with(second), with(&format!("{second} - {first}")))
+    })
 }
 
 /// Judges a family, also by halves, and keeps its rows.
 fn rows(
-    factors: &[String; 4],
+    factors: &Combination,
     contrasts: &[Contrast],
     groups: impl Fn(Option<usize>) -> Vec<Groups>,
     table: &mut Vec<Row>,
@@ -699,12 +659,7 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
         } else {
             let of = |name: &str| place(name).map(|column| row[column].to_owned());
             let [threshold, scale, credit, installed] = FACTOR_COLUMNS.map(of);
-            let key = Combination {
-                threshold: threshold?,
-                scale: scale?,
-                credit: credit?,
-                installed: installed?,
-            };
+            let key = [threshold?, scale?, credit?, installed?];
             let control = of("swarm.control")?;
             let kind = Kind::ALL.into_iter().find(|kind| name(kind) == control);
             let kind = kind.ok_or_else(|| bad(line, "swarm.control is unknown; allowed: evolved, or a control"))?;
