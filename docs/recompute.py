@@ -1,12 +1,16 @@
-"""Judges the second edition of the 1995 study again, from the tables of its sweeps, with pandas, SciPy and statsmodels alone.
+"""Judges the second editions of the studies again, from the tables of their sweeps, with pandas, SciPy and statsmodels alone.
 
     pip install pandas scipy statsmodels
     oneiro reproduce miglino1995 --sweeps collision-1,collision-1.75 --out second
     python docs/recompute.py --judged second collision-1 collision-1.75
+    oneiro reproduce odowd2014 --sweeps random,scale-0.2 --out second-2014
+    python docs/recompute.py --judged second-2014 random scale-0.2
 
-It prints each contrast, and compares every figure and every outcome with those that the program wrote to `second`. What is
-judged, and how, stands in docs/preregistration-1995-second.md. Models are fitted by statsmodels' MixedLM, not by the
-program's closed form. Ends with exit code 1 if anything differs.
+It prints each contrast, and compares every figure and every outcome with those that the program wrote to the judged directory. What is
+judged, and how, stands in docs/preregistration-1995-second.md and docs/preregistration-2014-second.md. The mixed models of 1995 are
+fitted by statsmodels' MixedLM, not by the program's closed form. Without single robots and by halves, where only outcomes count, SciPy
+minimises the same restricted likelihood, which is faster; it must agree with MixedLM on all runs. Ends with exit code 1 if anything
+differs.
 """
 
 import argparse
@@ -17,7 +21,7 @@ import warnings
 import numpy as np
 import pandas as pd
 import statsmodels.api as sm
-from scipy import stats
+from scipy import optimize, stats
 from statsmodels.stats.multitest import multipletests
 
 FAILED_BELOW = 100.0
@@ -90,8 +94,35 @@ def fitted_by(model):
     return max(fits, key=lambda fit: fit.llf)
 
 
+def nested_by_scipy(values):
+    """As `nested`: the restricted likelihood of the ratio of variances, over robots and over runs, minimised."""
+    sizes = values.groupby(level="robot").size().to_numpy()
+    means = values.groupby(level="robot").mean().to_numpy()
+    within = ((values - values.groupby(level="robot").transform("mean")) ** 2).sum()
+    if values.nunique() == 1:
+        return values.iloc[0], 0.0, len(sizes) - 1
+
+    def fit(ratio):
+        weights = sizes / (1 + sizes * ratio)
+        mean = (weights * means).sum() / weights.sum()
+        squares = within + (weights * (means - mean) ** 2).sum()
+        deviance = (len(values) - 1) * np.log(squares) + np.log1p(sizes * ratio).sum() + np.log(weights.sum())
+        return deviance, mean, np.sqrt(squares / (len(values) - 1) / weights.sum())
+
+    found = optimize.minimize_scalar(lambda log: fit(np.exp(log))[0], bounds=(-15, 15), method="bounded", options={"xatol": 1e-9})
+    _, mean, error = min(fit(0.0), fit(np.exp(found.x)))
+    return mean, error, len(sizes) - 1
+
+
 def nested(values):
     """The mean of values by robot, its standard error by restricted maximum likelihood, and its degrees of freedom."""
+    by_scipy = nested_by_scipy(values)
+    fitted = nested_by_statsmodels(values)
+    assert np.allclose(by_scipy, fitted, rtol=1e-4, atol=1e-9), f"{fitted} by statsmodels, {by_scipy} by SciPy"
+    return fitted
+
+
+def nested_by_statsmodels(values):
     robots = values.index.get_level_values("robot")
     df = robots.nunique() - 1
     if values.nunique() == 1:
@@ -117,31 +148,49 @@ def of_means(values):
     return means.mean(), stats.sem(means), len(means) - 1
 
 
-def tested(fit, is_equivalence):
-    """Estimate, interval and p."""
+def tested(fit, margin):
+    """Estimate, interval and p of a mean above 0 or, with a margin, equivalent to 0."""
     value, error, df = fit
-    if np.isnan(value):
-        return value, value, value, 1.0
+    if not np.isfinite([value, error]).all():
+        return np.nan, np.nan, np.nan, 1.0
     reach = stats.t.ppf(1 - ALPHA / 2, df) * error
     if error == 0:
-        p = float(abs(value) >= MARGIN) if is_equivalence else float(value == 0)
-    elif is_equivalence:
-        p = max(stats.t.sf((value + MARGIN) / error, df), stats.t.cdf((value - MARGIN) / error, df))
+        p = float(value == 0) if np.isnan(margin) else float(abs(value) >= margin)
+    elif not np.isnan(margin):
+        p = max(stats.t.sf((value + margin) / error, df), stats.t.cdf((value - margin) / error, df))
     else:
         p = 2 * stats.t.sf(abs(value / error), df)
     return value, value - reach, value + reach, p
 
 
+def outcomes(table, p, level=ALPHA):
+    """Outcomes by a p that may be corrected."""
+    significant = p < level
+    beyond = (table.low > table.margin) | (table.high < -table.margin)
+    opposed = np.where(table.margin.notna(), beyond, significant & (table.estimate < 0))
+    return np.select([opposed, significant], ["opposed", "holds"], "undecided")
+
+
 def family(columns, fit):
-    """Judges the contrasts of a family: a list of names, claims, whether it is equivalence, and values by robot and seed."""
-    rows = [(name, claims, equivalence, *tested(fit(values), equivalence)) for name, claims, equivalence, values in columns]
-    table = pd.DataFrame(rows, columns=["contrast", "claims", "equivalence", "estimate", "low", "high", "p"])
+    """Judges the contrasts of a family: a list of names, claims, the margin of an equivalence or NaN, and values."""
+    rows = [(name, claims, margin, *tested(fit(values), margin)) for name, claims, margin, values in columns]
+    table = pd.DataFrame(rows, columns=["contrast", "claims", "margin", "estimate", "low", "high", "p"])
     table["p_holm"] = multipletests(table.p, method="holm")[1]
-    significant = table.p_holm < ALPHA
-    beyond = (table.low > MARGIN) | (table.high < -MARGIN)
-    opposed = np.where(table.equivalence, beyond, significant & (table.estimate < 0))
-    table["outcome"] = np.select([opposed, significant], ["opposed", "holds"], "undecided")
+    table["outcome"] = outcomes(table, table.p_holm)
     return table
+
+
+def by_other_criteria(table):
+    """Adds the outcomes of all contrasts that are judged together by criteria next to the registered one."""
+    table = table.reset_index(drop=True)
+    table["uncorrected"] = outcomes(table, table.p)
+    table["level_0.01"] = outcomes(table, table.p_holm, 0.01)
+    table["one_family"] = outcomes(table, multipletests(table.p, method="holm")[1])
+    return table
+
+
+def worst(outcomes):
+    return next((word for word in ["opposed", "undecided"] if (outcomes == word).any()), "holds")
 
 
 def half(values, second):
@@ -154,14 +203,14 @@ def firm(columns, converged):
     """A family's outcomes, and those by fewer runs."""
     table = family(columns, nested)
     robots = columns[0][3].index.get_level_values("robot").unique()
-    kept = lambda of: [(name, claims, equivalence, of(values)) for name, claims, equivalence, values in columns]
+    kept = lambda of: [(name, claims, margin, of(values)) for name, claims, margin, values in columns]
     changed = np.zeros(len(table), int)
     for robot in robots:
-        without = family(kept(lambda values: values.drop(robot, level="robot")), nested)
+        without = family(kept(lambda values: values.drop(robot, level="robot")), nested_by_scipy)
         changed += (without.outcome != table.outcome).to_numpy()
     table["changed_by_robots"] = changed
-    table["first_half"] = family(kept(lambda values: half(values, False)), nested).outcome
-    table["second_half"] = family(kept(lambda values: half(values, True)), nested).outcome
+    table["first_half"] = family(kept(lambda values: half(values, False)), nested_by_scipy).outcome
+    table["second_half"] = family(kept(lambda values: half(values, True)), nested_by_scipy).outcome
     table["converged"] = family(kept(lambda values: values[converged.reindex(values.index)]), of_means).outcome
     same = [table[column] == table.outcome for column in ["first_half", "second_half", "converged"]]
     table["survives"] = np.where((table.changed_by_robots == 0) & np.logical_and.reduce(same), "yes", "no")
@@ -185,13 +234,12 @@ def judged(runs):
         pivot = own[["gap", "true_gap", "peak_fall", "simulated", "real", "on", "path", "failed"]].unstack("noise")
         assert pivot.notna().all().all(), "a condition is missing"
         wide[severity, rule] = pivot
-        columns = [(name, of, equivalence, values(pivot)) for name, of, equivalence, values in OF_CONDITIONS]
+        columns = [(name, of, MARGIN if equivalence else np.nan, values(pivot)) for name, of, equivalence, values in OF_CONDITIONS]
         table = firm(columns, pivot.failed.sum(axis=1) == 0)
         contrasts.append(table.assign(severity=severity, rule=rule))
         for claim in ["C3", "C4", "C5", "C6", "C7", "C8"]:
-            outcomes = table.outcome[table.claims.str.split().map(lambda of: claim in of)]
-            worst = next((word for word in ["opposed", "undecided"] if (outcomes == word).any()), "holds")
-            claims.append((severity, rule, claim, worst))
+            contrasts_of = table.outcome[table.claims.str.split().map(lambda of: claim in of)]
+            claims.append((severity, rule, claim, worst(contrasts_of)))
         for noise in CONDITIONS:
             of_noise = own.xs(noise, level="noise")
             d = pd.Series({robot: effect(group) for robot, group in of_noise.groupby(level="robot")})
@@ -201,12 +249,12 @@ def judged(runs):
     for severity in runs.severity.unique():
         if {(severity, "undo"), (severity, "slide")} <= wide.keys():
             undo, slide = wide[severity, "undo"], wide[severity, "slide"]
-            columns = [(name, "", False, values(undo, slide)) for name, values in OF_RULES]
+            columns = [(name, "", np.nan, values(undo, slide)) for name, values in OF_RULES]
             table = firm(columns, (undo.failed.sum(axis=1) + slide.failed.sum(axis=1)) == 0)
             contrasts.append(table.assign(severity=severity, rule="slide - undo"))
     means = ["failed", "simulated", "quiet", "real", "last", "d", "d_error", "path_gap_mm", "path_repeat_mm"]
     return {
-        "contrasts": pd.concat(contrasts).drop(columns="equivalence").set_index(["severity", "rule", "contrast"]),
+        "contrasts": by_other_criteria(pd.concat(contrasts)).drop(columns="margin").set_index(["severity", "rule", "contrast"]),
         "claims": pd.DataFrame(claims, columns=["severity", "rule", "claim", "outcome"]).set_index(["severity", "rule", "claim"]),
         "cells": pd.DataFrame(cells, columns=["severity", "rule", "noise", "runs", *means]).set_index(["severity", "rule", "noise"]),
     }
@@ -238,6 +286,154 @@ def calibrated(runs):
     return table.set_index(["rule", "severity", "motion_severity"])
 
 
+# The 2014 study.
+ROBOTS = 10
+FACTORS = {
+    "threshold": "swarm.robot.phototaxis_threshold",
+    "scale": "swarm.simulators.mutation_scale",
+    "credit": "swarm.simulators.credit",
+    "installed_s": "swarm.clock.installed_s",
+}
+# The levels of which a factor's family is the difference, the second minus the first.
+LEVELS = {"threshold": ("0.0", "0.16"), "credit": ("lagged", "matched"), "installed_s": ("60", "34")}
+FOOD, SHARE, S0, BIN = 0.465, 0.15, 0.05, 0.165
+NO_LIGHT, OVER, OPPOSITE, AWAY, TOWARDS = "no-light", "over", "opposite", "over-then-opposite", "opposite-then-over"
+EVOLVED, NULL, RIGHT, DRAWN = "evolved", "fitness-shuffled", "simulator-right", "simulator-random"
+
+
+class Combination:
+    """The cells of a combination of factors: figures of runs by seed."""
+
+    def __init__(self, runs, random):
+        self.random_food = random.set_index("seed").sort_index().food
+        self.cells = {cell: own.set_index("seed").sort_index() for cell, own in runs.groupby(["case", "control"])}
+
+    def of(self, case, figure, control=EVOLVED):
+        return self.cells[case, control][figure]
+
+    def null(self, case, figure):
+        """How much more than under the null, by seed."""
+        return self.of(case, figure) - self.of(case, figure, NULL)
+
+
+def no_margin(name, claims, of):
+    return name, claims, np.nan, of
+
+
+# Names, claims, margins, and groups of runs whose means add up to the estimate.
+OF_CELLS = [
+    *[no_margin(f"food {case} - random", claims, lambda c, case=case: [c.of(case, "food"), -c.random_food])
+      for case, claims in [(OVER, "D1"), (OPPOSITE, "D1 D3"), (AWAY, "D1"), (TOWARDS, "D1")]],
+    ("food no-light = random", "D1", FOOD, lambda c: [c.of(NO_LIGHT, "food"), -c.random_food]),
+    *[no_margin(f"food {case} - null", claims, lambda c, case=case: [c.null(case, "food")])
+      for case, claims in [(OVER, "D1 D2"), (OPPOSITE, "D1 D3"), (AWAY, "D1"), (TOWARDS, "D1")]],
+    no_margin("food over - 1.5 random", "D2", lambda c: [c.of(OVER, "food"), -1.5 * c.random_food]),
+    no_margin("food 2.5 random - over", "D2", lambda c: [2.5 * c.random_food, -c.of(OVER, "food")]),
+    no_margin("food over - opposite", "D3", lambda c: [c.of(OVER, "food"), -c.of(OPPOSITE, "food")]),
+    no_margin("right no-light - null", "D4", lambda c: [c.null(NO_LIGHT, "settled_later")]),
+    ("late S0 no-light = 0.495", "D4", BIN, lambda c: [c.of(NO_LIGHT, "late_s0") - 0.495]),
+    no_margin("spread of G0 no-light - 0.214", "D4", lambda c: [c.of(NO_LIGHT, "late_g0_deviation") - 0.214]),
+    no_margin("spread of G1 no-light - 0.214", "D4", lambda c: [c.of(NO_LIGHT, "late_g1_deviation") - 0.214]),
+    no_margin("right over - null", "D5", lambda c: [c.null(OVER, "late_right")]),
+    no_margin("late G0 over - 0.66", "D5", lambda c: [c.of(OVER, "late_g0") - 0.66]),
+    no_margin("0.33 - late G1 over", "D5", lambda c: [0.33 - c.of(OVER, "late_g1")]),
+    no_margin("spread of G0 no-light - over", "D5", lambda c: [c.of(NO_LIGHT, "late_g0_deviation"), -c.of(OVER, "late_g0_deviation")]),
+    no_margin("spread of G1 no-light - over", "D5", lambda c: [c.of(NO_LIGHT, "late_g1_deviation"), -c.of(OVER, "late_g1_deviation")]),
+    ("right opposite = null", "D6", SHARE, lambda c: [c.null(OPPOSITE, "late_right")]),
+    ("late S0 opposite = 0.495", "D6", BIN, lambda c: [c.of(OPPOSITE, "late_s0") - 0.495]),
+    no_margin("spread of G0 opposite - 0.214", "D6", lambda c: [c.of(OPPOSITE, "late_g0_deviation") - 0.214]),
+    no_margin("spread of G1 opposite - 0.214", "D6", lambda c: [c.of(OPPOSITE, "late_g1_deviation") - 0.214]),
+    no_margin("right before the move - null", "D7", lambda c: [c.null(AWAY, "before_right")]),
+    no_margin("food 0.75 before - after the move", "D7", lambda c: [ROBOTS * (0.75 * c.of(AWAY, "before_rate") - c.of(AWAY, "after_rate"))]),
+    no_margin("S0 before - late", "D7", lambda c: [c.of(AWAY, "before_s0") - c.of(AWAY, "late_s0")]),
+    no_margin("0.5 - right late", "D7", lambda c: [0.5 - c.of(AWAY, "late_right")]),
+    no_margin("food second half over - moved over", "D8", lambda c: [ROBOTS * c.of(OVER, "second_rate"), -ROBOTS * c.of(TOWARDS, "second_rate")]),
+    no_margin("right late - before", "D8", lambda c: [c.of(TOWARDS, "late_right") - c.of(TOWARDS, "before_later")]),
+    ("first S0 opposite = opposite-then-over", "D9", S0, lambda c: [c.of(OPPOSITE, "first_s0"), -c.of(TOWARDS, "first_s0")]),
+    no_margin("food right opposite - random", "D12", lambda c: [c.of(OPPOSITE, "food", RIGHT), -c.random_food]),
+    no_margin("food right gain over / 2 - opposite", "D12",
+              lambda c: [0.5 * c.of(OVER, "food", RIGHT), -c.of(OPPOSITE, "food", RIGHT), 0.5 * c.random_food]),
+    no_margin("area over - 0.5", "D13", lambda c: [c.of(OVER, "chosen_area", DRAWN) - 0.5]),
+    no_margin("area opposite - 0.5", "D13", lambda c: [c.of(OPPOSITE, "chosen_area", DRAWN) - 0.5]),
+    no_margin("food null opposite - random", "D14", lambda c: [c.of(OPPOSITE, "food", NULL), -c.random_food]),
+    ("food opposite = null", "D14", FOOD, lambda c: [c.null(OPPOSITE, "food")]),
+    no_margin("right second half over - moved", "D15", lambda c: [c.of(OVER, "second_later"), -c.of(AWAY, "second_later")]),
+    no_margin("spread of S0 second half moved - over", "D15", lambda c: [c.of(AWAY, "second_s0_deviation"), -c.of(OVER, "second_s0_deviation")]),
+    no_margin("spread of late S0 null - evolved", "D16", lambda c: [-c.null(NO_LIGHT, "late_s0_deviation")]),
+    no_margin("food right - drawn over", "D17", lambda c: [c.of(OVER, "food", RIGHT) - c.of(OVER, "food", DRAWN)]),
+    no_margin("food right - drawn opposite", "D17", lambda c: [c.of(OPPOSITE, "food", RIGHT) - c.of(OPPOSITE, "food", DRAWN)]),
+]
+OF_FACTORS = [
+    ("food over", lambda c: c.of(OVER, "food")),
+    ("food opposite", lambda c: c.of(OPPOSITE, "food")),
+    ("food no-light", lambda c: c.of(NO_LIGHT, "food")),
+    ("food null opposite", lambda c: c.of(OPPOSITE, "food", NULL)),
+    ("right over - null", lambda c: c.null(OVER, "late_right")),
+    ("right opposite - null", lambda c: c.null(OPPOSITE, "late_right")),
+]
+JUDGED = [*(f"D{number}" for number in range(1, 10)), *(f"D{number}" for number in range(12, 18))]
+
+
+def welch(groups):
+    """The sum of means of groups of runs, its standard error, and Satterthwaite's degrees of freedom."""
+    parts = np.array([group.var(ddof=1) / len(group) for group in groups])
+    below = np.array([len(group) - 1 for group in groups])
+    spread = (parts**2 / below).sum()
+    return sum(group.mean(skipna=False) for group in groups), np.sqrt(parts.sum()), parts.sum() ** 2 / spread if spread > 0 else 1.0
+
+
+def halves_of(groups, second):
+    return [group[len(group) // 2 :] if second else group[: len(group) // 2] for group in groups]
+
+
+def firm_of_runs(columns):
+    """A family of 2014 and its outcomes by halves."""
+    table = family(columns, welch)
+    for name, second in [("first_half", False), ("second_half", True)]:
+        kept = [(contrast, claims, margin, halves_of(groups, second)) for contrast, claims, margin, groups in columns]
+        table[name] = family(kept, welch).outcome
+    return table
+
+
+def judged_2014(tables):
+    random = pd.concat([table[table["swarm.case"] == "random"] for table in tables])
+    runs = pd.concat([table[table["swarm.case"] != "random"] for table in tables], ignore_index=True)
+    runs = runs.rename(columns={column: name for name, column in FACTORS.items()} | {"swarm.case": "case", "swarm.control": "control"})
+    runs["food"], random["food"] = ROBOTS * runs.rate, ROBOTS * random.rate
+    # What is fixed or drawn is run once for both credits.
+    fixed = runs.control.isin([RIGHT, DRAWN])
+    shared = [runs[fixed].assign(credit=credit) for credit in runs.credit.unique()]
+    runs = pd.concat([runs[~fixed], *shared], ignore_index=True)
+    keys = list(FACTORS)
+    all_cells = {key: Combination(own, random) for key, own in runs.groupby(keys)}
+    contrasts, claims, cells = [], [], []
+    for key, combination in all_cells.items():
+        table = firm_of_runs([(name, of, margin, groups(combination)) for name, of, margin, groups in OF_CELLS])
+        contrasts.append(table.assign(**dict(zip(keys, key))))
+        for claim in JUDGED:
+            claims.append((*key, claim, worst(table.outcome[table.claims.str.split().map(lambda of: claim in of)])))
+        for (case, control), own in [*combination.cells.items(), (("random", EVOLVED), random.set_index("seed"))]:
+            figures = own[["late_right", "late_s0", "late_g0", "late_g1"]].mean()
+            cells.append((*key, case, control, len(own), own.food.mean(), own.food.std(), *figures))
+    for key, combination in all_cells.items():
+        for factor, (first, second) in LEVELS.items():
+            place = keys.index(factor)
+            other = all_cells.get((*key[:place], second, *key[place + 1 :]))
+            if key[place] == first and other:
+                table = firm_of_runs([(name, "", np.nan, [of(other) - of(combination)]) for name, of in OF_FACTORS])
+                words = dict(zip(keys, key)) | {factor: f"{second} - {first}"}
+                contrasts.append(table.assign(**words))
+    table = by_other_criteria(pd.concat(contrasts))
+    criteria = ["first_half", "second_half", "uncorrected", "level_0.01", "one_family"]
+    table["survives"] = np.where(table[criteria].eq(table.outcome, axis=0).all(axis=1), "yes", "no")
+    means = ["runs", "food", "food_deviation", "late_right", "late_s0", "late_g0", "late_g1"]
+    return {
+        "contrasts": table.drop(columns="margin").set_index([*keys, "contrast"]),
+        "claims": pd.DataFrame(claims, columns=[*keys, "claim", "outcome"]).set_index([*keys, "claim"]),
+        "cells": pd.DataFrame(cells, columns=[*keys, "case", "control", *means]).set_index([*keys, "case", "control"]),
+    }
+
+
 def differences(name, own, program):
     """Prints each cell that differs from the program's: words at all, numbers by more than their rounding and the optimiser's."""
     count = 0
@@ -263,14 +459,19 @@ def differences(name, own, program):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sweeps", nargs="+", help="directories of finished sweeps")
-    parser.add_argument("--judged", help="the directory that `oneiro reproduce miglino1995 --sweeps .. --out` wrote")
+    parser.add_argument("--judged", help="the directory that `oneiro reproduce STUDY --sweeps .. --out` wrote")
     arguments = parser.parse_args()
-    tables = {directory: pd.read_csv(pathlib.Path(directory) / "results.csv", dtype={"reality.severity": str}) for directory in arguments.sweeps}
-    calibrations = [table for table in tables.values() if "noise.sensor" not in table]
-    others = [table for table in tables.values() if "noise.sensor" in table]
-    own = judged(read(others)) if others else {}
-    if calibrations:
-        own["calibration"] = calibrated(pd.concat(calibrations, ignore_index=True))
+    words = dict.fromkeys(["reality.severity", "severity", *FACTORS, *FACTORS.values()], str)
+    tables = [pd.read_csv(pathlib.Path(directory) / "results.csv", dtype=words) for directory in arguments.sweeps]
+    if "swarm.case" in tables[0]:
+        own = judged_2014(tables)
+    else:
+        calibrations = [table for table in tables if "noise.sensor" not in table]
+        others = [table for table in tables if "noise.sensor" in table]
+        own = judged(read(others)) if others else {}
+        if calibrations:
+            # Severities are numbers there.
+            own["calibration"] = calibrated(pd.concat(calibrations, ignore_index=True))
     with pd.option_context("display.width", 200, "display.max_rows", None, "display.max_columns", None):
         if "contrasts" in own:
             print(own["contrasts"][["estimate", "low", "high", "p_holm", "outcome", "survives"]])
@@ -279,9 +480,9 @@ def main():
     if arguments.judged is None:
         return
     count = 0
-    types = {"contrasts": {"severity": str}, "claims": {"severity": str}, "cells": {"severity": str}, "calibration": {}}
     for name, table in own.items():
-        program = pd.read_csv(pathlib.Path(arguments.judged) / f"{name}.csv", dtype=types[name], keep_default_na=False, na_values=["NaN", "-"])
+        types = {} if name == "calibration" else words
+        program = pd.read_csv(pathlib.Path(arguments.judged) / f"{name}.csv", dtype=types, keep_default_na=False, na_values=["NaN", "-"])
         count += differences(name, table, program.set_index(list(table.index.names)))
     verdicts = sum(len(table) for name, table in own.items() if name != "cells")
     print(f"{count} differences from the program in {verdicts} verdicts and their figures")

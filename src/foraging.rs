@@ -150,6 +150,9 @@ pub struct Foraging {
     pub phototaxis_gain: f32,
     /// Greatest speed of phototactic turns, rad/s.
     pub phototaxis_turn: f32,
+    /// Reading of its brightest light sensor below which a robot searches at random in place of phototaxis; 0: phototaxis
+    /// always acts.
+    pub phototaxis_threshold: f32,
     /// Distance of a wall below which a robot turns away.
     pub near: f32,
     /// Time for which it goes straight after the wall is clear, s.
@@ -204,6 +207,8 @@ pub fn parameters<T: AsForaging>() -> Vec<Parameter<T>> {
             "Phototaxis turns this many rad/s for each rad off the light.", |own, _| Some(&mut own.as_foraging()?.phototaxis_gain)),
         row("robot.phototaxis_turn_rad_s", "rad/s", Number(0.0, 30.0), "ours",
             "Greatest speed of its turns.", |own, _| Some(&mut own.as_foraging()?.phototaxis_turn)),
+        row("robot.phototaxis_threshold", "", Number(0.0, 1.0), "ours: it always acts, \"can be over-riden\" in O'Dowd et al. 2014, section 4.4; a factor of the study's second edition",
+            "Phototaxis acts if the brightest light sensor reads at least this, of 1; else the robot searches at random.", |own, _| Some(&mut own.as_foraging()?.phototaxis_threshold)),
         row("robot.near_mm", "mm", Number(0.0, SIGHT.into()), "ours",
             "What is nearer than this makes a robot turn away.", |own, _| Some(&mut own.as_foraging()?.near)),
         row("robot.escape_s", "s", Number(0.0, 1000.0), "ours; arms",
@@ -354,6 +359,7 @@ impl Foraging {
             turn: 2.0,
             phototaxis_gain: 3.0,
             phototaxis_turn: 2.4,
+            phototaxis_threshold: 0.0,
             near: 30.0,
             escape: 1.0,
             search_interval: 3.0,
@@ -456,6 +462,13 @@ impl Foraging {
                 cycle: in_kernel(CYCLE),
                 items: self.food_items as f32,
                 robots: robots as f32,
+            },
+        );
+        cells.put(
+            forager::PHOTOTAXIS,
+            forager::PhototaxisCell {
+                threshold: in_kernel(of(self.phototaxis_threshold)),
+                ..forager::PhototaxisCell::default()
             },
         );
         for (axes, four) in (forager::AXES..).step_by(2).zip(BEARINGS.as_chunks::<4>().0) {

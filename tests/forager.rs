@@ -173,12 +173,13 @@ fn genes_select_behaviours_by_the_food_state() {
     }
 }
 
-/// A robot's first movement by phototaxis, computed in double precision from the documented laws.
-fn first_drive(forager: &Foraging, [x, y, heading]: [f64; 3], sign: f64) -> (f64, f64) {
+/// A robot's first movement by phototaxis, and the reading of its brightest sensor, computed in double precision from the documented
+/// laws.
+fn first_drive(forager: &Foraging, [x, y, heading]: [f64; 3], sign: f64) -> (f64, f64, f64) {
     let lamp = f64::from(forager.arena_radius + forager.lamp_behind_wall);
     let lamp_x = if forager.light == Light::OverNest { -lamp } else { lamp };
     let turn = 2.0 * std::f64::consts::PI;
-    let (mut ahead, mut aside) = (0.0, 0.0);
+    let (mut ahead, mut aside, mut brightest) = (0.0, 0.0, 0.0_f64);
     for degrees in [17.0_f64, 50.0, 90.0, 150.0, 210.0, 270.0, 310.0, 343.0] {
         let bearing = degrees.to_radians();
         let axis = turn * heading + bearing;
@@ -189,6 +190,7 @@ fn first_drive(forager: &Foraging, [x, y, heading]: [f64; 3], sign: f64) -> (f64
         let seen = (shine + 0.1).clamp(0.0, 1.0);
         ahead += seen * bearing.cos();
         aside += seen * bearing.sin();
+        brightest = brightest.max(seen);
     }
     let off = (sign * aside).atan2(sign * ahead);
     let forward = 80.0 * off.cos().max(0.0);
@@ -198,6 +200,7 @@ fn first_drive(forager: &Foraging, [x, y, heading]: [f64; 3], sign: f64) -> (f64
     (
         0.05 * (wheels[0] + wheels[1]),
         0.1 * (wheels[1] - wheels[0]) / 53.0 / turn,
+        brightest,
     )
 }
 
@@ -221,7 +224,7 @@ fn phototaxis_follows_its_law() {
                 ..Foraging::odowd2014(light)
             };
             for (gene, sign) in [(0.99, 1.0), (0.0, -1.0)] {
-                let (forward, turned) = first_drive(&forager, start.map(f64::from), sign);
+                let (forward, turned, _) = first_drive(&forager, start.map(f64::from), sign);
                 let next = moved(forager, gene);
                 let mean = 2.0 * std::f64::consts::PI * (f64::from(start[2]) + 0.5 * turned);
                 let expected = [
@@ -239,6 +242,59 @@ fn phototaxis_follows_its_law() {
             }
         }
     }
+}
+
+/// Phototaxis acts from its threshold on, by the brightest sensor.
+#[test]
+fn phototaxis_gives_way_below_its_threshold() {
+    for index in 0..40 {
+        let start = [
+            -300.0 + 15.0 * index as f32,
+            203.0 - 10.0 * index as f32,
+            0.025 * (index * 7 % 40) as f32,
+        ];
+        let base = Foraging {
+            light_noise: 0.0,
+            start: Some(start),
+            cycles: 2,
+            near: 0.0,
+            ..Foraging::odowd2014(Light::OppositeNest)
+        };
+        let (.., brightest) = first_drive(&base, start.map(f64::from), 1.0);
+        for (off, gene, expected) in [
+            (-1e-3, 0.99, SEEK_LIGHT),
+            (-1e-3, 0.0, FLEE_LIGHT),
+            (1e-3, 0.99, SEARCH),
+            (1e-3, 0.0, SEARCH),
+        ] {
+            let forager = Foraging {
+                phototaxis_threshold: (brightest + off) as f32,
+                ..base
+            };
+            let trace = &lived(&[forager], &[[gene; 2]], 1).traces[0];
+            let found = trace.details_as::<Details>(0).behaviour;
+            assert_eq!(found, expected, "{start:?}, {off} from {brightest}, gene {gene}");
+        }
+    }
+}
+
+/// In darkness no sensor reads 0.16: what controllers would do with light makes no difference then, to the last bit.
+#[test]
+fn with_a_threshold_all_controllers_search_alike_in_darkness() {
+    let genomes = genomes(40);
+    let all = |light: Light, threshold: f32, genomes: &[[f32; 2]]| {
+        let forager = Foraging {
+            phototaxis_threshold: threshold,
+            ..Foraging::odowd2014(light)
+        };
+        lived(&[forager], genomes, 1).traces
+    };
+    let searching = vec![[0.495; 2]; genomes.len()];
+    let dark = all(Light::Nowhere, 0.16, &genomes);
+    assert!(dark == all(Light::Nowhere, 0.16, &searching));
+    // Controls: without the threshold, and with a lamp, they differ.
+    assert!(all(Light::Nowhere, 0.0, &genomes) != all(Light::Nowhere, 0.0, &searching));
+    assert!(all(Light::OverNest, 0.16, &genomes) != all(Light::OverNest, 0.16, &searching));
 }
 
 /// Straight ahead for 3 s on average, followed by a turn of up to 90 degrees to either side.

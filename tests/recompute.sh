@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# recompute.sh: docs/recompute.py judges small sweeps of the 1995 study's second edition as the program does, and notices a
+# recompute.sh: docs/recompute.py judges small sweeps of both studies' second editions as the program does, and notices a
 # verdict and a figure that are not the program's. Skipped if there is no Python, or its packages aren't available.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -60,6 +60,20 @@ oneiro sweep run "$scratch/calibration.toml" --out "$scratch/calibration" --quie
 oneiro reproduce miglino1995 --sweeps "$scratch/calibration" --out "$scratch/calibrated"
 [ "$(grep -c ',yes,' "$scratch/calibrated/calibration.csv")" = 3 ] || fail "not one pair of severities was taken for each rule"
 same "$scratch/calibrated" "$scratch/calibration" || fail "it calibrates otherwise than the program"
+
+say "small sweeps of the 2014 study"
+# Ten minutes, of which the light moves in the fifth.
+for name in random scale-0.2; do
+    sed -e 's|"\.\./\.\./odowd|"'"$PWD"'/experiments/odowd|; s/^seeds = "1\.\..*/seeds = "1..6"/; s/^seeds = "501.*/seeds = "501..506"/; s/^\[set\]$//' \
+        -e 's/^swarm.controllers.mutation_scale = .*//' -e 's/^# Credit makes.*//' "experiments/odowd2014/second/$name.toml" >"$scratch/$name.toml"
+    printf '[set]\nswarm.minutes = 10\nswarm.light_moves_minute = 5\nswarm.controllers.mutation_scale = 0.2\n' >>"$scratch/$name.toml"
+    oneiro sweep run "$scratch/$name.toml" --out "$scratch/$name" --quiet >/dev/null
+done
+oneiro reproduce odowd2014 --sweeps "$scratch/random,$scratch/scale-0.2" --out "$scratch/judged-2014"
+for outcome in holds undecided opposed; do
+    grep -q "$outcome" "$scratch/judged-2014/contrasts.csv" || fail "no contrast of 2014 has the outcome $outcome"
+done
+same "$scratch/judged-2014" "$scratch/random" "$scratch/scale-0.2" || fail "it judges the 2014 study otherwise than the program"
 
 say "controls"
 # changed FILE SED: whether a table that was changed so is noticed.

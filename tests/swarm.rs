@@ -81,6 +81,24 @@ fn over_nest(swarm: Swarm, genes: [f32; 2], count: usize, until: u32) -> Vec<Vec
     watched(swarm, &worlds(count, Lamp::fixed(Light::OverNest)), &orders, until)
 }
 
+/// In darkness no sensor in the arena reads 0.16 either: No Light is Random Movement there, whatever controllers evolve.
+#[test]
+fn with_a_threshold_all_controllers_search_alike_in_darkness() {
+    let dark = |threshold: f32, light: Light, genes: [f32; 2]| {
+        let mut swarm = Swarm::odowd2014(10);
+        swarm.forager.phototaxis_threshold = threshold;
+        let orders = always(genes, swarm.robots, 3);
+        watched(swarm, &worlds(3, Lamp::fixed(light)), &orders, 300)
+    };
+    let searching = dark(0.16, Light::Nowhere, SEARCH);
+    for genes in CONTROLLERS {
+        assert_eq!(dark(0.16, Light::Nowhere, genes), searching, "{genes:?}");
+    }
+    // Controls: they differ without the threshold, and with a lamp.
+    assert_ne!(dark(0.0, Light::Nowhere, GOOD), searching);
+    assert_ne!(dark(0.16, Light::OverNest, GOOD), dark(0.16, Light::OverNest, SEARCH));
+}
+
 fn apart(one: &Seen, other: &Seen) -> f32 {
     (one.x - other.x).hypot(one.y - other.y)
 }

@@ -326,6 +326,13 @@ fn foragers() -> Vec<Subject> {
                 },
             ),
             (
+                "a threshold of light",
+                Foraging {
+                    phototaxis_threshold: 0.3,
+                    ..base
+                },
+            ),
+            (
                 "a small arena",
                 Foraging {
                     arena_radius: 250.0,
@@ -362,6 +369,13 @@ fn behaviours() -> Vec<Subject> {
             "slow turns to the light",
             Foraging {
                 phototaxis_turn: 0.2,
+                ..base
+            },
+        ),
+        (
+            "a threshold of light",
+            Foraging {
+                phototaxis_threshold: 0.9,
                 ..base
             },
         ),
@@ -481,6 +495,17 @@ fn swarms() -> Vec<Subject> {
             200,
         ),
         ("other individuals", Swarm { individuals: 2, ..ten }, 200),
+        (
+            "a threshold of light",
+            Swarm {
+                forager: Foraging {
+                    phototaxis_threshold: 0.3,
+                    ..ten.forager
+                },
+                ..ten
+            },
+            200,
+        ),
         (
             "heard through others",
             Swarm {

@@ -14,7 +14,7 @@ fn page() -> String {
     let swarm = runs::swarm::all_contents();
     let of_single = sweep::contents::all_entries(runs::single::all_outcomes(), runs::single::all_steps(), true);
     let of_swarms = sweep::contents::all_entries(runs::swarm::all_outcomes(), runs::swarm::all_steps(), false);
-    let [of_1995, of_second, of_2014] = studies::all_contents();
+    let [of_1995, second_of_1995, of_2014, second_of_2014] = studies::all_contents();
     let directories = [
         ("A run of a single robot", record::contents(single, true)),
         ("A run of a swarm", record::contents(swarm, false)),
@@ -26,8 +26,9 @@ fn page() -> String {
         #[cfg(feature = "twin")]
         ("A fleet's twin", fleet::twin::all_contents()),
         ("The 1995 study", of_1995),
-        ("The second edition of the 1995 study", of_second),
+        ("The second edition of the 1995 study", second_of_1995),
         ("The 2014 study", of_2014),
+        ("The second edition of the 2014 study", second_of_2014),
     ];
     let section = |(title, entries): (&str, Vec<Entry>)| format!("\n## {title}\n{}", tables(&entries, "###"));
     directories.map(section).concat()

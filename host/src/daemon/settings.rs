@@ -191,7 +191,7 @@ impl Settings {
             );
             return Err(source.invalid("experiment", problem));
         }
-        let experiment = SwarmExperiment::of(&experiment, &parsed, &[])?;
+        let experiment = SwarmExperiment::of_robots(&experiment, &parsed)?;
         check(&file, experiment.settings().world.robots, &source)?;
         let wire = match file.address.parse() {
             Ok(Address::Wire(wire)) => wire,
@@ -266,6 +266,11 @@ speed_mm_s = 128
         fs::write(directory.join("robot.toml"), FILE.replace(replaced, by)).unwrap();
         fs::write(directory.join("swarm.toml"), "[swarm]\nrobots = 10\nminutes = 3\n").unwrap();
         fs::write(directory.join("single.toml"), "trials = 1\n").unwrap();
+        fs::write(
+            directory.join("control.toml"),
+            "[swarm]\ncontrol = \"simulator-right\"\n",
+        )
+        .unwrap();
         let settings = Settings::read(&directory.join("robot.toml"));
         fs::remove_dir_all(&directory).unwrap();
         settings
@@ -319,6 +324,12 @@ speed_mm_s = 128
                 "swarm.toml",
                 "single.toml",
                 "which has no swarm; allowed: an experiment with a table [swarm]",
+            ),
+            (
+                "control",
+                "swarm.toml",
+                "control.toml",
+                "control.toml:2:11: swarm.control: is a control, which needs the evolution of all robots in one program; allowed: evolved",
             ),
             ("peer", "\"127.0.0.1:4712\"", "3", "robot.toml:10:"),
             (

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use oneiro::foraging::{AsForaging, Foraging};
-use oneiro::parameter::{Allowed, Parameter};
+use oneiro::parameter::{Allowed, Choice, Choices, Parameter, row};
 use oneiro::swarm::Swarm;
 use toml::Table;
 
@@ -18,6 +18,9 @@ use crate::swarm::Plan;
 use crate::swarm::record::Kind;
 use crate::swarm::settings::{self, Clock, Settings};
 
+/// The key of the control.
+const CONTROL: &str = "swarm.control";
+
 /// A checked experiment with a swarm.
 #[derive(Clone, Debug)]
 pub(crate) struct SwarmExperiment(File);
@@ -30,6 +33,40 @@ pub(crate) struct File {
     /// Seed of the run; the command line's takes precedence.
     seed: Option<u64>,
     swarm: Settings,
+    /// The evolution, or a control.
+    control: Kind,
+}
+
+/// One robot alone is no control of an experiment, but an experiment with one robot.
+impl Choice for Kind {
+    const CHOICES: Choices<Self> = &[
+        ("evolved", Self::Evolved, "no control, the paper's evolution"),
+        (
+            "fitness-shuffled",
+            Self::FitnessShuffled,
+            "real fitness is shuffled among robots before it is compared (the null)",
+        ),
+        (
+            "simulator-shuffled",
+            Self::SimulatorShuffled,
+            "simulators are shuffled among robots after each exchange",
+        ),
+        (
+            "simulator-right",
+            Self::SimulatorRight,
+            "all simulators have the light where it is",
+        ),
+        (
+            "simulator-wrong",
+            Self::SimulatorWrong,
+            "all simulators have the light where it is not",
+        ),
+        (
+            "simulator-random",
+            Self::SimulatorRandom,
+            "each simulator is drawn anew each interval",
+        ),
+    ];
 }
 
 impl AsMut<Settings> for File {
@@ -55,6 +92,14 @@ impl Described for File {
         static ROWS: LazyLock<Vec<Parameter<File>>> = LazyLock::new(|| {
             let mut rows = head(|own: &mut File, _| Some(&mut own.name), |own, _| Some(&mut own.seed));
             rows.extend(settings::parameters().into_iter().map(|row| below_swarm(&row)));
+            rows.push(row(
+                CONTROL,
+                "",
+                Allowed::Any,
+                "ours; the null and the interventions of docs/preregistration-2014.md",
+                "What the experimenter does to the evolution of simulators. Simulated swarms only.",
+                |own: &mut File, _| Some(&mut own.control),
+            ));
             rows
         });
         &ROWS
@@ -76,6 +121,20 @@ fn below_swarm(row: &Parameter<File>) -> Parameter<File> {
 }
 
 impl SwarmExperiment {
+    /// As [`SwarmExperiment::of`], for robots of their own, whose evolution nobody can control from outside.
+    ///
+    /// # Errors
+    /// As there, and for a control.
+    pub(crate) fn of_robots(path: &Path, text: &Parsed<'_>) -> Result<Self> {
+        let own = Self::of(path, text, &[])?;
+        if own.0.control == Kind::Evolved {
+            return Ok(own);
+        }
+        let (_, source): (Table, _) = Source::read(text, &[])?;
+        let problem = "is a control, which needs the evolution of all robots in one program; allowed: evolved";
+        Err(source.invalid(CONTROL, problem))
+    }
+
     /// Reads the values of an experiment's file.
     ///
     /// # Errors
@@ -114,7 +173,7 @@ impl SwarmExperiment {
     pub(crate) fn plan(&self, seed: u64) -> Plan {
         Plan {
             settings: self.0.swarm.clone(),
-            kind: Kind::Evolved,
+            kind: self.0.control,
             number: 0,
             seed,
         }

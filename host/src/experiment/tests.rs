@@ -788,6 +788,7 @@ fn values_of_worlds_are_refused_by_their_keys() {
                 "turn_rad_s",
                 "phototaxis_gain",
                 "phototaxis_turn_rad_s",
+                "phototaxis_threshold",
                 "near_mm",
                 "escape_s",
                 "search_interval_s",

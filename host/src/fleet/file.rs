@@ -467,7 +467,7 @@ fn experiment(path: &Path, source: &Source<'_>) -> Result<(SwarmExperiment, Stri
         );
         return Err(source.invalid("experiment", problem));
     }
-    let experiment = SwarmExperiment::of(path, &values, &[]).map_err(refused)?;
+    let experiment = SwarmExperiment::of_robots(path, &values).map_err(refused)?;
     Ok((experiment, text))
 }
 
@@ -782,7 +782,13 @@ mod tests {
     fn only_swarms_live_on_fleets() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap();
         let path = std::env::temp_dir().join(format!("oneiro-fleet-khepera-{}.toml", std::process::id()));
+        let control = path.with_extension("control.toml");
+        fs::write(&control, "[swarm]\ncontrol = \"fitness-shuffled\"\n").unwrap();
         for (experiment, words) in [
+            (
+                control.to_str().unwrap(),
+                "swarm.control: is a control, which needs the evolution of all robots in one program; allowed: evolved",
+            ),
             (
                 "experiments/khepera-avoidance.toml",
                 "has no table [swarm]; allowed: an experiment with a swarm",
@@ -801,5 +807,6 @@ mod tests {
             );
         }
         fs::remove_file(path).unwrap();
+        fs::remove_file(control).unwrap();
     }
 }

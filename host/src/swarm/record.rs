@@ -65,10 +65,11 @@ impl Case {
 }
 
 /// The paper's distributed evolution, or a control in which the experimenter intervenes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Kind {
     /// The paper's evolution.
+    #[default]
     Evolved,
     /// The null: real fitness is shuffled among robots before it is compared.
     FitnessShuffled,

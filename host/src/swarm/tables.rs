@@ -1,13 +1,11 @@
 //! Tables and figures of a swarm's run.
 
 use std::fmt::Write;
-
-use oneiro::foraging::Light;
+use std::ops::Range;
 
 use super::record::{RobotInterval, Run};
 use super::settings::Settings;
 use crate::contents::{Column, head};
-use crate::statistics::mean;
 
 /// The table of intervals: its file, and its columns.
 pub(crate) const INTERVALS: &str = "intervals.csv";
@@ -55,6 +53,81 @@ pub(crate) static FOOD_COLUMNS: [Column; 2] = [
     Column::whole("brought", "items", "food that all robots brought in that second"),
 ];
 
+/// What a run gives in a sweep's table of results. "Before the move" is before the light may move (`swarm.light_moves_minute`).
+pub(crate) static OUTCOMES: [Column; 21] = [
+    Column::whole("brought", "items", "food that all robots brought"),
+    Column::number("rate", "items a robot-minute", "food brought"),
+    Column::number(
+        "late_rate",
+        "items a robot-minute",
+        "food in the last fifth of the time",
+    ),
+    Column::number(
+        "before_rate",
+        "items a robot-minute",
+        "food in the 250 s before the light may move",
+    ),
+    Column::number("after_rate", "items a robot-minute", "food in the 500 s after that"),
+    Column::number(
+        "second_rate",
+        "items a robot-minute",
+        "food from when the light may move to the end",
+    ),
+    Column::number(
+        "late_right",
+        "0 to 1",
+        "the share of simulators with the light in its true position, in the last fifth of the intervals",
+    ),
+    Column::number(
+        "before_right",
+        "0 to 1",
+        "the same in the ten intervals before the light may move",
+    ),
+    Column::number(
+        "before_later",
+        "0 to 1",
+        "in these intervals the share with the light where it is at the end",
+    ),
+    Column::number(
+        "second_later",
+        "0 to 1",
+        "the share with the light where it is at the end, from when it may move",
+    ),
+    Column::number(
+        "settled_later",
+        "0 to 1",
+        "the share with the light where it is at the end, after the first fifth of the intervals",
+    ),
+    Column::number(
+        "first_s0",
+        "0 to 0.99",
+        "the mean gene of simulators in the intervals before the light may move",
+    ),
+    Column::number("before_s0", "0 to 0.99", "the same in the last ten of them"),
+    Column::number("late_s0", "0 to 0.99", "the same in the last fifth of the intervals"),
+    Column::number(
+        "second_s0_deviation",
+        "",
+        "the standard deviation of that gene over robots and intervals, from when the light may move",
+    ),
+    Column::number("late_s0_deviation", "", "the same in the last fifth of the intervals"),
+    Column::number(
+        "late_g0",
+        "0 to 0.99",
+        "the mean gene of acting controllers for behaviour with food, in the last fifth of the intervals",
+    ),
+    Column::number("late_g0_deviation", "", "its standard deviation"),
+    Column::number("late_g1", "0 to 0.99", "the mean gene for behaviour without food"),
+    Column::number("late_g1_deviation", "", "its standard deviation"),
+    Column::number(
+        "chosen_area",
+        "0 to 1",
+        "the area under the curve of real fitness for \"the simulator in which the controller was chosen is right\"; NaN if all or none are",
+    ),
+];
+/// Seconds of a bin of the paper's Figure 5.
+const BIN: usize = 250;
+
 /// A line for each robot in an interval.
 pub(crate) fn interval_rows(interval: usize, robots: &[RobotInterval]) -> String {
     let mut text = String::new();
@@ -100,31 +173,55 @@ impl Run {
         self.brought.iter().map(|&food| u32::from(food)).sum()
     }
 
-    /// Row in a sweep's table of results: food in total and per robot-minute; and of the last fifth of the time, food
-    /// per robot-minute, the share of simulators that have the light where it is, and their mean gene.
+    /// Row in a sweep's table of results: [`OUTCOMES`].
     pub(crate) fn cells(&self, settings: &Settings) -> Vec<String> {
         let robots = f64::from(settings.world.robots);
-        let rate = |brought: &[u16]| {
+        let seconds = self.brought.len();
+        let rate = |seconds: Range<usize>| {
+            let brought = &self.brought[seconds];
             let food: f64 = brought.iter().copied().map(f64::from).sum();
             60.0 * food / (brought.len() as f64 * robots)
         };
         let late = |length: usize| length - length / 5;
-        let [_, light] = settings.case.lights();
-        let genes: Vec<f64> = self.intervals[late(self.intervals.len())..]
-            .iter()
-            .flatten()
-            .map(|own| f64::from(own.s0))
-            .collect();
-        let right: Vec<f64> = genes
-            .iter()
-            .map(|&gene| f64::from(u8::from(Light::of_gene(gene as f32) == light)))
-            .collect();
-        vec![
-            self.total().to_string(),
-            format!("{:.6}", rate(&self.brought)),
-            format!("{:.6}", rate(&self.brought[late(self.brought.len())..])),
-            format!("{:.6}", mean(&right)),
-            format!("{:.6}", mean(&genes)),
-        ]
+        // The second and the interval in which the light may move.
+        let moves_at = (settings.light_moves() as usize).min(seconds);
+        let moves = (settings.light_moves() / settings.clock.interval_s) as usize;
+        let end = self.intervals.len();
+        let (before, second, last) = (moves.saturating_sub(10)..moves, moves..end.max(moves), late(end)..end);
+        let [now, then] = settings.case.lights();
+        let rates = [
+            rate(0..seconds),
+            rate(late(seconds)..seconds),
+            rate(moves_at.saturating_sub(BIN)..moves_at),
+            rate(moves_at..(moves_at + 2 * BIN).min(seconds)),
+            rate(moves_at..seconds),
+        ];
+        let shares = [
+            self.share(then, last.clone()),
+            self.share(now, before.clone()),
+            self.share(then, before.clone()),
+            self.share(then, second.clone()),
+            self.share(then, end / 5..end),
+        ];
+        let genes = [
+            self.mean(|own| own.s0, 0..moves),
+            self.mean(|own| own.s0, before),
+            self.mean(|own| own.s0, last.clone()),
+            self.deviation(|own| own.s0, second),
+            self.deviation(|own| own.s0, last.clone()),
+            self.mean(|own| own.g0, last.clone()),
+            self.deviation(|own| own.g0, last.clone()),
+            self.mean(|own| own.g1, last.clone()),
+            self.deviation(|own| own.g1, last),
+        ];
+        let area = self.area(moves, |interval, robot| self.intervals[interval][robot].chosen_under);
+        let numbers = rates
+            .into_iter()
+            .chain(shares)
+            .chain(genes)
+            .chain([area.unwrap_or(f64::NAN)]);
+        std::iter::once(self.total().to_string())
+            .chain(numbers.map(|number| format!("{number:.6}")))
+            .collect()
     }
 }

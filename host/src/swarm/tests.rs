@@ -315,6 +315,28 @@ fn interventions_set_what_they_say() {
     assert_eq!(sorted(&evolved.intervals[0]), sorted(&shuffled.intervals[0]));
 }
 
+/// Where simulators are set by the experimenter, no credit is compared. Where they evolve, credit matters, unless controllers act
+/// in the interval in which they were chosen.
+#[test]
+fn credit_makes_no_difference_where_the_study_says_so() {
+    let lived = |kind: Kind, credit: Credit, installed_s: u32| {
+        let mut plan = plan(Case::Over, kind);
+        plan.settings.simulators.credit = credit;
+        plan.settings.clock.installed_s = installed_s;
+        run_alone(plan)
+    };
+    for (kind, installed_s, is_same) in [
+        (Kind::SimulatorRight, 60, true),
+        (Kind::SimulatorRandom, 60, true),
+        (Kind::Evolved, 34, true),
+        (Kind::FitnessShuffled, 34, true),
+        (Kind::Evolved, 60, false),
+    ] {
+        let [lagged, matched] = [Credit::Lagged, Credit::Matched].map(|credit| lived(kind, credit, installed_s));
+        assert_eq!(lagged == matched, is_same, "{kind:?}, installed after {installed_s} s");
+    }
+}
+
 /// Alone, a simulator wanders by itself, wherever the light is.
 #[test]
 fn nothing_selects_the_simulator_of_one_robot() {

@@ -1,6 +1,7 @@
 // Behaviours by priority, as in Figure 3 of O'Dowd, Studley and Winfield (2014): obstacle avoidance before phototaxis
 // before random search. Two genes select by the food state: gene 0 for a robot that carries food, gene 1 for one that
-// does not. A gene below 0.33 flees the light, from 0.66 on seeks it, and between searches at random (Table 1).
+// does not. A gene below 0.33 flees the light, from 0.66 on seeks it, and between searches at random (Table 1). Where a world has a
+// threshold of light, a robot all of whose light sensors read less searches at random, whatever the gene selects.
 
 // What a robot does.
 const FLEE_LIGHT: u32 = 0u;
@@ -68,7 +69,15 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
 
     let chosen = selected(gene(life, select(GENE_EMPTY, GENE_LADEN, carries)));
     if (chosen != SEARCH) {
-        return Deed(phototaxis(life, step, pose, chosen == FLEE_LIGHT), chosen, front, memory);
+        let sought = phototaxis(life, step, pose, chosen == FLEE_LIGHT);
+        let threshold = phototaxis_of(world).threshold;
+        var acts = true;
+        if (threshold > 0.0f) {
+            acts = sought.brightest >= threshold;
+        }
+        if (acts) {
+            return Deed(sought.wanted, chosen, front, memory);
+        }
     }
 
     // Straight on, and after random times turns by random angles on the spot.
@@ -87,13 +96,21 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
     return Deed(wanted, SEARCH, front, memory);
 }
 
+// What phototaxis wants to drive, and the greatest reading of the light sensors.
+struct Sought {
+    wanted: Drive,
+    brightest: f32,
+}
+
 // To where the light comes from, as all sensors have it, or away from there: the faster the straighter ahead it is.
-fn phototaxis(life: Life, step: u32, pose: vec3<f32>, flee: bool) -> Drive {
+fn phototaxis(life: Life, step: u32, pose: vec3<f32>, flee: bool) -> Sought {
     let driving = driving_of(life.world);
     var ahead = 0.0f;
     var aside = 0.0f;
+    var brightest = 0.0f;
     for (var half = 0u; half < 2u; half++) {
         let seen = light(life, step, half, pose);
+        brightest = max(brightest, max(max(seen.x, seen.y), max(seen.z, seen.w)));
         let along = seen * numbers(life.world, AXES + 2u * half);
         let across = seen * numbers(life.world, AXES + 2u * half + 1u);
         ahead += (along.x + along.y) + (along.z + along.w);
@@ -103,5 +120,6 @@ fn phototaxis(life: Life, step: u32, pose: vec3<f32>, flee: bool) -> Drive {
     // From -1/2 to 1/2.
     let off = turned - floor(turned + 0.5f);
     let straight = max(cosine_sine(off).x, 0.0f);
-    return Drive(driving.cruise * straight, clamp(driving.gain * off, -driving.greatest_turn, driving.greatest_turn));
+    let turn = clamp(driving.gain * off, -driving.greatest_turn, driving.greatest_turn);
+    return Sought(Drive(driving.cruise * straight, turn), brightest);
 }

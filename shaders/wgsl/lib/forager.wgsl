@@ -9,9 +9,10 @@ const ROBOT: u32 = 3u;
 const DRIVING: u32 = 4u;
 const TIMES: u32 = 5u;
 const ARENA: u32 = 6u;
+const PHOTOTAXIS: u32 = 7u;
 // cosines and sines of the bearings of the four sensors at the front, then of the others
-const AXES: u32 = 7u;
-const CURVE: u32 = 11u;
+const AXES: u32 = 8u;
+const CURVE: u32 = 12u;
 // The proximity sensors' curve has an entry each mm, two in a cell.
 const CURVE_ENTRIES: u32 = 70u;
 const FORAGER_CELLS: u32 = CURVE + CURVE_ENTRIES / 2u;
@@ -125,6 +126,20 @@ struct ArenaCell {
 fn arena_of(world: u32) -> ArenaCell {
     let own = numbers(world, ARENA);
     return ArenaCell(own.x, own.y, own.z, own.w);
+}
+
+// When phototaxis acts.
+struct PhototaxisCell {
+    // what the brightest light sensor must read for it to act; 0: it always acts
+    threshold: f32,
+    unused_a: f32,
+    unused_b: f32,
+    unused_c: f32,
+}
+
+fn phototaxis_of(world: u32) -> PhototaxisCell {
+    let own = numbers(world, PHOTOTAXIS);
+    return PhototaxisCell(own.x, own.y, own.z, own.w);
 }
 
 // Two entries of the curve of the proximity sensors: reading and its relative noise, by distance.

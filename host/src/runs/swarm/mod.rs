@@ -22,28 +22,8 @@ use crate::experiment::{self, Identities, Input};
 use crate::swarm::job::SwarmJob;
 use crate::swarm::record::{Case, Run};
 use crate::swarm::steps;
-use crate::swarm::tables::{FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS};
+use crate::swarm::tables::{FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS, OUTCOMES};
 
-/// What a run gives in a sweep's table of results.
-static OUTCOMES: [Column; 5] = [
-    Column::whole("brought", "items", "food that all robots brought"),
-    Column::number("rate", "items a robot-minute", "food brought"),
-    Column::number(
-        "late_rate",
-        "items a robot-minute",
-        "food in the last fifth of the time",
-    ),
-    Column::number(
-        "late_right",
-        "0 to 1",
-        "the share of simulators with the light in its true position, in the last fifth of the time",
-    ),
-    Column::number(
-        "late_s0",
-        "0 to 0.99",
-        "the mean gene of simulators in the last fifth of the time",
-    ),
-];
 const REPLAY: &str = "replay.html";
 
 /// The files of the directory of any run.

@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use super::calibration::{self, Pairs};
 use super::results::Condition;
@@ -11,7 +12,8 @@ use crate::contents::{Column, Entry, describe};
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
 use crate::report::csv::{Csv, number};
-use crate::statistics::{Undefined, holm, mean, nested_mean, one_sample_t, t_tails, t_within};
+use crate::statistics::{Undefined, mean, nested_mean, one_sample_t, variance};
+use crate::studies::contrasts::{self, Estimate, Judged, Row, figures};
 
 const CONTRASTS: &str = "contrasts.csv";
 const CLAIMS: &str = "claims.csv";
@@ -21,67 +23,26 @@ const CALIBRATION: &str = "calibration.csv";
 const FAILED_BELOW: f64 = 100.0;
 /// A gap within this is equivalent to none.
 const MARGIN: f64 = 25.0;
-/// Level of each family's tests, and of intervals.
-const ALPHA: f64 = 0.05;
 /// Individuals of a generation.
 const INDIVIDUALS: f64 = 100.0;
 
-/// What is taken of a run's row of the table.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Run {
-    pub(super) simulated: f64,
-    pub(super) simulated_peak: f64,
-    pub(super) simulated_deviation: f64,
-    pub(super) quiet: f64,
-    pub(super) real: f64,
-    pub(super) real_peak: f64,
-    pub(super) real_deviation: f64,
-    pub(super) last: f64,
-    pub(super) path_gap: f64,
-    pub(super) path_repeat: f64,
+figures! {
+    /// What is taken of a run's row of the table.
+    Run {
+        simulated: "simulated",
+        simulated_peak: "simulated_peak",
+        simulated_deviation: "simulated_deviation",
+        quiet: "quiet",
+        real: "real",
+        real_peak: "real_peak",
+        real_deviation: "real_deviation",
+        last: "last",
+        path_gap: "path_gap_mm",
+        path_repeat: "path_repeat_mm",
+    }
 }
 
 impl Run {
-    const COLUMNS: [&str; 10] = [
-        "simulated",
-        "simulated_peak",
-        "simulated_deviation",
-        "quiet",
-        "real",
-        "real_peak",
-        "real_deviation",
-        "last",
-        "path_gap_mm",
-        "path_repeat_mm",
-    ];
-
-    fn of(values: [f64; 10]) -> Self {
-        let [
-            simulated,
-            simulated_peak,
-            simulated_deviation,
-            quiet,
-            real,
-            real_peak,
-            real_deviation,
-            last,
-            path_gap,
-            path_repeat,
-        ] = values;
-        Self {
-            simulated,
-            simulated_peak,
-            simulated_deviation,
-            quiet,
-            real,
-            real_peak,
-            real_deviation,
-            last,
-            path_gap,
-            path_repeat,
-        }
-    }
-
     fn gap(&self) -> f64 {
         self.simulated - self.real
     }
@@ -200,41 +161,6 @@ fn of_slide([undo, slide]: &[Trio; 2], of: fn(&Trio) -> f64) -> f64 {
     of(slide) - of(undo)
 }
 
-/// Outcome of a contrast or of a claim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Outcome {
-    Holds,
-    Undecided,
-    Opposed,
-}
-
-impl Outcome {
-    fn word(self) -> &'static str {
-        match self {
-            Self::Holds => "holds",
-            Self::Undecided => "undecided",
-            Self::Opposed => "opposed",
-        }
-    }
-}
-
-/// A contrast's estimate, with its interval, and its test.
-#[derive(Clone, Copy, Debug)]
-struct Estimate {
-    value: f64,
-    low: f64,
-    high: f64,
-    p: f64,
-}
-
-/// A judged contrast.
-#[derive(Clone, Copy, Debug)]
-struct Judged {
-    estimate: Estimate,
-    p_holm: f64,
-    outcome: Outcome,
-}
-
 /// Which runs a family is judged by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kept<'a> {
@@ -273,50 +199,16 @@ fn by_robot<T>(
 }
 
 /// Estimates the mean of a contrast. Converged runs are as many as they are in each robot, so that robots enter by their means.
-fn estimate(groups: &[Vec<f64>], kept: Kept<'_>, is_equivalence: bool) -> std::result::Result<Estimate, Undefined> {
+fn estimate(groups: &[Vec<f64>], kept: Kept<'_>, margin: Option<f64>) -> std::result::Result<Estimate, Undefined> {
     let (value, error, df) = if kept == Kept::Converged {
         let means: Vec<f64> = groups.iter().map(mean).collect();
-        if means.len() < 2 {
-            return Ok(Estimate {
-                value: f64::NAN,
-                low: f64::NAN,
-                high: f64::NAN,
-                p: 1.0,
-            });
-        }
-        if let Ok(test) = one_sample_t(&means, 0.0) {
-            (mean(&means), mean(&means) / test.t, test.df)
-        } else {
-            (mean(&means), 0.0, means.len() as f64 - 1.0)
-        }
+        let error = (variance(&means) / means.len() as f64).sqrt();
+        (mean(&means), error, means.len() as f64 - 1.0)
     } else {
         let fitted = nested_mean(groups)?;
         (fitted.mean, fitted.standard_error, fitted.df)
     };
-    let error = if error.is_finite() { error.abs() } else { 0.0 };
-    let reach = t_within(1.0 - ALPHA, df) * error;
-    // The chance of a mean as far above a bound.
-    let above = |bound: f64| {
-        let distance = value - bound;
-        if error == 0.0 {
-            return if distance > 0.0 { 0.0 } else { 1.0 };
-        }
-        let tails = t_tails(distance / error, df).value / 2.0;
-        if distance > 0.0 { tails } else { 1.0 - tails }
-    };
-    let p = if is_equivalence {
-        above(-MARGIN).max(1.0 - above(MARGIN))
-    } else if error == 0.0 {
-        f64::from(u8::from(value == 0.0))
-    } else {
-        t_tails(value / error, df).value
-    };
-    Ok(Estimate {
-        value,
-        low: value - reach,
-        high: value + reach,
-        p: p.min(1.0),
-    })
+    Ok(Estimate::new(value, error, df, margin))
 }
 
 /// Judges a family.
@@ -328,64 +220,49 @@ fn family<T>(
 ) -> std::result::Result<Vec<Judged>, Undefined> {
     let estimates = contrasts.iter().map(|contrast| {
         let groups = by_robot(data, kept, has_failed, contrast.of);
-        estimate(&groups, kept, contrast.is_equivalence)
+        estimate(&groups, kept, contrast.is_equivalence.then_some(MARGIN))
     });
-    let estimates: Vec<Estimate> = estimates.collect::<std::result::Result<_, _>>()?;
-    let p: Vec<f64> = estimates.iter().map(|estimate| estimate.p).collect();
-    let judged = estimates.into_iter().zip(holm(&p)?).zip(contrasts);
-    Ok(judged
-        .map(|((estimate, p_holm), contrast)| {
-            let is_significant = p_holm < ALPHA;
-            let is_opposed = if contrast.is_equivalence {
-                estimate.low > MARGIN || estimate.high < -MARGIN
-            } else {
-                is_significant && estimate.value < 0.0
-            };
-            let outcome = match (is_opposed, is_significant) {
-                (true, _) => Outcome::Opposed,
-                (false, true) => Outcome::Holds,
-                (false, false) => Outcome::Undecided,
-            };
-            Judged {
-                estimate,
-                p_holm,
-                outcome,
-            }
-        })
-        .collect())
+    contrasts::family(estimates.collect::<std::result::Result<_, _>>()?)
 }
 
-static COLUMNS: [Column; 15] = [
-    Column::text(
-        "severity",
-        "the severity of reality; two, of what sensors see and of motion, where they differ",
-    ),
-    Column::text(
-        "rule",
-        "the simulator's collision rule, or `slide - undo` for what the rule changes",
-    ),
-    Column::text("contrast", "what is compared, see docs/preregistration-1995-second.md"),
-    Column::text("claims", "the claims that it belongs to"),
-    Column::number(
-        "estimate",
-        "",
-        "its estimate: points of fitness, mm of the paths, or a share of the runs",
-    ),
-    Column::number("low", "", "the lower end of its 95 % interval"),
-    Column::number("high", "", "the upper end"),
-    Column::number("p", "", "the probability by the test of the mixed model"),
-    Column::number("p_holm", "", "the same, after Holm's correction over the family"),
-    Column::text("outcome", "`holds`, `opposed` or `undecided`"),
-    Column::whole(
-        "changed_by_robots",
-        "",
-        "the number of robots without any one of which the outcome is another",
-    ),
-    Column::text("first_half", "the outcome with the first half of each robot's runs"),
-    Column::text("second_half", "the outcome with the second half"),
-    Column::text("converged", "the outcome with the runs in which no condition failed"),
-    Column::text("survives", "`yes` if none of these is another, else `no`"),
-];
+static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
+    let words = [
+        Column::text(
+            "severity",
+            "the severity of reality; two, of what sensors see and of motion, where they differ",
+        ),
+        Column::text(
+            "rule",
+            "the simulator's collision rule, or `slide - undo` for what the rule changes",
+        ),
+        Column::text("contrast", "what is compared, see docs/preregistration-1995-second.md"),
+        Column::text("claims", "the claims that it belongs to"),
+    ];
+    let firmness = [
+        Column::whole(
+            "changed_by_robots",
+            "",
+            "the number of robots without any one of which the outcome is another",
+        ),
+        Column::text("first_half", "the outcome with the first half of each robot's runs"),
+        Column::text("second_half", "the outcome with the second half"),
+        Column::text("converged", "the outcome with the runs in which no condition failed"),
+    ];
+    let unit = "its estimate: points of fitness, mm of the paths, or a share of the runs";
+    let survives = Column::text(
+        "survives",
+        "`yes` if the outcome is the same without any one robot, in both halves, and with converged runs, else `no`",
+    );
+    let estimate = contrasts::estimate_columns(unit);
+    let criteria = contrasts::other_criteria_columns();
+    words
+        .into_iter()
+        .chain(estimate)
+        .chain(firmness)
+        .chain(criteria)
+        .chain([survives])
+        .collect()
+});
 
 static CLAIM_COLUMNS: [Column; 4] = [
     Column::text("severity", "the severity of reality"),
@@ -424,7 +301,7 @@ static CELL_COLUMNS: [Column; 13] = [
 /// The files that judging writes.
 pub(in crate::studies) fn contents() -> Vec<Entry> {
     vec![
-        Entry::table(CONTRASTS, "one row per contrast, severity and rule", &COLUMNS),
+        Entry::table(CONTRASTS, "one row per contrast, severity and rule", COLUMNS.iter()),
         Entry::table(CLAIMS, "one row per claim, severity and rule", &CLAIM_COLUMNS),
         Entry::table(CELLS, "one row per severity, rule and noise", &CELL_COLUMNS),
         Entry::table(
@@ -486,20 +363,15 @@ struct Tables {
 
 impl Tables {
     fn of(all: &BTreeMap<(String, String), Runs>) -> std::result::Result<Self, Undefined> {
-        let (mut contrasts, mut claims) = (Csv::new(&COLUMNS), Csv::new(&CLAIM_COLUMNS));
+        let (mut contrasts, mut claims) = (Vec::new(), Csv::new(&CLAIM_COLUMNS));
         let mut cells = Csv::new(&CELL_COLUMNS);
         let mut shown = Vec::new();
         for ((severity, rule), runs) in all {
             let has_failed = |trio: &Trio| trio.iter().any(|run| run.failed() > 0.0);
             let judged = rows([severity, rule], runs, &OF_CONDITIONS, has_failed, &mut contrasts)?;
             for claim in ["C3", "C4", "C5", "C6", "C7", "C8"] {
-                let own = judged.iter().zip(&OF_CONDITIONS);
-                let own = own.filter(|(_, contrast)| contrast.claims.contains(&claim));
-                // The worst of its contrasts.
-                let outcome = own
-                    .map(|(judged, _)| judged.outcome)
-                    .max()
-                    .unwrap_or(Outcome::Undecided);
+                let own = OF_CONDITIONS.iter().map(|contrast| contrast.claims);
+                let outcome = contrasts::of_claim(claim, &judged, own);
                 let row = [severity, rule, claim, outcome.word()].map(str::to_owned);
                 claims.row(&row);
                 shown.push(row.to_vec());
@@ -531,7 +403,7 @@ impl Tables {
             )?;
         }
         Ok(Self {
-            contrasts: contrasts.text(),
+            contrasts: contrasts::table(&COLUMNS, &contrasts)?,
             claims: claims.text(),
             cells: cells.text(),
             shown,
@@ -545,7 +417,7 @@ fn rows<T>(
     data: &BTreeMap<Key, T>,
     contrasts: &[Contrast<T>],
     has_failed: fn(&T) -> bool,
-    table: &mut Csv,
+    table: &mut Vec<Row>,
 ) -> std::result::Result<Vec<Judged>, Undefined> {
     let by = |kept| family(data, contrasts, kept, has_failed);
     let judged = by(Kept::All)?;
@@ -560,25 +432,16 @@ fn rows<T>(
             .count();
         let others = others.each_ref().map(|other| other[index].outcome);
         let survives = changed == 0 && others.iter().all(|other| *other == own.outcome);
-        let Estimate { value, low, high, p } = own.estimate;
-        let numbers = [value, low, high, p, own.p_holm].map(number);
-        let [first, second, converged] = others.map(|other| other.word().to_owned());
-        let words = [severity, rule, contrast.name, &contrast.claims.join(" ")].map(str::to_owned);
-        let ends = [
-            own.outcome.word().to_owned(),
-            changed.to_string(),
-            first,
-            second,
-            converged,
-        ];
-        let survives = if survives { "yes" } else { "no" };
-        table.row(
-            words
-                .into_iter()
-                .chain(numbers)
-                .chain(ends)
-                .chain([survives.to_owned()]),
-        );
+        let firmness = others.map(|other| other.word().to_owned());
+        table.push(Row {
+            words: [severity, rule, contrast.name, &contrast.claims.join(" ")]
+                .map(str::to_owned)
+                .into(),
+            judged: *own,
+            firmness: std::iter::once(changed.to_string()).chain(firmness).collect(),
+            survives,
+            is_by_criteria: false,
+        });
     }
     Ok(judged)
 }
@@ -638,7 +501,6 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
             )
         })
     };
-    let numbers = Run::COLUMNS.map(place);
     let [severity, rule, robot, seed] = ["reality.severity", "robot.collision", "reality.robot", "seed"].map(place);
     let (severity, rule, robot, seed) = (severity?, rule?, robot?, seed?);
     let motion = position("reality.motion_severity");
@@ -647,25 +509,18 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
     } else {
         Some([place("noise.sensor")?, place("noise.walk_range_mm")?])
     };
-    let numbers = numbers.into_iter().collect::<Result<Vec<_>>>()?;
     let mut found: BTreeMap<(String, String), Known> = BTreeMap::new();
     for (row, line) in table.records().zip(2..) {
         let row = row.map_err(|error| bad(line, &error.to_string()))?;
-        let mut values = [0.0; 10];
-        for (value, &column) in values.iter_mut().zip(&numbers) {
-            let known = row[column].parse().ok().filter(|number: &f64| number.is_finite());
-            let problem = || {
-                bad(
-                    line,
-                    &format!("{} is {:?}; allowed: a number", &head[column], &row[column]),
-                )
-            };
-            *value = known.ok_or_else(problem)?;
-        }
+        let run = Run::read(|column| {
+            let value = &row[place(column)?];
+            let known = value.parse().ok().filter(|number: &f64| number.is_finite());
+            known.ok_or_else(|| bad(line, &format!("{column} is {value:?}; allowed: a number")))
+        })?;
         let Some([sensor, walk]) = noise else {
             let severities = [severity, motion.unwrap_or(severity)].map(|column| row[column].to_owned());
             let robots = into.pairs.entry((row[rule].to_owned(), severities)).or_default();
-            robots.entry(row[robot].to_owned()).or_default().push(Run::of(values));
+            robots.entry(row[robot].to_owned()).or_default().push(run);
             continue;
         };
         let condition = match (&row[sensor] == "[0.0, 0.0]", &row[walk] == "0.0") {
@@ -683,7 +538,7 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
         };
         let runs = found.entry((severity, row[rule].to_owned())).or_default();
         let trio = runs.entry((row[robot].to_owned(), seed)).or_default();
-        trio[condition as usize] = Some(Run::of(values));
+        trio[condition as usize] = Some(run);
     }
     for (cell, runs) in found {
         let own = into.all.entry(cell).or_default();
@@ -843,7 +698,7 @@ mod tests {
         });
         let tables = judged(&text).unwrap();
         assert_eq!(outcome(&tables.contrasts, "1.0,undo,gap sensor - none,", 9), "holds");
-        assert_eq!(outcome(&tables.contrasts, "1.0,undo,gap sensor - none,", 14), "yes");
+        assert_eq!(outcome(&tables.contrasts, "1.0,undo,gap sensor - none,", 17), "yes");
         let one = |row: &str| -> String {
             if !row.contains("surrogate:3,") && row.contains("0.4]") {
                 let mut cells: Vec<String> = row.rsplitn(11, ',').map(str::to_owned).collect();
@@ -856,7 +711,7 @@ mod tests {
         let text: Vec<String> = text.lines().map(one).collect();
         let tables = judged(&text.join("\n")).unwrap();
         assert_eq!(
-            outcome(&tables.contrasts, "1.0,undo,gap sensor - none,", 14),
+            outcome(&tables.contrasts, "1.0,undo,gap sensor - none,", 17),
             "no",
             "{}",
             tables.contrasts

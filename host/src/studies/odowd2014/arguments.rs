@@ -38,6 +38,10 @@ pub(crate) struct Arguments {
     /// Device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
+    /// Judge the second edition of the study instead: the directories of finished sweeps of experiments/odowd2014/second
+    /// (docs/preregistration-2014-second.md). With --out, its tables are written there
+    #[arg(long, value_name = "DIR,..", value_delimiter = ',', value_hint = ValueHint::DirPath, conflicts_with_all = ["runs", "seed", "scale", "credit", "only_cases", "questions", "arm", "sensitivity", "study"])]
+    pub(crate) sweeps: Vec<PathBuf>,
     /// A file to take in place of the shipped experiments/odowd2014/study.toml: what the study runs, and its arms
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) study: Option<PathBuf>,

@@ -8,7 +8,7 @@ use rand_pcg::Pcg64;
 
 use super::measures::{ALL, BEFORE_MOVE, BIN, FIRST_HALF, G0, G1, LATE, S0, SECOND_HALF, SETTLED};
 use super::results::{Case, Combination, Kind, Results, Run};
-use crate::statistics::{cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, roc_area, student_t, subset};
+use crate::statistics::{cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, student_t, subset};
 use crate::studies::ODOWD2014_CLAIMS;
 use crate::studies::claims::{Claim, Effect, Finding, HOLDS_IN, Preregistered, Test, Verdict, criteria};
 
@@ -547,18 +547,7 @@ impl Judged<'_> {
     /// `of` gives the simulator that a robot's fitness belongs to, by run, interval and robot.
     fn areas(&self, case: Case, of: impl Fn(&Run, usize, usize) -> f32) -> Vec<f64> {
         let moves = self.results.light_moves_minute as usize;
-        let area = |run: &Run| {
-            let mut scores = Vec::new();
-            let mut right = Vec::new();
-            for interval in 2..run.intervals.len().saturating_sub(1) {
-                let light = run.case.light_in(interval, moves);
-                for (robot, own) in run.intervals[interval].iter().enumerate() {
-                    scores.push(f64::from(own.real));
-                    right.push(Light::of_gene(of(run, interval, robot)) == light);
-                }
-            }
-            roc_area(&scores, &right).ok()
-        };
+        let area = |run: &Run| run.area(moves, |interval, robot| of(run, interval, robot));
         self.combination.of(case, SimulatorRandom).filter_map(area).collect()
     }
 

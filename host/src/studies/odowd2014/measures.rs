@@ -5,7 +5,7 @@ use std::ops::Range;
 use oneiro::foraging::Light;
 
 use super::results::{Case, RobotInterval, Run};
-use crate::statistics::{mean, variance};
+use crate::statistics::{mean, roc_area, variance};
 
 /// Duration of a bin of Figure 5 in seconds.
 pub(crate) const BIN: usize = 250;
@@ -63,6 +63,22 @@ impl Run {
     /// The standard deviation of a gene over robots and intervals.
     pub(crate) fn deviation(&self, gene: Gene, intervals: Range<usize>) -> f64 {
         variance(&self.values(gene, intervals)).sqrt()
+    }
+
+    /// The area under the curve of robots' real fitness for "the simulator that the gene stands for has the light where it
+    /// is", over the intervals from the third to the last but one; none if all simulators or none are right. The light moves in
+    /// the interval `moves`; `of` gives the gene by interval and robot.
+    pub(crate) fn area(&self, moves: usize, of: impl Fn(usize, usize) -> f32) -> Option<f64> {
+        let mut scores = Vec::new();
+        let mut right = Vec::new();
+        for interval in 2..self.intervals.len().saturating_sub(1) {
+            let light = self.case.light_in(interval, moves);
+            for (robot, own) in self.intervals[interval].iter().enumerate() {
+                scores.push(f64::from(own.real));
+                right.push(Light::of_gene(of(interval, robot)) == light);
+            }
+        }
+        roc_area(&scores, &right).ok()
     }
 
     fn values(&self, gene: Gene, intervals: Range<usize>) -> Vec<f64> {

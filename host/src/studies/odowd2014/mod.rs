@@ -6,6 +6,7 @@ mod judge;
 mod measures;
 mod report;
 pub(crate) mod results;
+mod second;
 mod study;
 
 use std::time::Instant;
@@ -29,6 +30,8 @@ use crate::studies::verdicts::Sensitivity;
 use crate::{device, progress};
 pub(super) use report::contents;
 use results::Results;
+#[cfg(test)]
+pub(super) use second::contents as contents_of_second;
 use study::{Asked, Study, combined};
 
 /// Most runs of each case and kind: their figures take two gigabytes of memory.
@@ -40,6 +43,9 @@ const PAPERS_SECONDS: f64 = 34.0;
 
 /// Runs or resumes the whole study.
 pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
+    if !arguments.sweeps.is_empty() {
+        return second::judge(&arguments.sweeps, arguments.out.as_deref(), console);
+    }
     if let Some(runs) = arguments.runs {
         directory::check_runs(runs, &(2..=GREATEST_RUNS))?;
     }

@@ -108,7 +108,7 @@ fn named(what: &str, combination: &Combination) -> String {
 const DIGITS: usize = 4;
 
 /// Name of a case, a kind or a rule of credit in files and arguments.
-fn name(value: &impl ValueEnum) -> String {
+pub(super) fn name(value: &impl ValueEnum) -> String {
     value
         .to_possible_value()
         .map_or_else(String::new, |value| value.get_name().to_owned())
