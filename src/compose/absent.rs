@@ -47,6 +47,16 @@ impl Part {
         match *self {}
     }
 
+    /// Whether it has a mission, for several robots that live together.
+    pub fn has_mission(&self) -> bool {
+        match *self {}
+    }
+
+    /// Scalars of its mission's memory, and their types.
+    pub fn mission(&self) -> &[(String, Scalar)] {
+        match *self {}
+    }
+
     /// Its memory's scalars, and their types.
     pub fn memory(&self) -> &[(String, Scalar)] {
         match *self {}
