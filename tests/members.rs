@@ -142,7 +142,7 @@ fn crowd(count: u32, contact: Contact, controller: Controller) -> WorldSpec {
         controller,
         task: Task::Own,
         own: OwnParts::from([own(Kind::Task, BOTH)]),
-        cycles: 200,
+        cycles: 100,
         ..WorldSpec::miglino1995()
     }
 }
@@ -190,9 +190,10 @@ fn words(outcome: &Outcome) -> Vec<u32> {
 /// Worlds of all contacts, controllers and numbers of robots.
 fn worlds() -> Vec<(&'static str, World)> {
     let specs = [
-        ("push", aggregation(10, Contact::Push, 600.0, 400)),
-        ("stop", aggregation(10, Contact::Stop, 600.0, 400)),
+        ("push", aggregation(10, Contact::Push, 600.0, 200)),
+        ("stop", aggregation(10, Contact::Stop, 600.0, 200)),
         ("one", aggregation(1, Contact::Push, 600.0, 100)),
+        ("forty", aggregation(40, Contact::Push, 1300.0, 50)),
         ("many", aggregation(128, Contact::Push, 2200.0, 30)),
         ("perceptron", crowd(7, Contact::Push, Controller::Perceptron)),
         ("recurrent", crowd(20, Contact::Push, Controller::Recurrent)),
@@ -219,16 +220,22 @@ fn the_same_bits_everywhere() {
         };
         check("one thread", &mut Cpu::new(Some(1)).unwrap());
         check("cut lives", &mut Cpu::new(Some(2)).unwrap().with_chunk(7));
+        // A software driver may leave loops that are as long as those of more robots.
         #[cfg(feature = "gpu")]
-        check("gpu", &mut gpu);
-        let few = batch(&world, 2, 7);
-        let interpreted = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1");
-        let found = evaluated(&mut interpreted.unwrap(), &few);
-        assert_eq!(bits(&found.fitness), bits(&expected.fitness[..2]), "{name}, interpreted");
+        if world.robots() <= 40 {
+            check("gpu", &mut gpu);
+        }
+        // The interpreter takes a second for each world of twenty robots.
+        if world.robots() <= 20 {
+            let few = batch(&world, 2, 7);
+            let interpreted = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1");
+            let found = evaluated(&mut interpreted.unwrap(), &few);
+            assert_eq!(bits(&found.fitness), bits(&expected.fitness[..2]), "{name}, interpreted");
+        }
         rows.numbers("fitness", name, &expected.fitness);
         rows.words("trace", name, &words(&expected));
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/goldens/members.rows");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/goldens/composed/members.rows");
     if let Some(problem) = pinned::problem(&path, &rows.to_string()) {
         panic!("{problem}");
     }
@@ -496,6 +503,10 @@ fn refusals_say_what_is_allowed() {
     assert_eq!(single(|own| own.count = Some(129)), "robot.count: is 129; allowed: 1 to 128");
     assert!(single(|own| own.count = Some(60)).starts_with("robot.count: is 60, and the arena has room"));
     assert!(single(|own| own.greatest_speed = Some(300.0)).starts_with("robot.greatest_speed_mm_s: robots get 31."));
+    let twice = "struct TaskState { way: f32 } struct MissionState { way: u32 }
+        fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally { return Tally(0.0f, before); }";
+    let twice = Part::new(Kind::Task, "own.wgsl", twice).unwrap_err().to_string();
+    assert!(twice.contains("in `MissionState`: `way` is in `TaskState` too"), "{twice}");
     let ends = "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }
         fn task_ends(life: Life, own: TaskState) -> bool { return true; }";
     let own = OwnParts::from([own(Kind::Controller, CONTROLLER), own(Kind::Task, ends)]);

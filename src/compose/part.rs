@@ -95,6 +95,16 @@ impl Part {
         } else {
             Vec::new()
         };
+        let is_twice = |field: &&fields::Remembered| memory.iter().any(|own| own.scalars[0] == field.scalars[0]);
+        if let Some(field) = mission.iter().find(is_twice)
+            && let Some(own) = declared.iter().find(|own| own.name == interface::MISSION_STATE)
+        {
+            let message = format!(
+                "in `{}`: `{}` is in `{}State` too; choose another name, since both are columns of traces",
+                own.name, field.scalars[0], interface.title
+            );
+            problems.push(refusal(&own.place, Rule::StateTypes, message));
+        }
         let genes = fields::genes(&part, &interface, &mut problems);
         let mut generated = generate::missing(&interface, &declared, &memory, &values, &readings);
         problems.extend(check::gene_problems(&genes));

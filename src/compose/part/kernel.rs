@@ -221,9 +221,10 @@ pub(in crate::compose) fn compose(
         let is_individual = lives == Lives::Individual;
         let mut described =
             generate::readings(robot, tables, &spec.arena, is_individual) + &generate::drive(robot, &spec.arena);
-        if robot.count.is_some() {
+        if let Some(count) = robot.count {
             described += &members::constants(robot, &spec.arena);
-            name += "+members";
+            // Its traces have as many poses.
+            let _ = write!(name, "+{count}-together");
         }
         let hash = blake3::hash(described.as_bytes()).to_hex();
         let _ = write!(name, "+{}-sensors-{}", robot.sensors.len(), &hash[..16]);

@@ -138,7 +138,7 @@ fn column(detail: &Detail, robot: &Robot) -> Column {
             .about(format!("the reading `{name}` of the experiment's own sensors")),
         (DetailKind::Other, _) => OWN
             .named(name.clone())
-            .about("another robot's pose at the start of the cycle: x and y in mm, and z, its heading in turns"),
+            .about("another robot's pose at the start of the cycle: x and y in mm, and z, its heading in turns".to_owned()),
         (DetailKind::Memory(part), _) => {
             let word = part.word();
             let own = match detail.scalar {
