@@ -54,7 +54,8 @@ impl Evaluator for Audited {
                 };
                 let fitness = (there.fitness[slot].to_bits(), here.fitness[own].to_bits());
                 let trace = (0..words).map(|word| pair("trace", |result| &result.trace, word, words));
-                let states = (0..batch.kept_words()).map(|word| pair("state", |result| &result.states, word, state_words));
+                let states =
+                    (0..batch.kept_words()).map(|word| pair("state", |result| &result.states, word, state_words));
                 let differing = std::iter::once(fitness)
                     .chain(trace)
                     .chain(states)

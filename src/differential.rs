@@ -94,7 +94,11 @@ pub enum Contact {
 impl Choice for Contact {
     const CHOICES: Choices<Self> = &[
         ("push", Self::Push, "each gives way by half of the overlap"),
-        ("stop", Self::Stop, "a robot whose way is not free stays where it is, and turns"),
+        (
+            "stop",
+            Self::Stop,
+            "a robot whose way is not free stays where it is, and turns",
+        ),
     ];
 }
 
@@ -544,7 +548,10 @@ impl Differential {
                 None => Ok(()),
             };
         }
-        let sampled = self.sensors.iter().position(|sensor| sensor.kind == SensorKind::Sampled);
+        let sampled = self
+            .sensors
+            .iter()
+            .position(|sensor| sensor.kind == SensorKind::Sampled);
         if let Some(index) = sampled {
             let problem = format!("is sampled, and samples show no other robots; {ALONE}");
             return Err(Invalid::new(format!("robot.sensors[{index}].kind"), problem));

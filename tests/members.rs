@@ -150,7 +150,9 @@ fn crowd(count: u32, contact: Contact, controller: Controller) -> WorldSpec {
 /// Genes from -1 to 1.
 fn genome(life: u32, genes: usize) -> Vec<f32> {
     let word = |gene: usize| pcg4d([life, gene as u32, 0, 2026])[0];
-    (0..genes).map(|gene| (word(gene) % 2001) as f32 / 1000.0 - 1.0).collect()
+    (0..genes)
+        .map(|gene| (word(gene) % 2001) as f32 / 1000.0 - 1.0)
+        .collect()
 }
 
 /// Lives of random genomes, the first of the published one if it has as many genes.
@@ -200,7 +202,12 @@ fn worlds() -> Vec<(&'static str, World)> {
         ("hidden", crowd(12, Contact::Stop, Controller::Hidden { units: 3 })),
     ];
     specs
-        .map(|(name, spec)| (name, World::new(spec).unwrap_or_else(|invalid| panic!("{name}: {invalid}"))))
+        .map(|(name, spec)| {
+            (
+                name,
+                World::new(spec).unwrap_or_else(|invalid| panic!("{name}: {invalid}")),
+            )
+        })
         .into()
 }
 
@@ -230,7 +237,11 @@ fn the_same_bits_everywhere() {
             let few = batch(&world, 2, 7);
             let interpreted = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1");
             let found = evaluated(&mut interpreted.unwrap(), &few);
-            assert_eq!(bits(&found.fitness), bits(&expected.fitness[..2]), "{name}, interpreted");
+            assert_eq!(
+                bits(&found.fitness),
+                bits(&expected.fitness[..2]),
+                "{name}, interpreted"
+            );
         }
         rows.numbers("fitness", name, &expected.fitness);
         rows.words("trace", name, &words(&expected));
@@ -392,8 +403,7 @@ fn sensors_notice_other_robots() {
     assert!(seen > 500 && near > 500, "{seen} and {near}");
 }
 
-/// Clusters and dispersion of the mission are those of the poses, in double precision; and two-wheeled robots that see nobody
-/// circle.
+/// Clusters and dispersion of the mission are those of the poses, in double precision.
 #[test]
 fn a_mission_sees_all_robots() {
     let world = World::new(aggregation(10, Contact::Push, 900.0, 300)).unwrap();
@@ -411,7 +421,9 @@ fn a_mission_sees_all_robots() {
             // Poses after this cycle.
             let now = &poses[second + 1];
             let mean = [0, 1].map(|axis| now.iter().map(|pose| pose[axis]).sum::<f64>() / 10.0);
-            let squares = now.iter().map(|pose| (pose[0] - mean[0]).powi(2) + (pose[1] - mean[1]).powi(2));
+            let squares = now
+                .iter()
+                .map(|pose| (pose[0] - mean[0]).powi(2) + (pose[1] - mean[1]).powi(2));
             let dispersion = squares.sum::<f64>() / (4.0 * f64::from(BODY).powi(2));
             let found = f64::from(f32::from_bits(memory("dispersion", lines[second].1)));
             assert!((found / dispersion - 1.0).abs() < 1e-4, "{found}, not {dispersion}");
@@ -423,7 +435,11 @@ fn a_mission_sees_all_robots() {
         }
         let last = f64::from(f32::from_bits(memory("dispersion", lines[299].1)));
         sum += 30.0 * last;
-        assert!((f64::from(*fitness) / -sum - 1.0).abs() < 1e-3, "{fitness}, not {}", -sum);
+        assert!(
+            (f64::from(*fitness) / -sum - 1.0).abs() < 1e-3,
+            "{fitness}, not {}",
+            -sum
+        );
     }
     assert!(several > 100, "{several}");
 }
@@ -432,10 +448,10 @@ fn a_mission_sees_all_robots() {
 fn clusters(poses: &[[f64; 3]], reach: f64) -> (u32, u32) {
     let mut label: Vec<usize> = (0..poses.len()).collect();
     for _ in poses {
-        for a in 0..poses.len() {
-            for b in 0..poses.len() {
-                if (poses[a][0] - poses[b][0]).hypot(poses[a][1] - poses[b][1]) < reach {
-                    label[a] = label[a].min(label[b]);
+        for (own, a) in poses.iter().enumerate() {
+            for (other, b) in poses.iter().enumerate() {
+                if (a[0] - b[0]).hypot(a[1] - b[1]) < reach {
+                    label[own] = label[own].min(label[other]);
                 }
             }
         }
@@ -500,14 +516,21 @@ fn refusals_say_what_is_allowed() {
         }),
         "task.part: has a mission (`mission_cycle`); allowed: only with robot.count, for robots that live together"
     );
-    assert_eq!(single(|own| own.count = Some(129)), "robot.count: is 129; allowed: 1 to 128");
+    assert_eq!(
+        single(|own| own.count = Some(129)),
+        "robot.count: is 129; allowed: 1 to 128"
+    );
     assert!(single(|own| own.count = Some(60)).starts_with("robot.count: is 60, and the arena has room"));
     assert!(single(|own| own.greatest_speed = Some(300.0)).starts_with("robot.greatest_speed_mm_s: robots get 31."));
     let twice = "struct TaskState { way: f32 } struct MissionState { way: u32 }
         fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally { return Tally(0.0f, before); }";
     let twice = Part::new(Kind::Task, "own.wgsl", twice).unwrap_err().to_string();
-    assert!(twice.contains("in `MissionState`: `way` is in `TaskState` too"), "{twice}");
-    let ends = "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }
+    assert!(
+        twice.contains("in `MissionState`: `way` is in `TaskState` too"),
+        "{twice}"
+    );
+    let ends =
+        "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }
         fn task_ends(life: Life, own: TaskState) -> bool { return true; }";
     let own = OwnParts::from([own(Kind::Controller, CONTROLLER), own(Kind::Task, ends)]);
     assert!(

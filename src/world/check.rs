@@ -210,7 +210,8 @@ fn together(spec: &WorldSpec) -> Result<(), Invalid> {
     let Some(count) = spec.robot.members() else {
         return match task {
             Some(part) if part.has_mission() => {
-                let problem = "has a mission (`mission_cycle`); allowed: only with robot.count, for robots that live together";
+                let problem =
+                    "has a mission (`mission_cycle`); allowed: only with robot.count, for robots that live together";
                 Err(Invalid::new("task.part", problem))
             }
             _ => Ok(()),
@@ -267,7 +268,9 @@ fn greatest_speed(spec: &WorldSpec) -> Result<(), Invalid> {
     let diameter = 2.0 * spec.robot.body_radius;
     let described = match &spec.robot.build {
         Build::Sampled => None,
-        Build::Differential(own) => own.greatest_speed.map(|speed| speed * (1.0 + own.wheel_noise.unwrap_or(0.0))),
+        Build::Differential(own) => own
+            .greatest_speed
+            .map(|speed| speed * (1.0 + own.wheel_noise.unwrap_or(0.0))),
         // Its wall is a circle, which it is always within.
         Build::Forager(_) => return Ok(()),
     };

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use oneiro_shader_compiler::declarations::Declaration;
 
 use super::fields::{GeneField, Remembered};
-use super::members;
 use super::interface::{Function, GENE_COUNT, Interface, MISSION, OF_EACH};
+use super::members;
 use crate::arena::{Arena, Patch};
 use crate::compose::{Detail, DetailKind, Kind, Scalar, Value};
 use crate::differential::{Differential, Sensor, SensorKind};

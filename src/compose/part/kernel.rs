@@ -448,9 +448,7 @@ fn new(
         let (together, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|own| is_of_members(&own.path));
         let instead = names(&together);
         check::of_few(own, &instead)?;
-        let others = others
-            .into_iter()
-            .map(|own| part(&own.path, &without(&own, &instead)));
+        let others = others.into_iter().map(|own| part(&own.path, &without(&own, &instead)));
         parts = others.chain(together).collect();
         let described = [part(GENERATED, &generated)];
         let users: Vec<_> = own.iter().map(|own| own.part.source()).collect();

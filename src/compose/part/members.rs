@@ -4,11 +4,12 @@
 use std::fmt::Write;
 
 use oneiro_shader_compiler as compiler;
+use oneiro_shader_compiler::declarations::members;
 
 use super::fields::{self, Remembered};
-use super::interface::MISSION_STATE;
+use super::interface::{self, MISSION_STATE, OF_EACH};
 use crate::arena::Arena;
-use crate::compose::{OwnParts, Scalar};
+use crate::compose::{Kind, OwnPart, OwnParts, Scalar};
 use crate::differential::{Differential, GREATEST_MEMBERS};
 use crate::world::{Task, WorldSpec};
 
@@ -142,18 +143,17 @@ impl Words {
 }
 
 /// What robots that live together need beside the parts of a kernel: their numbers of words, functions that load and save what
-/// parts remember, and what each robot earns. `fields` are those of the readings.
+/// parts remember, and what each robot earns. `readings` are the fields of `Readings`.
 pub(super) fn declarations(parts: &[compiler::Part], own: &OwnParts, spec: &WorldSpec, readings: &[String]) -> String {
     let mut text = String::new();
-    let task = own.iter().find(|own| own.part().kind() == crate::compose::Kind::Task);
-    let has_mission = task.is_some_and(|own| own.part().has_mission());
-    let functions = |name: &str| task.is_some_and(|own| own.part().functions().contains(&name));
-    let declares = |name: &str| parts.iter().any(|part| compiler::declarations::members(part, name).is_some());
-    if !declares(MISSION_STATE) {
+    let task = own.get(Kind::Task).map(OwnPart::part);
+    let functions = |name: &str| task.is_some_and(|part| part.functions().contains(&name));
+    let declares = |structure: &str| parts.iter().find(|part| members(part, structure).is_some());
+    if declares(MISSION_STATE).is_none() {
         // No struct is empty.
         let _ = writeln!(text, "struct {MISSION_STATE} {{ unused: u32 }}");
     }
-    for function in super::interface::of(crate::compose::Kind::Task).mission {
+    for function in interface::of(Kind::Task).mission {
         if let Some(body) = function.default.filter(|_| !functions(function.name())) {
             let _ = writeln!(text, "{} {{ {body} }}", function.text);
         }
@@ -167,9 +167,7 @@ pub(super) fn declarations(parts: &[compiler::Part], own: &OwnParts, spec: &Worl
     } in MEMORIES
     {
         let words = if is_of_world { &mut of_world } else { &mut of_member };
-        let found = parts
-            .iter()
-            .find(|part| compiler::declarations::members(part, structure).is_some());
+        let found = declares(structure);
         let fields = found.map_or_else(Vec::new, |part| fields::memory(part, structure, &mut Vec::new()));
         let fields = fields.into_iter().filter(|field| field.scalars != ["unused"]);
         let loaded: Vec<_> = fields.map(|field| words.field(&field)).collect();
@@ -185,7 +183,7 @@ fn save_{word}(own: u32, memory: {structure}) {{
             loaded.join(", ")
         );
     }
-    let earns_alone = spec.task != Task::Own || functions(super::interface::OF_EACH) || !has_mission;
+    let earns_alone = spec.task != Task::Own || functions(OF_EACH);
     text += &if earns_alone {
         earned(&mut of_member, readings)
     } else {

@@ -319,10 +319,16 @@ fn robot(robot: &Robot, name: Option<&str>) -> String {
     parts.push(radius);
     parts.extend(own.wheel_base.map(|base| format!("wheels {base} mm apart")));
     parts.extend(own.greatest_speed.map(|speed| format!("up to {speed} mm/s")));
-    parts.extend(own.wheel_noise.map(|noise| format!("{} % noise of wheels", 100.0 * noise)));
+    parts.extend(
+        own.wheel_noise
+            .map(|noise| format!("{} % noise of wheels", 100.0 * noise)),
+    );
     parts.extend(own.count.map(|count| {
         let contact = own.contact.unwrap_or_default().word();
-        format!("{}: {contact}", counted(count, "robot that lives with others", "robots that live together"))
+        format!(
+            "{}: {contact}",
+            counted(count, "robot that lives with others", "robots that live together")
+        )
     }));
     let states = robot.motors.states;
     parts.extend(own.sampled_motors.then(|| format!("{states} x {states} motor states")));

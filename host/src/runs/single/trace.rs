@@ -136,9 +136,9 @@ fn column(detail: &Detail, robot: &Robot) -> Column {
         (DetailKind::Perceived | DetailKind::Real, None) => OWN
             .named(format!("sensor_{name}"))
             .about(format!("the reading `{name}` of the experiment's own sensors")),
-        (DetailKind::Other, _) => OWN
-            .named(name.clone())
-            .about("another robot's pose at the start of the cycle: x and y in mm, and z, its heading in turns".to_owned()),
+        (DetailKind::Other, _) => OWN.named(name.clone()).about(
+            "another robot's pose at the start of the cycle: x and y in mm, and z, its heading in turns".to_owned(),
+        ),
         (DetailKind::Memory(part), _) => {
             let word = part.word();
             let own = match detail.scalar {
