@@ -122,6 +122,7 @@ pub(super) fn compose(
             kernel,
             genes: None,
             files: &[],
+            words: None,
         }),
         Build::Differential(_) | Build::Forager(_) => Err(Invalid::new(
             "robot.kind",
