@@ -48,13 +48,14 @@ impl Evaluator for Audited {
             for lane in 0..batch.part(group..group + 1).rollouts() {
                 let slot = (group - part.groups().start) as usize * LANES + lane;
                 let own = index * LANES + lane;
-                let pair = |of: fn(&PartResult) -> &[u32], word, words| {
-                    let at = |result, slot| of(result)[batch.place(slot, word, words)];
+                let pair = |buffer: &str, of: fn(&PartResult) -> &[u32], word, words| {
+                    let at = |result, slot| of(result)[batch.place(buffer, slot, word, words)];
                     (at(&there, slot), at(&here, own))
                 };
                 let fitness = (there.fitness[slot].to_bits(), here.fitness[own].to_bits());
-                let trace = (0..words).map(|word| pair(|result| &result.trace, word, words));
-                let states = (0..batch.kept_words()).map(|word| pair(|result| &result.states, word, state_words));
+                let trace = (0..words).map(|word| pair("trace", |result| &result.trace, word, words));
+                let states =
+                    (0..batch.kept_words()).map(|word| pair("state", |result| &result.states, word, state_words));
                 let differing = std::iter::once(fitness)
                     .chain(trace)
                     .chain(states)

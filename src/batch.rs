@@ -35,6 +35,9 @@ pub const GREATEST_TRACE: u64 = 640 << 20;
 /// Most iterations of all loops in a cycle of a kernel composed at run time.
 pub const GREATEST_TURNS: u32 = 100_000;
 
+/// The same for each robot, if many live together: each may look at all others again and again.
+const GREATEST_TURNS_EACH: u32 = 16_384;
+
 /// Most rollouts that one thread lays out at a time.
 const PIECE: usize = 4096;
 
@@ -137,12 +140,13 @@ impl Worlds {
             .map(|(index, world)| Facts::of(world, index, &packed))
             .collect();
         // What ships is known to be within bounds.
-        let too_long =
-            |facts: &Facts| kernel.variants.is_empty() && facts.loops.max(facts.begin_loops) > GREATEST_TURNS;
+        let most = |facts: &Facts| GREATEST_TURNS.max(GREATEST_TURNS_EACH * facts.robots);
+        let too_long = |facts: &Facts| kernel.variants.is_empty() && facts.loops.max(facts.begin_loops) > most(facts);
         if let Some(index) = facts.iter().position(too_long) {
             let turns = facts[index].loops.max(facts[index].begin_loops);
             let problem = format!(
-                "loops up to {turns} times in a cycle; allowed: up to {GREATEST_TURNS}, so that a run can be stopped"
+                "loops up to {turns} times in a cycle; allowed: up to {}, so that a run can be stopped",
+                most(&facts[index])
             );
             return Err(Invalid::new(format!("worlds[{index}].kernel"), problem));
         }
@@ -278,17 +282,17 @@ impl Worlds {
             batch.states = vec![0; batch.groups.len() * LANES * words];
             for (state, &slot) in states.iter().zip(&batch.slots) {
                 for (word, &value) in state.iter().enumerate() {
-                    batch.states[self.place(slot as usize, word, words)] = value;
+                    batch.states[self.place("state", slot as usize, word, words)] = value;
                 }
             }
         }
         Ok(batch)
     }
 
-    /// Index of a slot's word in a buffer with `words` words per slot. Kernels of single lives keep the words of a slot
-    /// together; kernels of several robots keep the same word of a group's slots together.
-    fn place(&self, slot: usize, word: usize, words: usize) -> usize {
-        if self.0.kernel.stride("state") == size_of::<u32>() {
+    /// Index of a slot's word in the kernel's buffer `state` or `trace` with `words` words per slot. Buffers of structs keep the
+    /// words of a slot together; buffers of single words keep the same word of a group's slots together.
+    fn place(&self, buffer: &str, slot: usize, word: usize, words: usize) -> usize {
+        if self.0.kernel.stride(buffer) == size_of::<u32>() {
             (slot / LANES * words + word) * LANES + slot % LANES
         } else {
             slot * words + word
@@ -453,9 +457,9 @@ impl Batch {
         if self.keeps_states { self.state_words() } else { 0 }
     }
 
-    /// Index of a slot's word in a result with `words` words per slot.
-    pub fn place(&self, slot: usize, word: usize, words: usize) -> usize {
-        self.worlds.place(slot, word, words)
+    /// Index of a slot's word in a result's `state` or `trace` with `words` words per slot.
+    pub fn place(&self, buffer: &str, slot: usize, word: usize, words: usize) -> usize {
+        self.worlds.place(buffer, slot, word, words)
     }
 
     /// Cycles between records of a trace; 0 without a trace.
@@ -521,9 +525,9 @@ impl Batch {
             let records = last.map_or(0, |last| last / width + 1);
             Trace::read(&lived[..records * width], width)
         };
-        let gathered = |from: &[u32], slot: u32, words: usize| -> Vec<u32> {
+        let gathered = |buffer: &str, from: &[u32], slot: u32, words: usize| -> Vec<u32> {
             (0..words)
-                .map(|word| from[self.place(slot as usize, word, words)])
+                .map(|word| from[self.place(buffer, slot as usize, word, words)])
                 .collect()
         };
         // Worlds of several robots have traces of single words.
@@ -534,11 +538,11 @@ impl Batch {
             traces: each(records > 0 && is_life).iter().map(own_trace).collect(),
             logs: each(records > 0 && !is_life)
                 .iter()
-                .map(|&slot| gathered(&trace, slot, words))
+                .map(|&slot| gathered("trace", &trace, slot, words))
                 .collect(),
             states: each(self.keeps_states)
                 .iter()
-                .map(|&slot| gathered(&states, slot, state_words))
+                .map(|&slot| gathered("state", &states, slot, state_words))
                 .collect(),
         }
     }

@@ -125,6 +125,8 @@ pub enum DetailKind {
     Real,
     /// What a part remembered after the cycle.
     Memory(Kind),
+    /// The pose at the start of the cycle of another robot of the world: x and y in mm, and z, the heading in turns.
+    Other,
 }
 
 /// A trace detail, see [`Trace::details`](crate::batch::Trace::details).
@@ -275,11 +277,28 @@ impl OwnParts {
         }));
         for own in self.iter() {
             let kind = own.part.kind();
+            if robot.members().is_some() {
+                details.extend(own.part.mission().iter().map(|(name, scalar)| Detail {
+                    name: name.clone(),
+                    kind: DetailKind::Memory(kind),
+                    scalar: *scalar,
+                    expression: format!("own.mission.{name}"),
+                }));
+            }
             details.extend(own.part.memory().iter().map(|(name, scalar)| Detail {
                 name: name.clone(),
                 kind: DetailKind::Memory(kind),
                 scalar: *scalar,
                 expression: format!("own.{}.{name}", kind.word()),
+            }));
+        }
+        // The first robot's pose is in the record.
+        for robot in 1..robot.members().unwrap_or(1) {
+            details.extend(["x", "y", "z"].map(|part| Detail {
+                name: format!("robot_{robot}.{part}"),
+                kind: DetailKind::Other,
+                scalar: Scalar::Float,
+                expression: format!("member_started(own.life, {robot}u).{part}"),
             }));
         }
         details
@@ -341,6 +360,8 @@ pub(crate) struct Composed {
     /// The paths of the files that its text is made of, and where each begins, in bytes; none of a kernel that ships.
     #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "no kernel is composed"))]
     pub(crate) files: &'static [(String, usize)],
+    /// Where several robots live together, the words that the kernel keeps of a world and of each robot.
+    pub(crate) words: Option<[u32; 2]>,
 }
 
 /// The fields of the kernel's `Readings` that have the robot's, in order.

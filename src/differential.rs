@@ -8,7 +8,7 @@ use crate::foraging::{self, Forager};
 use crate::parameter::{Choice, Choices, Datum, Field, Invalid, length, number, only_where};
 use crate::surrogate::{Mounting, Object, Surrogate};
 use crate::tables::{self, PREVIOUS, SENSOR_NAMES, SensorTables};
-use crate::world::Robot;
+use crate::world::{Collision, Robot};
 
 /// Origin of a robot's sensors and motors.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,6 +30,14 @@ impl Build {
             Self::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
             Self::Differential(own) => own.sensors.iter().map(|sensor| sensor.name.clone()).collect(),
             Self::Forager(_) => foraging::READINGS.map(str::to_owned).into(),
+        }
+    }
+
+    /// Number of such robots that live together in one world, if they do.
+    pub(crate) fn members(&self) -> Option<u32> {
+        match self {
+            Self::Differential(own) => own.count,
+            Self::Sampled | Self::Forager(_) => None,
         }
     }
 
@@ -63,9 +71,43 @@ pub struct Differential {
     pub battery: Option<f32>,
     /// Whether its life ends when the battery is empty. `None`: it doesn't.
     pub battery_ends_life: Option<bool>,
+    /// Uniform noise of each wheel's speed in each cycle, as a share of that speed, 0 to 0.5. `None`: 0.
+    pub wheel_noise: Option<f32>,
+    /// Number of such robots that live in one world with one genome, 1 to [`GREATEST_MEMBERS`]. `None`: one, as a single robot.
+    pub count: Option<u32>,
+    /// Of several robots: what bodies do that meet. `None`: they push.
+    pub contact: Option<Contact>,
     /// Its sensors.
     pub sensors: Vec<Sensor>,
 }
+
+/// What bodies do that meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Contact {
+    /// Each gives way by half of the overlap, and slides along what it touches.
+    #[default]
+    Push,
+    /// A robot whose way is not free stays where it is, and turns.
+    Stop,
+}
+
+impl Choice for Contact {
+    const CHOICES: Choices<Self> = &[
+        ("push", Self::Push, "each gives way by half of the overlap"),
+        (
+            "stop",
+            Self::Stop,
+            "a robot whose way is not free stays where it is, and turns",
+        ),
+    ];
+}
+
+/// Most robots that live in one world with one genome.
+pub const GREATEST_MEMBERS: u32 = 128;
+
+/// The farthest that a body gets in a cycle where several live together, as a share of its radius: `FARTHEST` of
+/// `physics/contacts.wgsl`.
+const FARTHEST: f32 = 0.75;
 
 /// A sensor.
 #[derive(Clone, Debug, PartialEq)]
@@ -132,12 +174,14 @@ pub enum SensorKind {
     Battery,
     /// What was sampled: a column of [`Robot::sensors`](crate::world::Robot::sensors).
     Sampled,
+    /// 1 if what a ray meets first, within its range, is another robot, else 0.
+    Sight,
 }
 
 impl SensorKind {
     /// Whether it reads numbers between 0 and 1 off something outside of the robot.
     pub(crate) fn is_analogue(self) -> bool {
-        !matches!(self, Self::Bumper | Self::Battery)
+        !matches!(self, Self::Bumper | Self::Battery | Self::Sight)
     }
 
     /// Whether the light of the surroundings is in its readings.
@@ -195,6 +239,11 @@ impl Choice for SensorKind {
             "charge of the battery, from 1 for full to 0 for empty",
         ),
         ("sampled", Self::Sampled, "a column of the robot's tables of samples"),
+        (
+            "sight",
+            Self::Sight,
+            "1 if what a ray meets first is another robot, else 0",
+        ),
     ];
 }
 
@@ -245,6 +294,9 @@ impl Differential {
             turn_before_move: None,
             battery: None,
             battery_ends_life: None,
+            wheel_noise: None,
+            count: None,
+            contact: None,
             sensors: Vec::new(),
         }
     }
@@ -308,7 +360,7 @@ impl Differential {
             let mounting = surrogate.map_or(Mounting::TRUE, |surrogate| surrogate.mounting(index, sensor.kind));
             let range = sensor.range.unwrap_or(1.0);
             let [range, share] = match sensor.kind {
-                SensorKind::Distance | SensorKind::Proximity => [range, 1.0 / range],
+                SensorKind::Distance | SensorKind::Proximity | SensorKind::Sight => [range, 1.0 / range],
                 SensorKind::Bumper => [range, 0.5 * sensor.width.unwrap_or(0.5)],
                 SensorKind::Light => [f32::from(sensor.law.unwrap_or_default() as u8), 1.0 / range],
                 SensorKind::Ground | SensorKind::Battery => [0.0, 0.0],
@@ -345,6 +397,8 @@ impl Differential {
             .chain(arena.lights.iter().map(light))
             .chain(arena.patches.iter().enumerate().flat_map(patch))
             .chain(self.responses().into_iter().flat_map(Response::cells))
+            .chain(self.wheel_noise.map(|noise| [noise, 0.0, 0.0, 0.0]))
+            .chain(self.members(robot))
             .chain(
                 surrogate
                     .into_iter()
@@ -355,11 +409,34 @@ impl Differential {
         cells.map(|cell| cell.map(bits)).collect()
     }
 
+    /// The kernel's cell of robots that live together, if they do: `MembersCell`.
+    fn members(&self, robot: &Robot) -> Option<[f32; 4]> {
+        let count = self.count?;
+        let reach = self.reach(robot.body_radius, &robot.sensors, false) + robot.body_radius;
+        let pushes = match self.contact.unwrap_or_default() {
+            Contact::Push => 1.0,
+            Contact::Stop => 0.0,
+        };
+        Some([count as f32, robot.body_radius, reach * reach, pushes])
+    }
+
+    /// The kernel's cell of the noise of wheels.
+    #[cfg(feature = "compose")]
+    pub(crate) fn noise_cell(&self, arena: &Arena) -> usize {
+        let points = self.responses().iter().map(|response| response.0.len()).sum::<usize>();
+        2 + 2 * self.sensors.len() + 1 + arena.lights.len() + 2 * arena.patches.len() + points
+    }
+
+    /// The kernel's cell of robots that live together.
+    #[cfg(feature = "compose")]
+    pub(crate) fn members_cell(&self, arena: &Arena) -> usize {
+        self.noise_cell(arena) + usize::from(self.wheel_noise.is_some())
+    }
+
     /// Number of cells before a surrogate's differences.
     #[cfg(feature = "compose")]
     pub(crate) fn own_cells(&self, arena: &Arena) -> usize {
-        let points = self.responses().iter().map(|response| response.0.len()).sum::<usize>();
-        2 + 2 * self.sensors.len() + 1 + arena.lights.len() + 2 * arena.patches.len() + points
+        self.members_cell(arena) + usize::from(self.count.is_some())
     }
 
     /// Distance between the wheels, mm. Of sampled motors that at which wheels that don't slip would turn as they do on the spot
@@ -381,7 +458,7 @@ impl Differential {
         let reach = |sensor: &Sensor| {
             let range = sensor.range.unwrap_or(0.0);
             match sensor.kind {
-                SensorKind::Distance => sensor.offset.unwrap_or(body_radius) + range,
+                SensorKind::Distance | SensorKind::Sight => sensor.offset.unwrap_or(body_radius) + range,
                 SensorKind::Proximity => sensor.offset.unwrap_or(body_radius) + farther * range,
                 SensorKind::Bumper => body_radius + range,
                 SensorKind::Sampled => body_radius + tables.reach(),
@@ -413,6 +490,7 @@ impl Differential {
         if self.battery.is_none() && self.battery_ends_life == Some(true) {
             return Err(Invalid::new("robot.battery_ends_life", ONLY_WITH_A_BATTERY));
         }
+        self.check_members(robot)?;
         self.check_arena(arena)?;
         length("robot.sensors", self.sensors.len(), GREATEST_LIST)?;
         let columns = self.columns();
@@ -439,6 +517,7 @@ impl Differential {
             ("wheel_base_mm", self.wheel_base.is_some(), true),
             ("greatest_speed_mm_s", self.greatest_speed.is_some(), true),
             ("speeds", self.speeds != 0, false),
+            ("wheel_noise", self.wheel_noise.is_some(), false),
         ] {
             if is_given && self.sampled_motors {
                 let problem = "is given; allowed: not with robot.motors, whose samples have it";
@@ -453,6 +532,47 @@ impl Differential {
         if self.turn_before_move.is_some() && !self.sampled_motors {
             let problem = "is given; allowed: only with robot.motors, since the way of described wheels is an arc";
             return Err(Invalid::new("robot.turn_before_move", problem));
+        }
+        Ok(())
+    }
+
+    /// Checks what only robots that live together have, and what they can't have.
+    fn check_members(&self, robot: &Robot) -> Result<(), Invalid> {
+        const ALONE: &str = "allowed: only without robot.count";
+        let sight = self.sensors.iter().position(|sensor| sensor.kind == SensorKind::Sight);
+        if self.count.is_none() {
+            let sight = sight.map(|index| (format!("robot.sensors[{index}].kind"), "is sight"));
+            let contact = self.contact.map(|_| ("robot.contact".to_owned(), "is given"));
+            return match sight.or(contact) {
+                Some((key, what)) => Err(Invalid::new(key, format!("{what}; allowed: only with robot.count"))),
+                None => Ok(()),
+            };
+        }
+        let sampled = self
+            .sensors
+            .iter()
+            .position(|sensor| sensor.kind == SensorKind::Sampled);
+        if let Some(index) = sampled {
+            let problem = format!("is sampled, and samples show no other robots; {ALONE}");
+            return Err(Invalid::new(format!("robot.sensors[{index}].kind"), problem));
+        }
+        for (key, is_given) in [
+            ("robot.motors", self.sampled_motors),
+            ("robot.collision", robot.collision != Collision::Undo),
+            ("robot.battery_ends_life", self.battery_ends_life == Some(true)),
+        ] {
+            if is_given {
+                return Err(Invalid::new(key, format!("is given; {ALONE}")));
+            }
+        }
+        let farthest = 0.1 * self.greatest_speed.unwrap_or(0.0) * (1.0 + self.wheel_noise.unwrap_or(0.0));
+        let most = FARTHEST * robot.body_radius;
+        if farthest > most {
+            let problem = format!(
+                "robots get {farthest} mm in a cycle, noise included; allowed with robot.count: up to {FARTHEST} of the body's \
+                 radius, {most} mm"
+            );
+            return Err(Invalid::new("robot.greatest_speed_mm_s", problem));
         }
         Ok(())
     }
@@ -509,7 +629,7 @@ impl Differential {
 impl Sensor {
     /// Checks conditions that involve several of its values; errors have keys without the sensor's place.
     fn check(&self) -> Result<(), Invalid> {
-        use SensorKind::{Battery, Bumper, Distance, Ground, Light, Proximity, Sampled};
+        use SensorKind::{Battery, Bumper, Distance, Ground, Light, Proximity, Sampled, Sight};
         let Self { name, kind, .. } = self;
         if !is_identifier(name) {
             let allowed = "letters from a to z, digits and _, a letter first";
@@ -536,7 +656,7 @@ impl Sensor {
                 (
                     "offset_mm",
                     self.offset.is_some(),
-                    !matches!(kind, Bumper | Battery | Sampled),
+                    !matches!(kind, Bumper | Battery | Sampled | Sight),
                 ),
                 ("width_turns", self.width.is_some(), *kind == Bumper),
                 ("law", self.law.is_some(), *kind == Light),

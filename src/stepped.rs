@@ -79,6 +79,10 @@ impl Stepped {
             let problem = format!("are {lives}; allowed: 1 to {MOST}");
             return Err(Invalid::new("lives", problem));
         }
+        if spec.robot.members().is_some() {
+            let problem = "is given; allowed: only single robots are stepped";
+            return Err(Invalid::new("robot.count", problem));
+        }
         if spec.cycles > GREATEST_CYCLES {
             let problem = format!(
                 "is {}; allowed: 1 to {GREATEST_CYCLES} if lives are stepped",

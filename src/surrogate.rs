@@ -434,7 +434,7 @@ impl Surrogate {
                 heading: 0.0,
                 strength: in_kernel(stronger),
             },
-            SensorKind::Bumper | SensorKind::Battery | SensorKind::Sampled => Mounting::TRUE,
+            SensorKind::Bumper | SensorKind::Battery | SensorKind::Sampled | SensorKind::Sight => Mounting::TRUE,
         }
     }
 

@@ -67,6 +67,11 @@ impl Robot {
         }
     }
 
+    /// Number of such robots that live together in one world, if they do.
+    pub(crate) fn members(&self) -> Option<u32> {
+        self.build.members()
+    }
+
     /// The sensors of a described robot, in the order of their readings; none of a sampled one.
     pub fn described_sensors(&self) -> &[Sensor] {
         match &self.build {
@@ -378,6 +383,8 @@ struct Checked {
     kernel: &'static Kernel,
     genes: GeneLayout,
     details: Vec<Detail>,
+    /// Words of a world of several robots.
+    words: Option<u32>,
     packed: pack::Packed,
 }
 
@@ -413,7 +420,14 @@ impl World {
             Controller::Network(network) => spec.own.with_network(network, &readings)?,
             _ => spec.own.clone(),
         };
-        let Composed { kernel, genes, .. } = parts.compose(kernel(&spec), &spec, lives)?;
+        if lives != Lives::Simulated && spec.robot.members().is_some() {
+            let problem = "is given; allowed: only in the simulator, where all robots live together";
+            return Err(Invalid::new("robot.count", problem));
+        }
+        let Composed {
+            kernel, genes, words, ..
+        } = parts.compose(kernel(&spec), &spec, lives)?;
+        let members = spec.robot.members().unwrap_or(0);
         let packed = pack::Packed::new(&spec, &parts)?;
         let genes = match (&spec.controller, genes) {
             (Controller::Own, Some(own)) => own.to_vec(),
@@ -422,6 +436,7 @@ impl World {
         let world = Self(Arc::new(Checked {
             genes: GeneLayout(genes.into()),
             details: parts.details(&spec.robot.build),
+            words: words.map(|[world, member]| world + members * member),
             spec,
             kernel,
             packed,
@@ -459,6 +474,11 @@ impl World {
     /// Number of cycles of a life.
     pub fn cycles(&self) -> u32 {
         self.0.spec.cycles
+    }
+
+    /// Number of robots that live in it together; 1 of a single robot.
+    pub fn robots(&self) -> u32 {
+        self.0.spec.robot.members().unwrap_or(1)
     }
 
     /// Estimated share of the field, 0 to 1, where a robot's body touches nothing.
@@ -515,7 +535,19 @@ impl WorldKind for World {
         self.genes()
     }
 
+    fn robots(&self) -> u32 {
+        self.robots()
+    }
+
+    fn state_words(&self) -> u32 {
+        let own = (self.0.kernel.stride("state") / size_of::<u32>()) as u32;
+        self.0.words.unwrap_or(own)
+    }
+
     fn may_end_early(&self) -> bool {
+        if self.0.words.is_some() {
+            return false;
+        }
         let WorldSpec { own, robot, .. } = &self.0.spec;
         own.get(Kind::Task).is_some() || robot.build.may_end_life()
     }

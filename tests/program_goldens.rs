@@ -25,10 +25,11 @@ struct Found {
 }
 
 /// Kinds of results, each with a test that computes it.
-const KINDS: [&str; 9] = [
+const KINDS: [&str; 10] = [
     "runs",
     "optimisers",
     "described",
+    "members",
     "sweeps",
     "swarms",
     "miglino1995",
@@ -698,6 +699,38 @@ fn described_robots_and_networks_are_as_pinned() {
         assert!(same("population.npy") && same("generations.csv"));
     }
     found.check("described");
+}
+
+/// A run and a sweep of robots that live together.
+#[test]
+fn robots_that_live_together_are_as_pinned() {
+    let place = Place::new("members");
+    let mut found = Found::default();
+    let experiment = shipped("aggregation.toml");
+    let short = [
+        "cycles=300",
+        "evolution.generations=4",
+        "evolution.finalists=2",
+        "evolution.finalist_lives=3",
+    ];
+    let short = short.map(|value| ["--set", value]).concat();
+    place.evolve("aggregation", &experiment, &short);
+    found.run(&place, "aggregation");
+    let sweep = format!(
+        "experiment = {experiment:?}
+        seeds = \"1..2\"
+        [set]
+        cycles = 200
+        evolution.generations = 2
+        evolution.finalists = 0
+        [grid]
+        robot.count = [3, 8]
+        robot.contact = [\"push\", \"stop\"]"
+    );
+    place.write("sweep.toml", sweep);
+    place.good(&["sweep", "run", "sweep.toml", "--backend", "cpu", "--out", "sweep"]);
+    found.sweep(&place, "sweep");
+    found.check("members");
 }
 
 #[test]

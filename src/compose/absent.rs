@@ -47,6 +47,16 @@ impl Part {
         match *self {}
     }
 
+    /// Whether it has a mission, for several robots that live together.
+    pub fn has_mission(&self) -> bool {
+        match *self {}
+    }
+
+    /// Scalars of its mission's memory, and their types.
+    pub fn mission(&self) -> &[(String, Scalar)] {
+        match *self {}
+    }
+
     /// Its memory's scalars, and their types.
     pub fn memory(&self) -> &[(String, Scalar)] {
         match *self {}
@@ -112,6 +122,7 @@ pub(super) fn compose(
             kernel,
             genes: None,
             files: &[],
+            words: None,
         }),
         Build::Differential(_) | Build::Forager(_) => Err(Invalid::new(
             "robot.kind",

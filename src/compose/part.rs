@@ -6,6 +6,7 @@ mod generate;
 mod interface;
 mod kernel;
 mod limits;
+mod members;
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::declarations;
@@ -53,7 +54,16 @@ pub struct Part {
     readings: Vec<String>,
     genes: Vec<GeneField>,
     memory: Vec<(String, Scalar)>,
+    /// Memory of its mission.
+    mission: Vec<(String, Scalar)>,
     functions: Vec<&'static str>,
+}
+
+/// The scalars of fields, and their types.
+fn scalars(fields: Vec<fields::Remembered>) -> Vec<(String, Scalar)> {
+    let each = fields.into_iter();
+    each.flat_map(|field| field.scalars.into_iter().map(move |scalar| (scalar, field.scalar)))
+        .collect()
 }
 
 impl Part {
@@ -78,7 +88,23 @@ impl Part {
         let mut problems = Vec::new();
         let values = fields::values(&part, &interface, &mut problems);
         let readings = fields::readings(&part, &interface, &mut problems);
-        let memory = fields::memory(&part, &interface, &mut problems);
+        let memory = fields::memory(&part, &format!("{}State", interface.title), &mut problems);
+        let has_mission = declared.iter().any(|own| own.name == interface::MISSION) && !interface.mission.is_empty();
+        let mission = if has_mission {
+            fields::memory(&part, interface::MISSION_STATE, &mut problems)
+        } else {
+            Vec::new()
+        };
+        let is_twice = |field: &&fields::Remembered| memory.iter().any(|own| own.scalars[0] == field.scalars[0]);
+        if let Some(field) = mission.iter().find(is_twice)
+            && let Some(own) = declared.iter().find(|own| own.name == interface::MISSION_STATE)
+        {
+            let message = format!(
+                "in `{}`: `{}` is in `{}State` too; choose another name, since both are columns of traces",
+                own.name, field.scalars[0], interface.title
+            );
+            problems.push(refusal(&own.place, Rule::StateTypes, message));
+        }
         let genes = fields::genes(&part, &interface, &mut problems);
         let mut generated = generate::missing(&interface, &declared, &memory, &values, &readings);
         problems.extend(check::gene_problems(&genes));
@@ -98,15 +124,12 @@ impl Part {
             readings,
             genes,
             functions: interface
-                .functions
-                .iter()
+                .known()
                 .map(interface::Function::name)
                 .filter(|name| declared.iter().any(|own| own.name == *name))
                 .collect(),
-            memory: memory
-                .into_iter()
-                .flat_map(|field| field.scalars.into_iter().map(move |scalar| (scalar, field.scalar)))
-                .collect(),
+            memory: scalars(memory),
+            mission: scalars(mission),
         })
     }
 
@@ -141,6 +164,16 @@ impl Part {
     /// The functions that the kernel calls and that it has, such as `task_cycle`; the others have their defaults.
     pub fn functions(&self) -> &[&'static str] {
         &self.functions
+    }
+
+    /// Whether it has a mission, for several robots that live together.
+    pub fn has_mission(&self) -> bool {
+        self.functions.contains(&interface::MISSION)
+    }
+
+    /// Scalars of its mission's memory, and their types.
+    pub fn mission(&self) -> &[(String, Scalar)] {
+        &self.mission
     }
 
     /// Its memory's scalars, such as `place.x`, and their types.

@@ -9,7 +9,7 @@ use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
 use super::{Collision, Controller, Noise, Robot, Start, Task, WorldSpec, pack};
 use crate::arena::{Arena, Field, Wall};
 use crate::batch::WorldKind;
-use crate::compose::{GREATEST_GENES, Kind};
+use crate::compose::{GREATEST_GENES, Kind, OwnPart};
 use crate::differential::Build;
 use crate::foraging;
 use crate::network::Network;
@@ -47,6 +47,7 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
         network(own, spec)?;
     }
     own_parts(spec)?;
+    together(spec)?;
     new_cell(spec)?;
     greatest_speed(spec)
 }
@@ -148,6 +149,12 @@ fn surrogate(spec: &WorldSpec) -> Result<(), Invalid> {
             "is `forager` in a surrogate's life; allowed: another kind, since food exists only in the simulator";
         return Err(Invalid::new("robot.kind", problem));
     }
+    if let Build::Differential(own) = &spec.robot.build
+        && own.wheel_noise.is_some()
+    {
+        let problem = "is given in a surrogate's life; allowed: none, since it has the noise of its own wheels";
+        return Err(Invalid::new("robot.wheel_noise", problem));
+    }
     if spec.noise != Noise::NONE {
         let problem = "is not zero in a surrogate's life; allowed: none, since it has the noise of its own sensors";
         return Err(Invalid::new("noise", problem));
@@ -196,6 +203,45 @@ fn own_parts(spec: &WorldSpec) -> Result<(), Invalid> {
     Ok(())
 }
 
+/// Checks the rest of a world in which several robots live together, and that others have no mission.
+fn together(spec: &WorldSpec) -> Result<(), Invalid> {
+    const SINGLE: &str = "allowed: only without robot.count";
+    let task = spec.own.get(Kind::Task).map(OwnPart::part);
+    let Some(count) = spec.robot.members() else {
+        return match task {
+            Some(part) if part.has_mission() => {
+                let problem =
+                    "has a mission (`mission_cycle`); allowed: only with robot.count, for robots that live together";
+                Err(Invalid::new("task.part", problem))
+            }
+            _ => Ok(()),
+        };
+    };
+    let refused = [
+        (
+            "task.part",
+            task.is_some_and(|part| part.functions().contains(&"task_ends")),
+            "has `task_ends`, and robots that live together do so to the last cycle",
+        ),
+        ("start.kind", spec.start != Start::Random, "is not `random`"),
+        ("noise.walk_range_mm", spec.noise.walk_range != 0.0, "is not 0"),
+    ];
+    if let Some((key, _, problem)) = refused.into_iter().find(|(_, is_refused, _)| *is_refused) {
+        return Err(Invalid::new(key, format!("{problem}; {SINGLE}")));
+    }
+    // Each robot keeps a disc of twice its radius from the centres of others; a draw finds a place with a chance of a half.
+    let disc = 4.0 * std::f32::consts::PI * spec.robot.body_radius * spec.robot.body_radius;
+    let Field { width, height, .. } = spec.arena.field;
+    let most = 0.5 * pack::free_share(spec) * width * height / disc;
+    if count as f32 > most {
+        let problem = format!(
+            "is {count}, and the arena has room to draw the starts of {most:.0}; allowed: fewer, or a larger arena"
+        );
+        return Err(Invalid::new("robot.count", problem));
+    }
+    Ok(())
+}
+
 /// Checks the value of a new cell.
 fn new_cell(spec: &WorldSpec) -> Result<(), Invalid> {
     if !matches!(spec.task, Task::Avoidance { new_cell, .. } if new_cell > 0.0) {
@@ -222,7 +268,9 @@ fn greatest_speed(spec: &WorldSpec) -> Result<(), Invalid> {
     let diameter = 2.0 * spec.robot.body_radius;
     let described = match &spec.robot.build {
         Build::Sampled => None,
-        Build::Differential(own) => own.greatest_speed,
+        Build::Differential(own) => own
+            .greatest_speed
+            .map(|speed| speed * (1.0 + own.wheel_noise.unwrap_or(0.0))),
         // Its wall is a circle, which it is always within.
         Build::Forager(_) => return Ok(()),
     };

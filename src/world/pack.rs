@@ -222,6 +222,11 @@ fn forager(spec: &WorldSpec, own: &Forager) -> life::World {
     }
 }
 
+/// Share of a checked world's field where a body is free.
+pub(super) fn free_share(spec: &WorldSpec) -> f32 {
+    Free::of(spec.arena.field, &shapes(spec)).share
+}
+
 /// Number of cells along a side of the field.
 pub(super) fn cells(side: f32) -> usize {
     (side / CELL).ceil() as usize

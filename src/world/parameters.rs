@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use oneiro_shaders::life;
 
 use super::{Activation, Collision, Controller, Difference, Robot, Speed, Start, Task, WorldSpec};
-use crate::differential::{Build, Differential};
+use crate::differential::{Build, Differential, GREATEST_MEMBERS};
 use crate::foraging::{self, AsForaging, Forager, Foraging};
 use crate::network::Network;
 use crate::parameter::Allowed::{Any, Number, Text, Turns, Whole};
@@ -54,6 +54,16 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "Time that a full battery lasts; default: there is none.", |own, _| Some(&mut described(own)?.battery)),
         row("robot.battery_ends_life", "", Any, OURS,
             "Whether a life ends when the battery is empty; default: false.", |own, _| Some(&mut described(own)?.battery_ends_life)),
+        row("robot.wheel_noise", "", Number(0.0, 0.5), "Enki",
+            "Uniform noise of each wheel's way in a cycle, as a share; of a described robot's default: none.", |own, _| match own.as_mut().robot.build {
+                Build::Forager(ref mut own) => Some(&mut own.foraging.wheel_noise),
+                Build::Differential(ref mut own) => Some(&mut own.wheel_noise),
+                Build::Sampled => None,
+            }),
+        row("robot.count", "", Whole(1, GREATEST_MEMBERS.into()), OURS,
+            "Number of such robots that live together in one world, all with one genome: see docs/swarms.md; default: a single robot.", |own, _| Some(&mut described(own)?.count)),
+        row("robot.contact", "", Any, OURS,
+            "What bodies of robots that live together do when they meet; default: push.", |own, _| Some(&mut described(own)?.contact)),
         row("robot.sensors", "", Any, OURS,
             "Sensors.", |own, _| Some(&mut described(own)?.sensors)),
         row("robot.sensors[].name", "", Text("letters from a to z, digits and _, a letter first"), "",

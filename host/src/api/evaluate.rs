@@ -93,7 +93,7 @@ pub fn evaluate(experiment: &Experiment, request: &Request<'_>, task: &Task) -> 
         return Err(Error::input("keys: aren't as many as genomes; allowed: one for each"));
     }
     let lives = (count * request.lives) as u64;
-    task.expect(lives * u64::from(world.cycles()));
+    task.expect(lives * u64::from(world.cycles()) * u64::from(world.robots()));
     device::threaded(|| {
         device::with(request.backend, |evaluator| {
             let warned = evaluator.warnings().len();

@@ -217,7 +217,10 @@ pub(super) fn is_forager(settings: &Settings) -> bool {
 /// Whether an experiment defines any part of an arena of its own.
 pub(super) fn is_own_arena(settings: &Settings) -> bool {
     let ArenaSize {
-        width_mm, height_mm, ..
+        width_mm,
+        height_mm,
+        open,
+        ..
     } = settings.arena;
     let Arena {
         walls,
@@ -230,7 +233,7 @@ pub(super) fn is_own_arena(settings: &Settings) -> bool {
     } = &settings.world.arena;
     let has_objects = !walls.is_empty() || !obstacles.is_empty() || !blocks.is_empty();
     let is_empty = !has_objects && lights.is_empty() && floor.is_none() && patches.is_empty();
-    width_mm.is_some() || height_mm.is_some() || !is_empty
+    width_mm.is_some() || height_mm.is_some() || open.is_some() || !is_empty
 }
 
 fn arena(settings: &Settings) -> Checked {
@@ -238,6 +241,7 @@ fn arena(settings: &Settings) -> Checked {
         preset,
         width_mm,
         height_mm,
+        ..
     } = &settings.arena;
     if is_forager(settings) && (preset.is_some() || is_own_arena(settings)) {
         return invalid(

@@ -17,7 +17,7 @@ macro_rules! file {
 }
 
 /// All of them.
-pub(crate) static EXAMPLES: [Example; 6] = [
+pub(crate) static EXAMPLES: [Example; 7] = [
     Example {
         name: "homing",
         about: "a Khepera with a battery returns to its charger",
@@ -61,5 +61,14 @@ pub(crate) static EXAMPLES: [Example; 6] = [
         name: "discrimination",
         about: "a Khepera finds a cylinder and stays with it, in a room whose walls look alike",
         files: &[file!("discrimination.toml"), file!("discrimination/task.wgsl")],
+    },
+    Example {
+        name: "aggregation",
+        about: "ten robots with one bit of sight gather in one place",
+        files: &[
+            file!("aggregation.toml"),
+            file!("aggregation/controller.wgsl"),
+            file!("aggregation/mission.wgsl"),
+        ],
     },
 ];

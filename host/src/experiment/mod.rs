@@ -220,7 +220,8 @@ impl Experiment {
         let individuals = u64::from(evolution.population) * u64::from(evolution.generations);
         let again = u64::from(self.finalists()) * u64::from(finalists.lives);
         let lives = individuals.saturating_mul((*trials).into()).saturating_add(again);
-        lives.saturating_mul(self.world.cycles().into())
+        let steps = u64::from(self.world.cycles()) * u64::from(self.world.robots());
+        lives.saturating_mul(steps)
     }
 
     /// Approximate memory of a run in progress, in bytes.

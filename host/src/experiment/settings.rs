@@ -74,6 +74,7 @@ impl Default for Settings {
                 preset: Some(Arena::miglino1995().name),
                 width_mm: None,
                 height_mm: None,
+                open: None,
             },
             world: WorldSpec {
                 arena: Arena::default(),
@@ -194,6 +195,8 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Width of an arena of your own; its lower left corner is at (0, 0).", |own, _| Some(&mut own.arena.width_mm)),
         row("arena.height_mm", "mm", LENGTH, OURS,
             "Its height.", |own, _| Some(&mut own.arena.height_mm)),
+        row("arena.open", "", Any, OURS,
+            "Whether it has no sides, and robots may leave the field that they start in; default: false.", |own, _| Some(&mut own.arena.open)),
     ]);
     rows.extend([
         row("evolution.kind", "", Any, OURS,
@@ -439,6 +442,8 @@ pub(crate) struct ArenaSize {
     pub(crate) preset: Option<String>,
     pub(crate) width_mm: Option<f32>,
     pub(crate) height_mm: Option<f32>,
+    /// Whether it has no sides.
+    pub(crate) open: Option<bool>,
 }
 
 /// Individuals that live again after the last generation, so that the champion is chosen by the mean of many lives.

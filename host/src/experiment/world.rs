@@ -121,7 +121,7 @@ fn arena(settings: &Settings, own: Arena) -> Arena {
     }
     let [width, height] = [settings.arena.width_mm, settings.arena.height_mm].map(Option::unwrap_or_default);
     let rectangle = Arena::rectangle(width, height);
-    let walls = if own.walls.is_empty() {
+    let walls = if own.walls.is_empty() && settings.arena.open != Some(true) {
         rectangle.walls
     } else {
         own.walls

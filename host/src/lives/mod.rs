@@ -87,7 +87,9 @@ pub(crate) struct LifeIndex {
 impl Lives<'_> {
     /// Total robot-steps.
     pub(crate) fn steps(&self) -> u64 {
-        (self.genomes.len() * self.count) as u64 * u64::from(self.worlds[0].cycles())
+        (self.genomes.len() * self.count) as u64
+            * u64::from(self.worlds[0].cycles())
+            * u64::from(self.worlds[0].robots())
     }
 
     /// Fitness of each life, by genome.

@@ -62,8 +62,18 @@ pub(super) fn problems(
     problems
 }
 
-/// Refuses parts that declare or call what only foragers are made of.
-pub(super) fn foragers(own: &OwnParts, taken: &BTreeSet<String>) -> Result<(), Refusals> {
+/// Functions that parts may call where robots live together; `lib/members` has them.
+const TOGETHER: [&str; 6] = [
+    "robots",
+    "robot_number",
+    "robot_pose",
+    "body_radius",
+    "floor_at",
+    "clusters_within",
+];
+
+/// Refuses parts that declare or call what only foragers, or only robots that live together, are made of.
+pub(super) fn of_few(own: &OwnParts, taken: &BTreeSet<String>) -> Result<(), Refusals> {
     let mut problems = Refusals::new();
     for own in own.iter() {
         let part = own.part().source();
@@ -98,7 +108,8 @@ fn shipped_names() -> BTreeSet<String> {
     let is_composed = |path: &&str| {
         let life = |name: &str| name.starts_with("life_") || name.starts_with("surrogate_");
         let mut kernels = KERNELS.iter().filter(|kernel| life(kernel.name));
-        let ships = KERNELS.iter().any(|kernel| kernel.parts.contains(path)) || kernel::is_of_foragers(path);
+        let is_of_few = kernel::is_of_foragers(path) || kernel::is_of_members(path);
+        let ships = KERNELS.iter().any(|kernel| kernel.parts.contains(path)) || is_of_few;
         !ships || kernels.any(|kernel| kernel.parts.contains(path))
     };
     let shipped = PARTS.iter().filter(|(path, _)| is_composed(path));
@@ -137,7 +148,10 @@ fn declared_problems(
     let whole = whole(part);
     let mut problems = Refusals::new();
     let mut refuse = |place, rule, message| problems.push(refusal(place, rule, message));
-    for required in interface.functions.iter().filter(|function| function.default.is_none()) {
+    let has_mission = declared.iter().any(|own| own.name == interface::MISSION);
+    let is_required =
+        |function: &&Function| function.default.is_none() && !(has_mission && function.name() == interface::OF_EACH);
+    for required in interface.functions.iter().filter(is_required) {
         if declared.iter().all(|own| own.name != required.name()) {
             let (name, text) = (required.name(), required.text);
             let message = format!("has no function `{name}`; write `{text} {{ .. }}`");
@@ -161,7 +175,7 @@ fn declared_problems(
             place,
             signature: has,
         } = own;
-        let expected = interface.functions.iter().find(|function| function.name() == name);
+        let expected = interface.known().find(|function| function.name() == name);
         let form = interface.others.iter().find(|(other, _)| other == name);
         if let Some((_, form)) = form
             && (!form.starts_with(keyword.as_str()) || keyword == "const" && has != "u32")
@@ -231,7 +245,7 @@ fn buffer_problems(part: &compiler::Part) -> Refusals {
 fn call_problems(part: &compiler::Part, interface: &Interface, taken: &BTreeSet<String>) -> Refusals {
     let mut problems = Refusals::new();
     for (name, place) in calls(part) {
-        let is_allowed = [&CALLS, interface.calls, interface.structs]
+        let is_allowed = [&CALLS[..], &TOGETHER, interface.calls, interface.structs]
             .iter()
             .any(|list| list.contains(&name.as_str()));
         if !is_allowed && taken.contains(&name) {
@@ -496,7 +510,7 @@ fn field_of_parameter(parts: &[compiler::Part], part: &compiler::Part, place: &P
 
 /// Names that a part may use: WGSL's, those of the interface, and what users' parts declare.
 fn usable(parts: &[compiler::Part], interface: &Interface, own: &OwnParts) -> BTreeSet<String> {
-    let lists = [&CALLS[..], &CONSTANTS, interface.calls, interface.structs].concat();
+    let lists = [&CALLS[..], &TOGETHER, &CONSTANTS, interface.calls, interface.structs].concat();
     let fields = parts
         .iter()
         .flat_map(|part| STRUCTS.iter().filter_map(|name| members(part, name)).flatten());

@@ -212,13 +212,12 @@ pub(super) fn readings(part: &compiler::Part, interface: &Interface, problems: &
     readings
 }
 
-/// The fields of a part's memory.
-pub(super) fn memory(part: &compiler::Part, interface: &Interface, problems: &mut Refusals) -> Vec<Remembered> {
-    let name = format!("{}State", interface.title);
+/// The fields of a part's memory: of its struct with this name.
+pub(super) fn memory(part: &compiler::Part, name: &str, problems: &mut Refusals) -> Vec<Remembered> {
     let mut memory = Vec::new();
     for Member {
         name: field, ty, place, ..
-    } in fields(part, &name, problems)
+    } in fields(part, name, problems)
     {
         let (vector, scalar) = match ty.strip_suffix('>').and_then(|ty| ty.split_once('<')) {
             Some((vector, scalar)) => (vector, scalar),

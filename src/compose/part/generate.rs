@@ -5,7 +5,8 @@ use std::fmt::Write;
 use oneiro_shader_compiler::declarations::Declaration;
 
 use super::fields::{GeneField, Remembered};
-use super::interface::{GENE_COUNT, Interface};
+use super::interface::{Function, GENE_COUNT, Interface, MISSION, OF_EACH};
+use super::members;
 use crate::arena::{Arena, Patch};
 use crate::compose::{Detail, DetailKind, Kind, Scalar, Value};
 use crate::differential::{Differential, Sensor, SensorKind};
@@ -44,8 +45,13 @@ pub(super) fn missing(
             "fn {word}_kept(own: {title}State) -> {title}State {{ return own; }}"
         );
     }
+    // A part with a mission need not reward each robot.
+    let default = |function: &Function| match function.default {
+        None if is_declared(MISSION) && function.name() == OF_EACH => Some("return Reward(0.0f, before);"),
+        default => default,
+    };
     for function in interface.functions {
-        if let Some(body) = function.default.filter(|_| !is_declared(function.name())) {
+        if let Some(body) = default(function).filter(|_| !is_declared(function.name())) {
             let _ = writeln!(text, "{} {{ {body} }}", function.text);
         }
     }
@@ -221,6 +227,16 @@ pub(super) fn drive(robot: &Differential, arena: &Arena) -> String {
     if robot.battery.is_some() {
         members += "    used: u32,\n";
         kept += ", own.used";
+    }
+    if robot.wheel_noise.is_some() {
+        let _ = writeln!(
+            steps,
+            "    let slips = units(random_words(life.key, STREAM_ACTUATOR, step, 1u));
+    let noise = numbers(life.world, {}u).x;
+    speeds.x *= 1.0f + noise * (2.0f * slips.x - 1.0f);
+    speeds.y *= 1.0f + noise * (2.0f * slips.y - 1.0f);",
+            robot.noise_cell(arena)
+        );
     }
     let motion = match (robot.sampled_motors, steps.is_empty()) {
         (true, true) => {
@@ -418,6 +434,8 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
     // One loop over all objects serves all sensors that measure objects.
     let (mut numbers, mut objects, mut readings) = (String::new(), String::new(), String::new());
     let (mut rays, mut bumpers, mut widest) = (Vec::new(), String::new(), "0.0f".to_owned());
+    // What is done for each other robot, if several live together.
+    let (mut others, mut pressing) = (String::new(), String::new());
     let (mut read, mut highest) = (String::new(), "0.0f".to_owned());
     if is_individual {
         numbers += "    let gain = illumination(world, at);\n";
@@ -449,6 +467,12 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
                 };
                 let _ = writeln!(numbers, "    var free{index} = {ray}.offset + {ray}.range;");
                 let is_at_centre = sensor.bearing.is_none();
+                let seen = if is_at_centre {
+                    format!("ray_to_body(to, ahead{index}, body_squared, free{index})")
+                } else {
+                    format!("body_from_place(to, outward{index}, ahead{index}, body_squared, {ray})")
+                };
+                let _ = writeln!(others, "            free{index} = min(free{index}, {seen});");
                 let nearest = if is_at_centre {
                     format!("ray_to_shape(shape, at, ahead{index}, free{index})")
                 } else {
@@ -481,7 +505,22 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
                     (_, None) => format!("1.0f - {share}"),
                 }
             }
+            SensorKind::Sight => {
+                let _ = writeln!(numbers, "    let ahead{index} = cosine_sine(looks{index});");
+                let far = format!("s{index}.offset + s{index}.range");
+                let _ = writeln!(numbers, "    var free{index} = {far};\n    var seen{index} = {far};");
+                let _ = writeln!(
+                    others,
+                    "            seen{index} = min(seen{index}, ray_to_body(to, ahead{index}, body_squared, seen{index}));"
+                );
+                rays.push(index);
+                format!("select(0.0f, 1.0f, seen{index} < free{index})")
+            }
             SensorKind::Bumper => {
+                let _ = writeln!(
+                    pressing,
+                    "                pressed{index} = max(pressed{index}, bumper_on(2.0f * members.body, squared, bearing, {own}));"
+                );
                 let _ = writeln!(numbers, "    var pressed{index} = 0.0f;");
                 let pressed = format!("max(pressed{index}, bumper_at(shape, squared, bearing, {own}))");
                 let _ = writeln!(bumpers, "                pressed{index} = {pressed};");
@@ -551,6 +590,11 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
 "
         );
     }
+    let among = members::among(robot, &others, &pressing, &widest);
+    let (whose, world) = match robot.count {
+        None => ("world: u32", ""),
+        Some(_) => ("life: Life", "    let world = life.world;\n"),
+    };
     let (floor, lights, patches) = (floor_cell(robot), arena.lights.len(), arena.patches.len());
     let individual = if is_individual {
         individual(robot, arena, &read)
@@ -570,8 +614,8 @@ const INPUTS: u32 = {count}u + OWN_READINGS;
 const FLOOR_CELL: u32 = {floor}u;
 const LIGHT_COUNT: u32 = {lights}u;
 const PATCH_COUNT: u32 = {patches}u;
-{counted}fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>, robot: RobotState) -> Readings {{
-{numbers}{objects}    return Readings(
+{counted}fn sense({whose}, pose: vec3<f32>, at: vec2<f32>, robot: RobotState) -> Readings {{
+{world}{numbers}{objects}{among}    return Readings(
 {readings}        SensorReadings(),
     );
 }}

@@ -23,6 +23,8 @@ pub(super) struct Interface {
     /// The word that its structs' names begin with.
     pub(super) title: &'static str,
     pub(super) functions: &'static [Function],
+    /// Functions that it may declare for worlds of several robots, beside those; the first says that it has a mission.
+    pub(super) mission: &'static [Function],
     /// Other declarations that it must have, or that are generated, and their form.
     pub(super) others: &'static [(&'static str, &'static str)],
     /// Structs of the kernel that it declares, all or some.
@@ -39,6 +41,11 @@ impl Interface {
 }
 
 impl Interface {
+    /// All functions that it may declare for Oneiro to call.
+    pub(super) fn known(&self) -> impl Iterator<Item = &'static Function> + use<> {
+        self.functions.iter().chain(self.mission)
+    }
+
     /// Whether a name is of a function that gives another kind's memory.
     pub(super) fn is_of_another(&self, name: &str) -> bool {
         let kinds = [Kind::Sensor, Kind::Controller, Kind::Task];
@@ -73,6 +80,7 @@ const SENSOR: Interface = Interface {
             default: Some("return SensorState();"),
         },
     ],
+    mission: &[],
     others: &[("SensorReadings", "struct SensorReadings { NAME: f32, .. }")],
     structs: &["SensorReadings", "SensorState"],
     calls: &["Sensed"],
@@ -95,6 +103,7 @@ const CONTROLLER: Interface = Interface {
             default: Some("return ControllerState();"),
         },
     ],
+    mission: &[],
     others: &[(GENE_COUNT, "const CONTROLLER_GENES: u32 = NUMBER;")],
     structs: &["ControllerState", GENES],
     calls: &["Command", "gene", "weighed"],
@@ -121,7 +130,27 @@ const TASK: Interface = Interface {
             default: Some("return sum;"),
         },
     ],
+    mission: &[
+        Function {
+            text: "fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally",
+            default: Some("return Tally(0.0f, before);"),
+        },
+        Function {
+            text: "fn mission_begin(life: Life) -> MissionState",
+            default: Some("return MissionState();"),
+        },
+        Function {
+            text: "fn mission_score(life: Life, own: MissionState, sum: f32) -> f32",
+            default: Some("return sum;"),
+        },
+    ],
     others: &[],
-    structs: &["TaskState"],
-    calls: &["Reward"],
+    structs: &["TaskState", MISSION_STATE],
+    calls: &["Reward", "Tally"],
 };
+
+/// The function with which a task has a mission, the struct of what that remembers, and the function that such a task may leave
+/// out.
+pub(super) const MISSION: &str = "mission_cycle";
+pub(super) const MISSION_STATE: &str = "MissionState";
+pub(super) const OF_EACH: &str = "task_cycle";

@@ -14,7 +14,7 @@ use oneiro_shaders::kernel::Turns;
 use oneiro_shaders::{Binding, Kernel, WordOf};
 
 use super::interface::{GENE_COUNT, GENES};
-use super::{Part, check, generate, interface, refusal};
+use super::{Part, check, generate, interface, members, refusal};
 use crate::compose::{Composed, GREATEST_GENES, Kind, Lives, OwnParts, Refused, fields};
 use crate::differential::{Build, Differential};
 use crate::parameter::Invalid;
@@ -76,6 +76,11 @@ const NOT_FORAGER: [&str; 3] = ["lib/walk.wgsl", "physics/sliding.wgsl", physics
 /// Whether only foragers, alone or in swarms, are made of a part.
 pub(super) fn is_of_foragers(path: &str) -> bool {
     FORAGER.contains(&path) || BEHAVIOURS.contains(&path) || [OUTPUTS, BRINGING, DRIVEN].contains(&path)
+}
+
+/// Whether only robots that live together are made of a part.
+pub(super) fn is_of_members(path: &str) -> bool {
+    members::PARTS.contains(&path)
 }
 
 /// Whether a forager is made of a part, if the part is not of every robot.
@@ -205,21 +210,22 @@ pub(in crate::compose) fn compose(
             kernel: base,
             genes: None,
             files: &[],
+            words: None,
         });
     }
-    let own = parts.readings();
     let fields = fields(robot);
-    let all = fields
-        .iter()
-        .cloned()
-        .chain(own.iter().map(|name| format!("own.{name}")));
-    let mut generated = generate::details(&parts.details(robot)) + &generate::reading(&all.collect::<Vec<_>>());
+    let mut generated = generate::details(&parts.details(robot)) + &generate::reading(&readings_in(&fields, parts));
     let mut name = base.name.to_owned();
     if let Build::Differential(robot) = robot {
         check_names(robot)?;
         let is_individual = lives == Lives::Individual;
-        let described =
+        let mut described =
             generate::readings(robot, tables, &spec.arena, is_individual) + &generate::drive(robot, &spec.arena);
+        if let Some(count) = robot.count {
+            described += &members::constants(robot, &spec.arena);
+            // Its traces have as many poses.
+            let _ = write!(name, "+{count}-together");
+        }
         let hash = blake3::hash(described.as_bytes()).to_hex();
         let _ = write!(name, "+{}-sensors-{}", robot.sensors.len(), &hash[..16]);
         generated += &described;
@@ -252,14 +258,22 @@ pub(in crate::compose) fn compose(
     if let Some(composed) = known().get(&name) {
         return Ok(*composed);
     }
-    let (kernel, genes, files) =
+    let (kernel, genes, files, words) =
         new(base, parts, spec, lives, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
     let leaked = || Composed {
         kernel: Box::leak(Box::new(kernel)),
         genes: genes.map(|genes| &*genes.leak()),
         files: files.leak(),
+        words,
     };
     Ok(*known().entry(name).or_insert_with(leaked))
+}
+
+/// The fields of the kernel's `Readings`, in order: the robot's, and those of a user's sensors.
+fn readings_in(fields: &[String], parts: &OwnParts) -> Vec<String> {
+    let own = parts.readings();
+    let own = own.iter().map(|name| format!("own.{name}"));
+    fields.iter().cloned().chain(own).collect()
 }
 
 /// Refuses names of sensors that no field of `Readings` can have: words of WGSL, and the one that holds a user's sensors.
@@ -333,6 +347,7 @@ pub(in crate::compose) fn driven() -> Result<&'static Kernel, Invalid> {
         kernel: Box::leak(Box::new(made)),
         genes: None,
         files: files(&parts).leak(),
+        words: None,
     };
     Ok(known().entry(NAME.to_owned()).or_insert_with(leaked).kernel)
 }
@@ -371,8 +386,9 @@ fn kernel(base: &'static Kernel, compiled: Compiled, name: &str) -> Result<Kerne
     })
 }
 
-/// A new kernel, the genes of a user's controller, and its files.
-type New = (Kernel, Option<Vec<Gene>>, Vec<(String, usize)>);
+/// A new kernel, the genes of a user's controller, its files, and where several robots live together the words of a world and of
+/// each of them.
+type New = (Kernel, Option<Vec<Gene>>, Vec<(String, usize)>, Option<[u32; 2]>);
 
 fn new(
     base: &'static Kernel,
@@ -387,8 +403,12 @@ fn new(
         text: text.to_owned(),
     };
     let is_kept = |path: &str| path != DETAILS && own.iter().all(|own| !is_replaced(path, own.part.kind));
+    let live_together = spec.robot.members().is_some();
     let is_needed = |path: &str| {
         let is_of_robot = is_of_robot(path, spec);
+        if is_of_members(path) || live_together && members::REPLACED.contains(&path) {
+            return is_of_members(path) && live_together;
+        }
         if [Lives::Simulated, Lives::Reported, Lives::Individual]
             .map(physics)
             .contains(&path)
@@ -418,12 +438,24 @@ fn new(
         _ => (names(&[part(GENERATED, &generated)]), of_robot, others),
     };
     if let Build::Forager(_) = spec.robot.build {
-        check::foragers(own, &instead)?;
+        check::of_few(own, &instead)?;
     }
     let replaced = replaced
         .into_iter()
         .map(|own| part(&own.path, &without(&own, &instead)));
     let mut parts: Vec<_> = replaced.chain(kept).collect();
+    if live_together {
+        let (together, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|own| is_of_members(&own.path));
+        let instead = names(&together);
+        check::of_few(own, &instead)?;
+        let others = others.into_iter().map(|own| part(&own.path, &without(&own, &instead)));
+        parts = others.chain(together).collect();
+        let described = [part(GENERATED, &generated)];
+        let users: Vec<_> = own.iter().map(|own| own.part.source()).collect();
+        let all = [&parts[..], &described, &users].concat();
+        let fields = fields(&spec.robot.build);
+        generated += &members::declarations(&all, own, spec, &readings_in(&fields, own));
+    }
     let mut cells = 0;
     for own in own.iter() {
         let first = interface::of(own.part.kind).first_value();
@@ -456,7 +488,18 @@ fn new(
         Some(controller) => Some(genes(&controller.part, &compiled, &own.readings_of(&spec.robot.build))?),
         None => None,
     };
-    Ok((kernel(base, compiled, name)?, genes, files(&parts)))
+    let words = members::WORDS.map(|name| number(&compiled, name));
+    let words = match words {
+        [Some(world), Some(member)] if live_together => Some([world, member]),
+        _ => None,
+    };
+    Ok((kernel(base, compiled, name)?, genes, files(&parts), words))
+}
+
+/// The value of a kernel's constant.
+fn number(compiled: &Compiled, name: &str) -> Option<u32> {
+    let value = compiled.constants.iter().find(|constant| constant.name == name);
+    value.and_then(|constant| constant.value.parse::<u32>().ok())
 }
 
 /// Compiles parts. Whatever a user writes must not end the program.
@@ -482,10 +525,7 @@ fn failed(parts: &[compiler::Part]) -> Refusal {
 
 /// The genes that a controller declares. `readings` are the names of all readings.
 fn genes(own: &Part, compiled: &Compiled, readings: &[String]) -> Result<Vec<Gene>, Refusals> {
-    let number = |name: &str| {
-        let value = compiled.constants.iter().find(|constant| constant.name == name);
-        value.and_then(|constant| constant.value.parse::<u32>().ok())
-    };
+    let number = |name: &str| number(compiled, name);
     let count = number(GENE_COUNT).filter(|number| (1..=GREATEST_GENES).contains(number));
     let Some(count) = count else {
         return Err(vec![gene_count(own)]);

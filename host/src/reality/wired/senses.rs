@@ -87,7 +87,7 @@ fn kind_of(wanted: &Wanted<'_>) -> Result<Kind, String> {
         SensorKind::Distance => Ok(Kind::Distance),
         SensorKind::Light => Ok(Kind::Light),
         SensorKind::Ground => Ok(Kind::Ground),
-        SensorKind::Bumper | SensorKind::Battery => Err(format!(
+        SensorKind::Bumper | SensorKind::Battery | SensorKind::Sight => Err(format!(
             "sensor {}: is of the kind {}, which no robot on a wire has; allowed: distance, proximity, light, ground, sampled",
             wanted.name,
             wanted.kind.word()

@@ -62,7 +62,8 @@ impl Report {
             real.clear();
         }
         let audited = simulated.len() + real.len();
-        let steps = (audited * trials) as u64 * u64::from(experiment.world().cycles());
+        let steps =
+            (audited * trials) as u64 * u64::from(experiment.world().cycles()) * u64::from(experiment.world().robots());
         let differences = progress::watched(
             steps,
             "auditing",

@@ -59,7 +59,8 @@ fn part(own: Option<&OwnPart>, shipped: &str) -> String {
     let Some(part) = own.map(OwnPart::part) else {
         return shipped.to_owned();
     };
-    let memory: Vec<_> = part.memory().iter().map(|(name, _)| name.as_str()).collect();
+    let memory = part.memory().iter().chain(part.mission());
+    let memory: Vec<_> = memory.map(|(name, _)| name.as_str()).collect();
     let memory = if memory.is_empty() {
         "nothing".to_owned()
     } else {
@@ -318,6 +319,17 @@ fn robot(robot: &Robot, name: Option<&str>) -> String {
     parts.push(radius);
     parts.extend(own.wheel_base.map(|base| format!("wheels {base} mm apart")));
     parts.extend(own.greatest_speed.map(|speed| format!("up to {speed} mm/s")));
+    parts.extend(
+        own.wheel_noise
+            .map(|noise| format!("{} % noise of wheels", 100.0 * noise)),
+    );
+    parts.extend(own.count.map(|count| {
+        let contact = own.contact.unwrap_or_default().word();
+        format!(
+            "{}: {contact}",
+            counted(count, "robot that lives with others", "robots that live together")
+        )
+    }));
     let states = robot.motors.states;
     parts.extend(own.sampled_motors.then(|| format!("{states} x {states} motor states")));
     parts.extend((own.speeds > 0).then(|| format!("{} speeds", own.speeds)));

@@ -53,7 +53,8 @@ impl TraceTable {
             .chain(records(&ACTION))
             .chain(details(|kind| kind == DetailKind::Real))
             .chain(records(&SEEN))
-            .chain(details(|kind| matches!(kind, DetailKind::Memory(_))));
+            .chain(details(|kind| matches!(kind, DetailKind::Memory(_))))
+            .chain(details(|kind| kind == DetailKind::Other));
         Self { cells: cells.collect() }
     }
 
@@ -135,6 +136,9 @@ fn column(detail: &Detail, robot: &Robot) -> Column {
         (DetailKind::Perceived | DetailKind::Real, None) => OWN
             .named(format!("sensor_{name}"))
             .about(format!("the reading `{name}` of the experiment's own sensors")),
+        (DetailKind::Other, _) => OWN.named(name.clone()).about(
+            "another robot's pose at the start of the cycle: x and y in mm, and z, its heading in turns".to_owned(),
+        ),
         (DetailKind::Memory(part), _) => {
             let word = part.word();
             let own = match detail.scalar {

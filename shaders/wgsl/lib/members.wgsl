@@ -1,0 +1,178 @@
+// A world of robots with one genome: what it keeps, and where: a block of words for the world and one for each robot, LANES
+// worlds side by side, so that the same word of neighbouring worlds is next to it. One invocation is a whole world.
+// `GREATEST_MEMBERS`, `WORLD_WORDS`, `MEMBER_WORDS` and `MEMBERS_CELL` are generated, as are the words of what parts remember.
+
+// A word of each world, before what its mission remembers: the sum of all rewards.
+const WORLD_EARNED: u32 = 0u;
+const WORLD_MEMORY: u32 = 1u;
+
+// Words of each robot, before what its parts remember: where it is, and its heading.
+const MEMBER_X: u32 = 0u;
+const MEMBER_Y: u32 = 1u;
+const MEMBER_HEADING: u32 = 2u;
+// its random numbers, two words
+const MEMBER_KEY: u32 = 3u;
+// where it gets to in this cycle, by turns in one and the other: x and y each
+const MEMBER_GOAL: u32 = 5u;
+// where it would get to if it were alone: x and y
+const MEMBER_ALONE: u32 = 9u;
+// its pose before the cycle
+const MEMBER_START: u32 = 11u;
+// for searches among robots: whether it was met, and a queue
+const MEMBER_MET: u32 = 14u;
+const MEMBER_QUEUE: u32 = 15u;
+const MEMBER_MEMORY: u32 = 16u;
+
+@group(0) @binding(6) var<storage, read_write> state: array<u32>;
+
+// Who lives: the world, the key of its random numbers and the index of its first gene; where the world's words and this robot's
+// are, and the robot's number. Of a world as a whole the key is its own, and the robot the first.
+struct Life {
+    world: u32,
+    key: vec2<u32>,
+    genes: u32,
+    world_words: u32,
+    member_words: u32,
+    member: u32,
+}
+
+// What all robots of a world share.
+struct MembersCell {
+    count: f32,
+    body: f32,
+    // the greatest squared distance at which a robot's sensors notice another
+    reach_squared: f32,
+    // 1 if robots push each other, 0 if they stop
+    pushes: f32,
+}
+
+fn members_of(world: u32) -> MembersCell {
+    let cell = numbers(world, MEMBERS_CELL);
+    return MembersCell(cell.x, cell.y, cell.z, cell.w);
+}
+
+fn member_count(world: u32) -> u32 {
+    return min(u32(members_of(world).count), GREATEST_MEMBERS);
+}
+
+fn member_at(life: Life, member: u32) -> u32 {
+    return life.world_words + (WORLD_WORDS + member * MEMBER_WORDS) * LANES;
+}
+
+fn word(own: u32, field: u32) -> u32 {
+    return state[own + field * LANES];
+}
+
+fn number(own: u32, field: u32) -> f32 {
+    return bitcast<f32>(state[own + field * LANES]);
+}
+
+fn put_word(own: u32, field: u32, value: u32) {
+    state[own + field * LANES] = value;
+}
+
+fn put(own: u32, field: u32, value: f32) {
+    state[own + field * LANES] = bitcast<u32>(stored(value));
+}
+
+fn place_in(own: u32, field: u32) -> vec2<f32> {
+    return vec2<f32>(number(own, field), number(own, field + 1u));
+}
+
+fn put_place(own: u32, field: u32, place: vec2<f32>) {
+    put(own, field, place.x);
+    put(own, field + 1u, place.y);
+}
+
+fn member_pose(own: u32) -> vec3<f32> {
+    return vec3<f32>(number(own, MEMBER_X), number(own, MEMBER_Y), number(own, MEMBER_HEADING));
+}
+
+fn member_life(life: Life, member: u32) -> Life {
+    let own = member_at(life, member);
+    let key = vec2<u32>(word(own, MEMBER_KEY), word(own, MEMBER_KEY + 1u));
+    return Life(life.world, key, life.genes, life.world_words, own, member);
+}
+
+// What parts that a user wrote may ask of robots that live together; docs/swarms.md lists it.
+
+// Number of robots in the world.
+fn robots(life: Life) -> u32 {
+    return member_count(life.world);
+}
+
+// The number of the robot that this is, from 0.
+fn robot_number(life: Life) -> u32 {
+    return life.member;
+}
+
+// Where a robot is: x and y in mm, heading in turns. Beyond the last it is the last.
+fn robot_pose(life: Life, robot: u32) -> vec3<f32> {
+    return member_pose(member_at(life, min(robot, member_count(life.world) - 1u)));
+}
+
+// Radius of each robot's body, mm.
+fn body_radius(life: Life) -> f32 {
+    return members_of(life.world).body;
+}
+
+// The grey of the floor at a place.
+fn floor_at(life: Life, place: vec2<f32>) -> f32 {
+    return ground_reading(life.world, place);
+}
+
+// Robots in clusters.
+struct Clusters {
+    // number of clusters, and of robots in the largest
+    count: u32,
+    largest: u32,
+}
+
+// Robots linked to each other, directly or through others, where less than `reach` mm lies between the centres of two.
+fn clusters_within(life: Life, reach: f32) -> Clusters {
+    let count = member_count(life.world);
+    for (var member = 0u; member < count; member++) {
+        put_word(member_at(life, member), MEMBER_MET, 0u);
+    }
+    // Each turn of the loop looks at one robot: whether it begins a cluster, or belongs to the one that is being followed. A vector
+    // of worlds then needs no more turns than the world that needs most.
+    var found = Clusters(0u, 0u);
+    var first = 0u;
+    var other = 0u;
+    var head = 0u;
+    var tail = 0u;
+    var size = 0u;
+    for (var turn = 0u; turn < count * (count + 1u); turn++) {
+        if (head < tail) {
+            let from_member = member_at(life, word(member_at(life, head), MEMBER_QUEUE));
+            let at = member_at(life, other);
+            let here = place_in(from_member, MEMBER_X);
+            let there = place_in(at, MEMBER_X);
+            let squared = squared_length(vec2<f32>(there.x - here.x, there.y - here.y));
+            if ((word(at, MEMBER_MET) == 0u) & (squared < reach * reach)) {
+                put_word(at, MEMBER_MET, 1u);
+                put_word(member_at(life, tail), MEMBER_QUEUE, other);
+                tail++;
+                size++;
+            }
+            other++;
+            head = select(head, head + 1u, other == count);
+            other = select(other, 0u, other == count);
+        } else {
+            if (first == count) {
+                break;
+            }
+            let at = member_at(life, first);
+            if (word(at, MEMBER_MET) == 0u) {
+                put_word(at, MEMBER_MET, 1u);
+                put_word(member_at(life, tail), MEMBER_QUEUE, first);
+                tail++;
+                found.count++;
+                size = 1u;
+            }
+            first++;
+        }
+        found.largest = max(found.largest, size);
+    }
+    return found;
+}

@@ -1,0 +1,27 @@
+// Worlds of robots with one genome, cycle by cycle: the entry of composed kernels in which several robots live together.
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let group = workgroup.x;
+    if (lane >= groups[group].rollouts) {
+        return;
+    }
+    let slot = group * LANES + lane;
+    let input = groups[group].inputs - dispatch.first_input + lane;
+    let world = groups[group].world;
+    let words = group * dispatch.state_words * LANES + lane;
+    let key = vec2<u32>(inputs[input], inputs[input + LANES]);
+    let life = Life(world, key, input + KEY_WORDS * LANES, words, words + WORLD_WORDS * LANES, 0u);
+
+    if (dispatch.step_begin == 0u) {
+        begin(life);
+    }
+    let end = min(dispatch.step_end, worlds[world].steps);
+    for (var step = dispatch.step_begin; step < end; step++) {
+        let lived = cycle(life, step);
+        if (dispatch.trace_every > 0u && (step - dispatch.trace_begin) % dispatch.trace_every == 0u) {
+            trace[slot * dispatch.trace_records + (step - dispatch.trace_begin) / dispatch.trace_every] = line(life, lived);
+        }
+    }
+    fitness[slot] = stored(score(life));
+}

@@ -1,0 +1,177 @@
+// Bodies that meet. Each robot wants to get to where it would be if it were alone; then bodies push each other apart and out of
+// objects, or stop. After a cycle no two bodies, and no body and no object, overlap by more than OVERLAP: robots that do, and those
+// that are in the way of such a robot's return, are back where they were.
+
+// mm, in the distance of two robots' centres, and of a centre and an object.
+const OVERLAP: f32 = 1.0f;
+// Less than this, mm, is no overlap that pushes.
+const TOUCH: f32 = 0x1p-6f;
+// How often bodies that overlap push each other in a cycle, at most: an even number.
+const PUSHES: u32 = 12u;
+// The farthest that a robot gets in a cycle, as a share of its radius: less than from its centre to the nearest wall, so that
+// it comes out of a wall on the side that it was on.
+const FARTHEST: f32 = 0.75f;
+
+// Whether a body there and an object overlap by more than `less`, mm.
+fn presses(world: u32, at: vec2<f32>, less: f32) -> bool {
+    let first = worlds[world].first_shape;
+    let end = first + shape_count(world);
+    var hit = false;
+    for (var shape = first; shape < end; shape++) {
+        let near = shapes[shape].contact - less;
+        hit = hit | (squared_length(toward(shape, at)) < near * near);
+    }
+    return hit;
+}
+
+// A place pushed out of each object that a body there would overlap, one after another.
+fn pushed_out(world: u32, at: vec2<f32>) -> vec2<f32> {
+    let first = worlds[world].first_shape;
+    let end = first + shape_count(world);
+    var place = at;
+    for (var shape = first; shape < end; shape++) {
+        let to = toward(shape, place);
+        let squared = squared_length(to);
+        let near = shapes[shape].contact - TOUCH;
+        if ((squared < near * near) & (squared > 0x1p-20f)) {
+            let share = shapes[shape].contact * reciprocal_root(squared) - 1.0f;
+            place = vec2<f32>(place.x - share * to.x, place.y - share * to.y);
+        }
+    }
+    return place;
+}
+
+// Bodies that overlap give way by half of each overlap, all at once. Returns whether any did.
+fn push(life: Life, from_field: u32, to_field: u32) -> bool {
+    let count = member_count(life.world);
+    let apart = 2.0f * members_of(life.world).body;
+    let near = apart - TOUCH;
+    var pushed = false;
+    for (var member = 0u; member < count; member++) {
+        let own = member_at(life, member);
+        put_word(own, to_field, word(own, from_field));
+        put_word(own, to_field + 1u, word(own, from_field + 1u));
+    }
+    for (var member = 0u; member < count; member++) {
+        let own = member_at(life, member);
+        let at = place_in(own, from_field);
+        for (var other = member + 1u; other < count; other++) {
+            let another = member_at(life, other);
+            let beside = place_in(another, from_field);
+            let away = vec2<f32>(at.x - beside.x, at.y - beside.y);
+            let squared = squared_length(away);
+            // Bodies at one place to a thousandth of a millimetre have no direction to part in.
+            if ((squared < near * near) & (squared > 0x1p-20f)) {
+                let share = 0.5f * (apart * reciprocal_root(squared) - 1.0f);
+                let moved = place_in(own, to_field);
+                put_place(own, to_field, vec2<f32>(moved.x + share * away.x, moved.y + share * away.y));
+                let gone = place_in(another, to_field);
+                put_place(another, to_field, vec2<f32>(gone.x - share * away.x, gone.y - share * away.y));
+                pushed = true;
+            }
+        }
+    }
+    // Only a world that has objects looks at them.
+    if (worlds[life.world].shapes > 0u) {
+        for (var member = 0u; member < count; member++) {
+            let own = member_at(life, member);
+            let at = place_in(own, to_field);
+            let out = pushed_out(life.world, at);
+            pushed = pushed | (out.x != at.x) | (out.y != at.y);
+            put_place(own, to_field, out);
+        }
+    }
+    return pushed;
+}
+
+// All push until no bodies overlap, and get to MEMBER_GOAL. What still overlaps by more than OVERLAP is taken back.
+fn push_all(life: Life) {
+    var times = 0u;
+    for (var time = 0u; time < PUSHES; time++) {
+        let is_odd = (time & 1u) != 0u;
+        let from_field = select(MEMBER_GOAL, MEMBER_GOAL + 2u, is_odd);
+        let to_field = select(MEMBER_GOAL + 2u, MEMBER_GOAL, is_odd);
+        if (!push(life, from_field, to_field)) {
+            break;
+        }
+        times++;
+    }
+    if (times > 0u) {
+        take_back(life, times == PUSHES);
+    }
+}
+
+// Robots that got too far, and if `overlap` those that overlap with another or with an object, return to where they were, and
+// those that are in the way of one that returns do so too.
+fn take_back(life: Life, overlap: bool) {
+    let count = member_count(life.world);
+    let body = members_of(life.world).body;
+    let near = 2.0f * body - OVERLAP;
+    let farthest = FARTHEST * body;
+    var tail = 0u;
+    for (var member = 0u; member < count; member++) {
+        let own = member_at(life, member);
+        let at = place_in(own, MEMBER_GOAL);
+        let start = place_in(own, MEMBER_X);
+        var returns = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) > farthest * farthest;
+        if (overlap) {
+            returns = returns | presses(life.world, at, OVERLAP);
+            for (var other = 0u; other < count; other++) {
+                let beside = place_in(member_at(life, other), MEMBER_GOAL);
+                let is_near = squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y)) < near * near;
+                returns = returns | (is_near & (other != member));
+            }
+        }
+        put_word(own, MEMBER_MET, select(0u, 1u, returns));
+        if (returns) {
+            put_word(member_at(life, tail), MEMBER_QUEUE, member);
+            tail++;
+        }
+    }
+    // Each turn of the loop looks at one robot, whether it is in the way of the one at the queue's head.
+    var head = 0u;
+    var other = 0u;
+    for (var turn = 0u; turn < count * count; turn++) {
+        if (head == tail) {
+            break;
+        }
+        let start = place_in(member_at(life, word(member_at(life, head), MEMBER_QUEUE)), MEMBER_X);
+        let another = member_at(life, other);
+        let at = place_in(another, MEMBER_GOAL);
+        let is_near = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) < near * near;
+        if (is_near & (word(another, MEMBER_MET) == 0u)) {
+            put_word(another, MEMBER_MET, 1u);
+            put_word(member_at(life, tail), MEMBER_QUEUE, other);
+            tail++;
+        }
+        other++;
+        head = select(head, head + 1u, other == count);
+        other = select(other, 0u, other == count);
+    }
+    for (var member = 0u; member < count; member++) {
+        let own = member_at(life, member);
+        if (word(own, MEMBER_MET) != 0u) {
+            put_place(own, MEMBER_GOAL, place_in(own, MEMBER_X));
+        }
+    }
+}
+
+// One after another, by their numbers, robots get to where they want to, or stop where they are if anything is there.
+fn stop_all(life: Life) {
+    let count = member_count(life.world);
+    let apart = 2.0f * members_of(life.world).body;
+    for (var member = 0u; member < count; member++) {
+        let own = member_at(life, member);
+        let at = place_in(own, MEMBER_GOAL);
+        var is_free = !touches(life.world, at);
+        for (var other = 0u; other < count; other++) {
+            let field = select(MEMBER_X, MEMBER_GOAL, other < member);
+            let beside = place_in(member_at(life, other), field);
+            let is_near = squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y)) < apart * apart;
+            is_free = is_free & !(is_near & (other != member));
+        }
+        if (!is_free) {
+            put_place(own, MEMBER_GOAL, place_in(own, MEMBER_X));
+        }
+    }
+}

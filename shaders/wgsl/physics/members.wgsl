@@ -1,0 +1,223 @@
+// One cycle of a world of robots with one genome: all sense and decide by where all are, all move at once, bodies that meet push
+// each other or stop, and then robots and the mission earn. Nothing depends on the order of robots but what says so.
+
+// A cycle's motion, and what the robot remembers after it.
+struct Driven {
+    motion: Motion,
+    state: RobotState,
+}
+
+// What a robot and the world remember, for traces.
+struct State {
+    life: Life,
+    task: TaskState,
+    controller: ControllerState,
+    sensor: SensorState,
+    mission: MissionState,
+    robot: RobotState,
+}
+
+// What a robot read and did in a cycle.
+struct Act {
+    real: Readings,
+    perceived: Readings,
+    outputs: vec2<f32>,
+    moved: Motion,
+}
+
+// What a mission gives for a cycle, and its memory after it.
+struct Tally {
+    earned: f32,
+    state: MissionState,
+}
+
+// Draws of a robot's place. Worlds have so much room that one in two is free, and robots are looked at about as often as there
+// are pairs of them and two: four times that ends a search that has no end.
+const DRAWS: u32 = 64u;
+const LOOKS: u32 = 4u;
+
+fn begin(life: Life) {
+    let count = member_count(life.world);
+    put(life.world_words, WORLD_EARNED, 0.0f);
+    for (var member = 0u; member < count; member++) {
+        let own = member_at(life, member);
+        for (var field = 0u; field < MEMBER_WORDS; field++) {
+            put_word(own, field, 0u);
+        }
+        let key = random_words(life.key, STREAM_START, 0u, 0xff00u + member);
+        put_word(own, MEMBER_KEY, key.x);
+        put_word(own, MEMBER_KEY + 1u, key.y);
+    }
+    place_members(life);
+    for (var member = 0u; member < count; member++) {
+        let me = member_life(life, member);
+        let pose = member_pose(me.member_words);
+        save_sensor(me.member_words, sensor_begin(me, pose));
+        save_controller(me.member_words, controller_begin(me));
+        save_task(me.member_words, task_begin(me, pose));
+    }
+    save_mission(life.world_words, mission_begin(life));
+}
+
+// Robots anywhere in the field, none on another and none on an object. One after the other gets a place. Each turn of the loop
+// draws one, or looks at one other robot from there: a vector of worlds then needs no more turns than the world that needs most.
+fn place_members(life: Life) {
+    let world = life.world;
+    let count = member_count(world);
+    let apart = 2.0f * members_of(world).body;
+    var member = 0u;
+    var draws = 0u;
+    // whether a place was drawn, how many others have been looked at from there, and whether none is too near
+    var drawn = false;
+    var looked_at = 0u;
+    var is_free = true;
+    for (var turn = 0u; turn < DRAWS * count + LOOKS * count * count; turn++) {
+        if (member == count) {
+            break;
+        }
+        let own = member_at(life, member);
+        if (drawn) {
+            let there = place_in(member_at(life, looked_at), MEMBER_X);
+            let here = place_in(own, MEMBER_X);
+            let squared = squared_length(vec2<f32>(there.x - here.x, there.y - here.y));
+            is_free = is_free & (squared >= apart * apart);
+            looked_at++;
+        } else {
+            let key = vec2<u32>(word(own, MEMBER_KEY), word(own, MEMBER_KEY + 1u));
+            let u = units(random_words(key, STREAM_START, 0u, draws));
+            let at = vec2<f32>(
+                worlds[world].field_x + u.x * worlds[world].field_width,
+                worlds[world].field_y + u.y * worlds[world].field_height,
+            );
+            draws++;
+            if (!touches(world, at)) {
+                put_place(own, MEMBER_X, at);
+                put(own, MEMBER_HEADING, u.z);
+                drawn = true;
+                looked_at = 0u;
+                is_free = true;
+            } else if (draws == DRAWS) {
+                put_place(own, MEMBER_X, vec2<f32>(worlds[world].start_x, worlds[world].start_y));
+            }
+        }
+        if (drawn & (looked_at == member)) {
+            drawn = false;
+            draws = select(draws, DRAWS, is_free);
+        }
+        if (!drawn & (draws == DRAWS)) {
+            member++;
+            draws = 0u;
+        }
+    }
+}
+
+// A robot senses, decides and drives: where it would get to if it were alone.
+fn act(me: Life, step: u32) -> Act {
+    let own = me.member_words;
+    let pose = member_pose(own);
+    let robot = robot_loaded(own);
+    let sensed = sensors_read(me, step, pose, sensor_loaded(own));
+    save_sensor(own, sensed.state);
+    var real = sense(me, pose, vec2<f32>(pose.x, pose.y), robot);
+    real.own = sensed.readings;
+    let perceived = with_noise(me, step, real);
+    let command = commands(me, step, perceived, controller_loaded(own));
+    save_controller(own, command.state);
+    let driven = motion(me, step, command.outputs, robot);
+    save_robot(own, driven.state);
+    let reached = moved_pose(me.world, pose, driven.motion);
+    let alone = vec2<f32>(reached.x, reached.y);
+    var goal = alone;
+    if ((members_of(me.world).pushes > 0.0f) & (worlds[me.world].shapes > 0u)) {
+        goal = slid(me.world, vec2<f32>(pose.x, pose.y), alone, true);
+    }
+    put_place(own, MEMBER_START, vec2<f32>(pose.x, pose.y));
+    put(own, MEMBER_START + 2u, pose.z);
+    put_place(own, MEMBER_ALONE, alone);
+    put_place(own, MEMBER_GOAL, goal);
+    put(own, MEMBER_HEADING, reached.z);
+    return Act(real, perceived, command.outputs, driven.motion);
+}
+
+// Whether a robot's cycle ended elsewhere than it would have if the robot were alone.
+fn was_in_contact(own: u32) -> bool {
+    let end = place_in(own, MEMBER_X);
+    let alone = place_in(own, MEMBER_ALONE);
+    return (end.x != alone.x) | (end.y != alone.y);
+}
+
+// What a task sees of a robot's cycle.
+fn experience(own: u32, step: u32, did: Act) -> Experience {
+    let start = vec3<f32>(place_in(own, MEMBER_START), number(own, MEMBER_START + 2u));
+    return Experience(
+        step, start, member_pose(own), did.real, did.perceived, did.outputs, did.moved, was_in_contact(own),
+    );
+}
+
+// A robot's pose at the start of the cycle.
+fn member_started(life: Life, member: u32) -> vec3<f32> {
+    let own = member_at(life, member);
+    return vec3<f32>(place_in(own, MEMBER_START), number(own, MEMBER_START + 2u));
+}
+
+// What the world earns in a cycle, and what the first robot did.
+struct Cycle {
+    earned: f32,
+    first: Act,
+}
+
+fn cycle(life: Life, step: u32) -> Cycle {
+    let count = member_count(life.world);
+    var first = Act();
+    for (var member = 0u; member < count; member++) {
+        let me = member_life(life, member);
+        let did = act(me, step);
+        keep_act(me.member_words, did);
+        if (member == 0u) {
+            first = did;
+        }
+    }
+    if (members_of(life.world).pushes > 0.0f) {
+        push_all(life);
+    } else {
+        stop_all(life);
+    }
+    for (var member = 0u; member < count; member++) {
+        let own = member_at(life, member);
+        put_word(own, MEMBER_X, word(own, MEMBER_GOAL));
+        put_word(own, MEMBER_Y, word(own, MEMBER_GOAL + 1u));
+        save_robot(own, robot_after(life.world, member_pose(own), robot_loaded(own)));
+    }
+    var earned = members_earned(life, step);
+    let tally = mission_cycle(life, step, mission_loaded(life.world_words));
+    save_mission(life.world_words, tally.state);
+    earned += tally.earned;
+    put(life.world_words, WORLD_EARNED, number(life.world_words, WORLD_EARNED) + earned);
+    return Cycle(earned, first);
+}
+
+// The trace line of a cycle: the first robot's, and with it what the world earned.
+fn line(life: Life, lived: Cycle) -> Line {
+    let me = member_life(life, 0u);
+    let own = me.member_words;
+    let did = lived.first;
+    let start = vec3<f32>(place_in(own, MEMBER_START), number(own, MEMBER_START + 2u));
+    let total = number(life.world_words, WORLD_EARNED);
+    let r = recorded(
+        start, vec2<f32>(start.x, start.y), did.outputs, did.moved, was_in_contact(own), lived.earned, total,
+    );
+    let record = Record(
+        stored(r.x), stored(r.y), stored(r.heading), stored(r.seen_x), stored(r.seen_y),
+        stored(r.left), stored(r.right), stored(r.speed_left), stored(r.speed_right),
+        r.collided, stored(r.reward), stored(r.fitness),
+    );
+    let memory = State(
+        me, task_loaded(own), controller_loaded(own), sensor_loaded(own), mission_loaded(life.world_words),
+        robot_loaded(own),
+    );
+    return Line(record, details_kept(details(memory, did.real, did.perceived)));
+}
+
+fn score(life: Life) -> f32 {
+    return mission_score(life, mission_loaded(life.world_words), number(life.world_words, WORLD_EARNED));
+}

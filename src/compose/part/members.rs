@@ -1,0 +1,257 @@
+//! WGSL that is generated for worlds of several robots: what they sense of each other, and what their parts remember as words of
+//! the world's state.
+
+use std::fmt::Write;
+
+use oneiro_shader_compiler as compiler;
+use oneiro_shader_compiler::declarations::members;
+
+use super::fields::{self, Remembered};
+use super::interface::{self, MISSION_STATE, OF_EACH};
+use crate::arena::Arena;
+use crate::compose::{Kind, OwnPart, OwnParts, Scalar};
+use crate::differential::{Differential, GREATEST_MEMBERS};
+use crate::world::{Task, WorldSpec};
+
+/// Parts of worlds of several robots, and those that they take the place of.
+pub(super) const PARTS: [&str; 5] = [
+    "lib/members.wgsl",
+    "members.wgsl",
+    "physics/contacts.wgsl",
+    "physics/members.wgsl",
+    "sensor/others.wgsl",
+];
+pub(super) const REPLACED: [&str; 2] = ["life.wgsl", "physics/sampled.wgsl"];
+
+/// Names of the numbers of words of a world and of a robot.
+pub(super) const WORDS: [&str; 2] = ["WORLD_WORDS", "MEMBER_WORDS"];
+
+/// What a robot's sensors notice of the others, given what is done for each other robot, for those that press bumpers, and the
+/// widest range of a bumper. None of a single robot's.
+pub(super) fn among(robot: &Differential, others: &str, pressing: &str, widest: &str) -> String {
+    if robot.count.is_none() || others.is_empty() && pressing.is_empty() {
+        return String::new();
+    }
+    let pressed = if pressing.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "            let near = 2.0f * members.body + {widest};
+            if (squared < near * near) {{
+                let bearing = direction(to);
+{pressing}            }}
+"
+        )
+    };
+    format!(
+        "    let members = members_of(world);
+    let body_squared = members.body * members.body;
+    let count = member_count(world);
+    for (var other = 0u; other < count; other++) {{
+        let there = place_in(member_at(life, other), MEMBER_X);
+        let to = vec2<f32>(there.x - at.x, there.y - at.y);
+        let squared = squared_length(to);
+        if ((other != life.member) & (squared < members.reach_squared)) {{
+{others}{pressed}        }}
+    }}
+"
+    )
+}
+
+/// A kind of memory: the word that its functions' names end with, its struct, and whose words it is among.
+struct Memory {
+    word: &'static str,
+    structure: &'static str,
+    is_of_world: bool,
+}
+
+const MEMORIES: [Memory; 5] = [
+    Memory {
+        word: "controller",
+        structure: "ControllerState",
+        is_of_world: false,
+    },
+    Memory {
+        word: "sensor",
+        structure: "SensorState",
+        is_of_world: false,
+    },
+    Memory {
+        word: "task",
+        structure: "TaskState",
+        is_of_world: false,
+    },
+    Memory {
+        word: "robot",
+        structure: "RobotState",
+        is_of_world: false,
+    },
+    Memory {
+        word: "mission",
+        structure: MISSION_STATE,
+        is_of_world: true,
+    },
+];
+
+/// Words in the order that they get.
+struct Words {
+    begin: &'static str,
+    count: usize,
+    /// What saves those that have not been taken.
+    save: String,
+}
+
+impl Words {
+    fn new(begin: &'static str) -> Self {
+        Self {
+            begin,
+            count: 0,
+            save: String::new(),
+        }
+    }
+
+    /// The next word holds a scalar; returns the expression that reads it, and adds to what saves it.
+    fn next(&mut self, expression: &str, scalar: Scalar) -> String {
+        let place = format!("{} + {}u", self.begin, self.count);
+        self.count += 1;
+        let (load, save) = match scalar {
+            Scalar::Float => (
+                format!("number(own, {place})"),
+                format!("put(own, {place}, {expression})"),
+            ),
+            Scalar::Unsigned => (
+                format!("word(own, {place})"),
+                format!("put_word(own, {place}, {expression})"),
+            ),
+            Scalar::Signed => (
+                format!("bitcast<i32>(word(own, {place}))"),
+                format!("put_word(own, {place}, bitcast<u32>({expression}))"),
+            ),
+        };
+        let _ = writeln!(self.save, "    {save};");
+        load
+    }
+
+    /// A field of `memory`.
+    fn field(&mut self, Remembered { ty, scalar, scalars }: &Remembered) -> String {
+        let words: Vec<_> = scalars
+            .iter()
+            .map(|own| self.next(&format!("memory.{own}"), *scalar))
+            .collect();
+        format!("{ty}({})", words.join(", "))
+    }
+}
+
+/// What robots that live together need beside the parts of a kernel: their numbers of words, functions that load and save what
+/// parts remember, and what each robot earns. `readings` are the fields of `Readings`.
+pub(super) fn declarations(parts: &[compiler::Part], own: &OwnParts, spec: &WorldSpec, readings: &[String]) -> String {
+    let mut text = String::new();
+    let task = own.get(Kind::Task).map(OwnPart::part);
+    let functions = |name: &str| task.is_some_and(|part| part.functions().contains(&name));
+    let declares = |structure: &str| parts.iter().find(|part| members(part, structure).is_some());
+    if declares(MISSION_STATE).is_none() {
+        // No struct is empty.
+        let _ = writeln!(text, "struct {MISSION_STATE} {{ unused: u32 }}");
+    }
+    for function in interface::of(Kind::Task).mission {
+        if let Some(body) = function.default.filter(|_| !functions(function.name())) {
+            let _ = writeln!(text, "{} {{ {body} }}", function.text);
+        }
+    }
+    let mut of_member = Words::new("MEMBER_MEMORY");
+    let mut of_world = Words::new("WORLD_MEMORY");
+    for Memory {
+        word,
+        structure,
+        is_of_world,
+    } in MEMORIES
+    {
+        let words = if is_of_world { &mut of_world } else { &mut of_member };
+        let found = declares(structure);
+        let fields = found.map_or_else(Vec::new, |part| fields::memory(part, structure, &mut Vec::new()));
+        let fields = fields.into_iter().filter(|field| field.scalars != ["unused"]);
+        let loaded: Vec<_> = fields.map(|field| words.field(&field)).collect();
+        let save = std::mem::take(&mut words.save);
+        let _ = write!(
+            text,
+            "fn {word}_loaded(own: u32) -> {structure} {{
+    return {structure}({});
+}}
+fn save_{word}(own: u32, memory: {structure}) {{
+{save}}}
+",
+            loaded.join(", ")
+        );
+    }
+    let earns_alone = spec.task != Task::Own || functions(OF_EACH);
+    text += &if earns_alone {
+        earned(&mut of_member, readings)
+    } else {
+        "fn keep_act(own: u32, did: Act) {
+}
+fn members_earned(life: Life, step: u32) -> f32 {
+    return 0.0f;
+}
+"
+        .to_owned()
+    };
+    let [world, member] = WORDS;
+    let _ = writeln!(
+        text,
+        "const {world}: u32 = WORLD_MEMORY + {}u;\nconst {member}: u32 = MEMBER_MEMORY + {}u;",
+        of_world.count, of_member.count
+    );
+    text
+}
+
+/// What each robot earns, for which its readings and its motion are kept until all have moved.
+fn earned(words: &mut Words, readings: &[String]) -> String {
+    let mut load = String::new();
+    for of in ["real", "perceived"] {
+        for field in readings {
+            let word = words.next(&format!("did.{of}.{field}"), Scalar::Float);
+            let _ = writeln!(load, "    did.{of}.{field} = {word};");
+        }
+    }
+    for field in [
+        "outputs.x",
+        "outputs.y",
+        "moved.displacement",
+        "moved.turn",
+        "moved.left",
+        "moved.right",
+    ] {
+        let word = words.next(&format!("did.{field}"), Scalar::Float);
+        let _ = writeln!(load, "    did.{field} = {word};");
+    }
+    let save = std::mem::take(&mut words.save);
+    format!(
+        "fn keep_act(own: u32, did: Act) {{
+{save}}}
+fn act_kept(own: u32) -> Act {{
+    var did = Act();
+{load}    return did;
+}}
+fn members_earned(life: Life, step: u32) -> f32 {{
+    let count = member_count(life.world);
+    var earned = 0.0f;
+    for (var member = 0u; member < count; member++) {{
+        let me = member_life(life, member);
+        let own = me.member_words;
+        let reward = task_cycle(me, experience(own, step, act_kept(own)), task_loaded(own));
+        save_task(own, reward.state);
+        earned += reward.earned;
+    }}
+    return earned;
+}}
+"
+    )
+}
+
+/// Constants of a robot's world.
+pub(super) fn constants(robot: &Differential, arena: &Arena) -> String {
+    format!(
+        "const GREATEST_MEMBERS: u32 = {GREATEST_MEMBERS}u;\nconst MEMBERS_CELL: u32 = {}u;\n",
+        robot.members_cell(arena)
+    )
+}
