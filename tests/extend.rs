@@ -463,7 +463,8 @@ fn examples_are_written_with_their_parts() {
             "kheperax",
             "phototaxis",
             "wall-following",
-            "discrimination"
+            "discrimination",
+            "aggregation"
         ]
     );
     let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
@@ -485,7 +486,7 @@ fn examples_are_written_with_their_parts() {
         .says(&["homing/sensors.wgsl: exists already"]);
     assert!(!place.at("homing.toml").exists());
     place.run(&["new", "--example", "moon"]).exits(3).says(&[
-        "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, discrimination",
+        "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, discrimination, aggregation",
     ]);
     place.run(&["new", "mine", "--example", "homing"]).exits(2);
     place.run(&["new"]).exits(2);
