@@ -1219,7 +1219,7 @@ fn fields_that_there_are_not_are_answered_with_those_that_there_are() {
     }
     // No type is what it is made of, however names are repeated.
     let circular = "let a = b.x; let b = a.y; _ = a.z;";
-    assert!(beside_sensors(Build::Sampled, circular).contains("no definition in scope for identifier: `b`"));
+    assert!(beside_sensors(Build::Sampled, circular).contains("nothing declares `b`"));
     // Nor is one looked up by a long chain.
     let chain: Vec<String> = (1..5_000).map(|at| format!("let n{at} = n{};", at - 1)).collect();
     let chain = format!("let n0 = now; {} _ = n4999.pose;", chain.concat());

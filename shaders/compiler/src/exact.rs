@@ -70,8 +70,10 @@ pub(crate) fn check_source(source: &Source) -> Refusals {
                 let message = format!("the constant `{word}` has 16 bits; floats are f32");
                 refuse(at, Rule::SupportedTypes, message);
             } else if float && !word.ends_with('f') {
-                let message =
-                    format!("the float constant `{word}` has no suffix and would be folded in f64; write `{word}f`");
+                let message = format!(
+                    "the float constant `{word}` has no suffix and would be folded in f64; write `{}f`",
+                    word.trim_end_matches('F')
+                );
                 refuse(at, Rule::FloatSuffix, message);
             }
         } else if !attribute && is_call(&text[at + word.len()..]) {
@@ -79,7 +81,8 @@ pub(crate) fn check_source(source: &Source) -> Refusals {
                 continue;
             }
             if !is_unsupported(word) && !has_function(word) {
-                refuse(at, Rule::UnknownName, format!("there is no function `{word}`"));
+                let hint = meant(word).map_or_else(String::new, |meant| format!("; write {meant}"));
+                refuse(at, Rule::UnknownName, format!("there is no function `{word}`{hint}"));
                 continue;
             }
             let message = format!(
@@ -134,6 +137,28 @@ fn instead(function: &str) -> Option<&'static str> {
         "round" => "`floor(x + 0.5f)`",
         "ceil" => "`-floor(-x)`",
         "fract" => "`x - floor(x)`",
+        "atan" => "`direction(vec2<f32>(1.0f, x))`, in turns",
+        "radians" => "`0.017453292f * x`; angles are in turns, of 360 degrees each",
+        "degrees" => "`57.29578f * x`; angles are in turns, of 360 degrees each",
+        "smoothstep" => "`t * t * (3.0f - 2.0f * t)`, with `let t = clamp((x - a) * reciprocal(b - a), 0.0f, 1.0f);`",
+        _ => return None,
+    })
+}
+
+/// What to write for a function of other languages that WGSL doesn't have.
+fn meant(function: &str) -> Option<&'static str> {
+    Some(match function {
+        "float" | "double" => "`f32(x)`",
+        "int" => "`i32(x)`",
+        "uint" | "unsigned" => "`u32(x)`",
+        "float2" | "double2" => "`vec2<f32>(x, y)`",
+        "float3" | "double3" => "`vec3<f32>(x, y, z)`",
+        "float4" | "double4" => "`vec4<f32>(x, y, z, w)`",
+        "fabs" => "`abs(x)`",
+        "fmin" => "`min(x, y)`",
+        "fmax" => "`max(x, y)`",
+        "hypot" => "`root(x * x + y * y)`",
+        "rand" => "`random(life, STREAM, step, n)`",
         _ => return None,
     })
 }
@@ -374,7 +399,7 @@ fn refused_float(x: f32) -> Option<Refused> {
     let message = if !x.is_finite() {
         "a constant is not finite"
     } else if x.is_subnormal() {
-        "a constant is subnormal"
+        "a constant is subnormal, between 0 and 1.1754944e-38: write `0.0f`, or a constant that is not"
     } else {
         return None;
     };

@@ -3,11 +3,65 @@
 use naga::common::DiagnosticDisplay;
 use naga::front::Typifier;
 use naga::proc::{ResolveContext, TypeResolution};
-use naga::valid::{CallError, ComposeError, ExpressionError, FunctionError, TypeError, ValidationError};
-use naga::{BinaryOperator, Expression, Function, Handle, Module, Type, TypeInner};
+use naga::valid::{
+    CallError, ComposeError, EntryPointError, ExpressionError, FunctionError, TypeError, ValidationError,
+};
+use naga::{
+    BinaryOperator, Block, Expression, Function, Handle, Module, Span, Statement, Type, TypeInner, UnaryOperator,
+};
+
+/// How a module has the operators `&&` and `||`.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Logic {
+    /// As branches, as naga makes them.
+    AsWritten,
+    /// As `&` and `|`, which stand for `&&` and `||`.
+    AsBits,
+}
+
+/// Whether the mistake is a value that is stored in a variable of another type, which naga also says of `a && b` if `b` is no bool.
+pub(crate) fn stores_another_type(error: &ValidationError) -> bool {
+    let function = match error {
+        ValidationError::Function { source, .. }
+        | ValidationError::EntryPoint {
+            source: EntryPointError::Function(source),
+            ..
+        } => source,
+        _ => return false,
+    };
+    matches!(function, FunctionError::InvalidStoreTypes { .. })
+}
+
+/// Where a function returns a value of another type than its head says. Naga only says where that value was computed.
+pub(crate) fn returns_another_type(module: &Module, error: &ValidationError) -> Option<Span> {
+    let ValidationError::Function {
+        handle,
+        source: FunctionError::InvalidReturnType {
+            expression: Some(value),
+            ..
+        },
+        ..
+    } = error
+    else {
+        return None;
+    };
+    returned(&module.functions[*handle].body, *value)
+}
+
+/// The `return` of a value in a block.
+fn returned(block: &Block, value: Handle<Expression>) -> Option<Span> {
+    block.span_iter().find_map(|(statement, span)| match statement {
+        Statement::Return { value: Some(own) } => (*own == value).then_some(*span),
+        Statement::Block(block) => returned(block, value),
+        Statement::If { accept, reject, .. } => returned(accept, value).or_else(|| returned(reject, value)),
+        Statement::Loop { body, continuing, .. } => returned(body, value).or_else(|| returned(continuing, value)),
+        Statement::Switch { cases, .. } => cases.iter().find_map(|case| returned(&case.body, value)),
+        _ => None,
+    })
+}
 
 /// What is wrong and what to write instead; `None` for mistakes that naga's own message must do for.
-pub(crate) fn explained(module: &Module, error: &ValidationError) -> Option<String> {
+pub(crate) fn explained(module: &Module, error: &ValidationError, logic: Logic) -> Option<String> {
     match error {
         ValidationError::Type {
             name,
@@ -15,7 +69,7 @@ pub(crate) fn explained(module: &Module, error: &ValidationError) -> Option<Stri
             ..
         } => Some(format!("`{name}` has no field; write one, or leave the struct out")),
         ValidationError::Function { handle, name, source } => {
-            let problem = Types::of(module, &module.functions[*handle])?.explained(source)?;
+            let problem = Types::of(module, &module.functions[*handle], logic)?.explained(source)?;
             Some(format!("in `{name}`: {problem}"))
         }
         _ => None,
@@ -26,11 +80,12 @@ pub(crate) fn explained(module: &Module, error: &ValidationError) -> Option<Stri
 struct Types<'a> {
     module: &'a Module,
     function: &'a Function,
+    logic: Logic,
     typifier: Typifier,
 }
 
 impl<'a> Types<'a> {
-    fn of(module: &'a Module, function: &'a Function) -> Option<Self> {
+    fn of(module: &'a Module, function: &'a Function, logic: Logic) -> Option<Self> {
         let context = ResolveContext::with_locals(module, &function.local_variables, &function.arguments);
         let mut typifier = Typifier::new();
         for (handle, _) in function.expressions.iter() {
@@ -39,6 +94,7 @@ impl<'a> Types<'a> {
         Some(Self {
             module,
             function,
+            logic,
             typifier,
         })
     }
@@ -108,6 +164,18 @@ impl<'a> Types<'a> {
             FunctionError::InvalidIfType(condition) => {
                 format!("the condition of `if` is {}; allowed: bool", self.found(*condition))
             }
+            FunctionError::InvalidStoreTypes { pointer, value } => {
+                let found = self.found(*value);
+                let TypeInner::Pointer { base, .. } = *self.typifier[*pointer].inner_with(&self.module.types) else {
+                    return None;
+                };
+                let allowed = self.name(base);
+                let hint = conversion(&found, &allowed);
+                format!("the value is {found}; allowed: {allowed}{hint}")
+            }
+            FunctionError::MissingDefaultCase => {
+                "a `switch` says what to do in all other cases; write `default: { .. }`".to_owned()
+            }
             FunctionError::Expression { handle, source } => return self.expression(*handle, source),
             _ => return None,
         })
@@ -126,7 +194,25 @@ impl<'a> Types<'a> {
                 let is_constant = |operand: &Handle<Expression>| {
                     matches!(self.function.expressions[*operand], Expression::Literal(_))
                 };
+                if let Some(logical) = logical(*op).filter(|_| self.logic == Logic::AsBits) {
+                    let not_bool = if left == "bool" { &right } else { &left };
+                    let hint = conversion(not_bool, "bool");
+                    return Some(format!(
+                        "`{logical}` takes two bools; here they are {left} and {right}{hint}"
+                    ));
+                }
                 let operator = sign(*op);
+                let is_of_bits = ["&", "|", "^", "<<", ">>"].contains(&operator);
+                if is_of_bits && [&left, &right].iter().any(|ty| ty.contains("f32")) {
+                    let hint = if operator == "^" {
+                        "; write `x * x` for a square"
+                    } else {
+                        ""
+                    };
+                    return Some(format!(
+                        "`{operator}` takes integers; here they are {left} and {right}{hint}"
+                    ));
+                }
                 let hint = if left == "bool" && ["<", "<=", ">", ">="].contains(&operator) {
                     format!("; write `a {operator} b && b {operator} c`")
                 } else {
@@ -149,6 +235,23 @@ impl<'a> Types<'a> {
                 "`select` chooses by {}; allowed: bool, as the last of its three arguments",
                 self.inner(actual)
             ),
+            ExpressionError::InvalidUnaryOperandType(op, operand) => {
+                let found = self.found(*operand);
+                match op {
+                    UnaryOperator::LogicalNot => {
+                        let zero = constant(&found).map(|one| one.replacen('1', "0", 1));
+                        let hint = zero.map_or_else(String::new, |zero| format!("; write `x == {zero}`"));
+                        format!("`!` takes a bool; here it is {found}{hint}")
+                    }
+                    UnaryOperator::Negate => format!("`-` takes f32, i32 or a vector of them; here it is {found}"),
+                    UnaryOperator::BitwiseNot => format!("`~` takes an integer; here it is {found}"),
+                }
+            }
+            ExpressionError::InvalidIndexType(index) => {
+                let found = self.found(*index);
+                let hint = if found == "f32" { "; write `u32(x)`" } else { "" };
+                format!("an index is {found}; allowed: u32 or i32{hint}")
+            }
             ExpressionError::Compose(error) => return self.composed(handle, error),
             _ => return None,
         })
@@ -214,7 +317,7 @@ pub(crate) fn conversion(found: &str, needed: &str) -> String {
 }
 
 /// How to make operands of two types those of one.
-fn alike(one: &str, other: &str) -> String {
+pub(crate) fn alike(one: &str, other: &str) -> String {
     match (one, other) {
         ("f32", integer @ ("i32" | "u32")) | (integer @ ("i32" | "u32"), "f32") => {
             format!("; write `f32(x)` for the {integer}, or `1.0f` for a constant")
@@ -226,6 +329,16 @@ fn alike(one: &str, other: &str) -> String {
         _ => String::new(),
     }
 }
+
+/// The logical operator that an operator on bits may stand for.
+fn logical(op: BinaryOperator) -> Option<&'static str> {
+    match op {
+        BinaryOperator::And => Some("&&"),
+        BinaryOperator::InclusiveOr => Some("||"),
+        _ => None,
+    }
+}
+
 /// An operator as it is written.
 fn sign(op: BinaryOperator) -> &'static str {
     match op {

@@ -1,7 +1,7 @@
 //! Plain words for the mistakes that naga finds while it parses, most of which are habits from other languages.
 
 use crate::exact::words;
-use crate::explain::conversion;
+use crate::explain::{alike, conversion};
 
 /// What naga says of a mistake, what it says of the places that belong to it, and where the first of them is.
 pub(crate) struct Mistake<'a> {
@@ -37,6 +37,8 @@ impl Mistake<'_> {
             .or_else(|| self.assigned())
             .or_else(|| self.converted())
             .or_else(|| self.redefined())
+            .or_else(|| self.argument())
+            .or_else(|| self.misused())
             .unwrap_or_else(|| self.plain())
     }
 
@@ -76,6 +78,15 @@ impl Mistake<'_> {
             "?" => "WGSL has no `?`; write `select(b, a, condition)` for `condition ? a : b`".to_owned(),
             "and" => "WGSL has no `and`; write `&&`".to_owned(),
             "or" => "WGSL has no `or`; write `||`".to_owned(),
+            _ if ["elif", "elseif", "elsif"].contains(&self.previous()) => {
+                format!("WGSL has no `{}`; write `else if`", self.previous())
+            }
+            _ if expected == "expected `{`" => {
+                format!("a block stands in braces; write `{{` before `{found}` and `}}` after the block")
+            }
+            _ if expected == "expected variable access" => {
+                format!("`{found}` is a type; write `{found}(..)` for a value of it, or the name of a value")
+            }
             _ if expected.starts_with("expected global item") => {
                 format!("expected a declaration, `fn`, `struct`, `const` or `alias`, found `{found}`")
             }
@@ -125,8 +136,116 @@ impl Mistake<'_> {
             .message
             .strip_prefix("automatic conversions cannot convert elements of `")?;
         let (found, needed) = types.strip_suffix('`')?.split_once("` to `")?;
-        let hint = conversion(found, needed);
+        let hint = match self.inferred() {
+            Some((name, constant)) if needed == "i32" && found != "bool" => {
+                let one = if found == "f32" {
+                    format!("{constant}.0f")
+                } else {
+                    format!("{constant}u")
+                };
+                format!("; `{name}` is an i32 because of `var {name} = {constant};`: write `{one}` there")
+            }
+            _ => conversion(found, needed),
+        };
         Some(format!("the value is {found}; allowed: {needed}{hint}"))
+    }
+
+    /// The variable at the first place and the integer without a suffix that it was declared with, in the same function.
+    fn inferred(&self) -> Option<(&str, &str)> {
+        let name = self.word();
+        let before = &self.text[..self.at];
+        let function = &before[before.rfind("fn ").unwrap_or(0)..];
+        let (_, value) = function.rsplit_once(&format!("var {name} = "))?;
+        let constant = value.split(';').next()?;
+        constant.bytes().all(|c| c.is_ascii_digit()).then_some((name, constant))
+    }
+
+    /// What its labels say of the type of an argument: `argument #2 has type u32` and the like.
+    fn type_of_label(&self, prefix: &str) -> Option<&str> {
+        let types = self.labels.iter().filter_map(|label| label.split_once(prefix));
+        let (_, ty) = types.into_iter().next()?;
+        ty.split([',', '`']).find(|ty| !ty.is_empty())
+    }
+
+    /// An argument of one of WGSL's own functions that has a wrong type.
+    fn argument(&self) -> Option<String> {
+        if self.message.starts_with("type mismatch for reject and accept values") {
+            let reject = self.type_of_label("reject value of type ")?;
+            let accept = self.type_of_label("accept value of type ")?;
+            let hint = alike(reject, accept);
+            return Some(format!(
+                "`select` chooses between {reject} and {accept}; allowed: one type{hint}"
+            ));
+        }
+        let (kind, rest) = self.message.split_once(" type passed as argument #")?;
+        let (number, function) = rest.split_once(" to ")?;
+        let found = self.type_of_label(&format!("argument #{number} has type "))?;
+        if kind == "inconsistent" {
+            let first = self.type_of_label("this argument has type ")?;
+            let hint = alike(first, found);
+            return Some(format!(
+                "argument {number} of {function} is {found}, another is {first}; allowed: one type{hint}"
+            ));
+        }
+        let hint = if found == "bool" {
+            "; write `select(0.0f, 1.0f, x)`"
+        } else {
+            ""
+        };
+        Some(format!(
+            "argument {number} of {function} is {found}; allowed: a number{hint}"
+        ))
+    }
+
+    /// Other habits that WGSL has no form for, or another.
+    fn misused(&self) -> Option<String> {
+        let quoted = || self.message.split('`').nth(1);
+        Some(
+            if self.message.starts_with("name ") && self.message.ends_with(" is a reserved keyword") {
+                format!("`{}` is a reserved word of WGSL; choose another name", quoted()?)
+            } else if self
+                .message
+                .starts_with("the operand of the `*` operator must be a pointer")
+                && self.text[..self.at].ends_with('*')
+            {
+                "WGSL has no `**`; write `x * x` for a square".to_owned()
+            } else if self.message.starts_with("Float literal is infinite") {
+                "a constant is greater than an f32 can be, 3.4028235e38f".to_owned()
+            } else if self.message.starts_with("increment/decrement operation requires") {
+                format!(
+                    "`++` and `--` count u32 or i32; write `{} += 1.0f` for a float",
+                    self.word()
+                )
+            } else if self.message.starts_with("no definition in scope") {
+                let name = quoted()?;
+                let hint = match name {
+                    "True" => "; write `true`",
+                    "False" => "; write `false`",
+                    "PI" | "M_PI" | "pi" => "; write `3.1415927f`; angles are in turns, of which one is 2 pi",
+                    _ => "",
+                };
+                format!("nothing declares `{name}`{hint}")
+            } else if self.message.contains("needs a template argument specified") {
+                let ty = quoted()?;
+                format!("`{ty}` lacks the type of its components; write `{ty}<f32>`")
+            } else if let Some(rest) = self.message.strip_prefix("the type of ") {
+                let mut types = rest.split('`').skip(1).step_by(2);
+                let (name, needed, found) = (types.next()?, types.next()?, types.next()?);
+                let hint = conversion(found, needed);
+                format!("`{name}` is declared as {needed}, and its value is {found}{hint}")
+            } else if let Some(rest) = self.message.strip_prefix("the concrete type `") {
+                let (ty, rest) = rest.split_once('`')?;
+                let value = rest.split('`').nth(1)?;
+                let range = match ty {
+                    "u32" => "; allowed: 0 to 4294967295",
+                    "i32" => "; allowed: -2147483648 to 2147483647",
+                    _ => "",
+                };
+                format!("{value} is no {ty}{range}")
+            } else {
+                return None;
+            },
+        )
     }
 
     /// A name that has two definitions.
