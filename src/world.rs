@@ -2,6 +2,7 @@
 //! that is made from them.
 
 pub(crate) mod check;
+mod enclosed;
 mod pack;
 mod parameters;
 
@@ -479,6 +480,12 @@ impl World {
     /// Number of robots that live in it together; 1 of a single robot.
     pub fn robots(&self) -> u32 {
         self.0.spec.robot.members().unwrap_or(1)
+    }
+
+    /// Whether walls and objects keep a robot within the arena, as far as a grid of half the body's radius shows; `None` if the
+    /// arena is too large for such a grid.
+    pub fn is_enclosed(&self) -> Option<bool> {
+        enclosed::is_enclosed(self.spec())
     }
 
     /// Estimated share of the field, 0 to 1, where a robot's body touches nothing.

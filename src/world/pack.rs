@@ -259,7 +259,7 @@ fn task(task: Task) -> (u32, f32) {
     (speed | difference | activation, new_cell)
 }
 
-fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
+pub(super) fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
     let arena = &spec.arena;
     let walls = arena.walls.iter().enumerate().map(|(index, wall)| {
         let from = Vec2::from(wall.from);
@@ -419,7 +419,7 @@ fn squared_distance(shape: &life::Shape, at: Vec2) -> f32 {
     to.x * to.x + to.y * to.y
 }
 
-fn touches(shapes: &[life::Shape], at: Vec2) -> bool {
+pub(super) fn touches(shapes: &[life::Shape], at: Vec2) -> bool {
     shapes
         .iter()
         .any(|shape| squared_distance(shape, at) < shape.contact_squared)

@@ -156,13 +156,20 @@ pub(super) fn memory(settings: &Settings, genes: usize) -> Checked {
 }
 
 /// Keys of values of a world that are allowed but hardly meant, with the reason.
-pub(super) fn doubts(spec: &WorldSpec) -> Vec<(String, String)> {
+pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)> {
+    let spec = world.spec();
     let mut doubts = Vec::new();
+    let lists_walls = !settings.world.arena.walls.is_empty();
+    if lists_walls && settings.arena.open != Some(true) && world.is_enclosed() == Some(false) {
+        let problem = "lists walls, so the arena has no sides, and the robot can leave it; add the four sides to the list, or say \
+            arena.open = true";
+        doubts.push(("arena.walls".to_owned(), problem.to_owned()));
+    }
     let Field { x, y, width, height } = spec.arena.walled();
     for (index, light) in spec.arena.lights.iter().enumerate() {
         if !spec.arena.walled().contains(light.x, light.y) {
             let problem = format!(
-                "is at ({}, {}) mm, outside the arena ({x} to {} by {y} to {} mm), whose walls hide it",
+                "is at ({}, {}) mm, outside the arena ({x} to {} by {y} to {} mm): walls between hide it",
                 light.x,
                 light.y,
                 x + width,

@@ -92,7 +92,7 @@ impl Experiment {
             settings.evolution.population,
         )?;
         let (inputs, mut warnings) = inputs.finish()?;
-        let doubts = check::doubts(world.spec()).into_iter();
+        let doubts = check::doubts(&settings, &world).into_iter();
         warnings.extend(doubts.map(|(key, problem)| format!("{}: {key}: {problem}", source.place_of(&key))));
         inputs::rename(&mut settings, &inputs);
         for own in world.spec().own.iter() {
