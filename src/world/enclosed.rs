@@ -27,7 +27,9 @@ pub(super) fn is_enclosed(spec: &WorldSpec) -> Option<bool> {
         Start::Random => spec.arena.field.contains(at.x, at.y),
         Start::At { x, y, .. } => at.distance(Vec2::new(x, y)) < step,
     };
-    let mut is_free: Vec<bool> = (0..columns * rows).map(|point| !touches(&shapes, place(point))).collect();
+    let mut is_free: Vec<bool> = (0..columns * rows)
+        .map(|point| !touches(&shapes, place(point)))
+        .collect();
     let mut reached: Vec<usize> = (0..columns * rows)
         .filter(|&point| is_free[point] && may_start(place(point)))
         .collect();

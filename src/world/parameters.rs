@@ -95,7 +95,8 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
                 Robot { build: Build::Forager(_), .. } => None,
             }),
         row("arena.walls", "", Any, OURS,
-            "Walls of an arena of your own; its four sides, of the class wall, where there are none.", |own, _| Some(&mut own.as_mut().arena.walls)),
+            "Walls of an arena of your own. If any are listed, the four sides are not added: list them too. Without this key the \
+             arena has its four sides, of the class wall.", |own, _| Some(&mut own.as_mut().arena.walls)),
         row("arena.walls[].from_mm", "mm", COORDINATE, "",
             "x and y of one end of a wall.", |own, index| Some(&mut own.as_mut().arena.walls.get_mut(index)?.from)),
         row("arena.walls[].to_mm", "mm", COORDINATE, "",

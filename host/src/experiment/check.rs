@@ -5,7 +5,7 @@ use std::fmt::Display;
 use oneiro::arena::{Arena, Field};
 use oneiro::differential::{Build, Sensor, SensorKind};
 use oneiro::parameter::Invalid;
-use oneiro::world::{World, WorldSpec};
+use oneiro::world::World;
 
 use super::settings::{ArenaSize, Finalists, Settings, Transfer};
 use crate::console::counted;
