@@ -831,7 +831,44 @@ fn mistakes_are_refused_with_their_place() {
         ),
         (
             format!("struct TaskValues {{\n  a: f32,\n}}\n{cycle}"),
-            "own.wgsl:2:3: in `TaskValues`: `a`: its comment doesn't say which values are allowed; write `a: f32, // DEFAULT",
+            "own.wgsl:2:3: in `TaskValues`: `a`: has no comment that says which values are allowed; write `a: f32, // DEFAULT",
+        ),
+        (
+            format!("struct TaskValues {{\n  a: f32, // 3, 0 to 10 mm\n}}\n{cycle}"),
+            "`a`: its comment lacks its end, a colon and the value's meaning; write `a: f32, // DEFAULT",
+        ),
+        (
+            format!("struct TaskValues {{\n  a: f32, // 3, 10 to 0 mm: far\n}}\n{cycle}"),
+            "`a`: its range begins with 10, which is above 0",
+        ),
+        (
+            format!("struct TaskValues {{\n  a: f32, // 3, 0-10 mm: far\n}}\n{cycle}"),
+            "`a`: its range `0-10 mm` is not `LEAST to GREATEST`",
+        ),
+        (
+            format!("struct TaskState {{\n  float found;\n}}\n{cycle}"),
+            "own.wgsl:2:9: `float found` declares nothing in WGSL; write `found: f32,`",
+        ),
+        (
+            format!("struct TaskState {{\n  found: f32;\n}}\n{cycle}"),
+            "own.wgsl:2:3: in `TaskState`: `found`: a field ends with a comma; write `found: f32,`",
+        ),
+        (
+            cycle.replace("task_cycle", "task_cylce"),
+            "own.wgsl:1:4: there is no function `task_cycle`; did you mean `task_cycle` by `task_cylce`?",
+        ),
+        (
+            "fn mission_cylce(life: Life, step: u32, before: MissionState) -> Tally { return Tally(0.0f, before); }"
+                .to_owned(),
+            "own.wgsl:1:4: there is no function `task_cycle`; did you mean `mission_cycle` by `mission_cylce`?",
+        ),
+        (
+            "fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed { }".to_owned(),
+            "own.wgsl: is a sensor, not a task: it has `sensor_cycle`; name it in `sensor.part`",
+        ),
+        (
+            first("let found = before.found;"),
+            "`TaskState` has no fields, since the part doesn't declare it; write `struct TaskState { found: f32, }`",
         ),
         (
             format!("struct TaskValues {{\n  a: f32, // 3, 0 to 2: more\n}}\n{cycle}"),
@@ -908,10 +945,13 @@ fn mistakes_are_refused_with_their_place() {
         ),
         (
             with("a: f32, // 1 to 0: of it"),
-            "`a`: its comment begins with a number, and isn't a range and a meaning",
+            "`a`: its range begins with 1, which is above 0",
         ),
         (with("a: f32, // 0 to 1"), "`a`: its comment begins with a number"),
-        (with("a: f32, // -1: of it"), "`a`: its comment begins with a number"),
+        (
+            with("a: f32, // -1: of it"),
+            "`a`: its range `-1` is not `LEAST to GREATEST`",
+        ),
         (
             with("a: f32, // 0 to 2e6: of it"),
             "`a`: an end of its range is 2000000; allowed: -1000000 to 1000000",

@@ -138,13 +138,17 @@ impl<'a> Types<'a> {
                 format!("returns {found}; its head says nothing: write `-> {found}`")
             }
             FunctionError::InvalidCall { function, error } => {
-                let called = self.module.functions[*function]
-                    .name
-                    .as_deref()
-                    .unwrap_or("the function");
+                let function = &self.module.functions[*function];
+                let called = function.name.as_deref().unwrap_or("the function");
                 match error {
                     CallError::ArgumentCount { required, seen } => {
-                        format!("`{called}` takes {required} arguments, and is given {seen}")
+                        let names = function
+                            .arguments
+                            .iter()
+                            .filter_map(|argument| argument.name.as_deref());
+                        let names = names.collect::<Vec<_>>().join(", ");
+                        let noun = if *required == 1 { "argument" } else { "arguments" };
+                        format!("`{called}` takes {required} {noun}, and is given {seen}; write `{called}({names})`")
                     }
                     CallError::ArgumentType {
                         index,

@@ -81,6 +81,17 @@ impl Mistake<'_> {
             _ if ["elif", "elseif", "elsif"].contains(&self.previous()) => {
                 format!("WGSL has no `{}`; write `else if`", self.previous())
             }
+            _ if expected == "expected `:`" => {
+                let previous = self.previous();
+                let (_, constant) = TYPES.iter().find(|(ty, _)| *ty == previous)?;
+                let ty = match *constant {
+                    "0.0f" => "f32",
+                    "0" => "i32",
+                    "0u" => "u32",
+                    _ => "bool",
+                };
+                format!("`{previous} {found}` declares nothing in WGSL; write `{found}: {ty},`")
+            }
             _ if expected == "expected `{`" => {
                 format!("a block stands in braces; write `{{` before `{found}` and `}}` after the block")
             }

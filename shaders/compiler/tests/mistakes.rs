@@ -53,7 +53,7 @@ fn mistakes_have_plain_words() {
         (
             "",
             "return Pair(twice(x), vec2<f32>(x, x));",
-            "`twice` takes 2 arguments, and is given 1",
+            "`twice` takes 2 arguments, and is given 1; write `twice(x, times)`",
         ),
         (
             "",
@@ -224,4 +224,127 @@ fn habits_from_other_languages_are_answered() {
         said("let y = 1.0f;", whole),
         "expected a declaration, `fn`, `struct`, `const` or `alias`, found `let`"
     );
+}
+
+#[test]
+fn types_that_do_not_fit_are_answered_with_their_place() {
+    for (statement, column, message) in [
+        // Naga makes branches of these two operators.
+        (
+            "if own.found && x < 1.0f {}",
+            4,
+            "in `within`: `&&` takes two bools; here they are u32 and bool; write `x != 0u`",
+        ),
+        (
+            "if x < 1.0f || own.found {}",
+            4,
+            "in `within`: `||` takes two bools; here they are bool and u32; write `x != 0u`",
+        ),
+        (
+            "let t = b && x;",
+            9,
+            "in `within`: `&&` takes two bools; here they are bool and f32; write `x != 0.0f`",
+        ),
+        (
+            "if u && u {}",
+            4,
+            "in `within`: the condition of `if` is u32; allowed: bool",
+        ),
+        (
+            "if !own.found {}",
+            4,
+            "in `within`: `!` takes a bool; here it is u32; write `x == 0u`",
+        ),
+        (
+            "let q = -u;",
+            9,
+            "in `within`: `-` takes f32, i32 or a vector of them; here it is u32",
+        ),
+        (
+            "let q = x ^ 2.0f;",
+            9,
+            "in `within`: `^` takes integers; here they are f32 and f32; write `x * x` for a square",
+        ),
+        ("let q = x ** 2.0f;", 12, "WGSL has no `**`; write `x * x` for a square"),
+        (
+            "let q = 0.5F * x;",
+            9,
+            "the float constant `0.5F` has no suffix and would be folded in f64; write `0.5f`",
+        ),
+        (
+            "switch u { case 1u: {} }",
+            1,
+            "in `within`: a `switch` says what to do in all other cases",
+        ),
+        (
+            "let q = min(x, u);",
+            9,
+            "argument 2 of `min` is u32, another is f32; allowed: one type; write `f32(x)`",
+        ),
+        ("let q = abs(b);", 9, "argument 1 of `abs` is bool; allowed: a number"),
+        (
+            "let q = select(x, u, b);",
+            16,
+            "`select` chooses between f32 and u32; allowed: one type; write `f32(x)`",
+        ),
+        ("let k: u32 = -1;", 14, "-1 is no u32; allowed: 0 to 4294967295"),
+        (
+            "var f = x; f++;",
+            12,
+            "`++` and `--` count u32 or i32; write `f += 1.0f`",
+        ),
+        (
+            "var t: vec2 = vec2<f32>(x, x);",
+            8,
+            "`vec2` lacks the type of its components; write `vec2<f32>`",
+        ),
+        (
+            "let k: f32 = u;",
+            5,
+            "`k` is declared as f32, and its value is u32; write `f32(x)`",
+        ),
+        (
+            "var earned = 0; earned += x;",
+            17,
+            "the value is f32; allowed: i32; `earned` is an i32 because of `var earned = 0;`: write `0.0f` there",
+        ),
+        ("let q = Own;", 9, "`Own` is a type; write `Own(..)`"),
+        ("let q = True;", 9, "nothing declares `True`; write `true`"),
+        (
+            "let q = PI * x;",
+            9,
+            "nothing declares `PI`; write `3.1415927f`; angles are in turns",
+        ),
+        (
+            "let q = float3(x, x, x);",
+            9,
+            "there is no function `float3`; write `vec3<f32>(x, y, z)`",
+        ),
+        (
+            "let target = x;",
+            5,
+            "`target` is a reserved word of WGSL; choose another name",
+        ),
+        (
+            "if x > 1.0f { return x; } elif b {}",
+            32,
+            "WGSL has no `elif`; write `else if`",
+        ),
+        (
+            "if (x > 1.0f) return x;",
+            15,
+            "a block stands in braces; write `{` before `return`",
+        ),
+        ("if b { return u; }", 8, "in `within`: returns u32; its head says f32"),
+    ] {
+        let head = "struct Own { found: u32, way: f32 }\nfn within(x: f32, u: u32, b: bool, own: Own) -> f32 {";
+        let declarations = format!("{head}\n{statement}\nreturn x;\n}}\n");
+        // Six lines stand before the statement.
+        let expected = format!("own.wgsl:6:{column}: {message}");
+        let refused = refusal(&declarations, "return Pair(x, vec2<f32>(x, x));");
+        assert!(
+            refused.starts_with(&expected),
+            "{statement}\n{refused}\nexpected: {expected}"
+        );
+    }
 }

@@ -127,6 +127,13 @@ fn declared_names(path: &str, text: &str) -> impl Iterator<Item = String> {
     declarations(&part).into_iter().map(|declaration| declaration.name)
 }
 
+/// The kind of part that declarations are of, by the function that each kind must have.
+fn kind_of(declared: &[Declaration]) -> Option<Kind> {
+    [Kind::Sensor, Kind::Controller, Kind::Task]
+        .into_iter()
+        .find(|kind| declared.iter().any(|own| own.name == format!("{}_cycle", kind.word())))
+}
+
 /// The place of a part as a whole.
 fn whole(part: &compiler::Part) -> Place {
     Place {
@@ -154,7 +161,31 @@ fn declared_problems(
     for required in interface.functions.iter().filter(is_required) {
         if declared.iter().all(|own| own.name != required.name()) {
             let (name, text) = (required.name(), required.text);
-            let message = format!("has no function `{name}`; write `{text} {{ .. }}`");
+            let is_known = |own: &&Declaration| interface.known().any(|known| known.name() == own.name);
+            let others = declared.iter().filter(|own| own.keyword == "fn" && !is_known(own));
+            let meant =
+                others.filter_map(|own| Some((own, nearest(interface.known().map(Function::name), &own.name)?)));
+            let meant = meant
+                .into_iter()
+                .find(|(_, meant)| [name, interface::MISSION].contains(meant));
+            let message = match (meant, kind_of(declared)) {
+                (Some((own, meant)), _) => {
+                    refuse(
+                        &own.place,
+                        Rule::MissingDeclaration,
+                        format!(
+                            "there is no function `{name}`; did you mean `{meant}` by `{}`?",
+                            own.name
+                        ),
+                    );
+                    continue;
+                }
+                (None, Some(other)) if other != interface.kind => {
+                    let (own, other) = (interface.kind.word(), other.word());
+                    format!("is a {other}, not a {own}: it has `{other}_cycle`; name it in `{other}.part`")
+                }
+                _ => format!("has no function `{name}`; write `{text} {{ .. }}`"),
+            };
             refuse(&whole, Rule::MissingDeclaration, message);
         }
     }
@@ -424,6 +455,11 @@ impl Field<'_> {
                 .map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"))
         };
         let names: Vec<_> = fields.iter().map(|(name, _)| name.as_str()).collect();
+        if names == [generate::UNUSED] {
+            return Some(format!(
+                "`{ty}` has no fields, since the part doesn't declare it; write `struct {ty} {{ {written}: f32, }}`"
+            ));
+        }
         Some(format!(
             "`{ty}` has no field `{written}`; allowed: {}{meant}",
             names.join(", ")

@@ -75,6 +75,9 @@ fn fields(part: &compiler::Part, name: &str, problems: &mut Refusals) -> Vec<Mem
     fields.retain(|field| {
         let problem = if !is_name(&field.name) || field.ty.is_empty() {
             "isn't a field; write `NAME: TYPE`".to_owned()
+        } else if field.ty.ends_with(';') {
+            let ty = field.ty.trim_end_matches(';');
+            format!("`{0}`: a field ends with a comma; write `{0}: {ty},`", field.name)
         } else if field.ty.contains(':') {
             // The next field is taken for a part of its type.
             let ty = ["f32", "u32", "i32"].into_iter().find(|ty| field.ty.starts_with(ty));
@@ -119,32 +122,47 @@ fn value(member: &Member) -> Result<Value, String> {
     if member.ty != "f32" {
         return Err("isn't an f32".to_owned());
     }
-    let value = described(member).ok_or("its comment doesn't say which values are allowed")?;
+    let value = described(member)?;
     let checked = value.allowed.check(&Datum::Single(value.default), |_| None);
     checked.map_err(|problem| format!("the default {problem}"))?;
     Ok(value)
 }
 
-/// Reads `DEFAULT, LEAST to GREATEST UNIT: MEANING`.
-fn described(member: &Member) -> Option<Value> {
-    let (head, about) = member.comment.split_once(':')?;
-    let (default, range) = head.split_once(',')?;
+/// Reads `DEFAULT, LEAST to GREATEST UNIT: MEANING`; else what it lacks.
+fn described(member: &Member) -> Result<Value, String> {
+    let comment = &member.comment;
+    if comment.trim().is_empty() {
+        return Err("has no comment that says which values are allowed".to_owned());
+    }
+    let (head, about) = comment
+        .split_once(':')
+        .ok_or("its comment lacks its end, a colon and the value's meaning")?;
+    let (default, range) = head
+        .split_once(',')
+        .ok_or("its comment lacks a comma between the default and the range")?;
+    let default = number(default).ok_or_else(|| format!("its default `{}` is not a number", default.trim()))?;
     let ([least, greatest], unit) = span(range)?;
-    Some(Value {
+    Ok(Value {
         name: member.name.clone(),
-        default: number(default)?,
+        default,
         allowed: Allowed::Number(shortest(least), shortest(greatest)),
         unit: unit.to_owned(),
         about: about.trim().to_owned(),
     })
 }
 
-/// Reads `LEAST to GREATEST UNIT`.
-fn span(text: &str) -> Option<([f32; 2], &str)> {
-    let (least, after) = text.split_once(" to ")?;
+/// Reads `LEAST to GREATEST UNIT`; else what is wrong with it.
+fn span(text: &str) -> Result<([f32; 2], &str), String> {
+    let (least, after) = text
+        .split_once(" to ")
+        .ok_or_else(|| format!("its range `{}` is not `LEAST to GREATEST`", text.trim()))?;
     let (greatest, unit) = after.trim().split_once(' ').unwrap_or((after.trim(), ""));
-    let (least, greatest) = (number(least)?, number(greatest)?);
-    (least <= greatest).then_some(([least, greatest], unit.trim()))
+    let end = |text: &str| number(text).ok_or_else(|| format!("`{}` in its range is not a number", text.trim()));
+    let (least, greatest) = (end(least)?, end(greatest)?);
+    if least > greatest {
+        return Err(format!("its range begins with {least}, which is above {greatest}"));
+    }
+    Ok(([least, greatest], unit.trim()))
 }
 
 fn number(text: &str) -> Option<f32> {
@@ -177,8 +195,10 @@ pub(super) fn genes(part: &compiler::Part, interface: &Interface, problems: &mut
 
 /// Reads `LEAST to GREATEST UNIT: MEANING`.
 fn gene_range(comment: &str) -> Result<[f32; 2], String> {
-    let range = comment.split_once(':').and_then(|(head, _)| span(head));
-    let ([least, greatest], _) = range.ok_or("its comment begins with a number, and isn't a range and a meaning")?;
+    let (head, _) = comment
+        .split_once(':')
+        .ok_or("its comment begins with a number, and lacks its end, a colon and the gene's meaning")?;
+    let ([least, greatest], _) = span(head)?;
     let allowed = Allowed::Number(f64::from(-GREATEST_GENE), f64::from(GREATEST_GENE));
     for end in [least, greatest] {
         let checked = allowed.check(&Datum::Single(end), |_| None);
@@ -234,8 +254,15 @@ pub(super) fn memory(part: &compiler::Part, name: &str, problems: &mut Refusals)
             .into_iter()
             .find(|known| known.wgsl() == scalar);
         let (Some(components), Some(scalar)) = (components, scalar) else {
+            let hint = match ty.as_str() {
+                "bool" => "; write `u32`, 0 for false and 1 for true",
+                "float" | "double" => "; write `f32`",
+                "int" => "; write `i32`",
+                "uint" | "unsigned" => "; write `u32`",
+                _ => "",
+            };
             let problem =
-                format!("in `{name}`: `{field}`: {ty} can't be kept; allowed: f32, u32, i32 and vectors of them");
+                format!("in `{name}`: `{field}`: {ty} can't be kept; allowed: f32, u32, i32 and vectors of them{hint}");
             problems.push(refusal(&place, Rule::StateTypes, problem));
             continue;
         };

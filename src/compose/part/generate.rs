@@ -39,7 +39,7 @@ pub(super) fn missing(
         );
     } else {
         // No struct is empty.
-        let _ = writeln!(text, "struct {title}State {{ unused: u32 }}");
+        let _ = writeln!(text, "struct {title}State {{ {UNUSED}: u32 }}");
         let _ = writeln!(
             text,
             "fn {word}_kept(own: {title}State) -> {title}State {{ return own; }}"
@@ -99,6 +99,9 @@ pub(super) fn gene_constants(genes: &[GeneField]) -> String {
     }
     text
 }
+
+/// The field of a struct that a part doesn't declare: WGSL has no struct without a field.
+pub(super) const UNUSED: &str = "unused";
 
 /// The function that `reading` declares.
 pub(super) const READING: &str = "reading";
