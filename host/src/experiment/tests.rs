@@ -190,6 +190,41 @@ fn a_robot_by_name_takes_samples() {
     assert_eq!(again.resolved_toml(1), resolved);
 }
 
+/// Walls that are listed take the place of the four sides.
+#[test]
+fn arenas_that_a_robot_can_leave_are_warned_of() {
+    let scratch = Scratch::new("open");
+    let arena = |walls: &str, more: &str| {
+        let wall = |ends: &str| {
+            format!(
+                "{{ {} }}",
+                ends.replacen("from", "from_mm", 1).replacen("to", "to_mm", 1)
+            )
+        };
+        let walls: Vec<_> = walls.split(';').map(wall).collect();
+        format!(
+            "robot.preset = \"epuck\"\narena = {{ width_mm = 500, height_mm = 400, walls = [{}], lights = [{{ x_mm = 50, y_mm = 50 }}]{more} }}",
+            walls.join(", ")
+        )
+    };
+    let inner = "from = [200, 0], to = [200, 300]";
+    let sides = "from = [0, 0], to = [500, 0]; from = [500, 0], to = [500, 400]; from = [500, 400], to = [0, 400]";
+    let last = |from: u32| format!("from = [0, {from}], to = [0, 0]");
+    let warnings = |text: &str| read(&scratch, text, &[]).unwrap().warnings().to_vec();
+    let open = warnings(&arena(inner, ""));
+    let place = scratch.0.join("test.toml");
+    let message = "lists walls, so the arena has no sides, and the robot can leave it; add the four sides to the list, or say arena.open = true";
+    assert_eq!(open, [format!("{}:2:52: arena.walls: {message}", place.display())]);
+    assert!(warnings(&arena(inner, ", open = true")).is_empty());
+    assert!(warnings(&arena(&format!("{inner}; {sides}; {}", last(400)), "")).is_empty());
+    // A gap is a way out if the body, 70 mm wide, fits through.
+    assert_eq!(
+        warnings(&arena(&format!("{inner}; {sides}; {}", last(300)), "")).len(),
+        1
+    );
+    assert!(warnings(&arena(&format!("{inner}; {sides}; {}", last(340)), "")).is_empty());
+}
+
 #[test]
 fn light_sensors_in_the_dark_are_warned_of() {
     let scratch = Scratch::new("dark");
