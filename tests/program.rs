@@ -707,7 +707,7 @@ fn the_selftest_passes_and_its_controls_are_caught() {
         "--backend",
         "cpu",
         "--rollouts",
-        "1000",
+        "300",
         "--json",
         "--quiet",
     ]);
