@@ -850,7 +850,8 @@ fn the_bench_measures_the_host() {
     let shares = rows[0]["shares"].as_object().unwrap();
     let of_thread = shares.iter().filter(|(name, _)| *name != "place");
     let sum: f64 = of_thread.map(|(_, share)| share.as_f64().unwrap()).sum();
-    assert!((0.5..=1.0).contains(&sum), "{report}");
+    // What other programs take of its time is in none of them.
+    assert!((0.1..=1.0).contains(&sum), "{report}");
     assert_eq!(
         fs::read_dir(&temporary).unwrap().count(),
         0,
