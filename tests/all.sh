@@ -99,17 +99,20 @@ simulator
 # beside NAME COMMAND..: starts what runs beside other stages; `join NAME` shows its output, and fails if it failed.
 # Each has a session, hence a group of its own for the scheduler.
 output=$(mktemp -d)
-declare -A jobs
+declare -A jobs since
 beside() {
+    since[$1]=$EPOCHSECONDS
     setsid "${@:2}" >"$output/$1" 2>&1 &
     jobs[$1]=$!
 }
 join() {
     local code=0
-    say "$1, which ran beside all this"
+    say "waiting for $1"
     wait "${jobs[$1]}" || code=$?
     unset "jobs[$1]"
     cat "$output/$1"
+    # Until it last wrote something.
+    stages+=("$(printf '%5d s  %s, beside others' $(($(date -r "$output/$1" +%s) - since[$1])) "$1")")
     return $code
 }
 finish() {
