@@ -33,6 +33,6 @@ emulated+=(
 say "operations, corpus and lives on qemu"
 # Little optimisation: bits don't depend on it, and compiling takes most of the time.
 "${emulated[@]}" cargo test --release --locked --target $arm \
-    -p oneiro-shader-corpus -p oneiro-shader-native -p oneiro --no-default-features --features oneiro/native \
+    -p oneiro-shader-corpus -p oneiro-shader-native -p oneiro-tests --no-default-features --features oneiro-tests/native \
     --test variants --test operations --test goldens --test random --test kernels
 say "the bits are those of tests/goldens/kernels"

@@ -96,24 +96,36 @@ browser
 validator
 simulator
 
-# What runs beside other stages, with what they leave of the processors; its output is shown by `join`.
-beside=$(mktemp)
-# Its session is a group of its own for the scheduler, whose niceness is that of the group.
-setsid nice -n 19 sh -c '{ echo 19 >/proc/self/autogroup; } 2>/dev/null; exec tests/aarch64.sh' >"$beside" 2>&1 &
-arm=$!
+# beside NAME COMMAND..: starts what runs beside other stages; `join NAME` shows its output, and fails if it failed.
+# Each has a session, hence a group of its own for the scheduler.
+output=$(mktemp -d)
+declare -A jobs since
+beside() {
+    since[$1]=$EPOCHSECONDS
+    setsid "${@:2}" >"$output/$1" 2>&1 &
+    jobs[$1]=$!
+}
+join() {
+    local code=0
+    say "waiting for $1"
+    wait "${jobs[$1]}" || code=$?
+    unset "jobs[$1]"
+    cat "$output/$1"
+    # Until it last wrote something.
+    stages+=("$(printf '%5d s  %s, beside others' $(($(date -r "$output/$1" +%s) - since[$1])) "$1")")
+    return $code
+}
 finish() {
-    kill -- -$arm 2>/dev/null || true
-    rm -f "$beside"
+    local group
+    for group in "${jobs[@]}"; do kill -- -"$group" 2>/dev/null || true; done
+    rm -rf "$output"
     say "what each stage took"
     printf '%s\n' "${stages[@]}"
 }
 trap finish EXIT
-join() {
-    local code=0
-    wait $arm || code=$?
-    cat "$beside"
-    return $code
-}
+
+# With what other stages leave of the processors: niceness that is the group's for the scheduler.
+beside "64-bit ARM" nice -n 19 sh -c '{ echo 19 >/proc/self/autogroup; } 2>/dev/null; exec tests/aarch64.sh'
 
 say "formatting"
 cargo fmt --all --check
@@ -127,31 +139,22 @@ RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --features oneiro-host
 say "the program without the GPU backend, as on robots"
 cargo clippy --locked -p oneiro-host --no-default-features --all-targets -- -D warnings
 
-say "all tests"
+say "building the tests"
 all=(cargo test --locked --workspace --features oneiro-host/parquet)
 "${all[@]}" --no-run
-# A robot turns in real time, and hardly anything computes: beside the others.
-turning=$(mktemp)
-"${all[@]}" --test sample_wire >"$turning" 2>&1 &
-turns=$!
-"${all[@]}" -- --skip a_robot_alone_is_sampled --skip a_person_places_a_robot
-code=0
-wait $turns || code=$?
-cat "$turning"
-rm -f "$turning"
-[ $code = 0 ]
-tests/python.sh
-tests/optimisers.sh
-tests/python-package.sh $learning
-tests/recompute.sh
-tests/peers.sh
 
-say "lane code for 64-bit ARM, which ran beside all this"
-join
+# What often waits: for a robot that turns in real time, for a network, for jobs of a cluster.
+beside "robots that turn" "${all[@]}" --test sample_wire
+beside "Python" bash -ec "tests/python-package.sh $learning; tests/python.sh; tests/optimisers.sh; tests/recompute.sh; tests/peers.sh"
+[ -z "$slurm" ] || beside "Slurm" tests/slurm.sh
+say "all tests"
+# More threads than processors, since many tests wait for others' answers.
+RUST_TEST_THREADS=4 "${all[@]}" -- --skip a_robot_alone_is_sampled --skip a_person_places_a_robot
 
-if [ "$slurm" ]; then
-    tests/slurm.sh
-fi
+join "robots that turn"
+[ -z "$slurm" ] || join "Slurm"
+join "Python"
+join "64-bit ARM"
 
 say "what was skipped"
 skip_summary

@@ -200,7 +200,7 @@ fn every_part_is_listed() {
             }
         }
     }
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders/wgsl");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders/wgsl");
     let mut files = Vec::new();
     visit(&root, &mut files);
     files.sort();

@@ -25,7 +25,7 @@ use pinned::Rows;
 use subjects::Subject;
 
 fn folder() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/goldens/kernels")
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("goldens/kernels")
 }
 
 /// Kernels that simulate lives, with their worlds: all except those that compute one function at a time.

@@ -47,8 +47,8 @@ say "runs and sweeps that are killed"
 long --test run survives_being_killed
 long --test sweep after_kills
 
-say "crowds that another physics engine moves"
-long --test rapier -- --ignored
+say "robots that another physics engine moves, in crowds too"
+long --test rapier -- --include-ignored
 
 say "a robot sampled in Aseba's simulator, and its champions there"
 # One at a time: the simulator has to keep up.

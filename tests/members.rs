@@ -246,7 +246,7 @@ fn the_same_bits_everywhere() {
         rows.numbers("fitness", name, &expected.fitness);
         rows.words("trace", name, &words(&expected));
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/goldens/composed/members.rows");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("goldens/composed/members.rows");
     if let Some(problem) = pinned::problem(&path, &rows.to_string()) {
         panic!("{problem}");
     }

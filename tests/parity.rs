@@ -138,7 +138,7 @@ fn one_constant_changed_by_one_ulp_is_seen() {
 /// Recordings of a real robot, if the machine has some.
 fn recorded(spec: &WorldSpec) -> Option<WorldSpec> {
     let folder = std::env::var_os("ONEIRO_RECORDINGS").map_or_else(
-        || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/khepera"),
+        || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/khepera"),
         std::path::PathBuf::from,
     );
     if !folder.is_dir() {

@@ -702,15 +702,7 @@ fn every_shell_has_its_completions() {
 #[test]
 fn the_selftest_passes_and_its_controls_are_caught() {
     let place = Place::new("selftest");
-    let report = place.json(&[
-        "selftest",
-        "--backend",
-        "cpu",
-        "--rollouts",
-        "1000",
-        "--json",
-        "--quiet",
-    ]);
+    let report = place.json(&["selftest", "--backend", "cpu", "--rollouts", "300", "--json", "--quiet"]);
     assert_eq!(report["passed"], true);
     let checks = report["checks"].as_array().unwrap();
     let of = |verdict: &str| checks.iter().filter(|check| check["verdict"] == verdict).count();
@@ -850,7 +842,8 @@ fn the_bench_measures_the_host() {
     let shares = rows[0]["shares"].as_object().unwrap();
     let of_thread = shares.iter().filter(|(name, _)| *name != "place");
     let sum: f64 = of_thread.map(|(_, share)| share.as_f64().unwrap()).sum();
-    assert!((0.5..=1.0).contains(&sum), "{report}");
+    // What other programs take of its time is in none of them.
+    assert!((0.1..=1.0).contains(&sum), "{report}");
     assert_eq!(
         fs::read_dir(&temporary).unwrap().count(),
         0,

@@ -11,6 +11,11 @@ mod skips;
 use place::{Place, Ran};
 use skips::skipped;
 
+/// Whether more than a few seconds are available: in `tests/long.sh`.
+fn is_long() -> bool {
+    std::env::var_os("ONEIRO_LONG").is_some()
+}
+
 impl Place {
     /// Samples a robot into a directory with that name.
     fn sample(&self, out: &str, more: &[&str]) -> Ran {
@@ -29,7 +34,7 @@ impl Place {
 
     /// Writes a shorter study of 1995 and names it; `tests/long.sh` takes the whole one.
     fn short_study(&self) -> &'static [&'static str] {
-        if std::env::var_os("ONEIRO_LONG").is_some() {
+        if is_long() {
             return &[];
         }
         let experiments = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
@@ -232,15 +237,14 @@ fn studies_that_a_wire_can_not_have_are_refused() {
 /// Recorded tables replace samples: another robot's, or a real one's if its recordings are there.
 #[test]
 fn a_study_takes_recordings() {
-    fn study<'a>(tables: &'a str, out: &'a str) -> Vec<&'a str> {
-        let study = ["reproduce", "miglino1995", "--runs", "2", "--backend", "cpu"];
-        [&study[..], &["--tables", tables, "--out", out]].concat()
-    }
-
     let place = Place::new("recordings");
+    let short = place.short_study();
+    let study = |tables: &str, out: &str| {
+        let study = ["reproduce", "miglino1995", "--runs", "2", "--backend", "cpu"];
+        place.run(&[&study[..], short, &["--tables", tables, "--out", out]].concat())
+    };
     place.sample("eight", &["--robot", "surrogate:8", "--quiet"]).exits(0);
-    place
-        .run(&study("eight/wall.sam", "none"))
+    study("eight/wall.sam", "none")
         .exits(3)
         .says(&["no sensor table for `round`"]);
 
@@ -256,7 +260,7 @@ fn a_study_takes_recordings() {
         let files =
             ["wall", "round", "motor"].map(|name| folder.join(name).with_extension("sam").display().to_string());
         let out = number.to_string();
-        place.good(&study(&files.join(","), &out));
+        study(&files.join(","), &out).exits(0);
         let report = place.text(format!("{out}/report.html"));
         assert!(report.contains("the simulator is made from recordings of another robot"));
         assert!(!place.at(format!("{out}/robot")).exists(), "nothing is sampled");
@@ -264,10 +268,7 @@ fn a_study_takes_recordings() {
 
     // Equal tables are reported.
     fs::copy(place.at("eight/wall.sam"), place.at("round.sam")).unwrap();
-    place
-        .run(&study("eight/wall.sam,round.sam", "equal"))
-        .exits(0)
-        .says(&["warning"]);
+    study("eight/wall.sam,round.sam", "equal").exits(0).says(&["warning"]);
 }
 
 /// Results of consecutive real lives don't depend on threads and stops either.
@@ -358,8 +359,14 @@ fn a_study_of_swarms_is_a_function_of_its_settings() {
         arguments.extend(more);
         arguments
     };
+    // `tests/long.sh` takes another mutation scale as well.
+    let (scales, cohort) = if is_long() {
+        ("0.2,2", "2-matched-0000")
+    } else {
+        ("0.2", "0.2-matched-0000")
+    };
     let begun = Instant::now();
-    place.good(&study("whole", "0.2,2", &["--backend", "cpu"]));
+    place.good(&study("whole", scales, &["--backend", "cpu"]));
     let whole = begun.elapsed();
     let claims: serde_json::Value = serde_json::from_slice(&place.read("whole/claims.json")).unwrap();
     assert_eq!(claims.as_array().unwrap().len(), 17);
@@ -371,27 +378,25 @@ fn a_study_of_swarms_is_a_function_of_its_settings() {
         let moment = whole * kill / 5 + Duration::from_millis(3);
         place.kill_after(
             moment,
-            &study("killed", "0.2,2", &["--backend", "cpu", "--threads", "1"]),
+            &study("killed", scales, &["--backend", "cpu", "--threads", "1"]),
         );
     }
-    place.good(&study("killed", "0.2,2", &["--backend", "cpu", "--threads", "1"]));
+    place.good(&study("killed", scales, &["--backend", "cpu", "--threads", "1"]));
     place.assert_same("whole", "killed");
+    if cfg!(feature = "gpu") {
+        place.good(&study("gpu", scales, &["--backend", "gpu:0"]));
+        place.assert_same("whole", "gpu");
+    }
 
     // Saved files are never trusted unchecked.
-    let cohort = "whole/cohorts/2-matched-0000";
-    let mut bytes = place.read(cohort);
+    let file = format!("whole/cohorts/{cohort}");
+    let mut bytes = place.read(&file);
     bytes[1000] ^= 1;
-    fs::write(place.at(cohort), bytes).unwrap();
+    fs::write(place.at(&file), bytes).unwrap();
     place
-        .run(&study("whole", "0.2,2", &["--backend", "cpu"]))
+        .run(&study("whole", scales, &["--backend", "cpu"]))
         .exits(5)
-        .says(&["2-matched-0000"]);
-
-    if cfg!(feature = "gpu") {
-        place.good(&study("cpu", "0.2", &["--backend", "cpu"]));
-        place.good(&study("gpu", "0.2", &["--backend", "gpu:0"]));
-        place.assert_same("cpu", "gpu");
-    }
+        .says(&[cohort]);
     for (arguments, words) in [
         (&["--scale", "0"][..], "allowed: above 0"),
         (&["--scale", "0.2,2,0.2"], "is given twice"),

@@ -23,7 +23,7 @@ fn written(folder: &Path, name: &str, text: &str) -> PathBuf {
 
 /// Recordings of a real Khepera, if this machine has them; they aren't part of this project.
 fn recordings() -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/khepera");
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/khepera");
     let folder = std::env::var_os("ONEIRO_RECORDINGS").map_or(beside, PathBuf::from);
     if folder.join("wall.sam").exists() {
         return Some(folder);
