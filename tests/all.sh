@@ -4,6 +4,8 @@
 # Skipped tests are listed at the end, and are failures unless ONEIRO_MAY_SKIP names the missing thing: by default the
 # recordings of a real robot, which can't be installed. docs/testing.md has more; tests/long.sh has longer tests.
 set -euo pipefail
+# Where nothing is built a second time, nothing is kept for that.
+[ -z "${CI:-}" ] || export CARGO_INCREMENTAL=0
 slurm= learning=
 for option in "$@"; do
     case $option in
