@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The lane code for 64-bit ARM on an emulated processor, compiled ahead and at run time: every operation, the compiler's
-# corpus, and lives, all with the bits that are pinned; random kernels; and the optimisers, with pinned bits too. Needs qemu, a linker for ARM, and Rust's
-# standard library for it: rustup's, or Debian's with its compiler.
+# corpus, and lives, all with the bits that are pinned; random kernels; and the optimisers, with pinned bits too. Needs
+# qemu, a linker for ARM, and Rust's standard library for it: rustup's, or Debian's with its compiler.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/skips.sh
