@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The lane code for 64-bit ARM on an emulated processor, compiled ahead and at run time: every operation, the compiler's
-# corpus, and lives, all with the bits that are pinned; and random kernels. Needs qemu, a linker for ARM, and Rust's
-# standard library for it: rustup's, or Debian's with its compiler.
+# corpus, and lives, all with the bits that are pinned; random kernels; and the optimisers, with pinned bits too. Needs
+# qemu, a linker for ARM, and Rust's standard library for it: rustup's, or Debian's with its compiler.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/skips.sh
@@ -35,4 +35,6 @@ say "operations, corpus and lives on qemu"
 "${emulated[@]}" cargo test --release --locked --target $arm \
     -p oneiro-shader-corpus -p oneiro-shader-native -p oneiro-tests --no-default-features --features oneiro-tests/native \
     --test variants --test operations --test goldens --test random --test kernels
-say "the bits are those of tests/goldens/kernels"
+say "optimisers, restored between any two generations"
+"${emulated[@]}" cargo test --release --locked --target $arm -p oneiro-host --no-default-features --lib -- evolve::
+say "the bits are those of tests/goldens/kernels and tests/goldens/optimisers"

@@ -27,6 +27,9 @@ mod lives;
 #[path = "../../tests/mutations/mod.rs"]
 mod mutations;
 mod npy;
+#[cfg(test)]
+#[path = "../../tests/pinned/mod.rs"]
+mod pinned;
 mod progress;
 mod reality;
 mod record;

@@ -85,13 +85,15 @@ def test_sweep_statistics(tmp_path, capsys):
     assert capsys.readouterr().out.count("3 runs") == 4
 
 
-def test_dask(tmp_path):
-    pytest.importorskip("distributed")
+@pytest.mark.parametrize(("library", "name"), [("distributed", "dask_sweep"), ("ray", "ray_sweep")])
+def test_clusters(library, name, tmp_path):
+    pytest.importorskip(library)
     import oneiro
 
-    # A process of its own, since workers import the script.
-    command = [sys.executable, str(EXAMPLES / "dask_sweep.py")]
-    printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    # A process of its own, since workers import the script. Ray would report its use, and keep a token in the home folder.
+    command = [sys.executable, str(EXAMPLES / f"{name}.py")]
+    alone = {**os.environ, "RAY_USAGE_STATS_ENABLED": "0", "RAY_AUTH_MODE": "disabled"}
+    printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, env=alone).stdout
     assert "['1/4', '2/4', '3/4', '4/4']" in printed
     whole = oneiro.sweep(ROOT / "experiments/sweeps/small.toml", out=tmp_path / "whole", backend="cpu")
     assert f"{whole.runs} runs, hash {whole.hash}" in printed

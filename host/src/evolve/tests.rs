@@ -1,9 +1,12 @@
 //! Properties of every optimiser, and of an evolution with any.
 
+use std::path::Path;
+
 use oneiro::parameter::Choice;
 
 use super::settings::{Acceptance, CrossoverKind, Descriptor, MutationKind, SelectionKind};
 use super::*;
+use crate::pinned::{self, Rows};
 
 const GENES: usize = 18;
 
@@ -204,6 +207,35 @@ fn saved_and_restored_between_any_two_calls_nothing_changes() {
         }
         assert_eq!(saved.save(), straight.save());
     }
+}
+
+/// Each optimiser has pinned genomes, also if it is saved and restored between any two generations. `tests/aarch64.sh` repeats this on
+/// 64-bit ARM.
+#[test]
+fn optimisers_are_as_pinned() {
+    let kinds = Kind::CHOICES.iter().map(|&(name, ..)| name);
+    let names = kinds.chain(SelectionKind::CHOICES.iter().map(|&(name, ..)| name));
+    let mut rows = Rows::default();
+    for (index, name) in names.enumerate() {
+        let begun = || all(9).swap_remove(index);
+        let (mut straight, mut resumed) = (begun(), begun());
+        let mut genomes = Vec::new();
+        for _ in 0..12 {
+            let state = resumed.save();
+            resumed = begun();
+            resumed.restore(&state).unwrap();
+            for optimizer in [&mut straight, &mut resumed] {
+                let scores = fitness(optimizer.ask());
+                tell(&mut **optimizer, scores).unwrap();
+            }
+            genomes.extend_from_slice(straight.ask().values());
+        }
+        assert_eq!(straight.save(), resumed.save(), "{name}");
+        rows.numbers("genomes", name, &genomes);
+    }
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/goldens/optimisers");
+    pinned::check(&folder.join("genomes.rows"), &rows.to_string());
+    pinned::check_folder(&folder, &["genomes.rows".to_owned()]);
 }
 
 #[test]

@@ -1,0 +1,152 @@
+"""docs/python.md has the whole interface, and no other."""
+
+import ast
+import inspect
+import re
+
+import pytest
+from conftest import ROOT
+
+import oneiro
+from oneiro._runs import Champion
+
+TEXT = (ROOT / "docs/python.md").read_text()
+# What a section is about, whose members it writes with a point before their names.
+SECTIONS = {
+    "Experiments": [oneiro.Experiment],
+    "Evaluating genomes": [oneiro.Outcome],
+    "Evolutions": [oneiro.Evolution],
+    "Runs and sweeps": [oneiro.Run, oneiro.Sweep, Champion],
+    "With others' optimisers": [oneiro.Recorder],
+    "Exceptions": [oneiro.Error],
+}
+# What Python gives every named tuple.
+TUPLES = {"count", "index"}
+
+
+def section(text, name):
+    return text.split(f"\n## {name}\n")[1].split("\n## ")[0]
+
+
+def code(text):
+    """What is written as code: between backquotes, or indented."""
+    text = re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
+    indented = re.findall(r"(?:^    .*\n)+", text, flags=re.MULTILINE)
+    return re.findall(r"`([^`\n]+)`", text) + indented
+
+
+def members(kind):
+    """Those of the class, and those that its methods set."""
+    is_native = kind is oneiro.Experiment
+    return {*dir(kind), *([] if is_native else re.findall(r"self\.(\w+) = ", inspect.getsource(kind)))}
+
+
+def public(kind):
+    own = {name for name in vars(kind) if not name.startswith("_")}
+    return own - TUPLES if issubclass(kind, tuple) else own
+
+
+def missing(text):
+    """Names of the interface that the page doesn't have."""
+    words = set(re.findall(r"\w+", " ".join(code(text))))
+    lacking = {name for name in oneiro.__all__ if name not in words and name != "__version__"}
+    for name, kinds in SECTIONS.items():
+        written = set(re.findall(r"\.(\w+)", " ".join(code(section(text, name)))))
+        lacking |= {f"{kind.__name__}.{member}" for kind in kinds for member in public(kind) - written}
+    return lacking
+
+
+def unknown(text):
+    """Members that the page has and the classes of its sections don't."""
+    found = set()
+    for name, kinds in SECTIONS.items():
+        for piece in code(section(text, name)):
+            for member in re.findall(r"^\.(\w+)", piece):
+                if not any(member in members(kind) for kind in kinds):
+                    found.add(f"{name}: .{member}")
+    return found
+
+
+def signatures(text):
+    """Calls as the page writes them, where it names what is optional: the callable's name, and its parameters."""
+    heads = re.split(r"^## (.*)$", text, flags=re.MULTILINE)
+    for name, part in zip(["", *heads[1::2]], heads[::2], strict=True):
+        for piece in code(part):
+            for called, parameters in re.findall(
+                r"((?:\w+)?(?:\.\w+)*)\(((?:[^()]|\(\))*)\)", re.sub(r"\s+", " ", piece)
+            ):
+                try:
+                    ast.parse(f"def f({parameters}): pass")
+                except SyntaxError:
+                    # A call with values.
+                    continue
+                yield name, called, parameters
+
+
+def resolved(name, called):
+    """What is called, or None where it isn't of the package."""
+    owners = SECTIONS.get(name, []) if called.startswith(".") else [oneiro]
+    for owner in owners:
+        found = owner
+        for word in called.removeprefix("oneiro.").removeprefix(".").split("."):
+            try:
+                found = getattr(found, word, None)
+            except ModuleNotFoundError:
+                # A module that needs a package that isn't installed.
+                return None
+        if found is not None:
+            return found
+    return None
+
+
+def parameters(signature):
+    """Name, kind and default of each."""
+    given = [own for own in signature.parameters.values() if own.name != "self"]
+    return [(own.name, own.kind, getattr(own.default, "value", own.default)) for own in given]
+
+
+def different(text):
+    """Signatures that the page has otherwise than the package, and how many it has."""
+    count, problems = 0, []
+    for name, called, written in signatures(text):
+        found = resolved(name, called)
+        if found is None:
+            continue
+        scope = {}
+        try:
+            exec(f"def f({written}): pass", scope)
+        except NameError:
+            # A call with variables.
+            continue
+        count += 1
+        if parameters(inspect.signature(found)) != parameters(inspect.signature(scope["f"])):
+            problems.append(f"{called}({written}) is {inspect.signature(found)}")
+    return count, problems
+
+
+def test_the_page_has_the_whole_interface():
+    assert missing(TEXT) == set()
+    assert unknown(TEXT) == set()
+
+
+def test_the_page_has_the_packages_signatures():
+    count, problems = different(TEXT)
+    assert problems == []
+    # All functions, constructors and methods that take something.
+    assert count >= 25, count
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "check"),
+    [
+        ("`.bounds`", "", missing),
+        ("`resume(", "`resumed(", missing),
+        ("`.is_finished`", "`.is_done`", unknown),
+        ("kind=None)`", "kind=1)`", lambda text: different(text)[1]),
+        ("lives=1, common_starts", "common_starts", lambda text: different(text)[1]),
+        ("share=0.01, *", "portion=0.01, *", lambda text: different(text)[1]),
+    ],
+)
+def test_a_page_that_is_wrong_is_noticed(old, new, check):
+    text = re.sub(re.escape(old), new.replace("\\", ""), TEXT)
+    assert text != TEXT and check(text)
