@@ -228,8 +228,9 @@ impl Evaluator for Cpu {
         Device {
             name: "cpu".into(),
             detail: format!(
-                "{widest}, {} threads{}",
+                "{widest}, {} {}{}",
                 self.threads(),
+                if self.threads() == 1 { "thread" } else { "threads" },
                 if interprets() { SLOW } else { "" }
             ),
             exact: true,

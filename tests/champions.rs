@@ -561,6 +561,7 @@ fn a_champion_lives_from_another_start() {
     };
     let recorded = replay(&[]);
     assert_eq!(recorded["compared"], true);
+    let recorded_life = place.text("again/replay-0.csv");
     let other = replay(&["--seed", "5"]);
     assert_eq!(other["compared"], false);
     assert_ne!(other["bits"], recorded["bits"]);
@@ -571,13 +572,15 @@ fn a_champion_lives_from_another_start() {
 
     let moved = replay(&["--start", "100,90,0.125"]);
     assert_eq!(moved["compared"], false);
-    let trace = place.text("again/replay-0.csv");
+    let trace = place.text("again/replay-0-start-100_90_0.125.csv");
     assert!(trace.lines().nth(1).unwrap().starts_with("0,100,90,0.125,"), "{trace}");
+    // The files of the recorded life are still its own.
+    assert_eq!(place.text("again/replay-0.csv"), recorded_life);
     let both = replay(&["--start", "100,90,0.125", "--seed", "5", "--trial", "1"]);
     assert_ne!(both["bits"], moved["bits"]);
     // Each trial has files and a fitness of its own, beside that of all.
-    assert_eq!(place.text("again/replay-0.csv"), trace);
-    assert!(place.at("again/replay-1.svg").exists());
+    assert_eq!(place.text("again/replay-0-start-100_90_0.125.csv"), trace);
+    assert!(place.at("again/replay-1-start-100_90_0.125-seed-5.svg").exists());
     let fitness = |trial: &str| replay(&["--seed", "5", "--trial", trial])["trial_fitness"].as_f64();
     assert_eq!(
         [fitness("0"), fitness("1")],
@@ -943,7 +946,7 @@ fn the_best_of_what_was_recorded_has_the_best_mean() {
         (&drawn["compared"], &drawn["individual"]),
         (&Value::Bool(false), &Value::Null)
     );
-    let trace = place.text("again/replay-0.csv");
+    let trace = place.text("again/replay-0-genome-best-seed-9.csv");
     let (names, lines) = table(&trace);
     let fitness = names.iter().position(|name| *name == "fitness").unwrap();
     assert_eq!(lines[299][fitness].parse::<f64>().ok(), one[0]["fitness"].as_f64());

@@ -464,7 +464,8 @@ fn examples_are_written_with_their_parts() {
             "phototaxis",
             "wall-following",
             "discrimination",
-            "aggregation"
+            "aggregation",
+            "gather"
         ]
     );
     let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
@@ -486,8 +487,13 @@ fn examples_are_written_with_their_parts() {
         .says(&["homing/sensors.wgsl: exists already"]);
     assert!(!place.at("homing.toml").exists());
     place.run(&["new", "--example", "moon"]).exits(3).says(&[
-        "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, discrimination, aggregation",
+        "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, discrimination, aggregation, gather. \
+         `oneiro new --swarm NAME` writes the 2014 study's experiment",
     ]);
+    place
+        .run(&["new", "--example", "agregation"])
+        .exits(3)
+        .says(&["is unknown; did you mean aggregation? (allowed: homing, "]);
     place.run(&["new", "mine", "--example", "homing"]).exits(2);
     place.run(&["new"]).exits(2);
 }
@@ -900,7 +906,7 @@ fn rules_are_explained() {
     assert_eq!(known, names);
     // An unknown name is answered with all, the nearest first.
     let unknown = place.run(&["check", "--explain", "no-devision"]).exits(3);
-    let unknown = unknown.says(&["--explain: there is no rule `no-devision`; allowed: no-division, "]);
+    let unknown = unknown.says(&["--explain: there is no rule `no-devision`; did you mean no-division? (allowed: "]);
     unknown.says(&names);
     place.run(&["check"]).exits(2);
     place.run(&["check", "some.toml", "--explain", "no-division"]).exits(2);

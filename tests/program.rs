@@ -237,6 +237,96 @@ fn experiments_that_are_not_allowed_exit_with_3_and_say_where() {
     assert_eq!(place.names(), ["bad.toml", "bytes.toml", "small.toml"]);
 }
 
+/// Mistakes that people make, and what they are told.
+#[test]
+fn mistakes_are_told_with_what_to_do_instead() {
+    let place = Place::new("mistakes");
+    place.small_run();
+    place.write("afile", "");
+    place.write("swarm.toml", "[swarm]\nrobots = 2\n");
+    let robots = SLIPPING.replace("wheel_noise = 0.3", "count = 2");
+    place.write("robots.toml", format!("{robots}finalists = 0\n"));
+    place.write(
+        "mission.wgsl",
+        "fn mission_cycle(life: Life, step: u32) -> f32 { return f32(step); }\n",
+    );
+    let run = [
+        "run",
+        "robots.toml",
+        "--seed",
+        "1",
+        "--out",
+        "robots",
+        "--backend",
+        "cpu",
+    ];
+    place.good(&run);
+    for (code, arguments, words) in [
+        (
+            3,
+            &["run", "small.toml", "--seed", "1", "--out", "afile"][..],
+            &["afile: is a file; allowed: a directory's name"][..],
+        ),
+        (3, &["keys", "noize"], &["no key contains `noize`; did you mean noise?"]),
+        (
+            3,
+            &["keys", "zzzzz"],
+            &["no key contains `zzzzz`; allowed: a part of a key, such as noise"],
+        ),
+        (
+            3,
+            &["new", "--example", "odowd2014"],
+            &["`oneiro new --swarm NAME` writes the 2014 study's experiment"],
+        ),
+        (
+            3,
+            &["list"],
+            &["there are no runs here yet, and no directory `runs`; allowed: "],
+        ),
+        (
+            3,
+            &["evaluate", "--genomes", "runs"],
+            &["runs: No such file or directory"],
+        ),
+        (
+            3,
+            &["evaluate", "swarm.toml", "--random", "3"],
+            &[
+                "swarm.toml: is a swarm of the 2014 study; allowed: experiments of single robots, or of robots with robot.count",
+            ],
+        ),
+        (
+            3,
+            &["replay", "robots", "--start", "100,100,0"],
+            &["--start: is given, and robots that live together start at random; allowed: with single robots"],
+        ),
+        (
+            3,
+            &["check", "robots.toml", "--set", "robot.sensors[0].range_mm=100"],
+            &["a key inside a list can't be set by itself; allowed: the whole list, robot.sensors=[..]"],
+        ),
+        (
+            3,
+            &["check", "small.toml", "--out", "arena.png"],
+            &["--out arena.png: the picture is an SVG; allowed: a name that ends in .svg"],
+        ),
+        (
+            3,
+            &["check", "small.toml", "--set", "cycels=3"],
+            &["unknown key `cycels`; did you mean cycles? (allowed: name, seed, cycles, "],
+        ),
+    ] {
+        let ran = place.run(arguments).exits(code).says(words);
+        assert!(ran.stdout.is_empty(), "{}", ran.stdout);
+    }
+    assert!(!place.at("arena.png").exists() && place.read("afile").is_empty());
+    fs::remove_file(place.at("run/fitness.npy")).unwrap();
+    place
+        .run(&["verify", "run"])
+        .exits(5)
+        .says(&["run: fitness.npy is missing"]);
+}
+
 #[test]
 fn genomes_that_are_not_allowed_exit_with_3_and_say_where() {
     let place = Place::new("genomes");
@@ -472,6 +562,113 @@ fn fitness_is_the_same_by_every_way_in_and_out() {
         assert_eq!(json[row]["fitness"].as_f64(), line[2].parse().ok());
         assert_eq!(json[row]["bits"], line[3]);
     }
+}
+
+/// A robot with noise of its wheels.
+const SLIPPING: &str = "cycles = 40
+[robot]
+kind = \"differential\"
+body_radius_mm = 27
+wheel_base_mm = 52
+greatest_speed_mm_s = 80
+wheel_noise = 0.3
+sensors = [{ name = \"front\", range_mm = 60 }]
+[noise]
+sensor = [0.0, 0.4]
+[evolution]
+population = 20
+parents = 4
+generations = 2
+";
+
+#[test]
+fn without_noise_wheels_have_none_either() {
+    let place = Place::new("noise-off");
+    place.write("slipping.toml", SLIPPING);
+    let lived = |more: &[&str]| {
+        let own = [
+            "evaluate",
+            "slipping.toml",
+            "--random",
+            "4",
+            "--seed",
+            "3",
+            "--backend",
+            "cpu",
+        ];
+        place.good(&[&own[..], more].concat())
+    };
+    let sensors_off = ["--set", "noise.sensor=[0.0, 0.0]"];
+    let without = lived(&["--set", "noise.sensor=[0.0, 0.0]", "--set", "robot.wheel_noise=0.0"]);
+    assert_eq!(lived(&["--noise", "off"]), without);
+    assert_ne!(lived(&sensors_off), without);
+    let noise = |more: &[&str]| {
+        let summary = place.good(&[&["check", "slipping.toml"], more].concat());
+        let line = summary.lines().find(|line| line.starts_with("  noise "));
+        line.unwrap().to_owned()
+    };
+    assert!(noise(&sensors_off).ends_with("  each wheel's speed varies by a share of 0.3"));
+    assert!(noise(&["--set", "robot.wheel_noise=0", sensors_off[0], sensors_off[1]]).ends_with("  none"));
+
+    place.good(&["new", "parts", "--task", "mine"]);
+    let parts = place.good(&["check", "parts.toml"]);
+    assert!(parts.contains("none; parts may have their own"), "{parts}");
+    place
+        .run(&[
+            "evaluate",
+            "parts.toml",
+            "--random",
+            "2",
+            "--noise",
+            "off",
+            "--set",
+            "cycles=10",
+        ])
+        .exits(0)
+        .says(&["a part of your own keeps the noise that it draws itself"]);
+}
+
+#[test]
+fn a_summary_has_the_means_of_measures_and_ends_with_their_span() {
+    let place = Place::new("summary");
+    place.small_experiment();
+    let own = [
+        "evaluate",
+        "small.toml",
+        "--random",
+        "5",
+        "--trials",
+        "4",
+        "--backend",
+        "cpu",
+        "--measures",
+    ];
+    let lives = place.good(&own);
+    let lives: Vec<Vec<&str>> = lives.lines().map(|line| line.split(',').collect()).collect();
+    let column = |name: &str| lives[0].iter().position(|own| *own == name).unwrap();
+    let ran = place.run(&[&own[..], &["--summary"]].concat()).exits(0);
+    let rows: Vec<Vec<&str>> = ran.stdout.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows.len(), 1 + 5);
+    for (genome, row) in rows[1..].iter().enumerate() {
+        for (name, mean) in [("fitness", row[2]), ("cells", row[7])] {
+            let values = lives[1 + 4 * genome..][..4]
+                .iter()
+                .map(|life| life[column(name)].parse::<f64>().unwrap());
+            let expected = values.sum::<f64>() / 4.0;
+            assert!(
+                (mean.parse::<f64>().unwrap() / expected - 1.0).abs() < 1e-5,
+                "{name}: {row:?}"
+            );
+        }
+    }
+    assert_eq!(rows[0][7], "mean_cells");
+    let mut means: Vec<(f64, usize)> = rows[1..].iter().map(|row| row[2].parse().unwrap()).zip(0..).collect();
+    means.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (greatest, genome) = means[4];
+    ran.says(&[&format!(
+        "mean fitness of 5 genomes: median {}, greatest {greatest} (genome {genome})",
+        means[2].0
+    )]);
 }
 
 /// A run's first generation has the same lives as `evaluate` gives the same genomes.
@@ -965,6 +1162,7 @@ fn directories_say_what_is_in_them() {
         ];
         run(&[&own[..], more].concat());
         run(&["replay", out]);
+        run(&["replay", out, "--seed", "5"]);
         contents::check(&place.at(out));
     };
     one("all", &["--set", "evolution.init=genes.npy"]);

@@ -450,10 +450,22 @@ fn a_described_robot_is_summed_up_and_drawn() {
     for line in [
         "robot       radius 35 mm, wheels 53 mm apart, up to 128.8 mm/s\n",
         "sensors     2 proximity (left, right), 1 ground (floor), 1 light (lamp)\n",
+        "0 round obstacles, 0 blocks, 1 light; ",
+        "; the best 2 make 2 copies each\n",
     ] {
         assert!(checked.contains(line), "{checked}");
     }
+    let patches = "arena.patches=[{x_mm=100,y_mm=100,radius_mm=50},{x_mm=900,y_mm=100,radius_mm=50}]";
+    let more = place.good(&[&check[..], &["--set", patches, "--set", "evolution.elite=1"]].concat());
+    for words in [
+        "0 blocks, 1 light, 2 floor patches; ",
+        "; the best one is in the next generation as it is\n",
+    ] {
+        assert!(more.contains(words), "{more}");
+    }
     let picture = place.text("arena.svg");
+    // A pixel is 1000/880 mm: the robot is drawn at its start.
+    assert!(picture.contains("translate(468 320)"), "{picture}");
     for hint in ["left: proximity", "floor: ground", "right: proximity", "lamp: light"] {
         assert!(picture.contains(hint), "{picture}");
     }

@@ -276,7 +276,7 @@ impl Place {
             thread::sleep(longest.mul_f64(moments.next().unwrap()));
             child.kill().unwrap();
             let ran = ended(arguments, child);
-            killed.resumed += u32::from(ran.stderr.contains("runs are already done"));
+            killed.resumed += u32::from(ran.stderr.contains("already done"));
             if ran.code.is_none() {
                 done += 1;
             } else {

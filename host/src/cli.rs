@@ -219,7 +219,8 @@ pub(crate) struct Evaluate {
     /// Start one rollout of each genome at each of these poses, one pose per line: x and y in mm, heading in turns
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
     pub(crate) starts: Option<PathBuf>,
-    /// The experiment's noise, or none of any kind
+    /// The experiment's noise, or none: neither that of the table `noise` nor that of wheels and light. What a part of your
+    /// own draws stays, and so does that of a forager's proximity sensors
     #[arg(long, value_name = "on|off", value_enum, default_value_t = Noise::On)]
     pub(crate) noise: Noise,
     /// What is written of the rollouts.
@@ -246,8 +247,8 @@ pub(crate) struct Evaluate {
 #[derive(Args, Debug)]
 pub(crate) struct Rows {
     /// One row for each genome instead of each rollout: mean fitness, standard deviation and the mean's 95 % confidence
-    /// interval
-    #[arg(long, conflicts_with = "measures")]
+    /// interval; with --measures also the mean of each measure
+    #[arg(long)]
     pub(crate) summary: bool,
     /// Add measures of behaviour, such as the distance driven, the mean distance to walls, and what a task of your own
     /// remembers at the end: docs/measures.md lists them
@@ -306,7 +307,7 @@ pub(crate) struct OnRobot {
 pub(crate) enum Noise {
     /// As the experiment says
     On,
-    /// None of any kind
+    /// None
     Off,
 }
 
@@ -353,8 +354,8 @@ pub(crate) struct Replay {
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
-    /// Write replay.svg and replay.csv into this directory; with several trials, replay-K.svg and replay-K.csv of trial K
-    /// [default: the run's directory]
+    /// Write replay.svg and replay.csv into this directory; with several trials, replay-K.svg and replay-K.csv of trial K. The
+    /// names of other lives say what they have of their own, such as replay-seed-5.svg [default: the run's directory]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Which of the champion's trials to draw, from 0
@@ -401,7 +402,7 @@ pub(crate) struct Audit {
 /// `oneiro verify`
 #[derive(Args, Debug)]
 pub(crate) struct Verify {
-    /// The run's directory
+    /// The directory of a run, of several runs, or of a sweep
     #[arg(value_hint = ValueHint::DirPath)]
     pub(crate) run_dir: PathBuf,
 }
@@ -409,9 +410,9 @@ pub(crate) struct Verify {
 /// `oneiro list`
 #[derive(Args, Debug)]
 pub(crate) struct List {
-    /// A directory of runs
-    #[arg(value_hint = ValueHint::DirPath, default_value = "runs")]
-    pub(crate) dir: PathBuf,
+    /// A directory of runs [default: runs]
+    #[arg(value_hint = ValueHint::DirPath)]
+    pub(crate) dir: Option<PathBuf>,
 }
 
 /// `oneiro selftest`
@@ -945,8 +946,17 @@ pub(crate) struct SweepPlan {
     #[arg(long)]
     pub(crate) all: bool,
     /// Skip the timing of devices
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["backend", "threads"])]
     pub(crate) no_estimate: bool,
+    /// The device that is timed, as `oneiro sweep run` takes it [default: the CPU and each exact GPU, without software drivers]
+    #[arg(long, value_name = "BACKEND")]
+    pub(crate) backend: Option<String>,
+    /// CPU threads, 1 to 1024 [default: one per processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Also say how long cards that are not here would take at least
+    #[arg(long)]
+    pub(crate) cards: bool,
 }
 
 /// `oneiro sweep run`
@@ -980,9 +990,9 @@ pub(crate) struct SweepRun {
     /// Print a Slurm job array that runs the sweep, and run nothing
     #[arg(long)]
     pub(crate) print_slurm: bool,
-    /// With --print-slurm: number of tasks of the array
-    #[arg(long, value_name = "N", requires = "print_slurm", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub(crate) shards: u32,
+    /// With --print-slurm: number of tasks of the array, at most one for each run [default: 8]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) shards: Option<u32>,
 }
 
 /// Parses a time such as `90s`, `1.5s`, `30m`, `2h` or `1h30m`.

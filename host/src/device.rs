@@ -327,9 +327,16 @@ fn adapter(name: &str) -> Result<Candidate> {
     Ok(gpu(oneiro::gpu::find(&oneiro::gpu::Choice::Named(name.to_owned()))?))
 }
 
-/// The number of adapters.
-pub(crate) fn adapters_here() -> usize {
-    adapters().len()
+/// The indices of the adapters that are no software.
+pub(crate) fn gpus_here() -> Vec<usize> {
+    #[cfg(feature = "gpu")]
+    return oneiro::gpu::adapters()
+        .iter()
+        .filter(|adapter| !adapter.is_software())
+        .map(oneiro::gpu::Adapter::index)
+        .collect();
+    #[cfg(not(feature = "gpu"))]
+    Vec::new()
 }
 
 #[cfg(not(feature = "gpu"))]

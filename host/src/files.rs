@@ -129,11 +129,37 @@ enum Part<'a> {
 /// # Errors
 /// Exit 3.
 pub(crate) fn must_be_new(path: &Path) -> Result {
+    must_be_new_as(path, "file")
+}
+
+/// Refuses a directory's path that exists.
+///
+/// # Errors
+/// Exit 3.
+pub(crate) fn directory_must_be_new(path: &Path) -> Result {
+    must_be_new_as(path, "directory")
+}
+
+fn must_be_new_as(path: &Path, what: &str) -> Result {
     if path.symlink_metadata().is_ok() {
-        Err(exists(path))
+        Err(exists(path, what))
     } else {
         Ok(())
     }
+}
+
+/// Refuses the name of a file where a directory's is wanted.
+///
+/// # Errors
+/// Exit 3.
+pub(crate) fn must_not_be_file(directory: &Path) -> Result {
+    if directory.is_file() {
+        let directory = directory.display();
+        return Err(Failure::input(format_args!(
+            "{directory}: is a file; allowed: a directory's name"
+        )));
+    }
+    Ok(())
 }
 
 /// Writes a new file.
@@ -165,14 +191,14 @@ fn write_as(options: &mut OpenOptions, path: &Path, bytes: &[u8]) -> Result {
 /// For a new file that the user named and that can't be created: exit 3 if it exists or its directory doesn't, else exit 6.
 pub(crate) fn uncreated(path: &Path, error: &io::Error) -> Failure {
     match error.kind() {
-        io::ErrorKind::AlreadyExists => exists(path),
+        io::ErrorKind::AlreadyExists => exists(path, "file"),
         _ => Failure::unreadable(path, error),
     }
 }
 
-fn exists(path: &Path) -> Failure {
+fn exists(path: &Path, what: &str) -> Failure {
     Failure::input(format_args!(
-        "{}: exists already, and nothing is overwritten; name another file",
+        "{}: exists already, and nothing is overwritten; name another {what}",
         path.display()
     ))
 }

@@ -57,8 +57,12 @@ fn general(name: &str) -> String {
         return "checkpoint-N".into();
     }
     let replay = name.strip_prefix("replay-").and_then(|name| name.split_once('.'));
-    if let Some((_, extension)) = replay.filter(|(number, _)| numbers(number)) {
-        return format!("replay-K.{extension}");
+    if let Some((what, extension)) = replay {
+        return match what.split_once('-') {
+            None if numbers(what) => format!("replay-K.{extension}"),
+            Some((number, _)) if numbers(number) => format!("replay-K-WHAT.{extension}"),
+            _ => format!("replay-WHAT.{extension}"),
+        };
     }
     let shard = name.strip_prefix("shard-").and_then(|name| name.split_once("-of-"));
     match shard {

@@ -66,6 +66,31 @@ fn of_a_plan_are_what_comes_to_be() {
     let devices = plan["devices"].as_array().unwrap();
     assert!(devices[0]["name"].as_str().unwrap().starts_with("cpu"));
     assert!(devices.iter().all(|device| device["seconds"].as_f64().unwrap() > 0.0));
+    // Software drivers are timed when they are named, and other cards are told of when that is asked for.
+    let is_software = |device: &Value| device["name"].as_str().unwrap().contains("llvmpipe");
+    assert!(!devices.iter().any(is_software), "{devices:?}");
+    assert_eq!(plan["cards_at_most"], Value::Array(Vec::new()));
+    let scalar = [
+        "sweep",
+        "plan",
+        "sweep.toml",
+        "--backend",
+        "cpu:scalarx1",
+        "--threads",
+        "1",
+        "--cards",
+    ];
+    let plan = place.data(&scalar);
+    let devices = plan["devices"].as_array().unwrap();
+    assert_eq!(devices.len(), 1, "{devices:?}");
+    assert!(
+        devices[0]["name"].as_str().unwrap().contains("scalarx1, 1 thread)"),
+        "{devices:?}"
+    );
+    assert_eq!(plan["cards_at_most"].as_array().unwrap().len(), 8);
+    place
+        .run(&["sweep", "plan", "sweep.toml", "--backend", "gpu:no such adapter"])
+        .exits(4);
 }
 
 #[test]
@@ -131,6 +156,24 @@ fn of_stopped_shards_say_what_is_left() {
     });
     let all = serde_json::json!({"name": "twelve", "runs": 12, "done": 4, "tables": false, "shards": [shard]});
     assert_eq!(state, all);
+    let said = place.run(&[
+        "sweep",
+        "run",
+        "sweep.toml",
+        "--out",
+        "out",
+        "--backend",
+        "cpu",
+        "--shard",
+        "2/3",
+    ]);
+    assert!(
+        said.stdout.contains(
+            "`oneiro sweep merge out` joins all shards; name the directories of shards that are elsewhere after it"
+        ),
+        "{}",
+        said.stdout
+    );
     // A sweep that has lost a run counts as stopped.
     let log = place.text("out/shard-2-of-3/results.log");
     place.write("out/shard-2-of-3/results.log", &log[..log.len() - 9]);
@@ -160,11 +203,111 @@ fn of_a_report_are_drawn_from_the_tables() {
     }
     let refused = place.run(&["sweep", "report", "out", "--outcome", "weight"]).exits(3);
     assert!(
-        refused.stderr.contains("--outcome weight: allowed: best, "),
+        refused
+            .stderr
+            .contains("--outcome weight: is no outcome in results.csv; allowed: best, "),
         "{}",
         refused.stderr
     );
+    place
+        .run(&["sweep", "report", "out", "--outcome", "end_task_food"])
+        .exits(3)
+        .says(&[
+            "allowed: best, ",
+            "`oneiro evaluate --genomes out --measures --summary`",
+        ]);
     place.good(&sweep("part", &["--shard", "1/2"]));
     let refused = place.run(&["sweep", "report", "part"]).exits(3);
     assert!(refused.stderr.contains("does not exist yet"), "{}", refused.stderr);
+}
+
+/// Tables have the runs of shards elsewhere too, and runs that two shards have done are both shards'.
+#[test]
+fn of_merged_shards_count_all_runs() {
+    let place = Place::with("merged", SWEEP);
+    place.good(&sweep("here", &["--shard", "1/2"]));
+    place.good(&sweep("there", &["--shard", "2/2"]));
+    assert_eq!(place.data(&["sweep", "status", "here"])["done"], 6);
+    place.good(&["sweep", "merge", "here", "there"]);
+    let text = place.good(&["sweep", "status", "here"]);
+    assert!(
+        text.contains("12 of 12 runs are done, and their tables are there"),
+        "{text}"
+    );
+    assert_eq!(place.data(&["sweep", "status", "there"])["done"], 6);
+    // The third of these has none left that the first two have not done.
+    place.good(&sweep("there", &["--shard", "1/2"]));
+    place.good(&sweep("there", &["--shard", "1/1"]));
+    let state = place.data(&["sweep", "status", "there"]);
+    let states: Vec<&str> = state["shards"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|shard| shard["state"].as_str().unwrap())
+        .collect();
+    assert!(states.iter().all(|state| *state == "done"), "{state}");
+}
+
+/// A changed table is neither verified nor reported on.
+#[test]
+fn of_changed_tables_say_which() {
+    let place = Place::with("changed", SWEEP);
+    let hash = place.swept("out", &[]);
+    assert_eq!(place.data(&["verify", "out"])[0]["result"], hash);
+    assert_eq!(place.good(&["verify", "out"]), format!("{hash}  out\n"));
+    place.good(&["sweep", "report", "out"]);
+    for table in ["results.csv", "generations.csv", "champions.csv"] {
+        let path = Path::new("out").join(table);
+        let text = place.text(&path);
+        let at = text.rfind(|c: char| c.is_ascii_digit()).unwrap();
+        let other = if &text[at..=at] == "1" { "2" } else { "1" };
+        place.write(&path, format!("{}{other}{}", &text[..at], &text[at + 1..]));
+        let words = format!("out: {table} is not what was written; `oneiro sweep merge`");
+        place.run(&["verify", "out"]).exits(5).says(&[&words]);
+        place.run(&["sweep", "report", "out"]).exits(5).says(&[&words]);
+        place.run(&["sweep", "status", "out"]).exits(0).says(&[&words]);
+        fs::remove_file(place.at(&path)).unwrap();
+        place
+            .run(&["verify", "out"])
+            .exits(5)
+            .says(&[&format!("{table} is missing")]);
+        place.good(&["sweep", "merge", "out"]);
+        place.good(&["verify", "out"]);
+    }
+    place.good(&sweep("part", &["--shard", "1/2"]));
+    place
+        .run(&["verify", "part"])
+        .exits(1)
+        .says(&["part: has no tables.json"]);
+    for command in ["audit", "list", "resume"] {
+        place.run(&[command, "out"]).exits(3).says(&[
+            "out: is a sweep, not a run;",
+            "`oneiro verify out`",
+            "`oneiro sweep extract out RUN`",
+        ]);
+    }
+}
+
+#[test]
+fn of_slurm_have_no_more_tasks_than_runs() {
+    let place = Place::with("tasks", SWEEP);
+    let script = |shards: &str| {
+        place
+            .run(&sweep("out", &["--print-slurm", "--shards", shards]))
+            .exits(0)
+    };
+    let many = script("50").says(&["--shards 50: the sweep has 12 runs"]);
+    assert!(many.stdout.contains("#SBATCH --array=1-12\n"), "{}", many.stdout);
+    let few = script("4");
+    assert!(
+        few.stdout.contains("#SBATCH --array=1-4\n") && few.stderr.is_empty(),
+        "{}{}",
+        few.stdout,
+        few.stderr
+    );
+    place
+        .run(&sweep("out", &["--shards", "4"]))
+        .exits(2)
+        .says(&["--shards: counts the tasks of --print-slurm", "`--shard 1/4`"]);
+    assert!(!place.at("out").exists());
 }

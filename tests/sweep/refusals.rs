@@ -109,7 +109,12 @@ fn leave_what_is_no_sweep_as_it_is() {
         let words = format!("{out}: exists and holds other files, and nothing is overwritten");
         refused(&place, &sweep(out, &[]), 3, &[&words, "--out"]);
     }
-    refused(&place, &sweep("small.toml", &[]), 6, &["small.toml: File exists"]);
+    refused(
+        &place,
+        &sweep("small.toml", &[]),
+        3,
+        &["small.toml: is a file; allowed: a directory's name"],
+    );
     for out in ["mine", "nowhere", "small.toml"] {
         for command in [&["status", out][..], &["merge", out], &["extract", out, "0"]] {
             refused(&place, &[&["sweep"], command].concat(), 3, &[out]);
@@ -160,6 +165,12 @@ fn of_shards_that_do_not_fit_together_say_why() {
     }
     refused(&place, &merge(&["one", "nowhere"]), 3, &["nowhere"]);
     refused(&place, &["sweep", "merge"], 2, &[]);
+    refused(
+        &place,
+        &["sweep", "extract", "one", "0", "--out", "third"],
+        3,
+        &["third: exists already", "name another directory"],
+    );
 
     // Two machines disagree about a run.
     place.write("sweep.toml", SWEEP);
@@ -207,9 +218,9 @@ sweep.toml:2:1: | sedes: unknown key | allowed: | seeds
 [grid] => [gird]
 sweep.toml:3:2: | gird: unknown key | grid
 seeds = "1..3" => 
-sweep.toml | lacks `seeds`
+sweep.toml: the sweep lacks `seeds`; allowed: seeds = "1..20", or a list
 experiment = "small.toml" => 
-sweep.toml | lacks `experiment`
+sweep.toml: the sweep lacks `experiment`; allowed: experiment = "FILE.toml"
 + [reality] / robots = [1] / number = 3
 sweep.toml:5:1: reality.number: unknown key
 + [random] / samples = 1 / seeds = 3
@@ -234,7 +245,7 @@ sweep.toml:6:10: cycles: | -9
 + [set] / seed = 3
 sweep.toml:4:8: set.seed: | allowed: | seeds
 [grid] => [grid] / name = ["a", "b"]
-sweep.toml:4:8: grid.name: | allowed:
+sweep.toml:4:8: grid.name: can't be set or swept; allowed:
 small.toml => bad.toml
 bad.toml:1:10: cycles: is 0; allowed: 1 to 1000000
 small.toml => unknown.toml
@@ -246,9 +257,9 @@ sweep.toml:1:14: experiment:
 small.toml => sweep.toml
 sweep.toml:1:1: experiment: unknown key
 [grid] => [gird]
-sweep.toml:3:2: gird: unknown key `gird`; allowed: name, experiment, seeds, | ; did you mean grid?
+sweep.toml:3:2: gird: unknown key `gird`; did you mean grid? (allowed: name, experiment, seeds, 
 + [random] / sample = 2
-sweep.toml:4:1: random.sample: unknown key `sample`; allowed: samples, seed, ranges; did you mean samples?
+sweep.toml:4:1: random.sample: unknown key `sample`; did you mean samples? (allowed: samples, seed, ranges)
 # Seeds.
 "1..3" => "3..1"
 sweep.toml:2:9: seeds: is "3..1", an empty range; allowed: the smaller seed first
@@ -257,11 +268,11 @@ sweep.toml:2:9: seeds: is empty; allowed: one seed and more
 "1..3" => [1, 2, 1]
 sweep.toml:2:16: seeds[2]: is 1 a second time; allowed: each seed once
 "1..3" => [1, -2]
-sweep.toml:2:9: seeds: is of another type; allowed: "A..B" or a list of whole numbers
+sweep.toml:2:13: seeds[1]: is -2; allowed: a whole number from 0
 "1..3" => [1, 2.5]
-sweep.toml:2:9: seeds: is of another type; allowed: "A..B" or a list of whole numbers
+sweep.toml:2:13: seeds[1]: is 2.5; allowed: a whole number from 0
 "1..3" => 3
-sweep.toml:2:9: seeds: is of another type; allowed: "A..B" or a list of whole numbers
+sweep.toml:2:9: seeds: is 3; allowed: "A..B" or a list of whole numbers
 "1..3" => "1-3"
 sweep.toml:2:9: seeds: is "1-3"; allowed: "A..B"
 "1..3" => ".."

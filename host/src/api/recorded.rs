@@ -213,7 +213,7 @@ pub fn sweep(
         yes: true,
         backend: device::backend(backend),
         print_slurm: false,
-        shards: 1,
+        shards: None,
     };
     if jobs.is_some_and(|jobs| !(1..=1_000_000).contains(&jobs)) {
         return Err(Error::input("jobs: is out of range; allowed: 1 to 1000000"));

@@ -3,7 +3,7 @@
 use super::{cost, rules};
 use crate::cli::Check;
 use crate::console::Console;
-use crate::exit::Result;
+use crate::exit::{Failure, Result};
 use crate::runs;
 
 /// Reads the experiment and prints a summary; without one, explains a rule.
@@ -11,6 +11,16 @@ pub(crate) fn run(arguments: &Check, console: Console) -> Result {
     let Some(experiment) = &arguments.experiment else {
         return rules::explain(arguments.explain.as_deref().unwrap_or(rules::ALL), console);
     };
+    if let Some(out) = &arguments.out
+        && out
+            .extension()
+            .is_none_or(|extension| !extension.eq_ignore_ascii_case("svg"))
+    {
+        let out = out.display();
+        return Err(Failure::input(format_args!(
+            "--out {out}: the picture is an SVG; allowed: a name that ends in .svg"
+        )));
+    }
     let experiment = runs::read(experiment, &arguments.set)?;
     for warning in experiment.warnings() {
         console.say(format!("warning: {warning}"));

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::machine_code::MachineCode;
 use crate::cli::Devices;
-use crate::console::Console;
+use crate::console::{Console, counted};
 use crate::exit::Result;
 
 /// The CPU's lane codes, widest first, and its threads.
@@ -36,7 +36,8 @@ pub(crate) fn run(arguments: &Devices, console: Console) -> Result {
     let (lanes, threads) = cpu();
     let adapters = adapters(arguments.explain);
     let mut text = format!(
-        "cpu: exact; {threads} threads; lane codes, widest first: {}\n",
+        "cpu: exact; {}; lane codes, widest first: {}\n",
+        counted(threads as u32, "thread", "threads"),
         lanes.join(", ")
     );
     for adapter in &adapters {

@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use oneiro::batch::Trace;
+use oneiro::differential::Build;
 use oneiro::evaluator::{Control, Evaluator};
-use oneiro::world::{self, World};
+use oneiro::world::{self, World, WorldSpec};
 use serde_json::json;
 
 use super::subjects::{Common, Named, Subjects, Which};
@@ -57,7 +58,9 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     let mut spec = experiment.world().spec().clone();
     let cycles = spec.cycles;
     if arguments.noise == Noise::Off {
-        spec.noise = world::Noise::NONE;
+        if let Some(kept) = without_noise(&mut spec) {
+            console.say(format!("warning: --noise off: {kept}"));
+        }
     }
     let watched = arguments.rows.measures || arguments.traces.is_some();
     if watched {
@@ -157,6 +160,21 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         describe(directory, "Traces of oneiro", &[entry])?;
     }
     Ok(())
+}
+
+/// Takes the noise out of a world, and names what keeps some.
+fn without_noise(spec: &mut WorldSpec) -> Option<&'static str> {
+    spec.noise = world::Noise::NONE;
+    match &mut spec.robot.build {
+        Build::Sampled => (),
+        Build::Differential(own) => own.wheel_noise = own.wheel_noise.map(|_| 0.0),
+        Build::Forager(own) => {
+            own.foraging.light_noise = 0.0;
+            own.foraging.wheel_noise = 0.0;
+            return Some("a forager's proximity sensors keep the noise that was measured");
+        }
+    }
+    (!spec.own.is_empty()).then_some("a part of your own keeps the noise that it draws itself")
 }
 
 /// Measures lives, and writes their traces.
@@ -282,6 +300,9 @@ impl Sink {
         if let Self::Csv(path) | Self::Npy(path) = self {
             console.say(format!("wrote {}", path.display()));
         }
+        if let Some(span) = table.span().filter(|_| table.summary) {
+            console.say(span);
+        }
         Ok(())
     }
 }
@@ -338,8 +359,38 @@ impl Table {
         })
     }
 
+    /// The mean of each measure, of a genome's lives.
+    fn means(&self, genome: usize) -> impl Iterator<Item = f64> {
+        let lives = &self.results[genome * self.trials..][..self.trials];
+        self.measures.iter().map(move |own| {
+            let sum: f64 = lives.iter().map(|(_, measures)| own.value(measures)).sum();
+            sum / lives.len() as f64
+        })
+    }
+
+    /// The columns of these means.
+    fn columns_of_means(&self) -> Vec<Column> {
+        let mean = |own: &Descriptor| own.column.clone().named(format!("mean_{}", own.column.name));
+        self.measures.iter().map(mean).collect()
+    }
+
+    /// The median and the greatest of the genomes' mean fitness, if there are several.
+    fn span(&self) -> Option<String> {
+        let mut means: Vec<(f64, usize)> = self.appraisals().map(|own| own.mean).zip(0..).collect();
+        means.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (greatest, genome) = *means.last().filter(|_| means.len() > 1)?;
+        let middle = means.len() / 2;
+        let median = (means[(means.len() - 1) / 2].0 + means[middle].0) / 2.0;
+        let [median, greatest] = [median, greatest].map(|number| significant(number, 6));
+        Some(format!(
+            "mean fitness of {} genomes: median {median}, greatest {greatest} (genome {genome})",
+            means.len()
+        ))
+    }
+
     /// A row for each genome.
     fn json_summary(&self) -> Vec<serde_json::Value> {
+        let columns = self.columns_of_means();
         let row = |(genome, own): (usize, Appraisal)| {
             let mut row = json!({
                 "genome": genome,
@@ -348,6 +399,9 @@ impl Table {
                 "deviation": own.deviation,
                 "interval": own.interval(),
             });
+            for (column, mean) in columns.iter().zip(self.means(genome)) {
+                row[&*column.name] = mean.into();
+            }
             if let Some(sources) = &self.sources {
                 row["source"] = sources[genome].as_str().into();
             }
@@ -358,10 +412,14 @@ impl Table {
 
     /// The same as CSV, to six digits.
     fn csv_summary(&self) -> String {
-        let mut csv = Csv::new(SUMMARY.iter().chain(self.sources.iter().map(|_| &SOURCE)));
+        let means = self.columns_of_means();
+        let mut csv = Csv::new(SUMMARY.iter().chain(&means).chain(self.sources.iter().map(|_| &SOURCE)));
         for (genome, own) in self.appraisals().enumerate() {
             let [low, high] = own.interval();
-            let numbers = [own.mean, own.deviation, low, high].map(|number| significant(number, 6));
+            let numbers = [own.mean, own.deviation, low, high]
+                .into_iter()
+                .chain(self.means(genome));
+            let numbers = numbers.map(|number| significant(number, 6));
             let source = self.sources.iter().map(|sources| sources[genome].clone());
             csv.row(
                 [genome.to_string(), own.lives.to_string()]
@@ -468,7 +526,17 @@ mod tests {
             summary(false).csv(),
             "genome,lives,mean,deviation,low,high\n0,2,0.7,1.13137,-9.46496,10.865\n1,2,1.5,2.12132,-17.5593,20.5593\n"
         );
-        assert!(summary(true).csv().ends_with("\"a, b.npy[3]\"\n"));
+        let text = summary(true).csv();
+        assert!(text.starts_with("genome,lives,mean,deviation,low,high,mean_collisions,mean_cells,mean_distance_mm,"));
+        assert!(text.ends_with("-17.5593,20.5593,3,12,1234.57,24.6914,9.9,0.25,100.5,20,33.3333,\"a, b.npy[3]\"\n"));
+        let mut unequal = summary(true);
+        unequal.results[3].1.collisions = 6;
+        assert!(unequal.csv().contains("20.5593,4.5,12,"));
+        assert_eq!(unequal.json()[1]["mean_collisions"], 4.5);
+        assert_eq!(
+            summary(false).span().unwrap(),
+            "mean fitness of 2 genomes: median 1.1, greatest 1.5 (genome 1)"
+        );
         assert_eq!(summary(true).json()[1]["mean"], 1.5);
         assert_eq!(summary(true).json()[1]["source"], "a, b.npy[3]");
         assert_eq!(table(true).json()[3]["distance_mm"], 1234.57);

@@ -1,5 +1,6 @@
 //! `oneiro keys`: lists the settings of an experiment.
 
+use oneiro::parameter::nearest;
 use serde_json::json;
 
 use crate::cli::Keys;
@@ -15,9 +16,16 @@ pub(crate) fn run(arguments: &Keys, console: Console) -> Result {
     };
     let (single, swarm) = (of(reference::single()), of(reference::swarm()));
     if single.is_empty() && swarm.is_empty() {
+        let (single, swarm) = (reference::single(), reference::swarm());
+        let keys = single.iter().chain(&swarm).map(|entry| entry.key);
+        let words = keys.flat_map(|key| key.split(['.', '_', '[']).chain(std::iter::once(key)));
         return Err(Failure::input(format_args!(
-            "PART: no key contains `{}`; allowed: a part of a key, such as noise",
-            arguments.part
+            "no key contains `{}`{}",
+            arguments.part,
+            nearest(words, &arguments.part).map_or_else(
+                || "; allowed: a part of a key, such as noise".to_owned(),
+                |word| format!("; did you mean {word}?")
+            )
         )));
     }
     if console.json() {

@@ -10,10 +10,20 @@ use crate::console::{Console, columns, decimal};
 use crate::exit::{Failure, Result};
 use crate::files;
 use crate::record::{self, Done, SavedRun, State};
+use crate::sweep::store::Store;
+
+/// The directory of runs that have no other.
+const USUAL: &str = "runs";
 
 /// Prints one line per run.
 pub(crate) fn run(arguments: &List, console: Console) -> Result {
-    let runs = runs(&arguments.dir)?;
+    let usual = Path::new(USUAL);
+    if arguments.dir.is_none() && !usual.exists() {
+        return Err(Failure::input(format_args!(
+            "there are no runs here yet, and no directory `{USUAL}`; allowed: the name of a directory with runs"
+        )));
+    }
+    let runs = runs(arguments.dir.as_deref().unwrap_or(usual))?;
     if console.json() {
         let runs: Vec<Value> = runs.iter().map(|directory| entry(directory)).collect();
         return console.json_data(&runs);
@@ -58,6 +68,13 @@ pub(crate) fn runs(directory: &Path) -> Result<Vec<PathBuf>> {
     if directory.is_file() {
         let problem = "is a file; allowed: a run's directory, or one that holds runs";
         return Err(Failure::input(format_args!("{}: {problem}", directory.display())));
+    }
+    if Store::is_at(directory) {
+        let directory = directory.display();
+        return Err(Failure::input(format_args!(
+            "{directory}: is a sweep, not a run; `oneiro sweep status {directory}` shows its shards, `oneiro verify {directory}` checks \
+             its tables, and `oneiro sweep extract {directory} RUN` repeats a run and compares it"
+        )));
     }
     let entries = fs::read_dir(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let mut runs = Vec::new();

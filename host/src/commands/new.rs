@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use oneiro::compose;
+use oneiro::parameter::nearest;
 use serde_json::json;
 
 use crate::cli::New;
@@ -11,6 +12,7 @@ use crate::console::Console;
 use crate::exit::{Failure, Result};
 use crate::experiment::examples::{EXAMPLES, Example};
 use crate::experiment::reference::{self, Template};
+use crate::experiment::values::instead;
 use crate::files;
 
 /// Writes `NAME.toml`, and a file for each part that is named; or an example with its parts.
@@ -36,8 +38,10 @@ fn list(console: Console) -> Result {
 fn example(name: &str, console: Console) -> Result {
     let Some(found) = EXAMPLES.iter().find(|own| own.name == name) else {
         let names: Vec<&str> = EXAMPLES.iter().map(|own| own.name).collect();
-        let problem = format!("--example {name}: is unknown; allowed: {}", names.join(", "));
-        return Err(Failure::input(problem));
+        let instead = instead(nearest(names.iter().copied(), name), &names.join(", "));
+        return Err(Failure::input(format_args!(
+            "--example {name}: is unknown{instead}. `oneiro new --swarm NAME` writes the 2014 study's experiment"
+        )));
     };
     write(found.files, console)
 }

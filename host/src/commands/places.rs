@@ -62,9 +62,15 @@ pub(crate) fn sorted_out(
         }
     }
     if !sorted.done.is_empty() {
-        console.say(format!("{} of {all} runs are already done", sorted.done.len()));
+        already_done(sorted.done.len(), all, console);
     }
     Ok(sorted)
+}
+
+/// Says how many of all runs need not be done again.
+pub(super) fn already_done(done: usize, all: usize, console: Console) {
+    let are = if done == 1 { "is" } else { "are" };
+    console.say(format!("{done} of {all} runs {are} already done"));
 }
 
 /// A random seed below 2^53, so that every JSON reader reads it right.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::list;
+use super::places::already_done;
 use super::report::{self, Report};
 use super::run::run_all;
 use crate::cli;
@@ -23,7 +24,7 @@ pub(crate) fn run(arguments: &cli::Resume, console: Console) -> Result {
         }
     }
     if !done.is_empty() {
-        console.say(format!("{} of {} runs are already done", done.len(), directories.len()));
+        already_done(done.len(), directories.len(), console);
     }
     let resumed = run_all(saved, "resuming", &arguments.backend, console)?;
     let read = |(directory, done): &(PathBuf, Done)| Report::read(directory, done);

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use crate::console::{Console, columns};
 use crate::exit::{Failure, Result};
+use crate::experiment::values::instead;
 
 /// In place of a rule's name, lists all of them.
 pub(crate) const ALL: &str = "list";
@@ -24,11 +25,16 @@ pub(crate) fn explain(name: &str, console: Console) -> Result {
         Some(rule) if console.json() => console.json_data(&document(*rule)),
         Some(rule) => console.data(text(*rule)),
         None => {
-            let mut names: Vec<_> = Rule::ALL.iter().map(|rule| rule.name()).collect();
-            names.sort_by(|a, b| likeness(b, name).total_cmp(&likeness(a, name)));
+            let names: Vec<_> = Rule::ALL.iter().map(|rule| rule.name()).collect();
+            let likest = names
+                .iter()
+                .max_by(|a, b| likeness(a, name).total_cmp(&likeness(b, name)));
             Err(Failure::input(format_args!(
-                "--explain: there is no rule `{name}`; allowed: {}, or {ALL} for what each says",
-                names.join(", ")
+                "--explain: there is no rule `{name}`{}",
+                instead(
+                    likest.copied(),
+                    &format!("{}, or {ALL} for what each says", names.join(", "))
+                )
             )))
         }
     }

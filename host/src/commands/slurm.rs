@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::sweep::directory;
 use crate::cli::SweepRun;
-use crate::console::Console;
+use crate::console::{Console, counted};
 use crate::exit::{Failure, Result};
 use crate::files::for_shell;
 use crate::sweep::Sweep;
@@ -14,6 +14,8 @@ use crate::sweep::store::Shard;
 
 /// The script, with names in braces as placeholders.
 const SCRIPT: &str = include_str!("slurm.sh");
+/// Tasks without `--shards`.
+const SHARDS: u32 = 8;
 /// Processors per task without `--threads`.
 const PROCESSORS: u16 = 4;
 /// Time limit of a task without `--time-budget`: the limit of many clusters.
@@ -21,11 +23,19 @@ const LONGEST: Duration = Duration::from_hours(24);
 /// Time that a task gets to stop, after a signal or the end of its budget.
 const STOPPING: Duration = Duration::from_mins(2);
 
-/// The job array that does a sweep in as many shards as the command line says.
+/// The job array that does a sweep in as many shards as the command line says, at most one for each run.
 ///
 /// # Errors
 /// Exit 6 if this directory has no name.
-pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun) -> Result<String> {
+pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun, console: Console) -> Result<String> {
+    let runs = u32::try_from(sweep.runs()).unwrap_or(u32::MAX);
+    if let Some(shards) = arguments.shards.filter(|shards| *shards > runs) {
+        console.say(format!(
+            "warning: --shards {shards}: the sweep has {}, and so many tasks has the array",
+            counted(runs, "run", "runs")
+        ));
+    }
+    let shards = arguments.shards.unwrap_or(SHARDS).min(runs);
     let whole = |path: &Path| match absolute(path) {
         Ok(path) => Ok(for_shell(&path.display().to_string())),
         Err(error) => Err(Failure::storage(path, &error)),
@@ -59,7 +69,7 @@ pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun) -> Result<String> {
     let limit = arguments.time_budget.map_or(LONGEST, |budget| budget + 2 * STOPPING);
     let values = [
         ("{name}", sweep.name().to_owned()),
-        ("{shards}", arguments.shards.to_string()),
+        ("{shards}", shards.to_string()),
         ("{cpus}", backend.threads.unwrap_or(PROCESSORS).to_string()),
         ("{time}", clock(limit)),
         ("{signal}", STOPPING.as_secs().to_string()),

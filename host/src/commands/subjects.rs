@@ -1,6 +1,7 @@
 //! Genomes given on the command line: files, runs and sweeps.
 
 use std::collections::BTreeSet;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use oneiro::world::GeneLayout;
@@ -60,6 +61,8 @@ impl Named {
                     all.push(Self::Run(Box::new(SingleRun::open(&directory)?)));
                 }
             } else {
+                // A missing one is refused before it is asked which experiment it is of.
+                fs::metadata(path).map_err(|error| Failure::unreadable(path, &error))?;
                 all.push(Self::File(path.clone()));
             }
         }
@@ -116,19 +119,21 @@ impl Common<'_> {
     fn of_sweep(self, champions: &Champions, set: &[Setting]) -> Result<(String, Experiment)> {
         let sweep = &champions.sweep;
         let first = sweep.single_of(0, set)?;
-        let name = |cell| match sweep.described(cell) {
-            words if words.is_empty() => champions.path().display().to_string(),
-            words => format!("{} ({words})", champions.path().display()),
-        };
+        let path = champions.path().display();
         let compared = |cell| Ok(first.difference(&sweep.single_of(cell, set)?, self.scores));
         // All are collected first, so that the error is always the first difference, whichever thread found it.
         let differences: Vec<Result<_>> = (1..sweep.file().cells()).into_par_iter().map(compared).collect();
         for (difference, cell) in differences.into_iter().zip(1..) {
             if let Some(difference) = difference? {
-                return Err(self.refused(&name(0), &name(cell), &difference));
+                let [one, other] = [0, cell].map(|cell| format!("({})", sweep.described(cell)));
+                return Err(self.refused(&format!("{path}: the cells {one}"), &other, &difference));
             }
         }
-        Ok((name(0), first))
+        let name = match sweep.described(0) {
+            words if words.is_empty() => path.to_string(),
+            words => format!("{path} ({words})"),
+        };
+        Ok((name, first))
     }
 
     fn refused(self, one: &str, other: &str, Difference { key, values: [a, b] }: &Difference) -> Failure {

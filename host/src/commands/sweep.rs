@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::cost::{self, Ceiling};
+use super::places::already_done;
 use super::report::Report;
 use super::run::run_all;
 use super::slurm;
@@ -17,6 +18,7 @@ use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::engine::watcher::{Watch, Watcher};
 use crate::exit::{Failure, Result};
+use crate::files;
 use crate::record::{RunPlace, Session, is_locked};
 use crate::runs::Shown;
 use crate::sweep::contents;
@@ -50,10 +52,15 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
     let plan = sweep.plan()?;
     let all = sweep.runs();
     let steps = plan.steps(&sweep, 0..all as RunIndex);
-    let (devices, cards) = if arguments.no_estimate {
-        (Vec::new(), Vec::new())
+    let devices = if arguments.no_estimate {
+        Vec::new()
     } else {
-        (estimates(&sweep, steps)?, cost::at_most(&sweep.cell(0)?.sample()?)?)
+        estimates(&sweep, steps, arguments.backend.as_deref(), arguments.threads)?
+    };
+    let cards = if arguments.cards {
+        cost::at_most(&sweep.cell(0)?.sample()?)?
+    } else {
+        Vec::new()
     };
     let shown = if arguments.all || console.json() {
         all
@@ -165,6 +172,12 @@ fn size(bytes: u64) -> String {
 
 fn sweep(arguments: &SweepRun, console: Console) -> Result {
     let began = Instant::now();
+    if arguments.shards.is_some() && !arguments.print_slurm {
+        return Err(Failure::usage(
+            "--shards: counts the tasks of --print-slurm; allowed: with it. Without Slurm, `--shard 1/4` does the first of four \
+             shares of the runs, `--shard 2/4` the second, each in a process of its own",
+        ));
+    }
     // Before the sweep's directory is made.
     device::refuse_null(&arguments.backend.name)?;
     let sweep = Sweep::read(&arguments.sweep)?;
@@ -176,7 +189,7 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
         )));
     }
     if arguments.print_slurm {
-        return console.data(slurm::script(&sweep, arguments)?);
+        return console.data(slurm::script(&sweep, arguments, console)?);
     }
     let plan = sweep.plan()?;
     let shard = match arguments.shard {
@@ -193,7 +206,9 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
         let json = json!({"shard": shard.to_string(), "runs": of_shard, "specialised": done.specialised});
         return said(console, &json, || {
             format!(
-                "shard {shard}: {of_shard} runs are done; `oneiro sweep merge {}` joins all shards",
+                "shard {shard}: {} done; `oneiro sweep merge {}` joins all shards; name the directories of shards that are \
+                 elsewhere after it",
+                counted(*of_shard as u32, "run is", "runs are"),
                 store.directory().display()
             )
         });
@@ -257,7 +272,7 @@ fn done(
     let of_shard = shard.runs(all).count();
     let todo: Vec<RunIndex> = shard.runs(all).filter(|run| !finished.runs.contains_key(run)).collect();
     if todo.len() < of_shard {
-        console.say(format!("{} of {of_shard} runs are already done", of_shard - todo.len()));
+        already_done(of_shard - todo.len(), of_shard, console);
     }
     let mut specialised = None;
     if !todo.is_empty() {
@@ -293,7 +308,8 @@ fn work(
     todo.retain(|run| !begun.finished.contains(run));
     let mut saved = begun.saved;
     saved.retain(|saved| todo.binary_search(&saved.run).is_ok());
-    console.say(format!("{}: {} runs on {}", sweep.name(), todo.len(), engine.name()));
+    let runs = counted(todo.len() as u32, "run", "runs");
+    console.say(format!("{}: {runs} on {}", sweep.name(), engine.name()));
     let until = arguments.time_budget.map(|budget| began + budget);
     let steps = plan.steps(sweep, todo.iter().copied());
     let mut watcher = (means.watch)(sweep.name(), steps, until);
@@ -347,8 +363,16 @@ fn status(dir: &Path, console: Console) -> Result {
     let mut shards = Vec::new();
     let mut finished = AllFinished::default();
     store.finished(None, &mut finished)?;
-    for (index, (shard, journal)) in store.journals()?.into_iter().enumerate() {
-        let done = finished.runs.values().filter(|run| run.shard == index).count();
+    // Tables may also have the runs of shards in other directories.
+    let mut all = tables::runs_in(dir, made.runs)?;
+    let is_merged = !all.is_empty();
+    if is_merged && let Err(problem) = tables::verify(dir) {
+        console.say(format!("warning: {problem}"));
+    }
+    all.extend(finished.runs.keys());
+    for (shard, journal) in store.journals()? {
+        // Whichever shard did a run, it need not be done again.
+        let done = shard.runs(made.runs).filter(|run| all.contains(run)).count();
         let runs = shard.runs(made.runs).count();
         let state = match done {
             _ if is_locked(&journal) => "running",
@@ -365,11 +389,10 @@ fn status(dir: &Path, console: Console) -> Result {
             state,
         });
     }
-    let done = finished.runs.len();
+    let done = all.len();
     for problem in &finished.problems {
         console.say(format!("warning: {problem}"));
     }
-    let is_merged = dir.join(contents::RESULTS).is_file();
     let json = json!({
         "name": made.name,
         "runs": made.runs,
@@ -456,6 +479,10 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
             )));
         }
     }
+    if dir.join(contents::SUMS).is_file() {
+        // Nothing is computed from a table that was changed.
+        tables::verify(dir)?;
+    }
     let Shown { by, time, value } = plan.shown;
     let columns = &plan.outcomes;
     let by = match outcome {
@@ -465,7 +492,19 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
             let Some(known) = known else {
                 let allowed: Vec<&str> = columns.iter().map(|column| &*column.name).collect();
                 let allowed = allowed.join(", ");
-                return Err(Failure::input(format_args!("--outcome {name}: allowed: {allowed}")));
+                let instead = if name.starts_with("end_") {
+                    format!(
+                        ". What a life ends with is in no table of a sweep; of the champions, `oneiro evaluate --genomes {} \
+                         --measures --summary` has it",
+                        dir.display()
+                    )
+                } else {
+                    String::new()
+                };
+                return Err(Failure::input(format_args!(
+                    "--outcome {name}: is no outcome in {}; allowed: {allowed}{instead}",
+                    contents::RESULTS
+                )));
             };
             (&*known.name, &*known.name)
         }
@@ -518,7 +557,7 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &device::Backend,
         || dir.join("runs").join(format!("{}-{seed}-{}", sweep.name(), &id[..8])),
         Path::to_owned,
     );
-    crate::files::must_be_new(&directory)?;
+    files::directory_must_be_new(&directory)?;
     let place = RunPlace::New {
         experiment: sweep.experiment_of(sweep.cell_of(run))?,
         seed,

@@ -1,4 +1,7 @@
-//! `oneiro verify`: checks that a run's files are as they were written, and prints the hash of its results.
+//! `oneiro verify`: checks that the files of a run, or the tables of a sweep, are as they were written, and prints the hash of the
+//! results.
+
+use std::path::Path;
 
 use serde_json::json;
 
@@ -7,9 +10,14 @@ use crate::cli::Verify;
 use crate::console::{Console, counted};
 use crate::exit::Result;
 use crate::record;
+use crate::sweep::store::Store;
+use crate::sweep::tables::{self, Sums};
 
 /// Checks a run, or each run of a directory. Stops at the first damaged one.
 pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
+    if Store::is_at(&arguments.run_dir) {
+        return sweep(&arguments.run_dir, console);
+    }
     let mut verified = Vec::new();
     for directory in list::runs(&arguments.run_dir)? {
         let done = record::verify(&directory)?;
@@ -29,6 +37,24 @@ pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
     console.say(format!(
         "{} intact",
         counted(verified.len() as u32, "run is", "runs are")
+    ));
+    Ok(())
+}
+
+/// Checks the tables of a sweep.
+fn sweep(directory: &Path, console: Console) -> Result {
+    let Sums { hash, files } = tables::verify(directory)?;
+    if console.json() {
+        return console.json_data(&json!([{
+            "directory": directory.display().to_string(),
+            "result": hash,
+            "files": files.len(),
+        }]));
+    }
+    console.data(format!("{hash}  {}", directory.display()))?;
+    console.say(format!(
+        "{} intact",
+        counted(files.len() as u32, "table is", "tables are")
     ));
     Ok(())
 }

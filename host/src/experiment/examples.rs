@@ -17,7 +17,7 @@ macro_rules! file {
 }
 
 /// All of them.
-pub(crate) static EXAMPLES: [Example; 7] = [
+pub(crate) static EXAMPLES: [Example; 8] = [
     Example {
         name: "homing",
         about: "a Khepera with a battery returns to its charger",
@@ -70,5 +70,10 @@ pub(crate) static EXAMPLES: [Example; 7] = [
             file!("aggregation/controller.wgsl"),
             file!("aggregation/mission.wgsl"),
         ],
+    },
+    Example {
+        name: "gather",
+        about: "ten robots gather on a dark patch of the floor: a mission that counts them",
+        files: &[file!("gather.toml"), file!("gather/mission.wgsl")],
     },
 ];

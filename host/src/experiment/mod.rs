@@ -18,7 +18,7 @@ use toml::{Table, Value};
 
 use crate::evolve::settings::Kind;
 use crate::evolve::{self, Evolution, Population};
-use crate::exit::Result;
+use crate::exit::{Failure, Result};
 use crate::files;
 use crate::reality::site::Site;
 pub(crate) use inputs::DIRECTORY as INPUTS;
@@ -51,6 +51,12 @@ impl Experiment {
     pub(crate) fn read(path: &Path, set: &[String]) -> Result<Self> {
         let text = files::text(path)?;
         let file = Parsed::new(path.display().to_string(), &text)?;
+        if file.has("swarm") {
+            let path = path.display();
+            return Err(Failure::input(format_args!(
+                "{path}: is a swarm of the 2014 study; allowed: experiments of single robots, or of robots with robot.count"
+            )));
+        }
         Self::of(path, &file, &Setting::all_typed(set)?, &Files::default())
     }
 

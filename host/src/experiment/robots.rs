@@ -1,10 +1,10 @@
 //! Robots by name: descriptions that ship, which an experiment may change key by key.
 
-use oneiro::parameter::{Datum, Field};
+use oneiro::parameter::{Datum, Field, nearest};
 use toml::{Table, Value};
 
 use super::source::Source;
-use super::values::meant;
+use super::values::instead;
 use crate::exit::Result;
 
 /// Names of robots, and what describes them: an experiment that has a robot only.
@@ -65,8 +65,8 @@ pub(super) fn described(mut given: Table, source: &Source<'_>) -> Result<Table> 
     let Some((name, text)) = found else {
         let meant = name
             .as_str()
-            .map_or_else(String::new, |name| meant(ROBOTS.iter().map(|(known, _)| *known), name));
-        let problem = format!("is {name}; allowed: {}{meant}", names());
+            .and_then(|name| nearest(ROBOTS.iter().map(|(known, _)| *known), name));
+        let problem = format!("is {name}{}", instead(meant, &names()));
         return Err(source.invalid("robot.preset", problem));
     };
     let preset = values(text);
@@ -79,8 +79,10 @@ pub(super) fn described(mut given: Table, source: &Source<'_>) -> Result<Table> 
     }
     // Sampled motors are in the place of wheels.
     let has_motors = robot.contains_key("motors");
+    // What bodies do that meet, robots that live together have in the place of what one does alone.
+    let has_count = robot.contains_key("count");
     for (key, value) in preset {
-        if !(has_motors && WHEELS.contains(&key.as_str())) {
+        if !(has_motors && WHEELS.contains(&key.as_str()) || has_count && key == "collision") {
             robot.entry(key).or_insert(value);
         }
     }

@@ -6,11 +6,12 @@ use std::fmt::Display;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use oneiro::parameter::nearest;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::values::meant;
+use super::values::instead;
 use crate::exit::{Failure, Result};
 
 /// Values of a file, parsed once for any number of settings that override them.
@@ -31,9 +32,13 @@ impl<'a> Parsed<'a> {
         match DeTable::parse(text) {
             Ok(values) => Ok(Self { name, text, values }),
             Err(error) => {
-                let at = error.span().map_or(0, |span| span.start);
-                let (place, problem) = (place(&name, text, at), unparsed(error.message(), text, at));
-                Err(Failure::input(format_args!("{place}: {problem}")))
+                let span = error.span().unwrap_or_default();
+                let place = place(&name, text, span.start);
+                let problem = match error.message() {
+                    "duplicate key" => repeated(text, span),
+                    message => unparsed(message, text, span.start),
+                };
+                Err(refused(&place, problem))
             }
         }
     }
@@ -96,13 +101,19 @@ impl Setting {
     /// Parses `key=value` from the command line. Files are looked for from the working directory.
     ///
     /// # Errors
-    /// Exit 2 without `=`.
+    /// Exit 2 without `=`; exit 3 for an element of a list.
     pub(crate) fn typed(setting: &str) -> Result<Self> {
         let Some((key, value)) = setting.split_once('=') else {
             return Err(Failure::usage(format_args!(
                 "--set {setting}: allowed: KEY=VALUE, such as noise.motor=0.1"
             )));
         };
+        if key.contains('[') {
+            let list = key.split('[').next().unwrap_or_default();
+            return Err(Failure::input(format_args!(
+                "--set {setting}: a key inside a list can't be set by itself; allowed: the whole list, {list}=[..]"
+            )));
+        }
         Ok(Self {
             place: format!("--set {setting}"),
             line: toml_line(key, value),
@@ -286,6 +297,36 @@ impl<'a> Source<'a> {
     }
 }
 
+/// The problem of a key that is there already, with the line that has it first if that is easily found.
+fn repeated(text: &str, at: Range<usize>) -> String {
+    let own = text.get(at.clone()).unwrap_or_default().trim_matches(['[', ']', ' ']);
+    let start = text.get(..at.start).and_then(|before| before.rfind('\n'));
+    let (before, line) = text.split_at(start.map_or(0, |end| end + 1));
+    let is_table = |line: &str| line.trim_start().starts_with('[');
+    let name_of = |line: &str| line.trim().trim_matches(['[', ']', ' ']).to_owned();
+    let line = line.lines().next().unwrap_or_default();
+    let table = before.lines().rfind(|line| is_table(line));
+    let path = match table {
+        _ if is_table(line) => name_of(line),
+        Some(table) => format!("{}.{own}", name_of(table)),
+        None => own.to_owned(),
+    };
+    let mut keys = Vec::new();
+    if (is_table(line) || line.split('=').next().map(str::trim) == Some(own))
+        && let Ok(whole) = DeTable::parse(before)
+    {
+        list(whole.get_ref(), "", &mut keys);
+    }
+    let first = keys.iter().find(|known| known.path == path);
+    let first = first.map_or_else(String::new, |first| {
+        format!(
+            ", first in line {}",
+            before[..first.name.start].matches('\n').count() + 1
+        )
+    });
+    format!("duplicate key `{own}`{first}; allowed: each key once")
+}
+
 /// The parser's message for what stands at a byte, with what to write instead where that shows.
 fn unparsed(message: &str, text: &str, at: usize) -> String {
     let rest = text.get(at..).unwrap_or_default().lines().next().unwrap_or_default();
@@ -434,7 +475,7 @@ fn plain(message: &str) -> String {
     let key = problem
         .strip_prefix("unknown field `")
         .map(|key| key.trim_end_matches('`'));
-    let meant = key.map_or_else(String::new, |key| meant(expected.split('`').skip(1).step_by(2), key));
+    let meant = key.and_then(|key| nearest(expected.split('`').skip(1).step_by(2), key));
     let problem = problem
         .replace("unknown field", "unknown key")
         .replace("unknown variant", "unknown choice")
@@ -443,5 +484,5 @@ fn plain(message: &str) -> String {
         .replace("floating point", "number")
         .replace("map", "table")
         .replace("sequence", "list");
-    format!("{problem}; allowed: {}{meant}", allowed.replace('`', ""))
+    problem + &instead(meant, &allowed.replace('`', ""))
 }

@@ -164,6 +164,21 @@ fn a_robot_by_name_is_changed_key_by_key_and_its_sensors_as_a_whole() {
     assert_eq!(other.world().spec().robot.body_radius, 80.0);
 }
 
+/// The key `collision` is of robots alone, so one by name leaves it out.
+#[test]
+fn a_robot_by_name_lives_with_others() {
+    let scratch = Scratch::new("preset-swarm");
+    let text = format!("{ROOM}robot.preset = \"epuck\"\nrobot.count = 4");
+    let together = read(&scratch, &text, &[]).unwrap();
+    assert_eq!(together.world().robots(), 4);
+    let own = format!("{text}\nrobot.collision = \"slide\"");
+    let message = refusal(&scratch, &own, &[]);
+    assert!(
+        message.contains("robot.collision: is given; allowed: only without robot.count"),
+        "{message}"
+    );
+}
+
 /// Sampled motors take the place of a robot's own wheels, and tables that of its sensors if it lists sampled ones.
 #[test]
 fn a_robot_by_name_takes_samples() {
@@ -304,7 +319,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[noise]\nsensro = 1",
-        "test.toml:2:1: noise.sensro: unknown key `sensro`; allowed: sensor, walk_range_mm, walk_step_mm, motor; did you mean noise.sensor?",
+        "test.toml:2:1: noise.sensro: unknown key `sensro`; did you mean noise.sensor? (allowed: sensor, walk_range_mm, walk_step_mm, motor)",
     ),
     (
         "cycles = -5",
@@ -323,7 +338,22 @@ const REFUSED: &[(&str, &str)] = &[
         "test.toml:2:9: task.speed: is \"fast\"; allowed: unsigned or signed",
     ),
     ("noise = 3", "test.toml:1:9: noise: is 3; allowed: a table of keys"),
-    ("cycles = 5\ncycles = 6", "test.toml:2:1: duplicate key"),
+    (
+        "cycles = 5\ncycles = 6",
+        "test.toml:2:1: duplicate key `cycles`, first in line 1; allowed: each key once",
+    ),
+    (
+        "cycles = 5\n[noise]\nmotor = 0\nsensor = [0, 0]\nmotor = 0.1",
+        "test.toml:5:1: duplicate key `motor`, first in line 3; allowed: each key once",
+    ),
+    (
+        "[noise]\nmotor = 0\n[evolution]\nelite = 1\n[noise]\nmotor = 0",
+        "test.toml:5:2: duplicate key `noise`, first in line 1; allowed: each key once",
+    ),
+    (
+        "[robot]\nkind = \"differential\"\nsensors = [{ name = \"a\", range_mm = 9, heading_turns = 90 }]",
+        "heading_turns: is 90; allowed: -1 to 1 turns, each of 360 degrees",
+    ),
     (
         "cycles = ",
         "test.toml:1:10: string values must be quoted, expected literal string",
@@ -338,7 +368,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[sensors.values]\nwidth = 3.0",
-        "test.toml:1:2: sensors: unknown key `sensors`; allowed: name, seed, cycles, trials, trial_score, robot, arena, noise, sensor, controller, task, start, evolution, reality, record, files; did you mean sensor?",
+        "test.toml:1:2: sensors: unknown key `sensors`; did you mean sensor? (allowed: name, seed, cycles, trials, trial_score, robot, arena, noise, sensor, controller, task, start, evolution, reality, record, files)",
     ),
     (
         "[robot]\ntables = \"epuck\"",
@@ -386,7 +416,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[robot]\npreset = \"epcuk\"",
-        "test.toml:2:10: robot.preset: is \"epcuk\"; allowed: khepera, epuck, thymio2, kheperax; did you mean epuck?",
+        "test.toml:2:10: robot.preset: is \"epcuk\"; did you mean epuck? (allowed: khepera, epuck, thymio2, kheperax)",
     ),
     (
         "[robot]\npreset = \"roomba\"",

@@ -49,7 +49,16 @@ pub(crate) fn read<T: Described>(given: &Table, own: &mut T, source: &Source<'_>
             }
         }
     }
-    oneiro::parameter::check(T::rows(), own).map_err(|invalid| source.invalid(&invalid.field, invalid.problem))
+    oneiro::parameter::check(T::rows(), own).map_err(|invalid| {
+        let row = T::rows().iter().find(|row| row.key == key_of(&invalid.field).0);
+        // Degrees are a common mistake.
+        let turns = if row.is_some_and(|row| row.unit == "turns") {
+            " turns, each of 360 degrees"
+        } else {
+            ""
+        };
+        source.invalid(&invalid.field, format_args!("{}{turns}", invalid.problem))
+    })
 }
 
 /// Collects the values at a path and below.
@@ -113,17 +122,18 @@ fn unknown<T: Described>(path: &str, source: &Source<'_>) -> Failure {
         }
     };
     let sibling = nearest(siblings.iter().copied(), own).map(of_table);
-    let meant = match &sibling {
-        Some(sibling) => format!("; did you mean {sibling}?"),
-        None => meant(keys().chain(tables.filter(|table| !table.contains('['))), &key),
-    };
-    let problem = format!("unknown key `{own}`; allowed: {}{meant}", siblings.join(", "));
+    let meant = sibling.as_deref();
+    let meant = meant.or_else(|| nearest(keys().chain(tables.filter(|table| !table.contains('['))), &key));
+    let problem = format!("unknown key `{own}`{}", instead(meant, &siblings.join(", ")));
     source.invalid_key(path, problem)
 }
 
-/// Suggests the key most similar to the written one: a typo, or the same key in another table.
-pub(super) fn meant<'a>(keys: impl Iterator<Item = &'a str>, written: &str) -> String {
-    nearest(keys, written).map_or_else(String::new, |key| format!("; did you mean {key}?"))
+/// What may stand in the place of an unknown name: first what was probably meant, then all that is allowed.
+pub(crate) fn instead(meant: Option<&str>, allowed: &str) -> String {
+    match meant {
+        Some(meant) => format!("; did you mean {meant}? (allowed: {allowed})"),
+        None => format!("; allowed: {allowed}"),
+    }
 }
 
 /// Whether other values exist only under one choice of this one. No value depends on the kind of a list's element.

@@ -108,6 +108,7 @@ pub(crate) fn verify(directory: &Path) -> Result<Done> {
         match fs::read(directory.join(name)) {
             Ok(bytes) if done.files[name] == blake3::hash(&bytes).to_hex().as_str() => (),
             Ok(_) => problems.push(format!("{name} is not what was recorded")),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => problems.push(format!("{name} is missing")),
             Err(error) => problems.push(format!("{name}: {error}")),
         }
     }

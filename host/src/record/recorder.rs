@@ -14,6 +14,7 @@ use crate::engine::log::{Extent, Log, Prefix};
 use crate::engine::{checkpoint, disk};
 use crate::exit::{Failure, Result};
 use crate::experiment::INPUTS;
+use crate::files;
 use crate::runs::{Experiment, Recording, Table};
 use crate::sealed::Problem;
 
@@ -39,6 +40,7 @@ pub(crate) fn standing(directory: &Path, identity: blake3::Hash) -> Result<Stand
             directory.display()
         )))
     };
+    files::must_not_be_file(directory)?;
     if !directory
         .try_exists()
         .map_err(|error| Failure::unreadable(directory, &error))?

@@ -14,6 +14,8 @@ use crate::exit::Result;
 pub(crate) const RESULTS: &str = "results.csv";
 pub(crate) const GENERATIONS: &str = "generations.csv";
 pub(crate) const CHAMPIONS: &str = "champions.csv";
+/// The tables' hashes.
+pub(crate) const SUMS: &str = "tables.json";
 
 impl Sweep {
     /// The columns of the table of results.
@@ -147,6 +149,10 @@ fn entries(tables: [Vec<Column>; 3], factors: &[Column], also_parquet: bool, nam
                 .map(|name| parquet(name)),
         );
     }
+    all.push(Entry::file(
+        SUMS,
+        "the BLAKE3 hashes of the tables, written with them; `oneiro verify` compares them",
+    ));
     all.extend(super::report::contents(factors));
     all.push(Entry::file(
         "runs/",

@@ -22,25 +22,32 @@ pub(crate) struct Estimate {
     pub(crate) seconds: f64,
 }
 
-/// Estimates for the CPU and for each exact adapter that can be opened.
+/// Estimates for the device that is named, or else for the CPU and for each exact GPU that can be opened.
 ///
 /// # Errors
-/// Exit 3 if the first cell is invalid.
-pub(crate) fn estimates(sweep: &Sweep, steps: u64) -> Result<Vec<Estimate>> {
+/// Exit 3 if the first cell is invalid, exit 4 if the named device can't be opened.
+pub(crate) fn estimates(sweep: &Sweep, steps: u64, named: Option<&str>, threads: Option<u16>) -> Result<Vec<Estimate>> {
     let worlds = sweep.cell(0)?.sample()?;
-    let mut names = vec!["cpu".to_owned()];
-    names.extend((0..device::adapters_here()).map(|index| format!("gpu:{index}")));
+    let names = named.map_or_else(
+        || {
+            let gpus = device::gpus_here().into_iter().map(|index| format!("gpu:{index}"));
+            std::iter::once("cpu".to_owned()).chain(gpus).collect()
+        },
+        |name| vec![name.to_owned()],
+    );
     let mut found = Vec::new();
     for name in names {
         let backend = Backend {
             name: name.clone(),
-            threads: None,
+            threads,
             recheck: 0.0,
             specialise: Specialise::default(),
         };
-        // A device that can't be opened can't run the sweep.
-        let Ok(mut evaluator) = device::open(&backend) else {
-            continue;
+        let mut evaluator = match device::open(&backend) {
+            Ok(evaluator) => evaluator,
+            Err(failure) if named.is_some() => return Err(failure),
+            // A device that can't be opened can't run the sweep.
+            Err(_) => continue,
         };
         let Some(rate) = rate(evaluator.as_mut(), &worlds) else {
             continue;

@@ -56,8 +56,9 @@ const GREATEST_COUNT: u64 = 1_000_000;
 struct Written {
     #[serde(default)]
     name: String,
-    experiment: String,
-    seeds: WrittenSeeds,
+    // Both must be given: what lacks them is told in this program's words.
+    experiment: Option<String>,
+    seeds: Option<Value>,
     seeds_by: Option<String>,
     #[serde(default)]
     set: Table,
@@ -67,16 +68,6 @@ struct Written {
     list: Vec<Table>,
     random: Option<WrittenRandom>,
     reality: Option<Reality>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(
-    untagged,
-    expecting = "is of another type; allowed: \"A..B\" or a list of whole numbers"
-)]
-enum WrittenSeeds {
-    Range(String),
-    List(Vec<u64>),
 }
 
 #[derive(Debug, Deserialize)]
@@ -184,7 +175,15 @@ impl SweepFile {
     /// Checks a file's values; the sweep is called `name` if the file doesn't name it.
     fn of(file: &Parsed<'_>, name: &str, folder: &Path) -> Result<Self> {
         let (written, source): (Written, _) = Source::read(file, &[])?;
-        let seeds = seeds(&written.seeds, &source)?;
+        let lacks = |key: &str, example: &str| {
+            let file = source.place_of(key);
+            Failure::input(format_args!(
+                "{file}: the sweep lacks `{key}`; allowed: {key} = {example}"
+            ))
+        };
+        let experiment = written.experiment.ok_or_else(|| lacks("experiment", "\"FILE.toml\""))?;
+        let seeds = written.seeds.ok_or_else(|| lacks("seeds", "\"1..20\", or a list"))?;
+        let seeds = self::seeds(&seeds, &source)?;
         let set = leaves("set", &written.set, &source)?;
         let mut axes = Vec::new();
         axes.extend(list(&written.list, &source)?);
@@ -220,7 +219,7 @@ impl SweepFile {
         Ok(Self {
             name,
             experiment_place: source.place_of("experiment"),
-            experiment: written.experiment,
+            experiment,
             seeds,
             seeds_place: source.place_of("seeds"),
             seeds_by,
@@ -323,15 +322,18 @@ fn leaves(table: &str, values: &Table, source: &Source<'_>) -> Result<Vec<Leaf>>
 
 /// Keys of experiments that stand elsewhere in a sweep file.
 const RESERVED: [(&str, &str); 2] = [
-    ("seed", "is no value to set; allowed: the key seeds, above all tables"),
-    ("name", "is no value to set; allowed: the experiment's own name"),
+    (
+        "seed",
+        "can't be set or swept; allowed: the key seeds, above all tables",
+    ),
+    ("name", "can't be set or swept; allowed: the experiment's own name"),
 ];
 const RANGES: &str = "random.ranges";
 
-fn seeds(seeds: &WrittenSeeds, source: &Source<'_>) -> Result<Vec<u64>> {
+fn seeds(seeds: &Value, source: &Source<'_>) -> Result<Vec<u64>> {
     let refused = |problem: String| Err(source.invalid("seeds", problem));
     match seeds {
-        WrittenSeeds::Range(text) => {
+        Value::String(text) => {
             let ends = text.split_once("..").and_then(|(first, last)| {
                 let number = |text: &str| text.trim().parse::<u64>().ok().filter(|&seed| seed <= GREATEST_SEED);
                 Some((number(first)?, number(last)?))
@@ -346,19 +348,23 @@ fn seeds(seeds: &WrittenSeeds, source: &Source<'_>) -> Result<Vec<u64>> {
                 )),
             }
         }
-        WrittenSeeds::List(list) => {
+        Value::Array(list) => {
             if list.is_empty() {
                 return refused("is empty; allowed: one seed and more".into());
             }
             let mut known = BTreeSet::new();
-            if let Some((index, seed)) = list.iter().enumerate().find(|(_, seed)| !known.insert(**seed)) {
-                return Err(source.invalid(
-                    &format!("seeds[{index}]"),
-                    format_args!("is {seed} a second time; allowed: each seed once"),
-                ));
-            }
-            Ok(list.clone())
+            let seed = |(index, value): (usize, &Value)| {
+                let seed = value.as_integer().and_then(|seed| u64::try_from(seed).ok());
+                let problem = match seed {
+                    Some(seed) if known.insert(seed) => return Ok(seed),
+                    Some(seed) => format!("is {seed} a second time; allowed: each seed once"),
+                    None => format!("is {value}; allowed: a whole number from 0"),
+                };
+                Err(source.invalid(&format!("seeds[{index}]"), problem))
+            };
+            list.iter().enumerate().map(seed).collect()
         }
+        other => refused(format!("is {other}; allowed: \"A..B\" or a list of whole numbers")),
     }
 }
 
@@ -778,7 +784,7 @@ mod tests {
             ("seeds = \"5..1\"", "s.toml:2:9: seeds: is \"5..1\", an empty range"),
             ("seeds = []", "s.toml:2:9: seeds: is empty"),
             ("seeds = [1, 2, 1]", "s.toml:2:16: seeds[2]: is 1 a second time"),
-            ("seeds = 3", "s.toml:2:9: seeds: is of another type; allowed: \"A..B\""),
+            ("seeds = 3", "s.toml:2:9: seeds: is 3; allowed: \"A..B\""),
             ("", "lacks `seeds`"),
             ("seeds = [1]\nfoo = 1", "s.toml:3:1: foo: unknown key `foo`"),
             ("seeds = [1]\n[grid]\na = 1", "s.toml:4:5: grid.a: is one value"),
@@ -789,7 +795,7 @@ mod tests {
             ),
             (
                 "seeds = [1]\n[grid]\nseed = [1, 2]",
-                "s.toml:4:8: grid.seed: is no value to set",
+                "s.toml:4:8: grid.seed: can't be set or swept",
             ),
             (
                 "seeds = [1]\n[set]\na.b = 1\n[grid]\na = [1]",

@@ -24,6 +24,7 @@ use super::{Plan, RunIndex, Sweep};
 use crate::contents::README;
 use crate::engine::disk::{self, LOCK};
 use crate::exit::{Failure, Result};
+use crate::files;
 
 const MADE: &str = "sweep.json";
 const SWEEP: &str = "sweep.toml";
@@ -237,6 +238,7 @@ impl Store {
     /// 6 if writing fails.
     pub(crate) fn prepare(directory: &Path, sweep: &Sweep, plan: &Plan) -> Result<Self> {
         let made = Made::new(sweep, plan);
+        files::must_not_be_file(directory)?;
         fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
         if Self::made(directory)?.is_none() {
             Self::make(directory, sweep, plan, made.clone())?;

@@ -1,18 +1,19 @@
 //! Tables of a sweep: one row per run, in long form one row per generation of each run, and the champions' genes.
 //! Whichever processes did the runs, in whatever order, the files have the same bytes.
 
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use oneiro::world::GeneLayout;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use super::contents::{CHAMPIONS, GENERATIONS, RESULTS, columns_of_champions, columns_of_generations};
+use super::contents::{CHAMPIONS, GENERATIONS, RESULTS, SUMS, columns_of_champions, columns_of_generations};
 use super::journal::Generations;
 use super::store::{AllFinished, Finished};
 use super::{Plan, RunIndex, Sweep};
@@ -97,12 +98,94 @@ pub(crate) fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &All
     for parquet in converted {
         files.extend(parquet?);
     }
+    let names = files
+        .iter()
+        .filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
+    let sums = Sums {
+        hash: hash.clone(),
+        files: names
+            .map(|name| Ok((name.clone(), hash_of(&directory.join(name))?)))
+            .collect::<Result<_>>()?,
+    };
+    disk::write(&directory.join(SUMS), &disk::json(&sums))?;
     disk::sync_directory(directory)?;
     Ok(Written {
         runs: finished.runs.len(),
         hash,
         files,
     })
+}
+
+/// What tables were when they were written. All hashes are BLAKE3.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Sums {
+    /// Of the tables of results and of generations, one after the other, which `oneiro sweep merge` prints.
+    pub(crate) hash: String,
+    /// Of each table's file.
+    pub(crate) files: BTreeMap<String, String>,
+}
+
+/// Hash of a table's file, which may be too large for the memory.
+fn hash_of(path: &Path) -> Result<String> {
+    let read = || -> io::Result<String> {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update_reader(File::open(path)?)?;
+        Ok(hasher.finalize().to_hex().to_string())
+    };
+    read().map_err(|error| Failure::storage(path, &error))
+}
+
+/// Checks that a sweep's tables are what was written.
+///
+/// # Errors
+/// Exit 1 if there are none yet, or if they have no hashes; exit 5 with each table that is another now, or missing.
+pub(crate) fn verify(directory: &Path) -> Result<Sums> {
+    let path = directory.join(SUMS);
+    let bytes = match fs::read(&path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            let directory = directory.display();
+            return Err(Failure::failed(format_args!(
+                "{directory}: has no {SUMS} with the hashes of its tables; `oneiro sweep merge {directory}` writes both once all \
+                 runs are done"
+            )));
+        }
+        Err(error) => return Err(Failure::storage(&path, &error)),
+    };
+    let sums: Sums = serde_json::from_slice(&bytes)
+        .map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display())))?;
+    let mut problems = Vec::new();
+    for (name, hash) in &sums.files {
+        let table = directory.join(name);
+        if !table.is_file() {
+            problems.push(format!("{name} is missing"));
+        } else if hash_of(&table)? != *hash {
+            problems.push(format!("{name} is not what was written"));
+        }
+    }
+    if problems.is_empty() {
+        return Ok(sums);
+    }
+    let (directory, problems) = (directory.display(), problems.join("; "));
+    Err(Failure::corrupt(format_args!(
+        "{directory}: {problems}; `oneiro sweep merge`, with the directories of all shards, writes the tables again"
+    )))
+}
+
+/// The runs that are in a directory's table of results; none if there is no table.
+///
+/// # Errors
+/// Exit 6 if reading fails.
+pub(crate) fn runs_in(directory: &Path, runs: usize) -> Result<BTreeSet<RunIndex>> {
+    let path = directory.join(RESULTS);
+    if !path.is_file() {
+        return Ok(BTreeSet::new());
+    }
+    let mut table = csv::Reader::from_path(&path).map_err(|error| Failure::storage(&path, &error.into()))?;
+    let rows = table.records().map_while(csv::Result::ok);
+    let runs_of_rows = rows.filter_map(|row| row.get(0)?.parse::<RunIndex>().ok());
+    Ok(runs_of_rows.filter(|run| (*run as usize) < runs).collect())
 }
 
 /// Also writes a table as Parquet if the program was built with it.
@@ -257,8 +340,9 @@ impl AllFinished {
         let missing = (0..all as RunIndex).filter(|run| !self.runs.contains_key(run));
         let shown: Vec<String> = missing.take(SHOWN).map(|run| run.to_string()).collect();
         let more = if count > shown.len() { ", ..." } else { "" };
+        let are = if count == 1 { "is" } else { "are" };
         Err(Failure::failed(format_args!(
-            "{count} of {all} runs are missing: {}{more}; `oneiro sweep run` does them",
+            "{count} of {all} runs {are} missing: {}{more}; `oneiro sweep run` does them",
             shown.join(", ")
         )))
     }

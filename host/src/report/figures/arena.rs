@@ -5,6 +5,7 @@ use oneiro::arena::Arena;
 use oneiro::batch::Record;
 use oneiro::differential::{Sensor, SensorKind};
 use oneiro::parameter::Choice;
+use oneiro::world::Start;
 
 use super::svg::{Anchor, INK, SOFT_INK, Svg, number, ramp, tick_step};
 
@@ -26,9 +27,9 @@ const PIECES: usize = 64;
 /// Duration of a cycle in seconds.
 const CYCLE: f64 = 0.1;
 
-/// Draws an arena, with a robot for scale where there is most room, and the sensors of a described one. `body_radius` is
-/// in mm.
-pub(crate) fn arena(arena: &Arena, body_radius: f32, sensors: &[Sensor]) -> String {
+/// Draws an arena, with a robot where all lives start or else, for scale, where there is most room, and the sensors of a described
+/// one. `body_radius` is in mm.
+pub(crate) fn arena(arena: &Arena, body_radius: f32, sensors: &[Sensor], start: Start) -> String {
     let sheet = Sheet::new(arena);
     let title = format!(
         "{}: {} x {} mm",
@@ -37,10 +38,13 @@ pub(crate) fn arena(arena: &Arena, body_radius: f32, sensors: &[Sensor]) -> Stri
         number_mm(arena.field.height)
     );
     let mut svg = sheet.start(arena, &title);
-    let at = roomiest(arena);
-    sheet.robot(&mut svg, at, 0.0, f64::from(body_radius), SOFT_INK, 0.06);
+    let (at, heading) = match start {
+        Start::Random => (roomiest(arena), 0.0),
+        Start::At { x, y, heading } => ((f64::from(x), f64::from(y)), f64::from(heading)),
+    };
+    sheet.robot(&mut svg, at, heading, f64::from(body_radius), SOFT_INK, 0.06);
     for sensor in sensors {
-        sheet.sensor(&mut svg, at, body_radius, sensor);
+        sheet.sensor(&mut svg, at, heading, body_radius, sensor);
     }
     sheet.foot(&mut svg);
     svg.finish()
@@ -90,8 +94,8 @@ pub(crate) fn life(arena: &Arena, body_radius: f32, title: &str, trace: &[Record
     svg.finish()
 }
 
-/// The point of a grid over the field that is farthest from all walls and obstacles; the first one if several are
-/// equal.
+/// The point of a grid over the field that is farthest from all walls and obstacles, and from the field's edges; the first one if
+/// several are equal.
 fn roomiest(arena: &Arena) -> (f64, f64) {
     const GRID: u32 = 24;
     let field = arena.field;
@@ -105,7 +109,10 @@ fn roomiest(arena: &Arena) -> (f64, f64) {
     });
     let mut best = ((f64::from(field.x), f64::from(field.y)), f64::NEG_INFINITY);
     for point in points {
-        let room = clearance(arena, point);
+        let edges = [point.0 - f64::from(field.x), point.1 - f64::from(field.y)];
+        let sizes = [field.width, field.height].map(f64::from);
+        let within = [0, 1].map(|axis| edges[axis].min(sizes[axis] - edges[axis]));
+        let room = clearance(arena, point).min(within[0]).min(within[1]);
         if room > best.1 {
             best = (point, room);
         }
@@ -296,9 +303,9 @@ impl Sheet {
         svg.raw("</g>");
     }
 
-    /// Draws a sensor of a robot with the heading 0: a dot where it is, and a line along its ray or in the direction in
+    /// Draws a sensor of a robot: a dot where it is, and a line along its ray or in the direction in
     /// which it looks. A bumper is its arc of the body. Where a sampled sensor is, its tables don't say.
-    fn sensor(&self, svg: &mut Svg, at: (f64, f64), body_radius: f32, sensor: &Sensor) {
+    fn sensor(&self, svg: &mut Svg, at: (f64, f64), heading: f64, body_radius: f32, sensor: &Sensor) {
         const COLOUR: &str = "#c1121f";
         if sensor.kind == SensorKind::Sampled {
             return;
@@ -310,7 +317,7 @@ impl Sheet {
             _ => 0.0,
         };
         // Half of a bumper's arc is on either side of its heading.
-        let turn = -360.0 * (f64::from(sensor.heading) + 0.5 * width);
+        let turn = -360.0 * (heading + f64::from(sensor.heading) + 0.5 * width);
         svg.raw(&format!(
             "<g transform=\"translate({} {}) rotate({})\" stroke=\"{COLOUR}\">",
             number(x),
@@ -443,7 +450,7 @@ mod tests {
     #[test]
     fn everything_in_an_arena_is_drawn() {
         let miglino = Arena::miglino1995();
-        let text = arena(&miglino, 27.5, &[]);
+        let text = arena(&miglino, 27.5, &[], Start::Random);
         assert_eq!(
             text.matches("<line").count(),
             miglino.walls.len() + 1 + 3,
@@ -459,7 +466,7 @@ mod tests {
     #[test]
     fn a_block_is_drawn_where_it_stands() {
         let miglino = Arena::miglino1995_block();
-        assert_eq!(arena(&miglino, 27.5, &[]).matches("<polygon").count(), 1);
+        assert_eq!(arena(&miglino, 27.5, &[], Start::Random).matches("<polygon").count(), 1);
         // The block's long axis is tilted by 30 degrees and passes through (300, 175).
         let along = |mm: f64| (300.0 + mm * 0.75_f64.sqrt(), 175.0 + 0.5 * mm);
         for (mm, expected) in [(75.0, 20.0), (-75.0, 20.0), (0.0, -27.5), (50.0, -5.0)] {
@@ -489,7 +496,7 @@ mod tests {
             },
         ];
         // A pixel is a millimetre.
-        let text = arena(&Arena::rectangle(880.0, 440.0), 40.0, &sensors);
+        let text = arena(&Arena::rectangle(880.0, 440.0), 40.0, &sensors, Start::Random);
         for part in [
             "rotate(-90)\" stroke=\"#c1121f\"",
             "x1=\"40\" y1=\"0\" x2=\"90\" y2=\"0\"",
@@ -501,6 +508,41 @@ mod tests {
         ] {
             assert!(text.contains(part), "{part} in {text}");
         }
+    }
+
+    #[test]
+    fn a_robot_is_drawn_at_its_start_and_looks_where_it_does_then() {
+        let sensor = Sensor {
+            name: "eye".into(),
+            kind: SensorKind::Proximity,
+            heading: 0.25,
+            range: Some(50.0),
+            ..Sensor::default()
+        };
+        let start = Start::At {
+            x: 250.0,
+            y: 150.0,
+            heading: 0.125,
+        };
+        // A pixel is a millimetre.
+        let text = arena(
+            &Arena::rectangle(880.0, 440.0),
+            40.0,
+            std::slice::from_ref(&sensor),
+            start,
+        );
+        let (x, y) = (MARGIN + 250.0, MARGIN + HEAD + 440.0 - 150.0);
+        for turn in [-45, -135] {
+            let place = format!("translate({x} {y}) rotate({turn})");
+            assert!(text.contains(&place), "{place} in {text}");
+        }
+        // Without a start, and without walls, it stands inside of the field.
+        let open = Arena {
+            walls: Vec::new(),
+            ..Arena::rectangle(880.0, 440.0)
+        };
+        let (x, y) = roomiest(&open);
+        assert!((200.0..680.0).contains(&x) && (200.0..240.0).contains(&y), "{x}, {y}");
     }
 
     #[test]

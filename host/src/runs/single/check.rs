@@ -22,7 +22,12 @@ use crate::report::figures;
 pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Console) -> Result {
     let spec = experiment.world().spec();
     if let Some(path) = picture {
-        let drawn = figures::arena(&spec.arena, spec.robot.body_radius, spec.robot.described_sensors());
+        let drawn = figures::arena(
+            &spec.arena,
+            spec.robot.body_radius,
+            spec.robot.described_sensors(),
+            spec.start,
+        );
         files::write_new(path, drawn.as_bytes())?;
         console.say(format!("drew {}", path.display()));
     }
@@ -155,7 +160,7 @@ fn summary(experiment: &Experiment) -> String {
         ("sensors", sensors(&spec.robot, spec.own.get(Kind::Sensor))),
         (
             "noise",
-            foragers_noise(&spec.robot).unwrap_or_else(|| noise(spec.noise)),
+            foragers_noise(&spec.robot).unwrap_or_else(|| noise(spec.noise, &spec.robot, &spec.own)),
         ),
         (
             "controller",
@@ -251,7 +256,12 @@ fn breeding(evolution: &Settings) -> String {
     if evolution.kind != Optimiser::Genetic {
         return String::new();
     }
-    match evolution.selection.kind {
+    let elite = match evolution.elite {
+        0 => String::new(),
+        1 => "; the best one is in the next generation as it is".to_owned(),
+        elite => format!("; the best {elite} are in the next generation as they are"),
+    };
+    let parents = match evolution.selection.kind {
         SelectionKind::Truncation => format!(
             "; the best {} make {} copies each",
             evolution.parents,
@@ -259,6 +269,15 @@ fn breeding(evolution: &Settings) -> String {
         ),
         SelectionKind::Uniform => format!("; parents are drawn from the best {}", evolution.parents),
         other => format!("; parents are drawn by {}", other.word()),
+    };
+    parents + &elite
+}
+
+/// A further number of objects; nothing for none.
+fn counted_if_any(count: usize, one: &str, many: &str) -> String {
+    match count {
+        0 => String::new(),
+        count => format!(", {}", counted(count as u32, one, many)),
     }
 }
 
@@ -275,13 +294,15 @@ fn arena(spec: &WorldSpec) -> String {
     }
     let arena = &spec.arena;
     format!(
-        "{}, {} x {} mm, {}, {}, {}",
+        "{}, {} x {} mm, {}, {}, {}{}{}",
         arena.name,
         arena.field.width,
         arena.field.height,
         counted(arena.walls.len() as u32, "wall", "walls"),
         counted(arena.obstacles.len() as u32, "round obstacle", "round obstacles"),
         counted(arena.blocks.len() as u32, "block", "blocks"),
+        counted_if_any(arena.lights.len(), "light", "lights"),
+        counted_if_any(arena.patches.len(), "floor patch", "floor patches"),
     )
 }
 
@@ -412,7 +433,8 @@ fn sensors(robot: &Robot, own: Option<&OwnPart>) -> String {
     }
 }
 
-fn noise(noise: Noise) -> String {
+/// The noise of a life, and whether the user's parts may draw more.
+fn noise(noise: Noise, robot: &Robot, own: &OwnParts) -> String {
     let mut parts = Vec::new();
     let (low, high) = noise.sensor;
     if low != 0.0 || high != 0.0 {
@@ -429,11 +451,21 @@ fn noise(noise: Noise) -> String {
     if noise.motor > 0.0 {
         parts.push(format!("motion varies by a share of {}", noise.motor));
     }
-    if parts.is_empty() {
-        "none".to_owned()
-    } else {
-        parts.join("; ")
+    if let Build::Differential(Differential {
+        wheel_noise: Some(wheels),
+        ..
+    }) = robot.build
+        && wheels > 0.0
+    {
+        parts.push(format!("each wheel's speed varies by a share of {wheels}"));
     }
+    if parts.is_empty() {
+        parts.push("none".to_owned());
+    }
+    if !own.is_empty() {
+        parts.push("parts may have their own".to_owned());
+    }
+    parts.join("; ")
 }
 
 #[cfg(test)]
@@ -442,7 +474,8 @@ mod tests {
 
     #[test]
     fn noise_is_told_in_words() {
-        assert_eq!(noise(Noise::default()), "none");
+        let (mut robot, own) = (WorldSpec::miglino1995().robot, OwnParts::default());
+        assert_eq!(noise(Noise::default(), &robot, &own), "none");
         let all = Noise {
             sensor: (-0.2, 0.2),
             walk_range: 30.0,
@@ -450,9 +483,17 @@ mod tests {
             motor: 0.1,
         };
         assert_eq!(
-            noise(all),
+            noise(all, &robot, &own),
             "-0.2 to 0.2 is added to each activation; what is perceived walks within 30 mm, 1.5 mm a cycle; \
              motion varies by a share of 0.1"
+        );
+        robot.build = Build::Differential(Differential {
+            wheel_noise: Some(0.05),
+            ..Differential::new(52.0, 80.0)
+        });
+        assert_eq!(
+            noise(Noise::default(), &robot, &own),
+            "each wheel's speed varies by a share of 0.05"
         );
     }
 }

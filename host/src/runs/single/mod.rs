@@ -196,7 +196,7 @@ fn lives() -> Entry {
 }
 
 /// The files that `oneiro replay` adds: those of one life, or one pair for each of several lives.
-fn replays(has_several: bool) -> [Entry; 2] {
+fn replays(has_several: bool) -> [Entry; 4] {
     let (name, life) = if has_several {
         (format!("{REPLAY}-K"), "life K of several, from 0")
     } else {
@@ -207,6 +207,17 @@ fn replays(has_several: bool) -> [Entry; 2] {
         Entry::file(format!("{name}.csv"), table),
         Entry::file(
             format!("{name}.svg"),
+            "written by `oneiro replay`: a picture of that life",
+        ),
+        Entry::file(
+            format!("{name}-WHAT.csv"),
+            format!(
+                "written by `oneiro replay` for another life than the champion's recorded one: WHAT is `elite-CELL`, `genome-NAME`, \
+                 `start-X_Y_HEADING` and `seed-N`, of those that were given; with the columns of `{TRACE}`"
+            ),
+        ),
+        Entry::file(
+            format!("{name}-WHAT.svg"),
             "written by `oneiro replay`: a picture of that life",
         ),
     ]

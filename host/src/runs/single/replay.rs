@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::differential::{Build, Differential};
 use oneiro::parameter::Choice;
 use oneiro::random::Key;
 use oneiro::world::{Start, World, WorldSpec};
@@ -53,6 +54,13 @@ pub(super) fn run(
             replay.trial,
             settings.trials - 1
         )));
+    }
+    if let (Some(_), Build::Differential(Differential { count: Some(_), .. })) =
+        (replay.start, &experiment.world().spec().robot.build)
+    {
+        return Err(Failure::input(
+            "--start: is given, and robots that live together start at random; allowed: with single robots, or --seed for other starts",
+        ));
     }
     let is_new = replay.start.is_some() || replay.seed.is_some() || other.is_some();
     let lived_in = single.world_of(champion.generation)?;
@@ -112,8 +120,8 @@ pub(super) fn run(
     let directory = replay.out;
     fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let stem = match settings.trials {
-        1 => REPLAY.to_owned(),
-        _ => format!("{REPLAY}-{}", replay.trial),
+        1 => format!("{REPLAY}{}", differences(replay)),
+        _ => format!("{REPLAY}-{}{}", replay.trial, differences(replay)),
     };
     let [path, table] = ["svg", "csv"].map(|extension| directory.join(format!("{stem}.{extension}")));
     disk::write(&path, picture.as_bytes())?;
@@ -158,6 +166,20 @@ pub(super) fn run(
         path.display(),
         table.display()
     ))
+}
+
+/// What a replayed life has other than the champion's recorded one, for the names of its files: they never take the place of the
+/// recorded life's.
+fn differences(replay: &Replay<'_>) -> String {
+    let plain = |name: &Path| -> String {
+        let stem = name.file_stem().unwrap_or_default().to_string_lossy();
+        stem.replace(|c: char| !c.is_alphanumeric() && !"-_.".contains(c), "_")
+    };
+    let elite = replay.elite.map(|cell| format!("-elite-{cell}"));
+    let genome = replay.genome.map(|file| format!("-genome-{}", plain(file)));
+    let start = replay.start.map(|[x, y, heading]| format!("-start-{x}_{y}_{heading}"));
+    let seed = replay.seed.map(|seed| format!("-seed-{seed}"));
+    [elite, genome, start, seed].into_iter().flatten().collect()
 }
 
 /// The one genome of a file.

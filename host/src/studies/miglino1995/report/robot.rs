@@ -1,5 +1,7 @@
 //! Figures 2 to 5: the arena, the samples, why points of view matter, and a controller.
 
+use oneiro::world::Start;
+
 use super::{Report, run_name};
 use crate::report::figures;
 use crate::report::page::{Section, figure};
@@ -14,7 +16,7 @@ pub(super) fn section(study: &Report<'_>) -> Section {
             study.arena.field.height,
             study.arena.obstacles.len()
         ),
-        &figures::arena(study.arena, study.body_radius, &[]),
+        &figures::arena(study.arena, study.body_radius, &[], Start::Random),
     );
     for (place, table) in study.sensors.classes.iter().enumerate() {
         // The paper shows only the wall; other samples follow with the same wording.
