@@ -19,7 +19,7 @@ folder=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 has_library() { [ -d "$(rustc --print sysroot)/lib/rustlib/$arm/lib" ]; }
 has_library || timeout 60 rustup target add $arm >/dev/null 2>&1 || true
 # A folder of its own: two compilers must not share one, and other stages build at the same time.
-emulated=(env CARGO_PROFILE_RELEASE_OPT_LEVEL=1 CARGO_TARGET_DIR="$folder/aarch64")
+emulated=(env CARGO_PROFILE_RELEASE_OPT_LEVEL=1 CARGO_PROFILE_RELEASE_LTO=off CARGO_TARGET_DIR="$folder/aarch64")
 if ! has_library; then
     say "getting Debian's compiler"
     problem=$(tests/debian-rust.sh "$folder/debian-rust") || not_run "$problem"

@@ -899,7 +899,15 @@ fn every_shell_has_its_completions() {
 #[test]
 fn the_selftest_passes_and_its_controls_are_caught() {
     let place = Place::new("selftest");
-    let report = place.json(&["selftest", "--backend", "cpu", "--rollouts", "300", "--json", "--quiet"]);
+    let report = place.json(&[
+        "selftest",
+        "--backend",
+        "cpu",
+        "--rollouts",
+        "1000",
+        "--json",
+        "--quiet",
+    ]);
     assert_eq!(report["passed"], true);
     let checks = report["checks"].as_array().unwrap();
     let of = |verdict: &str| checks.iter().filter(|check| check["verdict"] == verdict).count();

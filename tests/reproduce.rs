@@ -42,8 +42,8 @@ impl Place {
         let path = experiments.join("khepera-avoidance.toml");
         for (old, new) in [
             ("\"../khepera-avoidance.toml\"", format!("\"{}\"", path.display())),
-            ("\n[set]\n", "\n[set]\nevolution.generations = 40\n".to_owned()),
-            ("\ngenerations = 20\n", "\ngenerations = 5\n".to_owned()),
+            ("\n[set]\n", "\n[set]\nevolution.generations = 20\n".to_owned()),
+            ("\ngenerations = 20\n", "\ngenerations = 3\n".to_owned()),
         ] {
             assert_eq!(study.matches(old).count(), 1, "{old}");
             study = study.replace(old, &new);
