@@ -144,7 +144,7 @@ fn of_records_cost_the_runs_that_they_are_of() {
         ("half", 6, "generations.log is shorter than it was"),
         ("lost", 12, "generations.log is shorter than it was"),
     ] {
-        let says = format!("twelve: {runs} runs on cpu");
+        let says = format!("twelve: {runs} run{} on cpu", if runs == 1 { "" } else { "s" });
         let ran = place.run(&sweep(out, &[])).exits(0).says(&[&says, words]);
         assert_eq!(ran.stderr.contains("warning"), !words.is_empty(), "{}", ran.stderr);
         assert_eq!(hash(&ran.stdout), known, "{out}");

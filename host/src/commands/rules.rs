@@ -1,7 +1,7 @@
 //! `oneiro check --explain`: the rules that an experiment's own parts keep.
 
 use oneiro::compose::Rule;
-use oneiro::parameter::likeness;
+use oneiro::parameter::nearest;
 use serde_json::{Value, json};
 
 use crate::console::{Console, columns};
@@ -26,13 +26,10 @@ pub(crate) fn explain(name: &str, console: Console) -> Result {
         Some(rule) => console.data(text(*rule)),
         None => {
             let names: Vec<_> = Rule::ALL.iter().map(|rule| rule.name()).collect();
-            let likest = names
-                .iter()
-                .max_by(|a, b| likeness(a, name).total_cmp(&likeness(b, name)));
             Err(Failure::input(format_args!(
                 "--explain: there is no rule `{name}`{}",
                 instead(
-                    likest.copied(),
+                    nearest(names.iter().copied(), name),
                     &format!("{}, or {ALL} for what each says", names.join(", "))
                 )
             )))

@@ -753,8 +753,8 @@ mod tests {
         let (written, _): (Written, _) = Source::read(&file, &[]).unwrap();
         let Written {
             name,
-            experiment: _,
-            seeds: WrittenSeeds::Range(_),
+            experiment: Some(_),
+            seeds: Some(Value::String(_)),
             seeds_by: Some(_),
             set,
             grid,
