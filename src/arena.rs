@@ -334,7 +334,9 @@ impl Arena {
             beyond > 0.0 && above * (body_radius - 1.0) <= self.wall_height.unwrap_or(0.0) * beyond
         };
         let sides = self.polygon_sides();
-        self.lights.iter().any(|light| sides.iter().any(|side| hides(light, side)))
+        self.lights
+            .iter()
+            .any(|light| sides.iter().any(|side| hides(light, side)))
     }
 
     /// 600 x 350 mm with three obstacles of 55 mm diameter in a row (Miglino et al. 1995; the paper says "in the

@@ -112,7 +112,11 @@ impl WheelNoise {
 impl Choice for WheelNoise {
     const CHOICES: Choices<Self> = &[
         ("uniform", Self::Uniform, "uniform, up to wheel_noise"),
-        ("normal", Self::Normal, "normal, with wheel_noise as its standard deviation"),
+        (
+            "normal",
+            Self::Normal,
+            "normal, with wheel_noise as its standard deviation",
+        ),
     ];
 }
 
@@ -539,7 +543,8 @@ impl Differential {
         for (index, sensor) in self.sensors.iter().enumerate() {
             let Sensor { name, kind, .. } = sensor;
             let is_other = |other: &Sensor| other.name == *name;
-            let is_taken = self.sensors[..index].iter().any(is_other) || readings.contains(name) || of_model.contains(name);
+            let is_taken =
+                self.sensors[..index].iter().any(is_other) || readings.contains(name) || of_model.contains(name);
             let checked = if is_taken || PREVIOUS.contains(&&**name) {
                 let problem = format!("is `{name}`; allowed: a name that no other reading has");
                 Err(Invalid::new("name", problem))
@@ -573,7 +578,10 @@ impl Differential {
             }
         }
         if self.wheel_noise_law.is_some() && self.wheel_noise.is_none() {
-            return Err(Invalid::new("robot.wheel_noise_law", "is given; allowed: only with robot.wheel_noise"));
+            return Err(Invalid::new(
+                "robot.wheel_noise_law",
+                "is given; allowed: only with robot.wheel_noise",
+            ));
         }
         if self.turn_before_move.is_some() && !self.sampled_motors {
             let problem = "is given; allowed: only with robot.motors, since the way of described wheels is an arc";

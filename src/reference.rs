@@ -99,7 +99,6 @@ impl Model {
         });
         each.collect()
     }
-
 }
 
 impl Reference {

@@ -132,7 +132,9 @@ fn lived(world: &World, lives: u32) -> Vec<Vec<Cycle>> {
     let outcome = Cpu::new(Some(2)).unwrap().evaluate(&batch, &Control::new()).unwrap();
     let places = |kind: DetailKind| -> Vec<usize> {
         let all = (0..).zip(world.details());
-        all.filter(|(_, own)| own.kind == kind).map(|(index, _)| index).collect()
+        all.filter(|(_, own)| own.kind == kind)
+            .map(|(index, _)| index)
+            .collect()
     };
     let (perceived, others) = (places(DetailKind::Perceived), places(DetailKind::Other));
     let each = outcome.traces.iter().map(|trace| {
@@ -154,7 +156,11 @@ fn lived(world: &World, lives: u32) -> Vec<Vec<Cycle>> {
 
 /// The sides of all walls and blocks, as segments.
 fn segments(arena: &Arena) -> Vec<[[f64; 2]; 2]> {
-    let mut all: Vec<_> = arena.walls.iter().map(|wall| [wall.from, wall.to].map(|end| end.map(f64::from))).collect();
+    let mut all: Vec<_> = arena
+        .walls
+        .iter()
+        .map(|wall| [wall.from, wall.to].map(|end| end.map(f64::from)))
+        .collect();
     for block in &arena.blocks {
         let corners = block.corners().map(|corner| [f64::from(corner.x), f64::from(corner.y)]);
         all.extend((0..4).map(|side| [corners[side], corners[(side + 1) % 4]]));
@@ -223,9 +229,14 @@ impl Witness<'_> {
             let (flat, height) = (to[0].hypot(to[1]), f64::from(lamp.height.unwrap()));
             let ahead = to.map(|part| part / flat);
             let rise = height / flat;
-            let bodies = poses[1..].iter().filter_map(|other| meets_disc(*other, [own[0], own[1]], ahead));
+            let bodies = poses[1..]
+                .iter()
+                .filter_map(|other| meets_disc(*other, [own[0], own[1]], ahead));
             let low = bodies.fold(f64::INFINITY, f64::min) * rise;
-            let walls = self.segments.iter().filter_map(|wall| meets(wall, [own[0], own[1]], ahead));
+            let walls = self
+                .segments
+                .iter()
+                .filter_map(|wall| meets(wall, [own[0], own[1]], ahead));
             let low_wall = walls.filter(|distance| *distance < flat).fold(f64::INFINITY, f64::min) * rise;
             let distance = flat.hypot(height) / f64::from(lamp.intensity.unwrap()) / 1000.0;
             if self.bodies_hide && low < 76.0 || low_wall < 80.0 || distance > 2.5 {
@@ -268,7 +279,9 @@ impl Witness<'_> {
                 at != 0 && at != index && near.is_some_and(|near| near < distance)
             };
             let hidden = self.bodies_hide && poses.iter().enumerate().any(is_between)
-                || inner.iter().any(|wall| meets(wall, [own[0], own[1]], ahead).is_some_and(|near| near < distance));
+                || inner
+                    .iter()
+                    .any(|wall| meets(wall, [own[0], own[1]], ahead).is_some_and(|near| near < distance));
             if distance < self.range && !hidden {
                 let share = 1.0 / (1.0 + (distance - 70.0) / 10.0);
                 let [c, s] = direction(360.0 * own[2]);
@@ -395,7 +408,15 @@ fn noise_has_its_distributions() {
         signal_range: Some(1e4),
         ..Reference::DEFAULT
     };
-    let mut spec = spec(Model::Rm11, noisy, 2, Arena::polygon(&[[-500.0, -500.0], [500.0, -500.0], [500.0, 500.0], [-500.0, 500.0]], None));
+    let mut spec = spec(
+        Model::Rm11,
+        noisy,
+        2,
+        Arena::polygon(
+            &[[-500.0, -500.0], [500.0, -500.0], [500.0, 500.0], [-500.0, 500.0]],
+            None,
+        ),
+    );
     spec.cycles = 400;
     spec.arena.floor = Some(0.498);
     let world = World::new(spec).unwrap();
@@ -412,7 +433,10 @@ fn noise_has_its_distributions() {
     for wheel in [0, 1] {
         let slips = slips(wheel);
         let [mean, deviation] = mean_and_deviation(&slips);
-        assert!(slips.len() > 10_000 && mean.abs() < 0.0015 && (deviation - 0.05).abs() < 0.001, "{mean} {deviation}");
+        assert!(
+            slips.len() > 10_000 && mean.abs() < 0.0015 && (deviation - 0.05).abs() < 0.001,
+            "{mean} {deviation}"
+        );
         // Normal: 4.55 % are beyond two deviations, where a uniform distribution has none.
         let far = slips.iter().filter(|slip| slip.abs() > 0.1).count() as f64 / slips.len() as f64;
         assert!((far - 0.0455).abs() < 0.006, "{far}");
@@ -424,12 +448,18 @@ fn noise_has_its_distributions() {
     let dark: Vec<_> = cycles.iter().map(|cycle| cycle.readings[8]).collect();
     let lit: Vec<_> = dark.iter().copied().filter(|reading| *reading > 0.0).collect();
     let [mean, _] = mean_and_deviation(&lit);
-    assert!((mean - 0.025).abs() < 0.0005 && lit.iter().all(|reading| *reading <= 0.05), "{mean}");
+    assert!(
+        (mean - 0.025).abs() < 0.0005 && lit.iter().all(|reading| *reading <= 0.05),
+        "{mean}"
+    );
     assert!((lit.len() as f64 / dark.len() as f64 - 0.5).abs() < 0.015);
     for (reading, mean, deviation) in [(16, 0.41, 0.18), (17, 0.34, 0.12), (18, 0.42, 0.18)] {
         let greys: Vec<_> = cycles.iter().map(|cycle| cycle.readings[reading]).collect();
         let found = mean_and_deviation(&greys);
-        assert!((found[0] - mean).abs() < 0.005 && (found[1] - deviation).abs() < 0.005, "{found:?}");
+        assert!(
+            (found[0] - mean).abs() < 0.005 && (found[1] - deviation).abs() < 0.005,
+            "{found:?}"
+        );
     }
 }
 
@@ -447,7 +477,10 @@ fn what_does_not_fit_is_refused() {
         }
     }
     let cases: [(&dyn Fn(&mut WorldSpec), &str); 9] = [
-        (&|spec| robot(spec).count = None, "robot.model: is given; allowed: only with robot.count"),
+        (
+            &|spec| robot(spec).count = None,
+            "robot.model: is given; allowed: only with robot.count",
+        ),
         (
             &|spec| {
                 robot(spec).model = None;
@@ -455,10 +488,22 @@ fn what_does_not_fit_is_refused() {
             },
             "robot.signal_loss: is given; allowed: only with robot.model",
         ),
-        (&|spec| robot(spec).model = None, "arena.wall_height_mm: is given; allowed: only with robot.model"),
-        (&|spec| robot(spec).reference.signal_loss = Some(1.5), "robot.signal_loss: is 1.5; allowed: 0 to 1"),
-        (&|spec| robot(spec).wheel_noise = None, "robot.wheel_noise_law: is given; allowed: only with robot.wheel_noise"),
-        (&|spec| robot(spec).wheel_noise = Some(0.45), "robot.greatest_speed_mm_s: robots get"),
+        (
+            &|spec| robot(spec).model = None,
+            "arena.wall_height_mm: is given; allowed: only with robot.model",
+        ),
+        (
+            &|spec| robot(spec).reference.signal_loss = Some(1.5),
+            "robot.signal_loss: is 1.5; allowed: 0 to 1",
+        ),
+        (
+            &|spec| robot(spec).wheel_noise = None,
+            "robot.wheel_noise_law: is given; allowed: only with robot.wheel_noise",
+        ),
+        (
+            &|spec| robot(spec).wheel_noise = Some(0.45),
+            "robot.greatest_speed_mm_s: robots get",
+        ),
         (
             &|spec| spec.arena.walls.swap(1, 2),
             "arena.corners_mm: has a corner on the other side",

@@ -13,9 +13,9 @@ fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
     let count = robots(life);
     var total = 0.0f;
     for (var ring = 0u; ring < RINGS; ring++) {
-        let distance = RADIUS * (f32(ring) + 0.5f) * (1.0f / 24.0f);
+        let distance = RADIUS * (f32(ring) + 0.5f) * 0.041666668f;
         for (var angle = 0u; angle < ANGLES; angle++) {
-            let at = distance * cosine_sine((f32(angle) + 0.5f) * (1.0f / 48.0f));
+            let at = distance * cosine_sine((f32(angle) + 0.5f) * 0.020833334f);
             var nearest = 2500.0f * 2500.0f;
             for (var robot = 0u; robot < count; robot++) {
                 let there = robot_pose(life, robot).xy;
@@ -25,6 +25,6 @@ fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
             total += root(nearest);
         }
     }
-    let mean = total * (0.001f / 1152.0f);
+    let mean = total * 8.680556e-7f;
     return max(100.0f * (2.5f - mean), 0.0f);
 }

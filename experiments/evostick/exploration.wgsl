@@ -29,15 +29,16 @@ struct MissionState {
     ages_24: vec4<u32>,
 }
 
-const SIDE: f32 = 2500.01f;
+// Ten cells in 2500.01 mm, the program's side.
+const EACH_MM: f32 = 0.003999984f;
 
 fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
     // which cells robots are in, a bit for each
     var visits = array<u32, 4>();
     for (var robot = 0u; robot < robots(life); robot++) {
         let pose = robot_pose(life, robot);
-        let x = 10.0f * (pose.x * (1.0f / SIDE) + 0.5f);
-        let y = 10.0f * (pose.y * (1.0f / SIDE) + 0.5f);
+        let x = pose.x * EACH_MM + 5.0f;
+        let y = pose.y * EACH_MM + 5.0f;
         let is_inside = (x >= 0.0f) & (x < 10.0f) & (y >= 0.0f) & (y < 10.0f);
         let cell = 10u * u32(clamp(x, 0.0f, 9.5f)) + u32(clamp(y, 0.0f, 9.5f));
         for (var word = 0u; word < 4u; word++) {

@@ -2,7 +2,7 @@
 // are linked, one to another, by less than 350 mm (Francesca et al. 2015). The middle is at (0, 0). The area is that of the cells, 50
 // mm wide, whose middle is in it.
 const REACH: f32 = 350.0f;
-const SENSING: f32 = 250.0f;
+const SENSED: f32 = 250.0f;
 const RADIUS: f32 = 1200.0f;
 const CELLS: u32 = 48u;
 const CELL_SIDE: f32 = 50.0f;
@@ -18,13 +18,12 @@ fn is_within(a: vec2<f32>, b: vec2<f32>, reach: f32) -> bool {
 
 fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
     let count = robots(life);
-    // Each robot's group is the lowest number in it: links pass it on, until it can't be lower.
+    // Each robot's group is the lowest number in it: links pass it on, as often as there are robots.
     var groups_of = array<u32, MOST>();
     for (var robot = 0u; robot < count; robot++) {
         groups_of[robot] = robot;
     }
     for (var turn = 0u; turn < count; turn++) {
-        var changed = false;
         for (var robot = 0u; robot < count; robot++) {
             let at = robot_pose(life, robot).xy;
             for (var other = 0u; other < robot; other++) {
@@ -32,12 +31,8 @@ fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
                 if (is_within(at, robot_pose(life, other).xy, REACH) & (groups_of[robot] != groups_of[other])) {
                     groups_of[robot] = lower;
                     groups_of[other] = lower;
-                    changed = true;
                 }
             }
-        }
-        if (!changed) {
-            break;
         }
     }
     var largest = 0u;
@@ -56,7 +51,7 @@ fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
             let at = vec2<f32>((f32(column) + 0.5f) * CELL_SIDE - RADIUS, (f32(row) + 0.5f) * CELL_SIDE - RADIUS);
             var is_covered = false;
             for (var robot = 0u; robot < count; robot++) {
-                let is_near = is_within(at, robot_pose(life, robot).xy, SENSING);
+                let is_near = is_within(at, robot_pose(life, robot).xy, SENSED);
                 is_covered = is_covered | (is_near & (groups_of[robot] == largest));
             }
             covered += select(0u, 1u, is_covered & (squared_length(at) < RADIUS * RADIUS));

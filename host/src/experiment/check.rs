@@ -278,7 +278,10 @@ fn arena(settings: &Settings) -> Checked {
         _ => match (start_radius, width_mm, height_mm) {
             (Some(radius), Some(width), Some(height)) if 2.0 * radius > width.min(*height) => invalid(
                 "arena.start_radius_mm",
-                format_args!("is {radius}; allowed: up to {}, half the arena's shorter side", 0.5 * width.min(*height)),
+                format_args!(
+                    "is {radius}; allowed: up to {}, half the arena's shorter side",
+                    0.5 * width.min(*height)
+                ),
             ),
             _ => Ok(()),
         },
