@@ -24,75 +24,63 @@ fn presses(world: u32, at: vec2<f32>, less: f32) -> bool {
     return hit;
 }
 
-// What is done for all others or all objects while some worlds of a vector are done and others are not is generated, by number where
-// there are few of them: a loop's counter would be taken to differ from world to world, and what it indexes to be scattered.
-// `others_push` and `pushed_out` are such.
-
-// A place pushed out of an object that a body there would overlap.
-fn out_of(shape: u32, place: vec2<f32>) -> vec2<f32> {
-    let to = toward(shape, place);
-    let squared = squared_length(to);
-    let near = shapes[shape].contact - TOUCH;
-    if ((squared < near * near) & (squared > 0x1p-20f)) {
-        let share = shapes[shape].contact * reciprocal_root(squared) - 1.0f;
-        return vec2<f32>(place.x - share * to.x, place.y - share * to.y);
+// A place pushed out of each object that a body there would overlap, one after another.
+fn pushed_out(world: u32, at: vec2<f32>) -> vec2<f32> {
+    let first = worlds[world].first_shape;
+    let end = first + shape_count(world);
+    var place = at;
+    for (var shape = first; shape < end; shape++) {
+        let to = toward(shape, place);
+        let squared = squared_length(to);
+        let near = shapes[shape].contact - TOUCH;
+        if ((squared < near * near) & (squared > 0x1p-20f)) {
+            let share = shapes[shape].contact * reciprocal_root(squared) - 1.0f;
+            place = vec2<f32>(place.x - share * to.x, place.y - share * to.y);
+        }
     }
     return place;
 }
 
-// Where a robot gets to in this cycle, and to where it has been pushed from there.
-const PUSHED: u32 = MEMBER_GOAL + 2u;
-
-fn goals_copied(life: Life, from_field: u32, to_field: u32) {
+// Bodies that overlap give way by half of each overlap, all at once. Returns whether any did.
+fn push(life: Life, from_field: u32, to_field: u32) -> bool {
     let count = member_count(life.world);
+    let apart = 2.0f * members_of(life.world).body;
+    let near = apart - TOUCH;
+    var pushed = false;
     for (var member = 0u; member < count; member++) {
         let own = member_at(life, member);
         put_word(own, to_field, word(own, from_field));
         put_word(own, to_field + 1u, word(own, from_field + 1u));
     }
-}
-
-// Two bodies that overlap, the second of a higher number, give way by half of the overlap. Returns whether they did.
-fn pair_pushes(life: Life, member: u32, other: u32, apart: f32) -> bool {
-    let near = apart - TOUCH;
-    let own = member_at(life, member);
-    let another = member_at(life, other);
-    let at = place_in(own, MEMBER_GOAL);
-    let beside = place_in(another, MEMBER_GOAL);
-    let away = vec2<f32>(at.x - beside.x, at.y - beside.y);
-    let squared = squared_length(away);
-    // Bodies at one place to a thousandth of a millimetre have no direction to part in.
-    let overlaps = (other > member) & (squared < near * near) & (squared > 0x1p-20f);
-    if (overlaps) {
-        let share = 0.5f * (apart * reciprocal_root(squared) - 1.0f);
-        let moved = place_in(own, PUSHED);
-        put_place(own, PUSHED, vec2<f32>(moved.x + share * away.x, moved.y + share * away.y));
-        let gone = place_in(another, PUSHED);
-        put_place(another, PUSHED, vec2<f32>(gone.x - share * away.x, gone.y - share * away.y));
-    }
-    return overlaps;
-}
-
-// Bodies that overlap give way by half of each overlap, all at once. Returns whether any did.
-fn push(life: Life) -> bool {
-    goals_copied(life, MEMBER_GOAL, PUSHED);
-    let count = member_count(life.world);
-    let apart = 2.0f * members_of(life.world).body;
-    var pushed = false;
     for (var member = 0u; member < count; member++) {
-        pushed = pushed | others_push(life, member, apart);
+        let own = member_at(life, member);
+        let at = place_in(own, from_field);
+        for (var other = member + 1u; other < count; other++) {
+            let another = member_at(life, other);
+            let beside = place_in(another, from_field);
+            let away = vec2<f32>(at.x - beside.x, at.y - beside.y);
+            let squared = squared_length(away);
+            // Bodies at one place to a thousandth of a millimetre have no direction to part in.
+            if ((squared < near * near) & (squared > 0x1p-20f)) {
+                let share = 0.5f * (apart * reciprocal_root(squared) - 1.0f);
+                let moved = place_in(own, to_field);
+                put_place(own, to_field, vec2<f32>(moved.x + share * away.x, moved.y + share * away.y));
+                let gone = place_in(another, to_field);
+                put_place(another, to_field, vec2<f32>(gone.x - share * away.x, gone.y - share * away.y));
+                pushed = true;
+            }
+        }
     }
     // Only a world that has objects looks at them.
     if (worlds[life.world].shapes > 0u) {
         for (var member = 0u; member < count; member++) {
             let own = member_at(life, member);
-            let at = place_in(own, PUSHED);
+            let at = place_in(own, to_field);
             let out = pushed_out(life.world, at);
             pushed = pushed | (out.x != at.x) | (out.y != at.y);
-            put_place(own, PUSHED, out);
+            put_place(own, to_field, out);
         }
     }
-    goals_copied(life, PUSHED, MEMBER_GOAL);
     return pushed;
 }
 
@@ -100,13 +88,17 @@ fn push(life: Life) -> bool {
 fn push_all(life: Life) {
     var times = 0u;
     for (var time = 0u; time < PUSHES; time++) {
-        if (!push(life)) {
+        let is_odd = (time & 1u) != 0u;
+        let from_field = select(MEMBER_GOAL, MEMBER_GOAL + 2u, is_odd);
+        let to_field = select(MEMBER_GOAL + 2u, MEMBER_GOAL, is_odd);
+        if (!push(life, from_field, to_field)) {
             break;
         }
         times++;
     }
-    // Where nothing was pushed nothing is taken back.
-    take_back(life, times == PUSHES);
+    if (times > 0u) {
+        take_back(life, times == PUSHES);
+    }
 }
 
 // Robots that got too far, and if `overlap` those that overlap with another or with an object, return to where they were, and
@@ -122,11 +114,13 @@ fn take_back(life: Life, overlap: bool) {
         let at = place_in(own, MEMBER_GOAL);
         let start = place_in(own, MEMBER_X);
         var returns = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) > farthest * farthest;
-        returns = returns | (overlap & presses(life.world, at, OVERLAP));
-        for (var other = 0u; other < count; other++) {
-            let beside = place_in(member_at(life, other), MEMBER_GOAL);
-            let is_near = squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y)) < near * near;
-            returns = returns | (overlap & is_near & (other != member));
+        if (overlap) {
+            returns = returns | presses(life.world, at, OVERLAP);
+            for (var other = 0u; other < count; other++) {
+                let beside = place_in(member_at(life, other), MEMBER_GOAL);
+                let is_near = squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y)) < near * near;
+                returns = returns | (is_near & (other != member));
+            }
         }
         put_word(own, MEMBER_MET, select(0u, 1u, returns));
         if (returns) {

@@ -225,13 +225,16 @@ fn brightness(life: Life, step: u32, at: vec2<f32>, heading: f32) -> Ring {
         let to = vec2<f32>(lamp.x - at.x, lamp.y - at.y);
         let flat = max(squared_length(to), 0x1p-10f);
         let distance = root(flat + lamp.z * lamp.z) * lamp.w;
-        let inverse = reciprocal_root(flat);
-        let ahead = vec2<f32>(to.x * inverse, to.y * inverse);
-        let is_dark = is_lamp_hidden(life, at, ahead, flat * inverse, lamp.z) | (distance > DARK);
-        let strength = select(exponential(-0.002f * distance), 0.0f, is_dark);
-        let turned = direction(to) - heading;
-        first += strength * facing4(turned - LOOKS_FIRST);
-        last += strength * facing4(turned - LOOKS_LAST);
+        if (distance <= DARK) {
+            let inverse = reciprocal_root(flat);
+            let ahead = vec2<f32>(to.x * inverse, to.y * inverse);
+            if (!is_lamp_hidden(life, at, ahead, flat * inverse, lamp.z)) {
+                let strength = exponential(-0.002f * distance);
+                let turned = direction(to) - heading;
+                first += strength * facing4(turned - LOOKS_FIRST);
+                last += strength * facing4(turned - LOOKS_LAST);
+            }
+        }
     }
     let most = reference_of(world).light_noise;
     return Ring(
@@ -371,23 +374,27 @@ fn listed(life: Life, step: u32, member: u32, before: u32) -> u32 {
     return tail;
 }
 
-// Whether a body or a wall is between two robots. `others_between` and `walls_between` are generated.
+// Whether a body or a wall is between two robots.
 fn is_sender_hidden(life: Life, at: vec2<f32>, ahead: vec2<f32>, distance: f32) -> bool {
-    return others_between(life, at, ahead, distance) | walls_between(life, at, ahead, distance);
-}
-
-// Whether a body is between two robots: neither of the two is farther than 0 and nearer than a radius to the end.
-fn is_between(life: Life, other: u32, at: vec2<f32>, ahead: vec2<f32>, distance: f32) -> bool {
-    let body = members_of(life.world).body;
-    let there = place_in(member_at(life, other), MEMBER_X);
-    let to = vec2<f32>(there.x - at.x, there.y - at.y);
-    let along = to.x * ahead.x + to.y * ahead.y;
-    let aside = to.x * ahead.y - to.y * ahead.x;
-    return (along > 0.0f) & (along < distance - body) & (aside * aside < body * body);
-}
-
-fn is_wall_between(life: Life, index: u32, at: vec2<f32>, ahead: vec2<f32>, distance: f32) -> bool {
-    return ray_to_shape(worlds[life.world].first_shape + index, at, ahead, distance) < distance;
+    let world = life.world;
+    let members = members_of(world);
+    let body_squared = members.body * members.body;
+    // Neither of the two is between 0 and this.
+    let before = distance - members.body;
+    let count = member_count(world);
+    var hidden = false;
+    for (var other = 0u; other < count; other++) {
+        let there = place_in(member_at(life, other), MEMBER_X);
+        let to = vec2<f32>(there.x - at.x, there.y - at.y);
+        let along = to.x * ahead.x + to.y * ahead.y;
+        let aside = to.x * ahead.y - to.y * ahead.x;
+        hidden = hidden | ((along > 0.0f) & (along < before) & (aside * aside < body_squared));
+    }
+    let first = worlds[world].first_shape;
+    for (var index = 0u; index < INNER_COUNT; index++) {
+        hidden = hidden | (ray_to_shape(first + index, at, ahead, distance) < distance);
+    }
+    return hidden;
 }
 
 // What a robot heard: the number of robots in this cycle, and the attraction, a vector as the robot has it.

@@ -293,63 +293,6 @@ fn members_earned(life: Life, step: u32) -> f32 {{
     )
 }
 
-/// Up to as many robots or objects are done with one after another, by their numbers, where a loop's counter would be taken to
-/// differ from world to world.
-const UNROLLED: usize = 24;
-
-/// A line for each of so many, with its number, or a loop over all of them, whose counter is `name`. `end` is their number in WGSL.
-fn each(count: usize, name: &str, end: &str, line: impl Fn(&str) -> String) -> String {
-    if count <= UNROLLED {
-        return (0..count).map(|number| line(&format!("{number}u"))).collect();
-    }
-    format!(
-        "    for (var {name} = 0u; {name} < {end}; {name}++) {{\n{}    }}\n",
-        line(name)
-    )
-}
-
-/// What is done for all others and all objects where worlds of a vector part: see `physics/contacts.wgsl`.
-fn parted(count: u32, shapes: usize) -> String {
-    let pairs = each(count as usize, "other", "member_count(life.world)", |other| {
-        format!("    pushed = pushed | pair_pushes(life, member, {other}, apart);\n")
-    });
-    let out = each(shapes, "index", "shape_count(world)", |index| {
-        format!("    place = out_of(worlds[world].first_shape + {index}, place);\n")
-    });
-    format!(
-        "fn others_push(life: Life, member: u32, apart: f32) -> bool {{
-    var pushed = false;
-{pairs}    return pushed;
-}}
-fn pushed_out(world: u32, at: vec2<f32>) -> vec2<f32> {{
-    var place = at;
-{out}    return place;
-}}
-"
-    )
-}
-
-/// What may be between two robots.
-fn between(count: u32, inner: usize) -> String {
-    let given = "at, ahead, distance";
-    let others = each(count as usize, "other", "member_count(life.world)", |other| {
-        format!("    hidden = hidden | is_between(life, {other}, {given});\n")
-    });
-    let walls = each(inner, "index", "INNER_COUNT", |index| {
-        format!("    hidden = hidden | is_wall_between(life, {index}, {given});\n")
-    });
-    let function = |name: &str, body: &str| {
-        format!(
-            "fn {name}(life: Life, at: vec2<f32>, ahead: vec2<f32>, distance: f32) -> bool {{
-    var hidden = false;
-{body}    return hidden;
-}}
-"
-        )
-    };
-    function("others_between", &others) + &function("walls_between", &walls)
-}
-
 /// Constants of a robot's world.
 pub(super) fn constants(robot: &Differential, arena: &Arena, body_radius: f32) -> String {
     let place = if arena.is_field_round {
@@ -366,13 +309,9 @@ fn place_in_field(u: vec4<f32>) -> vec2<f32> {{
 ",
         robot.members_cell(arena)
     );
-    let count = robot.count.unwrap_or(1);
-    let shapes = arena.walls.len() + arena.obstacles.len() + arena.blocks.len();
-    text += &parted(count, shapes);
     if robot.model.is_some() {
         let (cell, sides) = (robot.reference_cell(arena), arena.sides);
-        let inner = shapes - sides;
-        text += &between(count, inner);
+        let inner = arena.walls.len() - sides + arena.obstacles.len() + arena.blocks.len();
         let hiding = inner + if arena.sides_hide_lamps(body_radius) { sides } else { 0 };
         let _ = write!(
             text,
