@@ -3,6 +3,7 @@
 use glam::Vec2;
 
 use crate::exact::cosine;
+use crate::parameter::field_of_pairs;
 
 /// Walls, round obstacles and blocks, and the field that random starts are drawn from. Lengths in mm, x to the right
 /// and y up.
@@ -24,7 +25,19 @@ pub struct Arena {
     pub floor: Option<f32>,
     /// Patches of the floor; of several at one place the last counts.
     pub patches: Vec<Patch>,
+    /// Number of the last walls that are the sides of a convex polygon, counter-clockwise: see [`Arena::polygon`].
+    pub sides: usize,
+    /// Whether robots start in the disc within the field, a square, rather than anywhere in it.
+    pub is_field_round: bool,
+    /// Height of all walls, blocks and obstacles, mm, for the lamps of a robot with a reference model. `None`: they hide every lamp.
+    pub wall_height: Option<f32>,
 }
+
+/// Corners of a polygon, mm.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Corners(pub Vec<[f32; 2]>);
+
+field_of_pairs!(Corners);
 
 /// A rectangle, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -108,6 +121,10 @@ pub struct Light {
     pub y: f32,
     /// Brightness: what a sensor that faces it reads from nearby.
     pub brightness: f32,
+    /// Height above the floor, mm, for robots with a reference model. `None`: 0.
+    pub height: Option<f32>,
+    /// What its distance is divided by, for robots with a reference model. `None`: 1.
+    pub intensity: Option<f32>,
 }
 
 /// A patch of the floor, mm: a disc, or a rectangle at any angle.
@@ -135,6 +152,8 @@ impl Default for Light {
             x: f32::NAN,
             y: f32::NAN,
             brightness: 1.0,
+            height: None,
+            intensity: None,
         }
     }
 }
@@ -187,6 +206,15 @@ impl Default for Block {
             heading: 0.0,
             class: "block".into(),
         }
+    }
+}
+
+impl Wall {
+    /// How far a point is to the left of the wall, seen along it, mm.
+    pub fn room(&self, at: Vec2) -> f32 {
+        let from = Vec2::from(self.from);
+        let along = Vec2::from(self.to) - from;
+        along.perp_dot(at - from) / along.length()
     }
 }
 
@@ -261,6 +289,54 @@ impl Arena {
             name: "rectangle".into(),
             ..Self::enclosed(width, height, &corners)
         }
+    }
+
+    /// A convex polygon, given its corners counter-clockwise. Robots start in the greatest disc around the middle of the rectangle
+    /// around it, of `start_radius` if that is given.
+    pub fn polygon(corners: &[[f32; 2]], start_radius: Option<f32>) -> Self {
+        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        for corner in corners {
+            low = low.min((*corner).into());
+            high = high.max((*corner).into());
+        }
+        let enclosed = Self::enclosed(0.0, 0.0, corners);
+        let middle = 0.5 * (low + high);
+        let rooms = enclosed.walls.iter().map(|side| side.room(middle));
+        let radius = start_radius.unwrap_or_else(|| rooms.fold(f32::INFINITY, f32::min));
+        Self {
+            name: "polygon".into(),
+            sides: corners.len(),
+            ..enclosed
+        }
+        .starting_within(middle.into(), radius)
+    }
+
+    /// Robots start in a disc.
+    #[must_use]
+    pub fn starting_within(mut self, middle: [f32; 2], radius: f32) -> Self {
+        let middle = Vec2::from(middle);
+        self.field = Field::between(middle - radius, middle + radius);
+        self.is_field_round = true;
+        self
+    }
+
+    /// The walls that are the sides of a convex polygon.
+    pub fn polygon_sides(&self) -> &[Wall] {
+        &self.walls[self.walls.len().saturating_sub(self.sides)..]
+    }
+
+    /// Whether the sides of the polygon hide a lamp from a body of this radius somewhere: a lamp outside, by how far it is beyond a
+    /// side, and how much higher.
+    pub(crate) fn sides_hide_lamps(&self, body_radius: f32) -> bool {
+        let hides = |light: &Light, side: &Wall| {
+            let beyond = -side.room(Vec2::new(light.x, light.y));
+            let above = self.wall_height.map_or(0.0, |wall| light.height.unwrap_or(0.0) - wall);
+            beyond > 0.0 && above * (body_radius - 1.0) <= self.wall_height.unwrap_or(0.0) * beyond
+        };
+        let sides = self.polygon_sides();
+        self.lights
+            .iter()
+            .any(|light| sides.iter().any(|side| hides(light, side)))
     }
 
     /// 600 x 350 mm with three obstacles of 55 mm diameter in a row (Miglino et al. 1995; the paper says "in the

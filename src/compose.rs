@@ -253,6 +253,13 @@ impl OwnParts {
         [robot.readings(), self.readings().to_vec()].concat()
     }
 
+    /// The fields of the kernel's `Readings`, in order: the robot's, and those of a user's sensors.
+    fn readings_in(&self, robot: &Build) -> Vec<String> {
+        let own = self.readings();
+        let own = own.iter().map(|name| format!("own.{name}"));
+        fields(robot).into_iter().chain(own).collect()
+    }
+
     /// Details in the trace of a robot with these parts.
     pub(crate) fn details(&self, robot: &Build) -> Vec<Detail> {
         let fields = fields(robot);
@@ -305,8 +312,8 @@ impl OwnParts {
     }
 
     /// These parts, and a network as the controller.
-    pub(crate) fn with_network(&self, network: &Network, readings: &[String]) -> Result<Self, Invalid> {
-        let part = Part::new(Kind::Controller, NETWORK, &network.wgsl(readings.len()));
+    pub(crate) fn with_network(&self, network: &Network, robot: &Build) -> Result<Self, Invalid> {
+        let part = Part::new(Kind::Controller, NETWORK, &network.wgsl(&self.readings_in(robot)));
         let part = part.map_err(|refused| Invalid::new("controller.kind", refused.to_string()))?;
         let values = network.values().into_iter().map(|(_, value)| value);
         let mut all = self.clone();

@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 
 use crate::arena::{self, Arena, Light, Patch};
 use crate::foraging::{self, Forager};
-use crate::parameter::{Choice, Choices, Datum, Field, Invalid, length, number, only_where};
+use crate::parameter::{Choice, Choices, Invalid, field_of_pairs, length, number, only_where};
+use crate::reference::{Model, Reference};
 use crate::surrogate::{Mounting, Object, Surrogate};
 use crate::tables::{self, PREVIOUS, SENSOR_NAMES, SensorTables};
 use crate::world::{Collision, Robot};
@@ -28,7 +29,7 @@ impl Build {
     pub fn readings(&self) -> Vec<String> {
         match self {
             Self::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
-            Self::Differential(own) => own.sensors.iter().map(|sensor| sensor.name.clone()).collect(),
+            Self::Differential(own) => own.readings(),
             Self::Forager(_) => foraging::READINGS.map(str::to_owned).into(),
         }
     }
@@ -71,14 +72,52 @@ pub struct Differential {
     pub battery: Option<f32>,
     /// Whether its life ends when the battery is empty. `None`: it doesn't.
     pub battery_ends_life: Option<bool>,
-    /// Uniform noise of each wheel's speed in each cycle, as a share of that speed, 0 to 0.5. `None`: 0.
+    /// Noise of each wheel's speed in each cycle, as a share of that speed, 0 to 0.5. `None`: 0.
     pub wheel_noise: Option<f32>,
+    /// Distribution of that noise. `None`: uniform.
+    pub wheel_noise_law: Option<WheelNoise>,
     /// Number of such robots that live in one world with one genome, 1 to [`GREATEST_MEMBERS`]. `None`: one, as a single robot.
     pub count: Option<u32>,
     /// Of several robots: what bodies do that meet. `None`: they push.
     pub contact: Option<Contact>,
+    /// Its reference model, of several robots. `None`: it has only the sensors of its list.
+    pub model: Option<Model>,
+    /// Values of that model.
+    pub reference: Reference,
     /// Its sensors.
     pub sensors: Vec<Sensor>,
+}
+
+/// The distribution of the noise of wheels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WheelNoise {
+    /// Uniform, the noise at most.
+    #[default]
+    Uniform,
+    /// Normal, the noise as its standard deviation.
+    Normal,
+}
+
+impl WheelNoise {
+    /// How often the noise the greatest deviation that occurs is: of a normal one drawn from 24 bits that is the root of
+    /// 48 ln 2, 5.77, and a little more.
+    const fn greatest(self) -> f32 {
+        match self {
+            Self::Uniform => 1.0,
+            Self::Normal => 5.8,
+        }
+    }
+}
+
+impl Choice for WheelNoise {
+    const CHOICES: Choices<Self> = &[
+        ("uniform", Self::Uniform, "uniform, up to wheel_noise"),
+        (
+            "normal",
+            Self::Normal,
+            "normal, with wheel_noise as its standard deviation",
+        ),
+    ];
 }
 
 /// What bodies do that meet.
@@ -247,24 +286,7 @@ impl Choice for SensorKind {
     ];
 }
 
-impl Field for Response {
-    fn get(&self) -> Option<Datum> {
-        let points = self.0.iter().map(Field::get);
-        Some(Datum::List(points.flatten().collect()))
-    }
-
-    fn set(&mut self, datum: &Datum) -> bool {
-        let Datum::List(points) = datum else {
-            return false;
-        };
-        self.0 = vec![[0.0; 2]; points.len()];
-        self.0.iter_mut().zip(points).all(|(own, point)| own.set(point))
-    }
-
-    fn kind(&self) -> &'static str {
-        "a list of pairs of numbers"
-    }
-}
+field_of_pairs!(Response);
 
 impl Differential {
     /// A robot that obeys at once, without sensors and battery: the distance between its wheels, mm, and their greatest speed,
@@ -295,10 +317,26 @@ impl Differential {
             battery: None,
             battery_ends_life: None,
             wheel_noise: None,
+            wheel_noise_law: None,
             count: None,
             contact: None,
+            model: None,
+            reference: Reference::DEFAULT,
             sensors: Vec::new(),
         }
+    }
+
+    /// Names of its readings: those of its list of sensors, then those of its reference model.
+    pub(crate) fn readings(&self) -> Vec<String> {
+        let own = self.sensors.iter().map(|sensor| sensor.name.clone());
+        let model = self.model.into_iter().flat_map(Model::readings);
+        own.chain(model).collect()
+    }
+
+    /// The farthest that a wheel gets in a cycle, mm, noise included.
+    pub(crate) fn farthest(&self) -> Option<f32> {
+        let noise = self.wheel_noise.unwrap_or(0.0) * self.wheel_noise_law.unwrap_or_default().greatest();
+        Some(0.1 * self.greatest_speed? * (1.0 + noise))
     }
 
     /// Whether it has a sensor that was sampled.
@@ -399,6 +437,7 @@ impl Differential {
             .chain(self.responses().into_iter().flat_map(Response::cells))
             .chain(self.wheel_noise.map(|noise| [noise, 0.0, 0.0, 0.0]))
             .chain(self.members(robot))
+            .chain(self.model.into_iter().flat_map(|_| self.reference.cells(arena)))
             .chain(
                 surrogate
                     .into_iter()
@@ -433,10 +472,16 @@ impl Differential {
         self.noise_cell(arena) + usize::from(self.wheel_noise.is_some())
     }
 
-    /// Number of cells before a surrogate's differences.
+    /// The kernel's first cell of a reference model.
+    #[cfg(feature = "compose")]
+    pub(crate) fn reference_cell(&self, arena: &Arena) -> usize {
+        self.members_cell(arena) + usize::from(self.count.is_some())
+    }
+
+    /// Number of cells before a surrogate's differences. Surrogates have no reference model.
     #[cfg(feature = "compose")]
     pub(crate) fn own_cells(&self, arena: &Arena) -> usize {
-        self.members_cell(arena) + usize::from(self.count.is_some())
+        self.reference_cell(arena)
     }
 
     /// Distance between the wheels, mm. Of sampled motors that at which wheels that don't slip would turn as they do on the spot
@@ -494,10 +539,12 @@ impl Differential {
         self.check_arena(arena)?;
         length("robot.sensors", self.sensors.len(), GREATEST_LIST)?;
         let columns = self.columns();
+        let of_model = self.model.map_or_else(Vec::new, Model::readings);
         for (index, sensor) in self.sensors.iter().enumerate() {
             let Sensor { name, kind, .. } = sensor;
             let is_other = |other: &Sensor| other.name == *name;
-            let is_taken = self.sensors[..index].iter().any(is_other) || readings.contains(name);
+            let is_taken =
+                self.sensors[..index].iter().any(is_other) || readings.contains(name) || of_model.contains(name);
             let checked = if is_taken || PREVIOUS.contains(&&**name) {
                 let problem = format!("is `{name}`; allowed: a name that no other reading has");
                 Err(Invalid::new("name", problem))
@@ -518,6 +565,7 @@ impl Differential {
             ("greatest_speed_mm_s", self.greatest_speed.is_some(), true),
             ("speeds", self.speeds != 0, false),
             ("wheel_noise", self.wheel_noise.is_some(), false),
+            ("wheel_noise_law", self.wheel_noise_law.is_some(), false),
         ] {
             if is_given && self.sampled_motors {
                 let problem = "is given; allowed: not with robot.motors, whose samples have it";
@@ -528,6 +576,12 @@ impl Differential {
                     format!("lacks `{key}`; allowed: `wheel_base_mm` and `greatest_speed_mm_s`, or sampled `motors`");
                 return Err(Invalid::new("robot", problem));
             }
+        }
+        if self.wheel_noise_law.is_some() && self.wheel_noise.is_none() {
+            return Err(Invalid::new(
+                "robot.wheel_noise_law",
+                "is given; allowed: only with robot.wheel_noise",
+            ));
         }
         if self.turn_before_move.is_some() && !self.sampled_motors {
             let problem = "is given; allowed: only with robot.motors, since the way of described wheels is an arc";
@@ -543,7 +597,8 @@ impl Differential {
         if self.count.is_none() {
             let sight = sight.map(|index| (format!("robot.sensors[{index}].kind"), "is sight"));
             let contact = self.contact.map(|_| ("robot.contact".to_owned(), "is given"));
-            return match sight.or(contact) {
+            let model = self.model.map(|_| ("robot.model".to_owned(), "is given"));
+            return match sight.or(contact).or(model) {
                 Some((key, what)) => Err(Invalid::new(key, format!("{what}; allowed: only with robot.count"))),
                 None => Ok(()),
             };
@@ -565,7 +620,7 @@ impl Differential {
                 return Err(Invalid::new(key, format!("is given; {ALONE}")));
             }
         }
-        let farthest = 0.1 * self.greatest_speed.unwrap_or(0.0) * (1.0 + self.wheel_noise.unwrap_or(0.0));
+        let farthest = self.farthest().unwrap_or(0.0);
         let most = FARTHEST * robot.body_radius;
         if farthest > most {
             let problem = format!(
@@ -605,6 +660,19 @@ impl Differential {
     fn check_arena(&self, arena: &Arena) -> Result<(), Invalid> {
         for (list, count) in [("lights", arena.lights.len()), ("patches", arena.patches.len())] {
             length(format!("arena.{list}"), count, GREATEST_LIST)?;
+        }
+        if self.model.is_none() {
+            let height = arena.lights.iter().position(|light| light.height.is_some());
+            let intensity = arena.lights.iter().position(|light| light.intensity.is_some());
+            let given = [
+                self.reference.given().map(str::to_owned),
+                arena.wall_height.map(|_| "arena.wall_height_mm".to_owned()),
+                height.map(|index| format!("arena.lights[{index}].height_mm")),
+                intensity.map(|index| format!("arena.lights[{index}].intensity")),
+            ];
+            if let Some(key) = given.into_iter().flatten().next() {
+                return Err(Invalid::new(key, "is given; allowed: only with robot.model"));
+            }
         }
         for (index, patch) in arena.patches.iter().enumerate() {
             if patch.radius.is_some() == patch.sides.is_some() {

@@ -20,6 +20,7 @@ pub mod parameter;
 pub mod pool;
 pub mod probe;
 pub mod random;
+pub mod reference;
 pub mod reported;
 pub mod stepped;
 pub mod surrogate;

@@ -17,6 +17,9 @@ pub struct Network {
     pub activation: Option<Activation>,
     /// Factor of the sum in that function. `None`: 1.
     pub slope: Option<f32>,
+    /// Without layers: whether the genes are in the order of the inputs, for each the weight to the left and to the right output, as
+    /// EvoStick has them. `None`: the left output's come first.
+    pub interleaved: Option<bool>,
 }
 
 /// A layer of units.
@@ -365,7 +368,11 @@ impl Network {
             }
             inputs = units;
         }
-        if self.outputs.unwrap_or_default() == Outputs::Weighted {
+        if self.is_interleaved() {
+            let to = |input: String| ["left", "right"].map(|output| Gene::new(format!("{input}_{output}")));
+            let weights = inputs.into_iter().map(|input| format!("{input}_to"));
+            genes.extend(weights.chain(["bias".to_owned()]).flat_map(to));
+        } else if self.outputs.unwrap_or_default() == Outputs::Weighted {
             for output in ["left", "right"] {
                 genes.extend(inputs.iter().map(|input| Gene::new(format!("{input}_to_{output}"))));
                 genes.push(Gene::new(format!("bias_{output}")));
@@ -374,10 +381,15 @@ impl Network {
         genes
     }
 
-    /// Writes the network out as the WGSL of a controller. `readings` is the number of its inputs.
-    pub(crate) fn wgsl(&self, readings: usize) -> String {
+    /// Whether the genes are in the order of the inputs.
+    fn is_interleaved(&self) -> bool {
+        self.interleaved == Some(true)
+    }
+
+    /// Writes the network out as the WGSL of a controller. `readings` are its inputs, as fields of `Readings`.
+    pub(crate) fn wgsl(&self, readings: &[String]) -> String {
         let (mut fields, mut cycle, mut kept) = (String::new(), String::new(), Vec::new());
-        let (mut first, mut inputs) = (0, readings as u32);
+        let (mut first, mut inputs) = (0, readings.len() as u32);
         for (index, layer) in self.layers.iter().enumerate() {
             for what in layer.memory() {
                 let names: Vec<_> = (0..layer.units)
@@ -400,8 +412,18 @@ impl Network {
                 [0, 1].map(|unit| layer.range().command(&format!("layer_{last}[{unit}]")))
             }
             _ => ["left", "right"].map(|name| {
-                let sum = weighed(name, &format!("{first}u"), self.layers.len(), inputs);
-                let _ = writeln!(cycle, "    {sum}\n    {name} += gene(life, {}u);", first + inputs);
+                if self.is_interleaved() {
+                    let mut gene = u32::from(name == "right");
+                    let _ = writeln!(cycle, "    var {name} = 0.0f;");
+                    for input in readings {
+                        let _ = writeln!(cycle, "    {name} += gene(life, {gene}u) * readings.{input};");
+                        gene += 2;
+                    }
+                    let _ = writeln!(cycle, "    {name} += gene(life, {gene}u);");
+                } else {
+                    let sum = weighed(name, &format!("{first}u"), self.layers.len(), inputs);
+                    let _ = writeln!(cycle, "    {sum}\n    {name} += gene(life, {}u);", first + inputs);
+                }
                 first += inputs + 1;
                 let activation = self.activation.unwrap_or_default();
                 let slope = self.slope.map(|_| slope(self.layers.len()));
@@ -450,6 +472,10 @@ impl Network {
         for (index, layer) in self.layers.iter().enumerate() {
             let place = format!("controller.layers[{index}]");
             layer.check().map_err(|invalid| invalid.within(&place))?;
+        }
+        if self.is_interleaved() && (!self.layers.is_empty() || self.outputs == Some(Outputs::FirstTwo)) {
+            let problem = "is true; allowed: only without layers";
+            return Err(Invalid::new("controller.interleaved", problem));
         }
         if self.outputs == Some(Outputs::FirstTwo) {
             if self.layers.last().is_none_or(|layer| layer.units < 2) {

@@ -309,6 +309,31 @@ field_by_name!(f64, "a table of numbers", Datum::number, |number| Datum::Double(
     *number
 ));
 
+/// Implements [`Field`] for a struct of one list of pairs of numbers.
+macro_rules! field_of_pairs {
+    ($type:ty) => {
+        impl $crate::parameter::Field for $type {
+            fn get(&self) -> Option<$crate::parameter::Datum> {
+                let pairs = self.0.iter().map($crate::parameter::Field::get);
+                Some($crate::parameter::Datum::List(pairs.flatten().collect()))
+            }
+
+            fn set(&mut self, datum: &$crate::parameter::Datum) -> bool {
+                let $crate::parameter::Datum::List(pairs) = datum else {
+                    return false;
+                };
+                self.0 = vec![[0.0; 2]; pairs.len()];
+                self.0.iter_mut().zip(pairs).all(|(own, pair)| own.set(pair))
+            }
+
+            fn kind(&self) -> &'static str {
+                "a list of pairs of numbers"
+            }
+        }
+    };
+}
+pub(crate) use field_of_pairs;
+
 /// A list whose elements have rows of their own.
 impl<T: Default> Field for Vec<T> {
     fn get(&self) -> Option<Datum> {

@@ -418,7 +418,7 @@ impl World {
         check::check(&mut spec)?;
         let readings = spec.readings();
         let parts = match &spec.controller {
-            Controller::Network(network) => spec.own.with_network(network, &readings)?,
+            Controller::Network(network) => spec.own.with_network(network, &spec.robot.build)?,
             _ => spec.own.clone(),
         };
         if lives != Lives::Simulated && spec.robot.members().is_some() {

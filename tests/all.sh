@@ -32,7 +32,7 @@ say() {
     printf '\n== %s\n' "$*"
 }
 
-export ONEIRO_MAY_SKIP=${ONEIRO_MAY_SKIP-recordings}
+export ONEIRO_MAY_SKIP=${ONEIRO_MAY_SKIP-recordings,networks}
 mkdir -p "${CARGO_TARGET_DIR:-target}"
 ONEIRO_SKIPPED=$(realpath -m "${CARGO_TARGET_DIR:-target}/skipped")
 export ONEIRO_SKIPPED

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use glam::Vec2;
 use oneiro_shaders::life;
 
 use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
@@ -208,6 +209,10 @@ fn together(spec: &WorldSpec) -> Result<(), Invalid> {
     const SINGLE: &str = "allowed: only without robot.count";
     let task = spec.own.get(Kind::Task).map(OwnPart::part);
     let Some(count) = spec.robot.members() else {
+        if (spec.arena.sides > 0 || spec.arena.is_field_round) && spec.start == Start::Random {
+            let problem = "is `random` in an arena that is no rectangle; allowed: `at`, or robots that live together (robot.count)";
+            return Err(Invalid::new("start.kind", problem));
+        }
         return match task {
             Some(part) if part.has_mission() => {
                 let problem =
@@ -268,14 +273,12 @@ fn greatest_speed(spec: &WorldSpec) -> Result<(), Invalid> {
     let diameter = 2.0 * spec.robot.body_radius;
     let described = match &spec.robot.build {
         Build::Sampled => None,
-        Build::Differential(own) => own
-            .greatest_speed
-            .map(|speed| speed * (1.0 + own.wheel_noise.unwrap_or(0.0))),
+        Build::Differential(own) => own.farthest(),
         // Its wall is a circle, which it is always within.
         Build::Forager(_) => return Ok(()),
     };
-    let (key, greatest) = if let Some(speed) = described {
-        ("robot.greatest_speed_mm_s", 0.1 * speed)
+    let (key, greatest) = if let Some(farthest) = described {
+        ("robot.greatest_speed_mm_s", farthest)
     } else {
         let cells = spec.robot.motors.cells.iter();
         let displacements = cells.map(|cell| cell.displacement.abs());
@@ -383,6 +386,7 @@ fn arena(arena: &Arena, sampled: Option<&SensorTables>) -> Result<(), Invalid> {
     for (index, wall) in arena.walls.iter().enumerate() {
         self::wall(&format!("arena.walls[{index}]"), wall)?;
     }
+    polygon(arena)?;
     let Some(sensors) = sampled else {
         return Ok(());
     };
@@ -394,6 +398,39 @@ fn arena(arena: &Arena, sampled: Option<&SensorTables>) -> Result<(), Invalid> {
     }
     for (index, block) in arena.blocks.iter().enumerate() {
         known_class(&format!("arena.blocks[{index}].class"), &block.class, sensors)?;
+    }
+    Ok(())
+}
+
+/// Checks that the sides of a polygon are those of a convex one, and that a round field lies within them, or within the field
+/// of an arena without.
+fn polygon(arena: &Arena) -> Result<(), Invalid> {
+    const KEY: &str = "arena.corners_mm";
+    let sides = arena.polygon_sides();
+    if sides.len() != arena.sides || arena.sides == 1 || arena.sides == 2 {
+        let problem = format!("has {} corners; allowed: 3 and more", sides.len());
+        return Err(Invalid::new(KEY, problem));
+    }
+    let next = sides.iter().cycle().skip(1);
+    for (index, (side, next)) in sides.iter().zip(next).enumerate() {
+        let rooms = sides.iter().map(|other| side.room(other.from.into()));
+        // Corners of this side are on it but for roundings.
+        if side.to != next.from || rooms.fold(f32::INFINITY, f32::min) < -0.01 {
+            let problem = format!(
+                "has a corner on the other side of its side {index}; allowed: a convex polygon, its corners counter-clockwise"
+            );
+            return Err(Invalid::new(KEY, problem));
+        }
+    }
+    if arena.is_field_round {
+        let Field { x, y, width, .. } = arena.field;
+        let radius = 0.5 * width;
+        let middle = Vec2::new(x + radius, y + radius);
+        let room = sides.iter().map(|side| side.room(middle)).fold(f32::INFINITY, f32::min);
+        if radius > room {
+            let problem = format!("is {radius}; allowed: up to {room} in this arena");
+            return Err(Invalid::new("arena.start_radius_mm", problem));
+        }
     }
     Ok(())
 }

@@ -7,7 +7,7 @@ use glam::Vec2;
 use oneiro_shaders::life::{self, BLOCK, CELL, ROUND, WALL};
 
 use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
-use crate::arena::Field;
+use crate::arena::{Arena, Field};
 use crate::batch::Buffers;
 use crate::cells::Cells;
 use crate::compose::OwnParts;
@@ -42,7 +42,7 @@ impl Packed {
             });
         }
         let shapes = shapes(spec);
-        let free = Free::of(spec.arena.field, &shapes);
+        let free = Free::of(&spec.arena, &shapes);
         let (random_start, start) = match spec.start {
             Start::Random => (1, random_start(&free)?),
             Start::At { x, y, heading } => {
@@ -224,7 +224,7 @@ fn forager(spec: &WorldSpec, own: &Forager) -> life::World {
 
 /// Share of a checked world's field where a body is free.
 pub(super) fn free_share(spec: &WorldSpec) -> f32 {
-    Free::of(spec.arena.field, &shapes(spec)).share
+    Free::of(&spec.arena, &shapes(spec)).share
 }
 
 /// Number of cells along a side of the field.
@@ -302,7 +302,17 @@ pub(super) fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
             )
         }
     });
-    layered(walls.chain(obstacles).chain(blocks).collect())
+    // Robots that live together know the sides of their polygon by their place, after all else.
+    let sides = if spec.robot.members().is_some() {
+        arena.polygon_sides().len()
+    } else {
+        0
+    };
+    let mut walls: Vec<_> = walls.collect();
+    let sides = walls.split_off(walls.len() - sides);
+    let mut all = layered(walls.into_iter().chain(obstacles).chain(blocks).collect());
+    all.extend(sides);
+    all
 }
 
 /// Properties that all shapes have.
@@ -443,29 +453,35 @@ struct Free {
 
 impl Free {
     /// Searched only once for all worlds of an arena: a sweep has thousands of them.
-    fn of(field: Field, shapes: &[life::Shape]) -> Self {
+    fn of(arena: &Arena, shapes: &[life::Shape]) -> Self {
         const REMEMBERED: usize = 16;
         static KNOWN: Mutex<VecDeque<(Vec<u32>, Free)>> = Mutex::new(VecDeque::new());
-        let mut arena = [field.x, field.y, field.width, field.height].map(f32::to_bits).to_vec();
-        arena.extend_from_slice(bytemuck::cast_slice(shapes));
+        let Field { x, y, width, height } = arena.field;
+        let mut key = [x, y, width, height].map(f32::to_bits).to_vec();
+        key.push(arena.is_field_round.into());
+        key.extend_from_slice(bytemuck::cast_slice(shapes));
         let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, free)) = known().iter().find(|(other, _)| *other == arena) {
+        if let Some((_, free)) = known().iter().find(|(other, _)| *other == key) {
             return *free;
         }
-        let free = Self::find(field, shapes);
+        let free = Self::find(arena, shapes);
         let mut known = known();
-        known.push_front((arena, free));
+        known.push_front((key, free));
         known.truncate(REMEMBERED);
         free
     }
 
-    fn find(field: Field, shapes: &[life::Shape]) -> Self {
+    fn find(arena: &Arena, shapes: &[life::Shape]) -> Self {
+        let field = arena.field;
         let along = |index: usize| (index as f32 + 0.5) / GRID as f32;
         let mut free = 0_usize;
         let mut roomiest = None;
         let mut most = f32::MIN;
         for point in 0..GRID * GRID {
             let share = Vec2::new(along(point % GRID), along(point / GRID));
+            if arena.is_field_round && (share - 0.5).length_squared() > 0.25 {
+                continue;
+            }
             let at = Vec2::new(field.x, field.y) + share * Vec2::new(field.width, field.height);
             if !touches(shapes, at) {
                 free += 1;

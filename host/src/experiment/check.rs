@@ -167,7 +167,11 @@ pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)
     }
     let Field { x, y, width, height } = spec.arena.walled();
     for (index, light) in spec.arena.lights.iter().enumerate() {
-        if !spec.arena.walled().contains(light.x, light.y) {
+        let is_above = spec
+            .arena
+            .wall_height
+            .is_some_and(|wall| light.height.unwrap_or(0.0) > wall);
+        if !is_above && !spec.arena.walled().contains(light.x, light.y) {
             let problem = format!(
                 "is at ({}, {}) mm, outside the arena ({x} to {} by {y} to {} mm): walls between hide it",
                 light.x,
@@ -227,6 +231,8 @@ pub(super) fn is_own_arena(settings: &Settings) -> bool {
         width_mm,
         height_mm,
         open,
+        ref corners,
+        start_radius,
         ..
     } = settings.arena;
     let Arena {
@@ -240,7 +246,8 @@ pub(super) fn is_own_arena(settings: &Settings) -> bool {
     } = &settings.world.arena;
     let has_objects = !walls.is_empty() || !obstacles.is_empty() || !blocks.is_empty();
     let is_empty = !has_objects && lights.is_empty() && floor.is_none() && patches.is_empty();
-    width_mm.is_some() || height_mm.is_some() || open.is_some() || !is_empty
+    let has_size = width_mm.is_some() || height_mm.is_some() || corners.is_some() || start_radius.is_some();
+    has_size || open.is_some() || !is_empty
 }
 
 fn arena(settings: &Settings) -> Checked {
@@ -248,7 +255,9 @@ fn arena(settings: &Settings) -> Checked {
         preset,
         width_mm,
         height_mm,
-        ..
+        open,
+        corners,
+        start_radius,
     } = &settings.arena;
     if is_forager(settings) && (preset.is_some() || is_own_arena(settings)) {
         return invalid(
@@ -265,11 +274,24 @@ fn arena(settings: &Settings) -> Checked {
             "arena",
             "has a preset and values of its own; allowed: preset, or width_mm, height_mm and objects of its own",
         ),
-        None if is_own_arena(settings) && (width_mm.is_none() || height_mm.is_none()) => invalid(
-            "arena",
-            "lacks its size; allowed: width_mm and height_mm, and with them objects of its own",
+        None if corners.is_some() && (width_mm.is_some() || height_mm.is_some() || open.is_some()) => invalid(
+            "arena.corners_mm",
+            "is given beside a width, a height or `open`; allowed: corners alone, or width_mm and height_mm",
         ),
-        _ => Ok(()),
+        None if is_own_arena(settings) && corners.is_none() && (width_mm.is_none() || height_mm.is_none()) => invalid(
+            "arena",
+            "lacks its size; allowed: width_mm and height_mm, or corners_mm, and with them objects of its own",
+        ),
+        _ => match (start_radius, width_mm, height_mm) {
+            (Some(radius), Some(width), Some(height)) if 2.0 * radius > width.min(*height) => invalid(
+                "arena.start_radius_mm",
+                format_args!(
+                    "is {radius}; allowed: up to {}, half the arena's shorter side",
+                    0.5 * width.min(*height)
+                ),
+            ),
+            _ => Ok(()),
+        },
     }
 }
 

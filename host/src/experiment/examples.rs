@@ -17,7 +17,7 @@ macro_rules! file {
 }
 
 /// All of them.
-pub(crate) static EXAMPLES: [Example; 8] = [
+pub(crate) static EXAMPLES: [Example; 15] = [
     Example {
         name: "homing",
         about: "a Khepera with a battery returns to its charger",
@@ -75,5 +75,40 @@ pub(crate) static EXAMPLES: [Example; 8] = [
         name: "gather",
         about: "ten robots gather on a dark patch of the floor: a mission that counts them",
         files: &[file!("gather.toml"), file!("gather/mission.wgsl")],
+    },
+    Example {
+        name: "evostick-aggregation",
+        about: "twenty e-pucks gather on one of two black spots",
+        files: &[file!("evostick-aggregation.toml"), file!("evostick/aggregation.wgsl")],
+    },
+    Example {
+        name: "evostick-foraging",
+        about: "twenty e-pucks bring items from two black spots to a white nest",
+        files: &[file!("evostick-foraging.toml"), file!("evostick/foraging.wgsl")],
+    },
+    Example {
+        name: "evostick-cues",
+        about: "twenty e-pucks gather on the black spot that is before a lamp",
+        files: &[file!("evostick-cues.toml"), file!("evostick/cues.wgsl")],
+    },
+    Example {
+        name: "evostick-shelter",
+        about: "twenty e-pucks find a shelter that is open to one side",
+        files: &[file!("evostick-shelter.toml"), file!("evostick/shelter.wgsl")],
+    },
+    Example {
+        name: "evostick-network",
+        about: "twenty e-pucks cover a large area as a connected network",
+        files: &[file!("evostick-network.toml"), file!("evostick/network.wgsl")],
+    },
+    Example {
+        name: "evostick-coverage",
+        about: "twenty e-pucks spread over an arena but for its black spots",
+        files: &[file!("evostick-coverage.toml"), file!("evostick/coverage.wgsl")],
+    },
+    Example {
+        name: "evostick-exploration",
+        about: "twenty e-pucks visit all cells of an arena again and again",
+        files: &[file!("evostick-exploration.toml"), file!("evostick/exploration.wgsl")],
     },
 ];

@@ -8,11 +8,13 @@ use super::values::instead;
 use crate::exit::Result;
 
 /// Names of robots, and what describes them: an experiment that has a robot only.
-const ROBOTS: [(&str, &str); 4] = [
+const ROBOTS: [(&str, &str); 6] = [
     ("khepera", include_str!("robots/khepera.toml")),
     ("epuck", include_str!("robots/epuck.toml")),
     ("thymio2", include_str!("robots/thymio2.toml")),
     ("kheperax", include_str!("robots/kheperax.toml")),
+    ("epuck-rm1.1", include_str!("robots/epuck-rm1.1.toml")),
+    ("epuck-rm1.2", include_str!("robots/epuck-rm1.2.toml")),
 ];
 
 /// Keys of wheels that are described.
@@ -133,6 +135,8 @@ mod tests {
                 "epuck: 3 ground, 8 light, 8 proximity",
                 "thymio2: 2 ground, 7 proximity",
                 "kheperax: 2 bumper, 3 distance",
+                "epuck-rm1.1: ",
+                "epuck-rm1.2: ",
             ]
         );
     }
@@ -140,7 +144,7 @@ mod tests {
     /// Where the sources have sensors, mm from the middle between the wheels, and where they look, degrees.
     #[test]
     fn sensors_are_where_the_sources_have_them() {
-        let [(_, khepera), (_, epuck), (_, thymio), (_, kheperax)] = ROBOTS;
+        let [(_, khepera), (_, epuck), (_, thymio), (_, kheperax), ..] = ROBOTS;
         for (text, name, [x, y], look) in [
             (khepera, "left_90", [12.0, 24.5], 85.0),
             (khepera, "left_45", [21.0, 18.5], 45.0),
@@ -228,7 +232,7 @@ mod tests {
             let cm = mm / 10.0;
             (73.0 - 0.03 * 0.03) / (cm * cm - 2.0 * 0.03 * cm + 73.0)
         };
-        let [_, (_, epuck), (_, thymio), _] = ROBOTS;
+        let [_, (_, epuck), (_, thymio), ..] = ROBOTS;
         assert!(off(epuck, 50, argos) < 0.002);
         assert!(off(thymio, 140, enki) < 0.0035);
         assert!(off(epuck, 50, enki) > 0.1);
@@ -248,7 +252,7 @@ mod tests {
             (100.0, 1896.0),
             (120.0, 1511.0),
         ];
-        let [_, _, (_, thymio), _] = ROBOTS;
+        let [_, _, (_, thymio), ..] = ROBOTS;
         for (at, value) in seen {
             let off = (read(thymio, at) - value / 4505.0).abs();
             assert!(off < 0.005, "{at}: {off}");

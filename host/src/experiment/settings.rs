@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 use std::time::Duration;
 
-use oneiro::arena::Arena;
+use oneiro::arena::{Arena, Corners};
 use oneiro::batch::GREATEST_GENE;
 use oneiro::compose::Kind;
 use oneiro::differential::Build;
@@ -75,6 +75,8 @@ impl Default for Settings {
                 width_mm: None,
                 height_mm: None,
                 open: None,
+                corners: None,
+                start_radius: None,
             },
             world: WorldSpec {
                 arena: Arena::default(),
@@ -197,6 +199,10 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Its height.", |own, _| Some(&mut own.arena.height_mm)),
         row("arena.open", "", Any, OURS,
             "Whether it has no sides, and robots may leave the field that they start in; default: false.", |own, _| Some(&mut own.arena.open)),
+        row("arena.corners_mm", "mm", Text("3 pairs of numbers and more, x and y of each corner"), OURS,
+            "Corners of a convex polygon, counter-clockwise, in place of width and height; its sides are walls of the class wall.", |own, _| Some(&mut own.arena.corners)),
+        row("arena.start_radius_mm", "mm", LENGTH, OURS,
+            "Radius of the disc in the arena's middle that robots start in, of those that live together; default: they start anywhere in the field, and in a polygon in the greatest disc within it.", |own, _| Some(&mut own.arena.start_radius)),
     ]);
     rows.extend([
         row("evolution.kind", "", Any, OURS,
@@ -444,6 +450,10 @@ pub(crate) struct ArenaSize {
     pub(crate) height_mm: Option<f32>,
     /// Whether it has no sides.
     pub(crate) open: Option<bool>,
+    /// Corners of a convex polygon instead of its width and height.
+    pub(crate) corners: Option<Corners>,
+    /// Radius of the disc in its middle that robots start in.
+    pub(crate) start_radius: Option<f32>,
 }
 
 /// Individuals that live again after the last generation, so that the champion is chosen by the mean of many lives.

@@ -1,6 +1,6 @@
 //! The world of an experiment's robots.
 
-use oneiro::arena::Arena;
+use oneiro::arena::{Arena, Corners};
 use oneiro::compose::{Kind, OwnParts};
 use oneiro::differential::Build;
 use oneiro::parameter::Invalid;
@@ -119,12 +119,27 @@ fn arena(settings: &Settings, own: Arena) -> Arena {
     if let Some(preset) = settings.arena.preset.as_deref().and_then(Arena::named) {
         return preset;
     }
-    let [width, height] = [settings.arena.width_mm, settings.arena.height_mm].map(Option::unwrap_or_default);
-    let rectangle = Arena::rectangle(width, height);
-    let walls = if own.walls.is_empty() && settings.arena.open != Some(true) {
-        rectangle.walls
-    } else {
-        own.walls
+    let size = &settings.arena;
+    let [width, height] = [size.width_mm, size.height_mm].map(Option::unwrap_or_default);
+    let (outline, walls) = match &size.corners {
+        Some(Corners(corners)) => {
+            let polygon = Arena::polygon(corners, size.start_radius);
+            let walls = [own.walls, polygon.walls.clone()].concat();
+            (polygon, walls)
+        }
+        None => {
+            let rectangle = Arena::rectangle(width, height);
+            let walls = if own.walls.is_empty() && size.open != Some(true) {
+                rectangle.walls.clone()
+            } else {
+                own.walls
+            };
+            let outline = match size.start_radius {
+                Some(radius) => rectangle.starting_within([0.5 * width, 0.5 * height], radius),
+                None => rectangle,
+            };
+            (outline, walls)
+        }
     };
     Arena {
         walls,
@@ -133,6 +148,7 @@ fn arena(settings: &Settings, own: Arena) -> Arena {
         lights: own.lights,
         floor: own.floor,
         patches: own.patches,
-        ..rectangle
+        wall_height: own.wall_height,
+        ..outline
     }
 }

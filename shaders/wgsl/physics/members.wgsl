@@ -85,9 +85,10 @@ fn place_members(life: Life) {
         } else {
             let key = vec2<u32>(word(own, MEMBER_KEY), word(own, MEMBER_KEY + 1u));
             let u = units(random_words(key, STREAM_START, 0u, draws));
+            let place = place_in_field(u);
             let at = vec2<f32>(
-                worlds[world].field_x + u.x * worlds[world].field_width,
-                worlds[world].field_y + u.y * worlds[world].field_height,
+                worlds[world].field_x + place.x * worlds[world].field_width,
+                worlds[world].field_y + place.y * worlds[world].field_height,
             );
             draws++;
             if (!touches(world, at)) {
@@ -118,7 +119,7 @@ fn act(me: Life, step: u32) -> Act {
     let robot = robot_loaded(own);
     let sensed = sensors_read(me, step, pose, sensor_loaded(own));
     save_sensor(own, sensed.state);
-    var real = sense(me, pose, vec2<f32>(pose.x, pose.y), robot);
+    var real = sense(me, step, pose, vec2<f32>(pose.x, pose.y), robot);
     real.own = sensed.readings;
     let perceived = with_noise(me, step, real);
     let command = commands(me, step, perceived, controller_loaded(own));
@@ -169,6 +170,7 @@ struct Cycle {
 fn cycle(life: Life, step: u32) -> Cycle {
     let count = member_count(life.world);
     var first = Act();
+    hear(life, step);
     for (var member = 0u; member < count; member++) {
         let me = member_life(life, member);
         let did = act(me, step);

@@ -15,6 +15,13 @@ fn drive_of(world: u32) -> DriveCell {
     return DriveCell(cell.x, cell.y, cell.z, cell.w);
 }
 
+// Two independent normal numbers of mean 0 and standard deviation 1 (Box and Muller, 1958), of 24 bits each: at most 5.77.
+fn normal_pair(words: vec4<u32>) -> vec2<f32> {
+    // From 2^-24 to 1.
+    let share = f32((words.x >> 8u) + 1u) * 0x1p-24f;
+    return root(-2.0f * logarithm(share)) * cosine_sine(unit(words.y));
+}
+
 // Two speeds of a wheel, as shares of full speed: at the end of a cycle, and the mean over it.
 struct WheelSpeed {
     end: f32,

@@ -9,7 +9,7 @@ use super::interface::{Function, GENE_COUNT, Interface, MISSION, OF_EACH};
 use super::members;
 use crate::arena::{Arena, Patch};
 use crate::compose::{Detail, DetailKind, Kind, Scalar, Value};
-use crate::differential::{Differential, Sensor, SensorKind};
+use crate::differential::{Differential, Sensor, SensorKind, WheelNoise};
 use crate::tables::{SENSORS, SensorTables};
 
 /// Declarations that a kernel needs and a part leaves out.
@@ -232,12 +232,16 @@ pub(super) fn drive(robot: &Differential, arena: &Arena) -> String {
         kept += ", own.used";
     }
     if robot.wheel_noise.is_some() {
+        let [drawn, left, right] = match robot.wheel_noise_law.unwrap_or_default() {
+            WheelNoise::Uniform => ["units", "(2.0f * slips.x - 1.0f)", "(2.0f * slips.y - 1.0f)"],
+            WheelNoise::Normal => ["normal_pair", "slips.x", "slips.y"],
+        };
         let _ = writeln!(
             steps,
-            "    let slips = units(random_words(life.key, STREAM_ACTUATOR, step, 1u));
+            "    let slips = {drawn}(random_words(life.key, STREAM_ACTUATOR, step, 1u));
     let noise = numbers(life.world, {}u).x;
-    speeds.x *= 1.0f + noise * (2.0f * slips.x - 1.0f);
-    speeds.y *= 1.0f + noise * (2.0f * slips.y - 1.0f);",
+    speeds.x *= 1.0f + noise * {left};
+    speeds.y *= 1.0f + noise * {right};",
             robot.noise_cell(arena)
         );
     }
@@ -417,20 +421,23 @@ fn of_rays(rays: &[usize]) -> String {
 /// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
 /// differ from the description.
 pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Arena, is_individual: bool) -> String {
-    let count = robot.sensors.len();
-    let each = |line: &dyn Fn(usize, &str) -> String| -> String {
-        let names = robot.sensors.iter().map(|sensor| sensor.name.as_str());
-        names.enumerate().map(|(index, name)| line(index, name)).collect()
+    let (all, listed) = (robot.readings(), robot.sensors.len());
+    let count = all.len();
+    let each = |names: &[String], line: &dyn Fn(usize, &str) -> String| -> String {
+        let lines = names.iter().enumerate();
+        lines.map(|(index, name)| line(index, name)).collect()
     };
-    let fields = each(&|_, name| format!("    {name}: f32,\n"));
-    let sum = each(&|index, name| format!("    sum += gene(life, index + {index}u) * r.{name};\n"));
+    let fields = each(&all, &|_, name| format!("    {name}: f32,\n"));
+    let sum = each(&all, &|index, name| {
+        format!("    sum += gene(life, index + {index}u) * r.{name};\n")
+    });
     // Four numbers are drawn at a time.
     let mut draws = String::new();
-    for draw in 0..count.div_ceil(4) {
+    for draw in 0..listed.div_ceil(4) {
         let words = format!("random_words(life.key, STREAM_SENSOR, step, {draw}u)");
         let _ = writeln!(draws, "        let n{draw} = units({words}) * span + low;");
     }
-    let noisy = each(&|index, name| {
+    let noisy = each(&all[..listed], &|index, name| {
         let noise = format!("n{}.{}", index / 4, ["x", "y", "z", "w"][index % 4]);
         format!("        noisy.{name} = clamp(readings.{name} + {noise}, 0.0f, 1.0f);\n")
     });
@@ -593,10 +600,16 @@ pub(super) fn readings(robot: &Differential, tables: &SensorTables, arena: &Aren
 "
         );
     }
+    if let Some(model) = robot.model {
+        numbers += "    let given = given_to(life, step, pose);\n";
+        for reading in model.expressions() {
+            let _ = writeln!(readings, "        {reading},");
+        }
+    }
     let among = members::among(robot, &others, &pressing, &widest);
     let (whose, world) = match robot.count {
         None => ("world: u32", ""),
-        Some(_) => ("life: Life", "    let world = life.world;\n"),
+        Some(_) => ("life: Life, step: u32", "    let world = life.world;\n"),
     };
     let (floor, lights, patches) = (floor_cell(robot), arena.lights.len(), arena.patches.len());
     let individual = if is_individual {

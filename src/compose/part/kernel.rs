@@ -17,7 +17,7 @@ use super::interface::{GENE_COUNT, GENES};
 use super::{Part, check, generate, interface, members, refusal};
 use crate::compose::{Composed, GREATEST_GENES, Kind, Lives, OwnParts, Refused, fields};
 use crate::differential::{Build, Differential};
-use crate::parameter::Invalid;
+use crate::parameter::{Choice, Invalid};
 use crate::world::{Controller, Gene, Task, WorldSpec};
 
 /// Stands for a path in messages about generated declarations.
@@ -214,7 +214,7 @@ pub(in crate::compose) fn compose(
         });
     }
     let fields = fields(robot);
-    let mut generated = generate::details(&parts.details(robot)) + &generate::reading(&readings_in(&fields, parts));
+    let mut generated = generate::details(&parts.details(robot)) + &generate::reading(&parts.readings_in(robot));
     let mut name = base.name.to_owned();
     if let Build::Differential(robot) = robot {
         check_names(robot)?;
@@ -222,9 +222,12 @@ pub(in crate::compose) fn compose(
         let mut described =
             generate::readings(robot, tables, &spec.arena, is_individual) + &generate::drive(robot, &spec.arena);
         if let Some(count) = robot.count {
-            described += &members::constants(robot, &spec.arena);
+            described += &members::constants(robot, &spec.arena, spec.robot.body_radius);
             // Its traces have as many poses.
             let _ = write!(name, "+{count}-together");
+            if let Some(model) = robot.model {
+                let _ = write!(name, "+{}-{}", model.word(), robot.reference.cycles());
+            }
         }
         let hash = blake3::hash(described.as_bytes()).to_hex();
         let _ = write!(name, "+{}-sensors-{}", robot.sensors.len(), &hash[..16]);
@@ -267,13 +270,6 @@ pub(in crate::compose) fn compose(
         words,
     };
     Ok(*known().entry(name).or_insert_with(leaked))
-}
-
-/// The fields of the kernel's `Readings`, in order: the robot's, and those of a user's sensors.
-fn readings_in(fields: &[String], parts: &OwnParts) -> Vec<String> {
-    let own = parts.readings();
-    let own = own.iter().map(|name| format!("own.{name}"));
-    fields.iter().cloned().chain(own).collect()
 }
 
 /// Refuses names of sensors that no field of `Readings` can have: words of WGSL, and the one that holds a user's sensors.
@@ -407,7 +403,7 @@ fn new(
     let is_needed = |path: &str| {
         let is_of_robot = is_of_robot(path, spec);
         if is_of_members(path) || live_together && members::REPLACED.contains(&path) {
-            return is_of_members(path) && live_together;
+            return live_together && members::is_needed(path, &spec.robot.build);
         }
         if [Lives::Simulated, Lives::Reported, Lives::Individual]
             .map(physics)
@@ -453,8 +449,7 @@ fn new(
         let described = [part(GENERATED, &generated)];
         let users: Vec<_> = own.iter().map(|own| own.part.source()).collect();
         let all = [&parts[..], &described, &users].concat();
-        let fields = fields(&spec.robot.build);
-        generated += &members::declarations(&all, own, spec, &readings_in(&fields, own));
+        generated += &members::declarations(&all, own, spec, &own.readings_in(&spec.robot.build));
     }
     let mut cells = 0;
     for own in own.iter() {

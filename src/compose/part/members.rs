@@ -10,17 +10,39 @@ use super::fields::{self, Remembered};
 use super::interface::{self, MISSION_STATE, OF_EACH};
 use crate::arena::Arena;
 use crate::compose::{Kind, OwnPart, OwnParts, Scalar};
-use crate::differential::{Differential, GREATEST_MEMBERS};
+use crate::differential::{Build, Differential, GREATEST_MEMBERS};
+use crate::reference::{Model, Reference};
 use crate::world::{Task, WorldSpec};
 
 /// Parts of worlds of several robots, and those that they take the place of.
-pub(super) const PARTS: [&str; 5] = [
+pub(super) const PARTS: [&str; 8] = [
     "lib/members.wgsl",
     "members.wgsl",
     "physics/contacts.wgsl",
     "physics/members.wgsl",
     "sensor/others.wgsl",
+    REFERENCE,
+    RM11,
+    RM12,
 ];
+const REFERENCE: &str = "sensor/reference.wgsl";
+const RM11: &str = "sensor/rm11.wgsl";
+const RM12: &str = "sensor/rm12.wgsl";
+
+/// Whether such a world is made of one of these parts.
+pub(super) fn is_needed(path: &str, robot: &Build) -> bool {
+    let model = match robot {
+        Build::Differential(own) => own.model,
+        Build::Sampled | Build::Forager(_) => None,
+    };
+    match path {
+        REFERENCE => model.is_some(),
+        RM11 => model == Some(Model::Rm11),
+        RM12 => model == Some(Model::Rm12),
+        _ => PARTS.contains(&path),
+    }
+}
+
 pub(super) const REPLACED: [&str; 2] = ["life.wgsl", "physics/sampled.wgsl"];
 
 /// Names of the numbers of words of a world and of a robot.
@@ -195,6 +217,9 @@ fn members_earned(life: Life, step: u32) -> f32 {
 "
         .to_owned()
     };
+    if let Build::Differential(robot) = &spec.robot.build {
+        text += &heard(robot, &mut of_world, &mut of_member);
+    }
     let [world, member] = WORDS;
     let _ = writeln!(
         text,
@@ -202,6 +227,26 @@ fn members_earned(life: Life, step: u32) -> f32 {
         of_world.count, of_member.count
     );
     text
+}
+
+/// Where what robots hear and see of the floor is kept: of each robot a word for the floor, one for the number that it heard in this
+/// cycle, and two for what it heard in each of the last cycles; of the world a word for each message of a cycle.
+fn heard(robot: &Differential, of_world: &mut Words, of_member: &mut Words) -> String {
+    let (Some(_), Some(count)) = (robot.model, robot.count) else {
+        return "fn hear(life: Life, step: u32) {\n}\n".to_owned();
+    };
+    let cycles = robot.reference.cycles() as usize;
+    let (member, world) = (of_member.count, of_world.count);
+    of_member.count += 2 + 2 * cycles;
+    of_world.count += (count * count) as usize;
+    format!(
+        "const MEMBER_FLOOR: u32 = MEMBER_MEMORY + {member}u;
+const MEMBER_HEARD: u32 = MEMBER_FLOOR + 1u;
+const MEMBER_MESSAGES: u32 = MEMBER_FLOOR + 2u;
+const HEARD_CYCLES: u32 = {cycles}u;
+const WORLD_MESSAGES: u32 = WORLD_MEMORY + {world}u;
+"
+    )
 }
 
 /// What each robot earns, for which its readings and its motion are kept until all have moved.
@@ -249,9 +294,35 @@ fn members_earned(life: Life, step: u32) -> f32 {{
 }
 
 /// Constants of a robot's world.
-pub(super) fn constants(robot: &Differential, arena: &Arena) -> String {
-    format!(
-        "const GREATEST_MEMBERS: u32 = {GREATEST_MEMBERS}u;\nconst MEMBERS_CELL: u32 = {}u;\n",
+pub(super) fn constants(robot: &Differential, arena: &Arena, body_radius: f32) -> String {
+    let place = if arena.is_field_round {
+        "vec2<f32>(0.5f, 0.5f) + (0.5f * root(u.x)) * cosine_sine(u.y)"
+    } else {
+        "vec2<f32>(u.x, u.y)"
+    };
+    let mut text = format!(
+        "const GREATEST_MEMBERS: u32 = {GREATEST_MEMBERS}u;
+const MEMBERS_CELL: u32 = {}u;
+fn place_in_field(u: vec4<f32>) -> vec2<f32> {{
+    return {place};
+}}
+",
         robot.members_cell(arena)
-    )
+    );
+    if robot.model.is_some() {
+        let (cell, sides) = (robot.reference_cell(arena), arena.sides);
+        let inner = arena.walls.len() - sides + arena.obstacles.len() + arena.blocks.len();
+        let hiding = inner + if arena.sides_hide_lamps(body_radius) { sides } else { 0 };
+        let _ = write!(
+            text,
+            "const REFERENCE_CELL: u32 = {cell}u;
+const LAMP_CELL: u32 = {}u;
+const INNER_COUNT: u32 = {inner}u;
+const SIDE_COUNT: u32 = {sides}u;
+const HIDING_COUNT: u32 = {hiding}u;
+",
+            cell + Reference::CELLS,
+        );
+    }
+    text
 }

@@ -424,8 +424,13 @@ fn sensors(robot: &Robot, own: Option<&OwnPart>) -> String {
         };
         format!("{count} {word}{names}")
     });
+    let model = match &robot.build {
+        Build::Differential(own) => own.model,
+        Build::Sampled | Build::Forager(_) => None,
+    };
+    let model = model.map(|model| format!("{} readings of the model {}", model.readings().len(), model.word()));
     let own = own.map(|own| part(Some(own), ""));
-    let all: Vec<String> = kinds.chain(tables).chain(own).collect();
+    let all: Vec<String> = kinds.chain(tables).chain(model).chain(own).collect();
     if all.is_empty() {
         "none".to_owned()
     } else {
