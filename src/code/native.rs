@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use oneiro_shader_compiler::tree::Program;
-use oneiro_shader_compiler::{Generic, Part, trees};
+use oneiro_shader_compiler::{Generic, Part, Trees, trees};
 use oneiro_shader_native as native;
 use oneiro_shaders::{Kernel, Words};
 
@@ -38,17 +38,9 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     if let Some(code) = compiled.get(kernel.name) {
         return Ok(code.clone());
     }
-    let refused = |problem: String| Error::NoDevice(format!("the kernel {} can't be compiled: {problem}", kernel.name));
-    let failed = |error: native::Error| refused(error.to_string());
+    let failed = |error: native::Error| refused(kernel, &error.to_string());
     let target = native::Target::host().map_err(failed)?;
-    let compile = || {
-        let part = Part {
-            path: format!("{}.wgsl", kernel.name),
-            text: kernel.wgsl.into(),
-        };
-        let trees = trees(&[part]).map_err(|refusals| refused(refusals[0].to_string()))?;
-        target.compile(&trees, LANES).map_err(failed)
-    };
+    let compile = || target.compile(&trees_of(kernel)?, LANES).map_err(failed);
     let code = match native::Cache::of_user() {
         Some(cache) => cache.load_or(&native::Key::new(kernel.wgsl, LANES, &target), compile),
         None => compile(),
@@ -59,6 +51,31 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     };
     compiled.insert(kernel.name, code.clone());
     Ok(code)
+}
+
+fn refused(kernel: &Kernel, problem: &str) -> Error {
+    Error::NoDevice(format!("the kernel {} can't be compiled: {problem}", kernel.name))
+}
+
+/// A kernel's program.
+///
+/// # Errors
+/// [`Error::NoDevice`] if its text is refused.
+pub(crate) fn trees_of(kernel: &Kernel) -> Result<Trees, Error> {
+    let part = Part {
+        path: format!("{}.wgsl", kernel.name),
+        text: kernel.wgsl.into(),
+    };
+    trees(&[part]).map_err(|refusals| refused(kernel, &refusals[0].to_string()))
+}
+
+/// The buffers in the layout that code compiled outside of this program expects.
+pub(super) fn words(buffers: &[Words]) -> Vec<native::Words> {
+    let words = |buffer: &Words| native::Words {
+        start: buffer.start,
+        len: buffer.len,
+    };
+    buffers.iter().map(words).collect()
 }
 
 /// Compiles a program of a kernel for a world.
@@ -94,13 +111,8 @@ impl Code {
         first_lane: u32,
         turns: u64,
     ) -> Result<(), Error> {
-        let words = |buffer: &Words| native::Words {
-            start: buffer.start,
-            len: buffer.len,
-        };
-        let buffers: Vec<_> = buffers.iter().map(words).collect();
         // SAFETY: the caller guarantees it.
-        match unsafe { self.native.run(&buffers, workgroup, first_lane, turns) } {
+        match unsafe { self.native.run(&words(buffers), workgroup, first_lane, turns) } {
             Err(native::Stopped::TurnsUsedUp(turns)) => Err(Error::Unbounded {
                 kernel: self.kernel.to_owned(),
                 turns,

@@ -1,7 +1,6 @@
 //! Machine code of the hand-written kernels and of those that ship; endless loops are stopped, and unsuitable buffers,
 //! arrays and numbers of lanes are refused.
 
-use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
@@ -12,27 +11,12 @@ use oneiro_shader_native::{Cache, Code, Error, Key, LANES, Native, Stopped, Targ
 #[allow(dead_code, reason = "these tests need no host structs")]
 mod catalogue;
 mod common;
-use common::{Extent, TURNS, meaning, native, program, run};
+use common::{Extent, TURNS, corpus, meaning, native, program, run};
 
 const EXTENT: Extent = Extent {
     workgroups: 0..2,
     lanes: generate::WORKGROUP,
 };
-
-/// The shader compiler's hand-written kernels, by name.
-fn corpus() -> Vec<(String, String)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpus/wgsl");
-    let files = fs::read_dir(folder).expect("the corpus is there");
-    let read = |path: &Path| {
-        let name = path.file_stem().expect("it has a name").to_string_lossy();
-        (name.into_owned(), fs::read_to_string(path).expect("it is text"))
-    };
-    let mut corpus: Vec<_> = files
-        .map(|file| read(&file.expect("it can be listed").path()))
-        .collect();
-    corpus.sort();
-    corpus
-}
 
 #[test]
 fn the_corpus_does_what_it_means() {
