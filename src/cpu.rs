@@ -191,6 +191,22 @@ impl Cpu {
         Ok(result)
     }
 
+    /// Whether a lane code is of the instruction set that was asked for, if one was.
+    fn is_wanted(&self, name: &str) -> bool {
+        self.variant
+            .is_none_or(|wanted| instruction_set(wanted) == instruction_set(name))
+    }
+
+    /// This device, with the name of a lane code.
+    fn described(&self, lane_code: &str) -> Device {
+        let slow = if interprets() { SLOW } else { "" };
+        Device {
+            name: "cpu".into(),
+            detail: format!("{lane_code}, {} threads{slow}", self.threads()),
+            exact: true,
+        }
+    }
+
     /// Returns the lane code that was asked for by name, or else the one with the shortest estimated time. With few rollouts,
     /// narrow ones keep more threads busy. A kernel composed at run time has only one, unless it was compiled ahead of time on
     /// this machine.
@@ -203,16 +219,12 @@ impl Cpu {
         {
             return Ok(code);
         }
-        let is_wanted = |name: &str| {
-            self.variant
-                .is_none_or(|wanted| instruction_set(wanted) == instruction_set(name))
-        };
         let time = |(name, lanes): (&str, u32)| {
             let calls: usize = parts.iter().map(|part| part.rollouts().div_ceil(lanes as usize)).sum();
             calls.div_ceil(self.threads()) as f32 * cost(name, lanes)
         };
         let fastest = LaneCode::all(kernel)
-            .filter(|(name, _)| is_wanted(name))
+            .filter(|(name, _)| self.is_wanted(name))
             .min_by(|a, b| time(*a).total_cmp(&time(*b)));
         let code = match fastest {
             Some((name, _)) => LaneCode::named(kernel, name)?,
@@ -229,15 +241,16 @@ impl Evaluator for Cpu {
             .variant
             .or_else(|| Self::variants().first().copied())
             .unwrap_or("no lane code");
-        Device {
-            name: "cpu".into(),
-            detail: format!(
-                "{widest}, {} threads{}",
-                self.threads(),
-                if interprets() { SLOW } else { "" }
-            ),
-            exact: true,
-        }
+        self.described(widest)
+    }
+
+    fn device_for(&self, kernel: &'static Kernel) -> Device {
+        let names: Vec<_> = LaneCode::all(kernel).map(|(name, _)| name).collect();
+        let is_there = |name: &&str| names.contains(name) || interpreter() == Some(*name);
+        let own = self.variant.filter(is_there);
+        let wanted = || names.iter().copied().find(|name| self.is_wanted(name));
+        let any = || names.first().copied().or(interpreter());
+        self.described(own.or_else(wanted).or_else(any).unwrap_or("no lane code"))
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {

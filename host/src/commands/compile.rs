@@ -104,7 +104,9 @@ impl Report {
     /// # Errors
     /// Exit 1: a bit differs. Exit 4: code can't be run.
     fn check(&mut self, worlds: &Worlds, compiled: &Compiled, console: Console) -> Result {
-        console.say(format!("comparing {LIVES} lives of random genomes with those by {REFERENCE}"));
+        console.say(format!(
+            "comparing {LIVES} lives of random genomes with those by {REFERENCE}"
+        ));
         let genomes: Vec<_> = (0..LIVES)
             .map(|index| workload::genome(worlds.genes()[0], 1.0, 1, index))
             .collect();
@@ -113,24 +115,19 @@ impl Report {
         let traced = of(TRACED, Some(TraceRequest { every: 1 }))?;
         let affordable = STEPS * u64::from(TRACED) / traced.steps().max(1);
         let timed = of(affordable.clamp(1, CYCLES.into()) as u32, None)?;
-        let lived = |name: &str| -> Result<(Outcome, Outcome, f64)> {
-            let mut cpu = Cpu::new(Some(1))?
+        let cpu = |name: &str| -> Result<Cpu> {
+            Ok(Cpu::new(Some(1))?
                 .with_variant(name)?
-                .with_specialise(Specialise::Never);
-            let first = cpu.evaluate(&traced, &Control::new())?;
-            let (mut outcome, mut fastest) = (Outcome::default(), f64::INFINITY);
-            for _ in 0..TURNS {
-                let begin = Instant::now();
-                outcome = cpu.evaluate(&timed, &Control::new())?;
-                fastest = fastest.min(begin.elapsed().as_secs_f64());
-            }
-            Ok((first, outcome, timed.steps() as f64 / fastest))
+                .with_specialise(Specialise::Never))
         };
-        let (first, whole, rate) = lived(REFERENCE)?;
-        self.rates.push((REFERENCE, rate));
+        let lived = |name: &str| -> Result<[Outcome; 2]> {
+            let mut cpu = cpu(name)?;
+            let first = cpu.evaluate(&traced, &Control::new())?;
+            Ok([first, cpu.evaluate(&timed, &Control::new())?])
+        };
+        let [first, whole] = lived(REFERENCE)?;
         for &name in &compiled.lane_codes {
-            let (own_first, own, rate) = lived(name)?;
-            self.rates.push((name, rate));
+            let [own_first, own] = lived(name)?;
             if !is_same(&own_first, &first) || !is_same(&own, &whole) {
                 return Err(Failure::failed(format_args!(
                     "{name}, compiled by Rust {}, has other bits than {REFERENCE} for {}: nothing is kept of it; this is a mistake \
@@ -138,6 +135,16 @@ impl Report {
                     compiled.rust, self.kernel
                 )));
             }
+        }
+        for &name in [REFERENCE].iter().chain(&compiled.lane_codes) {
+            let mut cpu = cpu(name)?;
+            let mut fastest = f64::INFINITY;
+            for _ in 0..TURNS {
+                let begin = Instant::now();
+                cpu.evaluate(&timed, &Control::new())?;
+                fastest = fastest.min(begin.elapsed().as_secs_f64());
+            }
+            self.rates.push((name, timed.steps() as f64 / fastest));
         }
         Ok(())
     }

@@ -154,7 +154,10 @@ impl Cache {
         if !path.exists() {
             return Ok(None);
         }
-        let problem = |problem: String| LibraryError { path: path.clone(), problem };
+        let problem = |problem: String| LibraryError {
+            path: path.clone(),
+            problem,
+        };
         let bytes = self
             .read(&path)
             .ok_or_else(|| problem("can't be read, or another user could have written it".into()))?;
@@ -166,12 +169,7 @@ impl Cache {
     /// # Errors
     /// The toolchain's, those of the file system, and a library that the system can't load.
     #[cfg(feature = "ahead")]
-    pub fn compile(
-        &self,
-        key: &Key,
-        toolchain: &Toolchain,
-        trees: &Trees,
-    ) -> Result<(Library, Draft), ToolchainError> {
+    pub fn compile(&self, key: &Key, toolchain: &Toolchain, trees: &Trees) -> Result<(Library, Draft), ToolchainError> {
         self.create()?;
         let path = self.library_path(key);
         let new = unfinished(&path);

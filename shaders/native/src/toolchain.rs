@@ -57,7 +57,9 @@ pub enum ToolchainError {
     )]
     Missing(String, io::Error),
     /// It isn't known what the compiler is.
-    #[error("`{0} -vV` doesn't tell a version of Rust; allowed: a compiler of Rust {OLDEST} or newer in the environment variable RUSTC")]
+    #[error(
+        "`{0} -vV` doesn't tell a version of Rust; allowed: a compiler of Rust {OLDEST} or newer in the environment variable RUSTC"
+    )]
     Unknown(String),
     /// The compiler is too old.
     #[error("`{0}` is of Rust {1}; allowed: {OLDEST} or newer")]
@@ -156,7 +158,16 @@ impl Toolchain {
         let ended = Command::new(&self.rustc)
             .args(["--edition", "2024", "--crate-type", "cdylib", "--crate-name", NAME])
             .args(["--target", env!("ONEIRO_TARGET"), "--cap-lints", "allow"])
-            .args(["-C", "opt-level=3", "-C", "panic=abort", "-C", "strip=symbols", "-C", &units])
+            .args([
+                "-C",
+                "opt-level=3",
+                "-C",
+                "panic=abort",
+                "-C",
+                "strip=symbols",
+                "-C",
+                &units,
+            ])
             .args(["-o", "library", "library.rs"])
             .current_dir(folder)
             .stdin(Stdio::null())

@@ -31,9 +31,15 @@ fn compiled(cache: &Cache, text: &str) -> Library {
     let trees = program(text).expect("it is exact");
     let toolchain = Toolchain::find().expect("tests are compiled by one");
     let (library, draft) = cache.compile(&key(text), &toolchain, &trees).expect("it compiles");
-    assert!(cache.library(&key(text)).expect("there is no other").is_none(), "it is kept too early");
+    assert!(
+        cache.library(&key(text)).expect("there is no other").is_none(),
+        "it is kept too early"
+    );
     draft.keep().expect("the folder can be written");
-    let found = cache.library(&key(text)).expect("it can be loaded").expect("it is kept");
+    let found = cache
+        .library(&key(text))
+        .expect("it can be loaded")
+        .expect("it is kept");
     assert_eq!(found.instances(), library.instances());
     assert_eq!(found.compiler(), toolchain.version());
     found
@@ -109,7 +115,10 @@ fn damaged_libraries_are_refused() {
     fs::remove_file(&path).expect("it is ours");
     fs::write(&path, changed).expect("it is ours");
     let error = cache.library(&key(SMALL)).expect_err("it is damaged").to_string();
-    assert!(error.contains("is damaged") && error.contains(&path.display().to_string()), "{error}");
+    assert!(
+        error.contains("is damaged") && error.contains(&path.display().to_string()),
+        "{error}"
+    );
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
@@ -151,7 +160,8 @@ fn compilers_that_are_no_good_are_refused() {
     assert!(old.to_string().contains("1.80.1; allowed: 1.95 or newer"), "{old}");
     let unknown = of("echo hello").unwrap_err();
     assert!(matches!(unknown, ToolchainError::Unknown(_)), "{unknown}");
-    let failing = "echo 'rustc 1.99.0 (a)'; echo 'release: 1.99.0'; [ \"$1\" = -vV ] || { echo 'no linker' >&2; exit 1; }";
+    let failing =
+        "echo 'rustc 1.99.0 (a)'; echo 'release: 1.99.0'; [ \"$1\" = -vV ] || { echo 'no linker' >&2; exit 1; }";
     let failing = of(failing).expect("it says what it is");
     let failed = cache.compile(&key(SMALL), &failing, &program(SMALL).expect("it is exact"));
     let failed = failed.expect_err("it fails");
@@ -163,5 +173,9 @@ fn compilers_that_are_no_good_are_refused() {
     let failed = cache.compile(&key(SMALL), &wrong, &program(SMALL).expect("it is exact"));
     let failed = failed.expect_err("it can't be loaded");
     assert!(matches!(failed, ToolchainError::Library(_)), "{failed}");
-    assert_eq!(fs::read_dir(folder).expect("it is there").count(), 0, "something is left");
+    assert_eq!(
+        fs::read_dir(folder).expect("it is there").count(),
+        0,
+        "something is left"
+    );
 }
