@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::backend::Specialise;
 use crate::batch::{Batch, LANES, Part, PartResult};
-use crate::code::{LaneCode, Specialised, interpreter, interprets, library};
+use crate::code::{self, LaneCode, Specialised, interpreter, interprets, library};
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
 /// Cycles between checks for cancellation: some ten milliseconds of 64 rollouts.
@@ -232,6 +232,12 @@ impl Cpu {
             None => None,
         };
         code.ok_or_else(|| Error::NoDevice(format!("this CPU has no lane code for the kernel {}", kernel.name)))
+    }
+}
+
+impl Drop for Cpu {
+    fn drop(&mut self) {
+        code::finish();
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::thread::{self, JoinHandle};
 
 use oneiro_shader_compiler::tree::Program;
 use oneiro_shader_compiler::{Generic, Part, Trees, trees};
@@ -39,6 +39,18 @@ fn known() -> MutexGuard<'static, BTreeMap<&'static str, Code>> {
     COMPILED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Code that is being compiled in the background.
+static UNDERWAY: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
+
+/// Waits for code that is being compiled, so that it is in the cache the next time.
+pub(crate) fn finish() {
+    let underway = std::mem::take(&mut *UNDERWAY.lock().unwrap_or_else(PoisonError::into_inner));
+    for thread in underway {
+        // If it failed, the code with fewer lanes remains.
+        let _ = thread.join();
+    }
+}
+
 /// Returns a kernel's code. That of a long program has fewer lanes at first, until that of all lanes has been compiled in the
 /// background.
 ///
@@ -53,12 +65,12 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     let (code, is_whole) = compiler.first()?;
     known.insert(kernel.name, code.clone());
     if !is_whole {
-        thread::spawn(move || {
-            // What failed here is no worse than before.
+        let thread = thread::spawn(move || {
             if let Ok(code) = compiler.whole() {
                 self::known().insert(kernel.name, code);
             }
         });
+        UNDERWAY.lock().unwrap_or_else(PoisonError::into_inner).push(thread);
     }
     Ok(code)
 }

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use oneiro::batch::{Trace, WorldKind};
+use oneiro::batch::Trace;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::world::{self, World};
 use serde_json::json;

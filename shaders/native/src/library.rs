@@ -108,7 +108,7 @@ pub struct LibraryError {
 #[derive(Debug)]
 pub struct Library {
     /// Owns the memory that `entries` point to.
-    _library: libloading::Library,
+    _owner: libloading::Library,
     entries: Vec<Entry>,
     instances: Vec<Instance>,
     compiler: String,
@@ -131,7 +131,7 @@ impl Library {
             entries.push(*entry.map_err(|error| format!("lacks {}: {error}", instance.name))?);
         }
         Ok(Self {
-            _library: library,
+            _owner: library,
             entries,
             instances,
             compiler,

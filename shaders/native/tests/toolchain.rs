@@ -17,7 +17,7 @@ const EXTENT: Extent = Extent {
 
 /// An empty cache for one test, and its directory.
 fn cache(test: &str) -> (Cache, PathBuf) {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ahead").join(test);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("toolchain").join(test);
     let _ = fs::remove_dir_all(&folder);
     (Cache::new(&folder), folder)
 }
