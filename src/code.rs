@@ -2,6 +2,11 @@
 
 #[cfg_attr(not(feature = "compose"), path = "code/absent.rs")]
 mod interpreted;
+#[cfg_attr(
+    not(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64"))),
+    path = "code/no_library.rs"
+)]
+pub(crate) mod library;
 #[allow(clippy::duplicate_mod, reason = "what is absent is absent alike")]
 #[cfg_attr(
     not(all(feature = "native", any(target_arch = "x86_64", target_arch = "aarch64"))),
@@ -17,6 +22,8 @@ mod specialised;
 
 use oneiro_shaders::{Kernel, Variant, Words};
 
+#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
+pub(crate) use native::trees_of;
 pub(crate) use specialised::Specialised;
 
 use crate::evaluator::Error;
@@ -26,6 +33,8 @@ use crate::evaluator::Error;
 pub(crate) enum LaneCode {
     /// Compiled with this program.
     Ahead(&'static Variant),
+    /// Compiled by a Rust toolchain on this machine.
+    Library(library::Code),
     /// Compiled at run time.
     Native(native::Code),
     /// Not compiled.
@@ -39,14 +48,16 @@ pub(crate) fn interpreter() -> Option<&'static str> {
 
 impl LaneCode {
     /// Names and numbers of lanes of a kernel's lane codes that this processor can run: first those compiled with this program
-    /// that have several lanes, then the one compiled at run time, then those with one lane. The interpreter isn't among them.
+    /// or by a Rust toolchain that have several lanes, then the one compiled at run time, then those with one lane. The
+    /// interpreter isn't among them.
     pub(crate) fn all(kernel: &'static Kernel) -> impl Iterator<Item = (&'static str, u32)> {
         let native = native::is_available().then_some((native::NAME, native::LANES));
         let ahead = |is_wide: bool| {
             let variants = ahead(kernel).filter(move |variant| (variant.lanes > 1) == is_wide);
             variants.map(|variant| (variant.name, variant.lanes))
         };
-        ahead(true).chain(native).chain(ahead(false))
+        let libraries = library::all(kernel).into_iter();
+        ahead(true).chain(libraries).chain(native).chain(ahead(false))
     }
 
     /// Returns a kernel's lane code by name; `None` if this processor can't run one with that name.
@@ -60,7 +71,8 @@ impl LaneCode {
         if interpreter() == Some(name) {
             return interpreted::compiled(kernel).map(Self::Interpreted).map(Some);
         }
-        Ok(ahead(kernel).find(|variant| variant.name == name).map(Self::Ahead))
+        let ahead = ahead(kernel).find(|variant| variant.name == name).map(Self::Ahead);
+        Ok(ahead.or_else(|| library::named(kernel, name).map(Self::Library)))
     }
 
     /// Compiles a kernel composed at run time, or prepares to interpret it where it can't be compiled.
@@ -87,13 +99,14 @@ impl LaneCode {
     pub(crate) fn lanes(&self) -> u32 {
         match self {
             Self::Ahead(variant) => variant.lanes,
+            Self::Library(code) => code.lanes(),
             Self::Native(code) => code.lanes(),
             Self::Interpreted(code) => code.lanes(),
         }
     }
 
     /// Runs its lanes of one workgroup, from `first_lane` on. Its loops may take `turns` turns in all, unless it was compiled
-    /// with this program.
+    /// ahead of time.
     ///
     /// # Errors
     /// [`Error::Unbounded`] if they take more.
@@ -113,12 +126,19 @@ impl LaneCode {
             // SAFETY: the variant is available; the caller guarantees the rest.
             Self::Ahead(variant) => unsafe { (variant.run)(buffers, workgroup, first_lane) },
             // SAFETY: the caller guarantees it.
+            Self::Library(code) => unsafe { code.run(buffers, workgroup, first_lane) },
+            // SAFETY: the caller guarantees it.
             Self::Native(code) => return unsafe { code.run(buffers, workgroup, first_lane, turns) },
             // SAFETY: the caller guarantees it.
             Self::Interpreted(code) => return unsafe { code.run(buffers, workgroup, first_lane, turns) },
         }
         Ok(())
     }
+}
+
+/// Waits for code that is being compiled in the background.
+pub(crate) fn finish() {
+    native::finish();
 }
 
 /// Whether kernels composed at run time are interpreted, since they can't be compiled.

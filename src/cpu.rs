@@ -12,13 +12,15 @@ use rayon::prelude::*;
 
 use crate::backend::Specialise;
 use crate::batch::{Batch, LANES, Part, PartResult};
-use crate::code::{LaneCode, Specialised, interpreter, interprets};
+use crate::code::{self, LaneCode, Specialised, interpreter, interprets, library};
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
 /// Cycles between checks for cancellation: some ten milliseconds of 64 rollouts.
 const CHUNK: u32 = 16_384;
 /// Said of a processor that kernels can't be compiled for.
 const SLOW: &str = "; kernels composed at run time are interpreted, which is slow";
+/// What helps where a library can't be used.
+const AGAIN: &str = "`oneiro compile` compiles it ahead again";
 /// How many times the bound of its loops' turns a call of code made at run time may take before it is stopped. The bound is that of
 /// one life. Of several lanes, some may leave a loop earlier than others; the pass in which the last ones leave it goes on to its end
 /// without any. So a loop may take one pass more than the bound says, which is at most twice as many for each loop around
@@ -35,6 +37,7 @@ pub struct Cpu {
     checks: bool,
     chunk: u32,
     specialised: Specialised,
+    warnings: Vec<String>,
 }
 
 impl Cpu {
@@ -77,6 +80,7 @@ impl Cpu {
             checks: false,
             chunk: CHUNK,
             specialised: Specialised::default(),
+            warnings: Vec::new(),
         })
     }
 
@@ -89,8 +93,9 @@ impl Cpu {
     }
 
     /// Always runs one lane code instead of choosing one for each batch. A kernel that isn't compiled so wide runs the
-    /// widest code of the same instruction set. `interpretedx1` is the interpreter, which is only chosen by itself for a kernel
-    /// composed at run time where that can't be compiled.
+    /// widest code of the same instruction set, and one that isn't compiled ahead of time at all runs code compiled at run time.
+    /// `interpretedx1` is the interpreter, which is only chosen by itself for a kernel composed at run time where that can't be
+    /// compiled.
     ///
     /// # Errors
     /// [`Error::NoDevice`] if this processor can't run a lane code with that name.
@@ -186,8 +191,29 @@ impl Cpu {
         Ok(result)
     }
 
+    /// Whether a lane code is of the instruction set that was asked for, if one was.
+    fn is_wanted(&self, name: &str) -> bool {
+        self.variant
+            .is_none_or(|wanted| instruction_set(wanted) == instruction_set(name))
+    }
+
+    /// This device, with the name of a lane code.
+    fn described(&self, lane_code: &str) -> Device {
+        let slow = if interprets() { SLOW } else { "" };
+        Device {
+            name: "cpu".into(),
+            detail: format!(
+                "{lane_code}, {} {}{slow}",
+                self.threads(),
+                if self.threads() == 1 { "thread" } else { "threads" }
+            ),
+            exact: true,
+        }
+    }
+
     /// Returns the lane code that was asked for by name, or else the one with the shortest estimated time. With few rollouts,
-    /// narrow ones keep more threads busy. A kernel composed at run time has only one.
+    /// narrow ones keep more threads busy. A kernel composed at run time has only one, unless it was compiled ahead of time on
+    /// this machine.
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<LaneCode, Error> {
         if self.checks {
             return LaneCode::checked(kernel);
@@ -197,25 +223,25 @@ impl Cpu {
         {
             return Ok(code);
         }
-        if kernel.variants.is_empty() {
-            return LaneCode::composed(kernel);
-        }
-        let is_wanted = |name: &str| {
-            self.variant
-                .is_none_or(|wanted| instruction_set(wanted) == instruction_set(name))
-        };
         let time = |(name, lanes): (&str, u32)| {
             let calls: usize = parts.iter().map(|part| part.rollouts().div_ceil(lanes as usize)).sum();
             calls.div_ceil(self.threads()) as f32 * cost(name, lanes)
         };
         let fastest = LaneCode::all(kernel)
-            .filter(|(name, _)| is_wanted(name))
+            .filter(|(name, _)| self.is_wanted(name))
             .min_by(|a, b| time(*a).total_cmp(&time(*b)));
         let code = match fastest {
             Some((name, _)) => LaneCode::named(kernel, name)?,
+            None if kernel.variants.is_empty() => Some(LaneCode::composed(kernel)?),
             None => None,
         };
         code.ok_or_else(|| Error::NoDevice(format!("this CPU has no lane code for the kernel {}", kernel.name)))
+    }
+}
+
+impl Drop for Cpu {
+    fn drop(&mut self) {
+        code::finish();
     }
 }
 
@@ -225,21 +251,31 @@ impl Evaluator for Cpu {
             .variant
             .or_else(|| Self::variants().first().copied())
             .unwrap_or("no lane code");
-        Device {
-            name: "cpu".into(),
-            detail: format!(
-                "{widest}, {} {}{}",
-                self.threads(),
-                if self.threads() == 1 { "thread" } else { "threads" },
-                if interprets() { SLOW } else { "" }
-            ),
-            exact: true,
-        }
+        self.described(widest)
+    }
+
+    fn device_for(&self, kernel: &'static Kernel) -> Device {
+        let names: Vec<_> = LaneCode::all(kernel).map(|(name, _)| name).collect();
+        let is_there = |name: &&str| names.contains(name) || interpreter() == Some(*name);
+        let own = self.variant.filter(is_there);
+        let wanted = || names.iter().copied().find(|name| self.is_wanted(name));
+        let any = || names.first().copied().or(interpreter());
+        self.described(own.or_else(wanted).or_else(any).unwrap_or("no lane code"))
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
+        if let Some(problem) = library::problem(part.kernel()) {
+            let warning = format!("{problem}; the kernel is compiled at run time instead, which is slower: {AGAIN}");
+            if !self.warnings.contains(&warning) {
+                self.warnings.push(warning);
+            }
+        }
         let groups: Vec<u32> = part.groups().collect();
         self.run(part.batch(), &groups, control, true)
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     fn specialised_steps(&self) -> u64 {

@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
+use oneiro_shaders::Kernel;
+
 use crate::batch::{Batch, Outcome, Part, PartResult};
 
 /// Watches and cancels an evaluation, from any thread.
@@ -112,6 +114,11 @@ pub struct Device {
 pub trait Evaluator: Send {
     /// The device that it runs on.
     fn device(&self) -> Device;
+
+    /// The same, with the details of how it runs a kernel.
+    fn device_for(&self, _kernel: &'static Kernel) -> Device {
+        self.device()
+    }
 
     /// Runs a part of a batch and returns the fitness of each of its slots, and traces and states if requested.
     ///

@@ -1,6 +1,8 @@
 //! Oneiro evaluates robot controllers in simulated lives, millions at a time, with the same bits on every device.
 
 pub mod acting;
+#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
+pub mod ahead;
 pub mod arena;
 pub mod audit;
 pub mod backend;

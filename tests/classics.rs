@@ -3,13 +3,15 @@
 
 use std::collections::HashMap;
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use oneiro::random::pcg4d;
+use serde_json::Value;
 
+mod pinned;
 mod place;
-use place::Place;
+use place::{Place, Ran};
 
 const GENOMES: usize = 30;
 
@@ -31,11 +33,13 @@ const REFERENCE: &str = "cpu:native128x16";
 struct Lives {
     place: Place,
     experiment: String,
+    /// Where compiled kernels are kept.
+    cache: PathBuf,
 }
 
 impl Lives {
     /// The first generation of a run.
-    fn new(experiment: &str, count: usize) -> Self {
+    fn new(experiment: &str, count: usize, cache: &Path) -> Self {
         let place = Place::new(&format!("{experiment}-{count}"));
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../experiments/{experiment}.toml"));
         let experiment = path.display().to_string();
@@ -59,7 +63,30 @@ impl Lives {
             REFERENCE,
         ];
         place.good(&run.into_iter().chain(set).collect::<Vec<_>>());
-        Self { place, experiment }
+        let cache = cache.to_owned();
+        Self {
+            place,
+            experiment,
+            cache,
+        }
+    }
+
+    /// Runs a command that must succeed, and returns its standard output.
+    fn good(&self, arguments: &[&str]) -> String {
+        let mut command = self.place.command(arguments);
+        let output = command.env("XDG_CACHE_HOME", &self.cache).output().unwrap();
+        Ran::new(arguments, &output).exits(0).stdout
+    }
+
+    /// Compiles the kernel ahead of time, and returns devices with that lane code; none for a kernel that ships.
+    fn compiled(&self) -> Vec<String> {
+        let report = self.good(&["compile", &self.experiment, "--json"]);
+        let report: Value = serde_json::from_str(&report).unwrap();
+        let codes = report["lane_codes"].as_array().cloned().unwrap_or_default();
+        codes
+            .iter()
+            .map(|code| format!("cpu:{}", code.as_str().unwrap()))
+            .collect()
     }
 
     /// A line for each life on a device: the fitness and its bits, and the measures of behaviour if they are asked for, which are
@@ -77,7 +104,7 @@ impl Lives {
         ];
         arguments.extend(["--backend", device, "--quiet"]);
         arguments.extend(measured.then_some("--measures"));
-        self.place.good(&arguments).lines().skip(1).map(str::to_owned).collect()
+        self.good(&arguments).lines().skip(1).map(str::to_owned).collect()
     }
 }
 
@@ -91,11 +118,17 @@ struct Counts {
     interpreted: usize,
 }
 
-/// Lives by code compiled at run time are those of code compiled ahead where there is some, of lavapipe, and of the
-/// interpreter. Genes that are off by a two-thousandth or less are noticed.
+/// Of these kernels, the one that is compiled ahead of time also where `ONEIRO_LONG` is not set.
+const COMPILED: &str = "discrimination";
+
+/// Lives by code compiled at run time are those of code compiled ahead, with the program or by `oneiro compile`, of lavapipe, and
+/// of the interpreter; and they are those that are pinned. Genes that are off by a two-thousandth or less are noticed.
 #[test]
 fn the_same_bits_on_every_device() {
-    let counts = if std::env::var_os("ONEIRO_LONG").is_some() {
+    let is_long = std::env::var_os("ONEIRO_LONG").is_some();
+    let cache = Place::new("cache");
+    let mut rows = pinned::Rows::default();
+    let counts = if is_long {
         Counts {
             plain: 100_000,
             measured: 10_000,
@@ -114,15 +147,27 @@ fn the_same_bits_on_every_device() {
             "khepera-avoidance" => vec!["cpu", "cpu:scalarx1"],
             _ => Vec::new(),
         };
-        let others: Vec<&str> = gpu.into_iter().chain(ahead).collect();
+        let compiled = if cfg!(feature = "ahead") && (is_long || experiment == COMPILED) {
+            let codes = Lives::new(experiment, 1, &cache.at("")).compiled();
+            assert_eq!(codes.is_empty(), !ahead.is_empty(), "{experiment}");
+            codes
+        } else {
+            Vec::new()
+        };
+        let others: Vec<&str> = gpu
+            .into_iter()
+            .chain(ahead)
+            .chain(compiled.iter().map(String::as_str))
+            .collect();
         for (count, measured, others) in [
             (counts.plain, false, &others[..]),
             (counts.measured, true, &others[..]),
             (counts.interpreted, true, &["cpu:interpretedx1"]),
         ] {
-            let lives = Lives::new(experiment, count);
+            let lives = Lives::new(experiment, count, &cache.at(""));
             let expected = lives.lines("run/population.npy", measured, REFERENCE);
             assert_eq!(expected.len(), count);
+            rows.bytes(&format!("{count} lives"), experiment, expected.join("\n").as_bytes());
             for device in others {
                 let begin = Instant::now();
                 let found = lives.lines("run/population.npy", measured, device);
@@ -152,6 +197,10 @@ fn the_same_bits_on_every_device() {
                 assert!(noticed > 0, "{experiment}: other genes change nothing");
             }
         }
+    }
+    if !is_long {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/goldens/composed/classics.rows");
+        pinned::check(&path, &rows.to_string());
     }
 }
 

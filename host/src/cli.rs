@@ -39,6 +39,9 @@ pub(crate) enum Command {
     New(New),
     /// Validate an experiment, summarise it and draw its arena
     Check(Check),
+    /// Compile an experiment's kernel at the full width of this machine, with an installed Rust toolchain
+    #[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
+    Compile(Compile),
     /// List the keys of experiments with their defaults, allowed values and meanings
     Keys(Keys),
     /// Evolve controllers: run an experiment from one seed or from many
@@ -151,6 +154,21 @@ pub(crate) struct Check {
     /// can do at most
     #[arg(long, conflicts_with = "explain")]
     pub(crate) cost: bool,
+}
+
+/// `oneiro compile`
+#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
+#[derive(Args, Debug)]
+pub(crate) struct Compile {
+    /// The experiment's TOML file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) experiment: PathBuf,
+    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Compile it even if this version of Rust has compiled it before
+    #[arg(long)]
+    pub(crate) again: bool,
 }
 
 /// `oneiro run`

@@ -6,8 +6,9 @@ use std::thread;
 use clap::Args;
 use oneiro::backend::{self, Options, Specialise};
 use oneiro::cpu::Cpu;
-use oneiro::evaluator::Evaluator;
+use oneiro::evaluator::{Device, Evaluator};
 use oneiro::probe::Case;
+use oneiro_shaders::Kernel;
 
 use crate::console::Console;
 use crate::engine::handle::{Closed, Engine};
@@ -92,7 +93,15 @@ pub(crate) fn quiet_drivers() {
 
 /// Name and details of a device, for messages.
 pub(crate) fn name(evaluator: &dyn Evaluator) -> String {
-    let device = evaluator.device();
+    named(&evaluator.device())
+}
+
+/// The same of a device that runs a kernel.
+pub(crate) fn name_for(evaluator: &dyn Evaluator, kernel: &'static Kernel) -> String {
+    named(&evaluator.device_for(kernel))
+}
+
+fn named(device: &Device) -> String {
     let exact = if device.exact { "" } else { ", not exact" };
     format!("{} ({}{exact})", device.name, device.detail)
 }

@@ -231,6 +231,16 @@ pub(crate) fn swarm_batch(
     worlds.batch(&rollouts, trace)
 }
 
+/// A life of each genome in the first of some worlds.
+pub(crate) fn rollouts(genomes: &[Vec<f32>]) -> Vec<Rollout<'_>> {
+    let lives = (0..).zip(genomes).map(|(index, genes)| Rollout {
+        world: 0,
+        genes,
+        key: Key::rollout(1, 0, index, 0),
+    });
+    lives.collect()
+}
+
 /// A genome whose genes are uniform in -`size` to `size`: genome number `index` of the seed `seed`.
 pub(crate) fn genome(genes: usize, size: f32, seed: u32, index: u32) -> Vec<f32> {
     let words = (0..genes as u32)

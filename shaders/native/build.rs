@@ -1,4 +1,4 @@
-//! Hashes everything that turns WGSL into machine code: this crate, the shader compiler, and the versions of their
+//! Hashes everything that turns WGSL into machine code: this crate, the shader compiler, the lanes, and the versions of their
 //! dependencies. The hash is part of the key of cached code.
 
 use std::path::{Path, PathBuf};
@@ -7,10 +7,12 @@ use std::{env, fs, io};
 fn main() {
     let package = PathBuf::from(env::var("CARGO_MANIFEST_DIR").expect("cargo sets it"));
     let mut hasher = blake3::Hasher::new();
-    for path in ["src", "../compiler/src", "../../Cargo.lock"] {
+    for path in ["src", "../compiler/src", "../src/lanes", "../../Cargo.lock"] {
         add(&mut hasher, &package.join(path));
     }
     println!("cargo::rustc-env=ONEIRO_SHADER_NATIVE={}", hasher.finalize().to_hex());
+    let target = env::var("TARGET").expect("cargo sets it");
+    println!("cargo::rustc-env=ONEIRO_TARGET={target}");
 }
 
 /// Adds a file, or all files of a directory.

@@ -1,10 +1,11 @@
 //! Kernels compiled to machine code at run time. Code is compiled once, and kept in the user's cache for the next time.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
 
 use oneiro_shader_compiler::tree::Program;
-use oneiro_shader_compiler::{Generic, Part, trees};
+use oneiro_shader_compiler::{Generic, Part, Trees, trees};
 use oneiro_shader_native as native;
 use oneiro_shaders::{Kernel, Words};
 
@@ -14,6 +15,10 @@ use crate::variants::Setting;
 /// 16 lanes in vectors of 128 bits.
 pub(crate) const NAME: &str = "native128x16";
 pub(crate) const LANES: u32 = 16;
+/// Lanes of the code that a long program has at first. It takes half as long to compile.
+const FIRST: u32 = 8;
+/// Values of the longest program whose code with all lanes is compiled in less than 150 ms.
+const LONG: usize = 3_500;
 
 /// Compiled code.
 #[derive(Clone, Debug)]
@@ -27,38 +32,122 @@ pub(crate) fn is_available() -> bool {
     native::Target::host().is_ok()
 }
 
-/// Returns a kernel's code.
+/// The code of each kernel so far.
+fn known() -> MutexGuard<'static, BTreeMap<&'static str, Code>> {
+    static COMPILED: Mutex<BTreeMap<&str, Code>> = Mutex::new(BTreeMap::new());
+    // A poisoned lock is fine: entries are added complete or not at all.
+    COMPILED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Code that is being compiled in the background.
+static UNDERWAY: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
+
+/// Waits for code that is being compiled, so that it is in the cache the next time.
+pub(crate) fn finish() {
+    let underway = std::mem::take(&mut *UNDERWAY.lock().unwrap_or_else(PoisonError::into_inner));
+    for thread in underway {
+        // If it failed, the code with fewer lanes remains.
+        let _ = thread.join();
+    }
+}
+
+/// Returns a kernel's code. That of a long program has fewer lanes at first, until that of all lanes has been compiled in the
+/// background.
 ///
 /// # Errors
 /// [`Error::NoDevice`] if it can't be compiled.
 pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
-    static COMPILED: Mutex<BTreeMap<&str, Code>> = Mutex::new(BTreeMap::new());
-    // A poisoned lock is fine: entries are added complete or not at all.
-    let mut compiled = COMPILED.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(code) = compiled.get(kernel.name) {
+    let mut known = known();
+    if let Some(code) = known.get(kernel.name) {
         return Ok(code.clone());
     }
-    let refused = |problem: String| Error::NoDevice(format!("the kernel {} can't be compiled: {problem}", kernel.name));
-    let failed = |error: native::Error| refused(error.to_string());
-    let target = native::Target::host().map_err(failed)?;
-    let compile = || {
-        let part = Part {
-            path: format!("{}.wgsl", kernel.name),
-            text: kernel.wgsl.into(),
-        };
-        let trees = trees(&[part]).map_err(|refusals| refused(refusals[0].to_string()))?;
-        target.compile(&trees, LANES).map_err(failed)
-    };
-    let code = match native::Cache::of_user() {
-        Some(cache) => cache.load_or(&native::Key::new(kernel.wgsl, LANES, &target), compile),
-        None => compile(),
-    }?;
-    let code = Code {
-        native: Arc::new(native::Native::new(&code).map_err(failed)?),
-        kernel: kernel.name,
-    };
-    compiled.insert(kernel.name, code.clone());
+    let compiler = Compiler::new(kernel, native::Cache::of_user())?;
+    let (code, is_whole) = compiler.first()?;
+    known.insert(kernel.name, code.clone());
+    if !is_whole {
+        let thread = thread::spawn(move || {
+            if let Ok(code) = compiler.whole() {
+                self::known().insert(kernel.name, code);
+            }
+        });
+        UNDERWAY.lock().unwrap_or_else(PoisonError::into_inner).push(thread);
+    }
     Ok(code)
+}
+
+/// Compiles a kernel, unless its code is in a cache.
+struct Compiler {
+    kernel: &'static Kernel,
+    target: native::Target,
+    cache: Option<native::Cache>,
+}
+
+impl Compiler {
+    fn new(kernel: &'static Kernel, cache: Option<native::Cache>) -> Result<Self, Error> {
+        let target = native::Target::host().map_err(|error| refused(kernel, &error.to_string()))?;
+        Ok(Self { kernel, target, cache })
+    }
+
+    /// The code that can be had soon, and whether it has all lanes.
+    fn first(&self) -> Result<(Code, bool), Error> {
+        for lanes in [LANES, FIRST] {
+            let key = native::Key::new(self.kernel.wgsl, lanes, &self.target);
+            if let Some(code) = self.cache.as_ref().and_then(|cache| cache.load(&key)) {
+                return Ok((self.ready(&code)?, lanes == LANES));
+            }
+        }
+        let trees = trees_of(self.kernel)?;
+        let is_long = trees.tidied.values.len() > LONG;
+        let lanes = if is_long { FIRST } else { LANES };
+        Ok((self.compile(&trees, lanes)?, !is_long))
+    }
+
+    /// The code with all lanes.
+    fn whole(&self) -> Result<Code, Error> {
+        self.compile(&trees_of(self.kernel)?, LANES)
+    }
+
+    fn compile(&self, trees: &Trees, lanes: u32) -> Result<Code, Error> {
+        let compile = || self.target.compile(trees, lanes);
+        let code = match &self.cache {
+            Some(cache) => cache.load_or(&native::Key::new(self.kernel.wgsl, lanes, &self.target), compile),
+            None => compile(),
+        };
+        self.ready(&code.map_err(|error| refused(self.kernel, &error.to_string()))?)
+    }
+
+    fn ready(&self, code: &native::Code) -> Result<Code, Error> {
+        let native = native::Native::new(code).map_err(|error| refused(self.kernel, &error.to_string()))?;
+        Ok(Code {
+            native: Arc::new(native),
+            kernel: self.kernel.name,
+        })
+    }
+}
+
+fn refused(kernel: &Kernel, problem: &str) -> Error {
+    Error::NoDevice(format!("the kernel {} can't be compiled: {problem}", kernel.name))
+}
+
+/// A kernel's program.
+///
+/// # Errors
+/// [`Error::NoDevice`] if its text is refused.
+pub(crate) fn trees_of(kernel: &Kernel) -> Result<Trees, Error> {
+    let part = Part {
+        path: format!("{}.wgsl", kernel.name),
+        text: kernel.wgsl.into(),
+    };
+    trees(&[part]).map_err(|refusals| refused(kernel, &refusals[0].to_string()))
+}
+
+/// The buffers in the layout that code compiled outside of this program expects.
+pub(super) fn words(buffers: &[Words]) -> Vec<native::Words> {
+    let words = |buffer: &Words| native::Words {
+        start: buffer.start,
+        len: buffer.len,
+    };
+    buffers.iter().map(words).collect()
 }
 
 /// Compiles a program of a kernel for a world.
@@ -94,13 +183,8 @@ impl Code {
         first_lane: u32,
         turns: u64,
     ) -> Result<(), Error> {
-        let words = |buffer: &Words| native::Words {
-            start: buffer.start,
-            len: buffer.len,
-        };
-        let buffers: Vec<_> = buffers.iter().map(words).collect();
         // SAFETY: the caller guarantees it.
-        match unsafe { self.native.run(&buffers, workgroup, first_lane, turns) } {
+        match unsafe { self.native.run(&words(buffers), workgroup, first_lane, turns) } {
             Err(native::Stopped::TurnsUsedUp(turns)) => Err(Error::Unbounded {
                 kernel: self.kernel.to_owned(),
                 turns,
@@ -109,6 +193,25 @@ impl Code {
                 done.expect("the buffers are those of its bindings");
                 Ok(())
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A long program's first code has half the lanes, and a short one's all.
+    #[test]
+    fn long_programs_begin_with_fewer_lanes() {
+        for (kernel, lanes) in [
+            (&oneiro_shaders::PROBE_NUMERICS, LANES),
+            (&oneiro_shaders::SURROGATE_PERCEPTRON, FIRST),
+        ] {
+            let compiler = Compiler::new(kernel, None).unwrap();
+            let (code, is_whole) = compiler.first().unwrap();
+            assert_eq!((code.lanes(), is_whole), (lanes, lanes == LANES), "{}", kernel.name);
+            assert_eq!(compiler.whole().unwrap().lanes(), LANES);
         }
     }
 }

@@ -10,9 +10,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use oneiro::backend::Specialise;
-use oneiro::batch::{Batch, Rollout};
+use oneiro::batch::Batch;
 use oneiro::evaluator::{Control, Evaluator};
-use oneiro::random::Key;
 use oneiro::world::{World, WorldSpec};
 use serde_json::{Value, json};
 
@@ -284,15 +283,11 @@ fn batch(world: &World, rollouts: u32) -> Result<Batch> {
     let genomes: Vec<Vec<f32>> = (0..rollouts)
         .map(|index| workload::genome(world.genes(), 1.0, 1, index))
         .collect();
-    let rollouts: Vec<Rollout<'_>> = (0..)
-        .zip(&genomes)
-        .map(|(index, genes)| Rollout {
-            world: 0,
-            genes,
-            key: Key::rollout(1, 0, index, 0),
-        })
-        .collect();
-    Ok(Batch::new(std::slice::from_ref(world), &rollouts, None)?)
+    Ok(Batch::new(
+        std::slice::from_ref(world),
+        &workload::rollouts(&genomes),
+        None,
+    )?)
 }
 
 /// Seconds of one evaluation.

@@ -75,9 +75,8 @@ fn ceilings(operations: f64) -> Vec<Ceiling> {
 mod counted {
     use std::collections::BTreeMap;
 
-    use oneiro::batch::{Rollout, Worlds};
+    use oneiro::batch::Worlds;
     use oneiro::gpu::{Class, Cost, Counted, cost};
-    use oneiro::random::Key;
     use serde_json::json;
 
     use super::ceilings;
@@ -97,15 +96,7 @@ mod counted {
     fn counted(worlds: &Worlds) -> Result<Cost> {
         let genes = worlds.genes()[0];
         let genomes: Vec<Vec<f32>> = (0..LIVES).map(|index| workload::genome(genes, 1.0, 1, index)).collect();
-        let rollouts: Vec<Rollout<'_>> = (0..)
-            .zip(&genomes)
-            .map(|(index, genes)| Rollout {
-                world: 0,
-                genes,
-                key: Key::rollout(1, 0, index, 0),
-            })
-            .collect();
-        let batch = worlds.stretch(&rollouts, 0..LEFT_OUT + COUNTED, &[], None)?;
+        let batch = worlds.stretch(&workload::rollouts(&genomes), 0..LEFT_OUT + COUNTED, &[], None)?;
         let left_out = LEFT_OUT.min(batch.cycles().end - 1);
         cost(&batch.all(), left_out).map_err(Failure::failed)
     }

@@ -118,7 +118,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         "{}, {}, seed {seed}, on {}",
         counted(subjects.genomes.len() as u32, "genome", "genomes"),
         counted(trials as u32, "trial", "trials"),
-        device::name(evaluator.as_ref())
+        device::name_for(evaluator.as_ref(), worlds[0].kernel())
     ));
     if subjects.genomes.len() > 1 && arguments.starts.is_none() && !arguments.common_starts {
         console.say("each genome has starts and random numbers of its own; --common-starts gives all the same");

@@ -9,6 +9,8 @@ mod bench;
 mod best;
 pub(crate) mod calibrate;
 mod check;
+#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
+mod compile;
 mod completions;
 pub(crate) mod cost;
 pub(crate) mod devices;
@@ -41,6 +43,8 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
     match command {
         Command::New(arguments) => new::run(&arguments, console),
         Command::Check(arguments) => check::run(&arguments, console),
+        #[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
+        Command::Compile(arguments) => compile::run(&arguments, console),
         Command::Keys(arguments) => keys::run(&arguments, console),
         Command::Run(arguments) => run::run(&arguments, console),
         Command::Resume(arguments) => resume::run(&arguments, console),

@@ -117,6 +117,11 @@ impl Trees {
     pub fn places(&self, value: tree::Value) -> impl Iterator<Item = Place> {
         self.source.places(&self.raw, value)
     }
+
+    /// Lane function in Rust, see [`instances::lanes`].
+    pub fn lanes(&self, name: &str) -> String {
+        print::print(&self.tidied, &self.shapes, name, &self.strides)
+    }
 }
 
 /// Compiles a kernel. `indices` are those of its SPIR-V; its other forms keep any index within its buffer.
@@ -125,14 +130,9 @@ impl Trees {
 /// Everything that is refused, with its place.
 pub fn compile(name: &str, parts: &[Part], indices: Indices) -> Result<Compiled, Refusals> {
     let checked = Checked::new(parts)?;
-    let Trees {
-        tidied,
-        shapes,
-        strides,
-        turns,
-        unused,
-        ..
-    } = checked.trees()?;
+    let trees = checked.trees()?;
+    let lanes = trees.lanes(name);
+    let Trees { turns, unused, .. } = trees;
     let Checked { source, module, info } = &checked;
     let refuse = |message: String| refused(source, Rule::Internal, message);
     let bindings = layout::bindings(module).map_err(refuse)?;
@@ -144,7 +144,7 @@ pub fn compile(name: &str, parts: &[Part], indices: Indices) -> Result<Compiled,
         constants: layout::constants(module),
         bindings,
         workgroup_size: module.entry_points[0].workgroup_size[0],
-        lanes: print::print(&tidied, &shapes, name, &strides),
+        lanes,
         turns,
         unused,
     })

@@ -9,7 +9,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::{env, process};
 
+#[cfg(feature = "ahead")]
+use oneiro_shader_compiler::Trees;
+
 use crate::{Code, Target};
+#[cfg(feature = "ahead")]
+use crate::{Draft, Library, LibraryError, Toolchain, ToolchainError};
 
 /// Hash of everything that code depends on: the kernel's text, the number of lanes, the machine, and the compilers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +27,12 @@ impl Key {
     /// Makes the key for a kernel's joined WGSL.
     pub fn new(wgsl: &str, lanes: u32, target: &Target) -> Self {
         Self::of(BUILD, &target.description(), lanes, wgsl)
+    }
+
+    /// Makes the key for a library of all the lane code that this machine can run of a kernel.
+    #[cfg(feature = "ahead")]
+    pub fn of_library(wgsl: &str, target: &Target) -> Self {
+        Self::new(wgsl, 0, target)
     }
 
     fn of(build: &str, target: &str, lanes: u32, wgsl: &str) -> Self {
@@ -86,14 +97,19 @@ impl Cache {
 
     /// Reads the code of a key. `None` if there is none, if it is damaged, or if another user could have written it.
     pub fn load(&self, key: &Key) -> Option<Code> {
+        Code::from_bytes(&self.read(&self.path(key))?, key)
+    }
+
+    /// Reads a file of the directory. `None` if there is none, or if another user could have written it.
+    fn read(&self, path: &Path) -> Option<Vec<u8>> {
         let folder = fs::metadata(&self.folder).ok()?;
-        let mut file = File::open(self.path(key)).ok()?;
+        let mut file = File::open(path).ok()?;
         if !is_private(&folder) || !is_private(&file.metadata().ok()?) {
             return None;
         }
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).ok()?;
-        Code::from_bytes(&bytes, key)
+        Some(bytes)
     }
 
     /// Saves code, replacing what is there for the key. Deletes the oldest entries if there are too many bytes.
@@ -102,7 +118,21 @@ impl Cache {
     /// Errors of the file system, and a directory that another user can write to. Callers can ignore them: the code is then
     /// compiled again next time.
     pub fn save(&self, key: &Key, code: &Code) -> Result<(), io::Error> {
-        static SAVED: AtomicU32 = AtomicU32::new(0);
+        self.create()?;
+        let path = self.path(key);
+        let new = unfinished(&path);
+        let saved = write(&new, &code.to_bytes(key)).and_then(|()| fs::rename(&new, path));
+        if saved.is_err() {
+            let _ = fs::remove_file(&new);
+        }
+        saved.and_then(|()| self.evict())
+    }
+
+    /// Creates the directory, unless it is there.
+    ///
+    /// # Errors
+    /// Errors of the file system, and a directory that another user can write to.
+    fn create(&self) -> Result<(), io::Error> {
         create(&self.folder)?;
         if !is_private(&fs::metadata(&self.folder)?) {
             let problem = format!(
@@ -111,15 +141,54 @@ impl Cache {
             );
             return Err(io::Error::new(io::ErrorKind::PermissionDenied, problem));
         }
-        // Until it is complete, it has a name that no other program or thread uses.
-        let path = self.path(key);
-        let number = SAVED.fetch_add(1, Ordering::Relaxed);
-        let new = path.with_extension(format!("{}.{number}", process::id()));
-        let saved = write(&new, &code.to_bytes(key)).and_then(|()| fs::rename(&new, path));
-        if saved.is_err() {
-            let _ = fs::remove_file(&new);
+        Ok(())
+    }
+
+    /// Loads the library of a key; `None` if there is none.
+    ///
+    /// # Errors
+    /// It is damaged, another user could have written it, or the system can't load it.
+    #[cfg(feature = "ahead")]
+    pub fn library(&self, key: &Key) -> Result<Option<Library>, LibraryError> {
+        let path = self.library_path(key);
+        if !path.exists() {
+            return Ok(None);
         }
-        saved.and_then(|()| self.evict())
+        let problem = |problem: String| LibraryError {
+            path: path.clone(),
+            problem,
+        };
+        let bytes = self
+            .read(&path)
+            .ok_or_else(|| problem("can't be read, or another user could have written it".into()))?;
+        Library::open(&path, &bytes, key).map(Some).map_err(problem)
+    }
+
+    /// Compiles a program's lane code into a library. It is not in the cache until [`Draft::keep`].
+    ///
+    /// # Errors
+    /// The toolchain's, those of the file system, and a library that the system can't load.
+    #[cfg(feature = "ahead")]
+    pub fn compile(&self, key: &Key, toolchain: &Toolchain, trees: &Trees) -> Result<(Library, Draft), ToolchainError> {
+        self.create()?;
+        let path = self.library_path(key);
+        let new = unfinished(&path);
+        let folder = new.with_added_extension("crate");
+        create(&folder)?;
+        let made = toolchain.compile(trees, &folder);
+        let _ = fs::remove_dir_all(&folder);
+        let draft = Draft {
+            new,
+            path,
+            cache: self.clone(),
+        };
+        Ok((draft.load(&made?, key)?, draft))
+    }
+
+    #[cfg(feature = "ahead")]
+    fn library_path(&self, key: &Key) -> PathBuf {
+        // Some systems load only files that have an extension.
+        self.path(key).with_extension("lanes")
     }
 
     /// Returns the code of a key. If there is none, compiles it and saves it if possible.
@@ -136,7 +205,7 @@ impl Cache {
     }
 
     /// Deletes the oldest entries until the others fit.
-    fn evict(&self) -> Result<(), io::Error> {
+    pub(crate) fn evict(&self) -> Result<(), io::Error> {
         let mut entries = Vec::new();
         for entry in fs::read_dir(&self.folder)? {
             let entry = entry?;
@@ -175,8 +244,15 @@ fn create(folder: &Path) -> Result<(), io::Error> {
     builder.create(folder)
 }
 
+/// The name that a file has until it is complete, which no other program or thread uses.
+fn unfinished(path: &Path) -> PathBuf {
+    static MADE: AtomicU32 = AtomicU32::new(0);
+    let number = MADE.fetch_add(1, Ordering::Relaxed);
+    path.with_extension(format!("{}.{number}", process::id()))
+}
+
 /// Writes a new file that only its user can read and write.
-fn write(path: &Path, bytes: &[u8]) -> Result<(), io::Error> {
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), io::Error> {
     let mut options = File::options();
     options.write(true).create_new(true);
     #[cfg(unix)]

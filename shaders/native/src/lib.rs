@@ -1,5 +1,6 @@
 //! Compiles kernels to machine code at run time, without a compiler on the machine: `emit` turns the shader compiler's tree
-//! into instructions, through Cranelift.
+//! into instructions, through Cranelift. Where there is a Rust toolchain, it can also compile them ahead of time
+//! (`toolchain`, with the feature `ahead`).
 //!
 //! ```
 //! use oneiro_shader_compiler::{Part, trees};
@@ -26,15 +27,23 @@ mod cache;
 mod code;
 mod cranelift;
 mod emit;
+#[cfg(feature = "ahead")]
+mod library;
 mod run;
 mod share;
+#[cfg(feature = "ahead")]
+mod toolchain;
 
 use cranelift_codegen::isa::OwnedTargetIsa;
 use oneiro_shader_compiler::Trees;
 
 pub use cache::{Cache, Key};
 pub use code::Code;
+#[cfg(feature = "ahead")]
+pub use library::{Draft, Instance, Library, LibraryError};
 pub use run::{Native, Stopped, Words};
+#[cfg(feature = "ahead")]
+pub use toolchain::{Toolchain, ToolchainError};
 
 /// Numbers of lanes that code can be compiled for.
 pub const LANES: [u32; 3] = [4, 8, 16];

@@ -1,6 +1,9 @@
 //! Shared by these tests: kernels run by the interpreter and as machine code.
 #![allow(dead_code, reason = "each test uses some of it")]
 
+use std::fs;
+use std::path::Path;
+
 use oneiro_shader_compiler::interpret::{Memory, Trap, run_invocation};
 use oneiro_shader_compiler::{Part, Refusals, Trees, generate, trees};
 use oneiro_shader_native::{Native, Stopped, Target, Words};
@@ -26,7 +29,7 @@ pub(crate) struct Extent {
 
 impl Extent {
     /// Workgroup and first lane of each call, if a call runs `lanes` lanes.
-    fn calls(&self, lanes: u32) -> impl Iterator<Item = (u32, u32)> {
+    pub(crate) fn calls(&self, lanes: u32) -> impl Iterator<Item = (u32, u32)> {
         let all = self.lanes;
         self.workgroups
             .clone()
@@ -76,4 +79,19 @@ pub(crate) fn run(
         unsafe { native.run(&words, workgroup, first, turns) }?;
     }
     Ok(buffers)
+}
+
+/// The shader compiler's hand-written kernels, by name.
+pub(crate) fn corpus() -> Vec<(String, String)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../corpus/wgsl");
+    let files = fs::read_dir(folder).expect("the corpus is there");
+    let read = |path: &Path| {
+        let name = path.file_stem().expect("it has a name").to_string_lossy();
+        (name.into_owned(), fs::read_to_string(path).expect("it is text"))
+    };
+    let mut corpus: Vec<_> = files
+        .map(|file| read(&file.expect("it can be listed").path()))
+        .collect();
+    corpus.sort();
+    corpus
 }
