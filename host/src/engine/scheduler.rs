@@ -145,7 +145,7 @@ impl<J: Job> Runs for InMemory<J> {
     }
 
     fn stopped(&self) -> String {
-        "stopped".into()
+        "stopped; run the same command again to continue".into()
     }
 }
 
