@@ -150,8 +150,7 @@ beside "robots that turn" "${all[@]}" --test sample_wire
 beside "Python" bash -ec "tests/python-package.sh $learning; tests/python.sh; tests/optimisers.sh; tests/recompute.sh; tests/peers.sh"
 [ -z "$slurm" ] || beside "Slurm" tests/slurm.sh
 say "all tests"
-# More threads than processors, since many tests wait for others' answers.
-RUST_TEST_THREADS=4 "${all[@]}" -- --skip a_robot_alone_is_sampled --skip a_person_places_a_robot
+"${all[@]}" -- --skip a_robot_alone_is_sampled --skip a_person_places_a_robot
 
 join "robots that turn"
 [ -z "$slurm" ] || join "Slurm"
