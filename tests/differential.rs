@@ -153,7 +153,12 @@ fn light_and_ground_are_read() {
                 ..sensor("floor", SensorKind::Ground, 0.25, 0.0)
             },
         ];
-        let light = |x, y, brightness| Light { x, y, brightness };
+        let light = |x, y, brightness| Light {
+            x,
+            y,
+            brightness,
+            ..Light::default()
+        };
         spec.arena.lights = vec![light(300.0, 590.0, 0.9), light(60.0, 80.0, 0.5)];
         spec.arena.floor = Some(0.75);
         let patch = Patch {
@@ -368,6 +373,7 @@ fn what_cannot_be_is_refused() {
         x: 1.0,
         y: 1.0,
         brightness: 1.0,
+        ..Light::default()
     };
     let sampled = World::new(WorldSpec {
         arena: Arena {
@@ -443,6 +449,7 @@ fn too_many_turns_name_what_makes_them() {
                     x: 300.0,
                     y: 300.0,
                     brightness: 1.0,
+                    ..Light::default()
                 };
                 64
             ];
@@ -518,6 +525,7 @@ fn all_devices_have_the_same_bits() {
             x: 300.0,
             y: 300.0,
             brightness: 0.7,
+            ..Light::default()
         }];
         spec.arena.patches = vec![Patch {
             x: 300.0,
