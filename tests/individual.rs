@@ -27,6 +27,7 @@ fn full(change: impl FnOnce(&mut WorldSpec, &mut Differential)) -> WorldSpec {
             x: 300.0,
             y: 550.0,
             brightness: 0.9,
+            ..Light::default()
         }];
         spec.arena.floor = Some(0.7);
         spec.arena.patches = vec![Patch {
