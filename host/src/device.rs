@@ -337,14 +337,16 @@ fn adapter(name: &str) -> Result<Candidate> {
 }
 
 /// The indices of the adapters that are no software.
+#[cfg(feature = "gpu")]
 pub(crate) fn gpus_here() -> Vec<usize> {
-    #[cfg(feature = "gpu")]
-    return oneiro::gpu::adapters()
-        .iter()
-        .filter(|adapter| !adapter.is_software())
-        .map(oneiro::gpu::Adapter::index)
-        .collect();
-    #[cfg(not(feature = "gpu"))]
+    let here = oneiro::gpu::adapters().into_iter();
+    let gpus = here.filter(|adapter| !adapter.is_software());
+    gpus.map(|adapter| adapter.index()).collect()
+}
+
+/// Without GPUs' code there are none.
+#[cfg(not(feature = "gpu"))]
+pub(crate) fn gpus_here() -> Vec<usize> {
     Vec::new()
 }
 

@@ -35,7 +35,7 @@ impl<'a> Parsed<'a> {
                 let span = error.span().unwrap_or_default();
                 let place = place(&name, text, span.start);
                 let problem = match error.message() {
-                    "duplicate key" => repeated(text, span),
+                    "duplicate key" => repeated(text, &span),
                     message => unparsed(message, text, span.start),
                 };
                 Err(refused(&place, problem))
@@ -298,7 +298,7 @@ impl<'a> Source<'a> {
 }
 
 /// The problem of a key that is there already, with the line that has it first if that is easily found.
-fn repeated(text: &str, at: Range<usize>) -> String {
+fn repeated(text: &str, at: &Range<usize>) -> String {
     let own = text.get(at.clone()).unwrap_or_default().trim_matches(['[', ']', ' ']);
     let start = text.get(..at.start).and_then(|before| before.rfind('\n'));
     let (before, line) = text.split_at(start.map_or(0, |end| end + 1));

@@ -751,7 +751,7 @@ fn refusals_of_settings_name_the_setting() {
         ),
         (
             "noise.moter=2",
-            "--set noise.moter=2: noise.moter: unknown key `moter`; allowed: sensor",
+            "--set noise.moter=2: noise.moter: unknown key `moter`; did you mean noise.motor? (allowed: sensor",
         ),
         (
             "cycles.x=2",
