@@ -90,7 +90,7 @@ fn kernels_compiled_ahead_have_the_same_bits() {
     let ran = place.lines("cpu", "7");
     assert_eq!(ran.stdout, expected);
     assert!(!ran.stderr.contains("warning"), "{}", ran.stderr);
-    let ran = ran.says(&[&format!("on cpu ({}, ", codes[0])]);
+    ran.says(&[&format!("on cpu ({}, ", codes[0])]);
     assert_ne!(place.lines("cpu", "8").stdout, expected);
 
     let again = place.compile(EXPERIMENT, &[]).exits(0);
