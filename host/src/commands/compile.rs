@@ -53,28 +53,25 @@ pub(crate) fn run(arguments: &Compile, console: Console) -> Result {
         seconds: None,
         rates: Vec::new(),
     };
-    let compiled = match known {
-        Some(known) => {
-            report.check(&worlds, &known, console)?;
-            known
-        }
-        None => {
-            console.say(format!(
-                "compiling {kernel} by Rust {}: some ten seconds for each instruction set",
-                toolchain.version()
-            ));
-            let begin = Instant::now();
-            let check = |new: &Compiled| {
-                report.seconds = Some(begin.elapsed());
-                report.check(&worlds, new, console)
-            };
-            ahead::compile(&worlds, &toolchain, check).map_err(|error| match error {
-                Error::Check(failure) => failure,
-                Error::Toolchain(error) => Failure::of(code(&error), error),
-                Error::Machine(problem) => Failure::device(problem),
-                other @ (Error::Ships(_) | Error::NoCache) => Failure::input(other),
-            })?
-        }
+    let compiled = if let Some(known) = known {
+        report.check(&worlds, &known, console)?;
+        known
+    } else {
+        console.say(format!(
+            "compiling {kernel} by Rust {}: some ten seconds in all",
+            toolchain.version()
+        ));
+        let begin = Instant::now();
+        let check = |new: &Compiled| {
+            report.seconds = Some(begin.elapsed());
+            report.check(&worlds, new, console)
+        };
+        ahead::compile(&worlds, &toolchain, check).map_err(|error| match error {
+            Error::Check(failure) => failure,
+            Error::Toolchain(error) => Failure::of(code(&error), error),
+            Error::Machine(problem) => Failure::device(problem),
+            other @ (Error::Ships(_) | Error::NoCache) => Failure::input(other),
+        })?
     };
     report.print(&compiled, console)
 }

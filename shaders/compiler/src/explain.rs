@@ -21,15 +21,15 @@ pub(crate) enum Logic {
 
 /// Whether the mistake is a value that is stored in a variable of another type, which naga also says of `a && b` if `b` is no bool.
 pub(crate) fn stores_another_type(error: &ValidationError) -> bool {
-    let function = match error {
-        ValidationError::Function { source, .. }
-        | ValidationError::EntryPoint {
-            source: EntryPointError::Function(source),
-            ..
-        } => source,
-        _ => return false,
+    let (ValidationError::Function { source, .. }
+    | ValidationError::EntryPoint {
+        source: EntryPointError::Function(source),
+        ..
+    }) = error
+    else {
+        return false;
     };
-    matches!(function, FunctionError::InvalidStoreTypes { .. })
+    matches!(source, FunctionError::InvalidStoreTypes { .. })
 }
 
 /// Where a function returns a value of another type than its head says. Naga only says where that value was computed.
