@@ -36,5 +36,7 @@ say "operations, corpus and lives on qemu"
     -p oneiro-shader-corpus -p oneiro-shader-native -p oneiro-tests --no-default-features --features oneiro-tests/native \
     --test variants --test operations --test goldens --test random --test kernels
 say "optimisers, restored between any two generations"
-"${emulated[@]}" cargo test --release --locked --target $arm -p oneiro-host --no-default-features --lib -- evolve::
+# The program isn't optimised: compiling it would take four minutes of a processor.
+"${emulated[@]}" cargo test --release --locked --target $arm --config 'profile.release.package.oneiro-host.opt-level=0' \
+    -p oneiro-host --no-default-features --lib -- optimisers_are_as_pinned
 say "the bits are those of tests/goldens/kernels and tests/goldens/optimisers"
