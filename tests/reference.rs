@@ -463,20 +463,25 @@ fn noise_has_its_distributions() {
     }
 }
 
+/// The described robot of a world.
+fn robot(spec: &mut WorldSpec) -> &mut Differential {
+    match &mut spec.robot.build {
+        Build::Differential(own) => own,
+        _ => unreachable!(),
+    }
+}
+
+/// A change of a world.
+type Change<'a> = &'a dyn Fn(&mut WorldSpec);
+
 #[test]
 fn what_does_not_fit_is_refused() {
-    let refused = |change: &dyn Fn(&mut WorldSpec)| {
+    let refused = |change: Change<'_>| {
         let mut spec = spec(Model::Rm12, Reference::DEFAULT, 20, arena());
         change(&mut spec);
         World::new(spec).unwrap_err().to_string()
     };
-    fn robot(spec: &mut WorldSpec) -> &mut Differential {
-        match &mut spec.robot.build {
-            Build::Differential(own) => own,
-            _ => unreachable!(),
-        }
-    }
-    let cases: [(&dyn Fn(&mut WorldSpec), &str); 9] = [
+    let cases: [(Change<'_>, &str); 9] = [
         (
             &|spec| robot(spec).count = None,
             "robot.model: is given; allowed: only with robot.count",

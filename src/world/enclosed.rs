@@ -14,7 +14,9 @@ const MOST: f32 = 400.0;
 pub(super) fn is_enclosed(spec: &WorldSpec) -> Option<bool> {
     let step = 0.5 * spec.robot.body_radius;
     let margin = 4.0 * spec.robot.body_radius;
-    let Field { x, y, width, height } = spec.arena.field;
+    let field = spec.arena.field;
+    let Field { x, y, width, height } = field;
+    let middle = Vec2::new(x + 0.5 * width, y + 0.5 * height);
     let low = Vec2::new(x - margin, y - margin);
     let [columns, rows] = [width, height].map(|side| ((side + 2.0 * margin) / step).ceil() + 1.0);
     if columns > MOST || rows > MOST {
@@ -24,7 +26,8 @@ pub(super) fn is_enclosed(spec: &WorldSpec) -> Option<bool> {
     let place = |point: usize| low + step * Vec2::new((point % columns) as f32, (point / columns) as f32);
     let shapes = shapes(spec);
     let may_start = |at: Vec2| match spec.start {
-        Start::Random => spec.arena.field.contains(at.x, at.y),
+        Start::Random if spec.arena.is_field_round => at.distance(middle) <= 0.5 * width,
+        Start::Random => field.contains(at.x, at.y),
         Start::At { x, y, .. } => at.distance(Vec2::new(x, y)) < step,
     };
     let mut is_free: Vec<bool> = (0..columns * rows)

@@ -57,10 +57,10 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     let seed = arguments.seed.or(own_seed).unwrap_or(1);
     let mut spec = experiment.world().spec().clone();
     let cycles = spec.cycles;
-    if arguments.noise == Noise::Off {
-        if let Some(kept) = without_noise(&mut spec) {
-            console.say(format!("warning: --noise off: {kept}"));
-        }
+    if arguments.noise == Noise::Off
+        && let Some(kept) = without_noise(&mut spec)
+    {
+        console.say(format!("warning: --noise off: {kept}"));
     }
     let watched = arguments.rows.measures || arguments.traces.is_some();
     if watched {
@@ -380,7 +380,7 @@ impl Table {
         means.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (greatest, genome) = *means.last().filter(|_| means.len() > 1)?;
         let middle = means.len() / 2;
-        let median = (means[(means.len() - 1) / 2].0 + means[middle].0) / 2.0;
+        let median = f64::midpoint(means[(means.len() - 1) / 2].0, means[middle].0);
         let [median, greatest] = [median, greatest].map(|number| significant(number, 6));
         Some(format!(
             "mean fitness of {} genomes: median {median}, greatest {greatest} (genome {genome})",

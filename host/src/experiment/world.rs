@@ -121,25 +121,22 @@ fn arena(settings: &Settings, own: Arena) -> Arena {
     }
     let size = &settings.arena;
     let [width, height] = [size.width_mm, size.height_mm].map(Option::unwrap_or_default);
-    let (outline, walls) = match &size.corners {
-        Some(Corners(corners)) => {
-            let polygon = Arena::polygon(corners, size.start_radius);
-            let walls = [own.walls, polygon.walls.clone()].concat();
-            (polygon, walls)
-        }
-        None => {
-            let rectangle = Arena::rectangle(width, height);
-            let walls = if own.walls.is_empty() && size.open != Some(true) {
-                rectangle.walls.clone()
-            } else {
-                own.walls
-            };
-            let outline = match size.start_radius {
-                Some(radius) => rectangle.starting_within([0.5 * width, 0.5 * height], radius),
-                None => rectangle,
-            };
-            (outline, walls)
-        }
+    let (outline, walls) = if let Some(Corners(corners)) = &size.corners {
+        let polygon = Arena::polygon(corners, size.start_radius);
+        let walls = [own.walls, polygon.walls.clone()].concat();
+        (polygon, walls)
+    } else {
+        let rectangle = Arena::rectangle(width, height);
+        let walls = if own.walls.is_empty() && size.open != Some(true) {
+            rectangle.walls.clone()
+        } else {
+            own.walls
+        };
+        let outline = match size.start_radius {
+            Some(radius) => rectangle.starting_within([0.5 * width, 0.5 * height], radius),
+            None => rectangle,
+        };
+        (outline, walls)
     };
     Arena {
         walls,

@@ -87,7 +87,7 @@ fn refused(source: &Source, module: &naga::Module, error: &WithSpan<ValidationEr
         // The first is that of the whole function.
         spans.min_by_key(ExactSizeIterator::len)
     };
-    let place = returns_another_type(module, error.as_inner()).and_then(|span| span.to_range());
+    let place = returns_another_type(module, error.as_inner()).and_then(naga::Span::to_range);
     let byte = place.or_else(smallest).map_or(0, |range| range.start);
     let message = explained(module, error.as_inner(), logic).unwrap_or_else(|| {
         let mut message = error.as_inner().to_string();
