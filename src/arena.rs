@@ -327,6 +327,7 @@ impl Arena {
 
     /// Whether the sides of the polygon hide a lamp from a body of this radius somewhere: a lamp outside, by how far it is beyond a
     /// side, and how much higher.
+    #[cfg(feature = "compose")]
     pub(crate) fn sides_hide_lamps(&self, body_radius: f32) -> bool {
         let hides = |light: &Light, side: &Wall| {
             let beyond = -side.room(Vec2::new(light.x, light.y));

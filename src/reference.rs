@@ -71,6 +71,7 @@ impl Model {
     }
 
     /// The readings as expressions of the kernel's struct `Given`, here `given`, in the order of their names.
+    #[cfg(feature = "compose")]
     pub(crate) fn expressions(self) -> Vec<String> {
         let vectors: &[(&str, usize)] = match self {
             Self::Rm11 => &[
@@ -118,6 +119,7 @@ impl Reference {
     };
 
     /// Cycles whose messages count for the attraction.
+    #[cfg(feature = "compose")]
     pub(crate) fn cycles(&self) -> u32 {
         self.signal_cycles.unwrap_or(11)
     }
