@@ -465,7 +465,14 @@ fn examples_are_written_with_their_parts() {
             "wall-following",
             "discrimination",
             "aggregation",
-            "gather"
+            "gather",
+            "evostick-aggregation",
+            "evostick-foraging",
+            "evostick-cues",
+            "evostick-shelter",
+            "evostick-network",
+            "evostick-coverage",
+            "evostick-exploration",
         ]
     );
     let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");

@@ -30,7 +30,8 @@ fn list(console: Console) -> Result {
         let all = EXAMPLES.iter().map(|own| json!({"name": own.name, "about": own.about}));
         return console.json_data(&all.collect::<Vec<_>>());
     }
-    let line = |own: &Example| format!("{:<16}{}\n", own.name, own.about);
+    let width = EXAMPLES.iter().map(|own| own.name.len()).max().unwrap_or_default() + 2;
+    let line = |own: &Example| format!("{:<width$}{}\n", own.name, own.about);
     console.data(EXAMPLES.iter().map(line).collect::<String>())
 }
 

@@ -416,15 +416,15 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[robot]\npreset = \"epcuk\"",
-        "test.toml:2:10: robot.preset: is \"epcuk\"; did you mean epuck? (allowed: khepera, epuck, thymio2, kheperax)",
+        "test.toml:2:10: robot.preset: is \"epcuk\"; did you mean epuck? (allowed: khepera, epuck, thymio2, kheperax, epuck-rm1.1, epuck-rm1.2)",
     ),
     (
         "[robot]\npreset = \"roomba\"",
-        "test.toml:2:10: robot.preset: is \"roomba\"; allowed: khepera, epuck, thymio2, kheperax",
+        "test.toml:2:10: robot.preset: is \"roomba\"; allowed: khepera, epuck, thymio2, kheperax, epuck-rm1.1, epuck-rm1.2",
     ),
     (
         "[robot]\npreset = 3",
-        "test.toml:2:10: robot.preset: is 3; allowed: khepera, epuck, thymio2, kheperax",
+        "test.toml:2:10: robot.preset: is 3; allowed: khepera, epuck, thymio2, kheperax, epuck-rm1.1, epuck-rm1.2",
     ),
     (
         "[robot]\npreset = \"epuck\"\nkind = \"sampled\"",

@@ -825,7 +825,10 @@ mod tests {
             assert!(refusal.contains("own.toml:") && refusal.contains(expected), "{refusal}");
         }
         for (values, expected) in [
-            ("walk = 5", "reality.walk: unknown key `walk`; allowed: robot, "),
+            (
+                "walk = 5",
+                "reality.walk: unknown key `walk`; did you mean reality.walk_s? (allowed: robot, ",
+            ),
             ("walk_s = 1000", "reality.walk_s: is 1000; allowed: 0 to 600"),
             (
                 "severity = 1.0",
