@@ -145,16 +145,14 @@ say "building the tests"
 all=(cargo test --locked --workspace --features oneiro-host/parquet)
 "${all[@]}" --no-run
 
-# What often waits: for a robot that turns in real time, for a network, for jobs of a cluster.
-beside "robots that turn" "${all[@]}" --test sample_wire
-beside "Python" bash -ec "tests/python-package.sh $learning; tests/python.sh; tests/optimisers.sh; tests/recompute.sh; tests/peers.sh"
-[ -z "$slurm" ] || beside "Slurm" tests/slurm.sh
+# A robot turns in real time, and hardly anything computes, so nothing but the tests runs beside it. Python follows it.
+beside "robots that turn, and Python" bash -ec "${all[*]} --test sample_wire; tests/python-package.sh $learning; tests/python.sh
+    tests/optimisers.sh; tests/recompute.sh; tests/peers.sh"
 say "all tests"
 "${all[@]}" -- --skip a_robot_alone_is_sampled --skip a_person_places_a_robot
 
-join "robots that turn"
-[ -z "$slurm" ] || join "Slurm"
-join "Python"
+join "robots that turn, and Python"
+[ -z "$slurm" ] || tests/slurm.sh
 join "64-bit ARM"
 
 say "what was skipped"
