@@ -237,7 +237,7 @@ fn experiments_that_are_not_allowed_exit_with_3_and_say_where() {
     assert_eq!(place.names(), ["bad.toml", "bytes.toml", "small.toml"]);
 }
 
-/// Mistakes that people make, and what they are told.
+/// Mistakes that people make, and the messages that answer them.
 #[test]
 fn mistakes_are_told_with_what_to_do_instead() {
     let place = Place::new("mistakes");

@@ -66,7 +66,7 @@ fn of_a_plan_are_what_comes_to_be() {
     let devices = plan["devices"].as_array().unwrap();
     assert!(devices[0]["name"].as_str().unwrap().starts_with("cpu"));
     assert!(devices.iter().all(|device| device["seconds"].as_f64().unwrap() > 0.0));
-    // Software drivers are timed when they are named, and other cards are told of when that is asked for.
+    // Software drivers are timed only when they are named, and cards that are not here are listed only on request.
     let is_software = |device: &Value| device["name"].as_str().unwrap().contains("llvmpipe");
     assert!(!devices.iter().any(is_software), "{devices:?}");
     assert_eq!(plan["cards_at_most"], Value::Array(Vec::new()));

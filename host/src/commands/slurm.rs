@@ -31,7 +31,7 @@ pub(crate) fn script(sweep: &Sweep, arguments: &SweepRun, console: Console) -> R
     let runs = u32::try_from(sweep.runs()).unwrap_or(u32::MAX);
     if let Some(shards) = arguments.shards.filter(|shards| *shards > runs) {
         console.say(format!(
-            "warning: --shards {shards}: the sweep has {}, and so many tasks has the array",
+            "warning: --shards {shards}: the sweep has {}, so the array has no more tasks than that",
             counted(runs, "run", "runs")
         ));
     }

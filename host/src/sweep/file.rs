@@ -56,7 +56,7 @@ const GREATEST_COUNT: u64 = 1_000_000;
 struct Written {
     #[serde(default)]
     name: String,
-    // Both must be given: what lacks them is told in this program's words.
+    // Both must be given; a file that lacks one is refused with this program's own message.
     experiment: Option<String>,
     seeds: Option<Value>,
     seeds_by: Option<String>,
