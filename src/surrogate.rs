@@ -4,9 +4,11 @@
 //!
 //! All of its random properties follow from seeds, by exactly rounded operations. The distributions are in
 //! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` explains them. Every difference
-//! from the simulator has a switch, and one severity scales them all, or one those of motion and another the rest. At severity 0 a Khepera behaves like its
-//! simulator except for rounding: its first readings are equal, and its motion is computed in smaller steps. A described robot
-//! then lives the simulator's lives without noise, bit for bit.
+//! from the simulator may have a severity of its own; else one scales those of motion, and one the rest. At severity 0 a
+//! Khepera behaves like its simulator except for rounding: its first readings are equal, and its motion is computed in
+//! smaller steps. A described robot then lives the simulator's lives without noise, bit for bit.
+
+use std::fmt;
 
 use oneiro_shaders::surrogate as kernel;
 
@@ -136,16 +138,17 @@ impl Mounting {
     };
 }
 
-/// Which differences are on, and their strength.
+/// How strong each difference is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Differences {
-    /// Scales all of them: 0 for none, 1 as drawn, at most 2.
+    /// Scales all of them: 0 for none, 1 as they are drawn, at most 2.
     pub severity: f32,
     /// Scales those of motion and of the age of readings in its place, see [`Difference::is_of_motion`].
     pub motion: f32,
     /// Minimum age of readings at severity 1, ms: 0 to 100. The study has 20.
     pub latency_ms: f32,
-    on: [bool; Difference::ALL.len()],
+    /// Severities of single differences, in the order of [`Difference::ALL`], in place of the two above.
+    own: [Option<f32>; Difference::ALL.len()],
 }
 
 impl Differences {
@@ -155,25 +158,29 @@ impl Differences {
             severity,
             motion: severity,
             latency_ms: 20.0,
-            on: [true; Difference::ALL.len()],
+            own: [None; Difference::ALL.len()],
         }
     }
 
     /// Only one difference.
     pub fn only(severity: f32, difference: Difference) -> Self {
-        let mut on = [false; Difference::ALL.len()];
-        on[difference as usize] = true;
-        Self {
-            on,
+        let others_off = Self {
+            own: [Some(0.0); Difference::ALL.len()],
             ..Self::all(severity)
-        }
+        };
+        others_off.with(difference, severity)
     }
 
     /// All differences but one.
     pub fn without(severity: f32, difference: Difference) -> Self {
-        let mut all = Self::all(severity);
-        all.on[difference as usize] = false;
-        all
+        Self::all(severity).with(difference, 0.0)
+    }
+
+    /// Sets the severity of one difference, apart from that of the others: 0 for none.
+    #[must_use]
+    pub fn with(mut self, difference: Difference, severity: f32) -> Self {
+        self.own[difference as usize] = Some(severity);
+        self
     }
 
     /// Sets the minimum age of readings at severity 1, ms.
@@ -190,15 +197,31 @@ impl Differences {
 
     /// Severity of one difference: 0 if it is off.
     pub fn strength(&self, difference: Difference) -> f32 {
-        match self.on[difference as usize] {
-            true if difference.is_of_motion() => self.motion,
-            true => self.severity,
-            false => 0.0,
-        }
+        let shared = if difference.is_of_motion() {
+            self.motion
+        } else {
+            self.severity
+        };
+        self.own[difference as usize].unwrap_or(shared)
     }
 
     fn of(&self, difference: Difference) -> f64 {
         f64::from(self.strength(difference))
+    }
+}
+
+impl fmt::Display for Differences {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "severity {}", self.severity)?;
+        if self.motion != self.severity {
+            write!(f, ", of motion {}", self.motion)?;
+        }
+        for difference in Difference::ALL {
+            if let Some(own) = self.own[difference as usize] {
+                write!(f, ", of {} {own}", difference.name())?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -360,7 +383,7 @@ impl Surrogate {
 
     /// Checks every number, and that something differs if anything is to.
     pub(crate) fn check(&self, robot: &Robot) -> Result<(), Invalid> {
-        let is_on = |difference: &Difference| self.differences.on[*difference as usize];
+        let is_on = |difference: &Difference| self.differences.own[*difference as usize] != Some(0.0);
         let (acts, idle): (Vec<_>, Vec<_>) = Difference::ALL
             .into_iter()
             .partition(|difference| difference.acts_on(robot));
@@ -374,6 +397,10 @@ impl Surrogate {
         }
         number("surrogate.severity", self.differences.severity, 0.0..=2.0)?;
         number("surrogate.motion", self.differences.motion, 0.0..=2.0)?;
+        for difference in Difference::ALL {
+            let field = format!("surrogate.differences.{}", difference.name());
+            number(field, self.differences.strength(difference), 0.0..=2.0)?;
+        }
         number("surrogate.latency_ms", self.differences.latency_ms, 0.0..=100.0)?;
         for (index, sensor) in self.individual.sensors.iter().enumerate() {
             let own = |name| format!("surrogate.sensors[{index}].{name}");
@@ -628,6 +655,18 @@ mod tests {
             .check(&Robot::khepera())
             .unwrap_err();
         assert_eq!(refused.field, "surrogate.motion");
+    }
+
+    #[test]
+    fn a_difference_may_have_a_severity_of_its_own() {
+        let differences = Differences::all(1.0).with_motion(0.5).with(Difference::Wheels, 2.0);
+        let strengths = Difference::ALL.map(|difference| differences.strength(difference));
+        assert_eq!(strengths, [1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 2.0, 0.5, 0.5]);
+        assert_eq!(differences.to_string(), "severity 1, of motion 0.5, of wheels 2");
+        let refused = Surrogate::drawn(1, differences.with(Difference::Slip, -0.5))
+            .check(&Robot::khepera())
+            .unwrap_err();
+        assert_eq!(refused.field, "surrogate.differences.slip");
     }
 
     #[test]

@@ -12,7 +12,7 @@ use std::sync::{Arc, LazyLock};
 
 pub use sam::Format;
 
-use crate::parameter::{Choice, Choices};
+use crate::parameter::{Choice, Choices, LEAST};
 
 /// Number of a Khepera's proximity sensors.
 pub const SENSORS: usize = 8;
@@ -378,6 +378,11 @@ pub struct MotorCell {
     pub right: f32,
 }
 
+/// A number, or zero if kernels don't take anything that small.
+fn negligible_as_zero(number: f32) -> f32 {
+    if number.abs() < LEAST { 0.0 } else { number }
+}
+
 impl MotorTable {
     /// The compiled-in Khepera.
     pub fn khepera(states: MotorStates) -> Arc<Self> {
@@ -395,7 +400,8 @@ impl MotorTable {
         Arc::clone(&TABLES[states as usize])
     }
 
-    /// Selects the states' speeds from samples.
+    /// Selects the states' speeds from samples. Motion that is too little for a kernel, below a millionth of a mm or of a
+    /// turn in a cycle, counts as none.
     ///
     /// # Errors
     /// The first speed that was not sampled.
@@ -411,9 +417,9 @@ impl MotorTable {
             for (&right, &right_speed) in columns.iter().zip(&speeds) {
                 let sample = left * samples.speeds.len() + right;
                 cells.push(MotorCell {
-                    displacement: samples.centimetres[sample] * 10.0,
+                    displacement: negligible_as_zero(samples.centimetres[sample] * 10.0),
                     // Subtracted rather than negated: zero has one sign.
-                    turn: 0.0 - samples.degrees[sample] / 360.0,
+                    turn: negligible_as_zero(0.0 - samples.degrees[sample] / 360.0),
                     left: left_speed as f32 / greatest,
                     right: right_speed as f32 / greatest,
                 });

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use oneiro::tables::{MotorSamples, MotorStates, MotorTable, SENSORS, SensorTable, SensorTables};
+use oneiro::world::{Robot, World, WorldSpec};
 
 mod skips;
 use skips::skipped;
@@ -109,6 +110,23 @@ fn built_in_motors_are_a_khepera() {
         ),
         (21, 0.0, 0.5)
     );
+}
+
+/// As sampled from a robot whose wheels hardly differ.
+#[test]
+fn motion_below_what_kernels_take_is_none() {
+    let mut samples = MotorSamples::khepera();
+    let forward = samples.degrees.len() - 1;
+    (samples.degrees[forward], samples.centimetres[0]) = (3e-4, -9e-8);
+    let table = MotorTable::new(&samples, MotorStates::Symmetric20).unwrap();
+    let spec = WorldSpec {
+        robot: Robot {
+            motors: table.into(),
+            ..Robot::khepera()
+        },
+        ..WorldSpec::miglino1995()
+    };
+    World::new(spec).unwrap();
 }
 
 #[test]

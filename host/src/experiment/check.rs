@@ -61,6 +61,12 @@ fn reality(transfer: &Transfer) -> Checked {
             is_some && !is_wired,
             SURROGATE,
         ),
+        (
+            "reality.differences",
+            transfer.differences.iter().any(Option::is_some),
+            is_some && !is_wired,
+            SURROGATE,
+        ),
         ("reality.starts", transfer.starts.is_some(), is_wired, WIRE),
         ("reality.speed_mm_s", transfer.speed.is_some(), is_wired, WIRE),
         ("reality.walk_s", transfer.walk.is_some(), is_wired, WIRE),

@@ -13,6 +13,7 @@ use oneiro::differential::Build;
 use oneiro::foraging::{AsForaging, Foraging};
 use oneiro::parameter::Allowed::{Any, Number, Text, Whole, WholeUpTo};
 use oneiro::parameter::{Choice, Choices, Datum, Field, Parameter, Select, row};
+use oneiro::surrogate::{Difference, Differences};
 use oneiro::tables::MotorStates;
 use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
 
@@ -309,6 +310,24 @@ fn rows() -> Vec<Parameter<Settings>> {
             "How much a surrogate differs from the simulator made from its samples; 1.75 if it is not given.", |own, _| Some(&mut own.reality.severity)),
         row("reality.motion_severity", "", Number(0.0, 2.0), OURS,
             "How much a surrogate differs in its latency, its motors and its collisions, in place of `reality.severity`, which then is of what its sensors see.", |own, _| Some(&mut own.reality.motion_severity)),
+        row("reality.differences.geometry", "", Number(0.0, 2.0), OURS,
+            "Severity of geometry, in place of `reality.severity`. At 1 rays meet all objects at once and exactly, instead of one by one on the samples' grid. Of a described robot: where its sensors look, and how strong they are.", |own, _| own.reality.difference(Difference::Geometry)),
+        row("reality.differences.reflectivity", "", Number(0.0, 2.0), OURS,
+            "Severity of reflectivity, in place of `reality.severity`. At 1 each object reflects up to 20 % more or less.", |own, _| own.reality.difference(Difference::Reflectivity)),
+        row("reality.differences.illumination", "", Number(0.0, 2.0), OURS,
+            "Severity of illumination, in place of `reality.severity`. At 1 light over the arena varies by up to 30 %, and adds up to 0.02 to each activation.", |own, _| own.reality.difference(Difference::Illumination)),
+        row("reality.differences.read_noise", "", Number(0.0, 2.0), OURS,
+            "Severity of the noise of readings, in place of `reality.severity`. At 1 readings have noise, with a standard deviation of 3.4 of 1023 and 3 % of the reading.", |own, _| own.reality.difference(Difference::ReadNoise)),
+        row("reality.differences.latency", "", Number(0.0, 2.0), OURS,
+            "Severity of latency, in place of `reality.motion_severity`. At 1 readings are 20 to 40 ms old.", |own, _| own.reality.difference(Difference::Latency)),
+        row("reality.differences.motor_lag", "", Number(0.0, 2.0), OURS,
+            "Severity of the motors' lag, in place of `reality.motion_severity`. At 1 wheels follow their commands with a time constant of 20 ms.", |own, _| own.reality.difference(Difference::MotorLag)),
+        row("reality.differences.wheels", "", Number(0.0, 2.0), OURS,
+            "Severity of unequal wheels, in place of `reality.motion_severity`. At 1 each wheel turns up to 1 % faster or slower than it should.", |own, _| own.reality.difference(Difference::Wheels)),
+        row("reality.differences.arcs", "", Number(0.0, 2.0), OURS,
+            "Severity of arcs, in place of `reality.motion_severity`. At 1 the robot drives arcs, instead of straight lines each followed by a turn.", |own, _| own.reality.difference(Difference::Arcs)),
+        row("reality.differences.slip", "", Number(0.0, 2.0), OURS,
+            "Severity of slip, in place of `reality.motion_severity`. At 1 a blocked robot moves and turns half as far as if it slid along the object, instead of not at all.", |own, _| own.reality.difference(Difference::Slip)),
         row("reality.starts", "", Any, OURS,
             "How lives on a wire get their starts; \"walk\" if it is not given.", |own, _| Some(&mut own.reality.starts)),
         row("reality.speed_mm_s", "mm/s", Number(wired::SPEEDS_MM_S[0], wired::SPEEDS_MM_S[1]), OURS,
@@ -477,6 +496,8 @@ pub(crate) struct Transfer {
     pub(crate) severity: Option<f32>,
     /// How much it differs in motion and in the age of its readings, if that is not the same.
     pub(crate) motion_severity: Option<f32>,
+    /// How much it differs in single ways, in the order of [`Difference::ALL`], if that is not the same.
+    pub(crate) differences: [Option<f32>; Difference::ALL.len()],
     /// How lives on a wire get their starts, and speed of its wheels at the controller's greatest output, mm/s; if they are given.
     pub(crate) starts: Option<wired::Starts>,
     pub(crate) speed: Option<f32>,
@@ -528,6 +549,20 @@ impl Transfer {
         robot.tables == SensorFiles::FromReality || robot.motors == FROM_REALITY
     }
 
+    /// The setting of one difference.
+    fn difference(&mut self, difference: Difference) -> Option<&mut dyn Field> {
+        Some(&mut self.differences[difference as usize])
+    }
+
+    /// How much a surrogate differs from its simulator.
+    fn differences(&self) -> Differences {
+        let severity = self.severity.unwrap_or_default();
+        let shared = Differences::all(severity).with_motion(self.motion_severity.unwrap_or(severity));
+        let own = Difference::ALL.into_iter().zip(self.differences);
+        own.filter_map(|(difference, own)| Some((difference, own?)))
+            .fold(shared, |all, (difference, own)| all.with(difference, own))
+    }
+
     /// The robot, if there is one.
     ///
     /// # Errors
@@ -535,9 +570,7 @@ impl Transfer {
     pub(crate) fn site(&self) -> Result<Option<Site>, String> {
         let Some(robot) = &self.robot else { return Ok(None) };
         let guard: Vec<String> = self.guard.iter().map(|(key, value)| format!("{key}={value}")).collect();
-        let severity = self.severity.unwrap_or_default();
-        let motion = self.motion_severity.unwrap_or(severity);
-        Site::at(robot, [severity, motion], self.values()?, &guard).map(Some)
+        Site::at(robot, self.differences(), self.values()?, &guard).map(Some)
     }
 }
 

@@ -395,6 +395,10 @@ const REFUSED: &[(&str, &str)] = &[
         "test.toml:2:19: reality.motion_severity: is given; allowed: only with a surrogate as reality.robot",
     ),
     (
+        "[reality.differences]\nlatency = 1.0",
+        "reality.differences: is given; allowed: only with a surrogate as reality.robot",
+    ),
+    (
         "[robot]\ntables = []",
         "test.toml:2:10: robot.tables: is empty; allowed: a file for each class of object",
     ),
@@ -1279,5 +1283,8 @@ fn simulators_are_sampled_from_reality() {
     ]
     .map(of);
     assert_ne!(apart.world().spec().robot.motors.cells, motors.cells);
+    // So does one difference.
+    let wheels = of("severity = 1.5\ndifferences.wheels = 0.5");
+    assert_ne!(wheels.world().spec().robot.motors.cells, motors.cells);
     assert_eq!(alike.world().spec().robot.motors.cells, motors.cells);
 }

@@ -166,15 +166,12 @@ impl Site {
     /// The problem of the address, or of the guard's values.
     pub(crate) fn at(
         address: &str,
-        [severity, motion]: [f32; 2],
+        differences: Differences,
         values: wired::Values,
         guard: &[String],
     ) -> Result<Self, String> {
         match address.parse() {
-            Ok(Address::Surrogate(seed)) => {
-                let differences = Differences::all(severity).with_motion(motion);
-                Ok(Self::surrogate(seed, Surrogate::drawn(seed, differences)))
-            }
+            Ok(Address::Surrogate(seed)) => Ok(Self::surrogate(seed, Surrogate::drawn(seed, differences))),
             Ok(Address::Wire(wire)) => {
                 guard::values::Values::of(guard)?;
                 Ok(Self::Wired(Wired::new(wire, values, guard, Console::default())))

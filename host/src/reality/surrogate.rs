@@ -5,7 +5,7 @@ use std::sync::Arc;
 use oneiro::arena::{Arena, Field};
 use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
 use oneiro::random::{Key, pcg4d};
-use oneiro::surrogate::{Differences, Surrogate};
+use oneiro::surrogate::Surrogate;
 use oneiro::tables::{MotorStates, MotorTable, SensorTable, SensorTables};
 use oneiro::world::{Controller, Robot, Start, World, WorldSpec};
 
@@ -136,13 +136,7 @@ fn readings(trace: &Trace, record: usize) -> Vec<u16> {
 
 impl Sampled for SurrogateRobot<'_> {
     fn describe(&self) -> String {
-        let Differences { severity, motion, .. } = self.surrogate.differences;
-        let apart = if motion == severity {
-            String::new()
-        } else {
-            format!(", of motion {motion}")
-        };
-        format!("surrogate:{}, severity {severity}{apart}", self.seed)
+        format!("surrogate:{}, {}", self.seed, self.surrogate.differences)
     }
 
     fn turn_before(&mut self, object: &Object, view: f64, gap: f32) -> Result<Vec<Turned>, Trouble> {
