@@ -117,9 +117,9 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
             &["own.wgsl:12:19: logarithm(0.0f) is out of its range, which is from 1.2e-38, in 6"],
         ),
         (
-            "    return Reward(cosine_sine(1e8f + now.start.x).x, before);",
+            "    return Reward(cosine_sine(1e8f).x, before);",
             &[
-                "own.wgsl:11:19: cosine_sine(1e8f) is out of its range, which is up to 8 million turns, of both signs, in 6",
+                "own.wgsl:11:19: cosine_sine(100000000.0f) is out of its range, which is up to 8 million turns, of both signs, in 6",
             ],
         ),
     ] {

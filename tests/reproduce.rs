@@ -12,7 +12,7 @@ use place::{Place, Ran};
 use skips::skipped;
 
 /// How often a study is killed, at moments that divide it into equal parts.
-const KILLS: u32 = 3;
+const KILLS: u32 = 2;
 
 /// Whether more than a few seconds are available: in `tests/long.sh`.
 fn is_long() -> bool {

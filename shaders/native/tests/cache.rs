@@ -161,7 +161,7 @@ fn abandoned_folders_are_deleted() {
         fs::create_dir_all(path.join("lanes")).expect("the folder can be written");
         path
     });
-    let at = SystemTime::now() - Duration::from_secs(2 * 3600);
+    let at = SystemTime::now() - Duration::from_hours(2);
     let opened = File::open(&old).expect("it is there");
     opened.set_modified(at).expect("it is the user's");
     cache.save(&key(1), &compiled(1)).expect("the folder can be written");
