@@ -1,14 +1,28 @@
 #!/usr/bin/env bash
-# The lane code for 64-bit ARM on an emulated processor, compiled ahead and at run time: every operation, the compiler's
-# corpus, and lives, all with the bits that are pinned; random kernels; and the optimisers, with pinned bits too. Needs
-# qemu, a linker for ARM, and Rust's standard library for it: rustup's, or Debian's with its compiler.
+# aarch64.sh [--program]: the lane code for 64-bit ARM on an emulated processor, compiled ahead and at run time: every
+# operation, the compiler's corpus, and lives, all with the bits that are pinned; random kernels; and the optimisers, with
+# pinned bits too. With --program it only builds the program for 64-bit ARM and prints the path of a script that runs it on
+# the emulated processor. Needs qemu, a linker for ARM, and Rust's standard library for it: rustup's, or Debian's with its
+# compiler.
 set -euo pipefail
+case $* in
+"" | --program) ;;
+*)
+    echo "usage: $0 [--program]" >&2
+    exit 2
+    ;;
+esac
 cd "$(dirname "$0")/.."
 . tests/skips.sh
 
+wanted=$*
 arm=aarch64-unknown-linux-gnu
 say() { printf '\n== 64-bit ARM: %s\n' "$*"; }
 not_run() {
+    [ -z "$wanted" ] || {
+        echo "the program for 64-bit ARM can't be built: $*" >&2
+        exit 1
+    }
     skipped arm "its lane code is not even type-checked: $*"
     exit 0
 }
@@ -21,7 +35,7 @@ has_library || timeout 60 rustup target add $arm >/dev/null 2>&1 || true
 # A folder of its own: two compilers must not share one, and other stages build at the same time.
 emulated=(env CARGO_PROFILE_RELEASE_OPT_LEVEL=1 CARGO_PROFILE_RELEASE_LTO=off CARGO_TARGET_DIR="$folder/aarch64")
 if ! has_library; then
-    say "getting Debian's compiler"
+    say "getting Debian's compiler" >&2
     problem=$(tests/debian-rust.sh "$folder/debian-rust") || not_run "$problem"
     emulated+=(RUSTC="$folder/debian-rust/rustc")
 fi
@@ -30,13 +44,25 @@ emulated+=(
     CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER="qemu-aarch64 -L /usr/aarch64-linux-gnu"
 )
 
+# Little optimisation, and none of the program: bits don't depend on it, and compiling takes most of the time.
+options=(--release --locked --target $arm --config 'profile.release.package.oneiro-host.opt-level=0' --no-default-features)
+
+if [ "$wanted" = --program ]; then
+    "${emulated[@]}" cargo build "${options[@]}" -p oneiro-host --features native >&2
+    script=$folder/aarch64/oneiro
+    printf '#!/bin/sh\nexec qemu-aarch64 -L /usr/aarch64-linux-gnu "%s" "$@"\n' "$folder/aarch64/$arm/release/oneiro" >"$script"
+    chmod +x "$script"
+    echo "$script"
+    exit
+fi
+
 say "operations, corpus and lives on qemu"
-# Little optimisation: bits don't depend on it, and compiling takes most of the time.
-"${emulated[@]}" cargo test --release --locked --target $arm \
-    -p oneiro-shader-corpus -p oneiro-shader-native -p oneiro-tests --no-default-features --features oneiro-tests/native \
+# With the program's package, though none of its tests: what all depend on then has the features that the program needs, and is
+# compiled once.
+"${emulated[@]}" cargo test "${options[@]}" \
+    -p oneiro-shader-corpus -p oneiro-shader-native -p oneiro-tests -p oneiro-host \
+    --features oneiro-host/native,oneiro-tests/native \
     --test variants --test operations --test goldens --test random --test kernels
 say "optimisers, restored between any two generations"
-# The program isn't optimised: compiling it would take four minutes of a processor.
-"${emulated[@]}" cargo test --release --locked --target $arm --config 'profile.release.package.oneiro-host.opt-level=0' \
-    -p oneiro-host --no-default-features --lib -- optimisers_are_as_pinned
+"${emulated[@]}" cargo test "${options[@]}" -p oneiro-host --features native --lib -- optimisers_are_as_pinned
 say "the bits are those of tests/goldens/kernels and tests/goldens/optimisers"

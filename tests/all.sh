@@ -136,7 +136,8 @@ say "lints"
 cargo clippy --workspace --all-targets --features oneiro-host/parquet --locked -- -D warnings
 
 say "documentation"
-RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --features oneiro-host/parquet --no-deps --quiet
+# With the examples, what these need counts as well: all is then checked as for the lints, and nothing a second time.
+RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --features oneiro-host/parquet --no-deps --lib --examples --quiet
 
 say "the program without the GPU backend, as on robots"
 cargo clippy --locked -p oneiro-host --no-default-features --all-targets -- -D warnings

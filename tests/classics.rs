@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::Instant;
 
 use oneiro::random::pcg4d;
@@ -35,6 +36,8 @@ struct Lives {
     experiment: String,
     /// Where compiled kernels are kept.
     cache: PathBuf,
+    /// The program that lives them; by default the one that was built with the tests.
+    program: Option<PathBuf>,
 }
 
 impl Lives {
@@ -68,12 +71,20 @@ impl Lives {
             place,
             experiment,
             cache,
+            program: None,
         }
     }
 
     /// Runs a command that must succeed, and returns its standard output.
     fn good(&self, arguments: &[&str]) -> String {
-        let mut command = self.place.command(arguments);
+        let mut command = match &self.program {
+            None => self.place.command(arguments),
+            Some(program) => {
+                let mut command = Command::new(program);
+                command.args(arguments).current_dir(self.place.at(""));
+                command
+            }
+        };
         let output = command.env("XDG_CACHE_HOME", &self.cache).output().unwrap();
         Ran::new(arguments, &output).exits(0).stdout
     }
@@ -106,6 +117,26 @@ impl Lives {
         arguments.extend(measured.then_some("--measures"));
         self.good(&arguments).lines().skip(1).map(str::to_owned).collect()
     }
+
+    /// Changes all genes by a two-thousandth or less, in a file beside the genomes: 4,096 units in the last place. Motors have few
+    /// speeds, so that a smaller change is seldom seen.
+    fn change_genes(&self) {
+        let mut genomes = self.place.read(GENOMES_FILE);
+        let first = genomes.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+        genomes[first..].chunks_exact_mut(4).for_each(|gene| gene[1] ^= 16);
+        self.place.write(CHANGED_FILE, genomes);
+    }
+}
+
+/// The genomes of lives.
+const GENOMES_FILE: &str = "run/population.npy";
+/// The same, a little changed.
+const CHANGED_FILE: &str = "changed.npy";
+
+/// In how many lines two differ.
+fn differences(some: &[String], others: &[String]) -> usize {
+    assert_eq!(some.len(), others.len());
+    some.iter().zip(others).filter(|(one, other)| one != other).count()
 }
 
 /// Numbers of lives that are compared.
@@ -165,34 +196,22 @@ fn the_same_bits_on_every_device() {
             (counts.interpreted, true, &["cpu:interpretedx1"]),
         ] {
             let lives = Lives::new(experiment, count, &cache.at(""));
-            let expected = lives.lines("run/population.npy", measured, REFERENCE);
+            let expected = lives.lines(GENOMES_FILE, measured, REFERENCE);
             assert_eq!(expected.len(), count);
             rows.bytes(&format!("{count} lives"), experiment, expected.join("\n").as_bytes());
             for device in others {
                 let begin = Instant::now();
-                let found = lives.lines("run/population.npy", measured, device);
-                let different = found
-                    .iter()
-                    .zip(&expected)
-                    .filter(|(found, expected)| found != expected);
+                let found = lives.lines(GENOMES_FILE, measured, device);
                 println!(
                     "{experiment}: {count} lives on {device} in {:.1?}, measured: {measured}",
                     begin.elapsed()
                 );
-                assert_eq!((found.len(), different.count()), (count, 0), "{experiment} on {device}");
+                assert_eq!(differences(&found, &expected), 0, "{experiment} on {device}");
             }
             if !measured {
-                let mut genomes = lives.place.read("run/population.npy");
-                let first = genomes.iter().position(|byte| *byte == b'\n').unwrap() + 1;
-                // 4,096 units in the last place. Motors have few speeds, so that a smaller change is seldom seen.
-                genomes[first..].chunks_exact_mut(4).for_each(|gene| gene[1] ^= 16);
-                lives.place.write("changed.npy", genomes);
-                let changed = lives.lines("changed.npy", measured, REFERENCE);
-                let noticed = changed
-                    .iter()
-                    .zip(&expected)
-                    .filter(|(changed, expected)| changed != expected)
-                    .count();
+                lives.change_genes();
+                let changed = lives.lines(CHANGED_FILE, measured, REFERENCE);
+                let noticed = differences(&changed, &expected);
                 println!("{experiment}: {noticed} of {count} lives notice genes that are off by a two-thousandth");
                 assert!(noticed > 0, "{experiment}: other genes change nothing");
             }
@@ -201,6 +220,43 @@ fn the_same_bits_on_every_device() {
     if !is_long {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/goldens/composed/classics.rows");
         pinned::check(&path, &rows.to_string());
+    }
+}
+
+/// A thousand lives of each by code compiled at run time on an emulated processor of 64-bit ARM are those of this machine, by fitness
+/// and by measures, and so are those by its lane code compiled ahead. A changed genome is noticed there too.
+#[test]
+#[ignore = "needs the program for 64-bit ARM: tests/aarch64.sh --program"]
+fn the_same_bits_on_emulated_arm() {
+    let program = std::env::var_os("ONEIRO_ARM_PROGRAM").expect("ONEIRO_ARM_PROGRAM is the path of the program");
+    let (cache, count) = (Place::new("arm-cache"), 1_000);
+    for experiment in EXPERIMENTS {
+        let mut lives = Lives::new(experiment, count, &cache.at(""));
+        lives.change_genes();
+        let here = |genomes| [false, true].map(|measured| lives.lines(genomes, measured, REFERENCE));
+        let (expected, changed) = (here(GENOMES_FILE), here(CHANGED_FILE));
+        lives.program = Some(program.clone().into());
+        let ahead = (experiment == "khepera-avoidance").then_some("cpu:neonx16");
+        for device in [REFERENCE].into_iter().chain(ahead) {
+            let begin = Instant::now();
+            let found = [false, true].map(|measured| lives.lines(GENOMES_FILE, measured, device));
+            let compare = |others: &[Vec<String>; 2]| [0, 1].map(|index| differences(&found[index], &others[index]));
+            let (different, noticed) = (compare(&expected), compare(&changed));
+            println!(
+                "{experiment}: of {count} lives on {device} of 64-bit ARM {} differ by their fitness and {} by their measures, {} and {} from those of \
+                 changed genes, in {:.1?}",
+                different[0],
+                different[1],
+                noticed[0],
+                noticed[1],
+                begin.elapsed()
+            );
+            assert_eq!(different, [0, 0], "{experiment} on {device}");
+            assert!(
+                noticed.iter().all(|count| *count > 0),
+                "{experiment}: other genes change nothing"
+            );
+        }
     }
 }
 

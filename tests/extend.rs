@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 use std::fs;
 
+#[path = "extend/given.rs"]
+mod given;
 mod place;
 use place::Place;
 
@@ -91,11 +93,34 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
         ),
         (
             "    return Reward(share(max(now.moved.left - 2.0f, 0.0f)), before);",
-            &["own.wgsl:8:12: in lib/numerics.wgsl:", "in 6 of 6 lives"],
+            &["own.wgsl:8:12: reciprocal(0.0f) is out of its range", "in 6 of 6 lives"],
         ),
         (
             "    let step = u32(now.start.x - 1e6f);\n    return Reward(f32(step), before);",
             &["own.wgsl:11:16: u32(-999", "which is out of range"],
+        ),
+        (
+            "    return Reward(root(now.moved.left - 2.0f), before);",
+            &[
+                "own.wgsl:11:19: root(-",
+                "f) is out of its range, which is 0, and from 8e-31, in 6 of 6 lives; allowed: ",
+            ],
+        ),
+        (
+            "    return Reward(share(0.0f), before);",
+            &[
+                "own.wgsl:8:12: reciprocal(0.0f) is out of its range, which is from 1.2e-38 to 8e37, of both signs, in 6",
+            ],
+        ),
+        (
+            "    let x = 0.0f * now.start.x;\n    return Reward(logarithm(x) + reciprocal_root(x), before);",
+            &["own.wgsl:12:19: logarithm(0.0f) is out of its range, which is from 1.2e-38, in 6"],
+        ),
+        (
+            "    return Reward(cosine_sine(1e8f).x, before);",
+            &[
+                "own.wgsl:11:19: cosine_sine(100000000.0f) is out of its range, which is up to 8 million turns, of both signs, in 6",
+            ],
         ),
     ] {
         place.write("own.wgsl", part(body));

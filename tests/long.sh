@@ -31,6 +31,10 @@ long --test swarm minds_outside
 say "a hundred thousand lives of each well-known experiment on every device"
 long -p oneiro-host --test classics the_same_bits -- --nocapture
 
+say "a thousand lives of each on emulated 64-bit ARM"
+arm=$(tests/aarch64.sh --program)
+ONEIRO_ARM_PROGRAM=$arm long -p oneiro-host --test classics emulated_arm -- --include-ignored --nocapture
+
 say "anything over the links of robots"
 long -p oneiro-host --lib -- robots::fuzz a_file_may_have_anything
 

@@ -302,8 +302,13 @@ fn mistakes_are_told_with_what_to_do_instead() {
         ),
         (
             3,
-            &["check", "robots.toml", "--set", "robot.sensors[0].range_mm=100"],
-            &["a key inside a list can't be set by itself; allowed: the whole list, robot.sensors=[..]"],
+            &["check", "robots.toml", "--set", "robot.sensors[1].range_mm=100"],
+            &["--set robot.sensors[1].range_mm=100: robot.sensors.1: is no element of the list; allowed: 0 to 0"],
+        ),
+        (
+            3,
+            &["check", "robots.toml", "--set", "robot.sensors.0.range_mm=-1"],
+            &["--set robot.sensors.0.range_mm=-1: robot.sensors[0].range_mm: is -1"],
         ),
         (
             3,

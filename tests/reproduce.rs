@@ -11,6 +11,9 @@ mod skips;
 use place::{Place, Ran};
 use skips::skipped;
 
+/// How often a study is killed, at moments that divide it into equal parts.
+const KILLS: u32 = 2;
+
 /// Whether more than a few seconds are available: in `tests/long.sh`.
 fn is_long() -> bool {
     std::env::var_os("ONEIRO_LONG").is_some()
@@ -42,7 +45,7 @@ impl Place {
         let path = experiments.join("khepera-avoidance.toml");
         for (old, new) in [
             ("\"../khepera-avoidance.toml\"", format!("\"{}\"", path.display())),
-            ("\n[set]\n", "\n[set]\nevolution.generations = 20\n".to_owned()),
+            ("\n[set]\n", "\n[set]\nevolution.generations = 10\n".to_owned()),
             ("\ngenerations = 20\n", "\ngenerations = 3\n".to_owned()),
         ] {
             assert_eq!(study.matches(old).count(), 1, "{old}");
@@ -329,8 +332,8 @@ fn a_study_is_a_function_of_its_settings() {
     assert_eq!(ids.len(), 12);
     assert!(place.at("whole/report.html").is_file());
 
-    for kill in 1..=6_u32 {
-        let moment = whole * kill / 7 + Duration::from_millis(3);
+    for kill in 1..=KILLS {
+        let moment = whole * kill / (KILLS + 1) + Duration::from_millis(3);
         place.kill_after(moment, &study("killed", &["--backend", "cpu", "--threads", "1"]));
     }
     place.good(&study("killed", &["--backend", "cpu", "--threads", "1"]));
@@ -374,8 +377,8 @@ fn a_study_of_swarms_is_a_function_of_its_settings() {
     for figure in 1..=10 {
         assert!(report.contains(&format!("Figure {figure}")), "figure {figure}");
     }
-    for kill in 1..=4_u32 {
-        let moment = whole * kill / 5 + Duration::from_millis(3);
+    for kill in 1..=KILLS {
+        let moment = whole * kill / (KILLS + 1) + Duration::from_millis(3);
         place.kill_after(
             moment,
             &study("killed", scales, &["--backend", "cpu", "--threads", "1"]),

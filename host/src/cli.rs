@@ -101,6 +101,9 @@ pub(crate) struct New {
     /// Write an experiment with a single e-puck that brings food to its nest
     #[arg(long, conflicts_with = "swarm")]
     pub(crate) forager: bool,
+    /// Write an experiment with a robot that is described by numbers, here those of khepera, epuck, thymio2 or kheperax
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["swarm", "forager"])]
+    pub(crate) robot: Option<String>,
     /// Write an experiment with sensors of your own, and the sensors, NAME.wgsl, to change as you like
     #[arg(long, value_name = "NAME", conflicts_with = "swarm")]
     pub(crate) sensor: Option<String>,
@@ -116,7 +119,7 @@ pub(crate) struct New {
         value_name = "NAME",
         num_args = 0..=1,
         default_missing_value = "",
-        conflicts_with_all = ["name", "swarm", "forager", "sensor", "controller", "task"]
+        conflicts_with_all = ["name", "swarm", "forager", "robot", "sensor", "controller", "task"]
     )]
     pub(crate) example: Option<String>,
 }

@@ -25,6 +25,7 @@ parts![
     "lib/forager.wgsl",
     "lib/genes.wgsl",
     "lib/geometry.wgsl",
+    "lib/given.wgsl",
     "lib/individual.wgsl",
     "lib/interface.wgsl",
     "lib/members.wgsl",

@@ -42,6 +42,9 @@ fn known() -> MutexGuard<'static, BTreeMap<&'static str, Code>> {
 /// Code that is being compiled in the background.
 static UNDERWAY: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
 
+/// Held by the one of these that compiles.
+static TURN: Mutex<()> = Mutex::new(());
+
 /// Waits for code that is being compiled, so that it is in the cache the next time.
 pub(crate) fn finish() {
     let underway = std::mem::take(&mut *UNDERWAY.lock().unwrap_or_else(PoisonError::into_inner));
@@ -66,6 +69,8 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     known.insert(kernel.name, code.clone());
     if !is_whole {
         let thread = thread::spawn(move || {
+            // What waits has no memory yet: compiling the longest kernels that ship takes 350 MB.
+            let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
             if let Ok(code) = compiler.whole() {
                 self::known().insert(kernel.name, code);
             }

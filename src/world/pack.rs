@@ -7,7 +7,7 @@ use glam::Vec2;
 use oneiro_shaders::life::{self, BLOCK, CELL, ROUND, WALL};
 
 use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
-use crate::arena::{Arena, Field};
+use crate::arena::{Arena, Field, Light};
 use crate::batch::Buffers;
 use crate::cells::Cells;
 use crate::compose::OwnParts;
@@ -38,7 +38,7 @@ impl Packed {
                 world: forager(spec, own),
                 shapes: Vec::new(),
                 free_share: own.free_share(),
-                values: parts.cells(),
+                values: values(spec, parts),
             });
         }
         let shapes = shapes(spec);
@@ -57,7 +57,7 @@ impl Packed {
             world: world(spec, random_start, start.map(zero), shapes.len() as u32),
             shapes,
             free_share: free.share,
-            values: parts.cells(),
+            values: values(spec, parts),
         })
     }
 
@@ -98,6 +98,24 @@ impl Packed {
             ..self.world
         }
     }
+}
+
+/// The values of a user's parts, and after them what `lib/given.wgsl` reads; nothing without such parts.
+fn values(spec: &WorldSpec, parts: &OwnParts) -> Vec<[u32; 4]> {
+    if parts.is_empty() {
+        return Vec::new();
+    }
+    let lights = &spec.arena.lights;
+    let light = |light: &Light| {
+        let (height, intensity) = (light.height.unwrap_or(0.0), light.intensity.unwrap_or(1.0));
+        [[light.x, light.y, height, light.brightness], [intensity, 0.0, 0.0, 0.0]]
+    };
+    let mut given = vec![[spec.robot.body_radius, lights.len() as f32, 0.0, 0.0]];
+    given.extend(lights.iter().flat_map(light));
+    // What is asked of the first light where there is none.
+    given.resize(given.len().max(3), [0.0; 4]);
+    let given = given.into_iter().map(|cell| cell.map(|number| zero(number).to_bits()));
+    parts.cells().into_iter().chain(given).collect()
 }
 
 /// Packs eight readings of a cell into four words, the even sensors in the low halves. Of tables of more sensors the cells with the

@@ -170,10 +170,10 @@ mod tests {
                     pose: [0.0; 3],
                 });
                 for wheel in 0..2 {
-                    // By steps of 0.1 ms.
+                    // By steps of half a millisecond.
                     let mut way = 0.0;
                     let (from, to) = (time(cycle), time(cycle + 1));
-                    let steps = ((to - from) * 1e4).round() as u32;
+                    let steps = ((to - from) * 2e3).round() as u32;
                     for step in 0..steps {
                         let at = from + (f64::from(step) + 0.5) / f64::from(steps) * (to - from) - latency;
                         let command = (0..=cycle).rev().find(|earlier| time(*earlier) <= at);

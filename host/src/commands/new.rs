@@ -12,6 +12,7 @@ use crate::console::Console;
 use crate::exit::{Failure, Result};
 use crate::experiment::examples::{EXAMPLES, Example};
 use crate::experiment::reference::{self, Template};
+use crate::experiment::robots;
 use crate::experiment::values::instead;
 use crate::files;
 
@@ -75,7 +76,11 @@ fn template(arguments: &New, console: Console) -> Result {
         [] => Template::Single,
         parts => Template::Own(parts),
     };
-    let mut files = vec![(path.clone(), reference::example(name, template))];
+    let text = match &arguments.robot {
+        Some(robot) => reference::described(name, robots::text(robot)?, &parts),
+        None => reference::example(name, template),
+    };
+    let mut files = vec![(path.clone(), text)];
     files.extend(
         parts
             .iter()

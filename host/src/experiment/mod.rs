@@ -4,7 +4,7 @@ mod check;
 pub(crate) mod examples;
 mod inputs;
 pub(crate) mod reference;
-mod robots;
+pub(crate) mod robots;
 pub(crate) mod settings;
 pub(crate) mod source;
 pub(crate) mod swarm;

@@ -208,7 +208,7 @@ fn mutants_are_refused_or_lived_in() {
 
 fn all_mutants() {
     let is_long = std::env::var_os("ONEIRO_LONG").is_some();
-    let patience = Duration::from_secs(if is_long { 600 } else { 8 });
+    let patience = Duration::from_secs(if is_long { 600 } else { 4 });
     let scratch = Scratch::new("mutants");
     let texts = shipped(&scratch);
     let mut problems = Vec::new();

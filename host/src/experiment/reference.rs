@@ -268,6 +268,37 @@ pub(crate) fn example(name: &str, template: Template<'_>) -> String {
     text + &values_of(table, template)
 }
 
+/// An experiment with a robot that is described in full, here by the text of one that ships, in an arena of its own.
+pub(crate) fn described(name: &str, robot: &str, parts: &[(compose::Kind, String)]) -> String {
+    let with = if parts.is_empty() {
+        String::new()
+    } else {
+        format!(", with {}", named(parts))
+    };
+    let about = format!(
+        "A robot that is described by numbers, to be changed (docs/robots.md){with}. What is not here has its default: `oneiro keys` and \
+         docs/configuration.md list all keys. Files are looked for from where this file lies."
+    );
+    let lights = if robot.contains("kind = \"light\"") {
+        "lights = [{ x_mm = 500.0, y_mm = 500.0 }]\n"
+    } else {
+        ""
+    };
+    let own = parts.iter().map(|(kind, file)| {
+        let own = if *kind == compose::Kind::Sensor {
+            ""
+        } else {
+            "kind = \"own\"\n"
+        };
+        format!("\n[{}]\n{own}part = \"{file}\"\n", kind.word())
+    });
+    format!(
+        "{}#\n#     oneiro run {name}.toml --seed 1\n\nname = \"{name}\"\n\n{robot}\n[arena]\nwidth_mm = 1000.0\nheight_mm = 1000.0\n{lights}{}",
+        comment(&about),
+        own.collect::<String>()
+    )
+}
+
 /// The table of the values that the part of a table declares, as comments; nothing for a table without a part of its own.
 fn values_of(table: &str, template: Template<'_>) -> String {
     let is_foragers = matches!(template, Template::Forager(_));

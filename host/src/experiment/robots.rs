@@ -5,7 +5,7 @@ use toml::{Table, Value};
 
 use super::source::Source;
 use super::values::instead;
-use crate::exit::Result;
+use crate::exit::{Failure, Result};
 
 /// Names of robots, and what describes them: an experiment that has a robot only.
 const ROBOTS: [(&str, &str); 6] = [
@@ -29,6 +29,30 @@ const WHEELS: [&str; 5] = [
 /// All names, separated by commas.
 pub(super) fn names() -> String {
     ROBOTS.map(|(name, _)| name).join(", ")
+}
+
+/// The names of robots that live alone.
+fn single() -> impl Iterator<Item = &'static str> {
+    let lives_alone = |text: &str| !values(text).contains_key("model");
+    ROBOTS
+        .iter()
+        .filter(move |(_, text)| lives_alone(text))
+        .map(|(name, _)| *name)
+}
+
+/// What describes a robot that lives alone, with its comments.
+///
+/// # Errors
+/// Exit 3: the name, and the allowed names.
+pub(crate) fn text(name: &str) -> Result<&'static str> {
+    let found = ROBOTS
+        .iter()
+        .find(|(known, _)| *known == name && single().any(|own| own == name));
+    found.map(|(_, text)| *text).ok_or_else(|| {
+        let allowed = single().collect::<Vec<_>>().join(", ");
+        let instead = instead(nearest(single(), name), &allowed);
+        Failure::input(format_args!("--robot {name}: is unknown{instead}"))
+    })
 }
 
 /// Name of the robot that an experiment changes. Experiments with all their values have those of the robot in its place, so that

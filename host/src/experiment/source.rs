@@ -101,22 +101,16 @@ impl Setting {
     /// Parses `key=value` from the command line. Files are looked for from the working directory.
     ///
     /// # Errors
-    /// Exit 2 without `=`; exit 3 for an element of a list.
+    /// Exit 2 without `=`.
     pub(crate) fn typed(setting: &str) -> Result<Self> {
         let Some((key, value)) = setting.split_once('=') else {
             return Err(Failure::usage(format_args!(
                 "--set {setting}: allowed: KEY=VALUE, such as noise.motor=0.1"
             )));
         };
-        if key.contains('[') {
-            let list = key.split('[').next().unwrap_or_default();
-            return Err(Failure::input(format_args!(
-                "--set {setting}: a key inside a list can't be set by itself; allowed: the whole list, {list}=[..]"
-            )));
-        }
         Ok(Self {
             place: format!("--set {setting}"),
-            line: toml_line(key, value),
+            line: toml_line(&in_toml(key), value),
             folder: Some(PathBuf::new()),
         })
     }
@@ -133,7 +127,7 @@ impl Setting {
     pub(crate) fn at(place: String, key: &str, value: &toml::Value) -> Self {
         Self {
             place,
-            line: format!("{key} = {value}"),
+            line: format!("{} = {value}", in_toml(key)),
             folder: None,
         }
     }
@@ -185,7 +179,8 @@ impl<'a> Source<'a> {
                     format_args!("{}; allowed: KEY = VALUE in TOML", error.message()),
                 )
             })?;
-            merge(whole.get_mut(), moved_table(table.into_inner(), text.start));
+            merge(whole.get_mut(), moved_table(table.into_inner(), text.start))
+                .map_err(|problem| refused(&text.name, problem))?;
         }
         Ok(whole)
     }
@@ -375,6 +370,11 @@ fn toml_line(key: &str, value: &str) -> String {
     }
 }
 
+/// A key as TOML writes it: that of a list's element is `list.2.key`, not `list[2].key`.
+fn in_toml(key: &str) -> String {
+    key.replace('[', ".").replace(']', "")
+}
+
 fn moved(range: &Range<usize>, by: usize) -> Range<usize> {
     range.start + by..range.end + by
 }
@@ -401,20 +401,50 @@ fn moved_value(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
     Spanned::new(span, value)
 }
 
-/// Replaces values of `under` with those of `over`; tables are merged.
-fn merge<'a>(under: &mut DeTable<'a>, over: DeTable<'a>) {
+/// Replaces values of `under` with those of `over`; tables are merged. A table whose keys are numbers changes elements of a list.
+///
+/// # Errors
+/// An element that a list doesn't have, and those that it has.
+fn merge<'a>(under: &mut DeTable<'a>, over: DeTable<'a>) -> std::result::Result<(), String> {
     for (key, value) in over {
         match (under.get_mut(&**key.get_ref()).map(Spanned::get_mut), value) {
-            (Some(DeValue::Table(under)), value) if value.get_ref().is_table() => {
-                if let DeValue::Table(over) = value.into_inner() {
-                    merge(under, over);
-                }
+            (Some(own), value) if value.get_ref().is_table() && (own.is_table() || own.is_array()) => {
+                merge_value(own, value.into_inner()).map_err(|problem| format!("{}{problem}", key.get_ref()))?;
             }
             (_, value) => {
                 // The key is replaced with the value because it carries the place.
                 under.remove(&**key.get_ref());
                 under.insert(key, value);
             }
+        }
+    }
+    Ok(())
+}
+
+/// The same for a value that a table changes. What is wrong follows the name of `under`.
+fn merge_value<'a>(under: &mut DeValue<'a>, over: DeValue<'a>) -> std::result::Result<(), String> {
+    match (under, over) {
+        (DeValue::Table(under), DeValue::Table(over)) => merge(under, over).map_err(|problem| format!(".{problem}")),
+        (DeValue::Array(list), DeValue::Table(over)) => {
+            for (key, value) in over {
+                let key = key.into_inner();
+                let count = list.len();
+                let own = key.parse::<usize>().ok().and_then(|index| list.get_mut(index));
+                let own = own.ok_or_else(|| match count {
+                    0 => format!(".{key}: is given, and the list is empty; allowed: the whole list"),
+                    _ => format!(".{key}: is no element of the list; allowed: 0 to {}", count - 1),
+                })?;
+                if own.get_ref().is_table() && value.get_ref().is_table() {
+                    merge_value(own.get_mut(), value.into_inner()).map_err(|problem| format!("[{key}]{problem}"))?;
+                } else {
+                    *own = value;
+                }
+            }
+            Ok(())
+        }
+        (under, over) => {
+            *under = over;
+            Ok(())
         }
     }
 }

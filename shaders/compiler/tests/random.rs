@@ -19,8 +19,8 @@ const WORKGROUP: u32 = 1;
 const PLAN: Plan = Plan {
     kernels: 4000,
     least: 202,
-    patience: Duration::from_secs(15),
-    long: 60,
+    patience: Duration::from_secs(6),
+    long: 150,
 };
 
 fn text(seed: u64) -> String {

@@ -7,6 +7,7 @@ use std::fs::{self, File, Metadata};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
 use std::{env, process};
 
 #[cfg(feature = "ahead")]
@@ -204,7 +205,7 @@ impl Cache {
         Ok(code)
     }
 
-    /// Deletes the oldest entries until the others fit.
+    /// Deletes the oldest entries until the others fit, and what compilers have left behind that were killed.
     pub(crate) fn evict(&self) -> Result<(), io::Error> {
         let mut entries = Vec::new();
         for entry in fs::read_dir(&self.folder)? {
@@ -213,7 +214,12 @@ impl Cache {
             if is_entry(&entry.file_name())
                 && let Ok(metadata) = entry.metadata()
             {
-                entries.push((metadata.modified()?, metadata.len(), entry.path()));
+                let modified = metadata.modified()?;
+                if !metadata.is_dir() {
+                    entries.push((modified, metadata.len(), entry.path()));
+                } else if modified.elapsed().is_ok_and(|age| age > ABANDONED) {
+                    let _ = fs::remove_dir_all(entry.path());
+                }
             }
         }
         entries.sort();
@@ -228,6 +234,9 @@ impl Cache {
         Ok(())
     }
 }
+
+/// Age of a folder of sources that no compiler works in any more.
+const ABANDONED: Duration = Duration::from_hours(1);
 
 /// Returns whether a file's name begins with a key, as those of entries and of unfinished ones do.
 fn is_entry(name: &OsStr) -> bool {

@@ -15,9 +15,9 @@ use seeds::{Outcome, Plan, unless_refused};
 
 const PLAN: Plan = Plan {
     kernels: 600,
-    least: 100,
-    patience: Duration::from_secs(20),
-    long: 30,
+    least: 60,
+    patience: Duration::from_secs(8),
+    long: 75,
 };
 
 /// Two calls at the greatest number of lanes, in the second workgroup.

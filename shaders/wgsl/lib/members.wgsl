@@ -111,11 +111,6 @@ fn robot_pose(life: Life, robot: u32) -> vec3<f32> {
     return member_pose(member_at(life, min(robot, member_count(life.world) - 1u)));
 }
 
-// Radius of each robot's body, mm.
-fn body_radius(life: Life) -> f32 {
-    return members_of(life.world).body;
-}
-
 // The grey of the floor at a place.
 fn floor_at(life: Life, place: vec2<f32>) -> f32 {
     return ground_reading(life.world, place);

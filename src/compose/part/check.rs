@@ -17,8 +17,8 @@ use super::{generate, kernel, refusal};
 use crate::compose::{Kind, OwnParts};
 use crate::parameter::nearest;
 
-/// Functions of shipped parts that every part may call; `lib/numerics`, `lib/random` and `lib/user` have them.
-const CALLS: [&str; 16] = [
+/// Functions of shipped parts that every part may call; `lib/numerics`, `lib/random`, `lib/user` and `lib/given` have them.
+const CALLS: [&str; 20] = [
     "reciprocal",
     "root",
     "reciprocal_root",
@@ -35,6 +35,10 @@ const CALLS: [&str; 16] = [
     "random",
     "blocked",
     "distance_along",
+    "cycles",
+    "body_radius",
+    "arena_lights",
+    "arena_light",
 ];
 /// Fields that identify a rollout in its batch. What depends on them would depend on what else is in the batch.
 const PLACES_IN_THE_BATCH: [&str; 2] = ["world", "genes"];
@@ -42,7 +46,15 @@ const PLACES_IN_THE_BATCH: [&str; 2] = ["world", "genes"];
 const NO_MEMORY: &str = "no part can read another's memory; make what is shared a reading of the sensors, and read it as \
     `now.real.own.NAME` in a task or as `readings.own.NAME` in a controller";
 /// Structs and constants of the kernel that parts use.
-const STRUCTS: [&str; 6] = ["Experience", "Readings", "Motion", "Sensed", "Command", "Reward"];
+const STRUCTS: [&str; 7] = [
+    "Experience",
+    "Readings",
+    "Motion",
+    "Sensed",
+    "Command",
+    "Reward",
+    "ArenaLight",
+];
 const CONSTANTS: [&str; 4] = ["INPUTS", "STREAM_TASK", "STREAM_CONTROLLER", "STREAM_OWN_SENSOR"];
 
 /// Everything that is wrong with what a part declares and uses, given what is generated for it.
@@ -63,14 +75,7 @@ pub(super) fn problems(
 }
 
 /// Functions that parts may call where robots live together; `lib/members` has them.
-const TOGETHER: [&str; 6] = [
-    "robots",
-    "robot_number",
-    "robot_pose",
-    "body_radius",
-    "floor_at",
-    "clusters_within",
-];
+const TOGETHER: [&str; 5] = ["robots", "robot_number", "robot_pose", "floor_at", "clusters_within"];
 
 /// Refuses parts that declare or call what only foragers, or only robots that live together, are made of.
 pub(super) fn of_few(own: &OwnParts, taken: &BTreeSet<String>) -> Result<(), Refusals> {
@@ -114,7 +119,9 @@ fn shipped_names() -> BTreeSet<String> {
     };
     let shipped = PARTS.iter().filter(|(path, _)| is_composed(path));
     let declared = shipped.flat_map(|(path, text)| declared_names(path, text));
-    let generated = generate::COUNTS.into_iter().chain([generate::READING]);
+    let generated = generate::COUNTS
+        .into_iter()
+        .chain([generate::READING, generate::GIVEN_CELL]);
     declared.chain(generated.map(str::to_owned)).collect()
 }
 

@@ -103,6 +103,9 @@ pub(super) fn gene_constants(genes: &[GeneField]) -> String {
 /// The field of a struct that a part doesn't declare: WGSL has no struct without a field.
 pub(super) const UNUSED: &str = "unused";
 
+/// The constant with the first cell of what an experiment gives its parts besides their values.
+pub(super) const GIVEN_CELL: &str = "GIVEN_CELL";
+
 /// The function that `reading` declares.
 pub(super) const READING: &str = "reading";
 

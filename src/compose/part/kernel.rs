@@ -23,8 +23,9 @@ use crate::world::{Controller, Gene, Task, WorldSpec};
 /// Stands for a path in messages about generated declarations.
 pub(super) const GENERATED: &str = "what Oneiro adds";
 
-/// The functions that users' parts may call.
+/// What users' parts may ask of the world and of the experiment.
 pub(super) const USER: &str = "lib/user.wgsl";
+const GIVEN: &str = "lib/given.wgsl";
 
 /// Trace details of the shipped sensors; composed kernels generate their own.
 const DETAILS: &str = "sensor/details.wgsl";
@@ -416,7 +417,7 @@ fn new(
         if path == DIFFERENCES {
             return lives == Lives::Individual;
         }
-        path == USER || is_of_robot.unwrap_or_else(|| base.parts.contains(&path) && is_kept(path))
+        [USER, GIVEN].contains(&path) || is_of_robot.unwrap_or_else(|| base.parts.contains(&path) && is_kept(path))
     };
     let names = |parts: &[compiler::Part]| -> BTreeSet<String> {
         let declared = parts.iter().flat_map(declarations);
@@ -457,6 +458,7 @@ fn new(
         let _ = writeln!(generated, "const {first}: u32 = {cells}u;\n{}", own.part.generated);
         cells += own.part.values.len().div_ceil(4);
     }
+    let _ = writeln!(generated, "const {}: u32 = {cells}u;", generate::GIVEN_CELL);
     // The user's parts come last, so that a mistake in them changes no place in another.
     let shipped = parts.len();
     parts.push(part(GENERATED, &generated));

@@ -50,7 +50,7 @@ pub(super) fn check(experiment: &Experiment, lives: u32, console: Console) -> Re
     }
     let lines = found.into_iter().map(|(place, (what, count))| {
         let lives = counted(lives, "life", "lives");
-        format!("{place}: {what}, in {count} of {lives}; allowed: results that are 0, or normal and finite")
+        format!("{place}: {what}, in {count} of {lives}; allowed: results that are 0, or normal and finite, of arguments in their range")
     });
     Err(Failure::input(lines.collect::<Vec<_>>().join("\n")))
 }

@@ -1,0 +1,42 @@
+// What parts that a user wrote may ask of the experiment; docs/extend.md lists it. It stands after the values of the parts, from
+// GIVEN_CELL on, which is generated: a cell with the body's radius and the number of lights, and two cells for each light.
+
+// Most lights of an arena.
+const GREATEST_LIGHTS: u32 = 64u;
+
+// A light: where it stands and its height, mm; what a sensor that faces it reads from nearby; and what its distance is divided
+// by, for robots with a model.
+struct ArenaLight {
+    place: vec2<f32>,
+    height: f32,
+    brightness: f32,
+    intensity: f32,
+}
+
+fn given_numbers(life: Life, cell: u32) -> vec4<f32> {
+    let words = tables[worlds[life.world].own_values + GIVEN_CELL + cell];
+    return vec4<f32>(bitcast<f32>(words.x), bitcast<f32>(words.y), bitcast<f32>(words.z), bitcast<f32>(words.w));
+}
+
+// Number of cycles of a life that doesn't end early.
+fn cycles(life: Life) -> u32 {
+    return worlds[life.world].steps;
+}
+
+// Radius of the body, mm.
+fn body_radius(life: Life) -> f32 {
+    return given_numbers(life, 0u).x;
+}
+
+// Number of lights of the arena.
+fn arena_lights(life: Life) -> u32 {
+    return min(u32(given_numbers(life, 0u).y), GREATEST_LIGHTS);
+}
+
+// A light by its number, from 0. Beyond the last it is the last; where there is none, all is 0.
+fn arena_light(life: Life, light: u32) -> ArenaLight {
+    let last = max(arena_lights(life), 1u) - 1u;
+    let cell = 1u + 2u * min(light, last);
+    let own = given_numbers(life, cell);
+    return ArenaLight(own.xy, own.z, own.w, given_numbers(life, cell + 1u).x);
+}

@@ -1,0 +1,126 @@
+//! What an experiment gives to its parts besides their values, and robots that are described from the start.
+
+use super::*;
+
+/// Sums up all that a part can ask of the experiment, so that each number shows.
+const TASK: &str = "
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var sum = body_radius(life) + 0.25f * f32(cycles(life));
+    for (var i = 0u; i < arena_lights(life); i++) {
+        let light = arena_light(life, i);
+        let lamp: ArenaLight = light;
+        sum += 1000.0f * f32(i + 1u) * (light.place.x + 2.0f * light.place.y + 4.0f * lamp.height + lamp.brightness + 8.0f * lamp.intensity);
+    }
+    // Beyond the last is the last.
+    sum += 0.5f * arena_light(life, 9u).place.x;
+    return Reward(select(0.0f, sum, now.step == 0u), before);
+}
+";
+
+/// The fitness of one life of random genes on a device.
+fn fitness(place: &Place, experiment: &str, backend: &str, set: &[&str]) -> f32 {
+    let one = ["evaluate", experiment, "--random", "1", "--trials", "1", "--seed", "1"];
+    let set = set.iter().flat_map(|value| ["--set", value]);
+    let arguments: Vec<&str> = one
+        .into_iter()
+        .chain(["--backend", backend, "--quiet"])
+        .chain(set)
+        .collect();
+    let table = place.good(&arguments);
+    let mut lines = table.lines().map(|line| line.split(','));
+    let column = lines.next().unwrap().position(|name| name == "fitness").unwrap();
+    lines.next().unwrap().nth(column).unwrap().parse().unwrap()
+}
+
+/// The radius, the cycles and the lights of a described robot, of several that live together, and of a Khepera, which has no
+/// lights, are those of the experiment, on every device.
+#[test]
+fn parts_read_what_the_experiment_has() {
+    let place = Place::new("given");
+    place.write("ask.wgsl", TASK);
+    let own = "[task]\nkind = \"own\"\npart = \"ask.wgsl\"\n";
+    let lights = "[arena]\nwidth_mm = 2000.0\nheight_mm = 2000.0\n\
+                  lights = [{ x_mm = 3.0, y_mm = 5.0, brightness = 0.5 }, { x_mm = 7.0, y_mm = 11.0 }]\n";
+    place.write(
+        "one.toml",
+        format!("cycles = 40\n[robot]\npreset = \"epuck\"\n{lights}{own}"),
+    );
+    let high = lights.replace("brightness = 0.5", "height_mm = 13.0, intensity = 5.0");
+    place.write(
+        "two.toml",
+        format!("cycles = 40\n[robot]\npreset = \"epuck-rm1.1\"\ncount = 2\n{high}{own}"),
+    );
+    place.write("khepera.toml", format!("cycles = 40\n{own}"));
+    let one = 35.0 + 10.0 + 1000.0 * (3.0 + 10.0 + 0.5 + 8.0) + 2000.0 * (7.0 + 22.0 + 1.0 + 8.0) + 3.5;
+    let two = 35.0 + 10.0 + 1000.0 * (3.0 + 10.0 + 52.0 + 1.0 + 40.0) + 2000.0 * (7.0 + 22.0 + 1.0 + 8.0) + 3.5;
+    let devices = ["cpu:native128x16", "cpu:interpretedx1", "gpu:llvmpipe"];
+    for device in &devices[..if cfg!(feature = "gpu") { 3 } else { 2 }] {
+        let found = ["one.toml", "two.toml", "khepera.toml"].map(|own| fitness(&place, own, device, &[]));
+        assert_eq!(found, [one, 2.0 * two, 27.5 + 10.0], "{device}");
+    }
+    // An element of a list is set by itself, and values that change nothing in the kernel change what the part reads.
+    let set = [
+        "arena.lights[1].x_mm=9.0",
+        "arena.lights.0.brightness=0.25",
+        "robot.body_radius_mm=34.0",
+        "cycles=44",
+    ];
+    let changed = one + 4000.0 + 1.0 - 250.0 - 1.0 + 1.0;
+    assert_eq!(fitness(&place, "one.toml", devices[0], &set), changed);
+}
+
+/// The values of a list's element are swept, and are those of the same settings.
+#[test]
+fn an_element_of_a_list_is_swept() {
+    let place = Place::new("elements");
+    place.write("ask.wgsl", TASK);
+    place.write(
+        "one.toml",
+        "cycles = 4\n[robot]\npreset = \"epuck\"\n[arena]\nwidth_mm = 2000.0\nheight_mm = 2000.0\n\
+         lights = [{ x_mm = 3.0, y_mm = 5.0 }, { x_mm = 7.0, y_mm = 11.0 }]\n\
+         [task]\nkind = \"own\"\npart = \"ask.wgsl\"\n[evolution]\npopulation = 4\nparents = 2\ngenerations = 1\nfinalists = 0\n",
+    );
+    let sweep = "experiment = \"one.toml\"\nseeds = [1]\n[grid]\narena.lights.1.x_mm = [7.0, 9.0]\n";
+    place.write("sweep.toml", sweep);
+    place.good(&[&["sweep", "run", "sweep.toml", "--out", "all", "--yes"], &CPU[..]].concat());
+    let table = place.text("all/results.csv");
+    let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let head = lines.next().unwrap();
+    let column = |name: &str| {
+        head.iter()
+            .position(|own| *own == name)
+            .unwrap_or_else(|| panic!("{table}"))
+    };
+    let (swept, best) = (column("arena.lights.1.x_mm"), column("best"));
+    let number = |text: &str| text.parse::<f32>().unwrap();
+    let cells: Vec<_> = lines.map(|line| (number(line[swept]), number(line[best]))).collect();
+    let expected = |x: f32| 35.0 + 1.0 + 1000.0 * (3.0 + 10.0 + 9.0) + 2000.0 * (x + 22.0 + 9.0) + 0.5 * x;
+    assert_eq!(cells, [(7.0, expected(7.0)), (9.0, expected(9.0))]);
+    place.write("sweep.toml", sweep.replace("lights.1", "lights.2"));
+    place.run(&["sweep", "plan", "sweep.toml"]).exits(3).says(&[
+        "sweep.toml:4:24",
+        "arena.lights.2: is no element of the list; allowed: 0 to 1",
+    ]);
+}
+
+/// What `oneiro new --robot` writes is valid and lives, with a part of one's own too.
+#[test]
+fn a_described_robot_is_written() {
+    let place = Place::new("robots");
+    for robot in ["khepera", "epuck", "thymio2", "kheperax"] {
+        place.good(&["new", robot, "--robot", robot, "--task", &format!("{robot}-task")]);
+        let path = format!("{robot}.toml");
+        let checked = place.run(&["check", &path]).exits(0);
+        assert!(!checked.stderr.contains("warning"), "{}", checked.stderr);
+        assert!(checked.stdout.contains("robot       radius"), "{}", checked.stdout);
+        fitness(&place, &path, "cpu", &[]);
+    }
+    place.good(&["new", "alone", "--robot", "epuck"]);
+    place.good(&["check", "alone.toml"]);
+    place
+        .run(&["new", "other", "--robot", "epuk"])
+        .exits(3)
+        .says(&["--robot epuk: is unknown; did you mean epuck? (allowed: khepera, epuck, thymio2, kheperax)"]);
+    place.run(&["new", "other", "--robot", "epuck", "--forager"]).exits(2);
+    assert!(!place.at("other.toml").exists());
+}
