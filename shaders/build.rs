@@ -30,6 +30,9 @@ fn main() {
                 if !has("SPIRV") {
                     kernel.spirv.clear();
                 }
+                if !has("WGSL") {
+                    kernel.wgsl.clear();
+                }
                 let items = instances::write(&out, "crate", entry.name, &kernel, &targets(entry));
                 text.push_str(&items.expect("OUT_DIR is writable"));
                 match modules.iter().find(|(name, _)| *name == entry.module) {

@@ -32,6 +32,11 @@ pub mod tables;
 mod variants;
 pub mod world;
 
+#[cfg(all(feature = "compose", panic = "abort"))]
+compile_error!(
+    "what naga panics about must be refused: the feature `compose` needs `panic = \"unwind\"`, as in the profile `robot-compose`"
+);
+
 /// Compiles the program in the README as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -47,6 +47,9 @@ long --test reproduce settings
 say "a swarm of daemons of which a hundred are killed, and one that lives for a day"
 long --test twins -- --ignored --nocapture
 
+say "ten daemons that evolve, in real time"
+long --test fleets -- --nocapture
+
 say "runs and sweeps that are killed"
 long --test run survives_being_killed
 long --test sweep after_kills
@@ -66,6 +69,15 @@ tests/python-arm.sh
 
 say "daemons on 32-bit and 64-bit ARM"
 tests/arm-daemons.sh
+
+say "the size of the program for a robot, for this machine"
+cargo build --profile robot --locked -p oneiro-host --no-default-features
+size=$(stat -c %s "$target/robot/oneiro")
+echo "$size bytes"
+[ "$size" -lt 8000000 ] || {
+    echo "the program for a robot has $size bytes; allowed: fewer than 8000000" >&2
+    exit 1
+}
 
 say "a hundred thousand runs, in one go and in shards"
 cargo build --release --locked -p oneiro-host --features parquet

@@ -47,7 +47,8 @@ pub struct Kernel {
     pub name: &'static str,
     /// The paths of the shipped parts that its WGSL is made of, in order; none of a kernel composed when the program runs.
     pub parts: &'static [&'static str],
-    /// The concatenated WGSL, for adapters that take no SPIR-V.
+    /// The concatenated WGSL, for adapters that take no SPIR-V and for code compiled at run time; empty without the feature
+    /// `wgsl`.
     pub wgsl: &'static str,
     /// SPIR-V with `NoContraction` on every float arithmetic result, without float-control modes; empty without the feature
     /// `spirv`.

@@ -301,12 +301,16 @@ impl Drop for Load {
 }
 
 /// How late commands are at 10 Hz: on this machine as it is; with `ONEIRO_LONG` in more lives, and with two busy loops for each
-/// processor as well. Half of them are sent within a cycle of their time.
+/// processor as well, without and with real-time priority. Half of them are sent within a cycle of their time.
 #[test]
 fn commands_come_in_time() {
     let is_long = std::env::var_os("ONEIRO_LONG").is_some();
-    let (count, loads): (usize, &[bool]) = if is_long { (10, &[false, true]) } else { (1, &[false]) };
-    for &is_loaded in loads {
+    let (count, cases): (usize, &[_]) = if is_long {
+        (10, &[(false, "0"), (false, "1"), (true, "0"), (true, "1")])
+    } else {
+        (1, &[(false, "1")])
+    };
+    for &(is_loaded, realtime) in cases {
         let body = Body::default();
         let address = robots::khepera_at(38_400, true, &body);
         let place = placed("late", &address, 50);
@@ -323,7 +327,8 @@ fn commands_come_in_time() {
             "--robot",
             &address,
         ];
-        let lives = ["--walk", "0", "--lives", "out/lives"];
+        let priority = format!("realtime={realtime}");
+        let lives = ["--walk", "0", "--lives", "out/lives", "--guard", &priority];
         fs::create_dir(place.at("out")).unwrap();
         place.run(&[&own[..], &lives].concat()).exits(0);
         drop(load);
@@ -344,7 +349,7 @@ fn commands_come_in_time() {
             (count, all[count / 2], all[count * 99 / 100], all[count - 1])
         };
         eprintln!(
-            "with load: {is_loaded}; {} lives, {} complete",
+            "with load: {is_loaded}, {priority}; {} lives, {} complete",
             status.len(),
             tables.len()
         );

@@ -27,6 +27,7 @@ use crate::exchange::radio::{Packet, Radio, Received, Refusal, Status};
 use crate::exit::{Failure, Result};
 use crate::robots::tracker::{Seen, lines};
 use crate::robots::vehicle::Vehicle;
+use crate::robots::vehicle::late::Late;
 use crate::robots::vehicle::trouble::Trouble;
 
 /// A cycle, ms.
@@ -69,6 +70,9 @@ pub(crate) struct Daemon<'a> {
     trouble: Option<String>,
     /// Speeds of the wheels, mm/s.
     speeds: [f64; 2],
+    /// When the cycle begins that comes next, and how late those of this interval were in which the robot lived, ms.
+    tick: Option<Duration>,
+    late: Vec<f64>,
     began: Duration,
 }
 
@@ -147,6 +151,8 @@ impl<'a> Daemon<'a> {
             refusals: BTreeSet::new(),
             trouble: None,
             speeds: [0.0; 2],
+            tick: None,
+            late: Vec::new(),
             began,
             settings,
             vehicle,
@@ -218,6 +224,10 @@ impl<'a> Daemon<'a> {
         }
         let driven = self.vehicle.drive(self.speeds);
         self.passed(driven)?;
+        if let Some(tick) = self.tick.filter(|_| self.activity == Activity::Living) {
+            self.late
+                .push(1000.0 * self.vehicle.now().saturating_sub(tick).as_secs_f64());
+        }
         if before != self.activity {
             let activity = self.activity.word();
             self.log(
@@ -228,6 +238,7 @@ impl<'a> Daemon<'a> {
         self.tell(now);
         let past = time.map_or(0, |time| time.rem_euclid(MILLISECONDS));
         let rest = Duration::from_millis((MILLISECONDS - past) as u64);
+        self.tick = Some(now + rest);
         let kept = self.vehicle.keep_until(now + rest);
         self.passed(kept)
     }
@@ -403,10 +414,24 @@ impl<'a> Daemon<'a> {
         if deeds.ended.is_empty() {
             return;
         }
+        self.log_lateness();
         self.saved.ended.extend(deeds.ended);
         self.saved.state = self.member.state().clone();
         self.saved.windows = self.radio.windows().clone();
         self.keeper.save(self.saved.clone());
+    }
+
+    /// Logs how late the commands of the interval were; on a clock that waits they never are.
+    fn log_lateness(&mut self) {
+        let late = std::mem::take(&mut self.late);
+        let cycles = late.len();
+        if !self.waits && cycles > 0 {
+            let [_, median, high, greatest] = Late::of_all(late).quantiles();
+            self.log(
+                "late",
+                json!({ "cycles": cycles, "median_ms": median, "high_ms": high, "greatest_ms": greatest }),
+            );
+        }
     }
 
     /// Tells the operator once a second how the robot is, or that it is there.

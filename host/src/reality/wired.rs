@@ -2,7 +2,6 @@
 //! is computed from its odometers, or a tracker reports it. Controller and task run with the simulator's bits, so that a fitness can be
 //! computed again from the record of the life.
 
-mod late;
 pub(crate) mod logbook;
 mod senses;
 
@@ -19,13 +18,13 @@ use oneiro::parameter::{Choice, Choices};
 use oneiro::reported::{self, Reported};
 use oneiro::world::{World, WorldSpec};
 
-use self::late::Late;
 use self::logbook::{Cycle, Identity, Logbook, Row};
 use self::senses::Senses;
 use super::wander::{WALK, wanderer};
 use super::{Life, Lived, Reality, Trouble};
 use crate::console::Console;
 use crate::exit::{Failure, Result};
+use crate::robots::vehicle::late::Late;
 use crate::robots::vehicle::{Moment, Profile, Vehicle};
 use crate::robots::{Kind, tracker};
 

@@ -40,9 +40,15 @@ pub(crate) fn for_seeds_within(long: Duration, seeds: u64, mut call: impl FnMut(
 
     let (start, is_long) = (Instant::now(), std::env::var_os("ONEIRO_LONG").is_some());
     let is_over = |seed: u64| seed >= seeds && (!is_long || start.elapsed() >= long);
+    let mut count = 0;
     for seed in (0..).take_while(|seed| !is_over(*seed)) {
         let seed = Seed(seed);
         call(seed.0);
+        count += 1;
+    }
+    if is_long {
+        let name = std::thread::current().name().unwrap_or_default().to_owned();
+        eprintln!("{name}: {count} seeds");
     }
 }
 

@@ -17,6 +17,8 @@ const BANNER: &str = "ROM of minirobot KHEPERA";
 const PATIENCE: Duration = Duration::from_millis(150);
 /// Between two bytes of one answer there are 1.2 ms at 9600 baud, and up to 16 ms in an adapter to USB.
 const SILENCE: Duration = Duration::from_millis(50);
+/// How long the wheels may take to stand still after a stop.
+const STANDSTILL: Duration = Duration::from_millis(200);
 /// A command that can be repeated is tried as often as this.
 const TRIES: u32 = 3;
 
@@ -315,8 +317,22 @@ impl Robot for Khepera {
         self.command(&Command::Drive(self.speeds)).map(|_| ())
     }
 
+    /// The measured speeds must be 0 as well: the protocol has no check, so a command in which a digit has become another is
+    /// answered like the right one.
     fn stop(&mut self) -> Result {
-        self.drive(0, 0)
+        let until = self.talk.now() + STANDSTILL;
+        loop {
+            self.drive(0, 0)?;
+            let speeds = self.numbers(&Command::Speeds)?;
+            if speeds == [0, 0] {
+                return Ok(());
+            }
+            if self.talk.now() >= until {
+                return Err(Error::StillTurning {
+                    seen: format!("its speeds are {speeds:?}"),
+                });
+            }
+        }
     }
 
     fn light(&mut self, light: usize, on: bool) -> Result {

@@ -15,6 +15,7 @@ pub(crate) mod fuzz;
 pub(crate) mod guard;
 pub(crate) mod khepera;
 pub(crate) mod link;
+pub(crate) mod realtime;
 pub(crate) mod recording;
 #[cfg(test)]
 pub(crate) mod script;

@@ -25,6 +25,8 @@ fn a_khepera_is_told_from_an_e_puck() {
             say("b,5.02,5.01\r\n"),
             hear("D,0,0\r"),
             say("d\r\n"),
+            hear("E\r"),
+            say("e,0,0\r\n"),
         ];
         let robot = recognised([asked_as_an_e_puck(answer), khepera].concat())
             .unwrap()
@@ -93,6 +95,7 @@ fn a_khepera_is_found_over_tcp() {
             b"\r" => b"".to_vec(),
             b"B\r" => b"b,5.02,5.01\r\n".to_vec(),
             b"D,0,0\r" => b"d\r\n".to_vec(),
+            b"E\r" => b"e,0,0\r\n".to_vec(),
             _ => b"z,Protocol error\r\n".to_vec(),
         }
     });

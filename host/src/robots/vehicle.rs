@@ -4,6 +4,7 @@
 #[cfg(test)]
 pub(crate) mod direct;
 pub(crate) mod guarded;
+pub(crate) mod late;
 pub(crate) mod person;
 pub(crate) mod trouble;
 

@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 
 use oneiro::random::Key;
 
-use super::late::Late;
 use crate::contents::{Column, Entry, describe};
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
 use crate::files;
 use crate::npy::npy;
 use crate::report::csv::{Csv, known};
+use crate::robots::vehicle::late::Late;
 use crate::utc::now;
 
 /// The table of all lives.

@@ -111,6 +111,8 @@ mod tests {
             say("b,5.02,5.01\r\n"),
             hear("D,0,0\r"),
             say("d\r\n"),
+            hear("E\r"),
+            say("e,0,0\r\n"),
             hear("N\r"),
             hear("\rD,0,0\r"),
             hear("\rD,0,0\r"),
@@ -120,6 +122,8 @@ mod tests {
             say("b,5.02,5.01\r\n"),
             hear("D,0,0\r"),
             say("d\r\n"),
+            hear("E\r"),
+            say("e,0,0\r\n"),
         ]);
         let hand = script.hand();
         let mut robot = Khepera::new(brake.on(Box::new(script)));

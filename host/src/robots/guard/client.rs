@@ -8,11 +8,13 @@ use std::thread;
 use std::time::Duration;
 
 use super::message::{Report, Request, Status, VERSION};
+use super::values::Values;
 use super::wheels::Wanted;
 use crate::console::Console;
 use crate::exit::{Code, Failure};
 use crate::robots::address::Wire;
 use crate::robots::link::wall;
+use crate::robots::realtime::RealTime;
 use crate::robots::{self, stopped, unstopped};
 
 /// A guard at work. When it is dropped the guard stops the robot and ends, and so it does when this process is killed.
@@ -66,6 +68,11 @@ pub(crate) fn failure(code: u8, message: &str) -> Failure {
     }
 }
 
+/// Whether threads are to have real-time priority. Settings that are not valid are for the guard to refuse.
+pub(crate) fn is_realtime(settings: &[String]) -> bool {
+    Values::of(settings).is_ok_and(|values| values.realtime())
+}
+
 impl Client {
     /// Between two looks.
     pub(crate) const CYCLE: Duration = Duration::from_millis(20);
@@ -97,14 +104,15 @@ impl Client {
         if let Some(record) = record {
             command.arg("--record").arg(record);
         }
-        Self::of(command).map_err(|error| unstarted(&error))
+        Self::of(command, is_realtime(settings)).map_err(|error| unstarted(&error))
     }
 
-    fn of(mut command: Command) -> io::Result<Self> {
+    fn of(mut command: Command, is_realtime: bool) -> io::Result<Self> {
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
         let (sender, reports) = mpsc::channel();
         if let Some(stdout) = child.stdout.take() {
             thread::spawn(move || {
+                let _raised = is_realtime.then(RealTime::of_this_thread);
                 let lines = BufReader::new(stdout).lines().map_while(Result::ok);
                 for report in lines.filter_map(|line| serde_json::from_str(&line).ok()) {
                     if sender.send((wall(), report)).is_err() {

@@ -20,6 +20,7 @@ use crate::exit::Failure;
 use crate::robots::address::Wire;
 use crate::robots::error::Error;
 use crate::robots::link::wall;
+use crate::robots::realtime::RealTime;
 use crate::robots::recording::Recording;
 
 /// Between two looks.
@@ -58,6 +59,9 @@ enum Input {
 /// Signals can't be listened to.
 pub(crate) fn run(options: Options) -> io::Result<u8> {
     leave_session();
+    if options.values.realtime() {
+        RealTime::from_here_on();
+    }
     let ended = Arc::new(AtomicBool::new(false));
     for signal in signals() {
         flag::register(signal, Arc::clone(&ended))?;

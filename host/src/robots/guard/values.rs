@@ -22,7 +22,7 @@ pub(crate) struct Row {
 }
 
 /// All values, in the order of the documents.
-pub(crate) const ROWS: [Row; 10] = [
+pub(crate) const ROWS: [Row; 11] = [
     Row {
         key: "expiry_ms",
         unit: "ms",
@@ -113,6 +113,15 @@ pub(crate) const ROWS: [Row; 10] = [
         source: "ours",
         field: |values| &mut values.give_up_s,
     },
+    Row {
+        key: "realtime",
+        unit: "",
+        default: 1.0,
+        range: (0.0, 1.0),
+        meaning: "1 gives the guard, and the thread that drives while the wheels may turn, real-time priority where the system allows it. 0 leaves them as they are",
+        source: "ours",
+        field: |values| &mut values.realtime,
+    },
 ];
 
 /// The values of one guard.
@@ -130,6 +139,7 @@ pub(crate) struct Values {
     lifted: f64,
     fuse: f64,
     give_up_s: f64,
+    realtime: f64,
 }
 
 impl Default for Values {
@@ -145,6 +155,7 @@ impl Default for Values {
             lifted: 0.0,
             fuse: 0.0,
             give_up_s: 0.0,
+            realtime: 0.0,
         };
         for row in &ROWS {
             *(row.field)(&mut values) = row.default;
@@ -221,6 +232,11 @@ impl Values {
     /// How long to try to stop before giving up.
     pub(crate) fn give_up(&self) -> Duration {
         milliseconds(1000.0 * self.give_up_s)
+    }
+
+    /// Whether real-time priority is wanted.
+    pub(crate) fn realtime(&self) -> bool {
+        self.realtime > 0.5
     }
 }
 

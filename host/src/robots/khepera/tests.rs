@@ -2,7 +2,9 @@ use super::super::error::Error;
 use super::super::script::{Random, Scripted, Step, hear, say, say_after};
 use super::*;
 
-const READY: [(&str, &str); 2] = [("B\r", "b,5.02,5.01\r\n"), ("D,0,0\r", "d\r\n")];
+const VERSION: (&str, &str) = ("B\r", "b,5.02,5.01\r\n");
+/// A stop, and wheels that stand.
+const STOP: [(&str, &str); 2] = [("D,0,0\r", "d\r\n"), ("E\r", "e,0,0\r\n")];
 /// In the manner of the "Khepera II FAQ".
 const BOOT: &str = "\r\nROM of minirobot KHEPERA, K-Team S.A., 1999\r\nRev. 5.01\r\nSerial Communication Protocol\r\n";
 
@@ -15,12 +17,12 @@ fn exchanges<'a>(pairs: impl IntoIterator<Item = (&'a str, &'a str)>) -> Vec<Ste
 
 /// Getting back in step where the wheels should stand.
 fn resynchronised() -> Vec<Step> {
-    [vec![hear("\rD,0,0\r"), say("d\r\n")], exchanges([READY[0]])].concat()
+    [vec![hear("\rD,0,0\r"), say("d\r\n")], exchanges([VERSION])].concat()
 }
 
 /// What is said until the robot has begun.
 pub(crate) fn opening() -> Vec<Step> {
-    [resynchronised(), exchanges([READY[1]])].concat()
+    [resynchronised(), exchanges(STOP)].concat()
 }
 
 /// A robot that has begun, and what it says then.
@@ -188,7 +190,7 @@ fn a_late_answer_does_not_pass_for_the_next() {
             hear("\rD,0,0\r"),
             say_after(20, "n,9,9,9,9,9,9,9,9\r\nd\r\n"),
         ],
-        exchanges([READY[0], ("N\r", "n,1,2,3,4,5,6,7,8\r\n")]),
+        exchanges([VERSION, ("N\r", "n,1,2,3,4,5,6,7,8\r\n")]),
     ];
     let reading = robot(steps.concat()).sense(&[Kind::Proximity]).unwrap();
     assert_eq!(reading.values[0], 1.0);
@@ -234,6 +236,19 @@ fn silence_ends_within_half_a_second() {
     assert!(robot.talk.now() < start + Duration::from_millis(500));
 }
 
+/// A stop that was confirmed, and arrived as another speed: it is sent again until the wheels stand, and for no longer than they
+/// need.
+#[test]
+fn a_stop_that_became_another_speed_is_not_confirmed() {
+    let turning = [STOP[0], ("E\r", "e,0,7\r\n")];
+    robot([exchanges(turning), exchanges(STOP)].concat()).stop().unwrap();
+    let mut robot = robot(vec![exchanges(turning); 10].concat());
+    let start = robot.talk.now();
+    let error = robot.stop().unwrap_err();
+    assert!(matches!(&error, Error::StillTurning { seen } if seen == "its speeds are [0, 7]"));
+    assert!(robot.talk.now() <= start + STANDSTILL + PATIENCE);
+}
+
 /// Neither a command nor getting back in step after it is answered in time. The answer comes when the robot is ordered to
 /// stop, and has the right letter; the stop itself is lost.
 #[test]
@@ -253,7 +268,7 @@ fn a_lost_answer_does_not_stop_the_wheels() {
     let steps = [
         exchanges([("D,9,9\r", "d\r\n")]),
         vec![hear("N\r"), hear("\r")],
-        exchanges([READY[0], ("N\r", "n,1,2,3,4,5,6,7,8\r\n")]),
+        exchanges([VERSION, ("N\r", "n,1,2,3,4,5,6,7,8\r\n")]),
     ];
     let mut robot = robot(steps.concat());
     robot.drive(9, 9).unwrap();

@@ -18,7 +18,11 @@ fn file(name: &str) -> std::path::PathBuf {
 /// A lost answer, noise, a refusal, a restart, and a link that is lost and opened again.
 fn eventful() -> Vec<Step> {
     let resynchronised = [hear("\rD,0,0\r"), hear("B\r"), say("b,5.02,5.01\r\n")];
-    let opening = [&resynchronised[..], &[hear("D,0,0\r"), say("d\r\n")]].concat();
+    let opening = [
+        &resynchronised[..],
+        &[hear("D,0,0\r"), say("d\r\n"), hear("E\r"), say("e,0,0\r\n")],
+    ]
+    .concat();
     let steps = [
         opening.clone(),
         vec![hear("N\r")],

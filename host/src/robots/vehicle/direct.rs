@@ -124,6 +124,7 @@ mod tests {
             exchange("H", "h,12,-24"),
             exchange("D,2,-1", "d"),
             exchange("D,0,0", "d"),
+            exchange("E", "e,0,0"),
             [hear("N\r"), say("\r\nROM of minirobot KHEPERA\r\n")],
         ]
         .concat();

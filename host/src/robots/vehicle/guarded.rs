@@ -12,11 +12,12 @@ use super::{Moment, Profile, Vehicle};
 use crate::console::Console;
 use crate::exit::Failure;
 use crate::robots::address::Wire;
-use crate::robots::guard::client::{Client, Lost, failure};
+use crate::robots::guard::client::{Client, Lost, failure, is_realtime};
 use crate::robots::guard::message::{Report, Request, Status};
 use crate::robots::guard::wheels::Wanted;
 use crate::robots::guard::{Condition, State};
 use crate::robots::link::wall;
+use crate::robots::realtime::RealTime;
 use crate::robots::tracker::{self, Tracker};
 
 /// What to connect to, and how.
@@ -130,6 +131,9 @@ pub(crate) struct Guarded {
     sent: Duration,
     /// Whether the guard lets it move; then any stop that was not ordered is a trouble.
     is_ready: bool,
+    /// Whether the thread that drives gets real-time priority while it may move, and that priority.
+    is_realtime: bool,
+    raised: Option<RealTime>,
     tracker: Option<Tracker>,
     /// Whether the guard knows that the tracker has lost the robot.
     is_lost: bool,
@@ -171,6 +175,7 @@ impl Guarded {
         let client = Client::start(&wire.to_string(), wanted, settings, record.as_deref())?;
         let wire = wire.clone();
         let mut own = Self::behind(Box::new(Process { client, wire }), wanted.odometry, stop, console)?;
+        own.is_realtime = is_realtime(settings);
         if let Some(values) = tracker {
             own.tracker = Some(seeing(values, own.profile.greatest_mm_s, &own.stop)?);
         }
@@ -224,6 +229,8 @@ impl Guarded {
                         sent: guard.now(),
                         guard: Some(guard),
                         is_ready: false,
+                        is_realtime: false,
+                        raised: None,
                         tracker: None,
                         is_lost: false,
                         stop,
@@ -266,6 +273,7 @@ impl Guarded {
     fn rest(&mut self) {
         (self.speeds, self.is_ready) = ([0.0; 2], false);
         self.send_speeds();
+        self.raised = None;
     }
 
     /// Waits for one report of the guard, until a moment at most, and keeps the speeds from expiring.
@@ -364,6 +372,7 @@ impl Guarded {
             self.pause(Client::CYCLE)?;
         }
         self.is_ready = true;
+        self.raised = self.is_realtime.then(RealTime::of_this_thread).flatten();
         Ok(())
     }
 

@@ -1,8 +1,8 @@
-//! How late the cycles of a life began.
+//! How late the cycles of a robot that drives began.
 
 /// How late cycles began, ms. Not a number as long as there are none.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Late([f64; 4]);
+pub(crate) struct Late([f64; 4]);
 
 impl Default for Late {
     fn default() -> Self {
@@ -18,12 +18,12 @@ impl PartialEq for Late {
 
 impl Late {
     /// Least, median, the time that 99 % were not later than, and the greatest.
-    pub(super) fn of(quantiles: [f64; 4]) -> Self {
+    pub(crate) fn of(quantiles: [f64; 4]) -> Self {
         Self(quantiles)
     }
 
     /// Of cycles that were so late.
-    pub(super) fn of_all(mut all: Vec<f64>) -> Self {
+    pub(crate) fn of_all(mut all: Vec<f64>) -> Self {
         all.sort_by(f64::total_cmp);
         let Some(last) = all.len().checked_sub(1) else {
             return Self::default();
@@ -33,7 +33,7 @@ impl Late {
     }
 
     /// Least, median, the time that 99 % were not later than, and the greatest, ms.
-    pub(super) fn quantiles(self) -> [f64; 4] {
+    pub(crate) fn quantiles(self) -> [f64; 4] {
         self.0
     }
 }
