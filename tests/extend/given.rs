@@ -69,6 +69,33 @@ fn parts_read_what_the_experiment_has() {
     assert_eq!(fitness(&place, "one.toml", devices[0], &set), changed);
 }
 
+/// So are elements of a list that the experiment has from a robot by name.
+#[test]
+fn an_element_of_a_robot_by_name_is_set() {
+    let place = Place::new("named");
+    place.write("named.toml", "[robot]\npreset = \"epuck\"\n");
+    let checked = |set: &str| {
+        let checked = place.good(&["check", "named.toml", "--json", "--set", set]);
+        let checked: serde_json::Value = serde_json::from_str(&checked).unwrap();
+        checked["settings"]["robot"]["sensors"].clone()
+    };
+    let (one, whole) = (checked("robot.sensors[2].range_mm=60"), checked("cycles=10"));
+    assert_eq!(one[2]["range_mm"], 60.0);
+    let others = |list: &serde_json::Value| {
+        let mut list = list.as_array().unwrap().clone();
+        list[2]["range_mm"] = 0.into();
+        list
+    };
+    assert!(
+        whole[2]["range_mm"] != 60.0 && others(&one) == others(&whole),
+        "{whole}"
+    );
+    place
+        .run(&["check", "named.toml", "--set", "robot.sensors[99].range_mm=60"])
+        .exits(3)
+        .says(&["--set robot.sensors[99].range_mm=60: robot.sensors.99: is no element of the robot's list; allowed: 0 to 18"]);
+}
+
 /// The values of a list's element are swept, and are those of the same settings.
 #[test]
 fn an_element_of_a_list_is_swept() {

@@ -78,7 +78,8 @@ impl Field for Preset {
     }
 }
 
-/// The values of an experiment, with those of the robot that it names wherever it has none of its own. Lists are taken whole.
+/// The values of an experiment, with those of the robot that it names wherever it has none of its own. Lists are taken whole, unless
+/// their elements are named by number.
 ///
 /// # Errors
 /// Exit 3: the place, the name, and the allowed names.
@@ -109,10 +110,34 @@ pub(super) fn described(mut given: Table, source: &Source<'_>) -> Result<Table> 
     let has_count = robot.contains_key("count");
     for (key, value) in preset {
         if !(has_motors && WHEELS.contains(&key.as_str()) || has_count && key == "collision") {
-            robot.entry(key).or_insert(value);
+            let value = match (robot.get(&key), value) {
+                (Some(Value::Table(own)), Value::Array(list)) => with_elements(list, own, &key, source)?,
+                (Some(own), _) => own.clone(),
+                (None, value) => value,
+            };
+            robot.insert(key, value);
         }
     }
     Ok(given)
+}
+
+/// A list of a robot's with an experiment's values of some of its elements, by their number.
+fn with_elements(mut list: Vec<Value>, own: &Table, key: &str, source: &Source<'_>) -> Result<Value> {
+    let count = list.len();
+    for (number, value) in own {
+        match (number.parse().ok().and_then(|index: usize| list.get_mut(index)), value) {
+            (Some(Value::Table(element)), Value::Table(value)) => element.extend(value.clone()),
+            (Some(element), value) => *element = value.clone(),
+            (None, _) => {
+                let problem = format_args!(
+                    "is no element of the robot's list; allowed: 0 to {}",
+                    count.saturating_sub(1)
+                );
+                return Err(source.invalid(&format!("robot.{key}.{number}"), problem));
+            }
+        }
+    }
+    Ok(Value::Array(list))
 }
 
 /// The values of a robot that ships.
