@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serialport::{SerialPort, TTYPort};
 
-use crate::peers::{Body, Noise, listen};
+use crate::peers::{Body, Noise, listen, with_a_processor_of_its_own};
 
 /// How long a robot waits for bytes before it looks at what is wrong with it.
 const GLANCE: Duration = Duration::from_millis(5);
@@ -26,6 +26,7 @@ pub(crate) fn khepera_at(baud: u32, is_slow: bool, body: &Body) -> String {
     body.set([5, -5]);
     let body = body.clone();
     thread::spawn(move || {
+        with_a_processor_of_its_own();
         let (mut heard, mut noise, mut byte) = (Vec::new(), Noise::new(), [0]);
         port.set_timeout(GLANCE).unwrap();
         loop {

@@ -16,6 +16,19 @@ pub(crate) fn listen(serve: impl Fn(TcpStream) + Send + 'static) -> String {
     address
 }
 
+/// Gives the calling thread a processor whenever it needs one, as a robot has: before the program under test, where the system allows
+/// it.
+pub(crate) fn with_a_processor_of_its_own() {
+    #[cfg(target_os = "linux")]
+    {
+        use nix::libc::{SCHED_FIFO, sched_param, sched_setscheduler};
+
+        let parameters = sched_param { sched_priority: 2 };
+        // SAFETY: the system reads the parameters during the call.
+        unsafe { sched_setscheduler(0, SCHED_FIFO, &raw const parameters) };
+    }
+}
+
 /// Random bytes (a linear congruential generator of Numerical Recipes).
 pub(crate) struct Noise(u32);
 
@@ -149,6 +162,7 @@ impl EPuck2 {
 
     /// Serves one client, until it is gone.
     fn serve(&self, mut stream: TcpStream) {
+        with_a_processor_of_its_own();
         let (body, mut commands, mut noise) = (&self.0, Vec::new(), Noise::new());
         let mut has_begun = false;
         // In 1/1000 of a step.
