@@ -14,6 +14,7 @@ use crate::compose::{GREATEST_GENES, Kind, OwnPart};
 use crate::differential::Build;
 use crate::foraging;
 use crate::network::Network;
+use crate::state_machine::StateMachine;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Choice, Invalid, allowed_number, integer, number};
 use crate::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
@@ -46,6 +47,12 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     }
     if let Controller::Network(own) = &spec.controller {
         network(own, spec)?;
+    }
+    if let Controller::StateMachine(_) = &spec.controller {
+        StateMachine::check(match &spec.robot.build {
+            Build::Differential(own) => own.model,
+            Build::Sampled | Build::Forager(_) => None,
+        })?;
     }
     own_parts(spec)?;
     together(spec)?;

@@ -110,6 +110,9 @@ pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
         return invalid("evolution.initial_shares", problem);
     }
     let population = evolution.population;
+    if evolution.kind == Kind::Race {
+        race(settings)?;
+    }
     match evolution.kind {
         Kind::CmaEs | Kind::SepCmaEs if population < cma::LEAST_POPULATION => invalid(
             "evolution.population",
@@ -121,6 +124,23 @@ pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
         ),
         _ => Ok(()),
     }
+}
+
+/// Checks what a race does not go with: its generations differ in size, and their number is not known beforehand.
+fn race(settings: &Settings) -> Checked {
+    if !settings.evolution.has_common_numbers() {
+        let problem = "is false; allowed: true with race, whose candidates live the same lives";
+        return invalid("evolution.common_random_numbers", problem);
+    }
+    if settings.record.individuals {
+        let problem = "is true; allowed: false with race, whose generations differ in size";
+        return invalid("record.individuals", problem);
+    }
+    if settings.reality.robot.is_some() {
+        let problem = "is given; allowed: none with race, whose number of generations is not known beforehand";
+        return invalid("reality.robot", problem);
+    }
+    Ok(())
 }
 
 /// Checks that the world has the measures that describe behaviour.

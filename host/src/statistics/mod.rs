@@ -25,6 +25,8 @@ pub(crate) use parametric::{StudentT, anova, one_sample_t, paired_t, ratio_inter
 pub(crate) use ranks::{Method, kruskal_wallis, mann_whitney};
 pub(crate) use resample::{Interval, bootstrap_interval, subset};
 pub(crate) use special::{Probability, t_tails};
+#[cfg(test)]
+pub(crate) use special::chi_squared_tail;
 pub(crate) use summary::{mean, median, quantile, quantile_of_sorted, variance};
 
 /// A figure that these samples do not have.

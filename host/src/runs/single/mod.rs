@@ -27,6 +27,7 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use oneiro::batch::Worlds;
+use oneiro::state_machine;
 use oneiro::world::{Noise, Start, World, WorldSpec};
 use serde_json::json;
 
@@ -52,6 +53,9 @@ const GENERATIONS: &str = "generations.csv";
 const INDIVIDUALS: &str = "individuals.npy";
 const CHAMPION: &str = "champion.json";
 const CHAMPION_GENES: &str = "champion.npy";
+/// A state machine's text.
+const CHAMPION_TEXT: &str = "champion.txt";
+const LUCKIEST_TEXT: &str = "luckiest.txt";
 const LUCKIEST: &str = "luckiest.json";
 const LUCKIEST_GENES: &str = "luckiest.npy";
 const POPULATION: &str = "population.npy";
@@ -128,7 +132,7 @@ static OUTCOMES_OF_ARCHIVE: [Column; 2] = [
 ];
 
 /// The files of a run's directory.
-fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: bool) -> Vec<Entry> {
+fn files(world: &World, has_texts: bool, has_finalists: bool, has_individuals: bool, has_trace: bool) -> Vec<Entry> {
     let mut all = vec![
         Entry::table(GENERATIONS, "one row per generation", &rows::COLUMNS),
         Entry::file(
@@ -138,10 +142,17 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: b
         ),
         Entry::file(CHAMPION_GENES, "its genes (f32)"),
     ];
+    if has_texts {
+        let text = "its text in AutoMoDe's form, of `controller.kind = \"state-machine\"`; `--genomes` takes it, too";
+        all.push(Entry::file(CHAMPION_TEXT, text));
+    }
     if has_finalists {
         let luckiest = "the same for the individual with the highest single score; only if there are finalists";
         all.push(Entry::file(LUCKIEST, luckiest));
         all.push(Entry::file(LUCKIEST_GENES, "its genes (f32)"));
+        if has_texts {
+            all.push(Entry::file(LUCKIEST_TEXT, "its text, of a state machine"));
+        }
     }
     all.push(Entry::file(
         POPULATION,
@@ -228,7 +239,7 @@ fn replays(has_several: bool) -> [Entry; 4] {
 pub(crate) fn all_contents() -> Vec<Entry> {
     let world = World::new(WorldSpec::miglino1995()).expect("it is the paper's");
     [
-        &files(&world, true, true, true)[..],
+        &files(&world, true, true, true, true)[..],
         &archive_files(&archive::ELITES),
         &[lives()],
         &replays(false),
@@ -573,7 +584,9 @@ impl super::Experiment for Single {
         let settings = self.experiment.settings();
         let has_finalists = self.experiment.finalists() > 0;
         let (has_individuals, has_trace) = (settings.record.individuals, !self.ends_outside());
-        let mut files = files(self.experiment.world(), has_finalists, has_individuals, has_trace);
+        let world = self.experiment.world();
+        let has_texts = state_machine::is_layout_of(world.gene_layout());
+        let mut files = files(world, has_texts, has_finalists, has_individuals, has_trace);
         if settings.evolution.has_archive() {
             files.extend(archive_files(&archive::columns(&self.experiment)));
         }
