@@ -17,7 +17,7 @@ macro_rules! file {
 }
 
 /// All of them.
-pub(crate) static EXAMPLES: [Example; 17] = [
+pub(crate) static EXAMPLES: [Example; 18] = [
     Example {
         name: "homing",
         about: "a Khepera with a battery returns to its charger",
@@ -115,6 +115,11 @@ pub(crate) static EXAMPLES: [Example; 17] = [
         name: "automode-aggregation",
         about: "twenty e-pucks gather on one of two black spots, as state machines",
         files: &[file!("automode-aggregation.toml"), file!("evostick/aggregation.wgsl")],
+    },
+    Example {
+        name: "automode-cues",
+        about: "twenty e-pucks gather on a black spot before a lamp, as state machines",
+        files: &[file!("automode-cues.toml"), file!("evostick/cues.wgsl")],
     },
     Example {
         name: "automode-foraging",

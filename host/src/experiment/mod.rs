@@ -76,6 +76,9 @@ impl Experiment {
         if values::at(&given, "arena.preset").is_none() && has_own {
             settings.arena.preset = None;
         }
+        if values::at(&given, "record.individuals").is_none() && settings.evolution.kind == Kind::Race {
+            settings.record.individuals = false;
+        }
         settings.reality.complete(settings.evolution.generations);
         check::check(&settings).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         let directory = path.parent().unwrap_or(Path::new(""));

@@ -332,7 +332,7 @@ fn rows() -> Vec<Parameter<Settings>> {
         row("record.checkpoint_every", "generations", Whole(1, u32::MAX.into()), OURS,
             "Generations from one checkpoint to the next: what a power cut costs at most.", |own, _| Some(&mut own.record.checkpoint_every)),
         row("record.individuals", "", Any, OURS,
-            "Whether every individual is kept, so that `oneiro audit` can evaluate any of them again.", |own, _| Some(&mut own.record.individuals)),
+            "Whether every individual is kept, so that `oneiro audit` can evaluate any of them again; false with race.", |own, _| Some(&mut own.record.individuals)),
         row("files", "", Text("a table of BLAKE3 hashes, by the names of files"), OURS,
             "Hashes of the files that are named above, checked where they are given; a run's own `config.toml` has them all.", |own, _| Some(&mut own.files)),
     ]);
