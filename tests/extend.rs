@@ -473,6 +473,9 @@ fn examples_are_written_with_their_parts() {
             "evostick-network",
             "evostick-coverage",
             "evostick-exploration",
+            "automode-aggregation",
+            "automode-cues",
+            "automode-foraging",
         ]
     );
     let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
@@ -495,7 +498,8 @@ fn examples_are_written_with_their_parts() {
     assert!(!place.at("homing.toml").exists());
     place.run(&["new", "--example", "moon"]).exits(3).says(&[
         "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, discrimination, aggregation, gather, \
-         evostick-aggregation, evostick-foraging, evostick-cues, evostick-shelter, evostick-network, evostick-coverage, evostick-exploration. \
+         evostick-aggregation, evostick-foraging, evostick-cues, evostick-shelter, evostick-network, evostick-coverage, evostick-exploration, \
+         automode-aggregation, automode-cues, automode-foraging. \
          `oneiro new --swarm NAME` writes the 2014 study's experiment",
     ]);
     place

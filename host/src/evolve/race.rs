@@ -97,8 +97,12 @@ impl Race {
         let iteration = state.iteration + 1;
         let few = 2 + self.model.genes().ilog2() as usize;
         let iterations = few.max(iteration as usize) as u64;
-        let share = (self.budget - state.used) / (iterations - u64::from(iteration) + 1);
         let lives = u64::from(self.values.first_test) + u64::from(iteration.min(5));
+        // An even share of what is left for each of the races to come; if that is too little for one, for fewer of them.
+        let rest = self.budget.saturating_sub(state.used);
+        let to_come = iterations - u64::from(iteration) + 1;
+        let mut shares = (1..=to_come).rev().map(|races| rest / races);
+        let share = shares.find(|share| share / lives > few as u64).unwrap_or(rest);
         let count = (share / lives).min(self.most) as usize;
         if count <= few {
             // The first generation lives in any case.

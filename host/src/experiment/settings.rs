@@ -297,7 +297,7 @@ fn rows() -> Vec<Parameter<Settings>> {
             "What elites are compared by.", |own, _| Some(&mut own.evolution.archived()?.acceptance)),
         row("evolution.archive.offset", "", Number(-1e6, 1e6), OURS,
             "Fitness that counts as nothing in the QD score, the sum over all elites.", |own, _| Some(&mut own.evolution.archived()?.offset)),
-        row("evolution.race.lives", "", Whole(1, 1_000_000_000), "Francesca et al. 2014: 10,000, 50,000 and 200,000",
+        row("evolution.race.lives", "", Whole(1, 1_000_000_000), "the budget of EvoStick and AutoMoDe in Francesca et al. 2014",
             "Lives of all candidates, after which the race is over; those of finalists are not among them.", |own, _| Some(&mut own.evolution.racing()?.lives)),
         row("evolution.race.first_test", "", Whole(2, 100), "irace (López-Ibáñez et al. 2016)",
             "Generations before the first test of a race.", |own, _| Some(&mut own.evolution.racing()?.first_test)),

@@ -101,12 +101,17 @@ fn the_spread_shrinks() {
 /// A budget that is too small for a race still gives a generation.
 #[test]
 fn a_small_budget_ends_soon() {
-    let mut race = race(10, 1);
-    let count = race.ask().len();
-    assert!(count > 0);
-    let scores = fitness(race.ask());
-    race.tell(scores, &[]).unwrap();
-    assert!(race.is_over() && !race.finalists().is_empty());
+    for (lives, generations) in [(1, 1), (10, 2), (13, 2)] {
+        let mut race = race(lives, 1);
+        for _ in 0..generations {
+            assert!(!race.is_over());
+            // One more than may survive.
+            assert_eq!(race.ask().len(), 5);
+            let scores = fitness(race.ask());
+            race.tell(scores, &[]).unwrap();
+        }
+        assert!(race.is_over() && !race.finalists().is_empty());
+    }
 }
 
 #[test]
