@@ -489,8 +489,12 @@ fn examples_are_written_with_their_parts() {
         .run(&["new", "--example", "homing"])
         .exits(3)
         .says(&["homing.toml: exists already"]);
+    // Parts that are as they would be written stay: experiments share some.
+    fs::remove_file(place.at("homing.toml")).unwrap();
+    place.good(&["new", "--example", "homing"]);
     // All or none.
     fs::remove_file(place.at("homing.toml")).unwrap();
+    place.write("homing/sensors.wgsl", "// another's");
     place
         .run(&["new", "--example", "homing"])
         .exits(3)

@@ -84,8 +84,16 @@ fn template(arguments: &New, console: Console) -> Result {
     write(&files, console)
 }
 
-/// Writes files, an experiment's first, and says what to do next.
+/// Writes files, an experiment's first, and says what to do next. Parts that are there already, as they would be written, stay:
+/// experiments may share them.
 fn write<Text: AsRef<str>>(files: &[(Text, Text)], console: Console) -> Result {
+    let is_there = |(index, (file, text)): (usize, &(Text, Text))| {
+        index > 0 && fs::read(file.as_ref()).is_ok_and(|own| own == text.as_ref().as_bytes())
+    };
+    let files: Vec<&(Text, Text)> = (files.iter().enumerate())
+        .filter(|own| !is_there(*own))
+        .map(|(_, own)| own)
+        .collect();
     for (index, (file, text)) in files.iter().enumerate() {
         let path = Path::new(file.as_ref());
         let folder = path.parent().unwrap_or(path);

@@ -8,7 +8,7 @@ pub(crate) mod genetic;
 pub(crate) mod map_elites;
 mod novelty;
 mod open_es;
-mod race;
+pub(crate) mod race;
 pub(crate) mod random;
 mod random_search;
 mod saved;

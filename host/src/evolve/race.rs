@@ -86,50 +86,57 @@ impl Race {
         own
     }
 
-    /// Survivors at which a race ends, and iterations among which the budget is divided: 2 + log2 of the number of genes.
-    fn few(&self) -> usize {
-        2 + self.model.genes().ilog2() as usize
-    }
-
-    /// Begins the next race, if there is budget for more candidates than survive one.
-    fn begin(&mut self) {
-        let state = &mut self.state;
-        let iteration = state.iteration + 1;
-        let few = 2 + self.model.genes().ilog2() as usize;
-        let iterations = few.max(iteration as usize) as u64;
+    /// Candidates and evaluations of a race: an even share of what is left for each of the races to come; if that is too little for
+    /// more candidates than survive a race, for fewer races.
+    fn planned(&self, iteration: u32) -> (usize, u64) {
+        let few = few(self.model.genes());
+        let to_come = self.iterations(iteration) - u64::from(iteration) + 1;
         let lives = u64::from(self.values.first_test) + u64::from(iteration.min(5));
-        // An even share of what is left for each of the races to come; if that is too little for one, for fewer of them.
-        let rest = self.budget.saturating_sub(state.used);
-        let to_come = iterations - u64::from(iteration) + 1;
+        let rest = self.budget.saturating_sub(self.state.used);
         let mut shares = (1..=to_come).rev().map(|races| rest / races);
         let share = shares.find(|share| share / lives > few as u64).unwrap_or(rest);
-        let count = (share / lives).min(self.most) as usize;
-        if count <= few {
-            // The first generation lives in any case.
-            state.is_over = state.iteration > 0;
-            if state.is_over {
-                return;
-            }
+        ((share / lives).min(self.most) as usize, share)
+    }
+
+    /// Races among which the budget is divided: as many as have begun, if those are more.
+    fn iterations(&self, iteration: u32) -> u64 {
+        u64::from(iteration).max(few(self.model.genes()) as u64)
+    }
+
+    /// Begins the next race, if there is budget for more candidates than survive one. The first one begins in any case.
+    fn begin(&mut self) {
+        let few = few(self.model.genes());
+        let iteration = self.state.iteration + 1;
+        let (count, share) = self.planned(iteration);
+        if count <= few && iteration > 1 {
+            self.state.is_over = true;
+            return;
         }
-        let count = count.max(few + 1).min(self.most as usize);
-        let mut random = stream(self.seed, Stream::Sampling, state.generation);
-        state.candidates = if state.elites.is_empty() {
-            (0..count).map(|_| self.model.first(&mut random)).collect()
-        } else {
-            let elites = state.elites.iter().map(|own| &own.candidate);
-            let share = f64::from(iteration - 1) / iterations as f64;
-            let elites: Vec<_> = elites.map(|own| self.model.sharpened(own, share)).collect();
-            let new = count.saturating_sub(elites.len()).max(1);
-            state.spread *= root(1.0 / new as f64, self.model.genes());
-            let spread = state.spread;
-            let sampled: Vec<_> = (0..new)
-                .map(|_| self.model.around(&elites[parent(elites.len(), &mut random)], spread, &mut random))
-                .collect();
-            [elites, sampled].concat()
+        let count = count.max(few + 1);
+        self.state.candidates = self.sampled(iteration, count);
+        self.state.iteration = iteration;
+        self.state.until = self.state.used + share;
+        self.state.places.clear();
+    }
+
+    /// The candidates of a race: random ones, or the survivors of the last one and new ones around them.
+    fn sampled(&mut self, iteration: u32, count: usize) -> Vec<Candidate> {
+        let mut random = stream(self.seed, Stream::Sampling, self.state.generation);
+        if self.state.elites.is_empty() {
+            return (0..count).map(|_| self.model.first(&mut random)).collect();
+        }
+        let sharpness = f64::from(iteration - 1) / self.iterations(iteration) as f64;
+        let elites = self.state.elites.iter();
+        let elites: Vec<_> = elites.map(|own| self.model.sharpened(&own.candidate, sharpness)).collect();
+        let new = count - elites.len();
+        self.state.spread *= root(1.0 / new as f64, self.model.genes());
+        let spread = self.state.spread;
+        let child = |_| {
+            let parent = &elites[parent(elites.len(), &mut random)];
+            self.model.around(parent, spread, &mut random)
         };
-        state.iteration = iteration;
-        state.until = state.used + share;
-        state.places.clear();
+        let children: Vec<_> = (0..new).map(child).collect();
+        [elites, children].concat()
     }
 
     /// The genomes of all candidates.
@@ -140,7 +147,7 @@ impl Race {
 
     /// Takes the scores of a generation.
     fn race(&mut self, fitness: &[f32], ranking: &[u32]) {
-        let few = self.few();
+        let few = few(self.model.genes());
         let state = &mut self.state;
         state.places.push(places(fitness, ranking));
         state.used += fitness.len() as u64;
@@ -166,6 +173,11 @@ impl Race {
             self.begin();
         }
     }
+}
+
+/// How many candidates may survive a race of so many genes, and how many races share a budget: 2 + log2, rounded down.
+pub(crate) fn few(genes: usize) -> usize {
+    2 + genes.max(1).ilog2() as usize
 }
 
 /// How many scores are better than each; of NaN, all that are not.

@@ -723,7 +723,7 @@ impl Race {
 
     /// Candidates of the first race.
     fn greatest_population(&self, genes: usize) -> u32 {
-        let iterations = 2 + u64::from(genes.max(1).ilog2());
+        let iterations = super::race::few(genes) as u64;
         let count = self.evaluations() / iterations / (u64::from(self.first_test) + 1);
         u32::try_from(count).unwrap_or(u32::MAX).clamp(iterations as u32 + 1, 100_000)
     }

@@ -9,7 +9,7 @@ use oneiro::world::World;
 
 use super::settings::{ArenaSize, Finalists, Settings, Transfer};
 use crate::console::counted;
-use crate::evolve::cma;
+use crate::evolve::{cma, race};
 use crate::evolve::settings::{self as optimiser, Cells, Descriptor, Kind, SelectionKind};
 use crate::lives::measures;
 
@@ -111,7 +111,7 @@ pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
     }
     let population = evolution.population;
     if evolution.kind == Kind::Race {
-        race(settings)?;
+        race_of(settings, genes)?;
     }
     match evolution.kind {
         Kind::CmaEs | Kind::SepCmaEs if population < cma::LEAST_POPULATION => invalid(
@@ -126,8 +126,13 @@ pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
     }
 }
 
-/// Checks what a race does not go with: its generations differ in size, and their number is not known beforehand.
-fn race(settings: &Settings) -> Checked {
+/// Checks what a race needs, and what it does not go with: its generations differ in size, and their number is not known beforehand.
+fn race_of(settings: &Settings, genes: usize) -> Checked {
+    let (few, population) = (race::few(genes), settings.evolution.population);
+    if population as usize <= few {
+        let problem = format!("is {population}; allowed: more than {few}, which may survive a race of {genes} genes");
+        return invalid("evolution.population", problem);
+    }
     if !settings.evolution.has_common_numbers() {
         let problem = "is false; allowed: true with race, whose candidates live the same lives";
         return invalid("evolution.common_random_numbers", problem);
