@@ -121,7 +121,7 @@ pub enum Behaviour {
 /// A transition to another state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
-    /// That state's number among the others, from 0: AutoMoDe counts them without the state that the transition is from.
+    /// That state's number among the others, from 0: `AutoMoDe` counts them without the state that the transition is from.
     pub to: usize,
     /// When it happens.
     pub condition: Condition,
@@ -189,6 +189,8 @@ pub fn is_layout_of(layout: &GeneLayout) -> bool {
 
 /// The genes of a machine, in order.
 pub(crate) fn genes() -> Vec<Gene> {
+    use GeneKind::{Choice, Number, Whole};
+
     const AT_LEAST: [&[u32]; 4] = [&[1, 2, 3, 4], &[2, 3, 4], &[3, 4], &[4]];
     let gene = |name: String, kind, range, only| Gene {
         name,
@@ -196,7 +198,6 @@ pub(crate) fn genes() -> Vec<Gene> {
         kind,
         only,
     };
-    use GeneKind::{Choice, Number, Whole};
     let mut all = vec![gene("states".into(), Whole, [1.0, 5.0], None)];
     for state in 0..GREATEST_STATES {
         let first = all.len();
@@ -206,7 +207,12 @@ pub(crate) fn genes() -> Vec<Gene> {
             gene(name("behaviour"), Choice, [0.0, 6.0], is_there),
             gene(name("turning_cycles"), Whole, TURNS, Some((first, &[0]))),
             gene(name("strength"), Number, STRENGTHS, Some((first, &[4, 5]))),
-            gene(name("transitions"), Whole, [1.0, 5.0], Some((0, AT_LEAST[state.max(1)]))),
+            gene(
+                name("transitions"),
+                Whole,
+                [1.0, 5.0],
+                Some((0, AT_LEAST[state.max(1)])),
+            ),
         ]);
         for (transition, &count) in AT_LEAST.iter().enumerate() {
             let name = |of: &str| format!("state_{state}_transition_{transition}_{of}");
@@ -214,7 +220,12 @@ pub(crate) fn genes() -> Vec<Gene> {
             all.extend([
                 gene(name("to"), Number, [0.0, 1.0], is_there),
                 gene(name("condition"), Choice, [0.0, 6.0], is_there),
-                gene(name("probability"), Number, PROBABILITIES, Some((condition, &[0, 1, 2, 5]))),
+                gene(
+                    name("probability"),
+                    Number,
+                    PROBABILITIES,
+                    Some((condition, &[0, 1, 2, 5])),
+                ),
                 gene(name("neighbours"), Whole, NEIGHBOURS, Some((condition, &[3, 4]))),
                 gene(name("steepness"), Number, STEEPNESSES, Some((condition, &[3, 4]))),
             ]);

@@ -16,8 +16,8 @@ use crate::compose::{self, Composed, Detail, Kind, Lives, OwnParts};
 use crate::differential::{Build, Sensor};
 use crate::foraging::{self, Forager};
 use crate::network::Network;
-use crate::state_machine::{self, StateMachine};
 use crate::parameter::Invalid;
+use crate::state_machine::{self, StateMachine};
 use crate::surrogate::Surrogate;
 use crate::tables::{MotorStates, MotorTable, PREVIOUS, SENSOR_NAMES, SensorTables};
 

@@ -40,7 +40,11 @@ fn a_champion_is_a_text_that_lives_as_its_genes_do() {
             let lives = ["--trials", "5", "--seed", "9", "--common-starts"];
             place.good(&[&["evaluate", &file, "--genomes", genomes][..], &SHORT, &lives].concat())
         };
-        assert_eq!(lived(&format!("run/{name}.txt")), lived(&format!("run/{name}.npy")), "{name}");
+        assert_eq!(
+            lived(&format!("run/{name}.txt")),
+            lived(&format!("run/{name}.npy")),
+            "{name}"
+        );
     }
 }
 
@@ -59,12 +63,27 @@ fn what_does_not_fit_is_refused() {
         .exits(3)
         .says(&["bad.txt: is a text, which only state machines have"]);
     for (set, message) in [
-        ("robot.model=rm1.1", "controller.kind: is `state-machine`; allowed: only with robot.model = \"rm1.1-vectors\""),
-        ("evolution.common_random_numbers=false", "is false; allowed: true with race"),
+        (
+            "robot.model=rm1.1",
+            "controller.kind: is `state-machine`; allowed: only with robot.model = \"rm1.1-vectors\"",
+        ),
+        (
+            "evolution.common_random_numbers=false",
+            "is false; allowed: true with race",
+        ),
         ("record.individuals=true", "is true; allowed: false with race"),
-        ("evolution.population=8", "is 8; allowed: more than 8, which may survive a race of 97 genes"),
-        ("evolution.race.confidence=2", "evolution.race.confidence: is 2.0; allowed: 0.5 to 0.999999"),
-        ("controller.slowest_wheel=-2", "controller.slowest_wheel: is -2.0; allowed: -1 to 1"),
+        (
+            "evolution.population=8",
+            "is 8; allowed: more than 8, which may survive a race of 97 genes",
+        ),
+        (
+            "evolution.race.confidence=2",
+            "evolution.race.confidence: is 2.0; allowed: 0.5 to 0.999999",
+        ),
+        (
+            "controller.slowest_wheel=-2",
+            "controller.slowest_wheel: is -2; allowed: -1 to 1",
+        ),
     ] {
         place.run(&["check", &file, "--set", set]).exits(3).says(&[message]);
     }

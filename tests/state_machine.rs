@@ -116,9 +116,27 @@ fn holds(condition: Condition, ground: f64, neighbours: f64) -> f64 {
         1.0 / (1.0 + (f64::from(crowd.steepness) * (f64::from(crowd.neighbours) - neighbours)).exp())
     };
     match condition {
-        Condition::BlackFloor(p) => if ground == 0.0 { p.into() } else { 0.0 },
-        Condition::GreyFloor(p) => if ground == 0.5 { p.into() } else { 0.0 },
-        Condition::WhiteFloor(p) => if ground == 1.0 { p.into() } else { 0.0 },
+        Condition::BlackFloor(p) => {
+            if ground == 0.0 {
+                p.into()
+            } else {
+                0.0
+            }
+        }
+        Condition::GreyFloor(p) => {
+            if ground == 0.5 {
+                p.into()
+            } else {
+                0.0
+            }
+        }
+        Condition::WhiteFloor(p) => {
+            if ground == 1.0 {
+                p.into()
+            } else {
+                0.0
+            }
+        }
         Condition::NeighbourCount(crowd) => more_than(crowd),
         Condition::InvertedNeighbourCount(crowd) => 1.0 - more_than(crowd),
         Condition::FixedProbability(p) => p.into(),
@@ -180,9 +198,14 @@ fn off(change: impl Fn(&mut Machine)) -> (usize, usize, [usize; 6]) {
     let outcome = evaluated(&mut Cpu::new(Some(2)).unwrap(), &batch(&world, &genomes, 1));
     let place = |kind: DetailKind| {
         let all = (0..).zip(world.details());
-        all.filter(|(_, own)| own.kind == kind).map(|(index, _)| index).collect::<Vec<usize>>()
+        all.filter(|(_, own)| own.kind == kind)
+            .map(|(index, _)| index)
+            .collect::<Vec<usize>>()
     };
-    let (perceived, memory) = (place(DetailKind::Perceived), place(DetailKind::Memory(Kind::Controller)));
+    let (perceived, memory) = (
+        place(DetailKind::Perceived),
+        place(DetailKind::Memory(Kind::Controller)),
+    );
     let (mut wrong, mut all, mut seen) = (0, 0, [0; 6]);
     for ((genome, trace), life) in genomes.iter().zip(&outcome.traces).zip(0..) {
         let mut machine = Machine::of(genome);
@@ -216,9 +239,7 @@ fn off(change: impl Fn(&mut Machine)) -> (usize, usize, [usize; 6]) {
             };
             let is_off = |(wheel, output): (f64, f32)| (0.5 + 0.5 * wheel - f64::from(output)).abs() > 1e-5;
             all += 1;
-            wrong += usize::from(
-                found != after || wheels.into_iter().zip([record.left, record.right]).any(is_off),
-            );
+            wrong += usize::from(found != after || wheels.into_iter().zip([record.left, record.right]).any(is_off));
             own = Memory {
                 state: found.state.min(machine.states.len() - 1),
                 ..found
@@ -320,7 +341,10 @@ fn genomes_and_texts_are_the_same_machines() {
             }
         }
     }
-    assert!(states[0] == 0 && states[1..].iter().all(|count| *count > 400), "{states:?}");
+    assert!(
+        states[0] == 0 && states[1..].iter().all(|count| *count > 400),
+        "{states:?}"
+    );
     assert!(transitions[1..].iter().all(|count| *count > 400), "{transitions:?}");
     let kinds = layout.iter().filter(|gene| gene.kind == GeneKind::Choice).count();
     assert_eq!(kinds, 4 + 16);
@@ -356,12 +380,27 @@ fn texts_with_mistakes_are_refused_at_their_word() {
         ("", "word 1: `--nstates` is missing; allowed: given with its value"),
         ("--nstates 5", "word 2: `--nstates` is `5`; allowed: 1 to 4, whole"),
         ("--nstates", "word 2: `--nstates` has no value; allowed: one number"),
-        ("--nstates 1 7", "word 3: `7` is no option; allowed: --nstates, --s0, .., each with its value"),
+        (
+            "--nstates 1 7",
+            "word 3: `7` is no option; allowed: --nstates, --s0, .., each with its value",
+        ),
         ("--nstates 1 --s0 6", "word 4: `--s0` is `6`; allowed: 0 to 5, whole"),
-        ("--nstates 1 --s0 0", "word 5: `--rwm0` is missing; allowed: given with its value"),
-        ("--nstates 1 --s0 0 --rwm0 2.5", "word 6: `--rwm0` is `2.5`; allowed: 1 to 100, whole"),
-        ("--nstates 1 --s0 4 --att0 nan", "word 6: `--att0` is `nan`; allowed: 1 to 5"),
-        ("--nstates 1 --s0 1 --s0 1", "word 5: `--s0` is given twice; allowed: once"),
+        (
+            "--nstates 1 --s0 0",
+            "word 5: `--rwm0` is missing; allowed: given with its value",
+        ),
+        (
+            "--nstates 1 --s0 0 --rwm0 2.5",
+            "word 6: `--rwm0` is `2.5`; allowed: 1 to 100, whole",
+        ),
+        (
+            "--nstates 1 --s0 4 --att0 nan",
+            "word 6: `--att0` is `nan`; allowed: 1 to 5",
+        ),
+        (
+            "--nstates 1 --s0 1 --s0 1",
+            "word 5: `--s0` is given twice; allowed: once",
+        ),
         (
             "--nstates 1 --s0 1 --att0 2",
             "word 5: `--att0` is not of this machine; allowed: options of its states, their behaviours, transitions and conditions",

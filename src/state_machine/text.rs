@@ -31,7 +31,9 @@ pub fn parse(text: &str) -> Result<Machine, BadText> {
     let mut options = Options::read(text)?;
     let count = options.whole("--nstates", 1, GREATEST_STATES as u32)?;
     let others = count as usize - 1;
-    let states = (0..count).map(|state| options.state(state, others)).collect::<Result<_, _>>()?;
+    let states = (0..count)
+        .map(|state| options.state(state, others))
+        .collect::<Result<_, _>>()?;
     options.finished()?;
     Ok(Machine { states })
 }
@@ -53,7 +55,10 @@ impl<'a> Options<'a> {
         };
         while let Some((place, option)) = words.next() {
             if !option.starts_with("--") {
-                return bad(place, format!("`{option}` is no option; allowed: --nstates, --s0, .., each with its value"));
+                return bad(
+                    place,
+                    format!("`{option}` is no option; allowed: --nstates, --s0, .., each with its value"),
+                );
             }
             own.end = place + 1;
             let Some((_, value)) = words.next_if(|(_, word)| !word.starts_with("--")) else {
@@ -71,7 +76,10 @@ impl<'a> Options<'a> {
     fn take(&mut self, option: &str) -> Result<(usize, &'a str), BadText> {
         match self.values.remove(option) {
             Some((place, value)) => Ok((place + 1, value)),
-            None => bad(self.end, format!("`{option}` is missing; allowed: given with its value")),
+            None => bad(
+                self.end,
+                format!("`{option}` is missing; allowed: given with its value"),
+            ),
         }
     }
 
@@ -79,7 +87,10 @@ impl<'a> Options<'a> {
         let (place, value) = self.take(option)?;
         match value.parse() {
             Ok(number) if (least..=greatest).contains(&number) => Ok(number),
-            _ => bad(place, format!("`{option}` is `{value}`; allowed: {least} to {greatest}, whole")),
+            _ => bad(
+                place,
+                format!("`{option}` is `{value}`; allowed: {least} to {greatest}, whole"),
+            ),
         }
     }
 
@@ -88,7 +99,10 @@ impl<'a> Options<'a> {
         match value.parse::<f32>() {
             // Zero has one sign.
             Ok(number) if (least..=greatest).contains(&number) => Ok(number + 0.0),
-            _ => bad(place, format!("`{option}` is `{value}`; allowed: {least} to {greatest}")),
+            _ => bad(
+                place,
+                format!("`{option}` is `{value}`; allowed: {least} to {greatest}"),
+            ),
         }
     }
 
@@ -154,7 +168,9 @@ impl<'a> Options<'a> {
             None => Ok(()),
             Some((option, (place, _))) => bad(
                 place,
-                format!("`{option}` is not of this machine; allowed: options of its states, their behaviours, transitions and conditions"),
+                format!(
+                    "`{option}` is not of this machine; allowed: options of its states, their behaviours, transitions and conditions"
+                ),
             ),
         }
     }

@@ -14,9 +14,9 @@ use crate::compose::{GREATEST_GENES, Kind, OwnPart};
 use crate::differential::Build;
 use crate::foraging;
 use crate::network::Network;
-use crate::state_machine::StateMachine;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Choice, Invalid, allowed_number, integer, number};
+use crate::state_machine::StateMachine;
 use crate::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.

@@ -8,9 +8,9 @@ use super::{Activation, Collision, Controller, Difference, Robot, Speed, Start, 
 use crate::differential::{Build, Differential, GREATEST_MEMBERS};
 use crate::foraging::{self, AsForaging, Forager, Foraging};
 use crate::network::Network;
-use crate::state_machine::StateMachine;
 use crate::parameter::Allowed::{Any, Number, Text, Turns, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
+use crate::state_machine::StateMachine;
 
 /// Range of coordinates, mm: beyond 100 m single precision is too coarse for a robot's steps.
 pub const COORDINATE: Allowed = Number(-1e5, 1e5);

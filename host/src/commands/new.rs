@@ -44,7 +44,11 @@ fn example(name: &str, console: Console) -> Result {
             "--example {name}: is unknown{instead}. `oneiro new --swarm NAME` writes the 2014 study's experiment"
         )));
     };
-    write(found.files, console)
+    // Parts that are there already, as they would be written, stay: experiments share some.
+    let (experiment, parts) = found.files.split_at(1);
+    let is_new = |(file, text): &&(&str, &str)| !fs::read(file).is_ok_and(|own| own == text.as_bytes());
+    let files: Vec<_> = experiment.iter().chain(parts.iter().filter(is_new)).copied().collect();
+    write(&files, console)
 }
 
 /// Writes an experiment with every value at its default.
@@ -84,16 +88,8 @@ fn template(arguments: &New, console: Console) -> Result {
     write(&files, console)
 }
 
-/// Writes files, an experiment's first, and says what to do next. Parts that are there already, as they would be written, stay:
-/// experiments may share them.
+/// Writes files, an experiment's first, and says what to do next.
 fn write<Text: AsRef<str>>(files: &[(Text, Text)], console: Console) -> Result {
-    let is_there = |(index, (file, text)): (usize, &(Text, Text))| {
-        index > 0 && fs::read(file.as_ref()).is_ok_and(|own| own == text.as_ref().as_bytes())
-    };
-    let files: Vec<&(Text, Text)> = (files.iter().enumerate())
-        .filter(|own| !is_there(*own))
-        .map(|(_, own)| own)
-        .collect();
     for (index, (file, text)) in files.iter().enumerate() {
         let path = Path::new(file.as_ref());
         let folder = path.parent().unwrap_or(path);

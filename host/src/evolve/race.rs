@@ -127,7 +127,9 @@ impl Race {
         }
         let sharpness = f64::from(iteration - 1) / self.iterations(iteration) as f64;
         let elites = self.state.elites.iter();
-        let elites: Vec<_> = elites.map(|own| self.model.sharpened(&own.candidate, sharpness)).collect();
+        let elites: Vec<_> = elites
+            .map(|own| self.model.sharpened(&own.candidate, sharpness))
+            .collect();
         let new = count - elites.len();
         self.state.spread *= root(1.0 / new as f64, self.model.genes());
         let spread = self.state.spread;
@@ -282,7 +284,10 @@ impl Optimizer for Race {
 
     fn restore(&mut self, bytes: &[u8]) -> Result {
         let state: State = saved::open(NAME, VERSION, &self.owner, bytes)?;
-        let all = state.candidates.iter().chain(state.elites.iter().map(|own| &own.candidate));
+        let all = state
+            .candidates
+            .iter()
+            .chain(state.elites.iter().map(|own| &own.candidate));
         let is_whole = all.clone().all(|own| self.model.fits(own)) && !state.candidates.is_empty();
         let count = state.candidates.len();
         if !is_whole || state.places.iter().any(|places| places.len() != count) {

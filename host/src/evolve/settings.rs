@@ -725,7 +725,9 @@ impl Race {
     fn greatest_population(&self, genes: usize) -> u32 {
         let iterations = super::race::few(genes) as u64;
         let count = self.evaluations() / iterations / (u64::from(self.first_test) + 1);
-        u32::try_from(count).unwrap_or(u32::MAX).clamp(iterations as u32 + 1, 100_000)
+        u32::try_from(count)
+            .unwrap_or(u32::MAX)
+            .clamp(iterations as u32 + 1, 100_000)
     }
 }
 

@@ -9,8 +9,8 @@ use oneiro::world::World;
 
 use super::settings::{ArenaSize, Finalists, Settings, Transfer};
 use crate::console::counted;
-use crate::evolve::{cma, race};
 use crate::evolve::settings::{self as optimiser, Cells, Descriptor, Kind, SelectionKind};
+use crate::evolve::{cma, race};
 use crate::lives::measures;
 
 pub(super) type Checked = Result<(), Invalid>;

@@ -31,7 +31,11 @@ pub(super) fn kept(instances: &[Vec<u32>], confidence: f64) -> Vec<bool> {
     let (count, lives) = (sums.len(), instances.len());
     let (k, n) = (count as f64, lives as f64);
     // Of all squared ranks: k (k + 1) (2 k + 1) / 6 an instance without ties.
-    let squares: f64 = instances.iter().flat_map(|places| ranks(places)).map(|rank| rank * rank).sum();
+    let squares: f64 = instances
+        .iter()
+        .flat_map(|places| ranks(places))
+        .map(|rank| rank * rank)
+        .sum();
     let mean = n * (k + 1.0) / 2.0;
     let between: f64 = sums.iter().map(|sum| (sum - mean) * (sum - mean)).sum();
     // Friedman's statistic, corrected for ties.

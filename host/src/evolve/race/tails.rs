@@ -25,7 +25,11 @@ pub(super) fn chi_squared(x: f64, df: usize) -> f64 {
     let (mut sum, mut term, first) = if df.is_multiple_of(2) {
         (0.0, exponential(-y), 0.0)
     } else {
-        (error_complement(y.sqrt()), exponential(-y) * y.sqrt() * FRAC_2_SQRT_PI, 0.5)
+        (
+            error_complement(y.sqrt()),
+            exponential(-y) * y.sqrt() * FRAC_2_SQRT_PI,
+            0.5,
+        )
     };
     for k in 0..df / 2 {
         sum += term;

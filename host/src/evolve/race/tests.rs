@@ -33,7 +33,11 @@ fn scores(race: &Race, noise: f32) -> Vec<f32> {
         let mut score = -(genome[3] - 0.25).abs();
         score += if choice == 1.0 { 2.0 } else { 0.0 };
         score += if choice < 2.0 { 0.3 * whole } else { 0.0 };
-        score -= if choice < 2.0 && whole == 4.0 { (genome[2] - 1.5).abs() } else { 2.0 };
+        score -= if choice < 2.0 && whole == 4.0 {
+            (genome[2] - 1.5).abs()
+        } else {
+            2.0
+        };
         score + noise * super::super::random::unit(&mut random) as f32
     });
     each.collect()
@@ -95,7 +99,10 @@ fn the_spread_shrinks() {
         race.tell(scores, &[]).unwrap();
     }
     spreads.dedup();
-    assert!(spreads.len() >= 4 && spreads.windows(2).all(|pair| pair[1] < pair[0]), "{spreads:?}");
+    assert!(
+        spreads.len() >= 4 && spreads.windows(2).all(|pair| pair[1] < pair[0]),
+        "{spreads:?}"
+    );
 }
 
 /// A budget that is too small for a race still gives a generation.

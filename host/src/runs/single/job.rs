@@ -163,7 +163,10 @@ impl Evolving {
         }
         let best = self.evolution.optimizer().finalists();
         if !best.is_empty() {
-            let others = best.into_iter().filter(|own| own.genome != luckiest.genome).take(count - 1);
+            let others = best
+                .into_iter()
+                .filter(|own| own.genome != luckiest.genome)
+                .take(count - 1);
             return Ok(std::iter::once(luckiest.clone()).chain(others).collect());
         }
         let others = ranked(fitness)

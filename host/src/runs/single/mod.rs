@@ -132,7 +132,7 @@ static OUTCOMES_OF_ARCHIVE: [Column; 2] = [
 ];
 
 /// The files of a run's directory.
-fn files(world: &World, has_texts: bool, has_finalists: bool, has_individuals: bool, has_trace: bool) -> Vec<Entry> {
+fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: bool) -> Vec<Entry> {
     let mut all = vec![
         Entry::table(GENERATIONS, "one row per generation", &rows::COLUMNS),
         Entry::file(
@@ -142,17 +142,10 @@ fn files(world: &World, has_texts: bool, has_finalists: bool, has_individuals: b
         ),
         Entry::file(CHAMPION_GENES, "its genes (f32)"),
     ];
-    if has_texts {
-        let text = "its text in AutoMoDe's form, of `controller.kind = \"state-machine\"`; `--genomes` takes it, too";
-        all.push(Entry::file(CHAMPION_TEXT, text));
-    }
     if has_finalists {
         let luckiest = "the same for the individual with the highest single score; only if there are finalists";
         all.push(Entry::file(LUCKIEST, luckiest));
         all.push(Entry::file(LUCKIEST_GENES, "its genes (f32)"));
-        if has_texts {
-            all.push(Entry::file(LUCKIEST_TEXT, "its text, of a state machine"));
-        }
     }
     all.push(Entry::file(
         POPULATION,
@@ -172,6 +165,16 @@ fn files(world: &World, has_texts: bool, has_finalists: bool, has_individuals: b
         all.push(Entry::file(PATH, "a picture of that life"));
     }
     all.push(Entry::file(LEARNING_CURVE, "a picture of the evolution"));
+    all
+}
+
+/// The texts of state machines in a run's directory.
+fn texts(has_finalists: bool) -> Vec<Entry> {
+    let text = "with `controller.kind = \"state-machine\"`: the champion's text in AutoMoDe's form, which `--genomes` takes, too";
+    let mut all = vec![Entry::file(CHAMPION_TEXT, text)];
+    if has_finalists {
+        all.push(Entry::file(LUCKIEST_TEXT, "with it: the luckiest's text"));
+    }
     all
 }
 
@@ -239,7 +242,8 @@ fn replays(has_several: bool) -> [Entry; 4] {
 pub(crate) fn all_contents() -> Vec<Entry> {
     let world = World::new(WorldSpec::miglino1995()).expect("it is the paper's");
     [
-        &files(&world, true, true, true, true)[..],
+        &files(&world, true, true, true)[..],
+        &texts(true),
         &archive_files(&archive::ELITES),
         &[lives()],
         &replays(false),
@@ -585,8 +589,10 @@ impl super::Experiment for Single {
         let has_finalists = self.experiment.finalists() > 0;
         let (has_individuals, has_trace) = (settings.record.individuals, !self.ends_outside());
         let world = self.experiment.world();
-        let has_texts = state_machine::is_layout_of(world.gene_layout());
-        let mut files = files(world, has_texts, has_finalists, has_individuals, has_trace);
+        let mut files = files(world, has_finalists, has_individuals, has_trace);
+        if state_machine::is_layout_of(world.gene_layout()) {
+            files.extend(texts(has_finalists));
+        }
         if settings.evolution.has_archive() {
             files.extend(archive_files(&archive::columns(&self.experiment)));
         }
