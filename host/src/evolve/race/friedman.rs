@@ -4,13 +4,18 @@
 use super::tails;
 
 /// The ranks of candidates, from 1 for the best, equal ones sharing the mean of theirs; lower places are better.
-pub(super) fn ranks(places: &[u32]) -> Vec<f64> {
-    let each = places.iter().map(|own| {
-        let better = places.iter().filter(|other| *other < own).count();
-        let equal = places.iter().filter(|other| *other == own).count();
-        better as f64 + f64::midpoint(equal as f64, 1.0)
-    });
-    each.collect()
+fn ranks(places: &[u32]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..places.len()).collect();
+    order.sort_by_key(|&index| places[index]);
+    let mut ranks = vec![0.0; places.len()];
+    let mut better = 0;
+    for equals in order.chunk_by(|&a, &b| places[a] == places[b]) {
+        for &index in equals {
+            ranks[index] = better as f64 + f64::midpoint(equals.len() as f64, 1.0);
+        }
+        better += equals.len();
+    }
+    ranks
 }
 
 /// The sum of each candidate's ranks over all instances.
