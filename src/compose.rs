@@ -36,6 +36,7 @@ use oneiro_shaders::Kernel;
 use crate::differential::Build;
 use crate::network::Network;
 use crate::parameter::{Allowed, Datum, Invalid};
+use crate::state_machine::StateMachine;
 use crate::tables::SENSORS;
 use crate::world::{Gene, WorldSpec};
 
@@ -46,6 +47,8 @@ pub(crate) use part::{is_of_user, parts_of};
 
 /// Stands for the path of a network, which is not in a file.
 const NETWORK: &str = "network";
+/// The same of a state machine.
+const STATE_MACHINE: &str = "state-machine";
 
 /// Most genes of a user's controller.
 pub const GREATEST_GENES: u32 = 1024;
@@ -195,6 +198,7 @@ impl OwnPart {
     pub(crate) fn key(&self) -> String {
         match self.part.path() {
             NETWORK => "controller.layers".to_owned(),
+            STATE_MACHINE => "controller.kind".to_owned(),
             _ => format!("{}.part", self.part.kind().word()),
         }
     }
@@ -313,13 +317,23 @@ impl OwnParts {
 
     /// These parts, and a network as the controller.
     pub(crate) fn with_network(&self, network: &Network, robot: &Build) -> Result<Self, Invalid> {
-        let part = Part::new(Kind::Controller, NETWORK, &network.wgsl(&self.readings_in(robot)));
-        let part = part.map_err(|refused| Invalid::new("controller.kind", refused.to_string()))?;
         let values = network.values().into_iter().map(|(_, value)| value);
+        self.with_controller(NETWORK, &network.wgsl(&self.readings_in(robot)), values.collect())
+    }
+
+    /// These parts, and a state machine as the controller.
+    pub(crate) fn with_state_machine(&self, machine: &StateMachine) -> Result<Self, Invalid> {
+        self.with_controller(STATE_MACHINE, part::STATE_MACHINE, machine.values())
+    }
+
+    /// These parts, and a controller that Oneiro wrote, with all of its values.
+    fn with_controller(&self, path: &str, text: &str, values: Vec<f32>) -> Result<Self, Invalid> {
+        let part = Part::new(Kind::Controller, path, text);
+        let part = part.map_err(|refused| Invalid::new("controller.kind", refused.to_string()))?;
         let mut all = self.clone();
         all.insert(Arc::new(OwnPart {
             part: Arc::new(part),
-            values: values.collect(),
+            values,
         }));
         Ok(all)
     }

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use crate::arena::{self, Arena, Light, Patch};
 use crate::foraging::{self, Forager};
 use crate::parameter::{Choice, Choices, Invalid, field_of_pairs, length, number, only_where};
-use crate::reference::{Model, Reference};
+use crate::reference::{self, Model, Reference};
 use crate::surrogate::{Mounting, Object, Surrogate};
 use crate::tables::{self, PREVIOUS, SENSOR_NAMES, SensorTables};
 use crate::world::{Collision, Robot};
@@ -510,7 +510,8 @@ impl Differential {
                 SensorKind::Light | SensorKind::Ground | SensorKind::Battery => 0.0,
             }
         };
-        1.0 + self.sensors.iter().map(reach).fold(0.0, f32::max)
+        let of_model = if self.model.is_some() { reference::RAY_END } else { 0.0 };
+        1.0 + self.sensors.iter().map(reach).fold(of_model, f32::max)
     }
 
     /// Checks conditions that involve several values.

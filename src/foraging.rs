@@ -44,10 +44,7 @@ pub const GENES: usize = forager::FORAGER_GENES as usize;
 
 /// Names of the genes, and their range.
 pub(crate) fn genes() -> Vec<Gene> {
-    let gene = |name: &str| Gene {
-        name: name.to_owned(),
-        range: Some([0.0, 0.99]),
-    };
+    let gene = |name: &str| Gene::ranged(name.to_owned(), Some([0.0, 0.99]));
     ["with_food", "without_food"].map(gene).into()
 }
 

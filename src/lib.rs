@@ -24,6 +24,7 @@ pub mod probe;
 pub mod random;
 pub mod reference;
 pub mod reported;
+pub mod state_machine;
 pub mod stepped;
 pub mod surrogate;
 pub mod swarm;

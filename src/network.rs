@@ -360,10 +360,7 @@ impl Network {
                     genes.extend(layer.has_biases().then(|| Gene::new(format!("bias_{unit}{sum}"))));
                 }
                 if layer.kind == LayerKind::Ctrnn {
-                    genes.push(Gene {
-                        name: format!("time_constant_{unit}"),
-                        range: Some([0.0, 1.0]),
-                    });
+                    genes.push(Gene::ranged(format!("time_constant_{unit}"), Some([0.0, 1.0])));
                 }
             }
             inputs = units;

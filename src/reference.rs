@@ -36,6 +36,9 @@ pub struct Reference {
     pub body_height: Option<f32>,
 }
 
+/// Distance from the body's centre to the end of the rays of proximity, mm: that of `sensor/reference.wgsl`.
+pub(crate) const RAY_END: f32 = 86.0;
+
 /// A reference model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Model {
@@ -44,6 +47,8 @@ pub enum Model {
     Rm11,
     /// Four readings each of proximity, light and attraction, one of the floor, and the neighbours.
     Rm12,
+    /// RM1.1 as `AutoMoDe`'s modules use it: proximity, light and attraction as vectors, the floor, and the number of neighbours.
+    Vectors,
 }
 
 impl Model {
@@ -67,6 +72,16 @@ impl Model {
                 quarters("attraction"),
             ]
             .concat(),
+            Self::Vectors => named(&[
+                "prox_ahead",
+                "prox_left",
+                "light_ahead",
+                "light_left",
+                "ground",
+                "neighbours",
+                "attraction_ahead",
+                "attraction_left",
+            ]),
         }
     }
 
@@ -89,6 +104,13 @@ impl Model {
                 ("ground", 1),
                 ("neighbours", 1),
                 ("attraction", 4),
+            ],
+            Self::Vectors => &[
+                ("prox", 2),
+                ("light", 2),
+                ("ground", 1),
+                ("neighbours", 1),
+                ("attraction", 2),
             ],
         };
         let each = vectors.iter().flat_map(|&(name, size)| {
@@ -194,6 +216,11 @@ impl Choice for Model {
             "rm1.2",
             Self::Rm12,
             "four readings each of proximity, light and attraction, one of the floor, and the neighbours",
+        ),
+        (
+            "rm1.1-vectors",
+            Self::Vectors,
+            "rm1.1 as AutoMoDe's modules use it: vectors of proximity, light and attraction, the floor, and how many neighbours",
         ),
     ];
 }

@@ -17,6 +17,7 @@ use crate::differential::{Build, Sensor};
 use crate::foraging::{self, Forager};
 use crate::network::Network;
 use crate::parameter::Invalid;
+use crate::state_machine::{self, StateMachine};
 use crate::surrogate::Surrogate;
 use crate::tables::{MotorStates, MotorTable, PREVIOUS, SENSOR_NAMES, SensorTables};
 
@@ -141,6 +142,11 @@ pub enum Controller {
     Recurrent,
     /// A network that is described by its layers. Needs the feature `compose`.
     Network(Network),
+    /// A probabilistic finite state machine of `AutoMoDe`'s modules: 97 genes. Only for [`Model::Vectors`]. Needs the feature
+    /// `compose`.
+    ///
+    /// [`Model::Vectors`]: crate::reference::Model::Vectors
+    StateMachine(StateMachine),
     /// A forager's behaviours: 2 genes choose between seeking the light, fleeing it and searching at random, with food and
     /// without. Only for [`Build::Forager`].
     Behaviours,
@@ -171,6 +177,7 @@ impl Controller {
                 OUTPUTS.iter().flat_map(|to| weights(&inputs, to)).collect()
             }
             Self::Network(network) => network.genes(readings),
+            Self::StateMachine(_) => state_machine::genes(),
             Self::Behaviours => foraging::genes(),
             Self::Own => Vec::new(),
         }
@@ -190,12 +197,38 @@ pub struct Gene {
     pub name: String,
     /// Least and greatest value, if it has a range of its own.
     pub range: Option<[f32; 2]>,
+    /// What its values are.
+    pub kind: GeneKind,
+    /// It has an effect only if the whole part of this gene, by its index, is one of these, and that gene has one; `None`: always.
+    pub only: Option<(usize, &'static [u32])>,
+}
+
+/// What the values of a gene are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GeneKind {
+    /// Numbers.
+    #[default]
+    Number,
+    /// Whole numbers: a value is the one below it.
+    Whole,
+    /// Choices without an order, by number: a value is the one below it.
+    Choice,
 }
 
 impl Gene {
     /// A gene without a range of its own.
     pub(crate) fn new(name: String) -> Self {
-        Self { name, range: None }
+        Self::ranged(name, None)
+    }
+
+    /// A gene that is a number, always in effect.
+    pub(crate) fn ranged(name: String, range: Option<[f32; 2]>) -> Self {
+        Self {
+            name,
+            range,
+            kind: GeneKind::Number,
+            only: None,
+        }
     }
 }
 
@@ -204,6 +237,15 @@ impl Gene {
 pub struct GeneLayout(Arc<[Gene]>);
 
 impl GeneLayout {
+    pub(crate) fn of(genes: Vec<Gene>) -> Self {
+        Self(genes.into())
+    }
+
+    /// The genes.
+    pub fn iter(&self) -> impl Iterator<Item = &Gene> {
+        self.0.iter()
+    }
+
     /// Number of genes.
     pub fn genes(&self) -> usize {
         self.0.len()
@@ -419,6 +461,7 @@ impl World {
         let readings = spec.readings();
         let parts = match &spec.controller {
             Controller::Network(network) => spec.own.with_network(network, &spec.robot.build)?,
+            Controller::StateMachine(machine) => spec.own.with_state_machine(machine)?,
             _ => spec.own.clone(),
         };
         if lives != Lives::Simulated && spec.robot.members().is_some() {

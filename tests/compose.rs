@@ -204,10 +204,12 @@ fn every_part_is_listed() {
     let mut files = Vec::new();
     visit(&root, &mut files);
     files.sort();
-    let listed: Vec<_> = oneiro_shader_parts::PARTS
+    let mut listed: Vec<_> = oneiro_shader_parts::PARTS
         .iter()
+        .chain([&oneiro_shader_parts::STATE_MACHINE])
         .map(|(path, _)| root.join(path))
         .collect();
+    listed.sort();
     assert_eq!(listed, files);
 }
 

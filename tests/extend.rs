@@ -498,6 +498,9 @@ fn examples_are_written_with_their_parts() {
             "evostick-network",
             "evostick-coverage",
             "evostick-exploration",
+            "automode-aggregation",
+            "automode-cues",
+            "automode-foraging",
         ]
     );
     let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
@@ -511,8 +514,12 @@ fn examples_are_written_with_their_parts() {
         .run(&["new", "--example", "homing"])
         .exits(3)
         .says(&["homing.toml: exists already"]);
+    // Parts that are as they would be written stay: experiments share some.
+    fs::remove_file(place.at("homing.toml")).unwrap();
+    place.good(&["new", "--example", "homing"]);
     // All or none.
     fs::remove_file(place.at("homing.toml")).unwrap();
+    place.write("homing/sensors.wgsl", "// another's");
     place
         .run(&["new", "--example", "homing"])
         .exits(3)
@@ -520,7 +527,8 @@ fn examples_are_written_with_their_parts() {
     assert!(!place.at("homing.toml").exists());
     place.run(&["new", "--example", "moon"]).exits(3).says(&[
         "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, discrimination, aggregation, gather, \
-         evostick-aggregation, evostick-foraging, evostick-cues, evostick-shelter, evostick-network, evostick-coverage, evostick-exploration. \
+         evostick-aggregation, evostick-foraging, evostick-cues, evostick-shelter, evostick-network, evostick-coverage, evostick-exploration, \
+         automode-aggregation, automode-cues, automode-foraging. \
          `oneiro new --swarm NAME` writes the 2014 study's experiment",
     ]);
     place

@@ -347,6 +347,15 @@ fn witnessed(witness: &Witness<'_>, model: Model, life: &[Cycle]) -> Vec<Vec<f64
                 let bright = quarters(sum.map(|part| share * part));
                 [&near[..], &bright, &ground[..1], &[neighbours], &quarters(v)].concat()
             }
+            Model::Vectors => {
+                let floor = match (black, white) {
+                    (11.., _) => 0.0,
+                    (_, 11..) => 1.0,
+                    _ => 0.5,
+                };
+                let number = f64::from(messages[step].0);
+                [&sum_of(near)[..], &sum_of(bright), &[floor, number], &v].concat()
+            }
         }
     });
     each.collect()
@@ -386,7 +395,7 @@ fn off(model: Model, bodies_hide: bool) -> f64 {
 
 #[test]
 fn readings_are_those_of_the_second_program() {
-    for model in [Model::Rm11, Model::Rm12] {
+    for model in [Model::Rm11, Model::Rm12, Model::Vectors] {
         let own = off(model, true);
         assert!(own < 3e-4, "{model:?}: {own} of the readings are off");
         // Bodies that hide nothing are seen at once.

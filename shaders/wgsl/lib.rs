@@ -8,6 +8,12 @@ macro_rules! parts {
     };
 }
 
+/// A controller that is composed as a user's is, and whose names users' own parts may have too: its path, and its text.
+pub const STATE_MACHINE: (&str, &str) = (
+    "controller/state_machine.wgsl",
+    include_str!("controller/state_machine.wgsl"),
+);
+
 parts![
     "controller/behaviours.wgsl",
     "controller/foraging.wgsl",
@@ -75,6 +81,7 @@ parts![
     "sensor/rm12.wgsl",
     "sensor/sampled.wgsl",
     "sensor/tables.wgsl",
+    "sensor/vectors.wgsl",
     "swarm.wgsl",
     "task/avoidance.wgsl",
     "task/bringing.wgsl",

@@ -7,6 +7,9 @@ use crate::differential::Build;
 use crate::parameter::{Choice, Invalid};
 use crate::world::WorldSpec;
 
+/// The text of a controller, which this program can't compose.
+pub(super) const STATE_MACHINE: &str = "";
+
 /// A user's part. This program has none.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Part {}

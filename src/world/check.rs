@@ -16,6 +16,7 @@ use crate::foraging;
 use crate::network::Network;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Choice, Invalid, allowed_number, integer, number};
+use crate::state_machine::StateMachine;
 use crate::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
@@ -46,6 +47,12 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     }
     if let Controller::Network(own) = &spec.controller {
         network(own, spec)?;
+    }
+    if let Controller::StateMachine(_) = &spec.controller {
+        StateMachine::check(match &spec.robot.build {
+            Build::Differential(own) => own.model,
+            Build::Sampled | Build::Forager(_) => None,
+        })?;
     }
     own_parts(spec)?;
     together(spec)?;

@@ -10,6 +10,7 @@ use crate::foraging::{self, AsForaging, Forager, Foraging};
 use crate::network::Network;
 use crate::parameter::Allowed::{Any, Number, Text, Turns, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
+use crate::state_machine::StateMachine;
 
 /// Range of coordinates, mm: beyond 100 m single precision is too coarse for a robot's steps.
 pub const COORDINATE: Allowed = Number(-1e5, 1e5);
@@ -224,6 +225,16 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "Whether each unit has a bias; default: true.", |own, index| Some(&mut network(own)?.layers.get_mut(index)?.biases)),
         row("controller.layers[].time_constants_s", "s", Number(0.1, 1e5), "ours: 0.1 to 5 s",
             "Least and greatest time constant of a continuous-time layer.", |own, index| Some(&mut network(own)?.layers.get_mut(index)?.time_constants)),
+        row("controller.obstacle", "", Number(0.0, 10.0), "AutoMoDe's program, AutoMoDeBehaviourExploration.cpp, commit 17d758bf",
+            "Length of the vector of proximity from which on exploration turns away; default: 0.1.", |own, _| Some(&mut machine(own)?.obstacle)),
+        row("controller.avoidance", "", Number(0.0, 100.0), "Francesca et al. 2014; AutoMoDe's program, commit 7e0b0c10",
+            "Weight of that vector in phototaxis, anti-phototaxis and repulsion; default: 5.", |own, _| Some(&mut machine(own)?.avoidance)),
+        row("controller.attraction_avoidance", "", Number(0.0, 100.0), "Francesca et al. 2014; AutoMoDe's program, commit c64bb88b",
+            "The same in attraction; default: 6.", |own, _| Some(&mut machine(own)?.attraction_avoidance)),
+        row("controller.least_vector", "", Number(0.001, 10.0), "AutoMoDe's program, commit 7e0b0c10",
+            "Robots drive straight ahead instead of along shorter vectors; default: 0.1.", |own, _| Some(&mut machine(own)?.least_vector)),
+        row("controller.slowest_wheel", "", Number(-1.0, 1.0), "AutoMoDe's program, AutoMoDeBehaviour.cpp, commit 0d870478; other revisions have -1",
+            "The inner wheel's least speed in a curve, as a share of the outer one's; default: -0.5.", |own, _| Some(&mut machine(own)?.slowest_wheel)),
         row("task.kind", "", Any, "Miglino et al. 1995, section 3.1, equation 1",
             "What fitness is given for.", |own, _| Some(&mut own.as_mut().task)),
         row("task.speed", "", Any, "Miglino et al. 1995, section 5: driving to and fro \"will score relatively high\"",
@@ -283,6 +294,14 @@ fn network<T: AsMut<WorldSpec>>(own: &mut T) -> Option<&mut Network> {
     }
 }
 
+/// The controller, if it is a state machine.
+fn machine<T: AsMut<WorldSpec>>(own: &mut T) -> Option<&mut StateMachine> {
+    match &mut own.as_mut().controller {
+        Controller::StateMachine(machine) => Some(machine),
+        _ => None,
+    }
+}
+
 /// Rows for worlds by themselves.
 pub(super) static PARAMETERS: LazyLock<Vec<Parameter<WorldSpec>>> = LazyLock::new(parameters);
 
@@ -319,6 +338,11 @@ impl Choice for Controller {
                 interleaved: None,
             }),
             "a network of the layers listed: see docs/controllers.md",
+        ),
+        (
+            "state-machine",
+            Self::StateMachine(StateMachine::DEFAULT),
+            "a probabilistic finite state machine of AutoMoDe's modules: 97 genes; see docs/controllers.md",
         ),
         (
             "behaviours",

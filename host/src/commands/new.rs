@@ -45,7 +45,11 @@ fn example(name: &str, console: Console) -> Result {
             "--example {name}: is unknown{instead}. `oneiro new --swarm NAME` writes the 2014 study's experiment"
         )));
     };
-    write(found.files, console)
+    // Parts that are there already, as they would be written, stay: experiments share some.
+    let (experiment, parts) = found.files.split_at(1);
+    let is_new = |(file, text): &&(&str, &str)| !fs::read(file).is_ok_and(|own| own == text.as_bytes());
+    let files: Vec<_> = experiment.iter().chain(parts.iter().filter(is_new)).copied().collect();
+    write(&files, console)
 }
 
 /// Writes an experiment with every value at its default.

@@ -8,6 +8,7 @@ pub(crate) mod genetic;
 pub(crate) mod map_elites;
 mod novelty;
 mod open_es;
+pub(crate) mod race;
 pub(crate) mod random;
 mod random_search;
 mod saved;
@@ -21,9 +22,10 @@ use genetic::Genetic;
 use map_elites::{Archive, MapElites};
 use novelty::Novelty;
 use open_es::OpenEs;
+use race::Race;
 use random_search::RandomSearch;
 use serde::{Deserialize, Serialize};
-use settings::{Kind, Ranges, Settings};
+use settings::{Domains, Kind, Ranges, Settings};
 
 use crate::exit::{Failure, Result};
 
@@ -134,6 +136,17 @@ pub(crate) trait Optimizer: Debug + Send + Sync {
         None
     }
 
+    /// Whether it has spent a budget of its own.
+    fn is_over(&self) -> bool {
+        false
+    }
+
+    /// Individuals that it holds for the best by all of their lives, the best first; if there are none, those of the last generation
+    /// with the best scores are.
+    fn finalists(&self) -> Vec<Champion> {
+        Vec::new()
+    }
+
     /// Takes the fitness of [`Optimizer::ask`]'s genomes, in their order, and what describes the behaviour of each, and makes the
     /// next generation. Fitness is maximised; NaN ranks last.
     ///
@@ -175,12 +188,13 @@ fn checked_count(optimizer: &dyn Optimizer, fitness: &[f32], behaviour: &[f64]) 
     )))
 }
 
-/// The optimiser that an experiment chooses, before its first generation; `ranges` are those of genes that have their own, and
-/// `init` the first individuals, if they are given.
+/// The optimiser that an experiment chooses, before its first generation; `ranges` are those of genes that have their own, `domains`
+/// say what genes are, and `init` are the first individuals, if they are given.
 pub(crate) fn optimizer(
     settings: &Settings,
     seed: u64,
     ranges: Ranges,
+    domains: &Domains,
     init: Option<Population>,
 ) -> Box<dyn Optimizer> {
     match settings.kind {
@@ -189,6 +203,7 @@ pub(crate) fn optimizer(
         Kind::OpenEs => Box::new(OpenEs::new(settings, seed, &ranges)),
         Kind::MapElites => Box::new(MapElites::new(settings, seed, &ranges, init)),
         Kind::Novelty => Box::new(Novelty::new(settings, seed, ranges, init)),
+        Kind::Race => Box::new(Race::new(settings, seed, &ranges, domains)),
         Kind::Random => Box::new(RandomSearch::new(settings, seed, &ranges)),
     }
 }
@@ -223,7 +238,7 @@ impl Evolution {
 
     /// Whether all generations have been evaluated.
     pub(crate) fn is_finished(&self) -> bool {
-        self.generation() >= self.generations
+        self.generation() >= self.generations || self.optimizer.is_over()
     }
 
     /// The genomes to evaluate next.

@@ -189,7 +189,7 @@ mod tests {
             population: 4,
             ..Settings::default()
         };
-        settings.complete(GENES, true);
+        settings.complete(GENES, 1, true);
         OpenEs::new(&settings, 1, &vec![None; GENES])
     }
 

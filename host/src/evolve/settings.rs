@@ -2,6 +2,8 @@
 
 use oneiro::batch::GREATEST_GENE;
 use oneiro::parameter::{Choice, Choices, Datum, Field};
+pub(super) use oneiro::world::GeneKind;
+use oneiro::world::{Gene, GeneLayout};
 use rand::Rng;
 use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
@@ -19,6 +21,7 @@ pub(crate) enum Kind {
     MapElites,
     Novelty,
     Random,
+    Race,
 }
 
 impl Choice for Kind {
@@ -54,6 +57,11 @@ impl Choice for Kind {
             "the genetic algorithm, selecting by how new a behaviour is: Lehman and Stanley 2011",
         ),
         ("random", Self::Random, "random genomes in every generation: a control"),
+        (
+            "race",
+            Self::Race,
+            "an iterated race, in which candidates drop out by a test on ranks: López-Ibáñez et al. 2016 (irace)",
+        ),
     ];
 
     /// Experiments from before there was a choice keep their identity.
@@ -96,6 +104,8 @@ pub(crate) struct Settings {
     pub(crate) descriptors: Vec<Descriptor>,
     pub(crate) archive: Archive,
     pub(crate) novelty: Novelty,
+    #[serde(skip_serializing_if = "Race::is_default")]
+    pub(crate) race: Race,
 }
 
 impl Default for Settings {
@@ -118,6 +128,7 @@ impl Default for Settings {
             descriptors: Vec::new(),
             archive: Archive::default(),
             novelty: Novelty::default(),
+            race: Race::default(),
         }
     }
 }
@@ -136,7 +147,7 @@ impl Settings {
 
     /// With an optimiser that begins at random genes.
     pub(crate) fn drawing(&mut self) -> Option<&mut Self> {
-        (!matches!(self.kind, Kind::CmaEs | Kind::SepCmaEs)).then_some(self)
+        (!matches!(self.kind, Kind::CmaEs | Kind::SepCmaEs | Kind::Race)).then_some(self)
     }
 
     /// With an optimiser that uses behaviour.
@@ -152,6 +163,16 @@ impl Settings {
     /// With novelty search.
     pub(crate) fn novel(&mut self) -> Option<&mut Novelty> {
         (self.kind == Kind::Novelty).then_some(&mut self.novelty)
+    }
+
+    /// With a race.
+    pub(crate) fn racing(&mut self) -> Option<&mut Race> {
+        (self.kind == Kind::Race).then_some(&mut self.race)
+    }
+
+    /// With an optimiser whose generations are counted.
+    pub(crate) fn counted(&mut self) -> Option<&mut Self> {
+        (self.kind != Kind::Race).then_some(self)
     }
 
     /// With the genetic algorithm, if only the best become parents.
@@ -187,11 +208,18 @@ impl Settings {
     }
 
     /// Gives what a file does not give the optimiser's own default.
-    pub(crate) fn complete(&mut self, genes: usize, has_population: bool) {
+    pub(crate) fn complete(&mut self, genes: usize, trials: u32, has_population: bool) {
+        if self.kind == Kind::Race {
+            self.race.trials = trials;
+            // No generation has fewer than two.
+            self.generations = u32::try_from(self.race.evaluations() / 2 + 1).unwrap_or(u32::MAX);
+            self.common.get_or_insert(true);
+        }
         if !has_population {
             self.population = match self.kind {
                 Kind::CmaEs | Kind::SepCmaEs => super::cma::default_population(genes),
                 Kind::OpenEs => 40,
+                Kind::Race => self.race.greatest_population(genes),
                 _ => self.population,
             };
         }
@@ -658,6 +686,78 @@ impl Default for Novelty {
         }
     }
 }
+
+/// Values of a race.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Race {
+    /// Lives of all candidates.
+    pub(crate) lives: u64,
+    /// Lives of a candidate in a generation: those of the experiment.
+    pub(crate) trials: u32,
+    /// Generations before the first test.
+    pub(crate) first_test: u32,
+    /// Of the test.
+    pub(crate) confidence: f64,
+}
+
+impl Default for Race {
+    fn default() -> Self {
+        Self {
+            lives: 200_000,
+            trials: 1,
+            first_test: 5,
+            confidence: 0.95,
+        }
+    }
+}
+
+impl Race {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Candidates that may live for a generation.
+    pub(crate) fn evaluations(&self) -> u64 {
+        self.lives / u64::from(self.trials.max(1))
+    }
+
+    /// Candidates of the first race.
+    fn greatest_population(&self, genes: usize) -> u32 {
+        let iterations = super::race::few(genes) as u64;
+        let count = self.evaluations() / iterations / (u64::from(self.first_test) + 1);
+        u32::try_from(count)
+            .unwrap_or(u32::MAX)
+            .clamp(iterations as u32 + 1, 100_000)
+    }
+}
+
+/// What a gene's values are, and when it has an effect: [`oneiro::world::Gene`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Domain {
+    pub(crate) kind: GeneKind,
+    pub(crate) only: Option<(usize, &'static [u32])>,
+}
+
+impl Domain {
+    /// A number, always in effect.
+    #[cfg(test)]
+    pub(crate) const NUMBER: Self = Self {
+        kind: GeneKind::Number,
+        only: None,
+    };
+
+    /// Those of a controller's genes.
+    pub(crate) fn all(layout: &GeneLayout) -> Domains {
+        let domain = |gene: &Gene| Self {
+            kind: gene.kind,
+            only: gene.only,
+        };
+        layout.iter().map(domain).collect()
+    }
+}
+
+/// One for each gene.
+pub(crate) type Domains = Vec<Domain>;
 
 /// The range of each gene that has one of its own. It replaces the initial range and the limits, and the amount of a mutation
 /// is as large in it as in the initial range.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use oneiro::parameter::Choice;
 
-use super::settings::{Acceptance, CrossoverKind, Descriptor, MutationKind, SelectionKind};
+use super::settings::{Acceptance, CrossoverKind, Descriptor, Domain, MutationKind, SelectionKind};
 use super::*;
 use crate::pinned::{self, Rows};
 
@@ -49,8 +49,8 @@ fn made(settings: Settings, seed: u64) -> Box<dyn Optimizer> {
     };
     settings.archive.reevaluated = 3;
     settings.archive.acceptance = Acceptance::Mean;
-    settings.complete(GENES, true);
-    optimizer(&settings, seed, vec![None; GENES], None)
+    settings.complete(GENES, 1, true);
+    optimizer(&settings, seed, vec![None; GENES], &vec![Domain::NUMBER; GENES], None)
 }
 
 /// Random genes fill their shares of the initial range, around its middle, and no more; nothing else is drawn differently. Of mirrored
@@ -144,7 +144,10 @@ fn asked_again_the_same() {
                 (generated.number, bits(&generated.population)),
                 (generation, bits(&asked))
             );
-            assert_ne!(bits(&asked), bits(optimizer.ask()));
+            // In a race the same candidates live on.
+            if optimizer.name() != "race" {
+                assert_ne!(bits(&asked), bits(optimizer.ask()));
+            }
         }
     }
 }

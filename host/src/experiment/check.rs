@@ -9,8 +9,8 @@ use oneiro::world::World;
 
 use super::settings::{ArenaSize, Finalists, Settings, Transfer};
 use crate::console::counted;
-use crate::evolve::cma;
 use crate::evolve::settings::{self as optimiser, Cells, Descriptor, Kind, SelectionKind};
+use crate::evolve::{cma, race};
 use crate::lives::measures;
 
 pub(super) type Checked = Result<(), Invalid>;
@@ -116,6 +116,9 @@ pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
         return invalid("evolution.initial_shares", problem);
     }
     let population = evolution.population;
+    if evolution.kind == Kind::Race {
+        race_of(settings, genes)?;
+    }
     match evolution.kind {
         Kind::CmaEs | Kind::SepCmaEs if population < cma::LEAST_POPULATION => invalid(
             "evolution.population",
@@ -127,6 +130,28 @@ pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
         ),
         _ => Ok(()),
     }
+}
+
+/// Checks what a race needs, and what it does not go with: its generations differ in size, and their number is not known beforehand.
+fn race_of(settings: &Settings, genes: usize) -> Checked {
+    let (few, population) = (race::few(genes), settings.evolution.population);
+    if population as usize <= few {
+        let problem = format!("is {population}; allowed: more than {few}, which may survive a race of {genes} genes");
+        return invalid("evolution.population", problem);
+    }
+    if !settings.evolution.has_common_numbers() {
+        let problem = "is false; allowed: true with race, whose candidates live the same lives";
+        return invalid("evolution.common_random_numbers", problem);
+    }
+    if settings.record.individuals {
+        let problem = "is true; allowed: false with race, whose generations differ in size";
+        return invalid("record.individuals", problem);
+    }
+    if settings.reality.robot.is_some() {
+        let problem = "is given; allowed: none with race, whose number of generations is not known beforehand";
+        return invalid("reality.robot", problem);
+    }
+    Ok(())
 }
 
 /// Checks that the world has the measures that describe behaviour.

@@ -17,7 +17,7 @@ macro_rules! file {
 }
 
 /// All of them.
-pub(crate) static EXAMPLES: [Example; 15] = [
+pub(crate) static EXAMPLES: [Example; 18] = [
     Example {
         name: "homing",
         about: "a Khepera with a battery returns to its charger",
@@ -110,5 +110,20 @@ pub(crate) static EXAMPLES: [Example; 15] = [
         name: "evostick-exploration",
         about: "twenty e-pucks visit all cells of an arena again and again",
         files: &[file!("evostick-exploration.toml"), file!("evostick/exploration.wgsl")],
+    },
+    Example {
+        name: "automode-aggregation",
+        about: "twenty e-pucks gather on one of two black spots, as state machines",
+        files: &[file!("automode-aggregation.toml"), file!("evostick/aggregation.wgsl")],
+    },
+    Example {
+        name: "automode-cues",
+        about: "twenty e-pucks gather on a black spot before a lamp, as state machines",
+        files: &[file!("automode-cues.toml"), file!("evostick/cues.wgsl")],
+    },
+    Example {
+        name: "automode-foraging",
+        about: "twenty e-pucks bring items to a nest, as state machines",
+        files: &[file!("automode-foraging.toml"), file!("evostick/foraging.wgsl")],
     },
 ];

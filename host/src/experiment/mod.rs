@@ -16,7 +16,7 @@ use std::path::Path;
 use oneiro::world::World;
 use toml::{Table, Value};
 
-use crate::evolve::settings::Kind;
+use crate::evolve::settings::{Domain, Kind};
 use crate::evolve::{self, Evolution, Population};
 use crate::exit::{Failure, Result};
 use crate::files;
@@ -76,6 +76,9 @@ impl Experiment {
         if values::at(&given, "arena.preset").is_none() && has_own {
             settings.arena.preset = None;
         }
+        if values::at(&given, "record.individuals").is_none() && settings.evolution.kind == Kind::Race {
+            settings.record.individuals = false;
+        }
         settings.reality.complete(settings.evolution.generations);
         check::check(&settings).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         let directory = path.parent().unwrap_or(Path::new(""));
@@ -88,7 +91,9 @@ impl Experiment {
                 .map_err(|problem| source.invalid("reality.robot", format!("can't run this experiment: {problem}")))?;
         }
         let has_population = values::at(&given, "evolution.population").is_some();
-        settings.evolution.complete(world.genes(), has_population);
+        settings
+            .evolution
+            .complete(world.genes(), settings.trials, has_population);
         check::genes(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         check::measures(&settings, &world).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         check::memory(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
@@ -136,7 +141,8 @@ impl Experiment {
     pub(crate) fn evolution(&self, seed: u64) -> Evolution {
         let settings = &self.settings.evolution;
         let ranges = self.world.gene_layout().ranges();
-        let optimizer = evolve::optimizer(settings, seed, ranges, self.init.clone());
+        let domains = Domain::all(self.world.gene_layout());
+        let optimizer = evolve::optimizer(settings, seed, ranges, &domains, self.init.clone());
         Evolution::new(optimizer, settings.generations, None)
     }
 
@@ -148,7 +154,8 @@ impl Experiment {
             ..self.settings.evolution.clone()
         };
         let ranges = self.world.gene_layout().ranges();
-        evolve::optimizer(&settings, seed, ranges, None).ask().clone()
+        let domains = Domain::all(self.world.gene_layout());
+        evolve::optimizer(&settings, seed, ranges, &domains, None).ask().clone()
     }
 
     /// The files that it names, for a run's directory.
@@ -223,7 +230,11 @@ impl Experiment {
             finalists,
             ..
         } = &self.settings;
-        let individuals = u64::from(evolution.population) * u64::from(evolution.generations);
+        let individuals = if evolution.kind == Kind::Race {
+            evolution.race.evaluations()
+        } else {
+            u64::from(evolution.population) * u64::from(evolution.generations)
+        };
         let again = u64::from(self.finalists()) * u64::from(finalists.lives);
         let lives = individuals.saturating_mul((*trials).into()).saturating_add(again);
         let steps = u64::from(self.world.cycles()) * u64::from(self.world.robots());

@@ -1,10 +1,11 @@
-//! Genomes from files: `.npy`, `.csv` and `.json`.
+//! Genomes from files: `.npy`, `.csv` and `.json`, and state machines from `.txt`.
 
 mod npy;
 
 use std::path::Path;
 
 use oneiro::batch::GREATEST_GENE;
+use oneiro::state_machine;
 use oneiro::world::GeneLayout;
 use serde::Deserialize;
 
@@ -17,7 +18,8 @@ use crate::files;
 /// - `.npy`: float32 or float64, of the shape rows x genes, or genes alone for one genome;
 /// - `.csv`: one genome per line. There may be a header; if it has the controller's [gene names](GeneLayout::names),
 ///   columns are found by name, and other columns are ignored;
-/// - `.json`: one genome, in the format of a run's `champion.json`.
+/// - `.json`: one genome, in the format of a run's `champion.json`;
+/// - `.txt`, of state machines: one on each line, in `AutoMoDe`'s form; empty lines are ignored.
 ///
 /// # Errors
 /// Exit 3: there is no such file, no genome in it, another shape, or a gene that isn't a number or is beyond
@@ -35,7 +37,12 @@ pub(crate) fn read(path: &Path, layout: &GeneLayout) -> Result<Population> {
             columns::read(&bytes, &layout.names(), |gene, shown| checked(gene, &shown)).map(|(values, _)| values)
         }
         Some("json") => from_json(&bytes, genes),
-        _ => Err("has an unknown extension; allowed: .npy, .csv, .json".to_owned()),
+        Some("txt") if state_machine::is_layout_of(layout) => from_text(&bytes),
+        Some("txt") => Err(
+            "is a text, which only state machines have; allowed: .npy, .csv, .json, or controller.kind = \"state-machine\""
+                .to_owned(),
+        ),
+        _ => Err("has an unknown extension; allowed: .npy, .csv, .json, and .txt of state machines".to_owned()),
     };
     let values = genomes.map_err(|problem| Failure::input(format_args!("{}: {problem}", path.display())))?;
     if values.is_empty() {
@@ -81,9 +88,35 @@ fn from_json(bytes: &[u8], genes: usize) -> std::result::Result<Vec<f32>, String
     genome.iter().enumerate().map(place).collect()
 }
 
+/// State machines, one on each line.
+fn from_text(bytes: &[u8]) -> std::result::Result<Vec<f32>, String> {
+    let text = std::str::from_utf8(bytes).map_err(|error| format!("{error}; allowed: UTF-8"))?;
+    let lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
+    let machines = lines.map(|(line, number)| match state_machine::parse(line) {
+        Ok(machine) => Ok(machine.genome()),
+        Err(bad) => Err(format!("line {number}, {bad}")),
+    });
+    Ok(machines.collect::<std::result::Result<Vec<_>, String>>()?.concat())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_text_has_a_machine_on_each_line() {
+        let good = "--nstates 1 --s0 1\n\n  --nstates 1 --s0 4 --att0 2.5\n";
+        let genes = from_text(good.as_bytes()).unwrap();
+        assert_eq!(genes.len(), 2 * 97);
+        let machine = state_machine::Machine::of(&genes[97..]);
+        assert_eq!(machine.to_string(), "--nstates 1 --s0 4 --att0 2.5");
+        assert_eq!(
+            from_text(b"--nstates 1 --s0 1\n--nstates 1 --s0 7").unwrap_err(),
+            "line 2, word 4: `--s0` is `7`; allowed: 0 to 5, whole"
+        );
+        assert!(from_text(b"\xff").unwrap_err().ends_with("allowed: UTF-8"));
+        assert!(from_text(b"\n").unwrap().is_empty());
+    }
 
     #[test]
     fn a_champions_file_has_one_genome() {

@@ -24,6 +24,8 @@ pub(crate) use mixed::{nested_mean, random_intercept};
 pub(crate) use parametric::{StudentT, anova, one_sample_t, paired_t, ratio_interval, student_t, t_within};
 pub(crate) use ranks::{Method, kruskal_wallis, mann_whitney};
 pub(crate) use resample::{Interval, bootstrap_interval, subset};
+#[cfg(test)]
+pub(crate) use special::chi_squared_tail;
 pub(crate) use special::{Probability, t_tails};
 pub(crate) use summary::{mean, median, quantile, quantile_of_sorted, variance};
 

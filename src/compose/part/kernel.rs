@@ -550,7 +550,7 @@ fn genes(own: &Part, compiled: &Compiled, readings: &[String]) -> Result<Vec<Gen
             return Err(vec![refusal(&field.place, Rule::GeneForm, message)]);
         }
         let range = field.range;
-        genes.extend(names.into_iter().map(|name| Gene { name, range }));
+        genes.extend(names.into_iter().map(|name| Gene::ranged(name, range)));
     }
     Ok(genes)
 }

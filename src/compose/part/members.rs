@@ -15,7 +15,7 @@ use crate::reference::{Model, Reference};
 use crate::world::{Task, WorldSpec};
 
 /// Parts of worlds of several robots, and those that they take the place of.
-pub(super) const PARTS: [&str; 8] = [
+pub(super) const PARTS: [&str; 9] = [
     "lib/members.wgsl",
     "members.wgsl",
     "physics/contacts.wgsl",
@@ -24,10 +24,12 @@ pub(super) const PARTS: [&str; 8] = [
     REFERENCE,
     RM11,
     RM12,
+    VECTORS,
 ];
 const REFERENCE: &str = "sensor/reference.wgsl";
 const RM11: &str = "sensor/rm11.wgsl";
 const RM12: &str = "sensor/rm12.wgsl";
+const VECTORS: &str = "sensor/vectors.wgsl";
 
 /// Whether such a world is made of one of these parts.
 pub(super) fn is_needed(path: &str, robot: &Build) -> bool {
@@ -39,6 +41,7 @@ pub(super) fn is_needed(path: &str, robot: &Build) -> bool {
         REFERENCE => model.is_some(),
         RM11 => model == Some(Model::Rm11),
         RM12 => model == Some(Model::Rm12),
+        VECTORS => model == Some(Model::Vectors),
         _ => PARTS.contains(&path),
     }
 }

@@ -82,7 +82,7 @@ fn evaluations(kind: Kind, seed: u64, value: fn(usize, f64) -> f64) -> u32 {
         initial: [0.0, 2.0],
         ..Settings::default()
     };
-    settings.complete(GENES, false);
+    settings.complete(GENES, 1, false);
     let mut cma = Cma::new(&settings, seed, &vec![None; GENES]);
     assert_eq!(cma.ask().len(), 10);
     for generation in 0..10_000 {
@@ -169,7 +169,7 @@ fn it_begins_again_where_it_can_not_go_on() {
             ..Settings::default()
         };
         settings.strategy.restarts = restarts;
-        settings.complete(3, false);
+        settings.complete(3, 1, false);
         let mut cma = Cma::new(&settings, 1, &vec![None; 3]);
         let recent = 10 + 90_usize.div_ceil(cma.size);
         for generation in 1..=recent {

@@ -1,8 +1,9 @@
-//! `champion.json` and `champion.npy`, and the same files for the luckiest individual.
+//! `champion.json` and `champion.npy`, `champion.txt` of a state machine, and the same files for the luckiest individual.
 
 use std::path::Path;
 
 use oneiro::random::Key;
+use oneiro::state_machine::{self, Machine};
 use oneiro::world::GeneLayout;
 use serde::{Deserialize, Serialize};
 
@@ -54,10 +55,14 @@ pub(super) struct Individual<'a> {
 }
 
 impl Individual<'_> {
-    /// Its two files with their contents, such as `champion.json` and `champion.npy`.
-    pub(super) fn files(&self, [file, genes]: [&'static str; 2]) -> [(&'static str, Vec<u8>); 2] {
+    /// Its files with their contents, such as `champion.json` and `champion.npy`, and the text of a state machine.
+    pub(super) fn files(&self, [file, genes, text]: [&'static str; 3]) -> Vec<(&'static str, Vec<u8>)> {
         let genome = &self.own.genome;
-        [(file, self.json()), (genes, npy(&[genome.len()], genome))]
+        let mut files = vec![(file, self.json()), (genes, npy(&[genome.len()], genome))];
+        if state_machine::is_layout_of(self.layout) {
+            files.push((text, format!("{}\n", Machine::of(genome)).into_bytes()));
+        }
+        files
     }
 
     fn json(&self) -> Vec<u8> {

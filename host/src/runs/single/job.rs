@@ -13,8 +13,8 @@ use super::rows::Row;
 use super::trace::trace_every;
 use super::transferred::{TERM, Transferred, positions};
 use super::{
-    CHAMPION, CHAMPION_GENES, COVERAGE, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES, POPULATION,
-    Places, Single, pictures,
+    CHAMPION, CHAMPION_GENES, CHAMPION_TEXT, COVERAGE, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES,
+    LUCKIEST_TEXT, POPULATION, Places, Single, pictures,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::appraisal::{Appraisal, by_mean};
@@ -160,6 +160,14 @@ impl Evolving {
         let genes = genomes.len() / fitness.len();
         if let Some(archive) = self.evolution.optimizer().archive() {
             return Ok(super::archive::finalists(archive, luckiest, count));
+        }
+        let best = self.evolution.optimizer().finalists();
+        if !best.is_empty() {
+            let others = best
+                .into_iter()
+                .filter(|own| own.genome != luckiest.genome)
+                .take(count - 1);
+            return Ok(std::iter::once(luckiest.clone()).chain(others).collect());
         }
         let others = ranked(fitness)
             .into_iter()
@@ -510,9 +518,9 @@ impl Job for Evolving {
             keys: self.keys(own),
             layout: self.single.experiment.world().gene_layout(),
         };
-        let mut files = Vec::from(individual(champion, appraisal).files([CHAMPION, CHAMPION_GENES]));
+        let mut files = individual(champion, appraisal).files([CHAMPION, CHAMPION_GENES, CHAMPION_TEXT]);
         if let Some(&own) = self.appraisals().first() {
-            files.extend(individual(luckiest, Some(own)).files([LUCKIEST, LUCKIEST_GENES]));
+            files.extend(individual(luckiest, Some(own)).files([LUCKIEST, LUCKIEST_GENES, LUCKIEST_TEXT]));
         }
         if let Some((genomes, fitness)) = &self.last {
             let shape = [fitness.len(), genomes.len() / fitness.len()];

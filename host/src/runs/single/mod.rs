@@ -27,6 +27,7 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use oneiro::batch::Worlds;
+use oneiro::state_machine;
 use oneiro::world::{Noise, Start, World, WorldSpec};
 use serde_json::json;
 
@@ -52,6 +53,9 @@ const GENERATIONS: &str = "generations.csv";
 const INDIVIDUALS: &str = "individuals.npy";
 const CHAMPION: &str = "champion.json";
 const CHAMPION_GENES: &str = "champion.npy";
+/// A state machine's text.
+const CHAMPION_TEXT: &str = "champion.txt";
+const LUCKIEST_TEXT: &str = "luckiest.txt";
 const LUCKIEST: &str = "luckiest.json";
 const LUCKIEST_GENES: &str = "luckiest.npy";
 const POPULATION: &str = "population.npy";
@@ -164,6 +168,16 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: b
     all
 }
 
+/// The texts of state machines in a run's directory.
+fn texts(has_finalists: bool) -> Vec<Entry> {
+    let text = "with `controller.kind = \"state-machine\"`: the champion's text in AutoMoDe's form, which `--genomes` takes, too";
+    let mut all = vec![Entry::file(CHAMPION_TEXT, text)];
+    if has_finalists {
+        all.push(Entry::file(LUCKIEST_TEXT, "with it: the luckiest's text"));
+    }
+    all
+}
+
 /// The files of a run with an archive of elites.
 fn archive_files(columns: &[Column]) -> [Entry; 5] {
     [
@@ -229,6 +243,7 @@ pub(crate) fn all_contents() -> Vec<Entry> {
     let world = World::new(WorldSpec::miglino1995()).expect("it is the paper's");
     [
         &files(&world, true, true, true)[..],
+        &texts(true),
         &archive_files(&archive::ELITES),
         &[lives()],
         &replays(false),
@@ -573,7 +588,11 @@ impl super::Experiment for Single {
         let settings = self.experiment.settings();
         let has_finalists = self.experiment.finalists() > 0;
         let (has_individuals, has_trace) = (settings.record.individuals, !self.ends_outside());
-        let mut files = files(self.experiment.world(), has_finalists, has_individuals, has_trace);
+        let world = self.experiment.world();
+        let mut files = files(world, has_finalists, has_individuals, has_trace);
+        if state_machine::is_layout_of(world.gene_layout()) {
+            files.extend(texts(has_finalists));
+        }
         if settings.evolution.has_archive() {
             files.extend(archive_files(&archive::columns(&self.experiment)));
         }

@@ -1,0 +1,134 @@
+//! A race on problems whose solution is known, and what a candidate's genes may be.
+
+use super::super::settings::{Domain, GeneKind, Kind};
+use super::super::tests::fitness;
+use super::*;
+
+const RANGES: [[f32; 2]; 4] = [[0.0, 3.0], [1.0, 5.0], [-2.0, 2.0], [0.0, 1.0]];
+
+/// A choice of three, a whole number from 1 to 4 that has an effect with the first two choices, a number that has one with the
+/// greatest of those, and a number.
+fn race(lives: u64, seed: u64) -> Race {
+    let mut settings = Settings {
+        kind: Kind::Race,
+        ..Settings::default()
+    };
+    settings.race.lives = lives;
+    settings.complete(RANGES.len(), 1, false);
+    let domain = |kind, only| Domain { kind, only };
+    let domains = vec![
+        domain(GeneKind::Choice, None),
+        domain(GeneKind::Whole, Some((0, &[0, 1][..]))),
+        domain(GeneKind::Number, Some((1, &[4][..]))),
+        domain(GeneKind::Number, None),
+    ];
+    Race::new(&settings, seed, &RANGES.map(Some).to_vec(), &domains)
+}
+
+/// Best are the choice 1, the number 4 and 1.5 and 0.25; noise that is common to a generation, and of each.
+fn scores(race: &Race, noise: f32) -> Vec<f32> {
+    let mut random = stream(7, Stream::Mutation, race.generation());
+    let each = race.ask().genomes().map(|genome| {
+        let [choice, whole] = [genome[0], genome[1]].map(f32::floor);
+        let mut score = -(genome[3] - 0.25).abs();
+        score += if choice == 1.0 { 2.0 } else { 0.0 };
+        score += if choice < 2.0 { 0.3 * whole } else { 0.0 };
+        score -= if choice < 2.0 && whole == 4.0 {
+            (genome[2] - 1.5).abs()
+        } else {
+            2.0
+        };
+        score + noise * super::super::random::unit(&mut random) as f32
+    });
+    each.collect()
+}
+
+#[test]
+fn a_race_finds_choices_and_numbers_within_its_budget() {
+    let mut found = [0.0; 2];
+    for seed in 0..5 {
+        let mut race = race(4000, seed);
+        let (mut used, mut generations, mut most) = (0, 0, 0);
+        while !race.is_over() {
+            most = most.max(race.ask().len());
+            used += race.ask().len() as u64;
+            generations += 1;
+            let scores = scores(&race, 0.5);
+            race.tell(scores, &[]).unwrap();
+        }
+        assert!((3500..=4000).contains(&used), "{used}");
+        assert!(generations > 30 && most > 50, "{generations} {most}");
+        let best = &race.finalists()[0].genome;
+        assert_eq!([best[0], best[1]], [1.5, 4.5]);
+        found[0] += (best[2] - 1.5).abs() / 5.0;
+        found[1] += (best[3] - 0.25).abs() / 5.0;
+    }
+    // Random candidates are 1.6 and 0.3 off on average.
+    assert!(found[0] < 0.15 && found[1] < 0.15, "{found:?}");
+}
+
+#[test]
+fn candidates_drop_out_after_the_first_test_and_are_asked_as_they_were() {
+    let mut race = race(4000, 3);
+    let first = race.ask().clone();
+    for _ in 0..4 {
+        let scores = scores(&race, 0.0);
+        race.tell(scores, &[]).unwrap();
+        assert_eq!(race.ask(), &first);
+    }
+    let scores = scores(&race, 0.0);
+    race.tell(scores, &[]).unwrap();
+    assert!(race.ask().len() < first.len());
+    // Whole numbers and choices are between whole numbers.
+    for genome in first.genomes() {
+        assert_eq!([genome[0], genome[1]].map(|gene| gene - gene.floor()), [0.5; 2]);
+        for (gene, [low, high]) in genome.iter().zip(RANGES) {
+            assert!((low..=high).contains(gene));
+        }
+    }
+}
+
+/// New candidates come closer to the survivors from race to race.
+#[test]
+fn the_spread_shrinks() {
+    let mut race = race(4000, 1);
+    let mut spreads = Vec::new();
+    while !race.is_over() {
+        spreads.push(race.state.spread);
+        let scores = scores(&race, 0.1);
+        race.tell(scores, &[]).unwrap();
+    }
+    spreads.dedup();
+    assert!(
+        spreads.len() >= 4 && spreads.windows(2).all(|pair| pair[1] < pair[0]),
+        "{spreads:?}"
+    );
+}
+
+/// A budget that is too small for a race still gives a generation.
+#[test]
+fn a_small_budget_ends_soon() {
+    for (lives, generations) in [(1, 1), (10, 2), (13, 2)] {
+        let mut race = race(lives, 1);
+        for _ in 0..generations {
+            assert!(!race.is_over());
+            // One more than may survive.
+            assert_eq!(race.ask().len(), 5);
+            let scores = fitness(race.ask());
+            race.tell(scores, &[]).unwrap();
+        }
+        assert!(race.is_over() && !race.finalists().is_empty());
+    }
+}
+
+#[test]
+fn parents_are_drawn_by_their_place() {
+    let mut random = stream(1, Stream::Selection, 0);
+    let mut counts = [0_u32; 3];
+    for _ in 0..60_000 {
+        counts[parent(3, &mut random)] += 1;
+    }
+    for (count, expected) in counts.into_iter().zip([30_000.0, 20_000.0, 10_000.0]) {
+        assert!((f64::from(count) - expected).abs() < 500.0, "{counts:?}");
+    }
+}
