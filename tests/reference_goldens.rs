@@ -185,7 +185,10 @@ fn evostick() -> Controller {
 }
 
 fn spec(model: Model, count: u32, arena: Arena, mission: &str) -> WorldSpec {
-    let text = MISSIONS.iter().find(|(name, _)| *name == mission).map_or(OWN, |own| own.1);
+    let text = MISSIONS
+        .iter()
+        .find(|(name, _)| *name == mission)
+        .map_or(OWN, |own| own.1);
     let part = Part::new(Kind::Task, "own.wgsl", text).unwrap_or_else(|refused| panic!("{refused}"));
     WorldSpec {
         robot: Robot {
@@ -235,7 +238,10 @@ fn worlds() -> Vec<(&'static str, World)> {
         ("exploration", spec(Rm12, 7, dodecagon(1226.0), "exploration")),
         ("network, open", spec(Rm11, 12, open(), "network")),
         ("aggregation, wedge", long(spec(Rm11, 40, wedge(), "aggregation"))),
-        ("aggregation, wedge, stop", with(spec(Rm12, 40, wedge(), "aggregation"), stop)),
+        (
+            "aggregation, wedge, stop",
+            with(spec(Rm12, 40, wedge(), "aggregation"), stop),
+        ),
         ("own, quiet", with(spec(Rm11, 15, cluttered(), "own"), quiet)),
         ("own, loud", with(spec(Rm11, 15, cluttered(), "own"), loud)),
         ("cluttered, quiet", with(spec(Rm12, 20, cluttered(), "cues"), quiet)),
