@@ -317,23 +317,23 @@ fn rows() -> Vec<Parameter<Settings>> {
         row("reality.motion_severity", "", Number(0.0, 2.0), OURS,
             "How much a surrogate differs in its latency, its motors and its collisions, in place of `reality.severity`, which then is of what its sensors see.", |own, _| Some(&mut own.reality.motion_severity)),
         row("reality.differences.geometry", "", Number(0.0, 2.0), OURS,
-            "Severity of geometry, in place of `reality.severity`. At 1 rays meet all objects at once and exactly, instead of one by one on the samples' grid. Of a described robot: where its sensors look, and how strong they are.", |own, _| own.reality.difference(Difference::Geometry)),
+            "Severity of geometry, in place of `reality.severity`. At 1 rays meet all objects at once and exactly, instead of one by one on the samples' grid. Of a described robot: where its sensors look, and how strong they are.", |own, _| Some(own.reality.difference(Difference::Geometry))),
         row("reality.differences.reflectivity", "", Number(0.0, 2.0), OURS,
-            "Severity of reflectivity, in place of `reality.severity`. At 1 each object reflects up to 20 % more or less.", |own, _| own.reality.difference(Difference::Reflectivity)),
+            "Severity of reflectivity, in place of `reality.severity`. At 1 each object reflects up to 20 % more or less.", |own, _| Some(own.reality.difference(Difference::Reflectivity))),
         row("reality.differences.illumination", "", Number(0.0, 2.0), OURS,
-            "Severity of illumination, in place of `reality.severity`. At 1 light over the arena varies by up to 30 %, and adds up to 0.02 to each activation.", |own, _| own.reality.difference(Difference::Illumination)),
+            "Severity of illumination, in place of `reality.severity`. At 1 light over the arena varies by up to 30 %, and adds up to 0.02 to each activation.", |own, _| Some(own.reality.difference(Difference::Illumination))),
         row("reality.differences.read_noise", "", Number(0.0, 2.0), OURS,
-            "Severity of the noise of readings, in place of `reality.severity`. At 1 readings have noise, with a standard deviation of 3.4 of 1023 and 3 % of the reading.", |own, _| own.reality.difference(Difference::ReadNoise)),
+            "Severity of the noise of readings, in place of `reality.severity`. At 1 readings have noise, with a standard deviation of 3.4 of 1023 and 3 % of the reading.", |own, _| Some(own.reality.difference(Difference::ReadNoise))),
         row("reality.differences.latency", "", Number(0.0, 2.0), OURS,
-            "Severity of latency, in place of `reality.motion_severity`. At 1 readings are 20 to 40 ms old.", |own, _| own.reality.difference(Difference::Latency)),
+            "Severity of latency, in place of `reality.motion_severity`. At 1 readings are 20 to 40 ms old.", |own, _| Some(own.reality.difference(Difference::Latency))),
         row("reality.differences.motor_lag", "", Number(0.0, 2.0), OURS,
-            "Severity of the motors' lag, in place of `reality.motion_severity`. At 1 wheels follow their commands with a time constant of 20 ms.", |own, _| own.reality.difference(Difference::MotorLag)),
+            "Severity of the motors' lag, in place of `reality.motion_severity`. At 1 wheels follow their commands with a time constant of 20 ms.", |own, _| Some(own.reality.difference(Difference::MotorLag))),
         row("reality.differences.wheels", "", Number(0.0, 2.0), OURS,
-            "Severity of unequal wheels, in place of `reality.motion_severity`. At 1 each wheel turns up to 1 % faster or slower than it should.", |own, _| own.reality.difference(Difference::Wheels)),
+            "Severity of unequal wheels, in place of `reality.motion_severity`. At 1 each wheel turns up to 1 % faster or slower than it should.", |own, _| Some(own.reality.difference(Difference::Wheels))),
         row("reality.differences.arcs", "", Number(0.0, 2.0), OURS,
-            "Severity of arcs, in place of `reality.motion_severity`. At 1 the robot drives arcs, instead of straight lines each followed by a turn.", |own, _| own.reality.difference(Difference::Arcs)),
+            "Severity of arcs, in place of `reality.motion_severity`. At 1 the robot drives arcs, instead of straight lines each followed by a turn.", |own, _| Some(own.reality.difference(Difference::Arcs))),
         row("reality.differences.slip", "", Number(0.0, 2.0), OURS,
-            "Severity of slip, in place of `reality.motion_severity`. At 1 a blocked robot moves and turns half as far as if it slid along the object, instead of not at all.", |own, _| own.reality.difference(Difference::Slip)),
+            "Severity of slip, in place of `reality.motion_severity`. At 1 a blocked robot moves and turns half as far as if it slid along the object, instead of not at all.", |own, _| Some(own.reality.difference(Difference::Slip))),
         row("reality.starts", "", Any, OURS,
             "How lives on a wire get their starts; \"walk\" if it is not given.", |own, _| Some(&mut own.reality.starts)),
         row("reality.speed_mm_s", "mm/s", Number(wired::SPEEDS_MM_S[0], wired::SPEEDS_MM_S[1]), OURS,
@@ -556,8 +556,8 @@ impl Transfer {
     }
 
     /// The setting of one difference.
-    fn difference(&mut self, difference: Difference) -> Option<&mut dyn Field> {
-        Some(&mut self.differences[difference as usize])
+    fn difference(&mut self, difference: Difference) -> &mut dyn Field {
+        &mut self.differences[difference as usize]
     }
 
     /// How much a surrogate differs from its simulator.
