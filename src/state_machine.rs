@@ -1,5 +1,5 @@
 //! Probabilistic finite state machines of `AutoMoDe`'s modules as genomes, and in `AutoMoDe`'s text form.
-//! `shaders/wgsl/controller/state_machine.wgsl` runs them, over the readings of [`Model::Vectors`](crate::reference::Model::Vectors).
+//! `shaders/wgsl/controller/state_machine.wgsl` runs them, over the readings of [`Model::Vectors`].
 //!
 //! Sources: the modules, their parameters and the machines are those of github.com/demiurge-project/AutoMoDe-private (the modules
 //! commit 7e0b0c10, exploration 17d758bf; the ranges `optimization/grammar.txt`, commit 8c346f31), which is the program of
