@@ -103,6 +103,7 @@ impl Khepera {
                 let fields: Vec<String> = cell.iter().map(u16::to_string).collect();
                 format!("n,{}\r\n", fields.join(","))
             }
+            ["E"] => format!("e,{},{}\r\n", state.speeds[0], state.speeds[1]),
             ["H"] => format!("h,{},{}\r\n", state.counts[0].floor(), state.counts[1].floor()),
             _ => "z,Protocol error\r\n".into(),
         }
