@@ -146,13 +146,15 @@ say "building the tests"
 all=(cargo test --locked --workspace --features oneiro-host/parquet)
 "${all[@]}" --no-run
 
-# A robot turns in real time, and hardly anything computes, so nothing but the tests runs beside it. Python follows it.
-beside "robots that turn, and Python" bash -ec "${all[*]} --test sample_wire; tests/python-package.sh $learning; tests/python.sh
-    tests/optimisers.sh; tests/recompute.sh; tests/peers.sh"
+# These robots turn in real time, and their test answers for them, so no other test runs beside them.
+say "robots that turn"
+"${all[@]}" --test sample_wire
+
+beside "Python" bash -ec "tests/python-package.sh $learning; tests/python.sh; tests/optimisers.sh; tests/recompute.sh; tests/peers.sh"
 say "all tests"
 "${all[@]}" -- --skip a_robot_alone_is_sampled --skip a_person_places_a_robot
 
-join "robots that turn, and Python"
+join "Python"
 [ -z "$slurm" ] || tests/slurm.sh
 join "64-bit ARM"
 
