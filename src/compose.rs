@@ -317,24 +317,28 @@ impl OwnParts {
 
     /// These parts, and a network as the controller.
     pub(crate) fn with_network(&self, network: &Network, robot: &Build) -> Result<Self, Invalid> {
-        let values = network.values().into_iter().map(|(_, value)| value);
-        self.with_controller(NETWORK, &network.wgsl(&self.readings_in(robot)), values.collect())
+        let values = network.values().into_iter().map(|(_, value)| value).collect();
+        let text = network.wgsl(&self.readings_in(robot));
+        self.with_controller(NETWORK, &text, |part| Ok(OwnPart { part, values }))
     }
 
     /// These parts, and a state machine as the controller.
     pub(crate) fn with_state_machine(&self, machine: &StateMachine) -> Result<Self, Invalid> {
-        self.with_controller(STATE_MACHINE, part::STATE_MACHINE, machine.values())
+        let given = machine.given();
+        self.with_controller(STATE_MACHINE, part::STATE_MACHINE, |part| OwnPart::new(part, &given))
     }
 
-    /// These parts, and a controller that Oneiro wrote, with all of its values.
-    fn with_controller(&self, path: &str, text: &str, values: Vec<f32>) -> Result<Self, Invalid> {
+    /// These parts, and a controller that Oneiro wrote; `own` gives it its values.
+    fn with_controller(
+        &self,
+        path: &str,
+        text: &str,
+        own: impl FnOnce(Arc<Part>) -> Result<OwnPart, Invalid>,
+    ) -> Result<Self, Invalid> {
         let part = Part::new(Kind::Controller, path, text);
         let part = part.map_err(|refused| Invalid::new("controller.kind", refused.to_string()))?;
         let mut all = self.clone();
-        all.insert(Arc::new(OwnPart {
-            part: Arc::new(part),
-            values,
-        }));
+        all.insert(Arc::new(own(Arc::new(part))?));
         Ok(all)
     }
 

@@ -269,7 +269,7 @@ impl Layer {
         text
     }
 
-    /// What a unit of so many genes makes of its sums.
+    /// Writes how a unit with `genes` genes computes its output from its sums.
     fn unit(&self, index: usize, genes: u32, ctrnn_output: &str) -> String {
         match self.kind {
             LayerKind::Dense | LayerKind::Elman => {

@@ -224,3 +224,15 @@ impl Choice for Model {
         ),
     ];
 }
+
+#[cfg(all(test, feature = "compose"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_end_where_the_kernel_ends_them() {
+        let mut parts = oneiro_shader_parts::PARTS.iter();
+        let (_, text) = parts.find(|(path, _)| *path == "sensor/reference.wgsl").unwrap();
+        assert!(text.contains(&format!("const RAY_END: f32 = {RAY_END:?}f;")));
+    }
+}

@@ -23,12 +23,16 @@ pub const GREATEST_TRANSITIONS: usize = 4;
 const TRANSITION_GENES: usize = 5;
 const STATE_GENES: usize = 4 + GREATEST_TRANSITIONS * TRANSITION_GENES;
 
-/// Ranges of genes. Those of whole numbers end before the next one.
-const TURNS: [f32; 2] = [1.0, 101.0];
+/// Ranges of values, in genomes and in texts: the numbers of behaviours and of conditions, and their values.
+const MODULES: [u32; 2] = [0, 5];
+const TURNS: [u32; 2] = [1, 100];
 const STRENGTHS: [f32; 2] = [1.0, 5.0];
 const PROBABILITIES: [f32; 2] = [0.0, 1.0];
-const NEIGHBOURS: [f32; 2] = [1.0, 11.0];
+/// A genome has at least 1; a text may have 0.
+const NEIGHBOURS: [u32; 2] = [0, 10];
 const STEEPNESSES: [f32; 2] = [0.0, 20.0];
+/// Range of the gene for where a transition leads, a share of the other states.
+const SHARES: [f32; 2] = [0.0, 1.0];
 
 /// Values of the modules that no gene has; what is `None` has its default.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -55,15 +59,18 @@ impl StateMachine {
         slowest_wheel: None,
     };
 
-    /// The kernel's `ControllerValues`.
-    pub(crate) fn values(&self) -> Vec<f32> {
-        vec![
-            self.obstacle.unwrap_or(0.1),
-            self.avoidance.unwrap_or(5.0),
-            self.attraction_avoidance.unwrap_or(6.0),
-            self.least_vector.unwrap_or(0.1),
-            self.slowest_wheel.unwrap_or(-0.5),
-        ]
+    /// Those of the kernel's `ControllerValues` that are given, by name. The kernel has the defaults of the others.
+    pub(crate) fn given(&self) -> Vec<(&'static str, f64)> {
+        let all = [
+            ("obstacle", self.obstacle),
+            ("avoidance", self.avoidance),
+            ("attraction_avoidance", self.attraction_avoidance),
+            ("least_vector", self.least_vector),
+            ("slowest_wheel", self.slowest_wheel),
+        ];
+        all.into_iter()
+            .filter_map(|(name, value)| Some((name, value?.into())))
+            .collect()
     }
 
     /// Refuses robots without the readings that the modules use.
@@ -198,19 +205,19 @@ pub(crate) fn genes() -> Vec<Gene> {
         kind,
         only,
     };
-    let mut all = vec![gene("states".into(), Whole, [1.0, 5.0], None)];
+    let mut all = vec![gene("states".into(), Whole, wholes([1, GREATEST_STATES as u32]), None)];
     for state in 0..GREATEST_STATES {
         let first = all.len();
         let name = |of: &str| format!("state_{state}_{of}");
         let is_there = (state > 0).then_some((0, AT_LEAST[state]));
         all.extend([
-            gene(name("behaviour"), Choice, [0.0, 6.0], is_there),
-            gene(name("turning_cycles"), Whole, TURNS, Some((first, &[0]))),
+            gene(name("behaviour"), Choice, wholes(MODULES), is_there),
+            gene(name("turning_cycles"), Whole, wholes(TURNS), Some((first, &[0]))),
             gene(name("strength"), Number, STRENGTHS, Some((first, &[4, 5]))),
             gene(
                 name("transitions"),
                 Whole,
-                [1.0, 5.0],
+                wholes([1, GREATEST_TRANSITIONS as u32]),
                 Some((0, AT_LEAST[state.max(1)])),
             ),
         ]);
@@ -218,15 +225,20 @@ pub(crate) fn genes() -> Vec<Gene> {
             let name = |of: &str| format!("state_{state}_transition_{transition}_{of}");
             let (is_there, condition) = (Some((first + 3, count)), all.len() + 1);
             all.extend([
-                gene(name("to"), Number, [0.0, 1.0], is_there),
-                gene(name("condition"), Choice, [0.0, 6.0], is_there),
+                gene(name("to"), Number, SHARES, is_there),
+                gene(name("condition"), Choice, wholes(MODULES), is_there),
                 gene(
                     name("probability"),
                     Number,
                     PROBABILITIES,
                     Some((condition, &[0, 1, 2, 5])),
                 ),
-                gene(name("neighbours"), Whole, NEIGHBOURS, Some((condition, &[3, 4]))),
+                gene(
+                    name("neighbours"),
+                    Whole,
+                    wholes([1, NEIGHBOURS[1]]),
+                    Some((condition, &[3, 4])),
+                ),
                 gene(name("steepness"), Number, STEEPNESSES, Some((condition, &[3, 4]))),
             ]);
         }
@@ -234,8 +246,13 @@ pub(crate) fn genes() -> Vec<Gene> {
     all
 }
 
+/// The range of a gene that stands for whole numbers: it ends before the next one.
+fn wholes([least, greatest]: [u32; 2]) -> [f32; 2] {
+    [least as f32, (greatest + 1) as f32]
+}
+
 /// The whole number that a gene stands for.
-fn whole(gene: f32, least: u32, greatest: u32) -> u32 {
+fn whole(gene: f32, [least, greatest]: [u32; 2]) -> u32 {
     gene.floor().clamp(least as f32, greatest as f32) as u32
 }
 
@@ -251,7 +268,7 @@ impl Machine {
     /// If there are not as many genes as a machine has.
     pub fn of(genes: &[f32]) -> Self {
         assert_eq!(genes.len(), 1 + GREATEST_STATES * STATE_GENES, "genes of a machine");
-        let count = whole(genes[0], 1, GREATEST_STATES as u32) as usize;
+        let count = whole(genes[0], [1, GREATEST_STATES as u32]) as usize;
         let states = genes[1..].chunks_exact(STATE_GENES).take(count);
         Self {
             states: states.map(|genes| State::of(genes, count - 1)).collect(),
@@ -275,12 +292,12 @@ impl Machine {
 }
 
 impl State {
-    /// Of its genes, with so many others.
+    /// Decodes a state from its genes, in a machine with this number of other states.
     fn of(genes: &[f32], others: usize) -> Self {
         let strength = genes[2].clamp(STRENGTHS[0], STRENGTHS[1]);
-        let behaviour = match whole(genes[0], 0, 5) {
+        let behaviour = match whole(genes[0], MODULES) {
             0 => Behaviour::Exploration {
-                turning: whole(genes[1], 1, 100),
+                turning: whole(genes[1], TURNS),
             },
             1 => Behaviour::Stop,
             2 => Behaviour::Phototaxis,
@@ -288,7 +305,11 @@ impl State {
             4 => Behaviour::Attraction { strength },
             _ => Behaviour::Repulsion { strength },
         };
-        let count = if others == 0 { 0 } else { whole(genes[3], 0, 4) as usize };
+        let count = if others == 0 {
+            0
+        } else {
+            whole(genes[3], [0, GREATEST_TRANSITIONS as u32]) as usize
+        };
         let transitions = genes[4..].chunks_exact(TRANSITION_GENES).take(count);
         Self {
             behaviour,
@@ -312,15 +333,15 @@ impl State {
 
 impl Transition {
     fn of(genes: &[f32], others: usize) -> Self {
-        let share = genes[0].clamp(0.0, 1.0);
+        let share = genes[0].clamp(SHARES[0], SHARES[1]);
         let probability = genes[2].clamp(PROBABILITIES[0], PROBABILITIES[1]);
         let crowd = Crowd {
-            neighbours: whole(genes[3], 0, 10),
+            neighbours: whole(genes[3], NEIGHBOURS),
             steepness: genes[4].clamp(STEEPNESSES[0], STEEPNESSES[1]),
         };
         Self {
             to: ((share * others as f32) as usize).min(others - 1),
-            condition: match whole(genes[1], 0, 5) {
+            condition: match whole(genes[1], MODULES) {
                 0 => Condition::BlackFloor(probability),
                 1 => Condition::GreyFloor(probability),
                 2 => Condition::WhiteFloor(probability),

@@ -242,8 +242,8 @@ impl GeneLayout {
     }
 
     /// The genes.
-    pub fn iter(&self) -> impl Iterator<Item = &Gene> {
-        self.0.iter()
+    pub fn all(&self) -> &[Gene] {
+        &self.0
     }
 
     /// Number of genes.

@@ -33,7 +33,7 @@ fn free_port() -> u16 {
     UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
-/// A fleet of so many robots whose computers are folders, with the program installed there.
+/// Deploys a fleet whose computers are folders on this machine.
 fn deployed(place: &Place, robots: u32, interval_s: u32) -> Vec<Robot> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap();
     let clock = format!("[swarm]\nclock.interval_s = {interval_s}\nclock.installed_s = {interval_s}\n");

@@ -51,6 +51,37 @@ for outcome in holds undecided opposed; do
 done
 same "$scratch/judged-effects" "$scratch/effects" || fail "it differs from the program where there are effects"
 
+say "a small ensemble of realities, and one in which conservative noise is best in reality"
+sed -e 's|"\.\./\.\./khepera|"'"$PWD"'/experiments/khepera|; s/^seeds = .*/seeds = [1]/; s/^samples = .*/samples = 6/' \
+    -e 's/^evolution.generations.*/evolution = { generations = 14, population = 40, parents = 8, finalists = 0 }\ncycles = 300/' \
+    -e '/^evolution.finalists/d; s/^reality.generations.*/reality.generations = 3/' \
+    experiments/miglino1995/second/ensemble.toml >"$scratch/ensemble.toml"
+oneiro sweep run "$scratch/ensemble.toml" --out "$scratch/ensemble" --quiet >/dev/null
+awk -F, -v OFS=, 'NR > 1 && /,30\.0,/ { $(NF - 8) += 900 } { print }' "$scratch/ensemble/results.csv" >"$scratch/better.csv"
+for table in ensemble/results better; do
+    "$python" docs/ensemble.py "$scratch/$table.csv" >"$scratch/shares"
+    grep -q "^6 realities, .*; 72 runs$" "$scratch/shares" || fail "the ensemble has other realities"
+    awk '$1 == "real" && $2 == 1 { count++ } END { print count + 0 }' "$scratch/shares"
+done >"$scratch/counts"
+[ "$(tail -n 1 "$scratch/counts")" -ge 2 ] || fail "conservative noise is not best in reality in all realities"
+[ "$(head -n 1 "$scratch/counts")" = 0 ] || fail "conservative noise is best in all realities of the small ensemble"
+
+say "the response surface, of gaps that are known"
+PYTHONPATH=docs "$python" - <<'END'
+import numpy as np, pandas as pd
+from ensemble import DIFFERENCES, surface
+
+random = np.random.default_rng(1)
+severities = pd.DataFrame(random.uniform(0, 2, (60, 9)), columns=DIFFERENCES)
+alone = 25 * severities.latency + random.normal(0, 10, 60)
+product = (severities.wheels - 1) * (severities.slip - 1)
+rows, whole = surface(severities, {("slide", "alone"): alone, ("slide", "together"): alone + 100 * product})
+found = rows[rows["makes the gap"] == "yes"]
+assert set(found.difference) == {"latency"}, found
+assert 20 < rows[(rows.gap == "alone") & (rows.difference == "latency")]["per severity"].item() < 30, rows
+assert list(whole.corrected < 0.05) == [False, True], whole
+END
+
 say "a small calibration"
 sed -e 's|"\.\./\.\./khepera|"'"$PWD"'/experiments/khepera|; s/^seeds = .*/seeds = "1..3"/; s/, 1.5, 2.0\]/]/; /"surrogate:[0-9]*", "surr/d' \
     -e 's/^reality.robot = \[/&"surrogate:1001", "surrogate:1002", "surrogate:1003"/' \

@@ -1,33 +1,25 @@
 //! The e-puck's reference models: every reading beside a second program, written from `docs/swarms.md` in double precision, the
 //! distributions of the noise, and refusals.
 
-use std::f64::consts::TAU;
 
-use oneiro::arena::{Arena, Block, Light, Patch, Wall};
+use oneiro::arena::{Arena, Block, Patch, Wall};
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::compose::DetailKind;
 use oneiro::cpu::Cpu;
-use oneiro::differential::{Build, Differential, WheelNoise};
+use oneiro::differential::{Build, Differential};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
 use oneiro::reference::{Model, Reference};
-use oneiro::world::{Controller, Robot, World, WorldSpec};
+use oneiro::world::{Controller, World, WorldSpec};
+
+mod epucks;
+use epucks::{QUIET, disc, dodecagon, epucks, lamp};
 
 const BODY: f64 = 35.0;
 
-/// The mission's dodecagon.
-fn dodecagon() -> Arena {
-    let corner = |side: u32| {
-        let angle = TAU * (f64::from(side) + 0.5) / 12.0;
-        [angle.cos(), angle.sin()].map(|part| (1226.0 / (TAU / 24.0).cos() * part) as f32)
-    };
-    let corners: Vec<_> = (0..12).map(corner).collect();
-    Arena::polygon(&corners, Some(1200.0))
-}
-
 /// A dodecagon with a lamp, patches, an inner wall and a block.
 fn arena() -> Arena {
-    let mut arena = dodecagon();
+    let mut arena = dodecagon(1226.0, 1200.0);
     let wall = Wall {
         from: [-300.0, 400.0],
         to: [300.0, 250.0],
@@ -42,60 +34,16 @@ fn arena() -> Arena {
         heading: 0.1,
         ..Block::default()
     });
-    arena.lights.push(Light {
-        x: 0.0,
-        y: -1250.0,
-        height: Some(750.0),
-        intensity: Some(5.0),
-        ..Light::default()
-    });
-    arena.lights.push(Light {
-        x: 1300.0,
-        y: 300.0,
-        height: Some(200.0),
-        intensity: Some(2.0),
-        ..Light::default()
-    });
+    arena.lights = vec![lamp(0.0, -1250.0, 750.0, 5.0), lamp(1300.0, 300.0, 200.0, 2.0)];
     arena.wall_height = Some(80.0);
     arena.floor = Some(0.498);
-    for (x, y, grey) in [(500.0, 500.0, 0.0), (-500.0, 500.0, 1.0)] {
-        arena.patches.push(Patch {
-            x,
-            y,
-            radius: Some(400.0),
-            grey,
-            ..Patch::default()
-        });
-    }
+    arena.patches = vec![disc(500.0, 500.0, 400.0, 0.0), disc(-500.0, 500.0, 400.0, 1.0)];
     arena
 }
 
-/// A model without any noise.
-const QUIET: Reference = Reference {
-    proximity_noise: Some(0.0),
-    light_noise: Some(0.0),
-    ground_noise: Some(0.0),
-    grey_left: Some([0.41, 0.0]),
-    grey_middle: Some([0.34, 0.0]),
-    grey_right: Some([0.42, 0.0]),
-    signal_loss: Some(0.0),
-    ..Reference::DEFAULT
-};
-
 fn spec(model: Model, reference: Reference, count: u32, arena: Arena) -> WorldSpec {
     WorldSpec {
-        robot: Robot {
-            body_radius: 35.0,
-            build: Build::Differential(Differential {
-                wheel_noise: Some(0.05),
-                wheel_noise_law: Some(WheelNoise::Normal),
-                count: Some(count),
-                model: Some(model),
-                reference,
-                ..Differential::new(53.0, 120.0)
-            }),
-            ..Robot::khepera()
-        },
+        robot: epucks(model, reference, count),
         arena,
         controller: Controller::Perceptron,
         cycles: 60,
@@ -527,7 +475,7 @@ fn what_does_not_fit_is_refused() {
             "arena.corners_mm: has a corner on the other side",
         ),
         (
-            &|spec| spec.arena = dodecagon().starting_within([0.0, 0.0], 1300.0),
+            &|spec| spec.arena = dodecagon(1226.0, 1200.0).starting_within([0.0, 0.0], 1300.0),
             "arena.start_radius_mm: is 1300; allowed: up to 1226",
         ),
     ];

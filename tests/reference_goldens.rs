@@ -1,22 +1,23 @@
 //! Pinned lives of robots by the reference models, in worlds that reach every branch of what they sense, of bodies that meet and of the
 //! missions that ship: code made at run time, whole and cut lives, and the interpreter.
 
-use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::Arc;
 
-use oneiro::arena::{Arena, Block, Light, Obstacle, Patch, Wall};
+use oneiro::arena::{Arena, Block, Obstacle, Wall};
 use oneiro::batch::{Batch, Outcome, Rollout, Trace, TraceRequest};
 use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
-use oneiro::differential::{Build, Contact, Differential, WheelNoise};
+use oneiro::differential::{Build, Contact, Differential};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::network::Network;
 use oneiro::random::{Key, pcg4d};
 use oneiro::reference::{Model, Reference};
-use oneiro::world::{Controller, Robot, Task, World, WorldSpec};
+use oneiro::world::{Controller, Task, World, WorldSpec};
 
+mod epucks;
 mod pinned;
+use epucks::{QUIET, disc, dodecagon, epucks, lamp};
 
 const MISSIONS: [(&str, &str); 7] = [
     ("aggregation", include_str!("../experiments/evostick/aggregation.wgsl")),
@@ -50,37 +51,12 @@ fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
 }
 ";
 
-/// A dodecagon as the missions have it, whose sides are so far from its middle, mm.
-fn dodecagon(apothem: f64) -> Arena {
-    let corner = |side: u32| {
-        let angle = TAU * (f64::from(side) + 0.5) / 12.0;
-        [angle.cos(), angle.sin()].map(|part| (apothem / (TAU / 24.0).cos() * part) as f32)
-    };
-    let corners: Vec<_> = (0..12).map(corner).collect();
-    let mut arena = Arena::polygon(&corners, Some((apothem - 36.0) as f32));
+/// A dodecagon with the floor and the walls of the missions.
+fn arena_within(apothem: f32) -> Arena {
+    let mut arena = dodecagon(apothem.into(), apothem - 36.0);
     arena.floor = Some(0.498);
     arena.wall_height = Some(80.0);
     arena
-}
-
-fn disc(x: f32, y: f32, grey: f32) -> Patch {
-    Patch {
-        x,
-        y,
-        radius: Some(300.0),
-        grey,
-        ..Patch::default()
-    }
-}
-
-fn lamp(x: f32, y: f32, height: f32, intensity: f32) -> Light {
-    Light {
-        x,
-        y,
-        height: Some(height),
-        intensity: Some(intensity),
-        ..Light::default()
-    }
 }
 
 fn wall(from: [f32; 2], to: [f32; 2]) -> Wall {
@@ -93,15 +69,15 @@ fn wall(from: [f32; 2], to: [f32; 2]) -> Wall {
 
 /// The arena of a mission with ambient cues: a black disc, a white one and a lamp.
 fn cues() -> Arena {
-    let mut arena = dodecagon(1226.0);
-    arena.patches = vec![disc(0.0, 600.0, 0.0), disc(0.0, -600.0, 1.0)];
+    let mut arena = arena_within(1226.0);
+    arena.patches = vec![disc(0.0, 600.0, 300.0, 0.0), disc(0.0, -600.0, 300.0, 1.0)];
     arena.lights = vec![lamp(0.0, 1250.0, 750.0, 2.0)];
     arena
 }
 
 /// A small arena with objects of all kinds and lamps that they hide, one of them low and beyond the sides.
 fn cluttered() -> Arena {
-    let mut arena = dodecagon(700.0);
+    let mut arena = arena_within(700.0);
     arena.walls.insert(0, wall([-300.0, 400.0], [300.0, 250.0]));
     arena.blocks.push(Block {
         x: -300.0,
@@ -118,18 +94,18 @@ fn cluttered() -> Arena {
         ..Obstacle::default()
     });
     arena.lights = vec![lamp(0.0, -650.0, 300.0, 5.0), lamp(900.0, 300.0, 100.0, 1.0)];
-    arena.patches = vec![disc(200.0, 200.0, 0.0), disc(-200.0, 200.0, 1.0)];
+    arena.patches = vec![disc(200.0, 200.0, 300.0, 0.0), disc(-200.0, 200.0, 300.0, 1.0)];
     arena
 }
 
 /// A shelter open to one side, before a lamp.
 fn shelter() -> Arena {
-    let mut arena = dodecagon(700.0);
+    let mut arena = arena_within(700.0);
     let corners = [[-250.0, 150.0], [-250.0, -150.0], [250.0, -150.0], [250.0, 150.0]];
     for side in corners.windows(2).rev() {
         arena.walls.insert(0, wall(side[0], side[1]));
     }
-    arena.patches = vec![disc(0.0, 0.0, 1.0)];
+    arena.patches = vec![disc(0.0, 0.0, 300.0, 1.0)];
     arena.lights = vec![lamp(0.0, 1250.0, 750.0, 2.0)];
     arena
 }
@@ -138,7 +114,7 @@ fn shelter() -> Arena {
 fn wedge() -> Arena {
     let mut arena = Arena::polygon(&[[-1700.0, -700.0], [1700.0, -700.0], [0.0, 1300.0]], None);
     arena.floor = Some(0.498);
-    arena.patches = vec![disc(-550.0, -200.0, 0.0), disc(550.0, -200.0, 0.0)];
+    arena.patches = vec![disc(-550.0, -200.0, 300.0, 0.0), disc(550.0, -200.0, 300.0, 0.0)];
     arena
 }
 
@@ -150,17 +126,6 @@ fn open() -> Arena {
         ..Arena::rectangle(1000.0, 1000.0)
     }
 }
-
-const QUIET: Reference = Reference {
-    proximity_noise: Some(0.0),
-    light_noise: Some(0.0),
-    ground_noise: Some(0.0),
-    grey_left: Some([0.41, 0.0]),
-    grey_middle: Some([0.34, 0.0]),
-    grey_right: Some([0.42, 0.0]),
-    signal_loss: Some(0.0),
-    ..Reference::DEFAULT
-};
 
 const LOUD: Reference = Reference {
     proximity_noise: Some(0.3),
@@ -191,17 +156,7 @@ fn spec(model: Model, count: u32, arena: Arena, mission: &str) -> WorldSpec {
         .map_or(OWN, |own| own.1);
     let part = Part::new(Kind::Task, "own.wgsl", text).unwrap_or_else(|refused| panic!("{refused}"));
     WorldSpec {
-        robot: Robot {
-            body_radius: 35.0,
-            build: Build::Differential(Differential {
-                wheel_noise: Some(0.05),
-                wheel_noise_law: Some(WheelNoise::Normal),
-                count: Some(count),
-                model: Some(model),
-                ..Differential::new(53.0, 120.0)
-            }),
-            ..Robot::khepera()
-        },
+        robot: epucks(model, Reference::DEFAULT, count),
         arena,
         controller: evostick(),
         task: Task::Own,
@@ -235,7 +190,7 @@ fn worlds() -> Vec<(&'static str, World)> {
         ("foraging", long(spec(Rm12, 20, cues(), "foraging"))),
         ("shelter", spec(Rm11, 20, shelter(), "shelter")),
         ("coverage, stop", with(spec(Rm12, 20, cues(), "coverage"), stop)),
-        ("exploration", spec(Rm12, 7, dodecagon(1226.0), "exploration")),
+        ("exploration", spec(Rm12, 7, arena_within(1226.0), "exploration")),
         ("network, open", spec(Rm11, 12, open(), "network")),
         ("aggregation, wedge", long(spec(Rm11, 40, wedge(), "aggregation"))),
         (

@@ -3,18 +3,21 @@
 
 use std::path::Path;
 
-use oneiro::arena::{Arena, Light, Patch};
+use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Outcome, Rollout, Trace, TraceRequest};
 use oneiro::compose::{DetailKind, Kind};
 use oneiro::cpu::Cpu;
-use oneiro::differential::{Build, Differential, WheelNoise};
+use oneiro::differential::Build;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
 use oneiro::reference::{Model, Reference};
 use oneiro::state_machine::{self, Behaviour, Condition, Machine, State, StateMachine, Transition};
-use oneiro::world::{Controller, GeneKind, Robot, World, WorldSpec};
+use oneiro::world::{Controller, GeneKind, World, WorldSpec};
 
+#[allow(dead_code, reason = "other tests use the rest")]
+mod epucks;
 mod pinned;
+use epucks::{disc, epucks, lamp};
 
 /// Twenty e-pucks on a floor of three greys, with a lamp.
 fn spec(count: u32) -> WorldSpec {
@@ -23,38 +26,14 @@ fn spec(count: u32) -> WorldSpec {
     let mut arena = Arena::polygon(&[[b, b], [a, b], [a, a], [b, a]], None);
     arena.floor = Some(0.498);
     arena.wall_height = Some(80.0);
-    for (x, grey) in [(-500.0, 0.0), (500.0, 1.0)] {
-        arena.patches.push(Patch {
-            x,
-            y: 0.0,
-            radius: Some(350.0),
-            grey,
-            ..Patch::default()
-        });
-    }
-    arena.lights.push(Light {
-        x: 0.0,
-        y: -1000.0,
-        height: Some(750.0),
-        intensity: Some(5.0),
-        ..Light::default()
-    });
+    arena.patches = vec![disc(-500.0, 0.0, 350.0, 0.0), disc(500.0, 0.0, 350.0, 1.0)];
+    arena.lights = vec![lamp(0.0, -1000.0, 750.0, 5.0)];
+    let reference = Reference {
+        signal_loss: Some(0.7),
+        ..Reference::DEFAULT
+    };
     WorldSpec {
-        robot: Robot {
-            body_radius: 35.0,
-            build: Build::Differential(Differential {
-                wheel_noise: Some(0.05),
-                wheel_noise_law: Some(WheelNoise::Normal),
-                count: Some(count),
-                model: Some(Model::Vectors),
-                reference: Reference {
-                    signal_loss: Some(0.7),
-                    ..Reference::DEFAULT
-                },
-                ..Differential::new(53.0, 120.0)
-            }),
-            ..Robot::khepera()
-        },
+        robot: epucks(Model::Vectors, reference, count),
         arena,
         controller: Controller::StateMachine(StateMachine::DEFAULT),
         cycles: 100,
@@ -318,13 +297,13 @@ fn genomes_and_texts_are_the_same_machines() {
         // Genes without an effect are those that the layout says.
         let genome = machine.genome();
         let is_active = |mut gene: usize| loop {
-            match layout.iter().nth(gene).unwrap().only {
+            match layout.all()[gene].only {
                 None => return true,
                 Some((of, values)) if values.contains(&(genes[of] as u32)) => gene = of,
                 Some(_) => return false,
             }
         };
-        for (gene, own) in layout.iter().enumerate() {
+        for (gene, own) in layout.all().iter().enumerate() {
             let mut other = genome.clone();
             let [least, greatest] = own.range.unwrap();
             other[gene] = if genome[gene] < f32::midpoint(least, greatest) {
@@ -346,7 +325,7 @@ fn genomes_and_texts_are_the_same_machines() {
         "{states:?}"
     );
     assert!(transitions[1..].iter().all(|count| *count > 400), "{transitions:?}");
-    let kinds = layout.iter().filter(|gene| gene.kind == GeneKind::Choice).count();
+    let kinds = layout.all().iter().filter(|gene| gene.kind == GeneKind::Choice).count();
     assert_eq!(kinds, 4 + 16);
 }
 

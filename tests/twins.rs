@@ -14,7 +14,7 @@ use place::Place;
 /// Greatest time for which wheels may turn after a fault that leaves the link working, ms.
 const LIMIT_MS: f64 = 500.0;
 
-/// Makes a fleet of so many robots whose intervals are 20 s long.
+/// Writes the files of a fleet of `robots` robots with intervals of 20 s.
 fn fleet(place: &Place, robots: u32, minutes: u32) {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/odowd2014-over.toml");
     let values = format!(

@@ -89,7 +89,8 @@ fn counted(worlds: usize, list: &[Rollout<'_>], first: usize) -> Result<Vec<usiz
     Ok(counts)
 }
 
-/// Groups for so many rollouts of each list in each world, the words of all of their inputs, and the first slot of each world.
+/// Makes the groups for `counts` rollouts of each list in each world. Also returns the number of input words, and the first slot of
+/// each world.
 fn grouped(facts: &[Facts], counts: &[Vec<usize>]) -> Result<(Vec<life::Group>, usize, Vec<usize>), Invalid> {
     let mut groups = Vec::new();
     let mut words = 0_usize;
@@ -138,7 +139,7 @@ impl Lanes {
             let fields = KEY_WORDS + facts[group.world as usize].genes;
             for lane in group.rollouts as usize..LANES {
                 for field in 0..fields {
-                    // SAFETY: the group has so many fields of as many words as lanes, and no rollout has this lane.
+                    // SAFETY: each of the group's `fields` fields has `LANES` words, and no rollout has this lane.
                     unsafe { self.put(group.inputs as usize + field * LANES + lane, 0) };
                 }
             }

@@ -1,11 +1,12 @@
 //! Kernels run by the compiler's interpreter, where they can't be compiled at run time: slow, and the same bits.
 
+mod ranges;
+
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use oneiro_shader_compiler::interpret::{self, Breach, Buffers, Trap};
 use oneiro_shader_compiler::{Part, Place, Trees, trees};
-use oneiro_shader_parts::PARTS;
 use oneiro_shaders::{Kernel, Words};
 
 use crate::compose;
@@ -53,63 +54,13 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     Ok(code)
 }
 
-/// The part with functions of numbers, and those whose argument has a range: the parameter, whether it is within, and the range in
-/// words (`docs/extend.md`). Outside of it, results have no meaning, but may well be exact.
-const NUMERICS: &str = "lib/numerics.wgsl";
-const RANGES: [(&str, &str, &str, &str); 5] = [
-    (
-        "reciprocal",
-        "x",
-        "(abs(x) >= 0x1p-126f) & (abs(x) <= 0x1.ep125f)",
-        "from 1.2e-38 to 8e37, of both signs",
-    ),
-    ("reciprocal_root", "x", "x >= 0x1p-126f", "from 1.2e-38"),
-    ("root", "x", "(x == 0.0f) | (x >= 0x1p-100f)", "0, and from 8e-31"),
-    (
-        "cosine_sine",
-        "turns",
-        "abs(turns) <= 0x1p23f",
-        "up to 8 million turns, of both signs",
-    ),
-    ("logarithm", "x", "x >= 0x1p-126f", "from 1.2e-38"),
-];
-
-/// Makes these functions divide their argument's bits by 0 where it is out of its range, in the line of their head, which is checked.
-fn with_ranges(mut parts: Vec<Part>) -> Vec<Part> {
-    for part in parts.iter_mut().filter(|part| part.path == NUMERICS) {
-        for (name, parameter, within, _) in RANGES {
-            let head = part.text.find(&format!("fn {name}("));
-            let body = head.and_then(|head| Some(head + part.text[head..].find('{')? + 1));
-            let check = format!(" let within = bitcast<u32>({parameter}) / select(0u, 1u, {within});");
-            part.text.insert_str(body.expect("the part has the function"), &check);
-        }
-    }
-    parts
-}
-
-/// What a breach of these divisions says: the function with its argument, and its range.
-fn out_of_range(place: &Place, what: &str) -> Option<String> {
-    let bits = what.split_once("u / 0u")?.0.parse().ok()?;
-    let (_, text) = PARTS
-        .iter()
-        .find(|(path, _)| *path == NUMERICS && *path == place.path)?;
-    let line = text.lines().nth(place.line - 1)?;
-    let (name, _, _, range) = RANGES
-        .iter()
-        .find(|(name, ..)| line.starts_with(&format!("fn {name}(")))?;
-    Some(format!(
-        "{name}({:?}f) is out of its range, which is {range}",
-        f32::from_bits(bits)
-    ))
-}
-
 /// Returns a kernel's program, of which each operation is checked, and each argument that has a range.
 ///
 /// # Errors
 /// As [`compiled`].
 pub(crate) fn checked(kernel: &'static Kernel) -> Result<Code, Error> {
     // Other texts have no names of files.
-    let parts = with_ranges(compose::parts_of(kernel));
+    let parts = ranges::checked(compose::parts_of(kernel));
     let trees = trees(&parts).map_err(|refusals| Error::NoDevice(refusals[0].to_string()))?;
     Ok(Code {
         trees: Arc::new(trees),
@@ -159,7 +110,7 @@ impl Code {
         let places: Vec<_> = self.trees.places(breach.value).collect();
         let is_of_user = |place: &&Place| compose::is_of_user(self.kernel, &place.path);
         let place = places.iter().find(is_of_user).unwrap_or(&places[0]);
-        if let Some(what) = out_of_range(&places[0], &breach.what) {
+        if let Some(what) = ranges::breach(&places[0], &breach.what) {
             let place = place.to_string();
             return Error::Inexact { place, what };
         }

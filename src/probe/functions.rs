@@ -31,8 +31,8 @@ const FUNCTIONS: &[(u32, &str, Arguments)] = &[
         Arguments::Positive(LEAST, f32::MAX),
     ),
     (kernel::ROOT, "root", Arguments::Positive(ROOT_LEAST, f32::MAX)),
-    (kernel::COSINE, "cosine", Arguments::Signed(LEAST, 8_388_608.0, true)),
-    (kernel::SINE, "sine", Arguments::Signed(LEAST, 8_388_608.0, true)),
+    (kernel::COSINE, "cosine", Arguments::Signed(LEAST, TURNS_GREATEST, true)),
+    (kernel::SINE, "sine", Arguments::Signed(LEAST, TURNS_GREATEST, true)),
     (kernel::DIRECTION, "direction", Arguments::Vectors),
     (kernel::EXPONENTIAL, "exponential", Arguments::Signed(LEAST, 87.0, true)),
     (kernel::LOGISTIC, "logistic", Arguments::Signed(LEAST, f32::MAX, true)),
@@ -44,11 +44,13 @@ const FUNCTIONS: &[(u32, &str, Arguments)] = &[
     (kernel::WORD_3, "random word 3", Arguments::Words),
 ];
 
-const LEAST: f32 = f32::MIN_POSITIVE;
+pub(crate) const LEAST: f32 = f32::MIN_POSITIVE;
 /// 0x1.ep125
-const RECIPROCAL_GREATEST: f32 = 7.975_367_5e37;
+pub(crate) const RECIPROCAL_GREATEST: f32 = 7.975_367_5e37;
 /// 2^-100
-const ROOT_LEAST: f32 = 7.888_609e-31;
+pub(crate) const ROOT_LEAST: f32 = 7.888_609e-31;
+/// 2^23
+pub(crate) const TURNS_GREATEST: f32 = 8_388_608.0;
 
 /// Every function of the kernels' library, each with `arguments` arguments (at least 64) from its whole range. Random
 /// words are those of stream 1, step 4999 and block 3, with the arguments as keys.

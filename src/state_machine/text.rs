@@ -3,7 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt::{self, Display};
 
-use super::{Behaviour, Condition, Crowd, GREATEST_STATES, GREATEST_TRANSITIONS, Machine, State, Transition};
+use super::{
+    Behaviour, Condition, Crowd, GREATEST_STATES, GREATEST_TRANSITIONS, MODULES, Machine, NEIGHBOURS, PROBABILITIES,
+    STEEPNESSES, STRENGTHS, State, TURNS, Transition,
+};
 
 /// A text that is no machine: the place of the word, from 1, its problem, and what is allowed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -29,7 +32,7 @@ fn bad<T>(word: usize, problem: impl Into<String>) -> Result<T, BadText> {
 /// missing, at the word after the last.
 pub fn parse(text: &str) -> Result<Machine, BadText> {
     let mut options = Options::read(text)?;
-    let count = options.whole("--nstates", 1, GREATEST_STATES as u32)?;
+    let count = options.whole("--nstates", [1, GREATEST_STATES as u32])?;
     let others = count as usize - 1;
     let states = (0..count)
         .map(|state| options.state(state, others))
@@ -83,7 +86,7 @@ impl<'a> Options<'a> {
         }
     }
 
-    fn whole(&mut self, option: &str, least: u32, greatest: u32) -> Result<u32, BadText> {
+    fn whole(&mut self, option: &str, [least, greatest]: [u32; 2]) -> Result<u32, BadText> {
         let (place, value) = self.take(option)?;
         match value.parse() {
             Ok(number) if (least..=greatest).contains(&number) => Ok(number),
@@ -94,7 +97,7 @@ impl<'a> Options<'a> {
         }
     }
 
-    fn number(&mut self, option: &str, least: f32, greatest: f32) -> Result<f32, BadText> {
+    fn number(&mut self, option: &str, [least, greatest]: [f32; 2]) -> Result<f32, BadText> {
         let (place, value) = self.take(option)?;
         match value.parse::<f32>() {
             // Zero has one sign.
@@ -107,10 +110,10 @@ impl<'a> Options<'a> {
     }
 
     fn state(&mut self, state: u32, others: usize) -> Result<State, BadText> {
-        let strength = |own: &mut Self, name: &str| own.number(&format!("--{name}{state}"), 1.0, 5.0);
-        let behaviour = match self.whole(&format!("--s{state}"), 0, 5)? {
+        let strength = |own: &mut Self, name: &str| own.number(&format!("--{name}{state}"), STRENGTHS);
+        let behaviour = match self.whole(&format!("--s{state}"), MODULES)? {
             0 => Behaviour::Exploration {
-                turning: self.whole(&format!("--rwm{state}"), 1, 100)?,
+                turning: self.whole(&format!("--rwm{state}"), TURNS)?,
             },
             1 => Behaviour::Stop,
             2 => Behaviour::Phototaxis,
@@ -124,7 +127,7 @@ impl<'a> Options<'a> {
         };
         let count = format!("--n{state}");
         let count = if others > 0 && self.values.contains_key(count.as_str()) {
-            self.whole(&count, 0, GREATEST_TRANSITIONS as u32)?
+            self.whole(&count, [0, GREATEST_TRANSITIONS as u32])?
         } else {
             0
         };
@@ -136,17 +139,17 @@ impl<'a> Options<'a> {
     }
 
     fn transition(&mut self, place: &str, others: usize) -> Result<Transition, BadText> {
-        let to = self.whole(&format!("--n{place}"), 0, others as u32 - 1)?;
-        let kind = self.whole(&format!("--c{place}"), 0, 5)?;
+        let to = self.whole(&format!("--n{place}"), [0, others as u32 - 1])?;
+        let kind = self.whole(&format!("--c{place}"), MODULES)?;
         let p = format!("--p{place}");
         let condition = match kind {
-            0 => Condition::BlackFloor(self.number(&p, 0.0, 1.0)?),
-            1 => Condition::GreyFloor(self.number(&p, 0.0, 1.0)?),
-            2 => Condition::WhiteFloor(self.number(&p, 0.0, 1.0)?),
+            0 => Condition::BlackFloor(self.number(&p, PROBABILITIES)?),
+            1 => Condition::GreyFloor(self.number(&p, PROBABILITIES)?),
+            2 => Condition::WhiteFloor(self.number(&p, PROBABILITIES)?),
             3 | 4 => {
                 let crowd = Crowd {
-                    neighbours: self.whole(&p, 0, 10)?,
-                    steepness: self.number(&format!("--w{place}"), 0.0, 20.0)?,
+                    neighbours: self.whole(&p, NEIGHBOURS)?,
+                    steepness: self.number(&format!("--w{place}"), STEEPNESSES)?,
                 };
                 if kind == 3 {
                     Condition::NeighbourCount(crowd)
@@ -154,7 +157,7 @@ impl<'a> Options<'a> {
                     Condition::InvertedNeighbourCount(crowd)
                 }
             }
-            _ => Condition::FixedProbability(self.number(&p, 0.0, 1.0)?),
+            _ => Condition::FixedProbability(self.number(&p, PROBABILITIES)?),
         };
         Ok(Transition {
             to: to as usize,

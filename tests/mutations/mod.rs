@@ -28,7 +28,7 @@ fn tokens(text: &str) -> Vec<&str> {
     tokens
 }
 
-/// A text with one to three changes, or so many that little is left of it; `odd` are pieces that it has no use for.
+/// A text with one to three changes, or with 200; `odd` are pieces that it has no use for.
 pub(crate) fn mutant(text: &str, odd: &[&str], seed: u32) -> String {
     let mut text = text.to_owned();
     let changes = if seed % 16 == 15 { 200 } else { 1 + seed % 3 };

@@ -21,11 +21,12 @@ use cma::Cma;
 use genetic::Genetic;
 use map_elites::{Archive, MapElites};
 use novelty::Novelty;
+use oneiro::world::Gene;
 use open_es::OpenEs;
 use race::Race;
 use random_search::RandomSearch;
 use serde::{Deserialize, Serialize};
-use settings::{Domains, Kind, Ranges, Settings};
+use settings::{Kind, Ranges, Settings};
 
 use crate::exit::{Failure, Result};
 
@@ -188,22 +189,22 @@ fn checked_count(optimizer: &dyn Optimizer, fitness: &[f32], behaviour: &[f64]) 
     )))
 }
 
-/// The optimiser that an experiment chooses, before its first generation; `ranges` are those of genes that have their own, `domains`
-/// say what genes are, and `init` are the first individuals, if they are given.
+/// The optimiser that an experiment chooses, before its first generation; `genes` are the controller's, and `init` the first
+/// individuals, if they are given.
 pub(crate) fn optimizer(
     settings: &Settings,
     seed: u64,
-    ranges: Ranges,
-    domains: &Domains,
+    genes: &[Gene],
     init: Option<Population>,
 ) -> Box<dyn Optimizer> {
+    let ranges: Ranges = genes.iter().map(|gene| gene.range).collect();
     match settings.kind {
         Kind::Genetic => Box::new(Genetic::new(settings, seed, ranges, init)),
         Kind::CmaEs | Kind::SepCmaEs => Box::new(Cma::new(settings, seed, &ranges)),
         Kind::OpenEs => Box::new(OpenEs::new(settings, seed, &ranges)),
         Kind::MapElites => Box::new(MapElites::new(settings, seed, &ranges, init)),
         Kind::Novelty => Box::new(Novelty::new(settings, seed, ranges, init)),
-        Kind::Race => Box::new(Race::new(settings, seed, &ranges, domains)),
+        Kind::Race => Box::new(Race::new(settings, seed, genes)),
         Kind::Random => Box::new(RandomSearch::new(settings, seed, &ranges)),
     }
 }

@@ -7,10 +7,11 @@ mod friedman;
 mod sampling;
 mod tails;
 
+use oneiro::world::Gene;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Stream, stream};
-use super::settings::{self, Domains, Ranges, Settings};
+use super::settings::{self, Settings};
 use super::{Champion, Generation, Optimizer, Population, checked_count, ranked, saved};
 use crate::exit::Result;
 use sampling::{Candidate, Model};
@@ -23,8 +24,9 @@ const VERSION: u32 = 1;
 pub(super) struct Race {
     owner: blake3::Hash,
     values: settings::Race,
-    /// Evaluations that there are.
+    /// The most evaluations.
     budget: u64,
+    /// The most candidates of a race.
     most: u64,
     seed: u64,
     model: Model,
@@ -60,14 +62,15 @@ struct State {
 }
 
 impl Race {
-    pub(super) fn new(settings: &Settings, seed: u64, ranges: &Ranges, domains: &Domains) -> Self {
+    pub(super) fn new(settings: &Settings, seed: u64, genes: &[Gene]) -> Self {
+        let ranges = genes.iter().map(|gene| gene.range).collect();
         let mut own = Self {
-            owner: saved::owner(settings, seed, ranges),
+            owner: saved::owner(settings, seed, &ranges),
             values: settings.race.clone(),
             budget: settings.race.evaluations(),
             most: settings.population.into(),
             seed,
-            model: Model::new(settings, ranges, domains),
+            model: Model::new(settings, genes),
             state: State {
                 generation: 0,
                 used: 0,
@@ -79,15 +82,15 @@ impl Race {
                 elites: Vec::new(),
                 is_over: false,
             },
-            population: Population::new(ranges.len(), Vec::new()),
+            population: Population::new(genes.len(), Vec::new()),
         };
         own.begin();
         own.populate();
         own
     }
 
-    /// Candidates and evaluations of a race: an even share of what is left for each of the races to come; if that is too little for
-    /// more candidates than survive a race, for fewer races.
+    /// The number of candidates and of evaluations of a race. Each race to come gets an equal share of what is left of the budget; there
+    /// are fewer races if that share is too small for more candidates than survive a race.
     fn planned(&self, iteration: u32) -> (usize, u64) {
         let few = few(self.model.genes());
         let to_come = self.iterations(iteration) - u64::from(iteration) + 1;
@@ -98,7 +101,7 @@ impl Race {
         ((share / lives).min(self.most) as usize, share)
     }
 
-    /// Races among which the budget is divided: as many as have begun, if those are more.
+    /// The number of races that the budget is divided among, counting those that have begun.
     fn iterations(&self, iteration: u32) -> u64 {
         u64::from(iteration).max(few(self.model.genes()) as u64)
     }
@@ -177,12 +180,12 @@ impl Race {
     }
 }
 
-/// How many candidates may survive a race of so many genes, and how many races share a budget: 2 + log2, rounded down.
+/// The most candidates that survive a race, and the number of races that the budget is planned for: 2 + log2(genes), rounded down.
 pub(crate) fn few(genes: usize) -> usize {
     2 + genes.max(1).ilog2() as usize
 }
 
-/// How many scores are better than each; of NaN, all that are not.
+/// Counts, for each score, how many are better. NaN counts as the worst.
 fn places(fitness: &[f32], ranking: &[u32]) -> Vec<u32> {
     let mut places = vec![0; fitness.len()];
     let is_equal = |a: u32, b: u32| {
@@ -213,7 +216,7 @@ fn elites(state: &State, fitness: &[f32], kept: &[bool], few: usize) -> Vec<Elit
     order.into_iter().take(few).map(elite).collect()
 }
 
-/// A parent among elites of which the first is the best: its chance falls linearly with its place.
+/// Draws the place of a parent among elites, which are sorted from the best on: the chance falls linearly with the place.
 fn parent(elites: usize, random: &mut impl rand::Rng) -> usize {
     let total = elites * (elites + 1) / 2;
     let mut drawn = super::random::below(total, random);

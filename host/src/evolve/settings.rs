@@ -2,8 +2,6 @@
 
 use oneiro::batch::GREATEST_GENE;
 use oneiro::parameter::{Choice, Choices, Datum, Field};
-pub(super) use oneiro::world::GeneKind;
-use oneiro::world::{Gene, GeneLayout};
 use rand::Rng;
 use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
@@ -730,34 +728,6 @@ impl Race {
             .clamp(iterations as u32 + 1, 100_000)
     }
 }
-
-/// What a gene's values are, and when it has an effect: [`oneiro::world::Gene`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Domain {
-    pub(crate) kind: GeneKind,
-    pub(crate) only: Option<(usize, &'static [u32])>,
-}
-
-impl Domain {
-    /// A number, always in effect.
-    #[cfg(test)]
-    pub(crate) const NUMBER: Self = Self {
-        kind: GeneKind::Number,
-        only: None,
-    };
-
-    /// Those of a controller's genes.
-    pub(crate) fn all(layout: &GeneLayout) -> Domains {
-        let domain = |gene: &Gene| Self {
-            kind: gene.kind,
-            only: gene.only,
-        };
-        layout.iter().map(domain).collect()
-    }
-}
-
-/// One for each gene.
-pub(crate) type Domains = Vec<Domain>;
 
 /// The range of each gene that has one of its own. It replaces the initial range and the limits, and the amount of a mutation
 /// is as large in it as in the initial range.

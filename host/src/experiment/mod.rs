@@ -16,7 +16,7 @@ use std::path::Path;
 use oneiro::world::World;
 use toml::{Table, Value};
 
-use crate::evolve::settings::{Domain, Kind};
+use crate::evolve::settings::Kind;
 use crate::evolve::{self, Evolution, Population};
 use crate::exit::{Failure, Result};
 use crate::files;
@@ -140,9 +140,8 @@ impl Experiment {
     /// The evolution of a run before its first generation.
     pub(crate) fn evolution(&self, seed: u64) -> Evolution {
         let settings = &self.settings.evolution;
-        let ranges = self.world.gene_layout().ranges();
-        let domains = Domain::all(self.world.gene_layout());
-        let optimizer = evolve::optimizer(settings, seed, ranges, &domains, self.init.clone());
+        let genes = self.world.gene_layout().all();
+        let optimizer = evolve::optimizer(settings, seed, genes, self.init.clone());
         Evolution::new(optimizer, settings.generations, None)
     }
 
@@ -153,9 +152,8 @@ impl Experiment {
             population: count,
             ..self.settings.evolution.clone()
         };
-        let ranges = self.world.gene_layout().ranges();
-        let domains = Domain::all(self.world.gene_layout());
-        evolve::optimizer(&settings, seed, ranges, &domains, None).ask().clone()
+        let genes = self.world.gene_layout().all();
+        evolve::optimizer(&settings, seed, genes, None).ask().clone()
     }
 
     /// The files that it names, for a run's directory.

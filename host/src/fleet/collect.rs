@@ -100,7 +100,7 @@ fn below(here: &Path, name: &str) -> Option<PathBuf> {
     is_written.then(|| here.join(name))
 }
 
-/// Reads a file as it is now: its hash, then so many bytes that it had then, since a log grows meanwhile.
+/// Reads a file and its hash. A log may grow meanwhile, so both are of its length at the start.
 fn file(remote: Remote<'_>, directory: &str, name: &str) -> Result<Vec<u8>> {
     let command = format!(
         "cd {directory} && n=$(wc -c < {name}) && h=$(head -c $n {name} | sha256sum) && echo \"${{h%% *}}\" && head -c $n {name}"

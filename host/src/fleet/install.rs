@@ -203,7 +203,7 @@ impl Machine {
         )
     }
 
-    /// Whether it runs where `uname -m` prints `machine` and programs have so many bits; 0 if that is not known.
+    /// Returns whether it runs where `uname -m` prints `machine` and programs have `bits` bits, 0 if that is not known.
     fn runs_on(self, machine: &str, bits: u32) -> bool {
         let is = |number: u16| {
             let known = Self::KNOWN.iter().find(|(known, ..)| *known == number);

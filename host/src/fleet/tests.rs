@@ -15,7 +15,7 @@ use crate::exchange::radio::key::Key;
 struct Place(PathBuf);
 
 impl Place {
-    /// A fleet of so many robots.
+    /// Makes the folders and files of a fleet of `robots` robots.
     fn new(name: &str, robots: u32) -> Self {
         let path = std::env::temp_dir().join(format!("oneiro-fleet-{name}-{}", std::process::id()));
         let _ = fs::remove_dir_all(&path);

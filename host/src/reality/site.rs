@@ -206,7 +206,7 @@ impl Site {
         }
     }
 
-    /// How long some lives of so many cycles take at most, in words; none if it is simulated.
+    /// The longest time that `lives` lives of `cycles` cycles each can take, in words; `None` for a simulated robot.
     pub(crate) fn time(&self, lives: u64, cycles: u32) -> Option<String> {
         match self {
             Self::Wired(wired) => Some(wired.values.time(lives, cycles)),

@@ -92,7 +92,7 @@ impl Values {
         }
     }
 
-    /// How long some lives of so many cycles take at most, in words.
+    /// The longest time that `lives` lives of `cycles` cycles each can take, in words.
     pub(super) fn time(&self, lives: u64, cycles: u32) -> String {
         let before = match self.starts {
             Starts::Walk => format!(", each after {} s of driving about", f64::from(self.walk) / 10.0),

@@ -1,11 +1,12 @@
 //! How a race samples candidates: at random, and around others.
 
+use oneiro::world::{Gene, GeneKind};
 use rand::Rng;
 use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
 
 use super::super::random::{Normal, Uniform, unit};
-use super::super::settings::{Domain, Domains, GeneKind, Ranges, Settings, initial_range};
+use super::super::settings::{Settings, initial_range};
 
 /// A genome, and for each gene that is a choice the probabilities with which its children choose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,7 +20,8 @@ pub(super) struct Candidate {
 struct Place {
     low: f64,
     high: f64,
-    domain: Domain,
+    kind: GeneKind,
+    only: Option<(usize, &'static [u32])>,
     /// Its index among choices.
     choice: usize,
 }
@@ -37,7 +39,7 @@ impl Place {
 
     /// A value as it is kept: in the middle between whole numbers, if it is one.
     fn kept(&self, value: f64) -> f32 {
-        match self.domain.kind {
+        match self.kind {
             GeneKind::Number => {
                 let gene = value.clamp(self.low, self.high) as f32;
                 if gene.is_normal() { gene } else { 0.0 }
@@ -74,20 +76,21 @@ impl Place {
 }
 
 impl Model {
-    pub(super) fn new(settings: &Settings, ranges: &Ranges, domains: &Domains) -> Self {
+    pub(super) fn new(settings: &Settings, genes: &[Gene]) -> Self {
         let mut choices = 0;
-        let place = |(range, domain): (&Option<[f32; 2]>, &Domain)| {
-            let [low, high] = initial_range(settings, *range);
+        let place = |gene: &Gene| {
+            let [low, high] = initial_range(settings, gene.range);
             let choice = choices;
-            choices += usize::from(domain.kind == GeneKind::Choice);
+            choices += usize::from(gene.kind == GeneKind::Choice);
             Place {
                 low,
                 high,
-                domain: *domain,
+                kind: gene.kind,
+                only: gene.only,
                 choice,
             }
         };
-        Self(ranges.iter().zip(domains).map(place).collect())
+        Self(genes.iter().map(place).collect())
     }
 
     pub(super) fn genes(&self) -> usize {
@@ -95,7 +98,7 @@ impl Model {
     }
 
     fn choices(&self) -> impl Iterator<Item = &Place> {
-        self.0.iter().filter(|place| place.domain.kind == GeneKind::Choice)
+        self.0.iter().filter(|place| place.kind == GeneKind::Choice)
     }
 
     /// Whether a saved candidate is one of these.
@@ -106,7 +109,7 @@ impl Model {
 
     /// Whether a gene has an effect.
     fn is_active(&self, genome: &[f32], mut gene: usize) -> bool {
-        while let Some((of, values)) = self.0[gene].domain.only {
+        while let Some((of, values)) = self.0[gene].only {
             if !values.contains(&(genome[of] as u32)) {
                 return false;
             }
@@ -132,7 +135,7 @@ impl Model {
         let mut own = candidate.clone();
         for (gene, place) in self.0.iter().enumerate() {
             // A choice without an effect has nothing for it.
-            if place.domain.kind == GeneKind::Choice && self.is_active(&own.genome, gene) {
+            if place.kind == GeneKind::Choice && self.is_active(&own.genome, gene) {
                 let chances = &mut own.chances[place.choice];
                 for chance in chances.iter_mut() {
                     *chance *= 1.0 - share;
@@ -151,7 +154,7 @@ impl Model {
             if !self.is_active(&child.genome, gene) {
                 continue;
             }
-            child.genome[gene] = if place.domain.kind == GeneKind::Choice {
+            child.genome[gene] = if place.kind == GeneKind::Choice {
                 place.kept(place.low + chosen(&parent.chances[place.choice], random) as f64)
             } else if self.is_active(&parent.genome, gene) {
                 place.near(parent.genome[gene], spread, random)

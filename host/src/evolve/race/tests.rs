@@ -1,7 +1,9 @@
 //! A race on problems whose solution is known, and what a candidate's genes may be.
 
-use super::super::settings::{Domain, GeneKind, Kind};
-use super::super::tests::fitness;
+use oneiro::world::GeneKind;
+
+use super::super::settings::Kind;
+use super::super::tests::{fitness, number};
 use super::*;
 
 const RANGES: [[f32; 2]; 4] = [[0.0, 3.0], [1.0, 5.0], [-2.0, 2.0], [0.0, 1.0]];
@@ -15,14 +17,11 @@ fn race(lives: u64, seed: u64) -> Race {
     };
     settings.race.lives = lives;
     settings.complete(RANGES.len(), 1, false);
-    let domain = |kind, only| Domain { kind, only };
-    let domains = vec![
-        domain(GeneKind::Choice, None),
-        domain(GeneKind::Whole, Some((0, &[0, 1][..]))),
-        domain(GeneKind::Number, Some((1, &[4][..]))),
-        domain(GeneKind::Number, None),
-    ];
-    Race::new(&settings, seed, &RANGES.map(Some).to_vec(), &domains)
+    let [mut choice, mut whole, mut conditional, other] = RANGES.map(|range| number(Some(range)));
+    choice.kind = GeneKind::Choice;
+    (whole.kind, whole.only) = (GeneKind::Whole, Some((0, &[0, 1][..])));
+    conditional.only = Some((1, &[4]));
+    Race::new(&settings, seed, &[choice, whole, conditional, other])
 }
 
 /// Best are the choice 1, the number 4 and 1.5 and 0.25; noise that is common to a generation, and of each.

@@ -27,7 +27,7 @@ impl LocalClock {
         u64::try_from(at).unwrap_or(u64::MAX).saturating_add(self.since)
     }
 
-    /// Runs faster by so many millionths from now on, and jumps forward.
+    /// Jumps forward, and from now on runs faster by `ppm` millionths.
     pub(super) fn change(&mut self, now: u64, ppm: f64, jump: u64) {
         *self = Self {
             since: now,

@@ -161,7 +161,7 @@ impl Sight {
     }
 }
 
-/// The moments of a trace that has a line every so many cycles, the first after as many.
+/// Converts the lines of a trace, which was recorded every `every` cycles, to moments.
 pub(crate) fn moments(lines: &[Line], every: u32) -> Vec<Moment> {
     let of_line = |(number, line): (u32, &Line)| Moment {
         cycle: number * every,

@@ -456,7 +456,7 @@ impl Settings {
         }
     }
 
-    /// How long the lives of so many runs of each condition take on a wire at most, in words. The transferred generation lives
+    /// The longest time that `runs` runs of each condition can take on a wire, in words. The transferred generation lives
     /// twice, the others once, and each run's champion once more.
     pub(crate) fn time(&self, runs: u32) -> Option<String> {
         let runs = u64::from(runs) * Condition::ALL.len() as u64;

@@ -127,7 +127,7 @@ impl Judging<'_> {
         self.within(case, [Evolved, Null], of)
     }
 
-    /// Food of Random Movement, so many times.
+    /// Food of Random Movement, multiplied by `times`.
     fn random(&self, times: f64) -> Vec<f64> {
         self.evolved(Random, |run| times * food(run))
     }

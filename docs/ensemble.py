@@ -1,4 +1,4 @@
-"""Judges an ensemble of realities for the 1995 study: python ensemble.py RESULTS.csv
+"""Judges an ensemble of realities for the 1995 study: python docs/ensemble.py ensemble/results.csv
 
 Prints the share of realities in which each statement of docs/preregistration-1995-ensemble.md is true, for all realities and for those that
 agree with the paper, and the regressions of the gap on the severities of the nine differences. Needs pandas, NumPy and statsmodels.
@@ -13,10 +13,9 @@ import statsmodels.api as sm
 from statsmodels.stats.multitest import multipletests
 from statsmodels.stats.proportion import proportion_confint
 
-INDIVIDUALS = 100
+from recompute import CONDITIONS, REPEATABILITY, effect
+
 DIFFERENCES = ["geometry", "reflectivity", "illumination", "read_noise", "latency", "motor_lag", "wheels", "arcs", "slip"]
-NOISES = ["none", "sensor", "conservative"]
-REPEATABILITY = 0.5
 LEVEL = 0.05
 
 
@@ -30,16 +29,6 @@ def read(path):
     assert (runs.noise != "both").all(), "a run has both kinds of noise"
     runs["reality"] = runs.groupby(DIFFERENCES, sort=False).ngroup()
     return runs
-
-
-def effect(runs):
-    """d of the first generation in reality, simulated minus real, over all individuals of a robot's runs."""
-
-    def squares(mean, deviation):
-        return ((INDIVIDUALS - 1) * deviation**2 + INDIVIDUALS * (mean - mean.mean()) ** 2).sum()
-
-    pooled = squares(runs.simulated, runs.simulated_deviation) + squares(runs.real, runs.real_deviation)
-    return (runs.simulated.mean() - runs.real.mean()) / np.sqrt(pooled / (2 * INDIVIDUALS * len(runs) - 2))
 
 
 def figures(runs):
@@ -62,8 +51,8 @@ def figures(runs):
 
 def statements(of):
     """Which statements are true in which reality."""
-    of = {noise: of.xs(noise, axis=1, level="noise") for noise in NOISES}
-    none, sensor, conservative = (of[noise] for noise in NOISES)
+    of = {noise: of.xs(noise, axis=1, level="noise") for noise in CONDITIONS}
+    none, sensor, conservative = (of[noise] for noise in CONDITIONS)
     order = [sensor.gap > none.gap, none.gap > conservative.gap]
     return pd.DataFrame({
         "sensor > none": order[0],
@@ -121,7 +110,7 @@ def main(path):
             if len(own):
                 print(f"\n{rule}, {len(own)} realities, {name}\n{shares(statements(own)).round(3).to_string()}")
         gaps[rule, "Q - R, none"] = of["true_gap", "none"]
-        gaps |= {(rule, f"S - R, {noise}"): of["gap", noise] for noise in NOISES}
+        gaps |= {(rule, f"S - R, {noise}"): of["gap", noise] for noise in CONDITIONS}
     if len(severities) > 1 + len(DIFFERENCES) * (1 + len(DIFFERENCES)) // 2:
         rows, whole = surface(severities, gaps)
         print(f"\n{rows.round(4).to_string(index=False)}\n\n{whole.round(4).to_string(index=False)}")
