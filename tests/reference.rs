@@ -1,7 +1,6 @@
 //! The e-puck's reference models: every reading beside a second program, written from `docs/swarms.md` in double precision, the
 //! distributions of the noise, and refusals.
 
-
 use oneiro::arena::{Arena, Block, Patch, Wall};
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::compose::DetailKind;

@@ -244,6 +244,34 @@ fn cycles_are_those_of_the_second_program() {
     assert!(wrong > 10, "{wrong}");
 }
 
+/// Each value changes lives, and its default changes none.
+#[test]
+fn values_reach_the_kernel() {
+    let lived = |machine: StateMachine| {
+        let controller = Controller::StateMachine(machine);
+        let world = World::new(WorldSpec { controller, ..spec(20) }).unwrap();
+        let genomes: Vec<_> = (0..40).map(|life| genome(&world, life)).collect();
+        let outcome = evaluated(&mut Cpu::new(Some(2)).unwrap(), &batch(&world, &genomes, 1));
+        outcome.traces.iter().flat_map(Trace::words).collect::<Vec<u32>>()
+    };
+    let set: [(f32, f32, fn(&mut StateMachine) -> &mut Option<f32>); 5] = [
+        (0.1, 0.5, |own| &mut own.obstacle),
+        (5.0, 2.0, |own| &mut own.avoidance),
+        (6.0, 2.0, |own| &mut own.attraction_avoidance),
+        (0.1, 0.5, |own| &mut own.least_vector),
+        (-0.5, 0.5, |own| &mut own.slowest_wheel),
+    ];
+    let usual = lived(StateMachine::DEFAULT);
+    for (number, (default, other, field)) in set.into_iter().enumerate() {
+        let with = |value| {
+            let mut machine = StateMachine::DEFAULT;
+            *field(&mut machine) = Some(value);
+            lived(machine)
+        };
+        assert!(with(default) == usual && with(other) != usual, "value {number}");
+    }
+}
+
 #[test]
 fn the_same_bits_everywhere() {
     let mut rows = pinned::Rows::default();

@@ -116,8 +116,9 @@ fn built_in_motors_are_a_khepera() {
 #[test]
 fn motion_below_what_kernels_take_is_none() {
     let mut samples = MotorSamples::khepera();
-    let forward = samples.degrees.len() - 1;
-    (samples.degrees[forward], samples.centimetres[0]) = (3e-4, -9e-8);
+    let place = |speed| samples.speeds.iter().position(|own| *own == speed).unwrap();
+    let [ahead, back] = [1, -1].map(|speed| place(speed) * (samples.speeds.len() + 1));
+    (samples.degrees[ahead], samples.centimetres[back]) = (3e-4, -9e-8);
     let table = MotorTable::new(&samples, MotorStates::Symmetric20).unwrap();
     let spec = WorldSpec {
         robot: Robot {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, below, shuffled, stream, unit};
 use super::settings::{Acceptance, Archive as Values, Cells as Kind, Descriptor, Ranges, Settings, Space};
-use super::{Generation, Optimizer, Population, checked_count, ranked, saved};
+use super::{Champion, Finalists, Generation, Optimizer, Population, checked_count, ranked, saved};
 use crate::exit::Result;
 
 const NAME: &str = "map-elites";
@@ -321,6 +321,20 @@ impl Optimizer for MapElites {
 
     fn archive(&self) -> Option<&Archive> {
         Some(&self.archive)
+    }
+
+    /// The best elites.
+    fn finalists<'a>(&'a self, luckiest: &'a Champion, _: &'a [f32], _: &'a [f32]) -> Finalists<'a> {
+        let mut elites: Vec<&Elite> = self.archive.elites.values().collect();
+        // Of equals, the first cell first.
+        elites.sort_by(|a, b| b.fitness.total_cmp(&a.fitness));
+        let others = elites.into_iter().map(|elite| Champion {
+            generation: elite.generation,
+            individual: elite.individual,
+            fitness: elite.score,
+            genome: elite.genome.clone(),
+        });
+        Box::new(others.filter(|own| !own.is_individual(luckiest)))
     }
 
     fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {

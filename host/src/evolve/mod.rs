@@ -85,6 +85,11 @@ pub(crate) struct Champion {
 }
 
 impl Champion {
+    /// Whether both are the same individual of the same generation.
+    fn is_individual(&self, other: &Self) -> bool {
+        (self.generation, self.individual) == (other.generation, other.individual)
+    }
+
     /// Its genome as a population of one.
     pub(crate) fn alone(self) -> Population {
         Population::new(self.genome.len(), self.genome)
@@ -142,10 +147,18 @@ pub(crate) trait Optimizer: Debug + Send + Sync {
         false
     }
 
-    /// Individuals that it holds for the best by all of their lives, the best first; if there are none, those of the last generation
-    /// with the best scores are.
-    fn finalists(&self) -> Vec<Champion> {
-        Vec::new()
+    /// Individuals to appraise after the last generation, the best first, without the run's luckiest: those of that generation, whose
+    /// genomes and fitness are given, unless the optimiser knows better ones.
+    fn finalists<'a>(&'a self, luckiest: &'a Champion, genomes: &'a [f32], fitness: &'a [f32]) -> Finalists<'a> {
+        let generation = self.generation() - 1;
+        let genes = genomes.len() / fitness.len();
+        let others = ranked(fitness).into_iter().map(move |individual| Champion {
+            generation,
+            individual,
+            fitness: fitness[individual as usize],
+            genome: genomes[individual as usize * genes..][..genes].to_vec(),
+        });
+        Box::new(others.filter(|own| !own.is_individual(luckiest)))
     }
 
     /// Takes the fitness of [`Optimizer::ask`]'s genomes, in their order, and what describes the behaviour of each, and makes the
@@ -307,6 +320,9 @@ pub(crate) struct SavedEvolution {
 pub(crate) fn by_fitness(a: f32, b: f32) -> Ordering {
     b.partial_cmp(&a).unwrap_or_else(|| a.is_nan().cmp(&b.is_nan()))
 }
+
+/// What [`Optimizer::finalists`] returns.
+pub(crate) type Finalists<'a> = Box<dyn Iterator<Item = Champion> + 'a>;
 
 /// Indices from the best to the worst, as [`by_fitness`] says; of equals, the lower index first.
 pub(crate) fn ranked(fitness: &[f32]) -> Vec<u32> {

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::random::{Stream, stream};
 use super::settings::{self, Settings};
-use super::{Champion, Generation, Optimizer, Population, checked_count, ranked, saved};
+use super::{Champion, Finalists, Generation, Optimizer, Population, checked_count, ranked, saved};
 use crate::exit::Result;
 use sampling::{Candidate, Model};
 
@@ -256,14 +256,15 @@ impl Optimizer for Race {
         self.state.is_over
     }
 
-    fn finalists(&self) -> Vec<Champion> {
-        let each = self.state.elites.iter().map(|own| Champion {
+    /// The survivors of the last race, without the luckiest's genome: it may have lived in many generations.
+    fn finalists<'a>(&'a self, luckiest: &'a Champion, _: &'a [f32], _: &'a [f32]) -> Finalists<'a> {
+        let survivors = self.state.elites.iter().map(|own| Champion {
             generation: own.generation,
             individual: own.individual,
             fitness: own.fitness,
             genome: own.candidate.genome.clone(),
         });
-        each.collect()
+        Box::new(survivors.filter(|own| own.genome != luckiest.genome))
     }
 
     fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {

@@ -72,30 +72,6 @@ pub(super) fn line(generation: u32, archive: &Archive, offset: f64) -> String {
     format!("{generation},{count},{coverage},{},{best}\n", archive.quality(offset))
 }
 
-/// Who is appraised: the luckiest of the run, and the best elites.
-pub(super) fn finalists(archive: &Archive, luckiest: &Champion, count: usize) -> Vec<Champion> {
-    let mut elites: Vec<&Elite> = archive.elites().map(|(_, elite)| elite).collect();
-    // Of equals, the first cell first.
-    elites.sort_by(|a, b| b.fitness.total_cmp(&a.fitness));
-    let others = elites
-        .into_iter()
-        .filter(|elite| (elite.generation, elite.individual) != (luckiest.generation, luckiest.individual))
-        .map(lived);
-    std::iter::once(luckiest.clone())
-        .chain(others.take(count - 1))
-        .collect()
-}
-
-/// An elite as an individual of a generation.
-fn lived(elite: &Elite) -> Champion {
-    Champion {
-        generation: elite.generation,
-        individual: elite.individual,
-        fitness: elite.score,
-        genome: elite.genome.clone(),
-    }
-}
-
 /// The table of a finished run's elites, their genes, and, if there are two descriptors, a picture.
 pub(super) fn files(
     archive: &Archive,

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::appraisal::{Appraisal, by_mean};
-use crate::evolve::{Champion, Evolution, SavedEvolution, ranked};
+use crate::evolve::{Champion, Evolution, SavedEvolution};
 use crate::exit::{Failure, Result};
 use crate::experiment::settings::{Settings, TrialScore};
 use crate::npy::npy;
@@ -147,8 +147,7 @@ impl Evolving {
         })
     }
 
-    /// Chooses the individuals that live again after the last generation: the luckiest of the run, and the best others
-    /// of the generation.
+    /// Chooses the individuals that live again after the last generation: the luckiest of the run, and the optimiser's best.
     fn chosen_finalists(&self) -> Result<Vec<Champion>> {
         // One of them is the luckiest.
         let count = self.single.experiment.finalists() as usize;
@@ -156,28 +155,7 @@ impl Evolving {
             return Ok(Vec::new());
         };
         let luckiest = self.luckiest()?;
-        let generation = self.evolution.generation() - 1;
-        let genes = genomes.len() / fitness.len();
-        if let Some(archive) = self.evolution.optimizer().archive() {
-            return Ok(super::archive::finalists(archive, luckiest, count));
-        }
-        let best = self.evolution.optimizer().finalists();
-        if !best.is_empty() {
-            let others = best
-                .into_iter()
-                .filter(|own| own.genome != luckiest.genome)
-                .take(count - 1);
-            return Ok(std::iter::once(luckiest.clone()).chain(others).collect());
-        }
-        let others = ranked(fitness)
-            .into_iter()
-            .filter(|&individual| (generation, individual) != (luckiest.generation, luckiest.individual))
-            .map(|individual| Champion {
-                generation,
-                individual,
-                fitness: fitness[individual as usize],
-                genome: genomes[individual as usize * genes..][..genes].to_vec(),
-            });
+        let others = self.evolution.optimizer().finalists(luckiest, genomes, fitness);
         Ok(std::iter::once(luckiest.clone())
             .chain(others.take(count - 1))
             .collect())
