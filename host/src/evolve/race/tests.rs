@@ -10,6 +10,14 @@ const RANGES: [[f32; 2]; 4] = [[0.0, 3.0], [1.0, 5.0], [-2.0, 2.0], [0.0, 1.0]];
 
 /// A choice of three, a whole number from 1 to 4 that has an effect with the first two choices, a number that has one with the
 /// greatest of those, and a number.
+fn genes() -> [Gene; 4] {
+    let [mut choice, mut whole, mut conditional, other] = RANGES.map(|range| number(Some(range)));
+    choice.kind = GeneKind::Choice;
+    (whole.kind, whole.only) = (GeneKind::Whole, Some((0, &[0, 1][..])));
+    conditional.only = Some((1, &[4]));
+    [choice, whole, conditional, other]
+}
+
 fn race(lives: u64, seed: u64) -> Race {
     let mut settings = Settings {
         kind: Kind::Race,
@@ -17,11 +25,7 @@ fn race(lives: u64, seed: u64) -> Race {
     };
     settings.race.lives = lives;
     settings.complete(RANGES.len(), 1, false);
-    let [mut choice, mut whole, mut conditional, other] = RANGES.map(|range| number(Some(range)));
-    choice.kind = GeneKind::Choice;
-    (whole.kind, whole.only) = (GeneKind::Whole, Some((0, &[0, 1][..])));
-    conditional.only = Some((1, &[4]));
-    Race::new(&settings, seed, &[choice, whole, conditional, other])
+    Race::new(&settings, seed, &genes())
 }
 
 /// The finalists besides the luckiest, which has this genome.
@@ -145,4 +149,41 @@ fn parents_are_drawn_by_their_place() {
     for (count, expected) in counts.into_iter().zip([30_000.0, 20_000.0, 10_000.0]) {
         assert!((f64::from(count) - expected).abs() < 500.0, "{counts:?}");
     }
+}
+
+/// Children of a candidate: choices follow its chances, numbers that have an effect stay close to its own, those that had none are
+/// drawn anew, and those that have none stay.
+#[test]
+fn children_are_sampled_around_their_parent() {
+    let model = Model::new(&Settings::default(), &genes());
+    let mut random = stream(3, Stream::Sampling, 0);
+    let mut parent = model.first(&mut random);
+    let children = |parent: &Candidate, random: &mut _| -> Vec<Vec<f32>> {
+        (0..300).map(|_| model.around(parent, 0.01, random).genome).collect()
+    };
+    let shares = |children: &[Vec<f32>], gene: usize, value: f32| {
+        children.iter().filter(|genome| genome[gene] == value).count() as f64 / children.len() as f64
+    };
+    // Chances are even at first. The whole number has no effect in this parent.
+    parent.genome = vec![2.5, 2.5, 1.0, 0.5];
+    let all = children(&parent, &mut random);
+    for choice in [0.5, 1.5, 2.5] {
+        assert!((shares(&all, 0, choice) - 1.0 / 3.0).abs() < 0.1, "{choice}");
+    }
+    let (same, others): (Vec<_>, Vec<_>) = all.into_iter().partition(|genome| genome[0] == 2.5);
+    assert!(same.iter().all(|genome| genome[1..3] == [2.5, 1.0]));
+    for whole in [1.5, 2.5, 3.5, 4.5] {
+        assert!((shares(&others, 1, whole) - 0.25).abs() < 0.12, "{whole}");
+    }
+    // With all chances on its own choice, the whole number is close to its own, and so is the last.
+    parent.genome = vec![1.5, 2.5, 1.0, 0.5];
+    let all = children(&model.sharpened(&parent, 1.0), &mut random);
+    assert!(all.iter().all(|genome| genome[..3] == [1.5, 2.5, 1.0]));
+    assert!(
+        all.iter()
+            .all(|genome| (genome[3] - 0.5).abs() < 0.05 && genome[3] != 0.5)
+    );
+    // With half of them a third of the other half is its own, too.
+    let all = children(&model.sharpened(&parent, 0.5), &mut random);
+    assert!((shares(&all, 0, 1.5) - 2.0 / 3.0).abs() < 0.1);
 }
