@@ -128,17 +128,21 @@ fn used(robot: &Robot) -> (f64, Vec<u64>) {
 }
 
 /// Ends the operator's program, and daemons that a failed test has left.
-struct Operator<'a>(Option<Child>, &'a Place, &'a AtomicBool);
+struct Operator<'a> {
+    program: Option<Child>,
+    place: &'a Place,
+    is_over: &'a AtomicBool,
+}
 
 impl Operator<'_> {
     fn end(&mut self) {
-        let Some(program) = self.0.take() else { return };
-        self.2.store(true, Ordering::Relaxed);
+        let Some(program) = self.program.take() else { return };
+        self.is_over.store(true, Ordering::Relaxed);
         let arguments = ["fleet", "start"];
         let id = program.id().to_string();
         std::process::Command::new("kill").args(["-INT", &id]).status().unwrap();
         let ran = Ran::ended(&arguments, program);
-        let stopped = self.1.run(&["fleet", "stop", "fleet.toml"]);
+        let stopped = self.place.run(&["fleet", "stop", "fleet.toml"]);
         if !thread::panicking() {
             ran.exits(75);
             stopped.exits(0);
@@ -152,8 +156,8 @@ impl Drop for Operator<'_> {
     }
 }
 
-/// Two robots; with `ONEIRO_LONG` ten, with the study's intervals. Half of the cycles begin within a cycle of their time, and each
-/// generation on board is done within its interval.
+/// Two robots; with `ONEIRO_LONG` ten, with the study's intervals. At least half of the cycles are late by less than a cycle, and each
+/// generation on board ends within its interval.
 #[test]
 fn daemons_keep_their_cycles_while_they_evolve() {
     let is_long = std::env::var_os("ONEIRO_LONG").is_some();
@@ -166,7 +170,11 @@ fn daemons_keep_their_cycles_while_they_evolve() {
         // Nobody reads what it says: in a pipe that would hold it up, and robots would stand.
         let mut start = place.command(&["fleet", "start", "fleet.toml"]);
         let program = start.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        let mut operator = Operator(Some(program), &place, &is_over);
+        let mut operator = Operator {
+            program: Some(program),
+            place: &place,
+            is_over: &is_over,
+        };
         let limit = Duration::from_secs(u64::from(3 * interval_s * (intervals + 2)));
         let mut began = None;
         wait("the intervals", limit, || {

@@ -244,6 +244,9 @@ fn cycles_are_those_of_the_second_program() {
     assert!(wrong > 10, "{wrong}");
 }
 
+/// Selects a value of a state machine.
+type Field = fn(&mut StateMachine) -> &mut Option<f32>;
+
 /// Each value changes lives, and its default changes none.
 #[test]
 fn values_reach_the_kernel() {
@@ -254,7 +257,7 @@ fn values_reach_the_kernel() {
         let outcome = evaluated(&mut Cpu::new(Some(2)).unwrap(), &batch(&world, &genomes, 1));
         outcome.traces.iter().flat_map(Trace::words).collect::<Vec<u32>>()
     };
-    let set: [(f32, f32, fn(&mut StateMachine) -> &mut Option<f32>); 5] = [
+    let set: [(f32, f32, Field); 5] = [
         (0.1, 0.5, |own| &mut own.obstacle),
         (5.0, 2.0, |own| &mut own.avoidance),
         (6.0, 2.0, |own| &mut own.attraction_avoidance),
