@@ -3,7 +3,7 @@
 #![cfg(target_os = "linux")]
 
 use std::env;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -19,113 +19,17 @@ mod aseba;
 #[allow(dead_code, reason = "other tests use the rest")]
 mod place;
 mod skips;
-use aseba::client::Client;
-use aseba::{FIRST_PORT, in_a_network, live, world};
+use aseba::crowd::{
+    BODY, CYLINDER, GENES, GREATEST, Pose, SENSORS, TOUCH, Things, cell, children, drive, lives, sense, start,
+};
+use aseba::in_a_network;
 use place::Place;
 
-/// How much faster than real time the simulator runs.
-const SPEED: u32 = 10;
-/// Readings of a sensor that is touched.
-const TOUCH: f64 = 4500.0;
-/// Radius of the body in the tables, and of cylinders, mm.
-const BODY: f64 = 80.0;
-const CYLINDER: f64 = 40.0;
 /// Tables: rows from the rim on, 10 mm apart, and bearings.
 const ROWS: usize = 15;
 const SPACING: f64 = 10.0;
 const BEARINGS: usize = 72;
-/// Robots in a world.
-const CROWD: usize = 40;
-/// Side of an arena, mm.
-const SIDE: f64 = 1000.0;
-/// A life, in cycles of 100 ms.
-const CYCLES: usize = 500;
-const SENSORS: usize = 7;
-const GENES: usize = 2 * (SENSORS + 1);
-const GREATEST: f64 = 500.0;
 const SEEDS: u64 = 3;
-
-/// A place in mm and a heading in rad.
-type Pose = [f64; 3];
-
-/// Elements of a world, whose lengths are in cm.
-#[derive(Default)]
-struct Things(String, usize);
-
-impl Things {
-    fn robot(&mut self, [x, y, heading]: Pose) {
-        let (index, port) = (self.1, FIRST_PORT + self.1 as u16);
-        writeln!(
-            self.0,
-            r#"<robot type="thymio2" x="{}" y="{}" angle="{heading}" port="{port}" name="r{index}" nodeId="{}"/>"#,
-            x / 10.0,
-            y / 10.0,
-            index + 1
-        )
-        .unwrap();
-        self.1 += 1;
-    }
-
-    /// A wall of these sides along the axes, about a place.
-    fn wall(&mut self, [x, y]: [f64; 2], [width, height]: [f64; 2]) {
-        let [x, y, width, height] = [x, y, width, height].map(|length| length / 10.0);
-        writeln!(
-            self.0,
-            r#"<wall x="{x}" y="{y}" l1="{width}" l2="{height}" h="10" angle="0" color="white"/>"#
-        )
-        .unwrap();
-    }
-
-    fn cylinder(&mut self, [x, y]: [f64; 2]) {
-        writeln!(
-            self.0,
-            r#"<cylinder x="{}" y="{}" r="{}" h="10" color="white"/>"#,
-            x / 10.0,
-            y / 10.0,
-            CYLINDER / 10.0
-        )
-        .unwrap();
-    }
-
-    /// Starts the simulator with these, and connects to all robots. Each counts steps of 10 ms as its clock.
-    fn live<T>(&self, [width, height]: [f64; 2], scenario: impl Fn(&mut Vec<Client>) -> T) -> T {
-        let world = world(width / 10.0, height / 10.0, &self.0);
-        live(&world, self.1 as u16, SPEED, |_| {
-            let ports = FIRST_PORT..FIRST_PORT + self.1 as u16;
-            let mut robots: Vec<Client> = ports.map(Client::connect).collect();
-            for robot in &mut robots {
-                robot.count("motor", "clock");
-            }
-            scenario(&mut robots)
-        })
-    }
-}
-
-/// What robots sense at about one time: the clock in units of 10 ms, and the sensors of proximity.
-fn sense(robots: &mut [Client]) -> Vec<(usize, [f64; SENSORS])> {
-    for robot in robots.iter_mut() {
-        robot.ask_all("prox.horizontal", "clock");
-    }
-    let answer = |robot: &mut Client| {
-        let words = robot.answer();
-        let clock = *words.last().unwrap() as u16;
-        (usize::from(clock), [0, 1, 2, 3, 4, 5, 6].map(|at| f64::from(words[at])))
-    };
-    robots.iter_mut().map(answer).collect()
-}
-
-/// Sets the targets of the wheels.
-fn drive(robot: &mut Client, targets: [f64; 2]) {
-    let words = targets.map(|target| target.round() as i16);
-    robot.set("motor.left.target", &words);
-}
-
-/// The place of the cell of this index in a square of `count` cells of a size, and the square's side.
-fn cell(index: usize, count: usize, size: f64) -> ([f64; 2], f64) {
-    let columns = (count as f64).sqrt().ceil() as usize;
-    let corner = [index % columns, index / columns].map(|at| at as f64 * size);
-    (corner, columns as f64 * size)
-}
 
 /// Whether tests take as long as they need.
 fn is_long() -> bool {
@@ -247,89 +151,15 @@ fn wheels(targets: &[f64]) -> Vec<[f64; 2]> {
     })
 }
 
-/// A free pose in the arena.
-fn start(random: &mut Pcg64) -> Pose {
-    loop {
-        let mut within = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
-        let [x, y] = [(); 2].map(|()| within(BODY, SIDE - BODY));
-        let heading = within(-PI, PI);
-        if (x - SIDE / 2.0).hypot(y - SIDE / 2.0) >= BODY + CYLINDER {
-            return [x, y, heading];
-        }
-    }
-}
-
-/// What a perceptron's two wheels do, from -1 to 1, for readings from 0 to 1.
-fn decide(genes: &[f64], readings: [f64; SENSORS]) -> [f64; 2] {
-    let wheel = |genes: &[f64]| {
-        let sum: f64 = genes.iter().zip(readings).map(|(gene, reading)| gene * reading).sum();
-        2.0 / (1.0 + (-sum - genes[SENSORS]).exp()) - 1.0
-    };
-    [wheel(&genes[..=SENSORS]), wheel(&genes[SENSORS + 1..])]
-}
-
-/// Lives in the simulator, up to `CROWD` at once, each in a walled arena of its own: fitness of each, by equation 1 without its
-/// rule for collisions, which no client sees; and the longest cycle in ms.
-fn lives(of: &[(&[f64], Pose)]) -> (Vec<f64>, usize) {
-    const WALL: f64 = 10.0;
-    let (mut fitness, mut longest) = (Vec::new(), 0);
-    for part in of.chunks(CROWD) {
-        let (mut things, mut side) = (Things::default(), 0.0);
-        for (index, (_, [x, y, heading])) in part.iter().enumerate() {
-            let ([left, below], whole) = cell(index, part.len(), SIDE + WALL);
-            side = whole + WALL;
-            let [left, below] = [left + WALL, below + WALL];
-            things.robot([left + x, below + y, *heading]);
-            let [middle, half, long] = [SIDE / 2.0, WALL / 2.0, SIDE + 2.0 * WALL];
-            for (x, y, size) in [
-                (-half, middle, [WALL, long]),
-                (SIDE + half, middle, [WALL, long]),
-                (middle, -half, [long, WALL]),
-                (middle, SIDE + half, [long, WALL]),
-            ] {
-                things.wall([left + x, below + y], size);
-            }
-            things.cylinder([left + middle, below + middle]);
-        }
-        let (part, cycle) = things.live([side; 2], |robots| {
-            let first: Vec<usize> = sense(robots).into_iter().map(|(clock, _)| clock).collect();
-            let mut sums = vec![0.0; part.len()];
-            let mut done = vec![(0_usize, 0_usize); part.len()];
-            let mut longest = 0;
-            while done.iter().any(|(cycles, _)| *cycles < CYCLES) {
-                for (index, (clock, readings)) in sense(robots).into_iter().enumerate() {
-                    let (cycles, last) = &mut done[index];
-                    let now = clock - first[index];
-                    if *cycles == CYCLES || now < 10 * *cycles {
-                        continue;
-                    }
-                    longest = longest.max(10 * (now - *last));
-                    (*cycles, *last) = (*cycles + 1, now);
-                    let readings = readings.map(|reading| (reading / TOUCH).clamp(0.0, 1.0));
-                    let [left, right] = decide(part[index].0, readings);
-                    drive(&mut robots[index], [left, right].map(|speed| speed * GREATEST));
-                    let nearest = readings.into_iter().fold(0.0, f64::max);
-                    let straight = 1.0 - ((left - right).abs() / 2.0).sqrt();
-                    sums[index] += f64::midpoint(left.abs(), right.abs()) * straight * (1.0 - nearest);
-                }
-            }
-            (sums, longest)
-        });
-        fitness.extend(part);
-        longest = longest.max(cycle);
-    }
-    (fitness, longest)
-}
-
 /// Evolves in the simulator with the experiment's budget and its genetic algorithm. Returns the individual of the highest
 /// fitness, as the experiment does.
 fn evolve(seed: u64) -> Vec<f64> {
     const GENERATIONS: usize = 30;
+    const POPULATION: usize = 40;
     const PARENTS: usize = 8;
     let mut random = Pcg64::seed_from_u64(seed);
-    let within = |random: &mut Pcg64| 2.0 * random.random::<f64>() - 1.0;
-    let mut population: Vec<Vec<f64>> = (0..CROWD)
-        .map(|_| (0..GENES).map(|_| within(&mut random)).collect())
+    let mut population: Vec<Vec<f64>> = (0..POPULATION)
+        .map(|_| (0..GENES).map(|_| 2.0 * random.random::<f64>() - 1.0).collect())
         .collect();
     let mut champion = (f64::MIN, Vec::new());
     for generation in 0..GENERATIONS {
@@ -337,30 +167,19 @@ fn evolve(seed: u64) -> Vec<f64> {
             .iter()
             .map(|genes| (&genes[..], start(&mut random)))
             .collect();
-        let (fitness, longest) = lives(&subjects);
-        let mut order: Vec<usize> = (0..CROWD).collect();
-        order.sort_by(|a, b| fitness[*b].total_cmp(&fitness[*a]));
-        let best = order[0];
-        if fitness[best] > champion.0 {
-            champion = (fitness[best], population[best].clone());
+        let lived = lives(&subjects);
+        let best = (0..POPULATION)
+            .max_by(|a, b| lived.fitness[*a].total_cmp(&lived.fitness[*b]))
+            .unwrap();
+        if lived.fitness[best] > champion.0 {
+            champion = (lived.fitness[best], population[best].clone());
         }
-        let mean = fitness.iter().sum::<f64>() / CROWD as f64;
+        let mean = lived.fitness.iter().sum::<f64>() / POPULATION as f64;
         eprintln!(
-            "seed {seed}, generation {generation}: best {:.1}, mean {mean:.1}; cycles up to {longest} ms",
-            fitness[best]
+            "seed {seed}, generation {generation}: best {:.1}, mean {mean:.1}; cycles up to {} ms",
+            lived.fitness[best], lived.longest
         );
-        let mut child = |parent: &usize| {
-            let mutate = |gene: &f64| {
-                let change = within(&mut random);
-                if random.random::<f64>() < 0.25 {
-                    gene + change
-                } else {
-                    *gene
-                }
-            };
-            population[*parent].iter().map(mutate).collect::<Vec<f64>>()
-        };
-        population = (0..CROWD).map(|index| child(&order[index % PARENTS])).collect();
+        population = children(&population, &lived.fitness, PARENTS, &mut random);
     }
     champion.1
 }
@@ -461,9 +280,9 @@ fn wheels_of_the_simulators_thymio() {
 /// Mean fitness of a controller's lives from these starts.
 fn mean_of(kind: &str, genes: &[f64], starts: &[Pose]) -> f64 {
     let subjects: Vec<(&[f64], Pose)> = starts.iter().map(|start| (genes, *start)).collect();
-    let (fitness, longest) = lives(&subjects);
-    let mean = fitness.iter().sum::<f64>() / fitness.len() as f64;
-    eprintln!("{kind}: mean {mean:.1}; cycles up to {longest} ms");
+    let lived = lives(&subjects);
+    let mean = lived.fitness.iter().sum::<f64>() / lived.fitness.len() as f64;
+    eprintln!("{kind}: mean {mean:.1}; cycles up to {} ms", lived.longest);
     mean
 }
 

@@ -13,6 +13,7 @@ use crate::place::Place;
 use crate::skips::skipped;
 
 pub(crate) mod client;
+pub(crate) mod crowd;
 
 /// Set for a test that runs in its namespace.
 const INSIDE: &str = "ONEIRO_TEST_NETWORK";

@@ -1,0 +1,250 @@
+//! The 1995 study with somebody else's world as reality: controllers evolve for a Thymio II that was sampled in Aseba's simulator, with the
+//! paper's three kinds of noise, then live and evolve on in that simulator. docs/preregistration-1995-elsewhere.md has the rules, and
+//! docs/elsewhere.py judges the table.
+#![cfg(target_os = "linux")]
+
+use std::fs::{self, OpenOptions};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use npyz::NpyFile;
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
+use serde_json::Value;
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod aseba;
+#[allow(dead_code, reason = "other tests use the rest")]
+mod place;
+mod skips;
+use aseba::crowd::{GENES, Pose, children, lives, start};
+use aseba::in_a_network;
+use place::Place;
+
+const RULES: [&str; 2] = ["slide", "undo"];
+/// What the simulator adds: nothing, noise of single sensors, the displacement of the paper, and one three times as large.
+const NOISES: [(&str, &[&str]); 4] = [
+    ("none", &[]),
+    ("sensor", &["noise.sensor=[0.0,0.4]"]),
+    ("conservative", &["noise.walk_range_mm=90", "noise.walk_step_mm=4.5"]),
+    ("conservative-30", &["noise.walk_range_mm=30"]),
+];
+const SEEDS: u64 = 10;
+/// What evolves on: under the first rule, with the first noises.
+const ON_SEEDS: u64 = 5;
+const ON_NOISES: usize = 3;
+const ON_GENERATIONS: u32 = 10;
+const PARENTS: usize = 20;
+/// Share of late cycles from which on lives are repeated, and how often they are.
+const LATE: f64 = 0.01;
+const REPEATS: u32 = 5;
+const HEAD: &str = "rule,noise,seed,where,generation,mean,sd,best_20,late\n";
+
+/// One row: a population, and where it lived.
+struct Row<'a> {
+    of: &'a str,
+    place: &'a str,
+    generation: u32,
+    fitness: Vec<f64>,
+    late: f64,
+}
+
+impl Row<'_> {
+    fn text(&self) -> String {
+        let mut sorted = self.fitness.clone();
+        sorted.sort_by(f64::total_cmp);
+        let mean = |some: &[f64]| some.iter().sum::<f64>() / some.len() as f64;
+        let whole = mean(&sorted);
+        let variance = sorted.iter().map(|each| (each - whole).powi(2)).sum::<f64>() / (sorted.len() - 1) as f64;
+        format!(
+            "{},{},{},{whole:.3},{:.3},{:.3},{:.5}\n",
+            self.of,
+            self.place,
+            self.generation,
+            variance.sqrt(),
+            mean(&sorted[sorted.len() - 20..]),
+            self.late
+        )
+    }
+}
+
+/// The table so far. What it has is not done again.
+struct Table {
+    path: PathBuf,
+    text: String,
+}
+
+impl Table {
+    fn open(path: PathBuf) -> Self {
+        let text = fs::read_to_string(&path).unwrap_or_default();
+        let mut table = Self { path, text };
+        if table.text.is_empty() {
+            table.add(HEAD);
+        }
+        table
+    }
+
+    fn has(&self, of: &str, place: &str) -> bool {
+        self.text.contains(&format!("\n{of},{place},"))
+    }
+
+    fn add(&mut self, rows: &str) {
+        self.text += rows;
+        let mut file = OpenOptions::new().create(true).append(true).open(&self.path).unwrap();
+        file.write_all(rows.as_bytes()).unwrap();
+    }
+}
+
+/// Evolves in our simulator, into a directory for each seed. Returns what `--set` needs for the noise.
+fn evolve(place: &Place, rule: &str, noise: usize, seeds: u64) -> PathBuf {
+    let (name, values) = NOISES[noise];
+    let (rule_set, seeds) = (format!("robot.collision={rule}"), format!("1..{seeds}"));
+    let out = place.at(format!("{rule}-{name}"));
+    let experiment = experiment();
+    let mut arguments = vec![
+        "run",
+        experiment.to_str().unwrap(),
+        "--seeds",
+        &seeds,
+        "--set",
+        &rule_set,
+    ];
+    values.iter().for_each(|value| arguments.extend(["--set", value]));
+    arguments.extend(["--out", out.to_str().unwrap(), "--backend", "cpu", "--quiet"]);
+    place.good(&arguments);
+    out
+}
+
+fn experiment() -> PathBuf {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/miglino1995/elsewhere/thymio.toml");
+    folder.canonicalize().unwrap()
+}
+
+fn population(run: &Path) -> Vec<Vec<f64>> {
+    let bytes = fs::read(run.join("population.npy")).unwrap();
+    let genes: Vec<f32> = NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap();
+    genes
+        .chunks(GENES)
+        .map(|genes| genes.iter().map(|gene| f64::from(*gene)).collect())
+        .collect()
+}
+
+/// Fitness of a run's last generation in our simulator, in lives that its evolution has not seen.
+fn simulated(place: &Place, run: &Path, noise: &str) -> Vec<f64> {
+    let run = run.to_str().unwrap();
+    let json = place.good(&[
+        "evaluate",
+        "--genomes",
+        run,
+        "--population",
+        "--trials",
+        "1",
+        "--seed",
+        "1000",
+        "--noise",
+        noise,
+        "--backend",
+        "cpu",
+        "--json",
+    ]);
+    let rows: Vec<Value> = serde_json::from_str(&json).unwrap();
+    rows.iter().map(|row| row["fitness"].as_f64().unwrap()).collect()
+}
+
+/// Fitness in Aseba's simulator, each from a start of its own, and the share of late cycles.
+fn real(population: &[Vec<f64>], random: &mut Pcg64) -> (Vec<f64>, f64) {
+    let subjects: Vec<(&[f64], Pose)> = population.iter().map(|genes| (&genes[..], start(random))).collect();
+    let mut lived = lives(&subjects);
+    for _ in 0..REPEATS {
+        if lived.late < LATE {
+            break;
+        }
+        eprintln!("{:.3} of the cycles were late: once more", lived.late);
+        lived = lives(&subjects);
+    }
+    (lived.fitness, lived.late)
+}
+
+/// Random numbers of the starts and the mutations of a run in Aseba's simulator.
+fn random_of(seed: u64, generation: u32) -> Pcg64 {
+    Pcg64::seed_from_u64(1_000 * seed + u64::from(generation))
+}
+
+#[test]
+#[ignore = "an hour: the 1995 study in Aseba's simulator"]
+fn the_1995_study_in_the_simulator_of_others() {
+    if !in_a_network(
+        "the_1995_study_in_the_simulator_of_others",
+        "the 1995 study in Aseba's simulator",
+    ) {
+        return;
+    }
+    let place = Place::new("elsewhere");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("elsewhere.csv");
+    eprintln!("{}", path.display());
+    let mut table = Table::open(path);
+    for rule in RULES {
+        for (noise, (name, _)) in NOISES.iter().enumerate() {
+            let runs = evolve(&place, rule, noise, SEEDS);
+            for seed in 1..=SEEDS {
+                carry_over(&place, &mut table, &format!("{rule},{name},{seed}"), seed, &runs);
+            }
+        }
+    }
+    for seed in 1..=ON_SEEDS {
+        for (name, _) in &NOISES[..ON_NOISES] {
+            let run = place.at(format!("{}-{name}", RULES[0])).join(format!("seed-{seed}"));
+            evolve_on(&mut table, &format!("{},{name},{seed}", RULES[0]), seed, &run);
+        }
+    }
+}
+
+/// A run's last generation in our simulator with its noise, without, and in Aseba's.
+fn carry_over(place: &Place, table: &mut Table, of: &str, seed: u64, runs: &Path) {
+    if table.has(of, "real") {
+        return;
+    }
+    let run = runs.join(format!("seed-{seed}"));
+    let row = |place, (fitness, late)| {
+        Row {
+            of,
+            place,
+            generation: 0,
+            fitness,
+            late,
+        }
+        .text()
+    };
+    let rows = [
+        row("simulated", (simulated(place, &run, "on"), 0.0)),
+        row("quiet", (simulated(place, &run, "off"), 0.0)),
+        row("real", real(&population(&run), &mut random_of(seed, 0))),
+    ]
+    .concat();
+    eprint!("{rows}");
+    table.add(&rows);
+}
+
+/// Generations of a run's population in Aseba's simulator. The first has the fitness of being carried over, lived again.
+fn evolve_on(table: &mut Table, of: &str, seed: u64, run: &Path) {
+    if table.has(of, "on") {
+        return;
+    }
+    let (mut rows, mut population) = (String::new(), population(run));
+    for generation in 0..=ON_GENERATIONS {
+        let mut random = random_of(seed, 100 + generation);
+        let (fitness, late) = real(&population, &mut random);
+        population = children(&population, &fitness, PARENTS, &mut random);
+        let row = Row {
+            of,
+            place: "on",
+            generation,
+            fitness,
+            late,
+        }
+        .text();
+        eprint!("{row}");
+        rows += &row;
+    }
+    table.add(&rows);
+}
