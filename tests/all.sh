@@ -98,14 +98,20 @@ browser
 validator
 simulator
 
-# beside NAME COMMAND..: starts what runs beside other stages; `join NAME` shows its output, and fails if it failed.
-# Each has a session, hence a group of its own for the scheduler.
+# start NICENESS COMMAND..: starts a command in a session of its own, hence a group for the scheduler, whose niceness is the
+# group's. `started` is its group.
+start() {
+    setsid sh -c '{ echo "$0" >/proc/self/autogroup; } 2>/dev/null; exec nice -n "$0" "$@"' "$@" &
+    started=$!
+}
+
+# beside NAME NICENESS COMMAND..: starts what runs beside other stages; `join NAME` shows its output, and fails if it failed.
 output=$(mktemp -d)
 declare -A jobs since
 beside() {
     since[$1]=$EPOCHSECONDS
-    setsid "${@:2}" >"$output/$1" 2>&1 &
-    jobs[$1]=$!
+    start "${@:2}" >"$output/$1" 2>&1
+    jobs[$1]=$started
 }
 join() {
     local code=0
@@ -117,6 +123,13 @@ join() {
     stages+=("$(printf '%5d s  %s, beside others' $(($(date -r "$output/$1" +%s) - since[$1])) "$1")")
     return $code
 }
+# lowered NICENESS COMMAND..: runs a command that leaves the processors to what needs them at once.
+lowered() {
+    start "$@"
+    jobs[lowered]=$started
+    wait "$started"
+    unset "jobs[lowered]"
+}
 finish() {
     local group
     for group in "${jobs[@]}"; do kill -- -"$group" 2>/dev/null || true; done
@@ -126,8 +139,8 @@ finish() {
 }
 trap finish EXIT
 
-# With what other stages leave of the processors: niceness that is the group's for the scheduler.
-beside "64-bit ARM" nice -n 19 sh -c '{ echo 19 >/proc/self/autogroup; } 2>/dev/null; exec tests/aarch64.sh'
+# With what other stages leave of the processors.
+beside "64-bit ARM" 19 tests/aarch64.sh
 
 say "formatting"
 cargo fmt --all --check
@@ -146,14 +159,17 @@ say "building the tests"
 all=(cargo test --locked --workspace --features oneiro-host/parquet)
 "${all[@]}" --no-run
 
-# These robots turn in real time, and their test answers for them, so no other test runs beside them.
-say "robots that turn"
-"${all[@]}" --test sample_wire
+# Tests that wait for robots in real time leave the processors idle, and must get them at once when they need them: they run beside
+# all others, which have a lower priority. The patterns of the others are all names but those that begin with `rea`.
+beside "robots in real time" 0 "${all[@]}" --test 'real_time_*'
+beside "Python" 10 bash -ec "tests/python-package.sh $learning; tests/python.sh; tests/optimisers.sh; tests/recompute.sh; tests/peers.sh"
+say "all other tests"
+# Kernels have no tests in their library, and would be compiled a second time.
+lowered 10 "${all[@]}" --exclude oneiro-shaders --lib
+lowered 10 "${all[@]}" --test '[!r]*' --test 'r[!e]*' --test 're[!a]*'
+lowered 10 "${all[@]}" --doc
 
-beside "Python" bash -ec "tests/python-package.sh $learning; tests/python.sh; tests/optimisers.sh; tests/recompute.sh; tests/peers.sh"
-say "all tests"
-"${all[@]}" -- --skip a_robot_alone_is_sampled --skip a_person_places_a_robot
-
+join "robots in real time"
 join "Python"
 [ -z "$slurm" ] || tests/slurm.sh
 join "64-bit ARM"

@@ -48,7 +48,7 @@ say "a swarm of daemons of which a hundred are killed, and one that lives for a 
 long --test twins -- --ignored --nocapture
 
 say "ten daemons that evolve, in real time"
-long --test fleets -- --nocapture
+long --test real_time_fleets -- --nocapture
 
 say "runs and sweeps that are killed"
 long --test run survives_being_killed
@@ -59,7 +59,7 @@ long --test rapier -- --include-ignored
 
 say "a robot sampled in Aseba's simulator, and its champions there"
 # One at a time: the simulator has to keep up.
-long --test transfer -- --nocapture --test-threads=1
+long --test real_time_transfer -- --nocapture --test-threads=1
 
 say "instructions of an on-board generation on 64-bit ARM"
 tests/arm-instructions.sh
