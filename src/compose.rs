@@ -33,10 +33,10 @@ use std::sync::Arc;
 
 use oneiro_shaders::Kernel;
 
+use crate::automode::Modules;
 use crate::differential::Build;
 use crate::network::Network;
 use crate::parameter::{Allowed, Datum, Invalid};
-use crate::state_machine::StateMachine;
 use crate::tables::SENSORS;
 use crate::world::{Gene, WorldSpec};
 
@@ -47,8 +47,9 @@ pub(crate) use part::{is_of_user, parts_of};
 
 /// Stands for the path of a network, which is not in a file.
 const NETWORK: &str = "network";
-/// The same of a state machine.
+/// The same of controllers of `AutoMoDe`'s modules.
 const STATE_MACHINE: &str = "state-machine";
+const BEHAVIOUR_TREE: &str = "behaviour-tree";
 
 /// Most genes of a user's controller.
 pub const GREATEST_GENES: u32 = 1024;
@@ -198,7 +199,7 @@ impl OwnPart {
     pub(crate) fn key(&self) -> String {
         match self.part.path() {
             NETWORK => "controller.layers".to_owned(),
-            STATE_MACHINE => "controller.kind".to_owned(),
+            STATE_MACHINE | BEHAVIOUR_TREE => "controller.kind".to_owned(),
             _ => format!("{}.part", self.part.kind().word()),
         }
     }
@@ -323,9 +324,19 @@ impl OwnParts {
     }
 
     /// These parts, and a state machine as the controller.
-    pub(crate) fn with_state_machine(&self, machine: &StateMachine) -> Result<Self, Invalid> {
-        let given = machine.given();
-        self.with_controller(STATE_MACHINE, part::STATE_MACHINE, |part| OwnPart::new(part, &given))
+    pub(crate) fn with_state_machine(&self, modules: &Modules) -> Result<Self, Invalid> {
+        self.with_modules(STATE_MACHINE, &part::STATE_MACHINE, modules)
+    }
+
+    /// These parts, and a behaviour tree as the controller.
+    pub(crate) fn with_behaviour_tree(&self, modules: &Modules) -> Result<Self, Invalid> {
+        self.with_modules(BEHAVIOUR_TREE, &part::BEHAVIOUR_TREE, modules)
+    }
+
+    fn with_modules(&self, path: &str, files: &[(&str, &str)], modules: &Modules) -> Result<Self, Invalid> {
+        let text: String = files.iter().map(|(_, text)| *text).collect();
+        let given = modules.given();
+        self.with_controller(path, &text, |part| OwnPart::new(part, &given))
     }
 
     /// These parts, and a controller that Oneiro wrote; `own` gives it its values.

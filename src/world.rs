@@ -11,13 +11,13 @@ use std::sync::Arc;
 use oneiro_shaders::{Kernel, life};
 
 use crate::arena::Arena;
+use crate::automode::{self, Modules};
 use crate::batch::{Buffers, WorldKind, Worlds};
 use crate::compose::{self, Composed, Detail, Kind, Lives, OwnParts};
 use crate::differential::{Build, Sensor};
 use crate::foraging::{self, Forager};
 use crate::network::Network;
 use crate::parameter::Invalid;
-use crate::state_machine::{self, StateMachine};
 use crate::surrogate::Surrogate;
 use crate::tables::{MotorStates, MotorTable, PREVIOUS, SENSOR_NAMES, SensorTables};
 
@@ -146,7 +146,9 @@ pub enum Controller {
     /// `compose`.
     ///
     /// [`Model::Vectors`]: crate::reference::Model::Vectors
-    StateMachine(StateMachine),
+    StateMachine(Modules),
+    /// A behaviour tree of the same modules: 29 genes. Likewise.
+    BehaviourTree(Modules),
     /// A forager's behaviours: 2 genes choose between seeking the light, fleeing it and searching at random, with food and
     /// without. Only for [`Build::Forager`].
     Behaviours,
@@ -177,7 +179,8 @@ impl Controller {
                 OUTPUTS.iter().flat_map(|to| weights(&inputs, to)).collect()
             }
             Self::Network(network) => network.genes(readings),
-            Self::StateMachine(_) => state_machine::genes(),
+            Self::StateMachine(_) => automode::machine_genes(),
+            Self::BehaviourTree(_) => automode::tree_genes(),
             Self::Behaviours => foraging::genes(),
             Self::Own => Vec::new(),
         }
@@ -237,10 +240,6 @@ impl Gene {
 pub struct GeneLayout(Arc<[Gene]>);
 
 impl GeneLayout {
-    pub(crate) fn of(genes: Vec<Gene>) -> Self {
-        Self(genes.into())
-    }
-
     /// The genes.
     pub fn all(&self) -> &[Gene] {
         &self.0
@@ -461,7 +460,8 @@ impl World {
         let readings = spec.readings();
         let parts = match &spec.controller {
             Controller::Network(network) => spec.own.with_network(network, &spec.robot.build)?,
-            Controller::StateMachine(machine) => spec.own.with_state_machine(machine)?,
+            Controller::StateMachine(modules) => spec.own.with_state_machine(modules)?,
+            Controller::BehaviourTree(modules) => spec.own.with_behaviour_tree(modules)?,
             _ => spec.own.clone(),
         };
         if lives != Lives::Simulated && spec.robot.members().is_some() {

@@ -206,7 +206,8 @@ fn every_part_is_listed() {
     files.sort();
     let mut listed: Vec<_> = oneiro_shader_parts::PARTS
         .iter()
-        .chain([&oneiro_shader_parts::STATE_MACHINE])
+        .chain(&oneiro_shader_parts::STATE_MACHINE)
+        .chain(&oneiro_shader_parts::BEHAVIOUR_TREE[1..])
         .map(|(path, _)| root.join(path))
         .collect();
     listed.sort();

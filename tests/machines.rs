@@ -1,4 +1,4 @@
-//! State machines and races through the program: champions as texts, texts as genomes, records that are the same however a run went
+//! State machines, behaviour trees and races through the program: champions as texts, texts as genomes, records that are the same however a run went
 //! on, and refusals.
 
 use std::path::Path;
@@ -27,18 +27,29 @@ const SHORT: [&str; 10] = [
 
 #[test]
 fn a_champion_is_a_text_that_lives_as_its_genes_do() {
-    let place = Place::new("machines");
+    check_champion("state-machine", "--nstates ");
+}
+
+#[test]
+fn so_is_a_behaviour_trees() {
+    check_champion("behaviour-tree", "--nroot 3 --nchildroot ");
+}
+
+fn check_champion(controller: &str, begins: &str) {
+    let place = Place::new(controller);
     let file = experiment();
-    place.good(&[&["run", &file, "--seed", "2", "--out", "run"][..], &SHORT].concat());
+    let kind = format!("controller.kind={controller}");
+    let short = [&SHORT[..], &["--set", &kind]].concat();
+    place.good(&[&["run", &file, "--seed", "2", "--out", "run"][..], &short].concat());
     place.good(&["verify", "run"]);
     let generations = place.text("run/generations.csv").lines().count() - 1;
     assert!(generations > 12, "{generations}");
     for name in ["champion", "luckiest"] {
         let text = place.text(format!("run/{name}.txt"));
-        assert!(text.starts_with("--nstates ") && text.lines().count() == 1, "{text}");
+        assert!(text.starts_with(begins) && text.lines().count() == 1, "{text}");
         let lived = |genomes: &str| {
             let lives = ["--trials", "5", "--seed", "9", "--common-starts"];
-            place.good(&[&["evaluate", &file, "--genomes", genomes][..], &SHORT, &lives].concat())
+            place.good(&[&["evaluate", &file, "--genomes", genomes][..], &short, &lives].concat())
         };
         assert_eq!(
             lived(&format!("run/{name}.txt")),
@@ -61,7 +72,7 @@ fn what_does_not_fit_is_refused() {
     place
         .run(&["evaluate", &network, "--genomes", "bad.txt", "--trials", "1"])
         .exits(3)
-        .says(&["bad.txt: is a text, which only state machines have"]);
+        .says(&["bad.txt: is a text, which only state machines and behaviour trees have"]);
     for (set, message) in [
         (
             "robot.model=rm1.1",

@@ -8,11 +8,20 @@ macro_rules! parts {
     };
 }
 
-/// A controller that is composed as a user's is, and whose names users' own parts may have too: its path, and its text.
-pub const STATE_MACHINE: (&str, &str) = (
-    "controller/state_machine.wgsl",
-    include_str!("controller/state_machine.wgsl"),
-);
+/// A file: its path, and its text.
+macro_rules! file {
+    ($path:literal) => {
+        ($path, include_str!($path))
+    };
+}
+
+/// The files of a controller that is composed as a user's is, and whose names users' own parts may have too.
+pub const STATE_MACHINE: [(&str, &str); 2] = [file!("controller/modules.wgsl"), file!("controller/state_machine.wgsl")];
+/// The same.
+pub const BEHAVIOUR_TREE: [(&str, &str); 2] = [
+    file!("controller/modules.wgsl"),
+    file!("controller/behaviour_tree.wgsl"),
+];
 
 parts![
     "controller/behaviours.wgsl",

@@ -8,7 +8,8 @@ use crate::parameter::{Choice, Invalid};
 use crate::world::WorldSpec;
 
 /// The text of a controller, which this program can't compose.
-pub(super) const STATE_MACHINE: &str = "";
+pub(super) const STATE_MACHINE: [(&str, &str); 0] = [];
+pub(super) const BEHAVIOUR_TREE: [(&str, &str); 0] = [];
 
 /// A user's part. This program has none.
 #[derive(Clone, Debug, PartialEq)]

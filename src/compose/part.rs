@@ -14,8 +14,7 @@ use oneiro_shader_compiler::{Place, Refusal, check_part};
 
 pub use oneiro_shader_compiler::Rule;
 
-/// The text of the controller that runs state machines.
-pub(super) const STATE_MACHINE: &str = oneiro_shader_parts::STATE_MACHINE.1;
+pub(super) use oneiro_shader_parts::{BEHAVIOUR_TREE, STATE_MACHINE};
 
 use super::{Kind, Refused, Scalar, Value};
 

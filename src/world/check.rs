@@ -9,6 +9,7 @@ use oneiro_shaders::life;
 use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
 use super::{Collision, Controller, Noise, Robot, Start, Task, WorldSpec, pack};
 use crate::arena::{Arena, Field, Wall};
+use crate::automode::Modules;
 use crate::batch::WorldKind;
 use crate::compose::{GREATEST_GENES, Kind, OwnPart};
 use crate::differential::Build;
@@ -16,7 +17,6 @@ use crate::foraging;
 use crate::network::Network;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Choice, Invalid, allowed_number, integer, number};
-use crate::state_machine::StateMachine;
 use crate::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
@@ -48,11 +48,12 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     if let Controller::Network(own) = &spec.controller {
         network(own, spec)?;
     }
-    if let Controller::StateMachine(_) = &spec.controller {
-        StateMachine::check(match &spec.robot.build {
+    if let Controller::StateMachine(_) | Controller::BehaviourTree(_) = &spec.controller {
+        let model = match &spec.robot.build {
             Build::Differential(own) => own.model,
             Build::Sampled | Build::Forager(_) => None,
-        })?;
+        };
+        Modules::check(model, spec.controller.word())?;
     }
     own_parts(spec)?;
     together(spec)?;

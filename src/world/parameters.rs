@@ -5,12 +5,12 @@ use std::sync::LazyLock;
 use oneiro_shaders::life;
 
 use super::{Activation, Collision, Controller, Difference, Robot, Speed, Start, Task, WorldSpec};
+use crate::automode::Modules;
 use crate::differential::{Build, Differential, GREATEST_MEMBERS};
 use crate::foraging::{self, AsForaging, Forager, Foraging};
 use crate::network::Network;
 use crate::parameter::Allowed::{Any, Number, Text, Turns, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
-use crate::state_machine::StateMachine;
 
 /// Range of coordinates, mm: beyond 100 m single precision is too coarse for a robot's steps.
 pub const COORDINATE: Allowed = Number(-1e5, 1e5);
@@ -226,15 +226,15 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
         row("controller.layers[].time_constants_s", "s", Number(0.1, 1e5), "ours: 0.1 to 5 s",
             "Least and greatest time constant of a continuous-time layer.", |own, index| Some(&mut network(own)?.layers.get_mut(index)?.time_constants)),
         row("controller.obstacle", "", Number(0.0, 10.0), "AutoMoDe's program, AutoMoDeBehaviourExploration.cpp, commit 17d758bf",
-            "Length of the vector of proximity from which on exploration turns away; default: 0.1.", |own, _| Some(&mut machine(own)?.obstacle)),
+            "Length of the vector of proximity from which on exploration turns away; default: 0.1.", |own, _| Some(&mut modules(own)?.obstacle)),
         row("controller.avoidance", "", Number(0.0, 100.0), "Francesca et al. 2014; AutoMoDe's program, commit 7e0b0c10",
-            "Weight of that vector in phototaxis, anti-phototaxis and repulsion; default: 5.", |own, _| Some(&mut machine(own)?.avoidance)),
+            "Weight of that vector in phototaxis, anti-phototaxis and repulsion; default: 5.", |own, _| Some(&mut modules(own)?.avoidance)),
         row("controller.attraction_avoidance", "", Number(0.0, 100.0), "Francesca et al. 2014; AutoMoDe's program, commit c64bb88b",
-            "The same in attraction; default: 6.", |own, _| Some(&mut machine(own)?.attraction_avoidance)),
+            "The same in attraction; default: 6.", |own, _| Some(&mut modules(own)?.attraction_avoidance)),
         row("controller.least_vector", "", Number(0.001, 10.0), "AutoMoDe's program, commit 7e0b0c10",
-            "Robots drive straight ahead instead of along shorter vectors; default: 0.1.", |own, _| Some(&mut machine(own)?.least_vector)),
+            "Robots drive straight ahead instead of along shorter vectors; default: 0.1.", |own, _| Some(&mut modules(own)?.least_vector)),
         row("controller.slowest_wheel", "", Number(-1.0, 1.0), "AutoMoDe's program, AutoMoDeBehaviour.cpp, commit 0d870478; other revisions have -1",
-            "The inner wheel's least speed in a curve, as a share of the outer one's; default: -0.5.", |own, _| Some(&mut machine(own)?.slowest_wheel)),
+            "The inner wheel's least speed in a curve, as a share of the outer one's; default: -0.5.", |own, _| Some(&mut modules(own)?.slowest_wheel)),
         row("task.kind", "", Any, "Miglino et al. 1995, section 3.1, equation 1",
             "What fitness is given for.", |own, _| Some(&mut own.as_mut().task)),
         row("task.speed", "", Any, "Miglino et al. 1995, section 5: driving to and fro \"will score relatively high\"",
@@ -294,10 +294,10 @@ fn network<T: AsMut<WorldSpec>>(own: &mut T) -> Option<&mut Network> {
     }
 }
 
-/// The controller, if it is a state machine.
-fn machine<T: AsMut<WorldSpec>>(own: &mut T) -> Option<&mut StateMachine> {
+/// The modules of the controller, if it is made of them.
+fn modules<T: AsMut<WorldSpec>>(own: &mut T) -> Option<&mut Modules> {
     match &mut own.as_mut().controller {
-        Controller::StateMachine(machine) => Some(machine),
+        Controller::StateMachine(modules) | Controller::BehaviourTree(modules) => Some(modules),
         _ => None,
     }
 }
@@ -341,8 +341,13 @@ impl Choice for Controller {
         ),
         (
             "state-machine",
-            Self::StateMachine(StateMachine::DEFAULT),
+            Self::StateMachine(Modules::DEFAULT),
             "a probabilistic finite state machine of AutoMoDe's modules: 97 genes; see docs/controllers.md",
+        ),
+        (
+            "behaviour-tree",
+            Self::BehaviourTree(Modules::DEFAULT),
+            "a behaviour tree of the same modules: 29 genes; see docs/controllers.md",
         ),
         (
             "behaviours",

@@ -1,11 +1,11 @@
-//! Genomes from files: `.npy`, `.csv` and `.json`, and state machines from `.txt`.
+//! Genomes from files: `.npy`, `.csv` and `.json`, and state machines and behaviour trees from `.txt`.
 
 mod npy;
 
 use std::path::Path;
 
+use oneiro::automode::Form;
 use oneiro::batch::GREATEST_GENE;
-use oneiro::state_machine;
 use oneiro::world::GeneLayout;
 use serde::Deserialize;
 
@@ -19,7 +19,7 @@ use crate::files;
 /// - `.csv`: one genome per line. There may be a header; if it has the controller's [gene names](GeneLayout::names),
 ///   columns are found by name, and other columns are ignored;
 /// - `.json`: one genome, in the format of a run's `champion.json`;
-/// - `.txt`, of state machines: one on each line, in `AutoMoDe`'s form; empty lines are ignored.
+/// - `.txt`, of state machines and behaviour trees: one on each line, in `AutoMoDe`'s form; empty lines are ignored.
 ///
 /// # Errors
 /// Exit 3: there is no such file, no genome in it, another shape, or a gene that isn't a number or is beyond
@@ -37,12 +37,18 @@ pub(crate) fn read(path: &Path, layout: &GeneLayout) -> Result<Population> {
             columns::read(&bytes, &layout.names(), |gene, shown| checked(gene, &shown)).map(|(values, _)| values)
         }
         Some("json") => from_json(&bytes, genes),
-        Some("txt") if state_machine::is_layout_of(layout) => from_text(&bytes),
-        Some("txt") => Err(
-            "is a text, which only state machines have; allowed: .npy, .csv, .json, or controller.kind = \"state-machine\""
+        Some("txt") => match Form::of(layout) {
+            Some(form) => from_text(form, &bytes),
+            None => Err(
+                "is a text, which only state machines and behaviour trees have; allowed: .npy, .csv, .json, or controller.kind = \
+                 \"state-machine\" or \"behaviour-tree\""
+                    .to_owned(),
+            ),
+        },
+        _ => Err(
+            "has an unknown extension; allowed: .npy, .csv, .json, and .txt of state machines and behaviour trees"
                 .to_owned(),
         ),
-        _ => Err("has an unknown extension; allowed: .npy, .csv, .json, and .txt of state machines".to_owned()),
     };
     let values = genomes.map_err(|problem| Failure::input(format_args!("{}: {problem}", path.display())))?;
     if values.is_empty() {
@@ -88,15 +94,12 @@ fn from_json(bytes: &[u8], genes: usize) -> std::result::Result<Vec<f32>, String
     genome.iter().enumerate().map(place).collect()
 }
 
-/// State machines, one on each line.
-fn from_text(bytes: &[u8]) -> std::result::Result<Vec<f32>, String> {
+/// State machines or behaviour trees, one on each line.
+fn from_text(form: Form, bytes: &[u8]) -> std::result::Result<Vec<f32>, String> {
     let text = std::str::from_utf8(bytes).map_err(|error| format!("{error}; allowed: UTF-8"))?;
     let lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
-    let machines = lines.map(|(line, number)| match state_machine::parse(line) {
-        Ok(machine) => Ok(machine.genome()),
-        Err(bad) => Err(format!("line {number}, {bad}")),
-    });
-    Ok(machines.collect::<std::result::Result<Vec<_>, String>>()?.concat())
+    let genomes = lines.map(|(line, number)| form.genome(line).map_err(|bad| format!("line {number}, {bad}")));
+    Ok(genomes.collect::<std::result::Result<Vec<_>, String>>()?.concat())
 }
 
 #[cfg(test)]
@@ -106,16 +109,19 @@ mod tests {
     #[test]
     fn a_text_has_a_machine_on_each_line() {
         let good = "--nstates 1 --s0 1\n\n  --nstates 1 --s0 4 --att0 2.5\n";
-        let genes = from_text(good.as_bytes()).unwrap();
+        let genes = from_text(Form::StateMachine, good.as_bytes()).unwrap();
         assert_eq!(genes.len(), 2 * 97);
-        let machine = state_machine::Machine::of(&genes[97..]);
-        assert_eq!(machine.to_string(), "--nstates 1 --s0 4 --att0 2.5");
+        assert_eq!(Form::StateMachine.text(&genes[97..]), "--nstates 1 --s0 4 --att0 2.5");
         assert_eq!(
-            from_text(b"--nstates 1 --s0 1\n--nstates 1 --s0 7").unwrap_err(),
+            from_text(Form::StateMachine, b"--nstates 1 --s0 1\n--nstates 1 --s0 7").unwrap_err(),
             "line 2, word 4: `--s0` is `7`; allowed: 0 to 5, whole"
         );
-        assert!(from_text(b"\xff").unwrap_err().ends_with("allowed: UTF-8"));
-        assert!(from_text(b"\n").unwrap().is_empty());
+        assert!(
+            from_text(Form::StateMachine, b"\xff")
+                .unwrap_err()
+                .ends_with("allowed: UTF-8")
+        );
+        assert!(from_text(Form::BehaviourTree, b"\n").unwrap().is_empty());
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use oneiro::automode::Form;
 use oneiro::random::Key;
-use oneiro::state_machine::{self, Machine};
 use oneiro::world::GeneLayout;
 use serde::{Deserialize, Serialize};
 
@@ -55,12 +55,12 @@ pub(super) struct Individual<'a> {
 }
 
 impl Individual<'_> {
-    /// Its files with their contents, such as `champion.json` and `champion.npy`, and the text of a state machine.
+    /// Its files with their contents, such as `champion.json` and `champion.npy`, and its text, if it has one.
     pub(super) fn files(&self, [file, genes, text]: [&'static str; 3]) -> Vec<(&'static str, Vec<u8>)> {
         let genome = &self.own.genome;
         let mut files = vec![(file, self.json()), (genes, npy(&[genome.len()], genome))];
-        if state_machine::is_layout_of(self.layout) {
-            files.push((text, format!("{}\n", Machine::of(genome)).into_bytes()));
+        if let Some(form) = Form::of(self.layout) {
+            files.push((text, format!("{}\n", form.text(genome)).into_bytes()));
         }
         files
     }

@@ -26,8 +26,8 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
+use oneiro::automode::Form;
 use oneiro::batch::Worlds;
-use oneiro::state_machine;
 use oneiro::world::{Noise, Start, World, WorldSpec};
 use serde_json::json;
 
@@ -168,9 +168,9 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: b
     all
 }
 
-/// The texts of state machines in a run's directory.
+/// The texts of state machines and behaviour trees in a run's directory.
 fn texts(has_finalists: bool) -> Vec<Entry> {
-    let text = "with `controller.kind = \"state-machine\"`: the champion's text in AutoMoDe's form, which `--genomes` takes, too";
+    let text = "with `controller.kind = \"state-machine\"` or `\"behaviour-tree\"`: the champion's text in AutoMoDe's form, which `--genomes` takes, too";
     let mut all = vec![Entry::file(CHAMPION_TEXT, text)];
     if has_finalists {
         all.push(Entry::file(LUCKIEST_TEXT, "with it: the luckiest's text"));
@@ -590,7 +590,7 @@ impl super::Experiment for Single {
         let (has_individuals, has_trace) = (settings.record.individuals, !self.ends_outside());
         let world = self.experiment.world();
         let mut files = files(world, has_finalists, has_individuals, has_trace);
-        if state_machine::is_layout_of(world.gene_layout()) {
+        if Form::of(world.gene_layout()).is_some() {
             files.extend(texts(has_finalists));
         }
         if settings.evolution.has_archive() {

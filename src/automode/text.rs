@@ -1,0 +1,179 @@
+//! What the text forms of state machines and behaviour trees share: options with a value each, in any order.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use super::{Behaviour, Condition, Crowd, MODULES, NEIGHBOURS, PROBABILITIES, STEEPNESSES, STRENGTHS, TURNS};
+
+/// A text that is no such controller: the place of the word, from 1, its problem, and what is allowed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("word {word}: {problem}")]
+pub struct BadText {
+    /// The word's number in the text.
+    pub word: usize,
+    /// The word, what is wrong with it, and what is allowed.
+    pub problem: String,
+}
+
+fn bad<T>(word: usize, problem: impl Into<String>) -> Result<T, BadText> {
+    Err(BadText {
+        word,
+        problem: problem.into(),
+    })
+}
+
+/// The values of options that have not been taken yet, each with the option's place.
+pub(super) struct Options<'a> {
+    values: BTreeMap<&'a str, (usize, &'a str)>,
+    /// The place after the last word.
+    end: usize,
+}
+
+impl<'a> Options<'a> {
+    /// Reads a text, which may begin with the word `may_begin`; `such_as` names the first options.
+    pub(super) fn read(text: &'a str, may_begin: &str, such_as: &str) -> Result<Self, BadText> {
+        let mut words = (1..).zip(text.split_whitespace()).peekable();
+        words.next_if(|(_, word)| *word == may_begin);
+        let mut own = Self {
+            values: BTreeMap::new(),
+            end: 1,
+        };
+        while let Some((place, option)) = words.next() {
+            if !option.starts_with("--") {
+                return bad(
+                    place,
+                    format!("`{option}` is no option; allowed: {such_as}, each with its value"),
+                );
+            }
+            own.end = place + 1;
+            let Some((_, value)) = words.next_if(|(_, word)| !word.starts_with("--")) else {
+                return bad(own.end, format!("`{option}` has no value; allowed: one number"));
+            };
+            own.end += 1;
+            if own.values.insert(option, (place, value)).is_some() {
+                return bad(place, format!("`{option}` is given twice; allowed: once"));
+            }
+        }
+        Ok(own)
+    }
+
+    /// The place and the value of an option.
+    fn take(&mut self, option: &str) -> Result<(usize, &'a str), BadText> {
+        match self.values.remove(option) {
+            Some((place, value)) => Ok((place + 1, value)),
+            None => bad(
+                self.end,
+                format!("`{option}` is missing; allowed: given with its value"),
+            ),
+        }
+    }
+
+    /// Whether an option has not been taken yet.
+    pub(super) fn has(&self, option: &str) -> bool {
+        self.values.contains_key(option)
+    }
+
+    /// Takes an option whose value is a whole number of a range.
+    pub(super) fn whole(&mut self, option: &str, [least, greatest]: [u32; 2]) -> Result<u32, BadText> {
+        let (place, value) = self.take(option)?;
+        match value.parse() {
+            Ok(number) if (least..=greatest).contains(&number) => Ok(number),
+            _ => bad(
+                place,
+                if least == greatest {
+                    format!("`{option}` is `{value}`; allowed: {least}")
+                } else {
+                    format!("`{option}` is `{value}`; allowed: {least} to {greatest}, whole")
+                },
+            ),
+        }
+    }
+
+    fn number(&mut self, option: &str, [least, greatest]: [f32; 2]) -> Result<f32, BadText> {
+        let (place, value) = self.take(option)?;
+        match value.parse::<f32>() {
+            // Zero has one sign.
+            Ok(number) if (least..=greatest).contains(&number) => Ok(number + 0.0),
+            _ => bad(
+                place,
+                format!("`{option}` is `{value}`; allowed: {least} to {greatest}"),
+            ),
+        }
+    }
+
+    /// Takes a behaviour: its number is the value of `option`, and its values' options end with `place`.
+    pub(super) fn behaviour(&mut self, option: &str, place: &str) -> Result<Behaviour, BadText> {
+        Ok(match self.whole(option, MODULES)? {
+            0 => Behaviour::Exploration {
+                turning: self.whole(&format!("--rwm{place}"), TURNS)?,
+            },
+            1 => Behaviour::Stop,
+            2 => Behaviour::Phototaxis,
+            3 => Behaviour::AntiPhototaxis,
+            4 => Behaviour::Attraction {
+                strength: self.number(&format!("--att{place}"), STRENGTHS)?,
+            },
+            _ => Behaviour::Repulsion {
+                strength: self.number(&format!("--rep{place}"), STRENGTHS)?,
+            },
+        })
+    }
+
+    /// Takes a condition, whose options end with `place`.
+    pub(super) fn condition(&mut self, place: &str) -> Result<Condition, BadText> {
+        let kind = self.whole(&format!("--c{place}"), MODULES)?;
+        let p = format!("--p{place}");
+        Ok(match kind {
+            0 => Condition::BlackFloor(self.number(&p, PROBABILITIES)?),
+            1 => Condition::GreyFloor(self.number(&p, PROBABILITIES)?),
+            2 => Condition::WhiteFloor(self.number(&p, PROBABILITIES)?),
+            3 | 4 => {
+                let crowd = Crowd {
+                    neighbours: self.whole(&p, NEIGHBOURS)?,
+                    steepness: self.number(&format!("--w{place}"), STEEPNESSES)?,
+                };
+                if kind == 3 {
+                    Condition::NeighbourCount(crowd)
+                } else {
+                    Condition::InvertedNeighbourCount(crowd)
+                }
+            }
+            _ => Condition::FixedProbability(self.number(&p, PROBABILITIES)?),
+        })
+    }
+
+    /// Refuses what is left, as not of this `kind`, whose text goes on with what is allowed.
+    pub(super) fn finished(self, kind: &str) -> Result<(), BadText> {
+        match self.values.into_iter().min_by_key(|(_, (place, _))| *place) {
+            None => Ok(()),
+            Some((option, (place, _))) => bad(place, format!("`{option}` is not of this {kind}")),
+        }
+    }
+}
+
+/// Writes what [`Options::behaviour`] takes.
+pub(super) fn write_behaviour(f: &mut fmt::Formatter<'_>, option: &str, place: &str, own: Behaviour) -> fmt::Result {
+    write!(f, " {option} {}", own.number())?;
+    match own {
+        Behaviour::Exploration { turning } => write!(f, " --rwm{place} {turning}"),
+        Behaviour::Attraction { strength } => write!(f, " --att{place} {strength}"),
+        Behaviour::Repulsion { strength } => write!(f, " --rep{place} {strength}"),
+        Behaviour::Stop | Behaviour::Phototaxis | Behaviour::AntiPhototaxis => Ok(()),
+    }
+}
+
+/// Writes what [`Options::condition`] takes.
+pub(super) fn write_condition(f: &mut fmt::Formatter<'_>, place: &str, own: Condition) -> fmt::Result {
+    write!(f, " --c{place} {}", own.number())?;
+    match own {
+        Condition::BlackFloor(p)
+        | Condition::GreyFloor(p)
+        | Condition::WhiteFloor(p)
+        | Condition::FixedProbability(p) => {
+            write!(f, " --p{place} {p}")
+        }
+        Condition::NeighbourCount(crowd) | Condition::InvertedNeighbourCount(crowd) => {
+            write!(f, " --p{place} {} --w{place} {}", crowd.neighbours, crowd.steepness)
+        }
+    }
+}

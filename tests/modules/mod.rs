@@ -1,0 +1,222 @@
+//! Shared by the tests of state machines and of behaviour trees: a world, and `AutoMoDe`'s modules by a second program, written from
+//! `docs/controllers.md`.
+
+use std::path::Path;
+
+use oneiro::arena::Arena;
+use oneiro::automode::{Behaviour, Condition, Crowd};
+use oneiro::batch::{Batch, Outcome, Rollout, Trace, TraceRequest};
+use oneiro::compose::{DetailKind, Kind};
+use oneiro::cpu::Cpu;
+use oneiro::differential::Build;
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::parameter::Choice;
+use oneiro::random::{Key, pcg4d};
+use oneiro::reference::{Model, Reference};
+use oneiro::world::{Controller, World, WorldSpec};
+
+use crate::epucks::{disc, epucks, lamp};
+use crate::pinned;
+
+/// E-pucks on a floor of three greys, with a lamp.
+pub(crate) fn spec(controller: Controller, count: u32) -> WorldSpec {
+    let corner = |side: f32| [side, -side];
+    let [a, b] = corner(900.0);
+    let mut arena = Arena::polygon(&[[b, b], [a, b], [a, a], [b, a]], None);
+    arena.floor = Some(0.498);
+    arena.wall_height = Some(80.0);
+    arena.patches = vec![disc(-500.0, 0.0, 350.0, 0.0), disc(500.0, 0.0, 350.0, 1.0)];
+    arena.lights = vec![lamp(0.0, -1000.0, 750.0, 5.0)];
+    let reference = Reference {
+        signal_loss: Some(0.7),
+        ..Reference::DEFAULT
+    };
+    WorldSpec {
+        robot: epucks(Model::Vectors, reference, count),
+        arena,
+        controller,
+        cycles: 100,
+        ..WorldSpec::miglino1995()
+    }
+}
+
+/// A genome whose genes are uniform in their ranges.
+pub(crate) fn genome(world: &World, life: u32) -> Vec<f32> {
+    let gene = |(index, range): (usize, Option<[f32; 2]>)| {
+        let [least, greatest] = range.unwrap();
+        let share = (pcg4d([life, index as u32, 0, 2029])[0] >> 8) as f32 / 16_777_216.0;
+        least + share * (greatest - least)
+    };
+    world.gene_layout().ranges().into_iter().enumerate().map(gene).collect()
+}
+
+pub(crate) fn batch(world: &World, genomes: &[Vec<f32>], every: u32) -> Batch {
+    let lives: Vec<_> = (0_u64..)
+        .zip(genomes)
+        .map(|(life, genes)| Rollout {
+            world: 0,
+            genes,
+            key: Key::rollout(1, 0, life, 0),
+        })
+        .collect();
+    Batch::new(std::slice::from_ref(world), &lives, Some(TraceRequest { every })).unwrap()
+}
+
+pub(crate) fn evaluated(evaluator: &mut dyn Evaluator, batch: &Batch) -> Outcome {
+    evaluator.evaluate(batch, &Control::new()).unwrap()
+}
+
+/// The numbers, from 0 to less than 1, that a robot draws in a cycle: four of each block.
+pub(crate) fn drawn(key: [u32; 2], step: u32, block: u32) -> [f64; 4] {
+    let [a, b] = key;
+    pcg4d([a, b, step, 6 << 16 | block]).map(|word| f64::from(word >> 8) / 16_777_216.0)
+}
+
+/// The wheels' speeds, as shares of the greatest, along a vector.
+pub(crate) fn along([ahead, left]: [f64; 2]) -> [f64; 2] {
+    if ahead.hypot(left) < 0.1 {
+        return [1.0, 1.0];
+    }
+    let inner = left.atan2(ahead).cos().max(-0.5);
+    if left > 0.0 { [inner, 1.0] } else { [1.0, inner] }
+}
+
+pub(crate) fn holds(condition: Condition, ground: f64, neighbours: f64) -> f64 {
+    let more_than =
+        |crowd: Crowd| 1.0 / (1.0 + (f64::from(crowd.steepness) * (f64::from(crowd.neighbours) - neighbours)).exp());
+    match condition {
+        Condition::BlackFloor(p) => {
+            if ground == 0.0 {
+                p.into()
+            } else {
+                0.0
+            }
+        }
+        Condition::GreyFloor(p) => {
+            if ground == 0.5 {
+                p.into()
+            } else {
+                0.0
+            }
+        }
+        Condition::WhiteFloor(p) => {
+            if ground == 1.0 {
+                p.into()
+            } else {
+                0.0
+            }
+        }
+        Condition::NeighbourCount(crowd) => more_than(crowd),
+        Condition::InvertedNeighbourCount(crowd) => 1.0 - more_than(crowd),
+        Condition::FixedProbability(p) => p.into(),
+    }
+}
+
+/// What a behaviour does in a cycle, as shares of the greatest speed, and for how many cycles exploration turns then; `readings` in the
+/// order of the model's.
+pub(crate) fn act(
+    behaviour: Behaviour,
+    readings: &[f64],
+    mut turning: i32,
+    key: [u32; 2],
+    step: u32,
+) -> ([f64; 2], i32) {
+    let [near, light, others] = [0, 2, 6].map(|first| [readings[first], readings[first + 1]]);
+    let plus = |a: f64, v: [f64; 2], b: f64, w: [f64; 2]| [a * v[0] + b * w[0], a * v[1] + b * w[1]];
+    let wheels = match behaviour {
+        Behaviour::Exploration { .. } if turning > 0 => {
+            turning -= 1;
+            [-1.0, 1.0]
+        }
+        Behaviour::Exploration { .. } if turning < 0 => {
+            turning += 1;
+            [1.0, -1.0]
+        }
+        Behaviour::Exploration { turning: most } => {
+            if near[0].hypot(near[1]) >= 0.1 && near[1].atan2(near[0]).abs() <= std::f64::consts::FRAC_PI_2 {
+                let cycles = ((drawn(key, step, 2)[0] * f64::from(most + 1)) as i32).max(1);
+                turning = if near[1] < 0.0 { cycles } else { -cycles };
+            }
+            [1.0, 1.0]
+        }
+        Behaviour::Stop => [0.0, 0.0],
+        Behaviour::Phototaxis => along(plus(1.0, light, -5.0, near)),
+        Behaviour::AntiPhototaxis => along(plus(-1.0, light, -5.0, near)),
+        Behaviour::Attraction { strength } => along(plus(strength.into(), others, -6.0, near)),
+        Behaviour::Repulsion { strength } => along(plus((-strength).into(), others, -5.0, near)),
+    };
+    (wheels, turning)
+}
+
+/// The places of what robots perceive and of what their controller remembers, in a trace's details.
+pub(crate) fn places(world: &World) -> [Vec<usize>; 2] {
+    [DetailKind::Perceived, DetailKind::Memory(Kind::Controller)].map(|kind| {
+        let all = (0..).zip(world.details());
+        all.filter(|(_, own)| own.kind == kind)
+            .map(|(index, _)| index)
+            .collect()
+    })
+}
+
+/// The first robot's key in a life of a batch.
+pub(crate) fn key_of(life: u64) -> [u32; 2] {
+    let Key([a, b]) = Key::rollout(1, 0, life, 0);
+    let [a, b, ..] = pcg4d([a, b, 0, 0xff00]);
+    [a, b]
+}
+
+/// Whether wheels are not those that were recorded.
+pub(crate) fn is_off(wheels: [f64; 2], recorded: [f32; 2]) -> bool {
+    let is_off = |(wheel, output): (f64, f32)| (0.5 + 0.5 * wheel - f64::from(output)).abs() > 1e-5;
+    wheels.into_iter().zip(recorded).any(is_off)
+}
+
+/// Holds lives in a world against all devices and against pinned rows.
+pub(crate) fn check_bits(world: &World, name: &str) {
+    let genomes: Vec<_> = (0..70).map(|life| genome(world, life)).collect();
+    let whole = batch(world, &genomes, 7);
+    let expected = evaluated(&mut Cpu::new(Some(2)).unwrap(), &whole);
+    let bits = |numbers: &[f32]| numbers.iter().map(|number| number.to_bits()).collect::<Vec<_>>();
+    let words = |outcome: &Outcome| outcome.traces.iter().flat_map(Trace::words).collect::<Vec<u32>>();
+    let check = |device: &str, evaluator: &mut dyn Evaluator| {
+        let found = evaluated(evaluator, &whole);
+        assert_eq!(bits(&found.fitness), bits(&expected.fitness), "{device}");
+        assert!(words(&found) == words(&expected), "{device}");
+    };
+    check("cut lives", &mut Cpu::new(Some(1)).unwrap().with_chunk(7));
+    #[cfg(feature = "gpu")]
+    check(
+        "gpu",
+        &mut oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter"),
+    );
+    let few = batch(world, &genomes[..2], 7);
+    let interpreted = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1");
+    let found = evaluated(&mut interpreted.unwrap(), &few);
+    assert_eq!(bits(&found.fitness), bits(&expected.fitness[..2]));
+    let mut rows = pinned::Rows::default();
+    rows.numbers("fitness", name, &expected.fitness);
+    rows.words("trace", name, &words(&expected));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("goldens/composed/{}.rows", name.replace(' ', "-")));
+    if let Some(problem) = pinned::problem(&path, &rows.to_string()) {
+        panic!("{problem}");
+    }
+}
+
+/// Robots without the readings that modules use are refused.
+pub(crate) fn check_refusal(controller: &Controller) {
+    let mut other = spec(controller.clone(), 3);
+    if let Build::Differential(own) = &mut other.robot.build {
+        own.model = Some(Model::Rm11);
+    }
+    let single = WorldSpec {
+        controller: controller.clone(),
+        ..WorldSpec::miglino1995()
+    };
+    for spec in [other, single] {
+        let expected = format!(
+            "controller.kind: is `{}`; allowed: only with robot.model = \"rm1.1-vectors\"",
+            controller.word()
+        );
+        assert_eq!(World::new(spec).unwrap_err().to_string(), expected);
+    }
+}
