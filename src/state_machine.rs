@@ -125,6 +125,20 @@ pub enum Behaviour {
     },
 }
 
+impl Behaviour {
+    /// What it is called.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Exploration { .. } => "exploration",
+            Self::Stop => "stop",
+            Self::Phototaxis => "phototaxis",
+            Self::AntiPhototaxis => "anti-phototaxis",
+            Self::Attraction { .. } => "attraction",
+            Self::Repulsion { .. } => "repulsion",
+        }
+    }
+}
+
 /// A transition to another state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {

@@ -20,7 +20,10 @@ const CYCLES: u32 = 60;
 
 /// `count` e-pucks with state machines, that hear each other around walls.
 fn machines(count: u32) -> WorldSpec {
-    let mut arena = Arena::polygon(&[[-900.0, -900.0], [900.0, -900.0], [900.0, 900.0], [-900.0, 900.0]], None);
+    let mut arena = Arena::polygon(
+        &[[-900.0, -900.0], [900.0, -900.0], [900.0, 900.0], [-900.0, 900.0]],
+        None,
+    );
     arena.floor = Some(0.498);
     arena.wall_height = Some(80.0);
     arena.patches = vec![disc(-500.0, 0.0, 350.0, 0.0), disc(500.0, 0.0, 350.0, 1.0)];
@@ -90,7 +93,9 @@ fn lived(world: &World, genomes: &[Vec<f32>]) -> Outcome {
 /// The words of the details of one kind.
 fn words(world: &World, details: &[u32], wanted: DetailKind) -> Vec<u32> {
     let each = world.details().iter().zip(details);
-    each.filter(|(own, _)| own.kind == wanted).map(|(_, word)| *word).collect()
+    each.filter(|(own, _)| own.kind == wanted)
+        .map(|(_, word)| *word)
+        .collect()
 }
 
 fn without_fitness(record: &Record) -> Record {
@@ -115,7 +120,11 @@ fn observed_lives_are_the_same_lives() {
             let robots = all.by_robot(world.robots());
             assert!(robots.iter().all(|own| own.len() == CYCLES as usize));
             for (cycle, (record, details)) in plain.lines().enumerate() {
-                assert_eq!(without_fitness(record), without_fitness(&robots[0][cycle]), "cycle {cycle}");
+                assert_eq!(
+                    without_fitness(record),
+                    without_fitness(&robots[0][cycle]),
+                    "cycle {cycle}"
+                );
                 for kind in [
                     DetailKind::Perceived,
                     DetailKind::Real,

@@ -71,7 +71,11 @@ impl Trace {
     pub fn by_robot(&self, robots: u32) -> Vec<Self> {
         let mut traces = vec![Self::default(); robots as usize];
         for line in 0..self.len() {
-            let words = [bytemuck::cast_slice(bytemuck::bytes_of(&self[line])), self.details(line)].concat();
+            let words = [
+                bytemuck::cast_slice(bytemuck::bytes_of(&self[line])),
+                self.details(line),
+            ]
+            .concat();
             assert_eq!(words.len() % traces.len(), 0, "a line for each robot");
             let width = words.len() / traces.len();
             for (own, words) in traces.iter_mut().zip(words.chunks_exact(width)) {
@@ -79,6 +83,16 @@ impl Trace {
             }
         }
         traces
+    }
+
+    /// Every `every`th record from `first` on.
+    #[must_use]
+    pub fn thinned(&self, first: usize, every: usize) -> Self {
+        let kept = || (first..self.len()).step_by(every);
+        Self {
+            records: kept().map(|line| self[line]).collect(),
+            details: kept().flat_map(|line| self.details(line)).copied().collect(),
+        }
     }
 
     /// Appends the next stretch of the same life.

@@ -163,8 +163,7 @@ fn declared_problems(
     let mut problems = Refusals::new();
     let mut refuse = |place, rule, message| problems.push(refusal(place, rule, message));
     let has_mission = declared.iter().any(|own| own.name == interface::MISSION);
-    let is_required =
-        |function: &&Function| function.default.is_none() && !(has_mission && function.name() == OF_EACH);
+    let is_required = |function: &&Function| function.default.is_none() && !(has_mission && function.name() == OF_EACH);
     for required in interface.functions.iter().filter(is_required) {
         if declared.iter().all(|own| own.name != required.name()) {
             let (name, text) = (required.name(), required.text);

@@ -18,6 +18,7 @@ pub(crate) mod job;
 mod pictures;
 mod replay;
 mod rows;
+mod together;
 pub(crate) mod trace;
 mod transferred;
 

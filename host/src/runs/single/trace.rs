@@ -141,7 +141,8 @@ fn column(detail: &Detail, robot: &Robot) -> Column {
             "another robot's pose at the start of the cycle: x and y in mm, and z, its heading in turns".to_owned(),
         ),
         (DetailKind::Heard, _) => Column::whole("", "", "").named(name.clone()).about(
-            "the robots whose messages it has heard since the line before: a bit for each, the lowest for robot 0".to_owned(),
+            "the robots whose messages it has heard since the line before: a bit for each, the lowest for robot 0"
+                .to_owned(),
         ),
         (DetailKind::Earned, _) => OWN
             .named(name.clone())
