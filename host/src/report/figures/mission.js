@@ -35,8 +35,9 @@ function heardBy(robot, line) {
 
 function fit() {
   const { left, right, bottom, top } = data.view;
-  const room = 0.03 * Math.max(right - left, top - bottom);
-  fitTo({ left: left - room, right: right + room, bottom: bottom - room, top: top + room });
+  const room = 0.04 * Math.max(right - left, top - bottom);
+  // Below there is room for the scale.
+  fitTo({ left: left - room, right: right + room, bottom: bottom - 2 * room, top: top + room });
 }
 
 function outline(points) {
@@ -94,11 +95,11 @@ function drawGround() {
   pen.stroke();
   for (const lamp of arena.lamps) {
     const [x, y] = place(...lamp);
-    const glow = pen.createRadialGradient(x, y, 0, x, y, 70);
+    const glow = pen.createRadialGradient(x, y, 0, x, y, 60);
     glow.addColorStop(0, 'rgba(255, 196, 60, 0.5)');
     glow.addColorStop(1, 'rgba(255, 196, 60, 0)');
     pen.fillStyle = glow;
-    disc(x, y, 70);
+    disc(x, y, 60);
     pen.fill();
     drawSun(x, y, 9);
   }
@@ -109,8 +110,8 @@ function drawMessages(line, poses) {
   pen.lineCap = 'round';
   for (const hearer of everyone) {
     const own = hearer === followed;
-    pen.globalAlpha = followed < 0 ? 0.45 : own ? 0.9 : 0.16;
-    pen.lineWidth = own ? 2.4 : 1.4;
+    pen.globalAlpha = followed < 0 || own ? 0.9 : 0.45;
+    pen.lineWidth = own ? 3 : 1.6;
     pen.beginPath();
     for (const sender of heardBy(hearer, line)) {
       pen.moveTo(...place(poses[hearer].x, poses[hearer].y));
@@ -170,6 +171,7 @@ function showReadings(line) {
 
 function buildTable() {
   const table = element('robots');
+  if (acts.length === 0 && !hears && !scoresEach) table.className = 'bare';
   const head = made('tr', made('thead', table));
   made('th', head, { textContent: 'Robot', scope: 'col' });
   if (acts.length > 0) made('th', head, { textContent: 'State', scope: 'col' });
@@ -260,8 +262,13 @@ function show() {
   showClock(time);
 }
 
-// For tests: draws a time, and tells where robots were drawn, mm and turns, taken back from the canvas, and the colour of their side.
+// For tests. `drawn` draws a time, and tells where robots were drawn, mm and turns, taken back from the canvas, and the colour of
+// their side; `shown` tells where a robot is on the canvas now.
 window.oneiro = {
+  shown(robot) {
+    const { x, y } = pose(robot, locate(time));
+    return place(x, y);
+  },
   drawn(when) {
     play(false);
     seek(when);

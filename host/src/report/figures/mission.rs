@@ -97,10 +97,10 @@ impl Reading {
         }
     }
 
-    /// Its name, its span, and the ends of its bar, which has room for 0 and 1.
+    /// Its name, its span, and the ends of its bar, which has room for 0 and 1, and for -1 if it may be negative.
     fn facts(&self) -> Value {
         let to = self.high.max(1.0);
-        let [from, to] = if self.low < 0.0 {
+        let [from, to] = if self.low < 0.0 || SPEEDS.contains(&&*self.name) {
             let most = to.max(-self.low);
             [-most, most]
         } else {
@@ -255,3 +255,6 @@ fn arena(arena: &Arena) -> Value {
         "lamps": arena.lights.iter().map(|lamp| [lamp.x, lamp.y]).collect::<Vec<_>>(),
     })
 }
+
+#[cfg(test)]
+mod tests;

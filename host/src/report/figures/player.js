@@ -223,10 +223,13 @@ function drawBody(robot, { x, y, heading }, { colour, marks }, under = () => {})
   pen.restore();
   const [middle, height] = place(x, y);
   if (robot === followed) {
+    // With a white rim, to be seen on dark floors.
     disc(middle, height, radius + 5);
-    pen.strokeStyle = FOLLOWED;
-    pen.lineWidth = 2;
-    pen.stroke();
+    for (const [colour, width] of [['#ffffff', 5], [FOLLOWED, 2.5]]) {
+      pen.strokeStyle = colour;
+      pen.lineWidth = width;
+      pen.stroke();
+    }
   }
   if (radius >= 9.5) {
     // Behind the front, where there is room.
