@@ -57,7 +57,7 @@ struct Lived {
     /// The records that the page has, and what the robot had earned by then.
     trace: Trace,
     earned: Vec<f32>,
-    score: f64,
+    score: f32,
     distance: f64,
     contacts: u32,
     heard: u64,
@@ -174,7 +174,7 @@ impl Watched {
             let states: Vec<String> = own.states.iter().map(u32::to_string).collect();
             csv.row([
                 robot.to_string(),
-                only(scores, (own.score as f32).to_string()),
+                only(scores, own.score.to_string()),
                 significant(own.distance, 6),
                 own.contacts.to_string(),
                 only(hears, own.heard.to_string()),
@@ -196,7 +196,8 @@ impl Lived {
             self.contacts += u32::from(record.collided > 0.0);
             for (detail, &word) in world.details().iter().zip(details) {
                 match detail.kind {
-                    DetailKind::Earned => self.score += f64::from(f32::from_bits(word)),
+                    // As the kernel adds what it earns.
+                    DetailKind::Earned => self.score += f32::from_bits(word),
                     DetailKind::Heard => self.heard += u64::from(word.count_ones()),
                     DetailKind::Memory(Kind::Controller) if detail.name == "state" => {
                         if let Some(cycles) = self.states.get_mut(word as usize) {
@@ -207,7 +208,7 @@ impl Lived {
                 }
             }
             if cycle % every == 0 {
-                self.earned.push(self.score as f32);
+                self.earned.push(self.score);
             }
         }
         let skipped = (every - first % every) % every;
