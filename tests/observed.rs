@@ -199,6 +199,32 @@ fn lives_cut_into_stretches_are_traced_alike() {
 }
 
 #[test]
+fn every_device_traces_the_same() {
+    #[cfg(feature = "gpu")]
+    let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter");
+    for spec in [machines(7), described()] {
+        let world = World::new(spec).unwrap().observed().unwrap();
+        let genomes: Vec<_> = (0..3).map(|life| genome(&world, life)).collect();
+        let request = Some(TraceRequest { every: 7 });
+        let batch = Batch::new(std::slice::from_ref(&world), &rollouts(&genomes), request).unwrap();
+        let words = |evaluator: &mut dyn Evaluator| -> Vec<u32> {
+            let outcome = evaluator.evaluate(&batch, &Control::new()).unwrap();
+            let traces = outcome.traces.iter().flat_map(Trace::words);
+            traces.chain(outcome.fitness.iter().map(|own| own.to_bits())).collect()
+        };
+        let expected = words(&mut Cpu::new(Some(1)).unwrap());
+        let interpreted = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1");
+        assert!(words(&mut interpreted.unwrap()) == expected, "interpreted");
+        assert!(
+            words(&mut Cpu::new(Some(1)).unwrap().with_chunk(5)) == expected,
+            "cut lives"
+        );
+        #[cfg(feature = "gpu")]
+        assert!(words(&mut gpu) == expected, "gpu");
+    }
+}
+
+#[test]
 fn only_robots_that_live_together_are_observed() {
     let alone = World::new(WorldSpec::miglino1995()).unwrap().observed().unwrap_err();
     assert_eq!(
