@@ -19,7 +19,7 @@ use crate::report::numbers::significant;
 
 /// Words of a trace that is in memory at a time, 64 MB, and bytes of a page.
 const WORDS: usize = 16 << 20;
-const PAGE: usize = 4_000_000;
+const PAGE: usize = 4_900_000;
 
 pub(super) static COLUMNS: [Column; 6] = [
     Column::whole("robot", "", "its number, from 0"),
