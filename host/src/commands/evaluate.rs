@@ -130,6 +130,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     } else {
         Vec::new()
     };
+    let threads = arguments.backend.threads.map(usize::from);
     let each = if arguments.rows.measures {
         scores::descriptors(&lives)
     } else {
@@ -141,7 +142,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         if watched {
             lives.traced(evaluator, &control, cycles, &mut watch)?;
             if !each.is_empty() {
-                let scores = scores::by_robot(&lives, cycles, evaluator, &control)?;
+                let scores = scores::by_robot(&lives, cycles, threads, &control)?;
                 watch
                     .ended
                     .iter_mut()

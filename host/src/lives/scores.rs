@@ -2,7 +2,8 @@
 
 use oneiro::batch::{LANES, Rollout, TraceRequest, Worlds};
 use oneiro::compose::DetailKind;
-use oneiro::evaluator::{Control, Evaluator};
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Evaluator as _};
 
 use super::measures::Descriptor;
 use super::{Chunk, GROUPS, Lives};
@@ -22,13 +23,15 @@ pub(crate) fn descriptors(lives: &Lives<'_>) -> Vec<Descriptor> {
 /// The score of each robot in each life of `cycles` cycles, by genome.
 ///
 /// # Errors
-/// A world whose robots can't be observed; the evaluator's.
+/// A world whose robots can't be observed; the processor's.
 pub(crate) fn by_robot(
     lives: &Lives<'_>,
     cycles: u32,
-    evaluator: &mut dyn Evaluator,
+    threads: Option<usize>,
     control: &Control,
 ) -> Result<Vec<Vec<f32>>> {
+    // Every device gives the same scores. The code that the user asks for may exist of the world alone, and not of the observed one.
+    let mut cpu = Cpu::new(threads)?;
     let world = lives.worlds[0].observed()?;
     let details = world.details();
     let place = details.iter().position(|own| own.kind == DetailKind::Earned);
@@ -42,10 +45,10 @@ pub(crate) fn by_robot(
         let mut states = Vec::new();
         if cycles > 1 {
             let batch = worlds.stretch(&rollouts, 0..cycles - 1, &states, None)?;
-            states = evaluator.evaluate(&batch, control)?.states;
+            states = cpu.evaluate(&batch, control)?.states;
         }
         let batch = worlds.stretch(&rollouts, cycles - 1..cycles, &states, Some(TraceRequest { every: 1 }))?;
-        let outcome = evaluator.evaluate(&batch, control)?;
+        let outcome = cpu.evaluate(&batch, control)?;
         let Chunk { lives: numbers, .. } = chunk;
         for (life, trace) in numbers.zip(&outcome.traces) {
             let robots = trace.by_robot(world.robots());

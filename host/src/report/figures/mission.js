@@ -202,7 +202,7 @@ function showTable(line) {
 }
 
 function buildChart() {
-  const [low, high] = [Math.min(0, ...fitness), Math.max(0, ...fitness)];
+  const [low, high] = [Math.min, Math.max].map((of) => fitness.reduce((most, own) => of(most, own), 0));
   chartView.step = rounded(high - low || 1, 4);
   chartView.low = Math.floor(low / chartView.step) * chartView.step;
   chartView.most = Math.ceil((high > low ? high : low + 1) / chartView.step) * chartView.step;

@@ -230,9 +230,10 @@ fn arena(arena: &Arena) -> Value {
     let field = arena.field;
     let [left, bottom, right, top] = [field.x, field.y, field.x + field.width, field.y + field.height];
     let sides: Vec<_> = arena.polygon_sides().iter().map(|wall| wall.from).collect();
-    let ground = match sides.is_empty() {
-        true => vec![[left, bottom], [right, bottom], [right, top], [left, top]],
-        false => sides,
+    let ground = if sides.is_empty() {
+        vec![[left, bottom], [right, bottom], [right, top], [left, top]]
+    } else {
+        sides
     };
     let round = |x: f32, y: f32, radius: f32| json!({ "middle": [x, y], "radius": radius });
     let patch = |own: &Patch| {

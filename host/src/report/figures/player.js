@@ -340,7 +340,8 @@ function drawLevels(step) {
     p.lineTo(wide - right, Math.round(chartY(value)) + 0.5);
     p.stroke();
     p.fillStyle = SOFT_INK;
-    p.fillText(Number(value.toPrecision(6)), left - 6, chartY(value));
+    const label = Math.abs(value) < 1e6 ? Number(value.toPrecision(6)) : value.toExponential(1).replace('+', '');
+    p.fillText(label, left - 6, chartY(value));
   }
 }
 

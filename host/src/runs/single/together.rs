@@ -1,10 +1,11 @@
 //! `oneiro replay` of robots that live together: a page that plays the life, and a table with a row for each robot.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use oneiro::batch::{LANES, Rollout, Trace, TraceRequest, Worlds};
 use oneiro::compose::{DetailKind, Kind};
-use oneiro::differential::{Build, Differential};
+use oneiro::cpu::Cpu;
 use oneiro::state_machine::{self, Machine};
 use oneiro::world::World;
 
@@ -76,9 +77,9 @@ pub(super) fn watch(
     engine: &Engine,
     console: Console,
 ) -> Result<Option<Watched>> {
-    let Build::Differential(Differential { count: Some(_), .. }) = world.spec().robot.build else {
+    if world.robots() == 1 {
         return Ok(None);
-    };
+    }
     let observed = match world.observed() {
         Ok(observed) => observed,
         Err(invalid) => {
@@ -87,10 +88,12 @@ pub(super) fn watch(
         }
     };
     let mut watched = Watched::new(observed, life, every);
-    let lived = watched.live(life, engine)?;
+    // The code that the user asks for may exist of the world alone, and not of the observed one; the bits are the same.
+    let processor = Engine::new(Box::new(Cpu::new(Some(1))?), Arc::clone(engine.stop()));
+    let lived = watched.live(life, &processor)?;
     if lived.to_bits() != fitness.to_bits() {
         return Err(Failure::failed(format_args!(
-            "the watched life has the fitness {lived}, but the same life {fitness} on {}",
+            "the watched life has the fitness {lived} on this processor, but the same life {fitness} on {}",
             engine.name()
         )));
     }
@@ -125,6 +128,7 @@ impl Watched {
         let worlds = Worlds::new(std::slice::from_ref(&self.world))?;
         let lives = [Rollout { world: 0, ..*life }];
         let (mut first, mut states, mut fitness) = (0, Vec::new(), f32::NAN);
+        // The first cycle tells how long a record is.
         let mut stretch = 1;
         while first < self.world.cycles() {
             let end = (first + stretch).min(self.world.cycles());
