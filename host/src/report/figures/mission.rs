@@ -55,15 +55,12 @@ const SPEEDS: [&str; 2] = ["speed_left", "speed_right"];
 /// Makes the page.
 pub(crate) fn mission_page(replay: &MissionReplay<'_>) -> String {
     let MissionReplay { robots, every, .. } = replay;
-    let line = match every {
-        1 => "one each 0.1 s".to_owned(),
-        _ => format!("one each {} s", number(f64::from(*every) * CYCLE)),
-    };
     let lead = format!(
-        "{} robots live together for {} s: {} lines, {line}.",
+        "{} robots live together for {} s: {} lines, one each {} s.",
         robots.len(),
         number(f64::from(replay.world.cycles()) * CYCLE),
         robots[0].len(),
+        number(f64::from(*every) * CYCLE),
     );
     player::page(&Player {
         title: replay.title,

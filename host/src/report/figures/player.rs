@@ -1,5 +1,5 @@
 //! What pages that play robots have in common: self-contained HTML, its data as JSON in which long lists of numbers are Base64 of
-//! little-endian 16-bit integers, and a script, of which `player.js` is the part that all pages have.
+//! little-endian 16-bit integers, and a script, of which `player.js` and `chart.js` are the parts that all pages have.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use super::svg::escaped;
 /// The page, with `{{name}}` as placeholders.
 const PAGE: &str = include_str!("player.html");
 const STYLE: &str = include_str!("player.css");
-const PLAYER: &str = include_str!("player.js");
+const PLAYER: &str = concat!(include_str!("player.js"), "\n", include_str!("chart.js"));
 
 /// A page that plays robots.
 pub(super) struct Player<'a> {
@@ -25,7 +25,7 @@ pub(super) struct Player<'a> {
     pub(super) panel: &'a str,
     /// Data, by name: keys are in alphabetical order, so that a page is always the same.
     pub(super) facts: &'a BTreeMap<&'a str, Value>,
-    /// What `player.js` leaves to the page.
+    /// What these leave to the page.
     pub(super) script: &'a str,
 }
 
