@@ -132,6 +132,18 @@ pub struct Crowd {
 }
 
 impl Behaviour {
+    /// What it is called.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Exploration { .. } => "exploration",
+            Self::Stop => "stop",
+            Self::Phototaxis => "phototaxis",
+            Self::AntiPhototaxis => "anti-phototaxis",
+            Self::Attraction { .. } => "attraction",
+            Self::Repulsion { .. } => "repulsion",
+        }
+    }
+
     /// Its number in `AutoMoDe`, and in a genome.
     fn number(self) -> u32 {
         match self {
@@ -315,6 +327,25 @@ impl Form {
         match self {
             Self::StateMachine => Ok(Machine::parse(text)?.genome()),
             Self::BehaviourTree => Ok(Tree::parse(text)?.genome()),
+        }
+    }
+
+    /// What its memory calls the number of what acts: a state or a branch.
+    pub fn acting(self) -> &'static str {
+        match self {
+            Self::StateMachine => "state",
+            Self::BehaviourTree => "branch",
+        }
+    }
+
+    /// The behaviours of a genome's states or branches.
+    ///
+    /// # Panics
+    /// If there are not as many genes as such a controller has.
+    pub fn behaviours(self, genome: &[f32]) -> Vec<Behaviour> {
+        match self {
+            Self::StateMachine => Machine::of(genome).states.iter().map(|own| own.behaviour).collect(),
+            Self::BehaviourTree => Tree::of(genome).branches.iter().map(|own| own.behaviour).collect(),
         }
     }
 

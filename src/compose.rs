@@ -120,6 +120,9 @@ impl Scalar {
     }
 }
 
+/// The function with which a task's part scores each robot by itself.
+const OF_EACH: &str = "task_cycle";
+
 /// Kind of a trace detail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DetailKind {
@@ -131,6 +134,10 @@ pub enum DetailKind {
     Memory(Kind),
     /// The pose at the start of the cycle of another robot of the world: x and y in mm, and z, the heading in turns.
     Other,
+    /// Robots whose messages it has heard since the record before, a bit for each, 32 in a word. Of observed worlds.
+    Heard,
+    /// What its task has earned since the record before, if the task's part scores each robot. Of observed worlds.
+    Earned,
 }
 
 /// A trace detail, see [`Trace::details`](crate::batch::Trace::details).
@@ -266,7 +273,7 @@ impl OwnParts {
     }
 
     /// Details in the trace of a robot with these parts.
-    pub(crate) fn details(&self, robot: &Build) -> Vec<Detail> {
+    pub(crate) fn details(&self, robot: &Build, lives: Lives) -> Vec<Detail> {
         let fields = fields(robot);
         let name = |index: usize| match robot {
             Build::Sampled => index.to_string(),
@@ -304,16 +311,46 @@ impl OwnParts {
                 expression: format!("own.{}.{name}", kind.word()),
             }));
         }
-        // The first robot's pose is in the record.
-        for robot in 1..robot.members().unwrap_or(1) {
-            details.extend(["x", "y", "z"].map(|part| Detail {
-                name: format!("robot_{robot}.{part}"),
-                kind: DetailKind::Other,
-                scalar: Scalar::Float,
-                expression: format!("member_started(own.life, {robot}u).{part}"),
-            }));
-        }
+        details.extend(self.details_of_others(robot, lives));
         details
+    }
+
+    /// Details that have to do with the other robots of a world.
+    fn details_of_others(&self, robot: &Build, lives: Lives) -> Vec<Detail> {
+        let count = robot.members().unwrap_or(1);
+        if lives != Lives::Observed {
+            // The first robot's pose is in the record.
+            let pose = |robot| {
+                ["x", "y", "z"].map(|part| Detail {
+                    name: format!("robot_{robot}.{part}"),
+                    kind: DetailKind::Other,
+                    scalar: Scalar::Float,
+                    expression: format!("member_started(own.life, {robot}u).{part}"),
+                })
+            };
+            return (1..count).flat_map(pose).collect();
+        }
+        let heard = |word| Detail {
+            name: format!("heard_{word}"),
+            kind: DetailKind::Heard,
+            scalar: Scalar::Unsigned,
+            expression: format!("word(own.life.member_words, MEMBER_SENDERS + {word}u)"),
+        };
+        let earned = Detail {
+            name: "earned".to_owned(),
+            kind: DetailKind::Earned,
+            scalar: Scalar::Float,
+            expression: "number(own.life.member_words, MEMBER_EARNED)".to_owned(),
+        };
+        let words = if robot.hears() { count.div_ceil(u32::BITS) } else { 0 };
+        let heard = (0..words).map(heard);
+        heard.chain(self.scores_each().then_some(earned)).collect()
+    }
+
+    /// Whether the task scores each robot of a world by itself: a mission alone scores all of them together.
+    pub fn scores_each(&self) -> bool {
+        let task = self.get(Kind::Task);
+        task.is_none_or(|own| own.part.functions().contains(&OF_EACH))
     }
 
     /// These parts, and a network as the controller.
@@ -385,6 +422,8 @@ pub(crate) enum Lives {
     Reported,
     /// As an individual that differs from its description.
     Individual,
+    /// As in the simulator, with a trace of every robot that lives there: see [`crate::world::World::observed`].
+    Observed,
 }
 
 /// A kernel composed at run time.

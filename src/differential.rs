@@ -42,6 +42,11 @@ impl Build {
         }
     }
 
+    /// Whether such robots hear each other.
+    pub(crate) fn hears(&self) -> bool {
+        matches!(self, Self::Differential(own) if own.model.is_some())
+    }
+
     /// Whether such a robot may end its life.
     pub(crate) fn may_end_life(&self) -> bool {
         matches!(self, Self::Differential(own) if own.battery_ends_life == Some(true))

@@ -427,6 +427,8 @@ struct Checked {
     details: Vec<Detail>,
     /// Words of a world of several robots.
     words: Option<u32>,
+    /// Lines of a record in its traces.
+    lines: u32,
     packed: pack::Packed,
 }
 
@@ -464,7 +466,8 @@ impl World {
             Controller::BehaviourTree(modules) => spec.own.with_behaviour_tree(modules)?,
             _ => spec.own.clone(),
         };
-        if lives != Lives::Simulated && spec.robot.members().is_some() {
+        let together = spec.robot.members().is_some();
+        if together && ![Lives::Simulated, Lives::Observed].contains(&lives) {
             let problem = "is given; allowed: only in the simulator, where all robots live together";
             return Err(Invalid::new("robot.count", problem));
         }
@@ -479,7 +482,8 @@ impl World {
         };
         let world = Self(Arc::new(Checked {
             genes: GeneLayout(genes.into()),
-            details: parts.details(&spec.robot.build),
+            details: parts.details(&spec.robot.build, lives),
+            lines: if lives == Lives::Observed { members } else { 1 },
             words: words.map(|[world, member]| world + members * member),
             spec,
             kernel,
@@ -493,6 +497,20 @@ impl World {
             })?;
         }
         Ok(world)
+    }
+
+    /// The same world of robots that live together, observed: its lives have the same bits, and each record of their traces has a
+    /// line for each robot, which [`Trace::by_robot`](crate::batch::Trace::by_robot) takes apart. The records' fitness is that of a
+    /// life that ends there.
+    ///
+    /// # Errors
+    /// Robots that don't live together; loops that turn too often, as for [`World::new`].
+    pub fn observed(&self) -> Result<Self, Invalid> {
+        if self.0.spec.robot.members().is_none() {
+            let problem = "is not given; allowed: only robots that live together are observed";
+            return Err(Invalid::new("robot.count", problem));
+        }
+        Self::composed(self.0.spec.clone(), Lives::Observed)
     }
 
     /// Specification that it was made from.
@@ -592,6 +610,10 @@ impl WorldKind for World {
     fn state_words(&self) -> u32 {
         let own = (self.0.kernel.stride("state") / size_of::<u32>()) as u32;
         self.0.words.unwrap_or(own)
+    }
+
+    fn record_words(&self) -> u32 {
+        self.0.lines * (self.0.kernel.stride("trace") / size_of::<u32>()) as u32
     }
 
     fn may_end_early(&self) -> bool {

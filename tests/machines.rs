@@ -1,5 +1,5 @@
-//! State machines, behaviour trees and races through the program: champions as texts, texts as genomes, records that are the same however a run went
-//! on, and refusals.
+//! State machines, behaviour trees and races through the program: champions as texts, texts as genomes, records that are the same however a
+//! run went on, and refusals; what is told of each robot of a swarm.
 
 use std::path::Path;
 
@@ -98,4 +98,110 @@ fn what_does_not_fit_is_refused() {
     ] {
         place.run(&["check", &file, "--set", set]).exits(3).says(&[message]);
     }
+}
+
+/// A column of a table without quoted cells.
+fn column<'a>(table: &'a str, name: &str) -> Vec<&'a str> {
+    let mut lines = table.lines();
+    let place = lines.next().unwrap().split(',').position(|own| own == name).unwrap();
+    lines.map(|line| line.split(',').nth(place).unwrap()).collect()
+}
+
+#[test]
+fn a_replay_plays_all_robots_and_has_a_row_for_each() {
+    let place = Place::new("together");
+    let file = experiment();
+    place.good(&[&["run", &file, "--seed", "2", "--out", "run"][..], &SHORT].concat());
+    let said = place.good(&["replay", "run"]);
+    for file in [
+        "run/replay.svg",
+        "run/replay.csv",
+        "run/replay.html",
+        "run/replay-robots.csv",
+    ] {
+        assert!(said.lines().any(|line| line == file), "{file} in {said}");
+    }
+    assert!(
+        place
+            .text("run/replay.html")
+            .contains("3 robots live together for 2 s: 20 lines, one each 0.1 s.")
+    );
+    let robots = place.text("run/replay-robots.csv");
+    assert_eq!(column(&robots, "robot"), ["0", "1", "2"]);
+    assert_eq!(column(&robots, "score"), ["", "", ""], "AGG scores the swarm");
+    for states in column(&robots, "states") {
+        let cycles = states.split(' ').map(|own| own.parse::<u32>().unwrap());
+        assert_eq!(cycles.sum::<u32>(), 20);
+    }
+    // The first robot's path is that of the trace.
+    let trace = place.text("run/replay.csv");
+    let [xs, ys] = ["x_mm", "y_mm"]
+        .map(|name| -> Vec<f64> { column(&trace, name).iter().map(|own| own.parse().unwrap()).collect() });
+    let way: f64 = (1..20)
+        .map(|cycle| (xs[cycle] - xs[cycle - 1]).hypot(ys[cycle] - ys[cycle - 1]))
+        .sum();
+    let told: f64 = column(&robots, "distance_mm")[0].parse().unwrap();
+    assert!((way - told).abs() < 1e-5 * way, "{way}, not {told}");
+
+    place.good(&["replay", "run", "--every", "4", "--seed", "5"]);
+    assert!(
+        place
+            .text("run/replay-seed-5.html")
+            .contains("5 lines, one each 0.4 s.")
+    );
+}
+
+#[test]
+fn robots_that_a_task_scores_have_a_score_each() {
+    let place = Place::new("scores");
+    place.write(
+        "few.toml",
+        "name = \"few\"\ncycles = 40\ntrials = 2\n\n[robot]\nkind = \"differential\"\nbody_radius_mm = 37.0\nwheel_base_mm = 51.0\n\
+         greatest_speed_mm_s = 128.0\ncount = 4\n\n[[robot.sensors]]\nname = \"ahead\"\nkind = \"proximity\"\nrange_mm = 80.0\n\n\
+         [arena]\nwidth_mm = 600.0\nheight_mm = 500.0\n\n[evolution]\npopulation = 8\nparents = 2\ngenerations = 2\nfinalists = 0\n",
+    );
+    place.good(&["run", "few.toml", "--seed", "1", "--out", "run"]);
+    place.good(&["replay", "run", "--seed", "9"]);
+    let robots = place.text("run/replay-0-seed-9-robots.csv");
+    // The same life: the champion's first with the random numbers of that seed.
+    let measured = place.good(&[
+        "evaluate",
+        "few.toml",
+        "--genomes",
+        "run",
+        "--seed",
+        "9",
+        "--trials",
+        "2",
+        "--measures",
+    ]);
+    let mut sum = 0.0;
+    for (robot, score) in column(&robots, "score").into_iter().enumerate() {
+        assert_eq!(column(&measured, &format!("score_robot_{robot}"))[0], score);
+        sum += score.parse::<f32>().unwrap();
+    }
+    let fitness: f32 = column(&measured, "fitness")[0].parse().unwrap();
+    assert!(
+        fitness > 0.0 && (sum - fitness).abs() < 1e-4 * fitness,
+        "{sum}, not {fitness}"
+    );
+    let summary = place.good(&[
+        "evaluate",
+        "few.toml",
+        "--genomes",
+        "run",
+        "--trials",
+        "2",
+        "--measures",
+        "--summary",
+    ]);
+    assert_eq!(column(&summary, "mean_score_robot_3").len(), 1);
+    // Missions score the swarm.
+    let file = experiment();
+    let mission = [
+        &["evaluate", &file, "--random", "1", "--trials", "1", "--measures"][..],
+        &SHORT,
+    ]
+    .concat();
+    assert!(!place.good(&mission).contains("score_robot"));
 }

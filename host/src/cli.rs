@@ -376,7 +376,8 @@ pub(crate) struct Replay {
     #[command(flatten)]
     pub(crate) backend: Backend,
     /// Write replay.svg and replay.csv into this directory; with several trials, replay-K.svg and replay-K.csv of trial K. The
-    /// names of other lives say what they have of their own, such as replay-seed-5.svg [default: the run's directory]
+    /// names of other lives say what they have of their own, such as replay-seed-5.svg. Of robots that live together also
+    /// replay.html, a page that plays them, and replay-robots.csv, a row for each [default: the run's directory]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Which of the champion's trials to draw, from 0

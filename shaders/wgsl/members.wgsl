@@ -20,7 +20,7 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     for (var step = dispatch.step_begin; step < end; step++) {
         let lived = cycle(life, step);
         if (dispatch.trace_every > 0u && (step - dispatch.trace_begin) % dispatch.trace_every == 0u) {
-            trace[slot * dispatch.trace_records + (step - dispatch.trace_begin) / dispatch.trace_every] = line(life, lived);
+            traced(life, lived, slot * dispatch.trace_records + (step - dispatch.trace_begin) / dispatch.trace_every);
         }
     }
     fitness[slot] = stored(score(life));

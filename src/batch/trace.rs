@@ -64,6 +64,37 @@ impl Trace {
         self.lines().flat_map(line)
     }
 
+    /// Takes the trace of an observed world apart: the trace of each robot.
+    ///
+    /// # Panics
+    /// If the world has another number of robots.
+    pub fn by_robot(&self, robots: u32) -> Vec<Self> {
+        let mut traces = vec![Self::default(); robots as usize];
+        for line in 0..self.len() {
+            let words = [
+                bytemuck::cast_slice(bytemuck::bytes_of(&self[line])),
+                self.details(line),
+            ]
+            .concat();
+            assert_eq!(words.len() % traces.len(), 0, "a line for each robot");
+            let width = words.len() / traces.len();
+            for (own, words) in traces.iter_mut().zip(words.chunks_exact(width)) {
+                own.append(&Self::read(words, width));
+            }
+        }
+        traces
+    }
+
+    /// Every `every`th record from `first` on.
+    #[must_use]
+    pub fn thinned(&self, first: usize, every: usize) -> Self {
+        let kept = || (first..self.len()).step_by(every);
+        Self {
+            records: kept().map(|line| self[line]).collect(),
+            details: kept().flat_map(|line| self.details(line)).copied().collect(),
+        }
+    }
+
     /// Appends the next stretch of the same life.
     pub fn append(&mut self, next: &Self) {
         self.records.extend(&next.records);

@@ -21,7 +21,7 @@ use crate::evolve::appraisal::Appraisal;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::lives::measures::{Descriptor, Frame, Measures, Meter, descriptors};
-use crate::lives::{Keys, LifeIndex, Lives, Observer, starts};
+use crate::lives::{Keys, LifeIndex, Lives, Observer, scores, starts};
 use crate::npy::npy;
 use crate::report::csv::Csv;
 use crate::report::numbers::significant;
@@ -130,11 +130,25 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     } else {
         Vec::new()
     };
+    let threads = arguments.backend.threads.map(usize::from);
+    let each = if arguments.rows.measures {
+        scores::descriptors(&lives)
+    } else {
+        Vec::new()
+    };
     let mut watch = Watch::new(cycles, &lives, &measures, arguments.traces.as_deref());
     let results = progress::watched(lives.steps(), "evaluating", console, &control, || -> Result<_> {
         let evaluator: &mut dyn Evaluator = evaluator.as_mut();
         if watched {
             lives.traced(evaluator, &control, cycles, &mut watch)?;
+            if !each.is_empty() {
+                let scores = scores::by_robot(&lives, cycles, threads, &control)?;
+                watch
+                    .ended
+                    .iter_mut()
+                    .zip(scores)
+                    .for_each(|(life, own)| life.1.scores = own);
+            }
             Ok(watch.ended)
         } else {
             let each = |fitness| (fitness, Measures::default());
@@ -150,7 +164,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         summary: arguments.rows.summary,
         trials,
         results: results?,
-        measures,
+        measures: [measures, each].concat(),
     };
     device::tell_warnings(evaluator.as_ref(), console);
     sink.take(&table, console)?;
@@ -496,6 +510,7 @@ mod tests {
             end: [100.5, 20.0],
             wall_distance: 33.333_333,
             memory: Vec::new(),
+            scores: Vec::new(),
         };
         Table {
             sources: measures.then(|| vec!["a.npy".into(), "a, b.npy[3]".into()]),

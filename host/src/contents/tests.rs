@@ -50,7 +50,7 @@ fn the_page_on_measures_is_that_of_the_writers() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/measures.md");
     let text = fs::read_to_string(&path).unwrap();
     let (head, _) = text.split_once(MARK).unwrap();
-    let own = [measures::remembered_as("NAME", Scalar::Float)];
+    let own = [measures::remembered_as("NAME", Scalar::Float), measures::score_of("N")];
     let columns = measures::LIFE.iter().map(|(column, ..)| column).chain(&own);
     let rows =
         columns.map(|Column { name, unit, about, .. }| [format!("`{name}`"), (*unit).to_owned(), about.to_string()]);

@@ -44,6 +44,8 @@ pub(crate) struct Measures {
     pub(crate) wall_distance: f64,
     /// What the task remembers after the last cycle: the words of its memory's scalars, in their order.
     pub(crate) memory: Vec<u32>,
+    /// What the task has given each robot of several, where that was asked for.
+    pub(crate) scores: Vec<f32>,
 }
 
 /// A measure by its name: what `oneiro evaluate --measures` lists.
@@ -76,9 +78,19 @@ enum Source {
     Life(Part, Measured),
     /// A scalar of the task's memory.
     Memory(usize, Scalar),
+    /// A robot's own score.
+    Score(u32),
 }
 
 impl Descriptor {
+    /// The score of one of several robots.
+    pub(crate) fn score(robot: u32) -> Self {
+        Self {
+            column: score_of(&robot.to_string()),
+            source: Source::Score(robot),
+        }
+    }
+
     /// Its value in a life.
     pub(crate) fn value(&self, measures: &Measures) -> f64 {
         match self.source {
@@ -91,13 +103,14 @@ impl Descriptor {
                     Scalar::Signed => word.cast_signed().into(),
                 })
             }
+            Source::Score(robot) => measures.scores.get(robot as usize).map_or(f64::NAN, |&own| own.into()),
         }
     }
 
     fn part(&self) -> Part {
         match self.source {
             Source::Life(part, _) => part,
-            Source::Memory(..) => Part::End,
+            Source::Memory(..) | Source::Score(_) => Part::End,
         }
     }
 
@@ -106,7 +119,7 @@ impl Descriptor {
         let value = self.value(measures);
         match self.source {
             Source::Life(..) => number(value),
-            Source::Memory(_, Scalar::Float) => (value as f32).to_string(),
+            Source::Memory(_, Scalar::Float) | Source::Score(_) => (value as f32).to_string(),
             Source::Memory(..) => value.to_string(),
         }
     }
@@ -137,6 +150,14 @@ pub(crate) fn remembered_as(name: &str, scalar: Scalar) -> Column {
     };
     let about = format!("`{name}` of the task's memory after the last cycle");
     column.named(format!("end_task_{name}")).about(about)
+}
+
+/// The column of the score of one of several robots.
+pub(crate) fn score_of(robot: &str) -> Column {
+    let column = Column::number("", "", "").named(format!("score_robot_{robot}"));
+    column.about(format!(
+        "what the task has given robot {robot}, counted from 0; only if robots live together and the task scores each of them"
+    ))
 }
 
 /// Measures of every life.
@@ -354,6 +375,7 @@ impl Meter {
             stuck: seconds(self.stuck),
             wall_distance: self.room / f64::from(self.lived),
             memory: self.memory.clone(),
+            scores: Vec::new(),
         }
     }
 }

@@ -4,9 +4,11 @@
 //! | file | contents |
 //! |---|---|
 //! | [`measures`] | measures of a robot's behaviour, from its trace |
+//! | [`scores`] | scores of robots that live together |
 //! | [`starts`] | starts of lives, from a file |
 
 pub(crate) mod measures;
+pub(crate) mod scores;
 pub(crate) mod starts;
 
 use std::ops::Range;

@@ -198,23 +198,18 @@ fn cycle(life: Life, step: u32) -> Cycle {
     return Cycle(earned, first);
 }
 
-// The trace line of a cycle: the first robot's, and with it what the world earned.
-fn line(life: Life, lived: Cycle) -> Line {
-    let me = member_life(life, 0u);
+// A robot's trace line of a cycle, given what it did, and what the world earned in this cycle and so far.
+fn line(me: Life, did: Act, earned: f32, total: f32) -> Line {
     let own = me.member_words;
-    let did = lived.first;
-    let start = vec3<f32>(place_in(own, MEMBER_START), number(own, MEMBER_START + 2u));
-    let total = number(life.world_words, WORLD_EARNED);
-    let r = recorded(
-        start, vec2<f32>(start.x, start.y), did.outputs, did.moved, was_in_contact(own), lived.earned, total,
-    );
+    let start = member_started(me, me.member);
+    let r = recorded(start, vec2<f32>(start.x, start.y), did.outputs, did.moved, was_in_contact(own), earned, total);
     let record = Record(
         stored(r.x), stored(r.y), stored(r.heading), stored(r.seen_x), stored(r.seen_y),
         stored(r.left), stored(r.right), stored(r.speed_left), stored(r.speed_right),
         r.collided, stored(r.reward), stored(r.fitness),
     );
     let memory = State(
-        me, task_loaded(own), controller_loaded(own), sensor_loaded(own), mission_loaded(life.world_words),
+        me, task_loaded(own), controller_loaded(own), sensor_loaded(own), mission_loaded(me.world_words),
         robot_loaded(own),
     );
     return Line(record, details_kept(details(memory, did.real, did.perceived)));

@@ -339,6 +339,7 @@ fn hear(life: Life, step: u32) {
             let sum = place_in(own, messages);
             put_place(own, messages, vec2<f32>(sum.x + share * ahead.x, sum.y + share * ahead.y));
             put_word(own, MEMBER_HEARD, word(own, MEMBER_HEARD) + 1u);
+            keep_sender(own, message & 255u);
         }
     }
 }

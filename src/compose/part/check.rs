@@ -14,7 +14,7 @@ use oneiro_shaders::{KERNELS, LIFE_PERCEPTRON};
 use super::fields::GeneField;
 use super::interface::{self, Function, GENE_COUNT, GENES, Interface};
 use super::{generate, kernel, refusal};
-use crate::compose::{Kind, OwnParts};
+use crate::compose::{Kind, OF_EACH, OwnParts};
 use crate::parameter::nearest;
 
 /// Functions of shipped parts that every part may call; `lib/numerics`, `lib/random`, `lib/user` and `lib/given` have them.
@@ -163,8 +163,7 @@ fn declared_problems(
     let mut problems = Refusals::new();
     let mut refuse = |place, rule, message| problems.push(refusal(place, rule, message));
     let has_mission = declared.iter().any(|own| own.name == interface::MISSION);
-    let is_required =
-        |function: &&Function| function.default.is_none() && !(has_mission && function.name() == interface::OF_EACH);
+    let is_required = |function: &&Function| function.default.is_none() && !(has_mission && function.name() == OF_EACH);
     for required in interface.functions.iter().filter(is_required) {
         if declared.iter().all(|own| own.name != required.name()) {
             let (name, text) = (required.name(), required.text);

@@ -5,10 +5,10 @@ use std::fmt::Write;
 use oneiro_shader_compiler::declarations::Declaration;
 
 use super::fields::{GeneField, Remembered};
-use super::interface::{Function, GENE_COUNT, Interface, MISSION, OF_EACH};
+use super::interface::{Function, GENE_COUNT, Interface, MISSION};
 use super::members;
 use crate::arena::{Arena, Patch};
-use crate::compose::{Detail, DetailKind, Kind, Scalar, Value};
+use crate::compose::{Detail, DetailKind, Kind, OF_EACH, Scalar, Value};
 use crate::differential::{Differential, Sensor, SensorKind, WheelNoise};
 use crate::tables::{SENSORS, SensorTables};
 

@@ -149,8 +149,6 @@ const TASK: Interface = Interface {
     calls: &["Reward", "Tally"],
 };
 
-/// The function with which a task has a mission, the struct of what that remembers, and the function that such a task may leave
-/// out.
+/// The function with which a task has a mission, and the struct of what that remembers.
 pub(super) const MISSION: &str = "mission_cycle";
 pub(super) const MISSION_STATE: &str = "MissionState";
-pub(super) const OF_EACH: &str = "task_cycle";

@@ -44,7 +44,7 @@ const WHEELS: &str = "robot/arcs.wgsl";
 /// Physics by how a robot lives, and what else an individual's need.
 const fn physics(lives: Lives) -> &'static str {
     match lives {
-        Lives::Simulated => "physics/sampled.wgsl",
+        Lives::Simulated | Lives::Observed => "physics/sampled.wgsl",
         Lives::Reported => "physics/reported.wgsl",
         Lives::Individual => "physics/individual.wgsl",
     }
@@ -215,7 +215,7 @@ pub(in crate::compose) fn compose(
         });
     }
     let fields = fields(robot);
-    let mut generated = generate::details(&parts.details(robot)) + &generate::reading(&parts.readings_in(robot));
+    let mut generated = generate::details(&parts.details(robot, lives)) + &generate::reading(&parts.readings_in(robot));
     let mut name = base.name.to_owned();
     if let Build::Differential(robot) = robot {
         check_names(robot)?;
@@ -250,6 +250,7 @@ pub(in crate::compose) fn compose(
             generated += &generate::reports(&fields);
         }
         Lives::Individual => name += "+individual",
+        Lives::Observed => name += "+observed",
     }
     for own in parts.iter() {
         let stem = Path::new(&own.part.path)
@@ -404,7 +405,7 @@ fn new(
     let is_needed = |path: &str| {
         let is_of_robot = is_of_robot(path, spec);
         if is_of_members(path) || live_together && members::REPLACED.contains(&path) {
-            return live_together && members::is_needed(path, &spec.robot.build);
+            return live_together && members::is_needed(path, &spec.robot.build, lives);
         }
         if [Lives::Simulated, Lives::Reported, Lives::Individual]
             .map(physics)
@@ -450,7 +451,7 @@ fn new(
         let described = [part(GENERATED, &generated)];
         let users: Vec<_> = own.iter().map(|own| own.part.source()).collect();
         let all = [&parts[..], &described, &users].concat();
-        generated += &members::declarations(&all, own, spec, &own.readings_in(&spec.robot.build));
+        generated += &members::declarations(&all, own, spec, lives, &own.readings_in(&spec.robot.build));
     }
     let mut cells = 0;
     for own in own.iter() {

@@ -7,37 +7,43 @@ use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::members;
 
 use super::fields::{self, Remembered};
-use super::interface::{self, MISSION_STATE, OF_EACH};
+use super::interface::{self, MISSION_STATE};
 use crate::arena::Arena;
-use crate::compose::{Kind, OwnPart, OwnParts, Scalar};
+use crate::compose::{Kind, Lives, OwnPart, OwnParts, Scalar};
 use crate::differential::{Build, Differential, GREATEST_MEMBERS};
 use crate::reference::{Model, Reference};
-use crate::world::{Task, WorldSpec};
+use crate::world::WorldSpec;
 
 /// Parts of worlds of several robots, and those that they take the place of.
-pub(super) const PARTS: [&str; 9] = [
+pub(super) const PARTS: [&str; 11] = [
     "lib/members.wgsl",
     "members.wgsl",
     "physics/contacts.wgsl",
+    FIRST,
     "physics/members.wgsl",
+    OBSERVED,
     "sensor/others.wgsl",
     REFERENCE,
     RM11,
     RM12,
     VECTORS,
 ];
+const FIRST: &str = "physics/first.wgsl";
+const OBSERVED: &str = "physics/observed.wgsl";
 const REFERENCE: &str = "sensor/reference.wgsl";
 const RM11: &str = "sensor/rm11.wgsl";
 const RM12: &str = "sensor/rm12.wgsl";
 const VECTORS: &str = "sensor/vectors.wgsl";
 
 /// Whether such a world is made of one of these parts.
-pub(super) fn is_needed(path: &str, robot: &Build) -> bool {
+pub(super) fn is_needed(path: &str, robot: &Build, lives: Lives) -> bool {
     let model = match robot {
         Build::Differential(own) => own.model,
         Build::Sampled | Build::Forager(_) => None,
     };
     match path {
+        FIRST => lives != Lives::Observed,
+        OBSERVED => lives == Lives::Observed,
         REFERENCE => model.is_some(),
         RM11 => model == Some(Model::Rm11),
         RM12 => model == Some(Model::Rm12),
@@ -169,10 +175,17 @@ impl Words {
 
 /// What robots that live together need beside the parts of a kernel: their numbers of words, functions that load and save what
 /// parts remember, and what each robot earns. `readings` are the fields of `Readings`.
-pub(super) fn declarations(parts: &[compiler::Part], own: &OwnParts, spec: &WorldSpec, readings: &[String]) -> String {
+pub(super) fn declarations(
+    parts: &[compiler::Part],
+    own: &OwnParts,
+    spec: &WorldSpec,
+    lives: Lives,
+    readings: &[String],
+) -> String {
     let mut text = String::new();
     let task = own.get(Kind::Task).map(OwnPart::part);
     let functions = |name: &str| task.is_some_and(|part| part.functions().contains(&name));
+    let earns_alone = own.scores_each();
     let declares = |structure: &str| parts.iter().find(|part| members(part, structure).is_some());
     if declares(MISSION_STATE).is_none() {
         // No struct is empty.
@@ -208,18 +221,16 @@ fn save_{word}(own: u32, memory: {structure}) {{
             loaded.join(", ")
         );
     }
-    let earns_alone = spec.task != Task::Own || functions(OF_EACH);
-    text += &if earns_alone {
-        earned(&mut of_member, readings)
+    let is_observed = lives == Lives::Observed;
+    text += &if earns_alone || is_observed {
+        kept(&mut of_member, readings)
     } else {
-        "fn keep_act(own: u32, did: Act) {
-}
-fn members_earned(life: Life, step: u32) -> f32 {
-    return 0.0f;
-}
-"
-        .to_owned()
+        "fn keep_act(own: u32, did: Act) {\n}\n".to_owned()
     };
+    text += if earns_alone { EARNED } else { NOTHING_EARNED };
+    if is_observed {
+        text += &observed(spec.robot.members().unwrap_or(1), &mut of_member);
+    }
     if let Build::Differential(robot) = &spec.robot.build {
         text += &heard(robot, &mut of_world, &mut of_member);
     }
@@ -252,8 +263,20 @@ const WORLD_MESSAGES: u32 = WORLD_MEMORY + {world}u;
     )
 }
 
-/// What each robot earns, for which its readings and its motion are kept until all have moved.
-fn earned(words: &mut Words, readings: &[String]) -> String {
+/// Where an observed robot keeps what it has earned, and whose messages it has heard.
+fn observed(count: u32, words: &mut Words) -> String {
+    let (first, senders) = (words.count, count.div_ceil(u32::BITS));
+    words.count += 1 + senders as usize;
+    format!(
+        "const MEMBER_EARNED: u32 = MEMBER_MEMORY + {first}u;
+const MEMBER_SENDERS: u32 = MEMBER_EARNED + 1u;
+const SENDER_WORDS: u32 = {senders}u;
+"
+    )
+}
+
+/// What a robot read and did, kept until all have moved.
+fn kept(words: &mut Words, readings: &[String]) -> String {
     let mut load = String::new();
     for of in ["real", "perceived"] {
         for field in readings {
@@ -280,21 +303,29 @@ fn act_kept(own: u32) -> Act {{
     var did = Act();
 {load}    return did;
 }}
-fn members_earned(life: Life, step: u32) -> f32 {{
+"
+    )
+}
+
+/// What robots earn where none earns alone, and where each does.
+const NOTHING_EARNED: &str = "fn members_earned(life: Life, step: u32) -> f32 {
+    return 0.0f;
+}
+";
+const EARNED: &str = "fn members_earned(life: Life, step: u32) -> f32 {
     let count = member_count(life.world);
     var earned = 0.0f;
-    for (var member = 0u; member < count; member++) {{
+    for (var member = 0u; member < count; member++) {
         let me = member_life(life, member);
         let own = me.member_words;
         let reward = task_cycle(me, experience(own, step, act_kept(own)), task_loaded(own));
         save_task(own, reward.state);
+        keep_earned(own, reward.earned);
         earned += reward.earned;
-    }}
+    }
     return earned;
-}}
-"
-    )
 }
+";
 
 /// Constants of a robot's world.
 pub(super) fn constants(robot: &Differential, arena: &Arena, body_radius: f32) -> String {

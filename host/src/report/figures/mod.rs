@@ -10,7 +10,9 @@ mod factor;
 mod foraging;
 mod heat;
 mod journeys;
+mod mission;
 mod network;
+mod player;
 mod plot;
 mod svg;
 mod swarm;
@@ -24,11 +26,12 @@ pub(crate) use factor::{Column, Outcomes, Scale, factor, level_styles};
 pub(crate) use foraging::{scenarios, swarm};
 pub(crate) use heat::{HeatMap, Side, Square, heat_map};
 pub(crate) use journeys::{Journey, journeys};
+pub(crate) use mission::{MissionReplay, bytes_of_record, mission_page};
 pub(crate) use network::network;
+pub(crate) use player::{packed, turns};
 pub(crate) use svg::escaped;
 pub(crate) use swarm::{
-    Act, BEHAVIOURS, Genes, Moment, Sight, SwarmReplay, Teller, live_page, live_script, moments, packed, swarm_page,
-    turns,
+    Act, BEHAVIOURS, Genes, Moment, Sight, SwarmReplay, Teller, live_page, live_script, moments, swarm_page,
 };
 pub(crate) use tables::sensor_table;
 

@@ -1,4 +1,4 @@
-//! A self-contained HTML page that plays what a swarm did, or shows what a fleet does.
+//! A self-contained HTML page that plays what a foraging swarm did, or shows what a fleet does.
 //!
 //! Its data are JSON in which long lists of numbers are Base64 of little-endian 16-bit integers: fifty minutes of ten
 //! robots with a line per second take half a megabyte. Poses are rounded to 0.1 mm (1 mm in arenas more than 3 m
@@ -11,11 +11,11 @@ use oneiro::foraging::Light;
 use oneiro::swarm::{Behaviour, Lamp, Line, SECOND, Seen, Swarm};
 use serde_json::{Value, json};
 
-use super::svg::{escaped, number};
+use super::player::{self, Player, packed, turns};
+use super::svg::number;
 
-/// The page, with `{{name}}` as placeholders.
-const PAGE: &str = include_str!("swarm.html");
-const STYLE: &str = include_str!("swarm.css");
+/// What stands beside the arena.
+const PANEL: &str = include_str!("swarm.html");
 const SCRIPT: &str = include_str!("swarm.js");
 /// Arena radius in mm up to which poses are in tenths of millimetres.
 const FINE: f32 = 1600.0;
@@ -204,33 +204,16 @@ pub(crate) fn live_script(replay: &SwarmReplay<'_>, written: u64, end: Option<&s
 }
 
 fn page(replay: &SwarmReplay<'_>, facts: &BTreeMap<&str, Value>) -> String {
-    let title = escaped(replay.title);
-    let lead = escaped(&lead(replay));
-    // In a script element, a less-than sign could begin the end tag.
-    let data = json!(facts).to_string().replace('<', "\\u003c");
-    filled(
-        PAGE,
-        &[
-            ("title", &title),
-            ("lead", &lead),
-            ("style", STYLE),
-            ("data", &data),
-            ("script", SCRIPT),
-        ],
-    )
-}
-
-/// Replaces each `{{name}}` of a template. Placeholders in replacements stay as they are.
-fn filled(template: &str, parts: &[(&str, &str)]) -> String {
-    let mut rest = template;
-    let mut text = String::new();
-    while let Some((before, after)) = rest.split_once("{{") {
-        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
-        text.push_str(before);
-        text.extend(parts.iter().filter(|part| part.0 == name).map(|part| part.1));
-        rest = after;
-    }
-    text + rest
+    player::page(&Player {
+        title: replay.title,
+        lead: &lead(replay),
+        drawn: "The arena from above, with its robots, food, nest and light",
+        switches: "",
+        strip: "<div id=\"lights\" aria-hidden=\"true\"></div>",
+        panel: PANEL,
+        facts,
+        script: SCRIPT,
+    })
 }
 
 /// Text below the title.
@@ -351,11 +334,6 @@ fn genes(robots: &[Vec<Genes>]) -> Value {
         .collect()
 }
 
-/// Converts a heading to 1/65536 turn.
-pub(crate) fn turns(heading: f32) -> u16 {
-    (f64::from(heading).rem_euclid(1.0) * 65_536.0).round() as u32 as u16
-}
-
 /// State in bits, from the lowest: 4 for what it does, 1 for whether it carries food, 11 for the food it has brought.
 fn state(sight: &Sight) -> u16 {
     (sight.act & 0xf) as u16 | u16::from(sight.carries) << 4 | (sight.brought.min(0x7ff) as u16) << 5
@@ -371,26 +349,6 @@ fn heard(line: &Moment) -> Vec<u16> {
     }
     words[0] = (words.len() - 1) as u16;
     words
-}
-
-/// Encodes little-endian integers as Base64.
-pub(crate) fn packed(words: impl Iterator<Item = u16>) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let bytes: Vec<u8> = words.flat_map(u16::to_le_bytes).collect();
-    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
-    for three in bytes.chunks(3) {
-        let at = |i: usize| u32::from(three.get(i).copied().unwrap_or(0));
-        let bits = at(0) << 16 | at(1) << 8 | at(2);
-        for digit in 0..4 {
-            if digit <= three.len() {
-                let six = bits >> (18 - 6 * digit) & 63;
-                text.push(char::from(DIGITS[six as usize]));
-            } else {
-                text.push('=');
-            }
-        }
-    }
-    text
 }
 
 #[cfg(test)]
@@ -484,30 +442,6 @@ mod tests {
             .split_once("<script type=\"application/json\" id=\"replay\">")
             .unwrap();
         serde_json::from_str(after.split_once("</script>").unwrap().0).unwrap()
-    }
-
-    #[test]
-    fn base64_is_that_of_rfc_4648() {
-        let text = |bytes: &[u8]| packed(bytes.as_chunks().0.iter().map(|&two| u16::from_le_bytes(two)));
-        assert_eq!(text(b""), "");
-        assert_eq!(text(b"fo"), "Zm8=");
-        assert_eq!(text(b"foob"), "Zm9vYg==");
-        assert_eq!(text(b"foobar"), "Zm9vYmFy");
-        assert_eq!(text(&[0xfb, 0xff]), "+/8=");
-    }
-
-    #[test]
-    fn headings_wrap() {
-        assert_eq!(turns(0.25), 16_384);
-        assert_eq!(turns(-0.25), 49_152);
-        assert_eq!(turns(0.999_999), 0);
-        assert_eq!(turns(3.5), 32_768);
-    }
-
-    #[test]
-    fn replacements_are_not_expanded_again() {
-        let parts = [("a", "{{b}}"), ("b", "2")];
-        assert_eq!(filled("x {{a}} y {{b}}{{none}} z", &parts), "x {{b}} y 2 z");
     }
 
     #[test]

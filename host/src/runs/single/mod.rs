@@ -18,6 +18,7 @@ pub(crate) mod job;
 mod pictures;
 mod replay;
 mod rows;
+mod together;
 pub(crate) mod trace;
 mod transferred;
 
@@ -237,6 +238,17 @@ fn replays(has_several: bool) -> [Entry; 4] {
     ]
 }
 
+/// The files that it adds for robots that live together.
+fn replays_together() -> [Entry; 2] {
+    let page = "written by `oneiro replay` of robots that live together: a page that plays the life, with the same numbers in its name as \
+                the other files of that life";
+    let table = "written by it: what each robot did in that life, a row each";
+    [
+        Entry::file("replay.html", page),
+        Entry::table("replay-robots.csv", table, &together::COLUMNS),
+    ]
+}
+
 /// The files of the directory of any run.
 #[cfg(test)]
 pub(crate) fn all_contents() -> Vec<Entry> {
@@ -248,6 +260,7 @@ pub(crate) fn all_contents() -> Vec<Entry> {
         &[lives()],
         &replays(false),
         &replays(true),
+        &replays_together(),
     ]
     .concat()
 }
@@ -599,6 +612,9 @@ impl super::Experiment for Single {
         if self.ends_outside() {
             [files, vec![lives()]].concat()
         } else {
+            if world.robots() > 1 {
+                files.extend(replays_together());
+            }
             [&files[..], &replays(settings.trials > 1)].concat()
         }
     }

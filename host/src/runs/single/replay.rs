@@ -126,6 +126,12 @@ pub(super) fn run(
     let [path, table] = ["svg", "csv"].map(|extension| directory.join(format!("{stem}.{extension}")));
     disk::write(&path, picture.as_bytes())?;
     disk::write(&table, TraceTable::new(&world).csv(&trace, every).as_bytes())?;
+    let watched = super::together::watch(&world, &shown, replay.every, life, engine, console)?;
+    let mut files = vec![path, table];
+    if let Some(watched) = watched {
+        files.extend(watched.write(directory, &stem, &title)?);
+    }
+    let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
     if console.json() {
         return console.json_data(&json!({
@@ -139,8 +145,10 @@ pub(super) fn run(
             "trial_fitness": decimal(life),
             "trial_bits": format!("{:08x}", life.to_bits()),
             "collisions": collisions,
-            "path": path.display().to_string(),
-            "trace": table.display().to_string(),
+            "path": files[0],
+            "trace": files[1],
+            "page": files.get(2),
+            "robots": files.get(3),
             "device": engine.name(),
         }));
     }
@@ -162,9 +170,8 @@ pub(super) fn run(
         }
     };
     console.data(format!(
-        "{who}: fitness {own}{all} (bits {bits:08x}), {compared}{one}\n{}\n{}",
-        path.display(),
-        table.display()
+        "{who}: fitness {own}{all} (bits {bits:08x}), {compared}{one}\n{}",
+        files.join("\n")
     ))
 }
 

@@ -54,7 +54,8 @@ impl TraceTable {
             .chain(details(|kind| kind == DetailKind::Real))
             .chain(records(&SEEN))
             .chain(details(|kind| matches!(kind, DetailKind::Memory(_))))
-            .chain(details(|kind| kind == DetailKind::Other));
+            .chain(details(|kind| kind == DetailKind::Other))
+            .chain(details(|kind| matches!(kind, DetailKind::Heard | DetailKind::Earned)));
         Self { cells: cells.collect() }
     }
 
@@ -139,6 +140,13 @@ fn column(detail: &Detail, robot: &Robot) -> Column {
         (DetailKind::Other, _) => OWN.named(name.clone()).about(
             "another robot's pose at the start of the cycle: x and y in mm, and z, its heading in turns".to_owned(),
         ),
+        (DetailKind::Heard, _) => Column::whole("", "", "").named(name.clone()).about(
+            "the robots whose messages it has heard since the line before: a bit for each, the lowest for robot 0"
+                .to_owned(),
+        ),
+        (DetailKind::Earned, _) => OWN
+            .named(name.clone())
+            .about("what the task has given this robot since the line before".to_owned()),
         (DetailKind::Memory(part), _) => {
             let word = part.word();
             let own = match detail.scalar {

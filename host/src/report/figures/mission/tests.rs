@@ -1,0 +1,325 @@
+use oneiro::arena::{Light, Obstacle};
+use oneiro::automode::{Behaviour, Condition, Machine, Modules, State, Transition};
+use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::cpu::Cpu;
+use oneiro::differential::Build;
+use oneiro::differential::{Differential, Sensor, SensorKind};
+use oneiro::evaluator::{Control, Evaluator as _};
+use oneiro::random::Key;
+use oneiro::reference::{Model, Reference};
+use oneiro::world::{Controller, Robot, WorldSpec};
+
+use super::super::browser;
+use super::*;
+
+const CYCLES: u32 = 60;
+
+/// A life and what a page needs of it.
+struct Life {
+    world: World,
+    robots: Vec<Trace>,
+    earned: Vec<Vec<f32>>,
+    states: Vec<String>,
+}
+
+impl Life {
+    fn of(spec: WorldSpec, genes: &[f32], states: &[&str]) -> Self {
+        let world = World::new(spec).unwrap().observed().unwrap();
+        let life = Rollout {
+            world: 0,
+            genes,
+            key: Key::rollout(4, 0, 0, 0),
+        };
+        let batch = Batch::new(std::slice::from_ref(&world), &[life], Some(TraceRequest { every: 1 })).unwrap();
+        let outcome = Cpu::new(Some(1)).unwrap().evaluate(&batch, &Control::new()).unwrap();
+        let robots = outcome.traces[0].by_robot(world.robots());
+        // What a robot has earned after line N: made up.
+        let earned = |robot: usize| (0..robots[0].len()).map(|line| (line * (robot + 1)) as f32).collect();
+        Self {
+            earned: (0..robots.len()).map(earned).collect(),
+            states: states.iter().map(|&state| state.to_owned()).collect(),
+            world,
+            robots,
+        }
+    }
+
+    /// Twelve e-pucks that explore until they are on black, and stop there for a while.
+    fn machines() -> Self {
+        let to = |condition| Transition { to: 0, condition };
+        let machine = Machine {
+            states: vec![
+                State {
+                    behaviour: Behaviour::Exploration { turning: 10 },
+                    transitions: vec![to(Condition::BlackFloor(0.9))],
+                },
+                State {
+                    behaviour: Behaviour::Stop,
+                    transitions: vec![to(Condition::BlackFloor(0.1))],
+                },
+            ],
+        };
+        Self::of(
+            epucks(Model::Vectors, 12),
+            &machine.genome(),
+            &["0 exploration", "1 stop"],
+        )
+    }
+
+    fn page(&self) -> String {
+        mission_page(&MissionReplay {
+            title: "a <life>",
+            world: &self.world,
+            robots: &self.robots,
+            every: 1,
+            earned: &self.earned,
+            states: &self.states,
+        })
+    }
+
+    fn word(&self, robot: usize, line: usize, kind: DetailKind, name: &str) -> u32 {
+        let mut details = self.world.details().iter();
+        let place = details.position(|own| own.kind == kind && own.name == name).unwrap();
+        self.robots[robot].details(line)[place]
+    }
+}
+
+/// E-pucks by a reference model in an arena that has everything.
+fn epucks(model: Model, count: u32) -> WorldSpec {
+    let mut arena = Arena::polygon(
+        &[
+            [-700.0, -600.0],
+            [700.0, -600.0],
+            [800.0, 0.0],
+            [700.0, 600.0],
+            [-700.0, 600.0],
+        ],
+        None,
+    );
+    arena.floor = Some(0.5);
+    arena.wall_height = Some(80.0);
+    let round = |x, radius, grey| Patch {
+        x,
+        y: 0.0,
+        radius: Some(radius),
+        grey,
+        ..Patch::default()
+    };
+    arena.patches = vec![round(-300.0, 250.0, 0.0), round(300.0, 250.0, 1.0)];
+    arena.obstacles = vec![Obstacle {
+        x: 0.0,
+        y: 300.0,
+        radius: 60.0,
+        class: "round".into(),
+    }];
+    arena.lights = vec![Light {
+        x: 0.0,
+        y: -700.0,
+        height: Some(750.0),
+        intensity: Some(5.0),
+        ..Light::default()
+    }];
+    let controller = match model {
+        Model::Vectors => Controller::StateMachine(Modules::DEFAULT),
+        _ => Controller::Perceptron,
+    };
+    WorldSpec {
+        robot: Robot {
+            body_radius: 35.0,
+            build: Build::Differential(Differential {
+                count: Some(count),
+                model: Some(model),
+                reference: Reference::DEFAULT,
+                ..Differential::new(53.0, 120.0)
+            }),
+            ..Robot::khepera()
+        },
+        arena,
+        controller,
+        cycles: CYCLES,
+        ..WorldSpec::miglino1995()
+    }
+}
+
+/// Red, green and blue of a colour as `#rrggbb`.
+fn channels(colour: &str) -> [u8; 3] {
+    [1, 3, 5].map(|at| u8::from_str_radix(&colour[at..at + 2], 16).unwrap())
+}
+
+#[test]
+fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
+    let life = Life::machines();
+    let ask = "\
+        const at = (id) => document.getElementById(id);\n\
+        const soon = () => new Promise((then) => setTimeout(then, 100));\n\
+        const drawn = [0, 3.1, 5.9, 2.05].map(window.oneiro.drawn);\n\
+        window.oneiro.drawn(4);\n\
+        const told = () => ({ robot: at('robot').textContent, fitness: at('light').textContent,\n\
+            names: [...at('readings').querySelectorAll('dt')].map((own) => own.textContent),\n\
+            values: [...at('readings').querySelectorAll('dd')].map((own) => own.textContent),\n\
+            hears: [...document.querySelectorAll('td.hears')].map((own) => own.textContent),\n\
+            scores: [...document.querySelectorAll('td.own')].map((own) => own.textContent) });\n\
+        const shown = [told()];\n\
+        document.querySelectorAll('.who')[7].click(); await soon(); shown.push(told());\n\
+        const box = at('arena').getBoundingClientRect();\n\
+        const [x, y] = window.oneiro.shown(3);\n\
+        at('arena').dispatchEvent(new MouseEvent('click', { clientX: box.left + x, clientY: box.top + y }));\n\
+        await soon(); shown.push(told());\n\
+        document.dispatchEvent(new KeyboardEvent('keydown', { key: 'Escape' })); await soon(); shown.push(told());\n\
+        const before = at('arena').toDataURL(); at('trails').click(); await soon();\n\
+        const trails = at('arena').toDataURL() !== before; at('trails').click(); await soon();\n\
+        const back = at('arena').toDataURL() === before; at('messages').click(); await soon();\n\
+        const messages = at('arena').toDataURL() !== before;\n\
+        const legend = [...at('legend').children].map((own) => own.textContent);\n\
+        return { drawn, shown, trails, back, messages, legend, title: document.title };";
+    let Some(told) = browser::told("mission", &life.page(), ask) else {
+        return;
+    };
+    assert_eq!(told["title"], "a <life>");
+    assert_eq!(
+        told["legend"],
+        json!(["0 exploration", "1 stop", "heard in this line", "lamp"])
+    );
+    assert_eq!([&told["trails"], &told["back"], &told["messages"]], [true, true, true]);
+
+    let near = |value: &Value, expected: f64, most: f64| {
+        let value = value.as_f64().unwrap();
+        assert!((value - expected).abs() <= most, "{value}, not {expected}");
+    };
+    let mut colours = std::collections::BTreeSet::new();
+    for (at, line) in told["drawn"].as_array().unwrap().iter().zip([0, 31, 59]) {
+        let robots = at["robots"].as_array().unwrap();
+        assert_eq!(robots.len(), 12);
+        for (robot, drawn) in robots.iter().enumerate() {
+            let own = &life.robots[robot][line];
+            // Half a step of packing, plus the canvas's rounding.
+            near(&drawn["x"], f64::from(own.x), 0.055);
+            near(&drawn["y"], f64::from(own.y), 0.055);
+            let off = (drawn["heading"].as_f64().unwrap() - f64::from(own.heading)).rem_euclid(1.0);
+            assert!(off.min(1.0 - off) < 1e-5);
+            let state = life.word(robot, line, DetailKind::Memory(Kind::Controller), "state");
+            // Near its rim the pixel may have a little of that.
+            let [seen, expected] = [drawn["colour"].as_str().unwrap(), COLOURS[state as usize]].map(channels);
+            let off = seen
+                .iter()
+                .zip(expected)
+                .map(|(one, other)| one.abs_diff(other))
+                .max()
+                .unwrap();
+            assert!(off < 16, "robot {robot}, line {line}: {seen:?}, not {expected:?}");
+            colours.insert(state);
+        }
+    }
+    assert_eq!(colours.len(), 2, "robots are in both states");
+    let between = &told["drawn"][3]["robots"][5];
+    let [from, to] = [20, 21].map(|line| &life.robots[5][line]);
+    near(&between["x"], 0.5 * f64::from(from.x + to.x), 0.11);
+
+    let line = 40;
+    for (shown, robot) in told["shown"].as_array().unwrap().iter().zip([0, 7, 3]) {
+        let names = shown["names"].as_array().unwrap();
+        assert_eq!(names.len(), 8 + 2);
+        let values: Vec<f64> = shown["values"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|own| own.as_str().unwrap().parse().unwrap())
+            .collect();
+        for (name, value) in names.iter().zip(&values).take(8) {
+            let own = f32::from_bits(life.word(robot, line, DetailKind::Perceived, name.as_str().unwrap()));
+            // Half a step of packing in a span of up to 20, and the rounding to three decimals.
+            assert!(
+                (value - f64::from(own)).abs() < 7e-4,
+                "robot {robot}, {name}: {value}, not {own}"
+            );
+        }
+        assert!((values[8] - f64::from(life.robots[robot][line].speed_left)).abs() < 6e-4);
+        let heard = life.word(robot, line, DetailKind::Heard, "heard_0");
+        let state = life.word(robot, line, DetailKind::Memory(Kind::Controller), "state") as usize;
+        let others: Vec<String> = (0..12)
+            .filter(|other| heard >> other & 1 == 1)
+            .map(|other| other.to_string())
+            .collect();
+        let others = if others.is_empty() {
+            "nobody".to_owned()
+        } else {
+            others.join(", ")
+        };
+        assert_eq!(
+            shown["robot"],
+            format!("Robot {robot}: {}; hears {others}", life.states[state])
+        );
+        assert_eq!(shown["hears"][robot], heard.count_ones().to_string());
+        assert_eq!(shown["scores"][robot], (line * (robot + 1)).to_string());
+        let fitness: f32 = shown["fitness"]
+            .as_str()
+            .unwrap()
+            .rsplit(' ')
+            .next()
+            .unwrap()
+            .replace(',', "")
+            .parse()
+            .unwrap();
+        let own = life.robots[0][line].fitness;
+        assert!((fitness - own).abs() <= 1e-5 * own.abs(), "{fitness}, not {own}");
+    }
+    let nobody = &told["shown"][3];
+    assert!(nobody["robot"].as_str().unwrap().starts_with("Click a robot"));
+    assert!(nobody["values"].as_array().unwrap().iter().all(|own| own == ""));
+}
+
+#[test]
+fn robots_without_messages_and_machines_have_a_page() {
+    let eye = Sensor {
+        name: "eye".into(),
+        kind: SensorKind::Proximity,
+        range: Some(60.0),
+        ..Sensor::default()
+    };
+    let mut spec = epucks(Model::Vectors, 3);
+    spec.robot.build = Build::Differential(Differential {
+        count: Some(3),
+        sensors: vec![eye],
+        ..Differential::new(53.0, 120.0)
+    });
+    spec.controller = Controller::Perceptron;
+    spec.arena = Arena::rectangle(500.0, 400.0);
+    let genes = vec![0.5; World::new(spec.clone()).unwrap().genes()];
+    let life = Life::of(spec, &genes, &[]);
+    let ask = "\
+        const at = (id) => document.getElementById(id);\n\
+        window.oneiro.drawn(1);\n\
+        return { robot: at('robot').textContent, legend: at('legend').children.length,\n\
+            messages: at('messages').parentElement.hidden, heads: at('robots').rows[0].textContent,\n\
+            note: at('note').textContent };";
+    let Some(told) = browser::told("mission-plain", &life.page(), ask) else {
+        return;
+    };
+    assert_eq!(
+        told,
+        json!({ "robot": "Robot 0", "legend": 0, "messages": true, "heads": "RobotScore", "note": "" })
+    );
+}
+
+#[test]
+fn a_page_needs_nothing_else_and_twenty_robots_for_two_minutes_fit_in_five_megabytes() {
+    let spec = epucks(Model::Rm11, 20);
+    let genes = vec![0.5; World::new(spec.clone()).unwrap().genes()];
+    let mut life = Life::of(spec, &genes, &[]);
+    for trace in &mut life.robots {
+        let short = trace.clone();
+        (1..20).for_each(|_| trace.append(&short));
+        assert_eq!(trace.len(), 1200);
+    }
+    life.earned = vec![vec![0.0; 1200]; 20];
+    let page = life.page();
+    let record = bytes_of_record(&life.world) as f64;
+    assert!(
+        (page.len() as f64) < 60_000.0 + 1.01 * record * 1200.0 * 20.0,
+        "{}",
+        page.len()
+    );
+    assert!(page.len() < 5_000_000, "{}", page.len());
+    for reference in ["http", "//cdn", " src=", "@import", "url(", "fetch(", "import(", "{{"] {
+        assert!(!page.contains(reference), "{reference}");
+    }
+}

@@ -1,0 +1,11 @@
+// Traces of worlds of robots with one genome: the first robot's lines.
+
+fn traced(life: Life, lived: Cycle, record: u32) {
+    trace[record] = line(member_life(life, 0u), lived.first, lived.earned, number(life.world_words, WORLD_EARNED));
+}
+
+fn keep_sender(own: u32, sender: u32) {
+}
+
+fn keep_earned(own: u32, earned: f32) {
+}

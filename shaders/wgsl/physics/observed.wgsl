@@ -1,0 +1,27 @@
+// Traces of worlds of robots with one genome that are observed: in place of the first robot's line one for each robot, robot after
+// robot. They also say whose messages the robot has heard and what it has earned since the line before. `MEMBER_SENDERS`, a bit for
+// each robot in SENDER_WORDS words, and `MEMBER_EARNED` are generated. The fitness of a line is what it would be if the life ended
+// there.
+
+fn traced(life: Life, lived: Cycle, record: u32) {
+    let count = member_count(life.world);
+    let now = score(life);
+    for (var member = 0u; member < count; member++) {
+        let me = member_life(life, member);
+        let own = me.member_words;
+        trace[record * count + member] = line(me, act_kept(own), lived.earned, now);
+        put(own, MEMBER_EARNED, 0.0f);
+        for (var word = 0u; word < SENDER_WORDS; word++) {
+            put_word(own, MEMBER_SENDERS + word, 0u);
+        }
+    }
+}
+
+fn keep_sender(own: u32, sender: u32) {
+    let field = MEMBER_SENDERS + (sender >> 5u);
+    put_word(own, field, word(own, field) | (1u << (sender & 31u)));
+}
+
+fn keep_earned(own: u32, earned: f32) {
+    put(own, MEMBER_EARNED, number(own, MEMBER_EARNED) + earned);
+}
