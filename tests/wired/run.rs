@@ -25,7 +25,7 @@ fn placed(name: &str, robot: &str, cycles: u32) -> Place {
     place
 }
 
-const RUN: [&str; 6] = ["run", "wire.toml", "--seed", "5", "--out", "out"];
+pub(super) const RUN: [&str; 6] = ["run", "wire.toml", "--seed", "5", "--out", "out"];
 
 /// Waits until a life has had some cycles.
 pub(super) fn wait_for_cycles(place: &Place, life: &str, cycles: usize) {
