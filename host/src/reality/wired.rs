@@ -109,7 +109,7 @@ impl Values {
 }
 
 /// Time that robots take for lives.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Time {
     /// Of all robots together, min.
     pub(crate) robot_minutes: f64,
@@ -126,6 +126,15 @@ impl Time {
             robot_minutes: minutes(lives),
             minutes: minutes(lives.div_ceil(robots as u64)),
             robots,
+        }
+    }
+
+    /// Of these lives, and then of as many others `times` over.
+    pub(crate) fn and(self, times: usize, other: Self) -> Self {
+        Self {
+            robot_minutes: self.robot_minutes + times as f64 * other.robot_minutes,
+            minutes: self.minutes + times as f64 * other.minutes,
+            robots: self.robots.max(other.robots),
         }
     }
 }
