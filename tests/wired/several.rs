@@ -124,6 +124,7 @@ fn no_life_of_three_robots_is_lived_again() {
     let place = placed("again", &addresses, 15);
     // The fifth is a second one of some robot's.
     let mut program = lives_until(place.start(&RUN), &place, 5, 8);
+    wait("a complete life", LONG, || !complete(&place, "out/lives").is_empty());
     let event = Instant::now();
     program.kill().unwrap();
     wait("the stop", LONG, || bodies.iter().all(Body::stands));

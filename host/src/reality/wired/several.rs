@@ -1,13 +1,14 @@
 //! Several robots that share lives.
 
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
-use std::sync::{Arc, Barrier, Mutex};
-use std::thread;
+use std::sync::{Arc, Condvar, Mutex};
 
 use super::tests::{Mock, Place, Troubles, genes, life, spec};
 use super::*;
 use crate::console::Output;
 
+/// For what has no limit but must happen.
+const LONG: Duration = Duration::from_secs(20);
 const QUIET: Output = Output {
     json: false,
     quiet: true,
@@ -42,13 +43,19 @@ fn held(until: Receiver<()>) -> Mock {
     let mut mock = robot();
     mock.meanwhile = Box::new(move |look| {
         if look == 0 {
-            assert_ne!(
-                until.recv_timeout(Duration::from_secs(20)),
-                Err(RecvTimeoutError::Timeout)
-            );
+            assert_ne!(until.recv_timeout(LONG), Err(RecvTimeoutError::Timeout));
         }
     });
     mock
+}
+
+/// A life of each genome.
+fn lives(genomes: &[Vec<f32>]) -> Vec<Life<'_>> {
+    genomes
+        .iter()
+        .zip(0..)
+        .map(|(genes, number)| life(genes, number))
+        .collect()
 }
 
 fn bits(lived: &[Lived]) -> Vec<u32> {
@@ -61,39 +68,32 @@ fn alone(lives: &[Life<'_>]) -> Vec<u32> {
     bits(&robots(&place, [robot()]).live(lives, false).unwrap())
 }
 
+/// Robots each of which waits in the middle of its first life until all others are there too.
+fn together<const N: usize>() -> [Mock; N] {
+    let gate = Arc::new((Mutex::new(0), Condvar::new()));
+    [(); N].map(|()| {
+        let (mut mock, gate) = (robot(), Arc::clone(&gate));
+        mock.meanwhile = Box::new(move |look| {
+            if look == 3 {
+                let (there, changed) = &*gate;
+                let mut there = there.lock().unwrap();
+                *there += 1;
+                changed.notify_all();
+                let (_there, waited) = changed.wait_timeout_while(there, LONG, |there| *there < N).unwrap();
+                assert!(!waited.timed_out(), "the others don't come");
+            }
+        });
+        mock
+    })
+}
+
 /// Three robots live three lives at once: each of them waits, in the middle of its first life, until the others are there too.
 #[test]
 fn robots_live_at_the_same_time() {
     let place = Place::new("several-at-once");
     let all: Vec<Vec<f32>> = (0..6).map(genes).collect();
-    let lives: Vec<Life<'_>> = all.iter().zip(0..).map(|(genes, number)| life(genes, number)).collect();
-    let (gate, ended) = (Arc::new(Barrier::new(3)), Mutex::new(false));
-    let mocks = [(); 3].map(|()| {
-        let (mut mock, gate) = (robot(), Arc::clone(&gate));
-        mock.meanwhile = Box::new(move |look| {
-            if look == 3 {
-                gate.wait();
-            }
-        });
-        mock
-    });
-    let mut robots = robots(&place, mocks);
-    // Without the others a robot would wait for ever.
-    let lived = thread::scope(|scope| {
-        scope.spawn(|| {
-            let waited = (0..2000).any(|_| {
-                thread::sleep(Duration::from_millis(10));
-                *ended.lock().unwrap()
-            });
-            if !waited {
-                eprintln!("robots wait for each other in vain");
-                std::process::abort();
-            }
-        });
-        let lived = robots.live(&lives, false).unwrap();
-        *ended.lock().unwrap() = true;
-        lived
-    });
+    let lives = lives(&all);
+    let lived = robots(&place, together::<3>()).live(&lives, false).unwrap();
     assert_eq!(bits(&lived), alone(&lives));
     let mut who = place.column("lives.csv", "robot");
     assert_eq!(who.len(), 6);
@@ -108,7 +108,7 @@ fn robots_live_at_the_same_time() {
 fn the_order_in_which_lives_end_does_not_show() {
     let place = Place::new("several-order");
     let all: Vec<Vec<f32>> = (0..6).map(genes).collect();
-    let lives: Vec<Life<'_>> = all.iter().zip(0..).map(|(genes, number)| life(genes, number)).collect();
+    let lives = lives(&all);
     let expected = alone(&lives);
     // They differ, so that an exchange shows.
     assert!((1..6).all(|other| expected[other] != expected[0]), "{expected:?}");
@@ -145,7 +145,7 @@ fn held_for_ever() -> Mock {
 #[test]
 fn the_life_of_a_robot_that_stops_goes_to_another() {
     let all: Vec<Vec<f32>> = (0..4).map(genes).collect();
-    let lives: Vec<Life<'_>> = all.iter().zip(0..).map(|(genes, number)| life(genes, number)).collect();
+    let lives = lives(&all);
     let expected = alone(&lives);
     for trouble in [
         Trouble::Displaced("it was lifted".into()),
@@ -196,7 +196,7 @@ fn the_life_of_a_robot_that_stops_goes_to_another() {
 #[test]
 fn without_a_robot_nothing_goes_on() {
     let all: Vec<Vec<f32>> = (0..4).map(genes).collect();
-    let lives: Vec<Life<'_>> = all.iter().zip(0..).map(|(genes, number)| life(genes, number)).collect();
+    let lives = lives(&all);
     let failing = |trouble: Trouble| {
         let mut mock = robot();
         mock.troubles = (2..40).map(|look| (look, trouble.clone())).collect();
@@ -228,11 +228,13 @@ fn without_a_robot_nothing_goes_on() {
         }
     });
     let mut robots = robots(&place, [stopped, held(until)]);
-    let trouble = robots.live(&lives, false).unwrap_err();
+    // The other one may live some until it hears of that.
+    let all: Vec<Vec<f32>> = (0..400).map(genes).collect();
+    let trouble = robots.live(&self::lives(&all), false).unwrap_err();
     assert!(matches!(trouble, Trouble::Stopped), "{trouble}");
     let status = place.column("lives.csv", "status");
     assert!(status.iter().any(|status| status == "stopped"), "{status:?}");
-    assert!(status.len() < 4, "{status:?}");
+    assert!(status.len() < 400, "{status:?}");
 }
 
 /// Clones with the same random numbers are one life, on several robots as on one.
@@ -247,7 +249,8 @@ fn the_same_life_is_lived_once() {
         life(&one, 1),
         life(&one, 0),
     ];
-    let lived = robots(&place, [robot(), robot()]).live(&lives, false).unwrap();
+    // While one robot has the first, the other one is free.
+    let lived = robots(&place, together::<2>()).live(&lives, false).unwrap();
     assert_eq!(bits(&lived), alone(&lives));
     assert_eq!(place.column("lives.csv", "status"), ["complete"; 3]);
 }
