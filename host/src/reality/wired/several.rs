@@ -1,5 +1,6 @@
 //! Several robots that share lives.
 
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::{Arc, Condvar, Mutex};
 
@@ -64,7 +65,9 @@ fn bits(lived: &[Lived]) -> Vec<u32> {
 
 /// What one robot makes of lives.
 fn alone(lives: &[Life<'_>]) -> Vec<u32> {
-    let place = Place::new("several-alone");
+    // Tests that run beside each other must not share a record.
+    static CALLS: AtomicU32 = AtomicU32::new(0);
+    let place = Place::new(&format!("several-alone-{}", CALLS.fetch_add(1, Ordering::Relaxed)));
     bits(&robots(&place, [robot()]).live(lives, false).unwrap())
 }
 
