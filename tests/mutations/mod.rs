@@ -77,17 +77,8 @@ pub(crate) struct Spent {
 }
 
 impl Spent {
-    /// By this process, with all of its threads.
-    pub(crate) fn by_process() -> Self {
-        Self::by("self")
-    }
-
-    /// By the calling thread, of which the time is asked for later too.
-    pub(crate) fn by_thread() -> Self {
-        Self::by("thread-self")
-    }
-
-    fn by(whose: &'static str) -> Self {
+    /// By this process with all of its threads, `self`, or by the calling thread, `thread-self`.
+    pub(crate) fn by(whose: &'static str) -> Self {
         Self {
             whose,
             begin: Instant::now(),

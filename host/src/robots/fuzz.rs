@@ -40,7 +40,7 @@ pub(crate) fn for_seeds_within(long: Duration, seeds: u64, mut call: impl FnMut(
         }
     }
 
-    let (spent, is_long) = (Spent::by_thread(), std::env::var_os("ONEIRO_LONG").is_some());
+    let (spent, is_long) = (Spent::by("thread-self"), std::env::var_os("ONEIRO_LONG").is_some());
     let is_over = |seed: u64| seed >= seeds && (!is_long || spent.time() >= long);
     let mut count = 0;
     for seed in (0..).take_while(|seed| !is_over(*seed)) {

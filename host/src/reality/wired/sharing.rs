@@ -83,9 +83,10 @@ impl Taker<'_> {
                 return self.leave(board, trouble);
             }
             *self.standing = Standing::Aside;
-            let what = match is_unread || board.robots() == 1 {
-                true => "cut short, and lived again",
-                false => "set aside, and its life goes to the next robot that is free",
+            let what = if is_unread || board.robots() == 1 {
+                "cut short, and lived again"
+            } else {
+                "set aside, and its life goes to the next robot that is free"
             };
             self.lives.say(&format!("{what}: {trouble}"));
         }

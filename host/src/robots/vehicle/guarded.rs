@@ -550,9 +550,10 @@ impl Vehicle for Guarded {
             let is_there = self.person().is_there();
             if asked.replace(trouble.to_string()) != asked {
                 self.person().has_answered();
-                let when = match is_there {
-                    true => format!("; then {}", self.person().confirms()),
-                    false => String::new(),
+                let when = if is_there {
+                    format!("; then {}", self.person().confirms())
+                } else {
+                    String::new()
                 };
                 self.request(&format!("{trouble}{when}"));
             }
