@@ -272,3 +272,50 @@ fn genomes_are_evaluated_on_three_robots() {
             .says(&[words]);
     }
 }
+
+/// Where somebody puts the robots, each waits for its own number.
+#[test]
+fn a_person_confirms_each_robot_by_its_number() {
+    let (bodies, addresses) = three();
+    let place = super::placed("numbers", 5);
+    let (mut terminal, slave) = serialport::TTYPort::pair().unwrap();
+    let input = File::options().read(true).write(true).open(slave.name().unwrap());
+    let more = ["--between", "hand", "--robot", &addresses[1], "--guard", "link_ms=400"];
+    let mut command = place.command(&arguments(&addresses[0], &more));
+    let command = command
+        .stdin(input.unwrap())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let program = command.spawn().unwrap();
+    let count = || {
+        let has_begun = place.at("lives/lives.csv").exists();
+        if has_begun { complete(&place, "lives").len() } else { 0 }
+    };
+    let mut types = |line: &str| {
+        terminal.write_all(line.as_bytes()).unwrap();
+        thread::sleep(Duration::from_millis(200));
+    };
+    // The second robot has a life, and waits for its number; the first one has all others.
+    wait("three lives", LONG, || {
+        types("1\n");
+        count() == 3
+    });
+    for line in ["\n", "1\n", "3\n", "12\n"] {
+        types(line);
+    }
+    assert_eq!(count(), 3);
+    assert_eq!(robots_of(&place, "lives"), [addresses[0].clone()].into());
+    assert!(bodies[1].stands());
+    wait("the last life", LONG, || {
+        types("2\n");
+        count() == 4
+    });
+    let ran = Ran::new(&["evaluate"], &program.wait_with_output().unwrap()).exits(0);
+    ran.says(&[
+        &format!("{}: put the robot at x = ", addresses[0]),
+        "; then type 1 and press Enter",
+        &format!("{}: put the robot at x = ", addresses[1]),
+        "; then type 2 and press Enter",
+    ]);
+    assert_eq!(robots_of(&place, "lives").len(), 2);
+}
