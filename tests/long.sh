@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # long.sh: tests that take too long for tests/all.sh, on a machine where that has passed: both studies with all their
 # parts, large swarms compared with another physics engine, champions that live in Aseba's simulator, random kernels and
-# files for half an hour, random bytes for drivers of robots for ten minutes and by radio for another ten, runs and sweeps
-# that are killed hundreds of times, long lives on every device, the size of the program for a robot, machine code
-# for cards that are not there, and a hundred thousand runs. Some two hours on two cores.
+# files for half an hour, random bytes for drivers of robots for ten minutes and by radio for another ten (all of them by
+# what processors give, so that a busy machine does no less), a whole robot that is sampled, runs and sweeps that are
+# killed hundreds of times, long lives on every device, the size of the program for a robot, machine code for cards that
+# are not there, and a hundred thousand runs. Some two hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export ONEIRO_LONG=1
@@ -37,6 +38,9 @@ ONEIRO_ARM_PROGRAM=$arm long -p oneiro-host --test classics emulated_arm -- --in
 
 say "anything over the links of robots"
 long -p oneiro-host --lib -- robots::fuzz a_file_may_have_anything
+
+say "a whole robot is sampled, 20 rows of two objects and all motor states, and killed ten times on the way"
+long -p oneiro-host --lib -- a_robot_is_sampled_into --nocapture
 
 say "anything by radio, and two million forged or damaged datagrams"
 long -p oneiro-host --lib -- exchange::radio --nocapture

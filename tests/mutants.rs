@@ -12,7 +12,7 @@ use oneiro::random::Key;
 use oneiro::world::{Controller, Task, World, WorldSpec};
 
 mod mutations;
-use mutations::{mutant, peak};
+use mutations::{Spent, mutant, peak};
 
 const PARTS: [(Kind, &str); 8] = [
     (Kind::Sensor, include_str!("../host/src/experiment/parts/sensor.wgsl")),
@@ -128,10 +128,10 @@ fn mutants_are_refused_or_live() {
     } else {
         1
     };
-    let (begin, patience) = (Instant::now(), Duration::from_secs(5) * times);
+    let (spent, patience) = (Spent::by("self"), Duration::from_secs(5) * times);
     let (mut taken, mut refused, mut problems) = (0, 0, Vec::new());
     for seed in 0..2_000 * times {
-        if seed >= LEAST && begin.elapsed() > patience {
+        if seed >= LEAST && spent.time() > patience {
             break;
         }
         let (kind, text) = PARTS[seed as usize % PARTS.len()];
@@ -149,7 +149,7 @@ fn mutants_are_refused_or_live() {
     }
     eprintln!(
         "{taken} mutants lived, {refused} were refused, in {:.1?}; at most {} MB",
-        begin.elapsed(),
+        spent.time(),
         peak() >> 10
     );
     assert!(problems.is_empty(), "{}", problems.join("\n"));

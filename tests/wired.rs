@@ -25,6 +25,8 @@ mod place;
 mod robots;
 #[path = "wired/run.rs"]
 mod run;
+#[path = "wired/several.rs"]
+mod several;
 #[path = "wired/study.rs"]
 mod study;
 use peers::{Body, wait};
@@ -42,12 +44,11 @@ struct Table {
 impl Table {
     fn read(place: &Place, name: &str) -> Self {
         let text = place.text(name);
-        let mut lines = text
-            .lines()
-            .map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let cells = |record: &csv::StringRecord| record.iter().map(str::to_owned).collect();
         Self {
-            head: lines.next().unwrap(),
-            rows: lines.collect(),
+            head: cells(reader.headers().unwrap()),
+            rows: reader.records().map(|record| cells(&record.unwrap())).collect(),
         }
     }
 

@@ -281,11 +281,11 @@ pub(crate) struct Rows {
 #[derive(Args, Debug)]
 pub(crate) struct OnRobot {
     /// Evaluate on a robot instead of in the simulation: at an address as `oneiro robot list` has them, such as
-    /// `serial:/dev/ttyUSB0`, or on the surrogate of a Khepera, such as `surrogate:1`
-    #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["starts", "noise", "measures", "traces"])]
-    pub(crate) robot: Option<String>,
+    /// `serial:/dev/ttyUSB0`, or on the surrogate of a Khepera, such as `surrogate:1`. Repeat it for several robots, which share the lives
+    #[arg(long = "robot", value_name = "ADDRESS", conflicts_with_all = ["starts", "noise", "measures", "traces"])]
+    pub(crate) robots: Vec<String>,
     /// Record lives on a robot in this directory. Those that are complete there are not lived again
-    #[arg(long, value_name = "DIR", requires = "robot", value_hint = ValueHint::DirPath)]
+    #[arg(long, value_name = "DIR", requires = "robots", value_hint = ValueHint::DirPath)]
     pub(crate) lives: Option<PathBuf>,
     /// How each life on a robot gets its start
     #[arg(long, value_name = "HOW", value_enum, default_value_t = Starts::Walk, requires = "lives")]
@@ -299,12 +299,12 @@ pub(crate) struct OnRobot {
     /// Read a sensor of the experiment from one of the robot that has another name, such as `left_90=prox_5`. May be repeated
     #[arg(long = "sensor", value_name = "NAME=NAME", requires = "lives", value_parser = pair)]
     pub(crate) sensors: Vec<(String, String)>,
-    /// Listen at this address to a tracker that reports where the robot is, such as `udp:0.0.0.0:5005#1` for its robot 1
-    /// [default: poses from the odometers]
-    #[arg(long, value_name = "ADDRESS", requires = "lives")]
-    pub(crate) tracker: Option<String>,
+    /// Listen at this address to a tracker that reports where the robot is, such as `udp:0.0.0.0:5005#1` for its robot 1. Repeat it for
+    /// several robots, in their order [default: poses from the odometers]
+    #[arg(long = "tracker", value_name = "ADDRESS", requires = "lives")]
+    pub(crate) trackers: Vec<String>,
     /// Age of the tracker's last sighting at which the robot counts as lost and is stopped, 50 to 2000 ms
-    #[arg(long, value_name = "MS", default_value_t = tracker::AGE_MS, requires = "tracker",
+    #[arg(long, value_name = "MS", default_value_t = tracker::AGE_MS, requires = "trackers",
         value_parser = clap::value_parser!(u64).range(tracker::AGES_MS))]
     pub(crate) tracker_age: u64,
     /// Set a value of the guard, such as `expiry_ms=200`. May be repeated; docs/robots-on-the-wire.md lists them
@@ -313,7 +313,7 @@ pub(crate) struct OnRobot {
     #[arg(
         long,
         value_name = "LAMBDA",
-        requires = "robot",
+        requires = "robots",
         conflicts_with = "lives",
         help = format!(
             "How much a surrogate differs from the simulator made from its samples, 0 to 2 [default: {}]",

@@ -1,6 +1,7 @@
 //! Texts as nobody would write them: words, lines or characters of a text deleted, doubled, swapped, replaced or repeated.
 
 use std::fs;
+use std::time::{Duration, Instant};
 
 use oneiro::random::pcg4d;
 
@@ -65,4 +66,39 @@ pub(crate) fn peak() -> u64 {
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok())
         .unwrap_or(0)
+}
+
+/// How long something has taken: with `ONEIRO_LONG` the processor time that this process or this thread has had since, where the
+/// system tells, because on a busy machine minutes of the clock may be seconds of work; otherwise by the clock.
+pub(crate) struct Spent {
+    whose: &'static str,
+    begin: Instant,
+    before: Option<Duration>,
+}
+
+impl Spent {
+    /// By this process with all of its threads, `self`, or by the calling thread, `thread-self`.
+    pub(crate) fn by(whose: &'static str) -> Self {
+        Self {
+            whose,
+            begin: Instant::now(),
+            before: std::env::var_os("ONEIRO_LONG").and_then(|_| processor_time(whose)),
+        }
+    }
+
+    /// The time since then.
+    pub(crate) fn time(&self) -> Duration {
+        let worked = self.before.zip(processor_time(self.whose));
+        worked.map_or_else(|| self.begin.elapsed(), |(before, now)| now.saturating_sub(before))
+    }
+}
+
+/// Processor time of a process or a thread, in its own code and in the system's.
+fn processor_time(whose: &str) -> Option<Duration> {
+    let stat = fs::read_to_string(format!("/proc/{whose}/stat")).ok()?;
+    // Its name, in brackets, may have spaces; after it the 12th and the 13th field are hundredths of a second.
+    let (_, fields) = stat.rsplit_once(')')?;
+    let ticks = fields.split_whitespace().skip(11).take(2).map(str::parse::<u64>);
+    let sum = ticks.collect::<Result<Vec<_>, _>>().ok()?.into_iter().sum::<u64>();
+    Some(Duration::from_millis(10 * sum))
 }

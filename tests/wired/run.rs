@@ -17,15 +17,16 @@ use disk::Disk;
 /// Evolves for three generations, the last one on a robot.
 fn placed(name: &str, robot: &str, cycles: u32) -> Place {
     let place = Place::new(name);
+    // On a busy machine the robot answers late.
     let text = format!(
         "cycles = {cycles}\n[evolution]\npopulation = 4\nparents = 2\ngenerations = 3\n[record]\nindividuals = true\n\
-         [reality]\nrobot = \"{robot}\"\ngenerations = 1\nwalk_s = 0\n"
+         [reality]\nrobot = \"{robot}\"\ngenerations = 1\nwalk_s = 0\nguard = {{ link_ms = 400 }}\n"
     );
     place.write("wire.toml", text);
     place
 }
 
-const RUN: [&str; 6] = ["run", "wire.toml", "--seed", "5", "--out", "out"];
+pub(super) const RUN: [&str; 6] = ["run", "wire.toml", "--seed", "5", "--out", "out"];
 
 /// Waits until a life has had some cycles.
 pub(super) fn wait_for_cycles(place: &Place, life: &str, cycles: usize) {
@@ -117,6 +118,15 @@ fn a_run_ends_on_a_robot() {
     let refused = place.run(&["sweep", "run", "sweep.toml", "--out", "swept"]).exits(3);
     refused.says(&["reality.robot: is on a wire; allowed: with `oneiro run`"]);
     assert!(!place.at("swept").exists());
+    let plan = ["sweep", "plan", "sweep.toml", "--no-estimate"];
+    let planned = place.good(&plan);
+    // Two runs of four lives of a second.
+    let words = "on robots: 0.1 robot-minutes; they take no sweeps, but each run with `oneiro run`";
+    assert!(planned.contains(words), "{planned}");
+    let planned: Value = serde_json::from_str(&place.good(&[&plan[..], &["--json"]].concat())).unwrap();
+    let minutes = |key: &str| planned[key].as_f64().unwrap();
+    assert!((minutes("robot_minutes") - 8.0 / 60.0).abs() < 1e-9, "{planned}");
+    assert_eq!(planned["robot_minutes"], planned["minutes_on_robots"]);
     assert_eq!(body.wheels().1, since);
 
     // Its lives calibrate the simulator.

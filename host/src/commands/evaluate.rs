@@ -99,8 +99,8 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
             ..Keys::of_seed(seed)
         },
     };
-    if let Some(address) = &arguments.on_robot.robot {
-        let results = on_robot::lived(address, arguments, &lives, console)?;
+    if !arguments.on_robot.robots.is_empty() {
+        let results = on_robot::lived(arguments, &lives, console)?;
         let table = Table {
             sources: Some(subjects.sources).filter(|_| files > 1),
             summary: arguments.rows.summary,

@@ -38,6 +38,7 @@ pub(crate) fn run(arguments: &cli::OnBoard, console: Console) -> Result {
         settings: settings.guard.clone(),
         record: None,
         tracker: None,
+        number: None,
     };
     let vehicle = Guarded::open(&options, Arc::clone(&stop), console)?;
     Daemon::new(&settings, Box::new(vehicle), Box::new(air), false)?.live(&stop)

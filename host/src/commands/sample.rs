@@ -134,6 +134,7 @@ fn wired(wire: Wire, arguments: &Sample, console: Console) -> Result {
         settings: options.set.clone(),
         record: options.record.clone(),
         tracker: None,
+        number: None,
     };
     let mut vehicle = Guarded::open(&guarded, stop.clone(), console)?;
     let usual = Grid::USUAL;

@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
 
 fn plan(arguments: &SweepPlan, console: Console) -> Result {
     let sweep = Sweep::read(&arguments.sweep)?;
-    let plan = sweep.plan()?;
+    let plan = sweep.plan_on_robots()?;
     let all = sweep.runs();
     let steps = plan.steps(&sweep, 0..all as RunIndex);
     let devices = if arguments.no_estimate {
@@ -87,6 +87,8 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
             "seeds": sweep.file().seeds.len(),
             "steps": steps,
             "bytes_a_run": plan.bytes,
+            "robot_minutes": plan.robot_time.map(|time| time.robot_minutes),
+            "minutes_on_robots": plan.robot_time.map(|time| time.minutes),
             "keys": keys,
             "runs": runs,
             "devices": devices,
@@ -135,9 +137,12 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
             columns(&["no card does more than", "M steps/s", "all runs"], &rows)
         )
     };
+    let robots = plan.robot_time.map_or_else(String::new, |time| {
+        format!("on robots: {time}; they take no sweeps, but each run with `oneiro run`\n\n")
+    });
     console.data(format!(
         "{}: {all} runs, {} cells from {} each; {:.4} billion robot-steps; {} of memory for each run in progress\n\n\
-         {}{more}\n{here}{elsewhere}",
+         {}{more}\n{robots}{here}{elsewhere}",
         sweep.name(),
         sweep.file().cells(),
         counted(sweep.file().seeds.len() as u32, "seed", "seeds"),

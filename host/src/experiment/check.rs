@@ -71,7 +71,7 @@ fn reality(transfer: &Transfer) -> Checked {
         ("reality.speed_mm_s", transfer.speed.is_some(), is_wired, WIRE),
         ("reality.walk_s", transfer.walk.is_some(), is_wired, WIRE),
         ("reality.sensors", !transfer.sensors.is_empty(), is_wired, WIRE),
-        ("reality.tracker", transfer.tracker.is_some(), is_wired, WIRE),
+        ("reality.tracker", !transfer.tracker.0.is_empty(), is_wired, WIRE),
         ("reality.tracker_age_ms", transfer.tracker_age.is_some(), is_wired, WIRE),
         ("reality.guard", !transfer.guard.is_empty(), is_wired, WIRE),
     ];
@@ -147,7 +147,7 @@ fn race_of(settings: &Settings, genes: usize) -> Checked {
         let problem = "is true; allowed: false with race, whose generations differ in size";
         return invalid("record.individuals", problem);
     }
-    if settings.reality.robot.is_some() {
+    if !settings.reality.robot.0.is_empty() {
         let problem = "is given; allowed: none with race, whose number of generations is not known beforehand";
         return invalid("reality.robot", problem);
     }

@@ -21,6 +21,7 @@ use crate::evolve::{self, Evolution, Population};
 use crate::exit::{Failure, Result};
 use crate::files;
 use crate::reality::site::Site;
+use crate::reality::wired::Time;
 pub(crate) use inputs::DIRECTORY as INPUTS;
 use inputs::Inputs;
 pub(crate) use inputs::{Content, Files, Input};
@@ -197,21 +198,21 @@ impl Experiment {
     /// The first generation that lives on the robot of [`settings::Transfer`], if there is one.
     pub(crate) fn first_real(&self) -> Option<u32> {
         let Settings { reality, evolution, .. } = &self.settings;
-        reality.robot.as_ref()?;
-        Some(evolution.generations - reality.generations?)
+        let generations = reality.generations.filter(|_| !reality.robot.0.is_empty())?;
+        Some(evolution.generations - generations)
     }
 
-    /// Time of all lives on that robot, if it is on a wire, min.
-    pub(crate) fn robot_minutes(&self) -> Option<f64> {
+    /// Time of all lives on that robot, if it is on a wire, or on those robots.
+    pub(crate) fn robot_time(&self) -> Option<Time> {
         let Settings {
             reality,
             evolution,
             trials,
             ..
         } = &self.settings;
-        let walk = self.site()?.walk()?;
-        let lives = f64::from(reality.generations?) * f64::from(evolution.population) * f64::from(*trials);
-        Some(lives * f64::from(self.world.cycles() + walk) / 600.0)
+        let lives = u64::from(evolution.population) * u64::from(*trials);
+        self.site()?
+            .generations(reality.generations?, lives, self.world.cycles())
     }
 
     /// That robot.

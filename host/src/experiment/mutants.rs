@@ -18,7 +18,7 @@ use super::tests::Scratch;
 use super::values::Described;
 use crate::exit::Result;
 use crate::files;
-use crate::mutations::{mutant, peak};
+use crate::mutations::{Spent, mutant, peak};
 use crate::runs::{self, Experiment};
 use crate::sweep::Sweep;
 
@@ -227,10 +227,10 @@ fn all_mutants() {
         );
         assert!(failure.to_string().len() < MESSAGE, "{failure}");
     }
-    let (begin, mut taken, mut refused) = (Instant::now(), 0, 0);
+    let (spent, mut taken, mut refused) = (Spent::by("self"), 0, 0);
     let mut slowest = (Duration::ZERO, 0);
     for seed in 0.. {
-        if seed >= LEAST && begin.elapsed() > patience {
+        if seed >= LEAST && spent.time() > patience {
             break;
         }
         let (folder, text) = &texts[seed as usize % texts.len()];
@@ -269,7 +269,7 @@ fn all_mutants() {
     }
     eprintln!(
         "{taken} mutants were read, {refused} were refused, in {:.1?}, each within {:.1?} (seed {}); at most {} MB",
-        begin.elapsed(),
+        spent.time(),
         slowest.0,
         slowest.1,
         peak() >> 10

@@ -308,8 +308,8 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Nearest behaviours whose mean distance is an individual's novelty.", |own, _| Some(&mut own.evolution.novel()?.neighbours)),
         row("evolution.novelty.added", "", WholeUpTo(0, "evolution.population"), OURS,
             "Behaviours of each generation, drawn at random, that the archive keeps.", |own, _| Some(&mut own.evolution.novel()?.added)),
-        row("reality.robot", "", Text("an address, such as surrogate:1 or serial:/dev/ttyUSB0"), OURS,
-            "The robot on which the last generations live, after those that are simulated: on a wire (docs/robots-on-the-wire.md), or a surrogate, which stands in for a Khepera. Lives on a wire are recorded in the run's folder `lives`, and never repeated.", |own, _| Some(&mut own.reality.robot)),
+        row("reality.robot", "", Text("an address, such as surrogate:1 or serial:/dev/ttyUSB0, or a list of several on wires"), OURS,
+            "The robot on which the last generations live, after those that are simulated: on a wire (docs/robots-on-the-wire.md), or a surrogate, which stands in for a Khepera. Several robots on wires, as a list, share the lives of a generation. Lives on a wire are recorded in the run's folder `lives`, and never repeated.", |own, _| Some(&mut own.reality.robot)),
         row("reality.generations", "", WholeUpTo(1, "evolution.generations"), "Miglino et al. 1995, section 4",
             "How many of the last generations live there and are selected by their fitness there; 20, or all if there are fewer, if it is not given.", |own, _| Some(&mut own.reality.generations)),
         row("reality.severity", "", Number(0.0, 2.0), "ours: the 1995 study was calibrated to it",
@@ -342,8 +342,8 @@ fn rows() -> Vec<Parameter<Settings>> {
             "How long a robot on a wire drives about at random before each life; 10 if it is not given. 0: a life starts where the last one ended.", |own, _| Some(&mut own.reality.walk)),
         row("reality.sensors", "", Text("a table of the robot's names, by the experiment's"), OURS,
             "Sensors of a robot on a wire whose names differ from the experiment's: the robot's name by the experiment's.", |own, _| Some(&mut own.reality.sensors)),
-        row("reality.tracker", "", Text("udp:HOST:PORT or udp:HOST:PORT#ID"), OURS,
-            "Where to listen to a tracker that reports the pose of a robot on a wire; poses are from its odometers if it is not given.", |own, _| Some(&mut own.reality.tracker)),
+        row("reality.tracker", "", Text("udp:HOST:PORT or udp:HOST:PORT#ID, or a list of as many as there are robots"), OURS,
+            "Where to listen to a tracker that reports the pose of a robot on a wire, for several robots in the order of `reality.robot`; poses are from odometers if it is not given.", |own, _| Some(&mut own.reality.tracker)),
         row("reality.tracker_age_ms", "ms", Number(*tracker::AGES_MS.start() as f64, *tracker::AGES_MS.end() as f64), OURS,
             "Age of the tracker's last sighting at which the robot counts as lost and is stopped; 300 if it is not given.", |own, _| Some(&mut own.reality.tracker_age)),
         row("reality.guard", "", Text("a table of the guard's values, by their names"), OURS,
@@ -491,11 +491,43 @@ pub(crate) struct Finalists {
     pub(crate) lives: u32,
 }
 
+/// Addresses: none, one as a word, or several as a list.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Addresses(pub(crate) Vec<String>);
+
+impl Field for Addresses {
+    fn get(&self) -> Option<Datum> {
+        match &self.0[..] {
+            [] => None,
+            [one] => Some(Datum::Word(one.clone())),
+            all => Some(Datum::List(all.iter().cloned().map(Datum::Word).collect())),
+        }
+    }
+
+    fn set(&mut self, datum: &Datum) -> bool {
+        let one = |datum: &Datum| match datum {
+            Datum::Word(word) => Some(word.clone()),
+            _ => None,
+        };
+        let own: Option<Vec<String>> = match datum {
+            Datum::List(list) if !list.is_empty() => list.iter().map(one).collect(),
+            _ => one(datum).map(|one| vec![one]),
+        };
+        let is_set = own.is_some();
+        self.0 = own.unwrap_or_default();
+        is_set
+    }
+
+    fn kind(&self) -> &'static str {
+        "a word or a list"
+    }
+}
+
 /// The robot on which the last generations of an evolution live.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Transfer {
-    /// Its address, if there is one.
-    pub(crate) robot: Option<String>,
+    /// Its address, if there is one, or those of several.
+    pub(crate) robot: Addresses,
     /// Number of those generations; given if there is a robot.
     pub(crate) generations: Option<u32>,
     /// How much a surrogate differs from its simulator; given if there is one.
@@ -511,8 +543,8 @@ pub(crate) struct Transfer {
     pub(crate) walk: Option<f32>,
     /// Names of its sensors, by the experiment's, where they differ.
     pub(crate) sensors: BTreeMap<String, String>,
-    /// Where a tracker is listened to, and the age of its last sighting from which the robot counts as lost, ms.
-    pub(crate) tracker: Option<String>,
+    /// Where a tracker is listened to, one for each robot, and the age of its last sighting from which a robot counts as lost, ms.
+    pub(crate) tracker: Addresses,
     pub(crate) tracker_age: Option<f32>,
     /// Values of its guard.
     pub(crate) guard: BTreeMap<String, f64>,
@@ -523,7 +555,7 @@ impl Transfer {
     pub(super) fn complete(&mut self, generations: u32) {
         /// As in Miglino et al. 1995.
         const GENERATIONS: u32 = 20;
-        if self.robot.is_some() {
+        if !self.robot.0.is_empty() {
             self.generations.get_or_insert(GENERATIONS.min(generations));
         }
         if let Ok(Some(Site::Surrogate { .. })) = self.site() {
@@ -535,10 +567,8 @@ impl Transfer {
     fn values(&self) -> Result<wired::Values, String> {
         let age = self.tracker_age.map_or(tracker::AGE_MS as f64, f64::from);
         let limit = Duration::from_secs_f64(age / 1000.0);
-        let tracker = self
-            .tracker
-            .as_ref()
-            .map(|tracker| tracker::Values::parse(tracker, limit));
+        let trackers = self.tracker.0.iter();
+        let trackers = trackers.map(|tracker| tracker::Values::parse(tracker, limit));
         let sensors = self.sensors.iter().map(|(own, robot)| (own.clone(), robot.clone()));
         Ok(wired::Values {
             starts: self.starts.unwrap_or_default(),
@@ -546,7 +576,7 @@ impl Transfer {
             speed_mm_s: self.speed.map(f64::from),
             sensors: sensors.collect(),
             directory: PathBuf::new(),
-            tracker: tracker.transpose()?,
+            trackers: trackers.collect::<Result<_, _>>()?,
         })
     }
 
@@ -574,9 +604,11 @@ impl Transfer {
     /// # Errors
     /// The problem of its address, or of its tracker's.
     pub(crate) fn site(&self) -> Result<Option<Site>, String> {
-        let Some(robot) = &self.robot else { return Ok(None) };
+        if self.robot.0.is_empty() {
+            return Ok(None);
+        }
         let guard: Vec<String> = self.guard.iter().map(|(key, value)| format!("{key}={value}")).collect();
-        Site::at(robot, self.differences(), self.values()?, &guard).map(Some)
+        Site::at(&self.robot.0, self.differences(), self.values()?, &guard).map(Some)
     }
 }
 

@@ -129,11 +129,25 @@ pub(crate) trait Reality {
         false
     }
 
-    /// Evaluates rollouts, one after the other, each from its own start.
+    /// Evaluates rollouts, each from its own start: one after the other on one robot, several at once on several. `told` is called
+    /// with the number of each when it ends.
     ///
     /// # Errors
     /// See [`Trouble`].
-    fn live(&mut self, lives: &[Life<'_>], traced: bool) -> std::result::Result<Vec<Lived>, Trouble>;
+    fn live_each(
+        &mut self,
+        lives: &[Life<'_>],
+        traced: bool,
+        told: &(dyn Fn(usize, &Lived) + Sync),
+    ) -> std::result::Result<Vec<Lived>, Trouble>;
+
+    /// The same, told at the end.
+    ///
+    /// # Errors
+    /// See [`Trouble`].
+    fn live(&mut self, lives: &[Life<'_>], traced: bool) -> std::result::Result<Vec<Lived>, Trouble> {
+        self.live_each(lives, traced, &|_, _| {})
+    }
 }
 
 /// A robot that is sampled without a person. A robot on a wire is sampled row by row, see [`turning`], since somebody has to place it.

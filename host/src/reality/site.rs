@@ -1,9 +1,11 @@
 //! The site of reality: which robot it is, where it is, and how to reach it. Only this file names kinds of reality.
 
 use std::fmt;
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 
 use oneiro::batch::Rollout;
 use oneiro::differential::Build;
@@ -12,13 +14,14 @@ use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Collision, Noise, Robot, World, WorldSpec};
 
 use super::surrogate::SurrogateRobot;
-use super::wired::{self, Lives, Shared, WiredRobot};
+use super::wired::{self, Shared, Time, WiredRobots};
 use super::{Life, Reality, Sampled, Trouble};
 use crate::console::Console;
 use crate::engine::handle::Engine;
 use crate::engine::job::Outside;
 use crate::engine::queue::Interruption;
-use crate::exit::Failure;
+use crate::exit::{Code, Failure};
+use crate::robots::Kind;
 use crate::robots::address::{Address, Wire};
 use crate::robots::guard;
 use crate::robots::guard::wheels::Wanted;
@@ -40,34 +43,53 @@ pub(crate) enum Site {
         /// The simulation.
         surrogate: Arc<Surrogate>,
     },
-    /// A robot on a wire.
+    /// Robots on wires.
     Wired(Wired),
 }
 
-/// A robot on a wire. All clones share one connection, which is opened when it is first needed.
+/// One robot on a wire, or several that share lives. All clones share their connections, which are opened when they are first needed.
 #[derive(Clone)]
 pub(crate) struct Wired {
-    wire: Wire,
+    wires: Vec<Wire>,
     values: wired::Values,
-    /// Settings of the guard.
+    /// Settings of the guards.
     guard: Vec<String>,
     console: Console,
-    robot: Shared,
+    /// One for each wire.
+    robots: Vec<Shared>,
 }
 
 impl Wired {
-    /// A robot that is not connected yet. The guard has these settings, each written `KEY=VALUE`.
-    pub(crate) fn new(wire: Wire, values: wired::Values, guard: &[String], console: Console) -> Self {
+    /// Robots that are not connected yet. Their guards have these settings, each written `KEY=VALUE`.
+    ///
+    /// # Errors
+    /// A robot that is named twice, or another number of trackers.
+    pub(crate) fn new(
+        wires: Vec<Wire>,
+        values: wired::Values,
+        guard: &[String],
+        console: Console,
+    ) -> Result<Self, String> {
+        let is_twice = |(at, wire): (usize, &Wire)| wires[..at].contains(wire).then(|| wire.clone());
+        if let Some(twice) = wires.iter().enumerate().find_map(is_twice) {
+            return Err(format!("names {twice} twice; allowed: each robot once"));
+        }
+        let (robots, trackers) = (wires.len(), values.trackers.len());
+        if trackers > 0 && trackers != robots {
+            return Err(format!(
+                "there are {robots} robots and {trackers} trackers; allowed: a tracker for each robot, in the same order"
+            ));
+        }
         // Simulated wheels obey at once; a later setting replaces this one.
         let mut settings = vec!["acceleration_mm_s2=10000".to_owned()];
         settings.extend_from_slice(guard);
-        Self {
-            wire,
+        Ok(Self {
+            robots: wires.iter().map(|_| Shared::default()).collect(),
+            wires,
             values,
             guard: settings,
             console,
-            robot: Shared::default(),
-        }
+        })
     }
 
     /// The same robot, with its lives recorded in a directory, and messages on a console.
@@ -82,51 +104,89 @@ impl Wired {
         }
     }
 
-    /// Connects to the robot, if nobody has yet, and prepares its lives.
-    fn open(&self, stop: &Arc<AtomicBool>, spec: &WorldSpec) -> Result<WiredRobot, Failure> {
+    /// Connects to all robots, each unless somebody has already, and prepares their lives. Several may lack some that fail.
+    fn open(&self, stop: &Arc<AtomicBool>, spec: &WorldSpec) -> Result<WiredRobots, Failure> {
         let kinds = wired::kinds(spec).map_err(Failure::input)?;
-        let mut robot = self.robot.lock();
-        let robot = match &mut *robot {
-            Some(robot) => robot,
-            none => {
-                let options = Options {
-                    wire: self.wire.clone(),
-                    wanted: Wanted { kinds, odometry: true },
-                    settings: self.guard.clone(),
-                    record: None,
-                    tracker: self.values.tracker.clone(),
-                };
-                none.insert(Box::new(Guarded::open(&options, Arc::clone(stop), self.console)?))
+        let outcomes: Vec<Result<(), Failure>> = thread::scope(|scope| {
+            let connecting: Vec<_> = (0..self.wires.len())
+                .map(|robot| {
+                    scope.spawn({
+                        let kinds = kinds.clone();
+                        move || self.connect(robot, kinds, stop)
+                    })
+                })
+                .collect();
+            let joined = connecting
+                .into_iter()
+                .map(|own| own.join().unwrap_or_else(|panic| resume_unwind(panic)));
+            joined.collect()
+        });
+        let (mut robots, mut failed) = (WiredRobots::default(), None);
+        for ((wire, robot), outcome) in self.wires.iter().zip(&self.robots).zip(outcomes) {
+            match outcome {
+                Ok(()) => robots.add(robot, &wire.to_string(), spec, &self.values, self.console)?,
+                Err(failure) if failure.code() == Code::Device as u8 && self.wires.len() > 1 => {
+                    self.console.ask(format!("{wire}: takes no lives: {failure}"));
+                    failed.get_or_insert(failure);
+                }
+                Err(failure) => return Err(failure),
             }
-        };
-        let lives = Lives::new(spec, &**robot, &self.values, self.console)?;
-        let profile = robot.profile();
-        let name = format!("{} ({}) at {}", profile.robot, profile.firmware, self.wire);
-        Ok(WiredRobot::new(self.robot.clone(), lives, name))
+        }
+        match failed {
+            Some(failure) if robots.count() == 0 => return Err(failure),
+            _ => {}
+        }
+        if self.wires.len() > 1 {
+            robots.label();
+        }
+        Ok(robots)
+    }
+
+    /// Connects to a robot, unless somebody has already.
+    fn connect(&self, robot: usize, kinds: Vec<Kind>, stop: &Arc<AtomicBool>) -> Result<(), Failure> {
+        let mut connected = self.robots[robot].lock();
+        if connected.is_none() {
+            let options = Options {
+                wire: self.wires[robot].clone(),
+                wanted: Wanted { kinds, odometry: true },
+                settings: self.guard.clone(),
+                record: None,
+                tracker: self.values.trackers.get(robot).cloned(),
+                number: (self.wires.len() > 1).then_some(robot + 1),
+            };
+            *connected = Some(Box::new(Guarded::open(&options, Arc::clone(stop), self.console)?));
+        }
+        Ok(())
+    }
+
+    /// Their addresses, with spaces between them.
+    fn addresses(&self) -> String {
+        let addresses: Vec<String> = self.wires.iter().map(Wire::to_string).collect();
+        addresses.join(" ")
     }
 }
 
 impl fmt::Debug for Wired {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {:?} {:?}", self.wire, self.values, self.guard)
+        write!(f, "{} {:?} {:?}", self.addresses(), self.values, self.guard)
     }
 }
 
 impl PartialEq for Wired {
     fn eq(&self, other: &Self) -> bool {
-        (&self.wire, &self.values, &self.guard) == (&other.wire, &other.values, &other.guard)
+        (&self.wires, &self.values, &self.guard) == (&other.wires, &other.values, &other.guard)
     }
 }
 
 /// The folder of a run's directory that has its lives on a robot.
 pub(crate) const LIVES: &str = "lives";
 
-/// A run's lives on a robot on a wire.
+/// A run's lives on robots on wires.
 struct OnWire {
     wired: Wired,
     spec: WorldSpec,
     /// Opened for the first life.
-    robot: Mutex<Option<WiredRobot>>,
+    robots: Mutex<Option<WiredRobots>>,
 }
 
 impl fmt::Debug for OnWire {
@@ -137,9 +197,9 @@ impl fmt::Debug for OnWire {
 
 impl Outside for OnWire {
     fn live(&self, rollouts: &[Rollout<'_>], stop: &Arc<AtomicBool>) -> Result<Vec<f32>, Interruption> {
-        let mut robot = self.robot.lock().unwrap_or_else(PoisonError::into_inner);
-        let robot = match &mut *robot {
-            Some(robot) => robot,
+        let mut robots = self.robots.lock().unwrap_or_else(PoisonError::into_inner);
+        let robots = match &mut *robots {
+            Some(robots) => robots,
             none => none.insert(self.wired.open(stop, &self.spec).map_err(Interruption::Outside)?),
         };
         let lives: Vec<Life<'_>> = rollouts
@@ -150,7 +210,7 @@ impl Outside for OnWire {
                 start: None,
             })
             .collect();
-        match robot.live(&lives, false) {
+        match robots.live(&lives, false) {
             Ok(lived) => Ok(lived.into_iter().map(|life| life.fitness).collect()),
             Err(Trouble::Stopped) => Err(Error::Cancelled.into()),
             Err(trouble) => Err(Interruption::Outside(trouble.into())),
@@ -159,24 +219,24 @@ impl Outside for OnWire {
 }
 
 impl Site {
-    /// The robot at an address. Of a surrogate, the differences from its simulator are scaled by two severities, what sensors see by
-    /// the first, motion and the age of readings by the second; a robot on a wire has values for its lives and for its guard.
+    /// The robot at an address, or several on wires. Of a surrogate, the differences from its simulator are scaled by two severities,
+    /// what sensors see by the first, motion and the age of readings by the second; robots on wires have values for their lives and for
+    /// their guards.
     ///
     /// # Errors
-    /// The problem of the address, or of the guard's values.
+    /// The problem of the addresses, or of the guard's values.
     pub(crate) fn at(
-        address: &str,
+        addresses: &[String],
         differences: Differences,
         values: wired::Values,
         guard: &[String],
     ) -> Result<Self, String> {
-        match address.parse() {
-            Ok(Address::Surrogate(seed)) => Ok(Self::surrogate(seed, Surrogate::drawn(seed, differences))),
-            Ok(Address::Wire(wire)) => {
+        match Robots::at(addresses)? {
+            Robots::Surrogate(seed) => Ok(Self::surrogate(seed, Surrogate::drawn(seed, differences))),
+            Robots::Wired(wires) => {
                 guard::values::Values::of(guard)?;
-                Ok(Self::Wired(Wired::new(wire, values, guard, Console::default())))
+                Ok(Self::Wired(Wired::new(wires, values, guard, Console::default())?))
             }
-            Err(invalid) => Err(format!("{invalid}")),
         }
     }
 
@@ -198,10 +258,13 @@ impl Site {
         matches!(self, Self::Wired(_))
     }
 
-    /// Cycles of 100 ms for which a robot on a wire drives about before each life; none of a surrogate.
-    pub(crate) fn walk(&self) -> Option<u32> {
+    /// The longest time that generations of `lives` lives of `cycles` cycles each can take; `None` for a simulated robot.
+    pub(crate) fn generations(&self, generations: u32, lives: u64, cycles: u32) -> Option<Time> {
         match self {
-            Self::Wired(wired) => Some(wired.values.walk()),
+            Self::Wired(wired) => {
+                let cycles = cycles + wired.values.walk();
+                Some(Time::new(lives, generations, cycles, wired.wires.len()))
+            }
             Self::Surrogate { .. } => None,
         }
     }
@@ -209,7 +272,7 @@ impl Site {
     /// The longest time that `lives` lives of `cycles` cycles each can take, in words; `None` for a simulated robot.
     pub(crate) fn time(&self, lives: u64, cycles: u32) -> Option<String> {
         match self {
-            Self::Wired(wired) => Some(wired.values.time(lives, cycles)),
+            Self::Wired(wired) => Some(wired.values.time(lives, cycles, wired.wires.len())),
             Self::Surrogate { .. } => None,
         }
     }
@@ -227,7 +290,7 @@ impl Site {
     pub(crate) fn connected(&self, vehicle: impl Vehicle + Send + 'static) -> Self {
         match self {
             Self::Wired(wired) => Self::Wired(Wired {
-                robot: Shared::of(vehicle),
+                robots: vec![Shared::of(vehicle)],
                 ..wired.clone()
             }),
             Self::Surrogate { .. } => self.clone(),
@@ -241,7 +304,7 @@ impl Site {
         Some(Arc::new(OnWire {
             wired: wired.recorded(directory.join(LIVES), console),
             spec: spec.clone(),
-            robot: Mutex::new(None),
+            robots: Mutex::new(None),
         }))
     }
 
@@ -324,6 +387,39 @@ impl Site {
                 "the robot is on a wire, and can't be simulated; allowed: surrogate:SEED",
             )),
         }
+    }
+}
+
+/// Where robots are.
+pub(crate) enum Robots {
+    /// A surrogate, by its seed.
+    Surrogate(u64),
+    /// On wires, at least one.
+    Wired(Vec<Wire>),
+}
+
+impl Robots {
+    /// The robots at some addresses.
+    ///
+    /// # Errors
+    /// The problem of an address, or of several.
+    pub(crate) fn at(addresses: &[String]) -> Result<Self, String> {
+        let of = |address: &String| address.parse().map_err(|invalid| format!("{invalid}"));
+        let all: Vec<Address> = addresses.iter().map(of).collect::<Result<_, _>>()?;
+        if let [Address::Surrogate(seed)] = all[..] {
+            return Ok(Self::Surrogate(seed));
+        }
+        let wire = |address| match address {
+            Address::Wire(wire) => Ok(wire),
+            Address::Surrogate(seed) => Err(format!(
+                "names surrogate:{seed} beside other robots; allowed: one surrogate alone, since all of its lives are simulated at once, or robots on wires"
+            )),
+        };
+        let wires: Vec<Wire> = all.into_iter().map(wire).collect::<Result<_, _>>()?;
+        if wires.is_empty() {
+            return Err("names no robot; allowed: an address, or a list of several".into());
+        }
+        Ok(Self::Wired(wires))
     }
 }
 

@@ -198,7 +198,12 @@ impl Reality for SurrogateRobot<'_> {
         Sampled::describe(self)
     }
 
-    fn live(&mut self, lives: &[Life<'_>], traced: bool) -> Result<Vec<Lived>, Trouble> {
+    fn live_each(
+        &mut self,
+        lives: &[Life<'_>],
+        traced: bool,
+        told: &(dyn Fn(usize, &Lived) + Sync),
+    ) -> Result<Vec<Lived>, Trouble> {
         let cycles = self.world.cycles();
         let mut starts: Vec<Option<[f32; 3]>> = Vec::new();
         let mut worlds = Vec::new();
@@ -218,17 +223,20 @@ impl Reality for SurrogateRobot<'_> {
             });
         }
         let outcome = self.engine.evaluate(&one_batch(&worlds, &rollouts, traced)?)?;
-        if !traced {
-            let lived = |fitness| Lived {
-                fitness,
-                trace: Trace::default(),
-            };
-            return Ok(outcome.fitness.into_iter().map(lived).collect());
-        }
-        let lived = |trace: Trace| Lived {
+        let quiet = |fitness| Lived {
+            fitness,
+            trace: Trace::default(),
+        };
+        let shown = |trace: Trace| Lived {
             fitness: trace.get(cycles as usize - 1).map_or(0.0, |last| last.fitness),
             trace,
         };
-        Ok(outcome.traces.into_iter().map(lived).collect())
+        let lived: Vec<Lived> = if traced {
+            outcome.traces.into_iter().map(shown).collect()
+        } else {
+            outcome.fitness.into_iter().map(quiet).collect()
+        };
+        lived.iter().enumerate().for_each(|(number, lived)| told(number, lived));
+        Ok(lived)
     }
 }

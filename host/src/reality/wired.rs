@@ -4,8 +4,10 @@
 
 pub(crate) mod logbook;
 mod senses;
+mod sharing;
 
 use std::f64::consts::TAU;
+use std::fmt::{self, Display};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -18,8 +20,9 @@ use oneiro::parameter::{Choice, Choices};
 use oneiro::reported::{self, Reported};
 use oneiro::world::{World, WorldSpec};
 
-use self::logbook::{Cycle, Identity, Logbook, Row};
+use self::logbook::{Begun, Cycle, Identity, Logbook, Row};
 use self::senses::Senses;
+use self::sharing::{Standing, Taker, Told, shared};
 use super::wander::{WALK, wanderer};
 use super::{Life, Lived, Reality, Trouble};
 use crate::console::Console;
@@ -74,8 +77,8 @@ pub(crate) struct Values {
     pub(crate) sensors: Vec<(String, String)>,
     /// Where lives are recorded.
     pub(crate) directory: PathBuf,
-    /// The tracker that measures the pose; without one it comes from the odometers.
-    pub(crate) tracker: Option<tracker::Values>,
+    /// The trackers that measure the poses, one for each robot; without any, poses come from the odometers.
+    pub(crate) trackers: Vec<tracker::Values>,
 }
 
 impl Values {
@@ -92,20 +95,61 @@ impl Values {
         }
     }
 
-    /// The longest time that `lives` lives of `cycles` cycles each can take, in words.
-    pub(super) fn time(&self, lives: u64, cycles: u32) -> String {
+    /// The longest time that `lives` lives of `cycles` cycles each can take some robots, in words.
+    pub(super) fn time(&self, lives: u64, cycles: u32, robots: usize) -> String {
         let before = match self.starts {
             Starts::Walk => format!(", each after {} s of driving about", f64::from(self.walk) / 10.0),
             Starts::Hand => ", and the time to put it at each start".to_owned(),
         };
-        let minutes = lives as f64 * f64::from(cycles + self.walk()) / 600.0;
-        let time = match minutes {
-            ..120.0 => format!("{minutes:.1} robot-minutes"),
-            _ => format!("{:.1} robot-hours", minutes / 60.0),
-        };
+        let time = Time::new(lives, 1, cycles + self.walk(), robots);
         let noun = if lives == 1 { "life" } else { "lives" };
         let seconds = f64::from(cycles) / 10.0;
         format!("{lives} {noun} of {seconds} s{before}: {time}, less for those that are on record")
+    }
+}
+
+/// Time that robots take for lives.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Time {
+    /// Of all robots together, min.
+    pub(crate) robot_minutes: f64,
+    /// By the clock, min.
+    pub(crate) minutes: f64,
+    robots: usize,
+}
+
+impl Time {
+    /// Of generations of `lives` lives each. A life takes `cycles` cycles, and a generation begins when the one before is complete.
+    pub(crate) fn new(lives: u64, generations: u32, cycles: u32, robots: usize) -> Self {
+        let minutes = |lives: u64| lives as f64 * f64::from(generations) * f64::from(cycles) / 600.0;
+        Self {
+            robot_minutes: minutes(lives),
+            minutes: minutes(lives.div_ceil(robots as u64)),
+            robots,
+        }
+    }
+
+    /// Of these lives, and then of as many others `times` over.
+    pub(crate) fn and(self, times: usize, other: Self) -> Self {
+        Self {
+            robot_minutes: self.robot_minutes + times as f64 * other.robot_minutes,
+            minutes: self.minutes + times as f64 * other.minutes,
+            robots: self.robots.max(other.robots),
+        }
+    }
+}
+
+impl Display for Time {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words = |minutes: f64, of: &str| match minutes {
+            ..120.0 => format!("{minutes:.1} {of}minutes"),
+            _ => format!("{:.1} {of}hours", minutes / 60.0),
+        };
+        f.write_str(&words(self.robot_minutes, "robot-"))?;
+        if self.robots > 1 {
+            write!(f, ", {} with {} robots", words(self.minutes, ""), self.robots)?;
+        }
+        Ok(())
     }
 }
 
@@ -117,9 +161,12 @@ pub(crate) fn kinds(spec: &WorldSpec) -> std::result::Result<Vec<Kind>, String> 
     senses::kinds(spec)
 }
 
-/// Lives in a world, on any vehicle with the same profile.
+/// Lives of a robot in a world. Those of several robots share one record.
 #[derive(Debug)]
 pub(crate) struct Lives {
+    /// Address of the robot, and what its messages begin with: nothing if it is the only one.
+    robot: String,
+    label: String,
     spec: WorldSpec,
     reported: Reported,
     /// Hash of everything except chance in which lives of the same genes and key may differ.
@@ -133,7 +180,7 @@ pub(crate) struct Lives {
     speed: f64,
     /// Distance between the wheels, mm.
     base: f64,
-    logbook: Logbook,
+    logbook: Arc<Mutex<Logbook>>,
     /// Where the robot is: x and y in mm, heading in turns. The middle of the field at first.
     pose: [f64; 3],
     console: Console,
@@ -146,18 +193,23 @@ struct Done {
 }
 
 impl Lives {
-    /// How often a life is begun again because readings were missing.
-    const ATTEMPTS: u32 = 3;
-
-    /// Prepares lives, and opens their record.
+    /// Prepares lives of a robot at an address, and opens their record, or shares that of another robot, which must sense alike.
     ///
     /// # Errors
-    /// Exit 3: a sensor that the robot lacks, a speed that it can't have, a robot without odometers, or a world that is not valid; as
-    /// the record's.
-    pub(crate) fn new(spec: &WorldSpec, vehicle: &dyn Vehicle, values: &Values, console: Console) -> Result<Self> {
+    /// Exit 3: a sensor that the robot lacks, a speed that it can't have, a robot without odometers or unlike the other one, or a world
+    /// that is not valid; as the record's.
+    pub(super) fn new(
+        spec: &WorldSpec,
+        vehicle: &dyn Vehicle,
+        values: &Values,
+        console: Console,
+        robot: &str,
+        other: Option<&Self>,
+    ) -> Result<Self> {
+        let address = robot;
         let profile = vehicle.profile();
         let Profile { robot, base_mm, .. } = profile;
-        if !profile.has_odometers && values.tracker.is_none() {
+        if !profile.has_odometers && values.trackers.is_empty() {
             return Err(Failure::input(format_args!(
                 "the {robot} has no odometers; allowed: a robot with odometers, or --tracker"
             )));
@@ -185,13 +237,27 @@ impl Lives {
             .flat_map(|sensors| sensors.names.clone())
             .collect();
         let names = [raw, senses.names().map(str::to_owned).collect()];
+        let world = logbook::short(sees.as_bytes());
+        let logbook = match other {
+            None => Arc::new(Mutex::new(Logbook::open(&values.directory, names)?)),
+            Some(other) if other.world == world && lock(&other.logbook).names == names => Arc::clone(&other.logbook),
+            Some(other) => {
+                return Err(Failure::input(format_args!(
+                    "the {robot} at {address} has other sensors than the robot at {}, and a generation is selected by lives on both; \
+                     allowed: robots that are alike",
+                    other.robot
+                )));
+            }
+        };
         let field = spec.arena.field;
         let middle = |from: f32, length: f32| f64::from(from) + 0.5 * f64::from(length);
         Ok(Self {
-            logbook: Logbook::open(&values.directory, names)?,
+            robot: address.to_owned(),
+            label: String::new(),
+            logbook,
             spec: spec.clone(),
             reported,
-            world: logbook::short(sees.as_bytes()),
+            world,
             cpu,
             senses,
             starts: values.starts,
@@ -206,50 +272,20 @@ impl Lives {
     /// Whether a life is recorded as complete.
     pub(crate) fn has_lived(&self, life: &Life<'_>) -> bool {
         let identity = Identity::new(life.key, life.genes, &self.world);
-        self.logbook.complete(&identity).is_some()
+        lock(&self.logbook).complete(&identity).is_some()
     }
 
-    /// Lives lives, one after the other. Those that are recorded as complete are not lived again.
-    ///
-    /// # Errors
-    /// See [`Trouble`]: those that nobody has ended in time, and those that do not pass.
-    pub(crate) fn live(
-        &mut self,
-        vehicle: &mut dyn Vehicle,
-        lives: &[Life<'_>],
-        traced: bool,
-    ) -> std::result::Result<Vec<Lived>, Trouble> {
-        let lived = |life| self.patiently(vehicle, life, traced);
-        lives.iter().map(lived).collect()
+    /// Prints a message about the robot.
+    fn say(&self, words: &str) {
+        self.console.say(format!("{}{words}", self.label));
     }
 
-    /// Lives a life until it is complete.
-    fn patiently(
-        &mut self,
-        vehicle: &mut dyn Vehicle,
-        life: &Life<'_>,
-        traced: bool,
-    ) -> std::result::Result<Lived, Trouble> {
-        let mut attempts = 1;
-        loop {
-            let trouble = match self.attempt(vehicle, life, traced) {
-                Err(
-                    trouble @ (Trouble::Displaced(_)
-                    | Trouble::Discharged(_)
-                    | Trouble::Halted(_)
-                    | Trouble::Runaway(_)),
-                ) => trouble,
-                Err(trouble @ Trouble::Unreadable(_)) if attempts < Self::ATTEMPTS => {
-                    attempts += 1;
-                    trouble
-                }
-                outcome => return outcome,
-            };
-            self.console.say(format!("cut short, and lived again: {trouble}"));
-            vehicle.recover()?;
-        }
+    /// The same, also if messages are hidden.
+    fn warn(&self, words: &str) {
+        self.console.ask(format!("{}{words}", self.label));
     }
 
+    /// Lives a life, unless it is recorded as complete.
     fn attempt(
         &mut self,
         vehicle: &mut dyn Vehicle,
@@ -257,19 +293,20 @@ impl Lives {
         traced: bool,
     ) -> std::result::Result<Lived, Trouble> {
         let identity = Identity::new(life.key, life.genes, &self.world);
-        if let Some(row) = self.logbook.complete(&identity).cloned() {
+        let known = lock(&self.logbook).complete(&identity).cloned();
+        if let Some(row) = known {
             return self.recorded(&row, life, traced);
         }
         let start = self.place(vehicle, life)?;
-        let number = self.logbook.begin(identity, life.genes, start)?;
+        let mut begun = lock(&self.logbook).begin(identity, life.genes, start, &self.robot)?;
         let mut late = Vec::new();
-        let outcome = self.cycles(vehicle, life, start, &mut late);
+        let outcome = self.cycles(vehicle, life, start, &mut begun, &mut late);
         let late = Late::of_all(late);
         let stopped = vehicle.stop();
         let done = match outcome {
             Ok(done) => done,
             Err(trouble) => {
-                let ended = self.logbook.end(Err(trouble.to_string()), late);
+                let ended = lock(&self.logbook).end(&begun, Err(trouble.to_string()), late);
                 // On a full disk it is the first failure that says what was lost.
                 return Err(match ended {
                     Err(unrecorded) if trouble.may_pass() => unrecorded.into(),
@@ -277,14 +314,14 @@ impl Lives {
                 });
             }
         };
-        self.logbook.end(Ok(done.fitness), late)?;
+        lock(&self.logbook).end(&begun, Ok(done.fitness), late)?;
         let [_, median, high, _] = late.quantiles();
         let battery = vehicle
             .volts()
             .map_or_else(String::new, |volts| format!(", battery {volts:.2} V"));
-        self.console.say(format!(
-            "life-{number}.csv: fitness {}, commands late by {median:.1} ms (median) and {high:.1} ms (99 %){battery}",
-            done.fitness
+        self.say(&format!(
+            "life-{}.csv: fitness {}, commands late by {median:.1} ms (median) and {high:.1} ms (99 %){battery}",
+            begun.number, done.fitness
         ));
         stopped?;
         self.lived(life, start, &done, traced)
@@ -292,7 +329,7 @@ impl Lives {
 
     /// A life that is on record, with its fitness computed again.
     fn recorded(&mut self, row: &Row, life: &Life<'_>, traced: bool) -> std::result::Result<Lived, Trouble> {
-        let cycles = self.logbook.cycles(row)?;
+        let cycles = lock(&self.logbook).cycles(row)?;
         let (fitness, _) = replayed(&self.reported, &mut self.cpu, life, row.start, &cycles)?;
         if row.fitness().map(f32::to_bits) != Some(fitness.to_bits()) {
             return Err(Failure::corrupt(format_args!(
@@ -404,6 +441,7 @@ impl Lives {
         vehicle: &mut dyn Vehicle,
         life: &Life<'_>,
         start: [f32; 3],
+        begun: &mut Begun,
         late: &mut Vec<f64>,
     ) -> std::result::Result<Done, Trouble> {
         let mut reported = self.reported.begin(life.genes, life.key, start)?;
@@ -430,7 +468,7 @@ impl Lives {
             let end = self.pose.map(|number| number as f32);
             let trace = reported.moved(&mut self.cpu, end).map_err(failed)?;
             let cycle = Cycle { activations, end };
-            self.logbook.record(&logbook::Lived {
+            begun.record(&logbook::Lived {
                 cycle: &cycle,
                 time_s: looked.saturating_sub(begin).as_secs_f64(),
                 late_ms,
@@ -540,38 +578,100 @@ impl Shared {
     }
 }
 
-/// A robot on a wire as a reality.
-pub(super) struct WiredRobot {
+/// A robot on a wire that takes lives.
+struct Wired {
     robot: Shared,
     lives: Lives,
+    standing: Standing,
     name: String,
 }
 
-impl WiredRobot {
-    /// Lives of a robot that is connected.
-    pub(super) fn new(robot: Shared, lives: Lives, name: String) -> Self {
-        Self { robot, lives, name }
+/// Robots on wires as a reality: all that have the same lives to live.
+#[derive(Default)]
+pub(super) struct WiredRobots(Vec<Wired>);
+
+impl WiredRobots {
+    /// Adds a robot at an address that is connected.
+    ///
+    /// # Errors
+    /// As [`Lives::new`].
+    pub(super) fn add(
+        &mut self,
+        robot: &Shared,
+        address: &str,
+        spec: &WorldSpec,
+        values: &Values,
+        console: Console,
+    ) -> Result {
+        let connected = robot.lock();
+        let Some(vehicle) = &*connected else {
+            return Err(Failure::failed(format_args!("{address} is not connected")));
+        };
+        let other = self.0.first().map(|other| &other.lives);
+        let lives = Lives::new(spec, &**vehicle, values, console, address, other)?;
+        let profile = vehicle.profile();
+        self.0.push(Wired {
+            robot: robot.clone(),
+            lives,
+            standing: Standing::default(),
+            name: format!("{} ({}) at {address}", profile.robot, profile.firmware),
+        });
+        Ok(())
+    }
+
+    /// Lets each robot's messages begin with its address.
+    pub(super) fn label(&mut self) {
+        for own in &mut self.0 {
+            own.lives.label = format!("{}: ", own.lives.robot);
+        }
+    }
+
+    /// How many they are.
+    pub(super) fn count(&self) -> usize {
+        self.0.len()
     }
 }
 
-impl Reality for WiredRobot {
+impl Reality for WiredRobots {
     fn describe(&self) -> String {
-        self.name.clone()
+        let names: Vec<&str> = self.0.iter().map(|own| &*own.name).collect();
+        names.join(", ")
     }
 
     fn has_lived(&self, life: &Life<'_>) -> bool {
-        self.lives.has_lived(life)
+        self.0.first().is_some_and(|own| own.lives.has_lived(life))
     }
 
-    fn live(&mut self, lives: &[Life<'_>], traced: bool) -> std::result::Result<Vec<Lived>, Trouble> {
-        match &mut *self.robot.lock() {
-            Some(robot) => self.lives.live(&mut **robot, lives, traced),
-            None => Err(Trouble::Broken(format!("{} is not connected", self.name))),
-        }
+    fn live_each(
+        &mut self,
+        lives: &[Life<'_>],
+        traced: bool,
+        told: Told<'_>,
+    ) -> std::result::Result<Vec<Lived>, Trouble> {
+        let (robots, own): (Vec<_>, Vec<_>) = self
+            .0
+            .iter_mut()
+            .map(|own| (&own.robot, (&mut own.lives, &mut own.standing)))
+            .unzip();
+        let mut robots: Vec<_> = robots.into_iter().map(Shared::lock).collect();
+        let takers = robots.iter_mut().zip(own).filter_map(|(robot, (lives, standing))| {
+            Some(Taker {
+                vehicle: &mut **robot.as_mut()?,
+                lives,
+                standing,
+            })
+        });
+        shared(takers.collect(), lives, traced, told)
     }
+}
+
+fn lock(logbook: &Mutex<Logbook>) -> MutexGuard<'_, Logbook> {
+    logbook.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
 pub(crate) mod emulated;
+#[cfg(test)]
+mod several;
 #[cfg(test)]
 mod tests;

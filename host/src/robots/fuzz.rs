@@ -1,11 +1,11 @@
 //! Fuzzing of all parsers of received bytes: valid streams that are damaged, cut and merged at random, and random bytes.
 //! Nothing panics, every call returns, and no impossible reading is returned.
 //!
-//! A failure names its seed. With `ONEIRO_LONG` each of these tests runs for minutes.
+//! A failure names its seed. With `ONEIRO_LONG` each of these tests has minutes of a processor.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::address::Address;
 use super::aseba::tests::{from, head, named, words};
@@ -19,13 +19,15 @@ use super::recording::replay::Replay;
 use super::script::Random;
 use super::tracker::{Seen, lines};
 use super::{Kind, Robot, epuck, epuck2, recognise, thymio};
+use crate::mutations::Spent;
 
-/// Calls for each seed from 0 on: as many as `seeds`, or where `ONEIRO_LONG` is set for two minutes.
+/// Calls for each seed from 0 on: as many as `seeds`, or where `ONEIRO_LONG` is set for two minutes of a
+/// processor.
 pub(crate) fn for_seeds(seeds: u64, call: impl FnMut(u64)) {
     for_seeds_within(Duration::from_mins(2), seeds, call);
 }
 
-/// The same, for `long` where `ONEIRO_LONG` is set.
+/// The same, for `long` of a processor where `ONEIRO_LONG` is set.
 pub(crate) fn for_seeds_within(long: Duration, seeds: u64, mut call: impl FnMut(u64)) {
     /// Says which seed it was.
     struct Seed(u64);
@@ -38,8 +40,8 @@ pub(crate) fn for_seeds_within(long: Duration, seeds: u64, mut call: impl FnMut(
         }
     }
 
-    let (start, is_long) = (Instant::now(), std::env::var_os("ONEIRO_LONG").is_some());
-    let is_over = |seed: u64| seed >= seeds && (!is_long || start.elapsed() >= long);
+    let (spent, is_long) = (Spent::by("thread-self"), std::env::var_os("ONEIRO_LONG").is_some());
+    let is_over = |seed: u64| seed >= seeds && (!is_long || spent.time() >= long);
     let mut count = 0;
     for seed in (0..).take_while(|seed| !is_over(*seed)) {
         let seed = Seed(seed);
@@ -48,7 +50,7 @@ pub(crate) fn for_seeds_within(long: Duration, seeds: u64, mut call: impl FnMut(
     }
     if is_long {
         let name = std::thread::current().name().unwrap_or_default().to_owned();
-        eprintln!("{name}: {count} seeds");
+        eprintln!("{name}: {count} seeds in {:.1?} of a processor", spent.time());
     }
 }
 

@@ -3,6 +3,7 @@
 //! In a swarm that forages, a line also says `"carries":true,"brought":4,"heard":[0,7]`: whether the robot carries virtual food, how many
 //! items it has brought to the nest since the experiment began, and the robots that it can hear now.
 
+use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::net::UdpSocket;
 use std::ops::RangeInclusive;
@@ -210,17 +211,23 @@ impl Tracker {
     /// Between two checks of whether to stop listening.
     const GLANCE: Duration = Duration::from_millis(100);
 
-    /// Listens for a robot that drives no faster than this, mm/s.
+    /// Listens for a robot that drives no faster than this, mm/s. Robots that are seen by one tracker share its address.
     ///
     /// # Errors
     /// Exit 3: nobody can listen at the address.
     pub(crate) fn listen(values: &Values, speed: f64) -> Result<Self, Failure> {
+        let seen = Arc::new(Mutex::new(Seen::new(values.id, speed, values.limit)));
+        let mut ears = lock(&EARS);
+        if let Some(robots) = ears.get_mut(&values.listen) {
+            robots.push(Arc::downgrade(&seen));
+            return Ok(Self { seen });
+        }
         let refused = |error| Failure::input(format_args!("--tracker udp:{}: {error}", values.listen));
         let socket = UdpSocket::bind(&values.listen).map_err(refused)?;
         socket.set_read_timeout(Some(Self::GLANCE)).map_err(refused)?;
-        let seen = Arc::new(Mutex::new(Seen::new(values.id, speed, values.limit)));
-        let heard = Arc::downgrade(&seen);
-        thread::spawn(move || hear(&socket, &heard));
+        ears.insert(values.listen.clone(), vec![Arc::downgrade(&seen)]);
+        let listen = values.listen.clone();
+        thread::spawn(move || hear(&socket, &listen));
         Ok(Self { seen })
     }
 
@@ -230,22 +237,38 @@ impl Tracker {
     }
 }
 
-fn lock(seen: &Mutex<Seen>) -> MutexGuard<'_, Seen> {
-    seen.lock().unwrap_or_else(PoisonError::into_inner)
+/// Robots of which sightings are heard, by the address at which a thread listens for them.
+static EARS: Mutex<BTreeMap<String, Vec<Weak<Mutex<Seen>>>>> = Mutex::new(BTreeMap::new());
+
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Takes what comes, until nobody needs it any more.
-fn hear(socket: &UdpSocket, seen: &Weak<Mutex<Seen>>) {
+fn hear(socket: &UdpSocket, listen: &str) {
     let mut buffer = [0; 2048];
-    while let Some(seen) = seen.upgrade() {
+    while let Some(robots) = listening(listen) {
         match socket.recv(&mut buffer) {
             Ok(count) => lines(&buffer[..count]).for_each(|line| {
-                lock(&seen).take(line, wall());
+                for seen in &robots {
+                    lock(seen).take(line, wall());
+                }
             }),
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
             Err(_) => thread::sleep(Tracker::GLANCE),
         }
     }
+}
+
+/// The robots for which somebody still listens at an address; none if the last is gone, which frees the address.
+fn listening(listen: &str) -> Option<Vec<Arc<Mutex<Seen>>>> {
+    let mut ears = lock(&EARS);
+    let robots: Vec<_> = ears.get(listen)?.iter().filter_map(Weak::upgrade).collect();
+    if robots.is_empty() {
+        ears.remove(listen);
+        return None;
+    }
+    Some(robots)
 }
 
 #[cfg(test)]
@@ -375,8 +398,39 @@ mod tests {
         }
         thread::sleep(LIMIT + ms(20));
         assert_eq!(tracker.pose(), None);
+        let taken = UdpSocket::bind("127.0.0.1:0").unwrap();
+        let values = Values::parse(&format!("udp:{}", taken.local_addr().unwrap()), LIMIT).unwrap();
         let error = Tracker::listen(&values, 200.0).unwrap_err().to_string();
-        assert!(error.contains(&format!("--tracker udp:{free}: ")), "{error}");
+        assert!(error.contains(&format!("--tracker udp:{}: ", values.listen)), "{error}");
+    }
+
+    /// A tracker sends what it sees of all robots to one address, which is free once nobody listens for any of them.
+    #[test]
+    fn robots_share_a_tracker() {
+        let free = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+        let [one, two] = [1, 2].map(|id| Values::parse(&format!("udp:{free}#{id}"), LIMIT).unwrap());
+        let trackers = [&one, &two].map(|values| Tracker::listen(values, 200.0).unwrap());
+        let sender = UdpSocket::bind("127.0.0.1:0").unwrap();
+        let line = |(id, t)| format!("{{\"id\":{id},\"t\":{t},\"x\":{id}00,\"y\":20,\"heading\":0.25}}\n");
+        let times = [0.9, 1.0, 1.1];
+        let text: String = times
+            .into_iter()
+            .flat_map(|t| [(1, t), (2, t), (3, t)])
+            .map(line)
+            .collect();
+        sender.send_to(text.as_bytes(), free).unwrap();
+        let poses = || trackers.each_ref().map(Tracker::pose);
+        let start = wall();
+        while poses() != [Some([100.0, 20.0, 0.25]), Some([200.0, 20.0, 0.25])] {
+            assert!(wall() < start + ms(5000), "{:?}", poses());
+            thread::sleep(ms(1));
+        }
+        drop(trackers);
+        let start = wall();
+        while UdpSocket::bind(free).is_err() {
+            assert!(wall() < start + ms(5000));
+            thread::sleep(ms(1));
+        }
     }
 
     #[test]

@@ -103,6 +103,14 @@ pub(crate) trait Vehicle {
     /// See [`Trouble`].
     fn recover(&mut self) -> Result<(), Trouble>;
 
+    /// The same, until it is no longer wanted.
+    ///
+    /// # Errors
+    /// See [`Trouble`].
+    fn recover_until(&mut self, _is_over: &dyn Fn() -> bool) -> Result<(), Trouble> {
+        self.recover()
+    }
+
     /// Asks for permission to drive again after a trouble that may pass, and does not wait for it.
     fn resume(&mut self) {}
 }

@@ -25,6 +25,7 @@ use crate::experiment::swarm::SwarmExperiment;
 use crate::experiment::{self, Files, Identities, Input};
 use crate::files;
 use crate::reality::site::Site;
+use crate::reality::wired::Time;
 use oneiro::batch::Worlds;
 
 /// An experiment of any kind, as needed to run it.
@@ -56,6 +57,10 @@ pub(crate) trait Experiment: Debug + Send + Sync {
     fn kernel(&self) -> &'static str;
     /// Approximate memory of a run in progress, in bytes.
     fn bytes(&self) -> u64;
+    /// Time that a run takes robots on wires, if it ends on any.
+    fn robot_time(&self) -> Option<Time> {
+        None
+    }
     /// Checks that its runs can be those of a sweep.
     ///
     /// # Errors

@@ -38,6 +38,7 @@ use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::{self, Content, Files};
 use crate::files;
 use crate::reality::site::Site;
+use crate::reality::wired::Time;
 use crate::runs::{self, Experiment, Reality, Recording, Robots, Shown, Table};
 use file::SweepFile;
 
@@ -75,6 +76,8 @@ pub(crate) struct Plan {
     pub(crate) layouts: Vec<Option<GeneLayout>>,
     /// Columns that reports show.
     pub(crate) shown: Shown,
+    /// Time that all runs take robots on wires, if any end there.
+    pub(crate) robot_time: Option<Time>,
 }
 
 impl Plan {
@@ -222,11 +225,26 @@ impl Sweep {
     /// # Errors
     /// Exit 3: the first value that isn't allowed, or two equal runs.
     pub(crate) fn plan(&self) -> Result<Plan> {
+        self.plan_of(|own| own.check_sweep())
+    }
+
+    /// The same also for runs that end on robots on wires, which can't be done as a sweep.
+    ///
+    /// # Errors
+    /// As [`Sweep::plan`].
+    pub(crate) fn plan_on_robots(&self) -> Result<Plan> {
+        self.plan_of(|own| match own.robot_time() {
+            Some(_) => Ok(()),
+            None => own.check_sweep(),
+        })
+    }
+
+    fn plan_of(&self, check: impl Fn(&dyn Experiment) -> Result + Sync) -> Result<Plan> {
         let cells = self.file.cells();
         let experiment = self.parsed()?;
         let of_cell = |cell: usize| {
             let own = self.cell_of_file(&experiment, cell)?;
-            own.check_sweep()?;
+            check(&*own)?;
             let identities = own.identities();
             let ids: Vec<_> = self.file.seeds_of(cell).map(|seed| identities.of(seed)).collect();
             let layout = own.single().map(|single| single.world().gene_layout().clone());
@@ -239,6 +257,7 @@ impl Sweep {
                 layout,
                 own.shown(),
                 outcomes,
+                own.robot_time(),
             ))
         };
         // All are collected first, so that the error is always the first one, whichever thread found it.
@@ -254,9 +273,13 @@ impl Sweep {
             table: first.tables(Recording::Tables).swap_remove(0),
             layouts: Vec::with_capacity(cells),
             shown: first.shown(),
+            robot_time: None,
         };
         for cell in all {
-            let (ids, steps, kernel, bytes, layout, shown, outcomes) = cell?;
+            let (ids, steps, kernel, bytes, layout, shown, outcomes, robots) = cell?;
+            if let Some(time) = robots {
+                plan.robot_time = Some(plan.robot_time.unwrap_or_default().and(ids.len(), time));
+            }
             if outcomes.len() > plan.outcomes.len() {
                 // What only some cells have comes last.
                 plan.outcomes = outcomes;

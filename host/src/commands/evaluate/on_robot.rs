@@ -1,5 +1,6 @@
 //! `oneiro evaluate --robot`: the same lives on a robot, or on a surrogate.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use crate::cli::{Evaluate, OnRobot};
@@ -7,19 +8,20 @@ use crate::console::Console;
 use crate::device;
 use crate::exit::{Failure, Result};
 use crate::lives::{LifeIndex, Lives};
-use crate::reality::site::{self, SEVERITY, Site, Wired};
+use crate::reality::site::{Robots, SEVERITY, Site, Wired};
 use crate::reality::wired::Values;
-use crate::reality::{Life, Reality};
-use crate::robots::address::Address;
+use crate::reality::{Life, Lived};
 use crate::robots::tracker;
 
-/// Lives all lives on a robot, one after the other, those of a surrogate all at once. Returns their fitness, by genome.
+/// Lives all lives on robots, each of which takes one after the other, or those of a surrogate all at once. Returns their fitness, by
+/// genome.
 ///
 /// # Errors
-/// Exit 3 for an address or values that are not allowed; those of the robot and of the record of its lives.
-pub(super) fn lived(address: &str, arguments: &Evaluate, lives: &Lives<'_>, console: Console) -> Result<Vec<f32>> {
-    let site = site(address, &arguments.on_robot, console)?;
-    let all: Vec<(LifeIndex, Life<'_>)> = indices(lives).map(|index| (index, life(lives, index))).collect();
+/// Exit 3 for an address or values that are not allowed; those of the robots and of the record of their lives.
+pub(super) fn lived(arguments: &Evaluate, lives: &Lives<'_>, console: Console) -> Result<Vec<f32>> {
+    let site = site(&arguments.on_robot, console)?;
+    let (indices, all): (Vec<LifeIndex>, Vec<Life<'_>>) =
+        indices(lives).map(|index| (index, life(lives, index))).unzip();
     let spec = lives.worlds[0].spec();
     if let Some(time) = site.time(all.len() as u64, spec.cycles) {
         console.say(time);
@@ -27,62 +29,58 @@ pub(super) fn lived(address: &str, arguments: &Evaluate, lives: &Lives<'_>, cons
     let engine = device::engine(&arguments.backend)?;
     let mut robot = site.open(&engine, spec)?;
     console.say(format!("on {}", robot.describe()));
-    let fitness = if site.is_wired() {
-        one_by_one(&mut *robot, &all, console)?
+    let ended = AtomicUsize::new(0);
+    let told = |life: usize, lived: &Lived| {
+        let LifeIndex { genome, number } = indices[life];
+        console.say(format!(
+            "life {} of {}: genome {genome}, trial {number}, fitness {}",
+            1 + ended.fetch_add(1, Ordering::Relaxed),
+            indices.len(),
+            lived.fitness
+        ));
+    };
+    let lived = if site.is_wired() {
+        robot.live_each(&all, false, &told)?
     } else {
-        let all: Vec<Life<'_>> = all.into_iter().map(|(_, life)| life).collect();
-        let lived = robot.live(&all, false)?;
-        lived.into_iter().map(|life| life.fitness).collect()
+        robot.live(&all, false)?
     };
     // It is stopped before the results are printed.
     drop(robot);
     drop(site);
     device::close(engine, console);
-    Ok(fitness)
+    Ok(lived.into_iter().map(|life| life.fitness).collect())
 }
 
-fn one_by_one(robot: &mut dyn Reality, all: &[(LifeIndex, Life<'_>)], console: Console) -> Result<Vec<f32>> {
-    let mut fitness = Vec::with_capacity(all.len());
-    for (at, (LifeIndex { genome, number }, life)) in all.iter().enumerate() {
-        for lived in robot.live(std::slice::from_ref(life), false)? {
-            console.say(format!(
-                "life {} of {}: genome {genome}, trial {number}, fitness {}",
-                at + 1,
-                all.len(),
-                lived.fitness
-            ));
-            fitness.push(lived.fitness);
-        }
-    }
-    Ok(fitness)
-}
-
-/// The robot at an address.
-fn site(address: &str, values: &OnRobot, console: Console) -> Result<Site> {
-    match (site::address(address)?, &values.lives) {
-        (Address::Surrogate(seed), None) => Ok(Site::drawn(seed, values.severity.unwrap_or(SEVERITY))),
-        (Address::Surrogate(_), Some(_)) => Err(Failure::usage(format_args!(
-            "--lives: {address} is simulated, and its lives need no record; allowed: with a robot on a wire"
+/// The robots at their addresses.
+fn site(values: &OnRobot, console: Console) -> Result<Site> {
+    let addresses = || values.robots.join(" ");
+    let refused = |problem: String| Failure::input(format_args!("--robot: {problem}"));
+    match (Robots::at(&values.robots).map_err(refused)?, &values.lives) {
+        (Robots::Surrogate(seed), None) => Ok(Site::drawn(seed, values.severity.unwrap_or(SEVERITY))),
+        (Robots::Surrogate(_), Some(_)) => Err(Failure::usage(format_args!(
+            "--lives: {} is simulated, and its lives need no record; allowed: with a robot on a wire",
+            addresses()
         ))),
-        (Address::Wire(_), None) => Err(Failure::usage(format_args!(
-            "--robot {address}: lacks --lives DIR; allowed: a directory where its lives are recorded"
+        (Robots::Wired(_), None) => Err(Failure::usage(format_args!(
+            "--robot {}: lacks --lives DIR; allowed: a directory where its lives are recorded",
+            addresses()
         ))),
-        (Address::Wire(wire), Some(directory)) => {
+        (Robots::Wired(wires), Some(directory)) => {
             let limit = Duration::from_millis(values.tracker_age);
-            let tracker = values.tracker.as_deref().map(|text| {
+            let tracker = |text: &String| {
                 tracker::Values::parse(text, limit)
                     .map_err(|problem| Failure::input(format_args!("--tracker {text}: {problem}")))
-            });
-            let tracker = tracker.transpose()?;
+            };
             let own = Values {
                 starts: values.between,
                 walk: Values::cycles(values.walk),
                 speed_mm_s: values.speed,
                 sensors: values.sensors.clone(),
                 directory: directory.clone(),
-                tracker,
+                trackers: values.trackers.iter().map(tracker).collect::<Result<_>>()?,
             };
-            Ok(Site::Wired(Wired::new(wire, own, &values.guard, console)))
+            let wired = Wired::new(wires, own, &values.guard, console);
+            Ok(Site::Wired(wired.map_err(refused)?))
         }
     }
 }

@@ -73,7 +73,7 @@ impl AtTerminal {
     /// # Errors
     /// Exit 3: it is no terminal.
     pub(super) fn new(console: Console) -> Result<Self> {
-        let terminal = person::Person::at_terminal();
+        let terminal = person::Person::at_terminal(None);
         if !terminal.is_there() {
             return Err(Failure::input(
                 "standard input is no terminal, and somebody has to place the robot for each row; allowed: a terminal, or \
@@ -85,7 +85,7 @@ impl AtTerminal {
 
     /// Asks until one of the answers is given, which begin with these letters; Enter alone means to continue. The wheels stand
     /// meanwhile.
-    fn ask(&self, vehicle: &mut dyn Vehicle, words: &str, answers: &[(char, Answer)]) -> Result<Answer> {
+    fn ask(&mut self, vehicle: &mut dyn Vehicle, words: &str, answers: &[(char, Answer)]) -> Result<Answer> {
         const GLANCE: Duration = Duration::from_millis(50);
         // What was typed before is no answer to this.
         self.terminal.answer();

@@ -675,7 +675,7 @@ fn no_bad_datagram_is_taken_and_all_good_ones_are() {
     assert_eq!(counts["too_many"], 0, "a limit would hide what is refused for itself");
 }
 
-/// Ten minutes with `ONEIRO_LONG`. What is taken is written as it came, and within its limits.
+/// Ten minutes of a processor with `ONEIRO_LONG`. What is taken is written as it came, and within its limits.
 #[test]
 fn anything_may_come_by_radio() {
     let mut senders = [3, OPERATOR].map(|own| radio(own, 1));

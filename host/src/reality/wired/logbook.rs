@@ -62,10 +62,12 @@ pub(super) struct Row {
     fitness: Option<f32>,
     status: String,
     late: Late,
+    /// Address of the robot that lived it.
+    robot: String,
 }
 
 /// The cells of a row, in the order of [`COLUMNS`].
-const CELLS: usize = 16;
+const CELLS: usize = 17;
 
 static COLUMNS: [Column; CELLS] = [
     Column::whole("life", "", "its number, from 1; its cycles are in life-NUMBER.csv"),
@@ -88,6 +90,7 @@ static COLUMNS: [Column; CELLS] = [
     Column::number("late_median_ms", "ms", "the same: median"),
     Column::number("late_99_ms", "ms", "the same: 99 % were not later"),
     Column::number("late_max_ms", "ms", "the same: greatest"),
+    Column::text("robot", "address of the robot that lived it"),
 ];
 
 impl Row {
@@ -126,6 +129,7 @@ impl Row {
             median,
             high,
             max,
+            self.robot.clone(),
         ]
     }
 
@@ -150,6 +154,8 @@ impl Row {
                 bits => Some(f32::from_bits(u32::from_str_radix(bits, 16).ok()?)),
             },
             late: Late::of([late(12)?, late(13)?, late(14)?, late(15)?]),
+            // Indices that were written when there was one robot lack it.
+            robot: text(16).unwrap_or_default(),
         })
     }
 }
@@ -177,16 +183,50 @@ pub(super) struct Lived<'a> {
     pub(super) reward: f32,
 }
 
+/// The table of a life in progress.
+#[derive(Debug)]
+pub(super) struct Begun {
+    /// The life's number.
+    pub(super) number: u32,
+    cycles: u32,
+    path: PathBuf,
+    file: File,
+}
+
 /// A directory of lives. It is locked as long as this is alive.
 #[derive(Debug)]
 pub(super) struct Logbook {
     directory: PathBuf,
     rows: Vec<Row>,
-    /// The robot's names and the world's of what is sensed.
-    names: [Vec<String>; 2],
-    /// The table of the life in progress.
-    file: Option<File>,
+    /// The robots' names and the world's of what is sensed.
+    pub(super) names: [Vec<String>; 2],
     _lock: File,
+}
+
+impl Begun {
+    /// Records a cycle.
+    ///
+    /// # Errors
+    /// Exit 6.
+    pub(super) fn record(&mut self, lived: &Lived<'_>) -> Result {
+        let thousandth = |number: f64| ((1000.0 * number).round() / 1000.0).to_string();
+        let [x, y, heading] = lived.cycle.end;
+        let travel = lived
+            .travel
+            .map_or_else(Default::default, |travel| travel.map(thousandth));
+        let cells = [self.cycles.to_string(), thousandth(lived.time_s)]
+            .into_iter()
+            .chain([lived.late_ms, lived.age_ms].map(thousandth))
+            .chain(lived.readings.iter().map(f64::to_string))
+            .chain(lived.cycle.activations.iter().map(f32::to_string))
+            .chain(lived.speeds.map(thousandth))
+            .chain(travel)
+            .chain([x, y, heading, lived.reward].map(|number| number.to_string()));
+        let line = cells.collect::<Vec<_>>().join(",") + "\n";
+        self.cycles += 1;
+        let written = self.file.write_all(line.as_bytes());
+        written.map_err(|error| Failure::storage(&self.path, &error))
+    }
 }
 
 impl Logbook {
@@ -215,7 +255,6 @@ impl Logbook {
             directory: directory.into(),
             rows: if index.exists() { rows(&index)? } else { Vec::new() },
             names,
-            file: None,
             _lock: lock,
         };
         let cut: Vec<usize> = (0..book.rows.len())
@@ -240,11 +279,11 @@ impl Logbook {
             .find(|row| row.identity == *identity && row.is_complete())
     }
 
-    /// Begins a life. Returns its number.
+    /// Begins a life of a robot at an address.
     ///
     /// # Errors
     /// Exit 6.
-    pub(super) fn begin(&mut self, identity: Identity, genes: &[f32], start: [f32; 3]) -> Result<u32> {
+    pub(super) fn begin(&mut self, identity: Identity, genes: &[f32], start: [f32; 3], robot: &str) -> Result<Begun> {
         let genome = self.directory.join(format!("genome-{}.npy", identity.genome));
         if !genome.exists() {
             disk::write(&genome, &npy(&[1, genes.len()], genes))?;
@@ -259,6 +298,7 @@ impl Logbook {
             fitness: None,
             status: UNDER_WAY.into(),
             late: Late::default(),
+            robot: robot.into(),
         });
         self.save()?;
         let path = self.table(number);
@@ -266,50 +306,25 @@ impl Logbook {
         let mut file = File::create_new(&path).map_err(storage)?;
         file.write_all(Csv::new(&self.columns()).text().as_bytes())
             .map_err(storage)?;
-        self.file = Some(file);
-        Ok(number)
+        Ok(Begun {
+            number,
+            cycles: 0,
+            path,
+            file,
+        })
     }
 
-    /// Records a cycle of the life in progress.
+    /// Ends a life: with its fitness, or with the reason why it was cut short.
     ///
     /// # Errors
     /// Exit 6.
-    pub(super) fn record(&mut self, lived: &Lived<'_>) -> Result {
-        let Some(row) = self.rows.last_mut() else { return Ok(()) };
-        let thousandth = |number: f64| ((1000.0 * number).round() / 1000.0).to_string();
-        let [x, y, heading] = lived.cycle.end;
-        let travel = lived
-            .travel
-            .map_or_else(Default::default, |travel| travel.map(thousandth));
-        let cells = [row.cycles.to_string(), thousandth(lived.time_s)]
-            .into_iter()
-            .chain([lived.late_ms, lived.age_ms].map(thousandth))
-            .chain(lived.readings.iter().map(f64::to_string))
-            .chain(lived.cycle.activations.iter().map(f32::to_string))
-            .chain(lived.speeds.map(thousandth))
-            .chain(travel)
-            .chain([x, y, heading, lived.reward].map(|number| number.to_string()));
-        let line = cells.collect::<Vec<_>>().join(",") + "\n";
-        row.cycles += 1;
-        let path = self.directory.join(table(row.number));
-        let written = self
-            .file
-            .as_mut()
-            .map_or(Ok(()), |file| file.write_all(line.as_bytes()));
-        written.map_err(|error| Failure::storage(&path, &error))
-    }
-
-    /// Ends the life in progress: with its fitness, or with the reason why it was cut short.
-    ///
-    /// # Errors
-    /// Exit 6.
-    pub(super) fn end(&mut self, outcome: std::result::Result<f32, String>, late: Late) -> Result {
-        let Some(row) = self.rows.last_mut() else { return Ok(()) };
-        let path = self.directory.join(table(row.number));
-        if let Some(file) = self.file.take() {
-            file.sync_all().map_err(|error| Failure::storage(&path, &error))?;
-        }
-        row.late = late;
+    pub(super) fn end(&mut self, life: &Begun, outcome: std::result::Result<f32, String>, late: Late) -> Result {
+        let synced = life.file.sync_all();
+        synced.map_err(|error| Failure::storage(&life.path, &error))?;
+        let Some(row) = self.rows.iter_mut().rfind(|row| row.number == life.number) else {
+            return Ok(());
+        };
+        (row.cycles, row.late) = (life.cycles, late);
         match outcome {
             Ok(fitness) => (row.fitness, row.status) = (Some(fitness), COMPLETE.into()),
             Err(reason) => row.status = reason,
@@ -439,8 +454,9 @@ fn rows(path: &Path) -> Result<Vec<Row>> {
     let corrupt = |problem: &str| Failure::corrupt(format_args!("{}: {problem}", path.display()));
     let text = disk::read_text(path)?;
     let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let names = COLUMNS.iter().map(|column| &*column.name);
-    if !reader.headers().is_ok_and(|head| head.iter().eq(names)) {
+    let names = |count| COLUMNS.iter().take(count).map(|column| &*column.name);
+    let is_known = |head: &csv::StringRecord| [CELLS, CELLS - 1].into_iter().any(|count| head.iter().eq(names(count)));
+    if !reader.headers().is_ok_and(is_known) {
         return Err(corrupt("has other columns than a table of lives"));
     }
     let rows = reader.records().zip(2..).map(|(cells, line)| {

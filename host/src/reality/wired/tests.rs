@@ -12,30 +12,32 @@ use crate::console::Output;
 use crate::exit::Code;
 
 /// What goes wrong, and at which look.
-type Troubles = BTreeMap<u32, Trouble>;
+pub(super) type Troubles = BTreeMap<u32, Trouble>;
 
 /// A robot whose wheels take any speed at once and whose readings are given, on a clock that only its calls advance.
-struct Mock {
-    profile: Profile,
+pub(super) struct Mock {
+    pub(super) profile: Profile,
     now: Duration,
     /// Speeds, and travel until `now`, mm/s and mm.
     speeds: [f64; 2],
     travel: [f64; 2],
     /// What is read at each look, in turn.
     readings: Vec<[u16; 8]>,
-    looks: u32,
+    pub(super) looks: u32,
     /// How long looks take, where it is not at once.
     slow: BTreeMap<u32, Duration>,
-    troubles: Troubles,
+    pub(super) troubles: Troubles,
+    /// What is done at each look, besides.
+    pub(super) meanwhile: Box<dyn FnMut(u32) + Send>,
     /// What the next stop ends with, if not well.
     stop: Option<Trouble>,
-    recovered: u32,
+    pub(super) recovered: u32,
     /// All speeds other than 0 that were commanded.
     commands: Vec<[f64; 2]>,
 }
 
 impl Mock {
-    fn new(readings: Vec<[u16; 8]>) -> Self {
+    pub(super) fn new(readings: Vec<[u16; 8]>) -> Self {
         Self {
             profile: senses::tests::khepera(),
             now: Duration::from_secs(1000),
@@ -45,6 +47,7 @@ impl Mock {
             looks: 0,
             slow: BTreeMap::new(),
             troubles: Troubles::new(),
+            meanwhile: Box::new(|_| {}),
             stop: None,
             recovered: 0,
             commands: Vec::new(),
@@ -71,6 +74,7 @@ impl Vehicle for Mock {
     fn look(&mut self) -> std::result::Result<Moment, Trouble> {
         let look = self.looks;
         self.looks += 1;
+        (self.meanwhile)(look);
         if let Some(trouble) = self.troubles.remove(&look) {
             self.speeds = [0.0; 2];
             return Err(trouble);
@@ -119,7 +123,7 @@ impl Place {
         Self(path)
     }
 
-    fn text(&self, name: &str) -> String {
+    pub(super) fn text(&self, name: &str) -> String {
         fs::read_to_string(self.0.join(name)).unwrap()
     }
 
@@ -139,7 +143,7 @@ impl Drop for Place {
 }
 
 /// A wide field, in which short lives touch nothing.
-fn spec(cycles: u32) -> WorldSpec {
+pub(super) fn spec(cycles: u32) -> WorldSpec {
     WorldSpec {
         arena: Arena::rectangle(1500.0, 1500.0),
         cycles,
@@ -154,22 +158,39 @@ pub(super) fn opened(spec: &WorldSpec, directory: &Path, walk: u32) -> Lives {
         speed_mm_s: None,
         sensors: Vec::new(),
         directory: directory.into(),
-        tracker: None,
+        trackers: Vec::new(),
     };
     let quiet = Console::new(Output {
         json: false,
         quiet: true,
     });
-    Lives::new(spec, &Mock::new(Vec::new()), &values, quiet).unwrap()
+    Lives::new(spec, &Mock::new(Vec::new()), &values, quiet, "tcp:robot:1", None).unwrap()
 }
 
-fn genes(life: u32) -> Vec<f32> {
+impl Lives {
+    /// Lives lives on one robot.
+    pub(super) fn live(
+        &mut self,
+        vehicle: &mut (impl Vehicle + Send),
+        lives: &[Life<'_>],
+        traced: bool,
+    ) -> std::result::Result<Vec<Lived>, Trouble> {
+        let taker = Taker {
+            vehicle,
+            lives: self,
+            standing: &mut Standing::default(),
+        };
+        shared(vec![taker], lives, traced, &|_, _| {})
+    }
+}
+
+pub(super) fn genes(life: u32) -> Vec<f32> {
     (0..18)
         .map(|gene| ((life * 31 + gene * 17) % 41) as f32 * 0.25 - 5.0)
         .collect()
 }
 
-fn life(genes: &[f32], number: u64) -> Life<'_> {
+pub(super) fn life(genes: &[f32], number: u64) -> Life<'_> {
     Life {
         genes,
         key: Key::rollout(7, 0, number, 0),
@@ -331,7 +352,8 @@ fn what_was_under_way_when_the_program_ended_is_cut_short() {
     let first = lives.live(&mut mock, &all[..1], false).unwrap()[0].fitness;
     // As if this process were gone.
     let identity = Identity::new(all[1].key, &genes, &lives.world);
-    lives.logbook.begin(identity.clone(), &genes, [0.0; 3]).unwrap();
+    let begin = |identity| lock(&lives.logbook).begin(identity, &genes, [0.0; 3], "tcp:robot:1");
+    begin(identity.clone()).unwrap();
     let lines: String = place
         .text("life-1.csv")
         .lines()
@@ -339,7 +361,7 @@ fn what_was_under_way_when_the_program_ended_is_cut_short() {
         .map(|line| line.to_owned() + "\n")
         .collect();
     fs::write(place.0.join("life-2.csv"), lines + "3,0.3,0.0").unwrap();
-    lives.logbook.begin(identity, &genes, [0.0; 3]).unwrap();
+    begin(identity).unwrap();
     fs::remove_file(place.0.join("life-3.csv")).unwrap();
     drop(lives);
     let looks = mock.looks;
@@ -398,10 +420,10 @@ fn records_that_are_not_what_was_written_are_refused() {
         speed_mm_s: None,
         sensors: Vec::new(),
         directory: place.0.clone(),
-        tracker: None,
+        trackers: Vec::new(),
     };
     let console = Console::new(Output::default());
-    let failure = Lives::new(&spec(5), &Mock::new(Vec::new()), &values, console).unwrap_err();
+    let failure = Lives::new(&spec(5), &Mock::new(Vec::new()), &values, console, "", None).unwrap_err();
     assert_eq!(failure.code(), 5);
     assert!(
         failure.to_string().contains("lives.csv: line 2 isn't what was written"),

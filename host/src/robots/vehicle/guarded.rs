@@ -33,6 +33,8 @@ pub(crate) struct Options {
     pub(crate) record: Option<PathBuf>,
     /// The tracker that reports the pose, if any.
     pub(crate) tracker: Option<tracker::Values>,
+    /// Its number where there are several robots, from 1.
+    pub(crate) number: Option<usize>,
 }
 
 /// What connects a program with its guard.
@@ -139,6 +141,9 @@ pub(crate) struct Guarded {
     is_lost: bool,
     stop: Arc<AtomicBool>,
     person: Option<Person>,
+    /// Its number where there are several robots, and what its messages begin with there: its address.
+    number: Option<usize>,
+    label: String,
     console: Console,
 }
 
@@ -170,11 +175,14 @@ impl Guarded {
             settings,
             record,
             tracker,
+            number,
         } = options;
         console.say(format!("connecting to {wire}"));
         let client = Client::start(&wire.to_string(), wanted, settings, record.as_deref())?;
+        let label = number.map_or_else(String::new, |_| format!("{wire}: "));
         let wire = wire.clone();
         let mut own = Self::behind(Box::new(Process { client, wire }), wanted.odometry, stop, console)?;
+        (own.number, own.label) = (*number, label);
         own.is_realtime = is_realtime(settings);
         if let Some(values) = tracker {
             own.tracker = Some(seeing(values, own.profile.greatest_mm_s, &own.stop)?);
@@ -235,6 +243,8 @@ impl Guarded {
                         is_lost: false,
                         stop,
                         person: None,
+                        number: None,
+                        label: String::new(),
                         console,
                     });
                 }
@@ -407,8 +417,13 @@ impl Guarded {
     }
 
     /// The person beside the robot.
-    fn person(&mut self) -> &Person {
-        self.person.get_or_insert_with(Person::at_terminal)
+    fn person(&mut self) -> &mut Person {
+        self.person.get_or_insert_with(|| Person::at_terminal(self.number))
+    }
+
+    /// Asks for something that a person is to do.
+    fn request(&self, words: &str) {
+        self.console.ask(format!("{}{words}", self.label));
     }
 
     /// The latest readings of all sensors, if all of them are new.
@@ -493,7 +508,6 @@ impl Vehicle for Guarded {
 
     fn ask(&mut self, what: &str) -> Result<(), Trouble> {
         self.settle()?;
-        let console = self.console;
         let person = self.person();
         if !person.is_there() {
             return Err(Trouble::Broken(format!(
@@ -501,7 +515,8 @@ impl Vehicle for Guarded {
             )));
         }
         person.has_answered();
-        console.ask(format!("{what}; then press Enter"));
+        let confirms = person.confirms();
+        self.request(&format!("{what}; then {confirms}"));
         while !self.person().has_answered() {
             self.pause(Client::CYCLE)?;
         }
@@ -509,11 +524,14 @@ impl Vehicle for Guarded {
     }
 
     fn recover(&mut self) -> Result<(), Trouble> {
+        self.recover_until(&|| false)
+    }
+
+    fn recover_until(&mut self, is_over: &dyn Fn() -> bool) -> Result<(), Trouble> {
         self.rest();
-        let console = self.console;
         let until = self.time() + Self::PATIENCE;
         let mut asked = None;
-        loop {
+        while !is_over() {
             self.pause(2 * Self::REPEAT)?;
             let Some(status) = self.status.clone() else { continue };
             let Some(trouble) = trouble_of(&status).filter(|_| !may_move(&status)) else {
@@ -532,8 +550,12 @@ impl Vehicle for Guarded {
             let is_there = self.person().is_there();
             if asked.replace(trouble.to_string()) != asked {
                 self.person().has_answered();
-                let when = if is_there { "; then press Enter" } else { "" };
-                console.ask(format!("{trouble}{when}"));
+                let when = if is_there {
+                    format!("; then {}", self.person().confirms())
+                } else {
+                    String::new()
+                };
+                self.request(&format!("{trouble}{when}"));
             }
             if is_there {
                 if self.person().has_answered() {
@@ -548,6 +570,7 @@ impl Vehicle for Guarded {
                 self.pause(Self::PAUSE)?;
             }
         }
+        Ok(())
     }
 
     fn resume(&mut self) {
@@ -560,7 +583,7 @@ impl Drop for Guarded {
     /// Waits until the guard has stopped the robot.
     fn drop(&mut self) {
         if let Some(message) = self.guard.take().and_then(|guard| guard.leave(self.console)) {
-            self.console.ask(message);
+            self.request(&message);
         }
     }
 }

@@ -209,16 +209,17 @@ fn summary(experiment: &Experiment) -> String {
         ),
         (
             "reality",
-            match (&settings.reality.robot, experiment.first_real()) {
-                (Some(robot), Some(first)) => {
-                    let minutes = experiment.robot_minutes();
-                    let time = minutes.map_or_else(String::new, |minutes| format!(": {minutes:.1} robot-minutes"));
+            match experiment.first_real() {
+                Some(first) => {
+                    let robots = settings.reality.robot.0.join(" and ");
+                    let time = experiment.robot_time();
+                    let time = time.map_or_else(String::new, |time| format!(": {time}"));
                     format!(
-                        "generations {first} to {} live on {robot}{time}",
+                        "generations {first} to {} live on {robots}{time}",
                         evolution.generations - 1
                     )
                 }
-                _ => "none".to_owned(),
+                None => "none".to_owned(),
             },
         ),
         (

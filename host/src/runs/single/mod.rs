@@ -43,6 +43,7 @@ use crate::exit::{Failure, Result};
 use crate::experiment::{Experiment, Identities, Input};
 use crate::genomes;
 use crate::reality::site::{LIVES, Site};
+use crate::reality::wired::Time;
 use crate::report::numbers::significant;
 use champion::IndividualFile;
 use individuals::Individuals;
@@ -518,6 +519,10 @@ impl super::Experiment for Single {
 
     fn bytes(&self) -> u64 {
         self.experiment.bytes()
+    }
+
+    fn robot_time(&self) -> Option<Time> {
+        self.experiment.robot_time()
     }
 
     fn check_sweep(&self) -> Result {

@@ -189,6 +189,7 @@ impl Watched {
 impl Lived {
     /// Adds the records of the next cycles, `first` and following.
     fn add(&mut self, world: &World, trace: &Trace, first: u32, every: u32) {
+        let acting = Form::of(world.gene_layout()).map(Form::acting);
         for ((record, details), cycle) in trace.lines().zip(first..) {
             let at = [record.x, record.y];
             if let Some(before) = self.at.replace(at) {
@@ -200,7 +201,7 @@ impl Lived {
                     // As the kernel adds what it earns.
                     DetailKind::Earned => self.score += f32::from_bits(word),
                     DetailKind::Heard => self.heard += u64::from(word.count_ones()),
-                    DetailKind::Memory(Kind::Controller) if detail.name == "state" => {
+                    DetailKind::Memory(Kind::Controller) if Some(detail.name.as_str()) == acting => {
                         if let Some(cycles) = self.states.get_mut(word as usize) {
                             *cycles += 1;
                         }

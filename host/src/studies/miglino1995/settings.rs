@@ -711,7 +711,7 @@ mod tests {
         };
         assert_eq!(experiment.first_real(), Some(200));
         // 2,000 lives of 60 s.
-        assert_eq!(experiment.robot_minutes(), Some(2000.0));
+        assert_eq!(experiment.robot_time().unwrap().robot_minutes, 2000.0);
         assert_eq!(settings.evolution(), experiment.settings().evolution);
         assert!(settings.site().is_wired() && settings.surrogate().is_none() && settings.other_site().is_none());
         let own = settings.assumptions();

@@ -21,8 +21,9 @@ use crate::robots::vehicle::{Moment, Profile};
 
 const SEED: u64 = 3;
 const RADIUS: f32 = 27.5;
-/// Rows of each object.
+/// Rows of each object, and as many as a robot is sampled with by default where `ONEIRO_LONG` is set.
 const ROWS: u32 = 10;
+const ALL_ROWS: u32 = 20;
 /// Where the robot stands, mm.
 const PLACE: [f32; 2] = [300.0, 175.0];
 
@@ -174,14 +175,18 @@ fn turned(place: &Place<'_>) -> (Vec<[u16; 8]>, f64) {
 /// bearings: one that it turns in a cycle, in which its readings stay the same, and one for the other beginning of its cycles.
 #[test]
 fn a_robot_is_sampled_into_the_tables_of_its_surrogate() {
-    let plan = plan(&["wall", "round"], ROWS, Some(82.0));
+    let rows = match std::env::var_os("ONEIRO_LONG") {
+        Some(_) => ALL_ROWS,
+        None => ROWS,
+    };
+    let plan = plan(&["wall", "round"], rows, Some(82.0));
     let whole = Scratch::new("emulated");
     let (sensors, motors) = sampled(&bench(), &plan, &whole.0, u32::MAX, u32::MAX).unwrap();
     let mut inside = 0;
     let mut rate = 0.0;
     for (object, table) in plan.objects.iter().zip(&sensors.classes) {
-        assert_eq!((table.rows, table.bearings, table.sensors), (ROWS, 180, 8));
-        for row in 0..ROWS {
+        assert_eq!((table.rows, table.bearings, table.sensors), (rows, 180, 8));
+        for row in 0..rows {
             let (view, gap) = plan.grid.place(object, row);
             let known;
             (known, rate) = turned(&Place::Before { object, view, gap });
@@ -202,8 +207,10 @@ fn a_robot_is_sampled_into_the_tables_of_its_surrogate() {
             }
         }
     }
-    let readings = 2 * ROWS * 180 * 8;
-    eprintln!("{inside} of {readings} readings are within those of the surrogate, the others within its noise");
+    let readings = 2 * rows * 180 * 8;
+    eprintln!(
+        "{rows} rows: {inside} of {readings} readings are within those of the surrogate, the others within its noise"
+    );
     // Noise leads out of the range of five bearings in 3 % of the readings.
     assert!(f64::from(inside) > 0.968 * f64::from(readings), "{inside}");
 
@@ -230,15 +237,16 @@ fn a_robot_is_sampled_into_the_tables_of_its_surrogate() {
     let pieces = Scratch::new("killed");
     let bench = bench();
     let kept = || {
-        let rows = ["wall-", "round-", "motors-"];
+        let names = ["wall-", "round-", "motors-"];
         let files = pieces.files().into_iter();
         files
-            .filter(|(name, _)| rows.iter().any(|row| name.starts_with(row)))
+            .filter(|(name, _)| names.iter().any(|row| name.starts_with(row)))
             .count()
             - plan.objects.len()
     };
     let mut before = 0;
     for looks in [1000, 4500, 750, 10_000, 4000, 8000, 4500, 12_500, u32::MAX, u32::MAX] {
+        let looks = looks.saturating_mul(rows / ROWS);
         let failure = sampled(&bench, &plan, &pieces.0, looks, 300).unwrap_err();
         assert_eq!((failure.code(), failure.to_string().as_str()), (4, "killed"));
         assert_ne!(bench.line().robot.speeds(), [0; 2]);
@@ -246,9 +254,9 @@ fn a_robot_is_sampled_into_the_tables_of_its_surrogate() {
         before = kept();
     }
     // 300 looks are 150 pairs, and 7 rows have 147.
-    assert_eq!(before, 2 * ROWS as usize + 2 * 7);
+    assert_eq!(before, 2 * rows as usize + 2 * 7);
     let (_, again) = sampled(&bench, &plan, &pieces.0, u32::MAX, u32::MAX).unwrap();
-    assert_eq!(kept(), 2 * ROWS as usize + 21);
+    assert_eq!(kept(), 2 * rows as usize + 21);
     let of_sensors = |scratch: &Scratch| -> Vec<(String, Vec<u8>)> {
         let files = scratch.files().into_iter();
         files.filter(|(name, _)| !name.starts_with("motor")).collect()
