@@ -126,6 +126,21 @@ impl Bound {
         })
     }
 
+    /// Whether it has a word of one of these buffers.
+    fn has_word_of(&self, buffers: &[String]) -> bool {
+        let of = |bound: &Self| bound.has_word_of(buffers);
+        match self {
+            Self::Constant(_) => false,
+            Self::Word { buffer, element, .. } => buffers.contains(buffer) || element.as_deref().is_some_and(of),
+            Self::Floor(a) | Self::Quotient(a, _) => of(a),
+            Self::Sum(a, b)
+            | Self::Difference(a, b)
+            | Self::Product(a, b)
+            | Self::Least(a, b)
+            | Self::Greatest(a, b) => of(a) || of(b),
+        }
+    }
+
     /// An upper limit for any content of the buffers; `None` if there is none. The host sets the uniform buffer, so its words
     /// are limited.
     fn most(&self, uniforms: &[String]) -> Option<u64> {
@@ -183,6 +198,18 @@ pub(crate) struct Buffer {
 /// # Errors
 /// Each loop without a bound.
 pub(crate) fn turns(program: &Program, buffers: &[Buffer], source: &Source) -> Result<Bound, Refusals> {
+    Ok(bounds(program, buffers, source)?.0)
+}
+
+/// The same, and of each loop by itself.
+///
+/// # Errors
+/// Each loop without a bound.
+pub(crate) fn bounds(
+    program: &Program,
+    buffers: &[Buffer],
+    source: &Source,
+) -> Result<(Bound, BTreeMap<Label, OfLoop>), Refusals> {
     let mut loaded = BTreeMap::new();
     visit(&program.body, &mut |statement| {
         if let Statement::Load { targets, address } = statement {
@@ -205,14 +232,26 @@ pub(crate) fn turns(program: &Program, buffers: &[Buffer], source: &Source) -> R
         visits: Cell::new(MOST_VISITS),
         depth: Cell::new(0),
         functions: Vec::new(),
+        loops: BTreeMap::new(),
         refusals: Vec::new(),
     };
     let bound = analysis.block(&program.body);
     if analysis.refusals.is_empty() {
-        Ok(bound)
+        Ok((bound, analysis.loops))
     } else {
         Err(analysis.refusals)
     }
+}
+
+/// Bounds of a loop by itself, each time that it is entered.
+#[derive(Clone, Debug)]
+pub(crate) struct OfLoop {
+    /// How often its body runs, without the last test.
+    pub(crate) turns: Bound,
+    /// Whether loops lie before its test, which the last test runs too.
+    pub(crate) tests_by_loops: bool,
+    /// Whether they differ between dispatches of one world.
+    pub(crate) of_dispatch: bool,
 }
 
 /// Most visits to values in a kernel, and the longest chain of operands: far more than kernels that ship need.
@@ -235,6 +274,7 @@ struct Analysis<'a> {
     depth: Cell<u32>,
     /// The inlined functions that enclose the current statement.
     functions: Vec<String>,
+    loops: BTreeMap<Label, OfLoop>,
     refusals: Refusals,
 }
 
@@ -354,6 +394,12 @@ impl Analysis<'_> {
             }
             self.block(statements)
         });
+        let own = OfLoop {
+            turns: turns.clone(),
+            tests_by_loops: test != Bound::Constant(0),
+            of_dispatch: turns.has_word_of(&self.uniforms),
+        };
+        self.loops.insert(label, own);
         let tests = turns.clone().sum(Bound::Constant(1));
         let each = tested.sum(counting);
         Some(tests.clone().sum(tests.product(test)).sum(turns.product(each)))
