@@ -21,7 +21,7 @@ use crate::evaluator::Control;
 const CUT_BYTES: u64 = 64 << 20;
 
 /// Most iterations of all loops of an invocation in a dispatch. Mesa's software driver leaves every loop of an
-/// invocation after 65,535 in total, silently, corrupting results.
+/// invocation after 65,535 in total, silently, corrupting results. Where a cycle takes more, loops are unrolled.
 const GREATEST_LOOPS: u32 = 60_000;
 
 /// Limits on a dispatch, besides those of time and memory. Results don't depend on them.
@@ -364,13 +364,12 @@ impl Run<'_> {
         cycles: Range<u32>,
         variant: Option<&Pipeline>,
     ) -> Result<(), Fault> {
-        let own;
-        let pipeline = match variant {
-            Some(variant) => variant,
-            None => {
-                own = self.device.pipeline(self.part.kernel())?;
-                &own
-            }
+        let generic;
+        let pipeline = if let Some(variant) = variant {
+            variant
+        } else {
+            generic = self.device.pipeline(self.part.kernel())?;
+            &generic
         };
         let part = self.part;
         let group_table = &part.group_table()[cut.groups.clone()];

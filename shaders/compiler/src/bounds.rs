@@ -16,6 +16,9 @@ use crate::rules::Rule;
 use crate::source::{Refusal, Refusals, Source};
 use crate::tree::{Binary, Label, Op, Program, Statement, Ty, Value, Variable, visit};
 
+/// Words of buffers, by the buffer's name, the element and the word.
+pub type WordOf<'a> = dyn Fn(&str, Option<u64>, u32) -> u32 + 'a;
+
 /// A number that is known before a kernel runs, or that no run exceeds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Bound {
@@ -87,8 +90,8 @@ impl Bound {
         }
     }
 
-    /// Its value, given words of buffers by the buffer's name, the element and the word.
-    pub fn value(&self, word: &dyn Fn(&str, Option<u64>, u32) -> u32) -> u64 {
+    /// Its value, given words of buffers.
+    pub fn value(&self, word: &WordOf<'_>) -> u64 {
         let of = |bound: &Self| bound.value(word);
         match self {
             Self::Constant(value) => *value,

@@ -192,8 +192,8 @@ impl Generic {
     }
 
     /// The kernel with its loops unrolled, so that all of them turn at most `most` times in both of two cases, which are given by words of
-    /// buffers as in [`Bound::value`]; and the most turns in each. `None` if it would get too long.
-    pub fn unrolled(&self, cases: [&dyn Fn(&str, Option<u64>, u32) -> u32; 2], most: u64) -> Option<(Self, [u64; 2])> {
+    /// buffers; and the most turns in each. `None` if it would get too long.
+    pub fn unrolled(&self, cases: [&bounds::WordOf<'_>; 2], most: u64) -> Option<(Self, [u64; 2])> {
         let buffers = buffers_of(&self.bindings);
         let (_, loops) = bounds::bounds(&self.raw, &buffers, &self.checked.source).ok()?;
         let unroll::Unrolled { program, turns } = unroll::unroll(&self.raw, &unroll::turns(&loops, cases), most)?;

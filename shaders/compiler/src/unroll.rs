@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::assemble::{dissolve_all, leaves};
-use crate::bounds::OfLoop;
+use crate::bounds::{OfLoop, WordOf};
 use crate::tidy::rename;
 use crate::tree::{Block, Label, Program, Statement, Value, visit};
 
@@ -23,10 +23,7 @@ pub(crate) struct Turns {
 }
 
 /// The turns of loops in two cases, which are given by words of buffers.
-pub(crate) fn turns(
-    loops: &BTreeMap<Label, OfLoop>,
-    cases: [&dyn Fn(&str, Option<u64>, u32) -> u32; 2],
-) -> BTreeMap<Label, Turns> {
+pub(crate) fn turns(loops: &BTreeMap<Label, OfLoop>, cases: [&WordOf<'_>; 2]) -> BTreeMap<Label, Turns> {
     let turns = |own: &OfLoop| Turns {
         most: cases.map(|word| own.turns.value(word)),
         tests_by_loops: own.tests_by_loops,
@@ -337,8 +334,9 @@ impl<'a> Copy<'a> {
         match &mut copy {
             Statement::Let(value) => *value = self.values[value],
             Statement::Load { targets, .. } => targets.iter_mut().for_each(|target| *target = self.values[target]),
-            Statement::Exit(label) => *label = self.label(*label),
-            Statement::Loop { label, .. } | Statement::Labeled { label, .. } => *label = self.label(*label),
+            Statement::Exit(label) | Statement::Loop { label, .. } | Statement::Labeled { label, .. } => {
+                *label = self.label(*label);
+            }
             _ => {}
         }
         let values = &self.values;
