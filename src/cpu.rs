@@ -227,11 +227,9 @@ impl Cpu {
             let calls: usize = parts.iter().map(|part| part.rollouts().div_ceil(lanes as usize)).sum();
             calls.div_ceil(self.threads()) as f32 * cost(name, lanes)
         };
-        let all: Vec<_> = LaneCode::all(kernel).collect();
-        let fastest = all
-            .iter()
-            .copied()
-            .filter(|own| self.is_wanted(own.0) && !(keeps_words(kernel) && has_narrower(*own, &all)))
+        let fastest = worthwhile(kernel)
+            .into_iter()
+            .filter(|(name, _)| self.is_wanted(name))
             .min_by(|a, b| time(*a).total_cmp(&time(*b)));
         let code = match fastest {
             Some((name, _)) => LaneCode::named(kernel, name)?,
@@ -261,7 +259,8 @@ impl Evaluator for Cpu {
         let names: Vec<_> = LaneCode::all(kernel).map(|(name, _)| name).collect();
         let is_there = |name: &&str| names.contains(name) || interpreter() == Some(*name);
         let own = self.variant.filter(is_there);
-        let wanted = || names.iter().copied().find(|name| self.is_wanted(name));
+        let chosen = || worthwhile(kernel).into_iter().map(|(name, _)| name);
+        let wanted = || chosen().find(|name| self.is_wanted(name));
         let any = || names.first().copied().or(interpreter());
         self.described(own.or_else(wanted).or_else(any).unwrap_or("no lane code"))
     }
@@ -304,6 +303,13 @@ fn cost(name: &str, lanes: u32) -> f32 {
         _ => 10.0,
     };
     45.0 + each_lane * lanes as f32
+}
+
+/// The lane codes of a kernel that this processor chooses from.
+fn worthwhile(kernel: &'static Kernel) -> Vec<(&'static str, u32)> {
+    let all: Vec<_> = LaneCode::all(kernel).collect();
+    let is_worthwhile = |own: &(&'static str, u32)| !(keeps_words(kernel) && has_narrower(*own, &all));
+    all.iter().copied().filter(is_worthwhile).collect()
 }
 
 /// Whether a kernel keeps what lives remember in words of memory, as for robots that live together. A single robot's fits in registers, where
