@@ -16,6 +16,7 @@ pub(super) struct Variants {
 }
 
 /// A variant with unrolled loops, of which there is none.
+#[allow(dead_code, reason = "none is ever made")]
 pub(super) struct Unrolled {
     pub(super) made: Arc<Pipeline>,
     pub(super) begin_turns: u32,
