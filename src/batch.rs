@@ -36,7 +36,7 @@ pub const GREATEST_TRACE: u64 = 640 << 20;
 pub const GREATEST_TURNS: u32 = 100_000;
 
 /// The same for each robot, if many live together: each may look at all others again and again.
-const GREATEST_TURNS_EACH: u32 = 16_384;
+const GREATEST_TURNS_EACH: u32 = 20_000;
 
 /// Most rollouts that one thread lays out at a time.
 const PIECE: usize = 4096;

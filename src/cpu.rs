@@ -227,7 +227,8 @@ impl Cpu {
             let calls: usize = parts.iter().map(|part| part.rollouts().div_ceil(lanes as usize)).sum();
             calls.div_ceil(self.threads()) as f32 * cost(name, lanes)
         };
-        let fastest = LaneCode::all(kernel)
+        let fastest = worthwhile(kernel)
+            .into_iter()
             .filter(|(name, _)| self.is_wanted(name))
             .min_by(|a, b| time(*a).total_cmp(&time(*b)));
         let code = match fastest {
@@ -258,7 +259,8 @@ impl Evaluator for Cpu {
         let names: Vec<_> = LaneCode::all(kernel).map(|(name, _)| name).collect();
         let is_there = |name: &&str| names.contains(name) || interpreter() == Some(*name);
         let own = self.variant.filter(is_there);
-        let wanted = || names.iter().copied().find(|name| self.is_wanted(name));
+        let chosen = || worthwhile(kernel).into_iter().map(|(name, _)| name);
+        let wanted = || chosen().find(|name| self.is_wanted(name));
         let any = || names.first().copied().or(interpreter());
         self.described(own.or_else(wanted).or_else(any).unwrap_or("no lane code"))
     }
@@ -301,6 +303,25 @@ fn cost(name: &str, lanes: u32) -> f32 {
         _ => 10.0,
     };
     45.0 + each_lane * lanes as f32
+}
+
+/// The lane codes of a kernel that this processor chooses from.
+fn worthwhile(kernel: &'static Kernel) -> Vec<(&'static str, u32)> {
+    let all: Vec<_> = LaneCode::all(kernel).collect();
+    let is_worthwhile = |own: &(&'static str, u32)| !(keeps_words(kernel) && has_narrower(*own, &all));
+    all.iter().copied().filter(is_worthwhile).collect()
+}
+
+/// Whether a kernel keeps what lives remember in words of memory, as for robots that live together. A single robot's fits in registers, where
+/// several vectors at a time hide how long operations take; these gain nothing from more lanes, which need more of the nearest cache.
+fn keeps_words(kernel: &Kernel) -> bool {
+    kernel.stride("state") == size_of::<u32>()
+}
+
+/// Whether there is a code of the same instruction set with fewer vectors at a time.
+fn has_narrower((name, lanes): (&str, u32), all: &[(&str, u32)]) -> bool {
+    all.iter()
+        .any(|(other, fewer)| instruction_set(other) == instruction_set(name) && (2..lanes).contains(fewer))
 }
 
 /// Rollouts of one group, and the destination of their results.
@@ -453,6 +474,14 @@ mod tests {
     use crate::parameter::Invalid;
     use crate::random::Key;
     use crate::world::{World, WorldSpec};
+
+    #[test]
+    fn robots_that_live_together_take_one_vector_at_a_time() {
+        assert!(keeps_words(&oneiro_shaders::SWARM) && !keeps_words(&oneiro_shaders::LIFE_PERCEPTRON));
+        let all = [("avx512x64", 64), ("avx512x16", 16), ("avx2x16", 16), ("scalarx1", 1)];
+        let kept = all.into_iter().filter(|own| !has_narrower(*own, &all));
+        assert!(kept.eq(all.into_iter().skip(1)));
+    }
 
     #[test]
     fn buffers_are_in_the_order_of_the_bindings() {

@@ -92,6 +92,21 @@ struct Variant<T> {
     made: T,
 }
 
+impl<T> Variant<T> {
+    fn fits(&self, setting: &Setting) -> bool {
+        self.words.iter().all(|word| setting.has(word))
+    }
+}
+
+/// A variant whose loops are unrolled, for drivers that leave long ones, and their most turns in the beginning of a life and in a cycle.
+#[cfg(feature = "gpu")]
+#[derive(Clone)]
+pub(crate) struct Unrolled<T> {
+    pub(crate) made: T,
+    pub(crate) begin_turns: u32,
+    pub(crate) turns: u32,
+}
+
 /// Makes the form that a device runs of a kernel's program for a world.
 pub(crate) trait Make<T>: FnOnce(&Generic, &Setting, Program) -> Result<T, String> + Send + 'static {}
 
@@ -109,6 +124,8 @@ struct Underway<T> {
 struct OfKernel<T> {
     generic: Arc<OnceLock<Result<Generic, String>>>,
     ready: Vec<Variant<T>>,
+    #[cfg(feature = "gpu")]
+    unrolled: Vec<Variant<Unrolled<T>>>,
     underway: Vec<Underway<T>>,
     /// Worlds that the generic kernel has simulated, and for how long.
     spent: Vec<(Setting, Duration)>,
@@ -119,6 +136,8 @@ impl<T> Default for OfKernel<T> {
         Self {
             generic: Arc::default(),
             ready: Vec::new(),
+            #[cfg(feature = "gpu")]
+            unrolled: Vec::new(),
             underway: Vec::new(),
             spent: Vec::new(),
         }
@@ -185,8 +204,10 @@ impl<T: Clone + Send + 'static> Variants<T> {
         self.collect(setting.kernel);
         let must = self.when == Specialise::Always;
         let found = |own: &OfKernel<T>| {
-            let fits = |variant: &&Variant<T>| variant.words.iter().all(|word| setting.has(word));
-            own.ready.iter().find(fits).map(|variant| variant.made.clone())
+            let mut ready = own.ready.iter();
+            ready
+                .find(|variant| variant.fits(setting))
+                .map(|variant| variant.made.clone())
         };
         let made = found(self.of(setting.kernel));
         if made.is_some() || !must {
@@ -198,6 +219,49 @@ impl<T: Clone + Send + 'static> Variants<T> {
             self.collect(setting.kernel);
         }
         found(self.of(setting.kernel))
+    }
+
+    /// The variant for a world in which loops would turn more often than a device lets them: in it they are unrolled. `None` if it would get
+    /// too long.
+    ///
+    /// # Errors
+    /// A mistake of the compiler.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn unrolled<M: Make<T>>(
+        &mut self,
+        setting: &Setting,
+        most: u32,
+        make: impl FnOnce() -> M,
+    ) -> Result<Option<Unrolled<T>>, String> {
+        let own = self.of(setting.kernel);
+        if let Some(ready) = own.unrolled.iter().find(|own| own.fits(setting)) {
+            return Ok(Some(ready.made.clone()));
+        }
+        let generic = own
+            .generic
+            .get_or_init(|| parsed(setting.kernel))
+            .as_ref()
+            .map_err(Clone::clone)?;
+        let packed = setting.worlds.packed();
+        let [begin, cycle] = [0, 1].map(|cycles| packed.words_of(setting.world as usize, cycles));
+        let Some((unrolled, [begin, both])) = generic.unrolled([&begin, &cycle], u64::from(most)) else {
+            return Ok(None);
+        };
+        let (words, program) = program(&unrolled, setting);
+        let made = Unrolled {
+            made: make()(&unrolled, setting, program)?,
+            begin_turns: begin as u32,
+            turns: (both - begin) as u32,
+        };
+        own.unrolled.truncate(MOST - 1);
+        own.unrolled.insert(
+            0,
+            Variant {
+                words,
+                made: made.clone(),
+            },
+        );
+        Ok(Some(made))
     }
 
     /// Notes that the generic kernel has simulated a world for some time, and begins to make a variant if that is worth it.

@@ -471,10 +471,9 @@ fn any_kernel_runs_on_bare_buffers() {
     assert!(runs.iter().all(|run| run.buffers[7] == expected));
 }
 
-/// Large swarms take many loops: sizes that a software driver allows have the CPU's results, and larger ones are
-/// refused.
+/// Large swarms take many loops, more than a software driver turns in a cycle: they have the CPU's results nevertheless.
 #[test]
-fn crowds_are_exact_or_refused() {
+fn crowds_are_exact() {
     use oneiro::foraging::Light;
     use oneiro::random::Key;
     use oneiro::swarm::{self, Arena, Lamp, Order, Simulated, Swarm};
@@ -494,14 +493,12 @@ fn crowds_are_exact_or_refused() {
     };
     let mut cpu = Cpu::new(Some(1)).unwrap();
     let mut gpu = gpu();
-    for (robots, radius) in [(10, 600.0), (40, 300.0), (50, 600.0)] {
+    for (robots, radius) in [(10, 600.0), (40, 300.0), (50, 600.0), (128, 600.0)] {
         let (here, there) = (lived(&mut cpu, robots, radius), lived(&mut gpu, robots, radius));
-        assert!(here.is_ok() && here == there, "{robots} robots in {radius} mm");
-    }
-    let here = lived(&mut cpu, 128, 600.0);
-    assert!(here.is_ok());
-    match lived(&mut gpu, 128, 600.0) {
-        Ok(there) => assert!(here == Ok(there), "a driver of hardware takes any number of loops"),
-        Err(problem) => assert!(problem.contains("fewer robots"), "{problem}"),
+        assert!(
+            here.is_ok() && here == there,
+            "{robots} robots in {radius} mm: {:?}",
+            there.err()
+        );
     }
 }

@@ -227,11 +227,8 @@ fn the_same_bits_everywhere() {
         };
         check("one thread", &mut Cpu::new(Some(1)).unwrap());
         check("cut lives", &mut Cpu::new(Some(2)).unwrap().with_chunk(7));
-        // A software driver may leave loops that are as long as those of more robots.
         #[cfg(feature = "gpu")]
-        if world.robots() <= 40 {
-            check("gpu", &mut gpu);
-        }
+        check("gpu", &mut gpu);
         // The interpreter takes a second for each world of twenty robots.
         if world.robots() <= 20 {
             let few = batch(&world, 2, 7);

@@ -1,5 +1,5 @@
 //! Pinned lives of robots by the reference models, in worlds that reach every branch of what they sense, of bodies that meet and of the
-//! missions that ship: code made at run time, whole and cut lives, and the interpreter.
+//! missions that ship: code made at run time, whole and cut lives, the interpreter, and a GPU.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -228,8 +228,8 @@ fn batch(world: &World, lives: u32) -> Batch {
     Batch::new(std::slice::from_ref(world), &lives, Some(TraceRequest { every: 7 })).unwrap()
 }
 
-fn lived(mut cpu: Cpu, batch: &Batch) -> Outcome {
-    cpu.evaluate(batch, &Control::new()).unwrap()
+fn lived(mut evaluator: impl Evaluator, batch: &Batch) -> Outcome {
+    evaluator.evaluate(batch, &Control::new()).unwrap()
 }
 
 fn bits(outcome: &Outcome, lives: usize) -> Vec<u32> {
@@ -253,6 +253,12 @@ fn lives_are_as_pinned() {
             let interpreted = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1").unwrap();
             let found = lived(interpreted, &batch(&world, 1));
             assert!(bits(&found, 1) == bits(&expected, 1), "{name}, interpreted");
+        }
+        // A software driver takes seconds to compile each of these kernels.
+        #[cfg(feature = "gpu")]
+        if name == "foraging" {
+            let gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter");
+            assert!(bits(&lived(gpu, &whole), LIVES as usize) == all, "{name}, gpu");
         }
         rows.numbers("fitness", name, &expected.fitness);
         rows.words("trace", name, &all);

@@ -116,13 +116,18 @@ impl Packed {
     /// Most iterations of a kernel's loops in the last `cycles` cycles of a life in a world, including its beginning: a loop that
     /// counts up to the cycle's number turns most often there.
     pub(super) fn turns(&self, kernel: &Kernel, world: usize, cycles: u32) -> u32 {
+        u32::try_from((kernel.turns.0)(&self.words_of(world, cycles))).unwrap_or(u32::MAX)
+    }
+
+    /// Words of buffers by which loops are bounded in the last `cycles` cycles of a life in a world.
+    pub(crate) fn words_of(&self, world: usize, cycles: u32) -> impl Fn(&str, Option<u64>, u32) -> u32 + '_ {
         let steps = self.worlds[world].steps;
         let dispatch = life::Dispatch {
             step_begin: steps.saturating_sub(cycles),
             step_end: steps,
             ..life::Dispatch::default()
         };
-        let word = |buffer: &str, element: Option<u64>, word: u32| {
+        move |buffer, element, word| {
             let words: &[u32] = match (buffer, element) {
                 ("dispatch", None) => bytemuck::cast_slice(std::slice::from_ref(&dispatch)),
                 ("worlds", None) => bytemuck::cast_slice(std::slice::from_ref(&self.worlds[world])),
@@ -132,8 +137,7 @@ impl Packed {
                 _ => return u32::MAX,
             };
             words[word as usize]
-        };
-        u32::try_from((kernel.turns.0)(&word)).unwrap_or(u32::MAX)
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Instant;
 
 use oneiro_shaders::Kernel;
@@ -20,7 +21,7 @@ use crate::evaluator::Control;
 const CUT_BYTES: u64 = 64 << 20;
 
 /// Most iterations of all loops of an invocation in a dispatch. Mesa's software driver leaves every loop of an
-/// invocation after 65,535 in total, silently, corrupting results.
+/// invocation after 65,535 in total, silently, corrupting results. Where a cycle takes more, loops are unrolled.
 const GREATEST_LOOPS: u32 = 60_000;
 
 /// Limits on a dispatch, besides those of time and memory. Results don't depend on them.
@@ -75,9 +76,13 @@ impl Lives {
         control: &Control,
         groups: u32,
     ) -> Result<PartResult, Fault> {
-        let pipeline = device.pipeline(part.kernel())?;
+        let own = Turns {
+            begin: part.begin_loops(),
+            cycle: part.loops(),
+        };
+        let unrolls = device.adapter().is_software() && own.of_first(part) > GREATEST_LOOPS;
         let bytes = Bytes {
-            one_world: super::divides(self.variants.when, part.group_table()),
+            one_world: unrolls || super::divides(self.variants.when, part.group_table()),
             ..Bytes::of(device, groups)
         };
         let cuts = cuts(part, bytes)?;
@@ -85,30 +90,17 @@ impl Lives {
         self.scene.shapes.keep(device, bytemuck::cast_slice(part.shapes()));
         self.scene.tables.keep(device, bytemuck::cast_slice(part.tables()));
 
-        let begins = if part.batch().cycles().start == 0 {
-            part.begin_loops()
-        } else {
-            0
-        };
-        let first = GREATEST_LOOPS.saturating_sub(begins) / part.loops();
-        if first == 0 && device.adapter().is_software() {
-            return Err(Fault::TooLarge(format!(
-                "a cycle of this many robots takes {} loops, and its first one {begins} more; a software driver may leave \
-                 them after {GREATEST_LOOPS}; allowed there: fewer robots, or another backend",
-                part.loops()
-            )));
-        }
         let mut run = Run {
             device,
-            kernel: part.kernel(),
-            pipeline: &pipeline,
             part,
             control,
             scene: &self.scene,
             benches: &mut self.benches,
-            paces: self.paces.entry(pipeline.kernel).or_default(),
+            paces: self.paces.entry(part.kernel().name).or_default(),
             variants: &mut self.variants,
-            most_cycles: [first, GREATEST_LOOPS / part.loops()].map(|most| self.bounds.cycles.min(most).max(1)),
+            bounds: self.bounds,
+            turns: own,
+            unrolls,
             flights: VecDeque::new(),
             told_steps: 0,
             landed: Instant::now(),
@@ -231,6 +223,33 @@ fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
     Ok(cuts)
 }
 
+/// Most turns of all loops of an invocation.
+#[derive(Clone, Copy, Debug)]
+struct Turns {
+    /// In the beginning of a life.
+    begin: u32,
+    /// In a cycle.
+    cycle: u32,
+}
+
+impl Turns {
+    /// In the first cycle of a part.
+    fn of_first(self, part: &Part<'_>) -> u32 {
+        let begin = if part.batch().cycles().start == 0 {
+            self.begin
+        } else {
+            0
+        };
+        begin.saturating_add(self.cycle)
+    }
+
+    /// Most cycles of a dispatch, at least 1. `begins` is whether it begins lives.
+    fn most_cycles(self, begins: bool) -> u32 {
+        let begin = if begins { self.begin } else { 0 };
+        (GREATEST_LOOPS.saturating_sub(begin) / self.cycle).max(1)
+    }
+}
+
 /// A submitted dispatch.
 struct Flight {
     submission: wgpu::SubmissionIndex,
@@ -248,16 +267,17 @@ struct Flight {
 /// A part in progress.
 struct Run<'a> {
     device: &'a mut Device,
-    kernel: &'static Kernel,
-    pipeline: &'a Pipeline,
     part: &'a Part<'a>,
     control: &'a Control,
     scene: &'a Scene,
     benches: &'a mut [Bench; 2],
     paces: &'a mut [Pace; 2],
     variants: &'a mut Variants,
-    /// Most cycles of a dispatch that begins lives, and of others.
-    most_cycles: [u32; 2],
+    bounds: Bounds,
+    /// Most turns of the kernel's loops, unless they are unrolled.
+    turns: Turns,
+    /// Whether the device leaves them before a cycle is over, so that they must be.
+    unrolls: bool,
     flights: VecDeque<Flight>,
     told_steps: u64,
     landed: Instant,
@@ -271,22 +291,46 @@ impl Run<'_> {
             let bench = index % self.benches.len();
             let mut begin = cut.cycles.start;
             while begin < cut.cycles.end {
-                let variant = cut
-                    .world
-                    .and_then(|world| specialised::ready(self.variants, self.device, self.part, world));
+                let (variant, turns) = self.variant(cut)?;
                 // The next chunk can't be planned until the speed is known.
                 let pace = self.paces[usize::from(variant.is_some())];
                 self.land_until(usize::from(pace.is_known()))?;
                 let pace = self.paces[usize::from(variant.is_some())];
                 let cycles = pace
                     .cycles(cut.slots())
-                    .min(self.most_cycles[usize::from(begin > 0)])
+                    .min(turns.most_cycles(begin == 0))
+                    .min(self.bounds.cycles)
                     .min(cut.cycles.end - begin);
                 self.launch(cut, bench, begin..begin + cycles, variant.as_deref())?;
                 begin += cycles;
             }
         }
         self.land_until(0)
+    }
+
+    /// The variant that simulates a cut, if it isn't the kernel itself, and the turns of its loops.
+    fn variant(&mut self, cut: &Cut) -> Result<(Option<Arc<Pipeline>>, Turns), Fault> {
+        let Some(world) = cut.world else {
+            return Ok((None, self.turns));
+        };
+        if !self.unrolls {
+            let ready = specialised::ready(self.variants, self.device, self.part, world);
+            return Ok((ready, self.turns));
+        }
+        let unrolled = specialised::unrolled(self.variants, self.device, self.part, world, GREATEST_LOOPS);
+        let Some(unrolled) = unrolled.map_err(Fault::Refused)? else {
+            let Turns { begin, cycle } = self.turns;
+            return Err(Fault::TooLarge(format!(
+                "loops turn {cycle} times in a cycle, and {begin} times more in the first; a software driver leaves them after \
+                 {GREATEST_LOOPS}, and unrolling them makes the kernel too long; allowed there: shorter loops, fewer robots or another \
+                 backend"
+            )));
+        };
+        let turns = Turns {
+            begin: unrolled.begin_turns,
+            cycle: unrolled.turns,
+        };
+        Ok((Some(unrolled.made), turns))
     }
 
     /// Makes room for a cut.
@@ -320,7 +364,13 @@ impl Run<'_> {
         cycles: Range<u32>,
         variant: Option<&Pipeline>,
     ) -> Result<(), Fault> {
-        let pipeline = variant.unwrap_or(self.pipeline);
+        let generic;
+        let pipeline = if let Some(variant) = variant {
+            variant
+        } else {
+            generic = self.device.pipeline(self.part.kernel())?;
+            &generic
+        };
         let part = self.part;
         let group_table = &part.group_table()[cut.groups.clone()];
         let batch = part.batch();
@@ -363,7 +413,7 @@ impl Run<'_> {
             record_words: batch.record_words() as u32,
         };
         bench.dispatch.write(self.device, bytemuck::bytes_of(&dispatch));
-        let bind_group = bind(self.device, pipeline, self.kernel, self.scene, bench)?;
+        let bind_group = bind(self.device, pipeline, part.kernel(), self.scene, bench)?;
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label,

@@ -11,6 +11,7 @@ use crate::batch::Part;
 use crate::variants::{self, Make, Setting, parsed, program, ships};
 
 pub(super) type Variants = variants::Variants<Arc<Pipeline>>;
+pub(super) type Unrolled = variants::Unrolled<Arc<Pipeline>>;
 
 /// The variant for a world of a part, if it is ready.
 pub(super) fn ready(variants: &mut Variants, device: &Device, part: &Part<'_>, world: u32) -> Option<Arc<Pipeline>> {
@@ -24,6 +25,23 @@ pub(super) fn spend(variants: &mut Variants, device: &Device, part: &Part<'_>, w
     if device.path() == Path::Spirv {
         variants.spend(Setting::of(part, world), time, || make(device));
     }
+}
+
+/// The variant with unrolled loops for a world of a part, whose cycle turns them more than `most` times. `None` if it would get too long.
+///
+/// # Errors
+/// A mistake of the compiler.
+pub(super) fn unrolled(
+    variants: &mut Variants,
+    device: &Device,
+    part: &Part<'_>,
+    world: u32,
+    most: u32,
+) -> Result<Option<Unrolled>, String> {
+    if device.path() != Path::Spirv {
+        return Ok(None);
+    }
+    variants.unrolled(&Setting::of(part, world), most, || make(device))
 }
 
 /// Makes pipelines of a device.

@@ -15,6 +15,18 @@ pub(super) struct Variants {
     pub(super) steps: u64,
 }
 
+/// A variant with unrolled loops, of which there is none.
+#[allow(dead_code, reason = "none is ever made")]
+pub(super) struct Unrolled {
+    pub(super) made: Arc<Pipeline>,
+    pub(super) begin_turns: u32,
+    pub(super) turns: u32,
+}
+
+pub(super) fn unrolled(_: &mut Variants, _: &Device, _: &Part<'_>, _: u32, _: u32) -> Result<Option<Unrolled>, String> {
+    Ok(None)
+}
+
 pub(super) fn ready(_: &mut Variants, _: &Device, _: &Part<'_>, _: u32) -> Option<Arc<Pipeline>> {
     None
 }

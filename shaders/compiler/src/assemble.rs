@@ -49,8 +49,8 @@ pub(crate) fn module(program: &Program, original: &Module) -> Result<Module, Str
     Ok(module)
 }
 
-/// Turns blocks that are left into branches, where that needs no copies.
-fn dissolve_all(block: &mut Block) {
+/// Turns blocks that are left into branches, where that needs no copies. The others become loops of one turn.
+pub(crate) fn dissolve_all(block: &mut Block) {
     for mut statement in std::mem::take(block) {
         statement.blocks_mut().for_each(dissolve_all);
         match statement {
@@ -99,7 +99,7 @@ fn dissolved(block: Block, label: Label) -> Option<Block> {
 }
 
 /// Whether a block has an exit to a label.
-fn leaves(block: &[Statement], label: Label) -> bool {
+pub(crate) fn leaves(block: &[Statement], label: Label) -> bool {
     let mut found = false;
     visit(block, &mut |statement| {
         found |= matches!(statement, Statement::Exit(left) if *left == label);

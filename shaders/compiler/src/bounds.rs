@@ -16,6 +16,9 @@ use crate::rules::Rule;
 use crate::source::{Refusal, Refusals, Source};
 use crate::tree::{Binary, Label, Op, Program, Statement, Ty, Value, Variable, visit};
 
+/// Words of buffers, by the buffer's name, the element and the word.
+pub type WordOf<'a> = dyn Fn(&str, Option<u64>, u32) -> u32 + 'a;
+
 /// A number that is known before a kernel runs, or that no run exceeds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Bound {
@@ -87,8 +90,8 @@ impl Bound {
         }
     }
 
-    /// Its value, given words of buffers by the buffer's name, the element and the word.
-    pub fn value(&self, word: &dyn Fn(&str, Option<u64>, u32) -> u32) -> u64 {
+    /// Its value, given words of buffers.
+    pub fn value(&self, word: &WordOf<'_>) -> u64 {
         let of = |bound: &Self| bound.value(word);
         match self {
             Self::Constant(value) => *value,
@@ -124,6 +127,21 @@ impl Bound {
             | Self::Least(a, b)
             | Self::Greatest(a, b) => of(a).saturating_add(of(b)),
         })
+    }
+
+    /// Whether it has a word of one of these buffers.
+    fn has_word_of(&self, buffers: &[String]) -> bool {
+        let of = |bound: &Self| bound.has_word_of(buffers);
+        match self {
+            Self::Constant(_) => false,
+            Self::Word { buffer, element, .. } => buffers.contains(buffer) || element.as_deref().is_some_and(of),
+            Self::Floor(a) | Self::Quotient(a, _) => of(a),
+            Self::Sum(a, b)
+            | Self::Difference(a, b)
+            | Self::Product(a, b)
+            | Self::Least(a, b)
+            | Self::Greatest(a, b) => of(a) || of(b),
+        }
     }
 
     /// An upper limit for any content of the buffers; `None` if there is none. The host sets the uniform buffer, so its words
@@ -183,6 +201,18 @@ pub(crate) struct Buffer {
 /// # Errors
 /// Each loop without a bound.
 pub(crate) fn turns(program: &Program, buffers: &[Buffer], source: &Source) -> Result<Bound, Refusals> {
+    Ok(bounds(program, buffers, source)?.0)
+}
+
+/// The same, and of each loop by itself.
+///
+/// # Errors
+/// Each loop without a bound.
+pub(crate) fn bounds(
+    program: &Program,
+    buffers: &[Buffer],
+    source: &Source,
+) -> Result<(Bound, BTreeMap<Label, OfLoop>), Refusals> {
     let mut loaded = BTreeMap::new();
     visit(&program.body, &mut |statement| {
         if let Statement::Load { targets, address } = statement {
@@ -205,14 +235,26 @@ pub(crate) fn turns(program: &Program, buffers: &[Buffer], source: &Source) -> R
         visits: Cell::new(MOST_VISITS),
         depth: Cell::new(0),
         functions: Vec::new(),
+        loops: BTreeMap::new(),
         refusals: Vec::new(),
     };
     let bound = analysis.block(&program.body);
     if analysis.refusals.is_empty() {
-        Ok(bound)
+        Ok((bound, analysis.loops))
     } else {
         Err(analysis.refusals)
     }
+}
+
+/// Bounds of a loop by itself, each time that it is entered.
+#[derive(Clone, Debug)]
+pub(crate) struct OfLoop {
+    /// How often its body runs, without the last test.
+    pub(crate) turns: Bound,
+    /// Whether loops lie before its test, which the last test runs too.
+    pub(crate) tests_by_loops: bool,
+    /// Whether they differ between dispatches of one world.
+    pub(crate) of_dispatch: bool,
 }
 
 /// Most visits to values in a kernel, and the longest chain of operands: far more than kernels that ship need.
@@ -235,6 +277,7 @@ struct Analysis<'a> {
     depth: Cell<u32>,
     /// The inlined functions that enclose the current statement.
     functions: Vec<String>,
+    loops: BTreeMap<Label, OfLoop>,
     refusals: Refusals,
 }
 
@@ -354,6 +397,12 @@ impl Analysis<'_> {
             }
             self.block(statements)
         });
+        let own = OfLoop {
+            turns: turns.clone(),
+            tests_by_loops: test != Bound::Constant(0),
+            of_dispatch: turns.has_word_of(&self.uniforms),
+        };
+        self.loops.insert(label, own);
         let tests = turns.clone().sum(Bound::Constant(1));
         let each = tested.sum(counting);
         Some(tests.clone().sum(tests.product(test)).sum(turns.product(each)))

@@ -27,6 +27,7 @@ mod syntax;
 mod tidy;
 pub mod tree;
 pub mod uniform;
+mod unroll;
 
 use std::collections::BTreeSet;
 
@@ -190,6 +191,19 @@ impl Generic {
         specialise::specialise(&self.raw, known)
     }
 
+    /// The kernel with its loops unrolled, so that all of them turn at most `most` times in both of two cases, which are given by words of
+    /// buffers; and the most turns in each. `None` if it would get too long.
+    pub fn unrolled(&self, cases: [&bounds::WordOf<'_>; 2], most: u64) -> Option<(Self, [u64; 2])> {
+        let buffers = buffers_of(&self.bindings);
+        let (_, loops) = bounds::bounds(&self.raw, &buffers, &self.checked.source).ok()?;
+        let unroll::Unrolled { program, turns } = unroll::unroll(&self.raw, &unroll::turns(&loops, cases), most)?;
+        let unrolled = Self {
+            raw: program,
+            ..self.clone()
+        };
+        Some((unrolled, turns))
+    }
+
     /// Places of a value of a program of this kernel: its own, and then those of the calls around it, the innermost first.
     pub fn places(&self, program: &tree::Program, value: tree::Value) -> Vec<Place> {
         self.checked.source.places(program, value).collect()
@@ -303,14 +317,18 @@ impl Checked {
 
     /// Bounds the loops of its program.
     fn turns(&self, raw: &tree::Program, bound: &[Binding]) -> Result<Bound, Refusals> {
-        let buffer = |bound: &Binding| bounds::Buffer {
-            name: bound.name.clone(),
-            is_constant: bound.kind != "ReadWrite",
-            is_uniform: bound.kind == "Uniform",
-        };
-        let buffers: Vec<_> = bound.iter().map(buffer).collect();
-        bounds::turns(raw, &buffers, &self.source).map_err(|refusals| in_order(refusals, &self.source))
+        bounds::turns(raw, &buffers_of(bound), &self.source).map_err(|refusals| in_order(refusals, &self.source))
     }
+}
+
+/// Buffers as bounds need them.
+fn buffers_of(bindings: &[Binding]) -> Vec<bounds::Buffer> {
+    let buffer = |bound: &Binding| bounds::Buffer {
+        name: bound.name.clone(),
+        is_constant: bound.kind != "ReadWrite",
+        is_uniform: bound.kind == "Uniform",
+    };
+    bindings.iter().map(buffer).collect()
 }
 
 /// Refuses a kernel that doesn't begin at one `main`.
