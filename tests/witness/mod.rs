@@ -510,7 +510,11 @@ impl<'a> Life<'a> {
                 }
                 sums.map(logistic)
             }
-            Controller::Network(_) | Controller::StateMachine(_) | Controller::Behaviours | Controller::Own => {
+            Controller::Network(_)
+            | Controller::StateMachine(_)
+            | Controller::BehaviourTree(_)
+            | Controller::Behaviours
+            | Controller::Own => {
                 unreachable!("the witness has the controllers of shipped kernels")
             }
         }
