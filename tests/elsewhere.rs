@@ -109,7 +109,9 @@ fn evolve(place: &Place, rule: &str, noise: usize, seeds: u64) -> PathBuf {
         "--set",
         &rule_set,
     ];
-    values.iter().for_each(|value| arguments.extend(["--set", value]));
+    for value in values {
+        arguments.extend(["--set", value]);
+    }
     arguments.extend(["--out", out.to_str().unwrap(), "--backend", "cpu", "--quiet"]);
     place.good(&arguments);
     out

@@ -46,8 +46,8 @@ pub(crate) fn genes() -> Vec<Gene> {
         wholes([1, GREATEST_BRANCHES as u32]),
         None,
     )];
-    for branch in 0..GREATEST_BRANCHES {
-        let is_there = (branch > 0).then_some((0, AT_LEAST[branch]));
+    for (branch, &counts) in AT_LEAST.iter().enumerate() {
+        let is_there = (branch > 0).then_some((0, counts));
         let name = format!("branch_{branch}");
         all.extend(condition_genes(&name, all.len(), is_there));
         all.extend(behaviour_genes(&name, all.len(), is_there));
