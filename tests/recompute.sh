@@ -82,6 +82,14 @@ assert 20 < rows[(rows.gap == "alone") & (rows.difference == "latency")]["per se
 assert list(whole.corrected < 0.05) == [False, True], whole
 END
 
+say "the 1995 study in Aseba's simulator"
+lives=experiments/miglino1995/elsewhere/lives.csv
+# The gap with sensor noise minus that without: the mean over seeds, of the table by awk.
+gap=$(awk -F, '$1 == "slide" && $4 != "on" { sign = ($2 == "sensor") - ($2 == "none"); sum += sign * (($4 == "simulated") - ($4 == "real")) * $6 }
+    END { printf "%.4f", sum / 10 }' "$lives")
+"$python" docs/elsewhere.py "$lives" >"$scratch/elsewhere" || fail "docs/elsewhere.py"
+grep -q "gap, sensor - none .* $gap .* holds" "$scratch/elsewhere" || fail "docs/elsewhere.py has another gap than $gap"
+
 say "a small calibration"
 sed -e 's|"\.\./\.\./khepera|"'"$PWD"'/experiments/khepera|; s/^seeds = .*/seeds = "1..3"/; s/, 1.5, 2.0\]/]/; /"surrogate:[0-9]*", "surr/d' \
     -e 's/^reality.robot = \[/&"surrogate:1001", "surrogate:1002", "surrogate:1003"/' \
