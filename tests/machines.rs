@@ -1,5 +1,5 @@
 //! State machines, behaviour trees and races through the program: champions as texts, texts as genomes, records that are the same however a
-//! run went on, and refusals; what is told of each robot of a swarm.
+//! run went on, and refusals; the table of each robot of a swarm.
 
 use std::path::Path;
 

@@ -129,7 +129,7 @@ pub(crate) trait Reality {
         false
     }
 
-    /// Evaluates rollouts, each from its own start: one after the other on one robot, several at once on several. `told` is called
+    /// Evaluates rollouts, each from its own start: one after the other on one robot, several at once on several. `on_lived` is called
     /// with the number of each when it ends.
     ///
     /// # Errors
@@ -138,10 +138,10 @@ pub(crate) trait Reality {
         &mut self,
         lives: &[Life<'_>],
         traced: bool,
-        told: &(dyn Fn(usize, &Lived) + Sync),
+        on_lived: &(dyn Fn(usize, &Lived) + Sync),
     ) -> std::result::Result<Vec<Lived>, Trouble>;
 
-    /// The same, told at the end.
+    /// The same, reported at the end.
     ///
     /// # Errors
     /// See [`Trouble`].

@@ -202,7 +202,7 @@ impl Reality for SurrogateRobot<'_> {
         &mut self,
         lives: &[Life<'_>],
         traced: bool,
-        told: &(dyn Fn(usize, &Lived) + Sync),
+        on_lived: &(dyn Fn(usize, &Lived) + Sync),
     ) -> Result<Vec<Lived>, Trouble> {
         let cycles = self.world.cycles();
         let mut starts: Vec<Option<[f32; 3]>> = Vec::new();
@@ -236,7 +236,9 @@ impl Reality for SurrogateRobot<'_> {
         } else {
             outcome.fitness.into_iter().map(quiet).collect()
         };
-        lived.iter().enumerate().for_each(|(number, lived)| told(number, lived));
+        for (number, lived) in lived.iter().enumerate() {
+            on_lived(number, lived);
+        }
         Ok(lived)
     }
 }

@@ -22,7 +22,7 @@ use oneiro::world::{World, WorldSpec};
 
 use self::logbook::{Begun, Cycle, Identity, Logbook, Row};
 use self::senses::Senses;
-use self::sharing::{Standing, Taker, Told, shared};
+use self::sharing::{OnLived, Standing, Taker, shared};
 use super::wander::{WALK, wanderer};
 use super::{Life, Lived, Reality, Trouble};
 use crate::console::Console;
@@ -646,7 +646,7 @@ impl Reality for WiredRobots {
         &mut self,
         lives: &[Life<'_>],
         traced: bool,
-        told: Told<'_>,
+        on_lived: OnLived<'_>,
     ) -> std::result::Result<Vec<Lived>, Trouble> {
         let (robots, own): (Vec<_>, Vec<_>) = self
             .0
@@ -661,7 +661,7 @@ impl Reality for WiredRobots {
                 standing,
             })
         });
-        shared(takers.collect(), lives, traced, told)
+        shared(takers.collect(), lives, traced, on_lived)
     }
 }
 

@@ -118,14 +118,14 @@ fn the_order_in_which_lives_end_does_not_show() {
     let (go, until) = mpsc::channel();
     let mut robots = robots(&place, [held(until), held(mpsc::channel().1)]);
     let order = Mutex::new(Vec::new());
-    let told = |number: usize, _: &Lived| {
+    let on_lived = |number: usize, _: &Lived| {
         let mut order = order.lock().unwrap();
         order.push(number);
         if order.len() == 5 {
             go.send(()).unwrap();
         }
     };
-    let lived = robots.live_each(&lives, false, &told).unwrap();
+    let lived = robots.live_each(&lives, false, &on_lived).unwrap();
     assert_eq!(bits(&lived), expected);
     let order = order.into_inner().unwrap();
     let held = order[5];

@@ -27,7 +27,7 @@ pub(super) struct Taker<'a> {
 }
 
 /// Called with the number of each life, in the order in which they end.
-pub(super) type Told<'a> = &'a (dyn Fn(usize, &Lived) + Sync);
+pub(super) type OnLived<'a> = &'a (dyn Fn(usize, &Lived) + Sync);
 
 /// Lives lives on robots that have not failed for good, and returns what came of each.
 ///
@@ -37,7 +37,7 @@ pub(super) fn shared(
     takers: Vec<Taker<'_>>,
     lives: &[Life<'_>],
     traced: bool,
-    told: Told<'_>,
+    on_lived: OnLived<'_>,
 ) -> Result<Vec<Lived>, Trouble> {
     let takers: Vec<_> = takers
         .into_iter()
@@ -48,7 +48,7 @@ pub(super) fn shared(
         for taker in takers {
             scope.spawn(|| {
                 let _watched = Watched(&board);
-                taker.work(&board, lives, traced, told);
+                taker.work(&board, lives, traced, on_lived);
             });
         }
     });
@@ -60,7 +60,7 @@ impl Taker<'_> {
     const ATTEMPTS: u32 = 3;
 
     /// Takes one life after the other.
-    fn work(mut self, board: &Board, lives: &[Life<'_>], traced: bool, told: Told<'_>) {
+    fn work(mut self, board: &Board, lives: &[Life<'_>], traced: bool, on_lived: OnLived<'_>) {
         let mut unread = 0;
         loop {
             if let Err(trouble) = self.recover(board) {
@@ -70,7 +70,7 @@ impl Taker<'_> {
             let trouble = match self.lives.attempt(self.vehicle, &lives[number], traced) {
                 Ok(lived) => {
                     unread = 0;
-                    told(number, &lived);
+                    on_lived(number, &lived);
                     board.lived(number, lived);
                     continue;
                 }
