@@ -226,7 +226,7 @@ fn the_same_bits_on_every_device() {
 /// A thousand lives of each by code compiled at run time on an emulated processor of 64-bit ARM are those of this machine, by fitness
 /// and by measures, and so are those by its lane code compiled ahead. A changed genome is noticed there too.
 #[test]
-#[ignore = "takes ten minutes, half of them to build the program for 64-bit ARM: tests/long.sh builds it and runs this"]
+#[ignore = "takes ten minutes and needs a build of the program for 64-bit ARM, which tests/long.sh makes before it runs this"]
 fn the_same_bits_on_emulated_arm() {
     let program = std::env::var_os("ONEIRO_ARM_PROGRAM").expect("ONEIRO_ARM_PROGRAM is the path of the program");
     let (cache, count) = (Place::new("arm-cache"), 1_000);

@@ -173,7 +173,7 @@ fn random_of(seed: u64, generation: u32) -> Pcg64 {
 }
 
 #[test]
-#[ignore = "an hour: the 1995 study in Aseba's simulator"]
+#[ignore = "a study, not a check: it takes over an hour in real time, and its recorded table is judged by tests/recompute.sh"]
 fn the_1995_study_in_the_simulator_of_others() {
     if !in_a_network(
         "the_1995_study_in_the_simulator_of_others",

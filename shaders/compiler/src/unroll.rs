@@ -8,7 +8,7 @@ use crate::bounds::{OfLoop, WordOf};
 use crate::tidy::rename;
 use crate::tree::{Block, Label, Program, Statement, Value, visit};
 
-/// Most statements of a kernel whose loops are unrolled: drivers take seconds to compile so many.
+/// The most statements that a kernel may have after its loops are unrolled. At this size drivers already take seconds to compile it.
 const LONGEST: u64 = 60_000;
 
 /// Turns of a loop.

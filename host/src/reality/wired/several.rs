@@ -15,16 +15,21 @@ const QUIET: Output = Output {
     quiet: true,
 };
 
-/// Robots that share a record, and lives of five cycles there.
-fn robots<const N: usize>(place: &Place, mocks: [Mock; N]) -> WiredRobots {
-    let values = Values {
+/// Lives that start where the last one stopped, recorded in a place.
+fn values(place: &Place) -> Values {
+    Values {
         starts: Starts::Walk,
         walk: 0,
         speed_mm_s: None,
         sensors: Vec::new(),
         directory: place.0.clone(),
         trackers: Vec::new(),
-    };
+    }
+}
+
+/// Robots that share a record, and lives of five cycles there.
+fn robots<const N: usize>(place: &Place, mocks: [Mock; N]) -> WiredRobots {
+    let values = values(place);
     let mut robots = WiredRobots::default();
     for (number, mock) in mocks.into_iter().enumerate() {
         let address = format!("tcp:robot:{number}");
@@ -231,7 +236,7 @@ fn without_a_robot_nothing_goes_on() {
         }
     });
     let mut robots = robots(&place, [stopped, held(until)]);
-    // The other one may live some until it hears of that.
+    // The other robot may finish a few lives before it learns that the run has stopped.
     let all: Vec<Vec<f32>> = (0..400).map(genes).collect();
     let trouble = robots.live(&self::lives(&all), false).unwrap_err();
     assert!(matches!(trouble, Trouble::Stopped), "{trouble}");
@@ -262,14 +267,7 @@ fn the_same_life_is_lived_once() {
 #[test]
 fn robots_that_differ_are_refused() {
     let place = Place::new("several-differ");
-    let values = Values {
-        starts: Starts::Walk,
-        walk: 0,
-        speed_mm_s: None,
-        sensors: Vec::new(),
-        directory: place.0.clone(),
-        trackers: Vec::new(),
-    };
+    let values = values(&place);
     let mut other = robot();
     other.profile.sensors[0].range.1 = 2047.0;
     let mut robots = WiredRobots::default();

@@ -29,7 +29,7 @@ pub(super) struct Taker<'a> {
 /// Called with the number of each life, in the order in which they end.
 pub(super) type OnLived<'a> = &'a (dyn Fn(usize, &Lived) + Sync);
 
-/// Lives lives on robots that have not failed for good, and returns what came of each.
+/// Runs the lives on all robots that have not failed for good, and returns the results in the order of `lives`.
 ///
 /// # Errors
 /// See [`Trouble`]: what stops all, or that of the last robot that was left.

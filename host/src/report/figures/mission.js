@@ -228,17 +228,11 @@ function drawChart(when) {
 }
 
 function buildLegend() {
-  const legend = element('legend');
-  const entry = (picture, text) => {
-    const item = made('li', legend);
-    item.innerHTML = `<svg width="18" height="18" viewBox="-9 -9 18 18" aria-hidden="true">${picture}</svg>`;
-    item.append(text);
-  };
   for (const { name, colour } of acts) {
-    entry(`<circle r="7.5" fill="${colour}"/><path d="M7 0L3.2 3.4V-3.4Z" fill="#ffffff"/>`, name);
+    legendEntry(`<circle r="7.5" fill="${colour}"/><path d="M7 0L3.2 3.4V-3.4Z" fill="#ffffff"/>`, name);
   }
-  if (hears) entry(`<path d="M-8 4L8 -4" stroke="${MESSAGE}" stroke-width="2.4" stroke-linecap="round"/>`, 'heard in this line');
-  if (arena.lamps.length > 0) entry('<circle r="5" fill="#f2b01e" stroke="#a87400"/>', 'lamp');
+  if (hears) legendEntry(`<path d="M-8 4L8 -4" stroke="${MESSAGE}" stroke-width="2.4" stroke-linecap="round"/>`, 'heard in this line');
+  if (arena.lamps.length > 0) legendEntry('<circle r="5" fill="#f2b01e" stroke="#a87400"/>', 'lamp');
 }
 
 function showWords(line) {

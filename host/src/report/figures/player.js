@@ -289,6 +289,13 @@ const sideColours = () => put.sides.map(([x, y]) => {
   return `#${Array.from(pixel.slice(0, 3), (part) => part.toString(16).padStart(2, '0')).join('')}`;
 });
 
+// Adds a line to the legend: a picture in SVG, 18 by 18 about its middle, and what it means.
+function legendEntry(picture, text) {
+  const item = made('li', element('legend'));
+  item.innerHTML = `<svg width="18" height="18" viewBox="-9 -9 18 18" aria-hidden="true">${picture}</svg>`;
+  item.append(text);
+}
+
 // ---- Playing.
 
 function say(text) {

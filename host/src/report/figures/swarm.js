@@ -471,20 +471,14 @@ function drawChart(when) {
 // ---- Words around the arena.
 
 function buildLegend() {
-  const legend = element('legend');
-  const entry = (picture, text) => {
-    const item = made('li', legend);
-    item.innerHTML = `<svg width="18" height="18" viewBox="-9 -9 18 18" aria-hidden="true">${picture}</svg>`;
-    item.append(text);
-  };
   acts.filter(({ marks }) => marks).forEach(({ short, colour, marks: [front] }) => {
-    entry(`<circle r="7.5" fill="${colour}"/><path d="M7 0L3.2 3.4V-3.4Z" fill="${front}"/>`, short);
+    legendEntry(`<circle r="7.5" fill="${colour}"/><path d="M7 0L3.2 3.4V-3.4Z" fill="${front}"/>`, short);
   });
   const grain = `fill="${FOOD}" stroke="${FOOD_EDGE}"`;
-  entry(`<circle cx="-4.8" r="3.6" ${grain}/><circle cx="2" r="6" fill="#c9ccd3"/>`, 'with food');
+  legendEntry(`<circle cx="-4.8" r="3.6" ${grain}/><circle cx="2" r="6" fill="#c9ccd3"/>`, 'with food');
   if (!data.whole) return;
-  entry(`<circle r="8" fill="#93b94a4d" stroke="#55741c8c"/><circle r="3" ${grain}/>`, 'food');
-  entry(`<path d="M-8 4L8 -4" stroke="${ENCOUNTER}" stroke-width="2.4" stroke-linecap="round"/>`, 'heard');
+  legendEntry(`<circle r="8" fill="#93b94a4d" stroke="#55741c8c"/><circle r="3" ${grain}/>`, 'food');
+  legendEntry(`<path d="M-8 4L8 -4" stroke="${ENCOUNTER}" stroke-width="2.4" stroke-linecap="round"/>`, 'heard');
 }
 
 function buildLights() {
