@@ -11,7 +11,7 @@ use oneiro_shaders::{Kernel, Words};
 use rayon::prelude::*;
 
 use crate::backend::Specialise;
-use crate::batch::{Batch, LANES, Part, PartResult};
+use crate::batch::{Batch, LANES, Part, PartResult, Worlds};
 use crate::code::{self, LaneCode, Specialised, interpreter, interprets, library};
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
@@ -90,6 +90,17 @@ impl Cpu {
         LaneCode::all(&oneiro_shaders::LIFE_PERCEPTRON)
             .map(|(name, _)| name)
             .collect()
+    }
+
+    /// Names of the lane codes that this processor can run of the kernel of these worlds, the fastest first, those in the user's
+    /// cache included. Where there is none, the kernel is interpreted, and the interpreter's name is the only one.
+    pub fn variants_for(worlds: &Worlds) -> Vec<&'static str> {
+        let names: Vec<_> = LaneCode::all(worlds.kernel()).map(|(name, _)| name).collect();
+        if names.is_empty() {
+            interpreter().into_iter().collect()
+        } else {
+            names
+        }
     }
 
     /// Always runs one lane code instead of choosing one for each batch. A kernel that isn't compiled so wide runs the

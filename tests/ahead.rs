@@ -101,6 +101,31 @@ fn kernels_compiled_ahead_have_the_same_bits() {
     );
     assert!(!again.stderr.contains("compiling"), "{}", again.stderr);
 
+    // The bench times each of them, and what runs without them is the measure.
+    let bench = [
+        "bench",
+        &experiment(EXPERIMENT),
+        "--backend",
+        "cpu",
+        "--quick",
+        "--rollouts",
+        "64",
+        "--json",
+    ];
+    let timed: Value = serde_json::from_str(&place.run(&bench, &[]).exits(0).stdout).unwrap();
+    assert_eq!(timed["experiment"], EXPERIMENT);
+    assert_eq!(timed["cycles"], 250);
+    let cells = timed["cells"].as_array().unwrap();
+    for code in codes.iter().copied().chain([REFERENCE]) {
+        let device = format!("cpu {code}");
+        let cell = cells
+            .iter()
+            .find(|cell| cell["device"] == device && cell["threads"] == 1);
+        let cell = cell.unwrap_or_else(|| panic!("{code} of {timed}"));
+        assert_eq!(cell["robot_steps"], 64 * 250);
+        assert_eq!(cell["ratio"] == 1.0, code == REFERENCE, "{cell}");
+    }
+
     // What is damaged is named, and isn't used.
     let library = &place.libraries()[0];
     let mut bytes = fs::read(library).unwrap();

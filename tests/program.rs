@@ -952,6 +952,43 @@ fn the_bench_measures_against_the_scalar_code() {
     assert!(cells.iter().any(|cell| cell["device"] != "cpu scalarx1"));
 }
 
+/// Long lives are cut, and each robot's steps count.
+#[test]
+fn the_bench_times_an_experiment() {
+    let place = Place::new("own-bench");
+    place.good(&["new", "--example", "gather", "--quiet"]);
+    fn own<'a>(more: &[&'a str]) -> Vec<&'a str> {
+        let quick = [
+            "bench",
+            "gather.toml",
+            "--backend",
+            "cpu",
+            "--quick",
+            "--rollouts",
+            "16",
+        ];
+        [&quick, more].concat()
+    }
+    let report = place.json(&own(&["--json", "--quiet"]));
+    let cells = report["cells"].as_array().unwrap();
+    assert!(!cells.is_empty(), "{report}");
+    for cell in cells {
+        assert_eq!(cell["robot_steps"], 16 * 10 * 500, "{cell}");
+    }
+    assert!(cells.iter().any(|cell| cell["ratio"] == 1.0), "{report}");
+    let short = place.json(&own(&["--set", "cycles=70", "--json", "--quiet"]));
+    assert_eq!(short["cycles"], 70);
+    let text = place.good(&own(&[]));
+    assert!(
+        text.contains("gather.toml, random genes, 500 cycles a rollout."),
+        "{text}"
+    );
+
+    place.run(&["bench", "none.toml"]).exits(3).says(&["none.toml"]);
+    place.run(&["bench", "--set", "cycles=70"]).exits(2);
+    place.run(&["bench", "gather.toml", "--host"]).exits(2);
+}
+
 #[test]
 fn figures_are_shared_in_a_file() {
     let place = Place::new("share");

@@ -462,6 +462,13 @@ pub(crate) struct Devices {
 /// `oneiro bench`
 #[derive(Args, Debug)]
 pub(crate) struct Bench {
+    /// An experiment's TOML file, to time the first 500 cycles of its lives instead of a Khepera's [default: the Khepera of the 1995
+    /// paper]
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) experiment: Option<PathBuf>,
+    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "experiment")]
+    pub(crate) set: Vec<String>,
     /// Batch sizes [default: 1000,10000,100000,1000000, without those that take too long]
     #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub(crate) rollouts: Vec<u32>,
@@ -479,7 +486,7 @@ pub(crate) struct Bench {
     pub(crate) share: Option<PathBuf>,
     /// Measure the host instead: individuals per second of a sweep on a device that answers at once, with all that a sweep
     /// records, in a temporary directory
-    #[arg(long, conflicts_with_all = ["rollouts", "quick", "backend", "specialise", "share"])]
+    #[arg(long, conflicts_with_all = ["experiment", "rollouts", "quick", "backend", "specialise", "share"])]
     pub(crate) host: bool,
     /// With --host: approximate time for each number of processors [default: 10]
     #[arg(long, value_name = "N", conflicts_with_all = ["rollouts", "quick"], value_parser = clap::value_parser!(u32).range(1..=3600))]

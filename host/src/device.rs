@@ -124,6 +124,11 @@ fn share_or_none(text: &str) -> std::result::Result<f64, String> {
 /// Lane code with a single lane.
 const SCALAR: &str = "scalarx1";
 
+/// Whether a lane code is the checked scalar one, which traps NaN, infinities and other forbidden values. It is slow.
+pub(crate) fn is_checked(lane_code: &str) -> bool {
+    lane_code.starts_with("checked")
+}
+
 /// One device or instruction set of this machine, to compare with the others.
 pub(crate) struct Candidate {
     /// Name, such as `cpu avx2x16` or `llvmpipe (LLVM 15.0.6, 256 bits)`.
@@ -147,7 +152,8 @@ impl Candidate {
         Self::cpu(SCALAR, threads)
     }
 
-    fn cpu(lanes: &'static str, threads: usize) -> Self {
+    /// A lane code.
+    pub(crate) fn cpu(lanes: &'static str, threads: usize) -> Self {
         Self {
             name: format!("cpu {lanes}"),
             threads: Some(threads),
@@ -165,14 +171,18 @@ impl Candidate {
         }
     }
 
+    /// Name of the lane code and number of threads, if it is the CPU.
+    pub(crate) fn lanes(&self) -> Option<(&'static str, usize)> {
+        match self.way {
+            Way::Cpu(lanes) => Some((lanes, self.threads?)),
+            #[cfg(feature = "gpu")]
+            Way::Gpu(_) => None,
+        }
+    }
+
     /// Whether it is the scalar code.
     pub(crate) fn is_scalar(&self) -> bool {
         matches!(self.way, Way::Cpu(SCALAR))
-    }
-
-    /// Whether it is the checked scalar code, which traps NaN, infinities and other forbidden values. It is slow.
-    pub(crate) fn is_checked(&self) -> bool {
-        matches!(self.way, Way::Cpu(lanes) if lanes.starts_with("checked"))
     }
 
     /// Opens it to compute single operations or functions.
@@ -273,11 +283,19 @@ fn lanes_of(case: &Case, lanes: &str) -> Result<Vec<u32>> {
 /// # Errors
 /// Exit 3 for the device that answers at once; exit 4: there is no such adapter, or no such name.
 pub(crate) fn candidates(which: &str) -> Result<Vec<Candidate>> {
+    candidates_with(which, &Cpu::variants())
+}
+
+/// The same, with these lane codes of the CPU, the fastest first.
+///
+/// # Errors
+/// As [`candidates`].
+pub(crate) fn candidates_with(which: &str, lane_codes: &[&'static str]) -> Result<Vec<Candidate>> {
     refuse_null(which)?;
     let mut candidates = Vec::new();
     if matches!(which, "all" | "cpu") {
         let all = thread::available_parallelism().map_or(1, usize::from);
-        for variant in Cpu::variants().into_iter().rev() {
+        for &variant in lane_codes.iter().rev() {
             candidates.push(Candidate::cpu(variant, 1));
             if all > 1 {
                 candidates.push(Candidate::cpu(variant, all));

@@ -1,5 +1,5 @@
-//! `oneiro bench`: robot-steps per second of each instruction set and adapter of this machine, or individuals per second of
-//! its host.
+//! `oneiro bench`: robot-steps per second of each instruction set and adapter of this machine, of the 1995 paper's Khepera or of an
+//! experiment, or individuals per second of its host.
 
 mod host;
 mod null;
@@ -10,7 +10,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use oneiro::backend::Specialise;
-use oneiro::batch::Batch;
+use oneiro::batch::{Batch, Worlds};
+use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::world::{World, WorldSpec};
 use serde_json::{Value, json};
@@ -20,8 +21,7 @@ use crate::cli::Bench;
 use crate::console::{Console, columns};
 use crate::device::{self, Candidate};
 use crate::exit::{Failure, Result};
-use crate::files;
-use crate::workload;
+use crate::{files, runs, workload};
 
 /// Batch sizes, and the time to measure each.
 pub(crate) struct Plan {
@@ -61,6 +61,97 @@ impl Plan {
     }
 }
 
+/// What is timed: the beginnings of lives of random genomes in one world.
+pub(crate) struct Timed {
+    worlds: Worlds,
+    /// Cycles of each life, at most [`workload::CYCLES`], so that long lives don't take minutes.
+    cycles: u32,
+    /// What the table says of it.
+    text: String,
+    /// What `--json` says of it.
+    names: [(&'static str, String); 2],
+    /// The lane codes of its kernel, the fastest first. The last is the measure of all others.
+    lane_codes: Vec<&'static str>,
+}
+
+impl Timed {
+    /// The 1995 paper's Khepera.
+    pub(crate) fn khepera() -> Result<Self> {
+        let world = World::new(WorldSpec {
+            cycles: workload::CYCLES,
+            ..WorldSpec::miglino1995()
+        })?;
+        let worlds = Worlds::new(std::slice::from_ref(&world))?;
+        let text = "Khepera, 8-2 perceptron with random genes, arena miglino1995, no noise".to_owned();
+        let names = [
+            ("world", "miglino1995".to_owned()),
+            ("controller", "perceptron".to_owned()),
+        ];
+        Self::of(worlds, text, names)
+    }
+
+    /// An experiment's file.
+    ///
+    /// # Errors
+    /// Exit 3: it isn't valid, or no experiment of lives in one world.
+    fn experiment(path: &Path, set: &[String], console: Console) -> Result<Self> {
+        let experiment = runs::read(path, set)?;
+        for warning in experiment.warnings() {
+            console.say(format!("warning: {warning}"));
+        }
+        let worlds = experiment.sample()?;
+        let text = format!("{}, random genes", path.display());
+        let names = [
+            ("experiment", experiment.name().to_owned()),
+            ("kernel", worlds.kernel().name.to_owned()),
+        ];
+        Self::of(worlds, text, names)
+    }
+
+    fn of(worlds: Worlds, text: String, names: [(&'static str, String); 2]) -> Result<Self> {
+        let mut lane_codes = Cpu::variants_for(&worlds);
+        lane_codes.retain(|name| !device::is_checked(name));
+        let mut timed = Self {
+            worlds,
+            cycles: workload::CYCLES,
+            text,
+            names,
+            lane_codes,
+        };
+        timed.cycles = timed.batch(1)?.cycles().end;
+        Ok(timed)
+    }
+
+    /// Its narrowest lane code, on one thread: the scalar code, or that compiled at run time.
+    fn reference(&self) -> Option<(&'static str, usize)> {
+        Some((self.lane_codes.last()?, 1))
+    }
+
+    /// The candidates to time: those of `--backend`, and the reference.
+    ///
+    /// # Errors
+    /// Exit 4: there is no such device.
+    pub(crate) fn candidates(&self, which: &str) -> Result<Vec<Candidate>> {
+        let mut candidates = device::candidates_with(which, &self.lane_codes)?;
+        if let Some((lanes, threads)) = self.reference()
+            && !candidates.iter().any(|own| own.lanes() == Some((lanes, threads)))
+        {
+            candidates.insert(0, Candidate::cpu(lanes, threads));
+        }
+        Ok(candidates)
+    }
+
+    /// Lives of random genes from -1 to 1.
+    fn batch(&self, rollouts: u32) -> Result<Batch> {
+        let genes = self.worlds.genes()[0];
+        let genomes: Vec<Vec<f32>> = (0..rollouts)
+            .map(|index| workload::genome(genes, 1.0, 1, index))
+            .collect();
+        let rollouts = workload::rollouts(&genomes);
+        Ok(self.worlds.stretch(&rollouts, 0..self.cycles, &[], None)?)
+    }
+}
+
 /// The speed of one device with one batch size.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(crate) struct Cell {
@@ -75,7 +166,7 @@ pub(crate) struct Cell {
     pub(crate) steps_per_second: f64,
     /// Share of the steps that a kernel specialised to the world has simulated.
     pub(crate) specialised: f64,
-    /// Speed relative to the scalar code on one thread, at the same batch size, or at the largest that it ran.
+    /// Speed relative to the narrowest lane code on one thread, at the same batch size, or at the largest that it ran.
     pub(crate) ratio: Option<f64>,
     /// Rollouts of the batch that `ratio` compares with.
     pub(crate) ratio_rollouts: Option<u32>,
@@ -112,14 +203,20 @@ pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
         plan.sizes.sort_unstable();
         plan.sizes.dedup();
     }
-    let (cells, firsts) = measure(&timed(&arguments.backend)?, &plan, console)?;
-    let figures = json!({
-        "world": "miglino1995",
-        "controller": "perceptron",
-        "cycles": workload::CYCLES,
+    let subject = match &arguments.experiment {
+        Some(path) => Timed::experiment(path, &arguments.set, console)?,
+        None => Timed::khepera()?,
+    };
+    let candidates = subject.candidates(&arguments.backend)?;
+    let (cells, firsts) = measure(&subject, &candidates, &plan, console)?;
+    let mut figures = json!({
+        "cycles": subject.cycles,
         "cells": cells,
         "first_results": firsts,
     });
+    for (key, name) in &subject.names {
+        figures[key] = json!(name);
+    }
     if let Some(path) = &arguments.share {
         share(path, &figures)?;
         console.say(format!(
@@ -131,9 +228,11 @@ pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
         return console.json_data(&figures);
     }
     let mut text = format!(
-        "Million robot-steps per second, and times the scalar code on one thread.\n\
-         Khepera, 8-2 perceptron with random genes, arena miglino1995, no noise, {} cycles a rollout.\n\n{}\n",
-        workload::CYCLES,
+        "Million robot-steps per second, and times {} on one thread.\n\
+         {}, {} cycles a rollout.\n\n{}\n",
+        subject.reference().map_or("the slowest lane code", |(lanes, _)| lanes),
+        subject.text,
+        subject.cycles,
         table(&cells),
     );
     for First {
@@ -175,29 +274,17 @@ fn processor() -> Option<String> {
     Some(line.split_once(':')?.1.trim().to_owned())
 }
 
-/// The candidates to time: those of `--backend`, and the scalar code to compare them with.
-///
-/// # Errors
-/// Exit 4: there is no such device.
-pub(crate) fn timed(which: &str) -> Result<Vec<Candidate>> {
-    let mut candidates = device::candidates(which)?;
-    candidates.retain(|candidate| !candidate.is_checked());
-    if !candidates.iter().any(Candidate::is_scalar) {
-        candidates.insert(0, Candidate::scalar(1));
-    }
-    Ok(candidates)
-}
-
 /// Times every candidate at every batch size, in turns, so that a slowdown of the machine affects all alike.
 ///
 /// # Errors
 /// Exit 4: a device can't be opened, or is lost.
-pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -> Result<(Vec<Cell>, Vec<First>)> {
-    let world = World::new(WorldSpec {
-        cycles: workload::CYCLES,
-        ..WorldSpec::miglino1995()
-    })?;
-    let smallest = batch(&world, plan.sizes.first().copied().unwrap_or(1000))?;
+pub(crate) fn measure(
+    subject: &Timed,
+    candidates: &[Candidate],
+    plan: &Plan,
+    console: Console,
+) -> Result<(Vec<Cell>, Vec<First>)> {
+    let smallest = subject.batch(plan.sizes.first().copied().unwrap_or(1000))?;
     let mut firsts = Vec::new();
     let mut evaluators = Vec::new();
     // Seconds per robot-step, as last measured.
@@ -221,7 +308,7 @@ pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -
     let mut cells: Vec<Cell> = Vec::new();
     for &size in &plan.sizes {
         console.say(format!("timing batches of {size} rollouts"));
-        let batch = batch(&world, size)?;
+        let batch = subject.batch(size)?;
         let steps = batch.steps() as f64;
         let affordable = |pace: &f64| pace * steps <= plan.longest.as_secs_f64();
         let taking_part: Vec<usize> = (0..candidates.len()).filter(|&i| affordable(&paces[i])).collect();
@@ -264,10 +351,16 @@ pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -
             });
         }
     }
-    let scalar = Candidate::scalar(1);
+    let reference = subject
+        .reference()
+        .map(|(lanes, threads)| Candidate::cpu(lanes, threads));
     let references: Vec<(u32, f64)> = cells
         .iter()
-        .filter(|cell| cell.device == scalar.name && cell.threads == scalar.threads)
+        .filter(|cell| {
+            reference
+                .as_ref()
+                .is_some_and(|own| cell.device == own.name && cell.threads == own.threads)
+        })
         .map(|cell| (cell.rollouts, cell.steps_per_second))
         .collect();
     for cell in &mut cells {
@@ -276,18 +369,6 @@ pub(crate) fn measure(candidates: &[Candidate], plan: &Plan, console: Console) -
         cell.ratio_rollouts = reference.map(|(rollouts, _)| *rollouts);
     }
     Ok((cells, firsts))
-}
-
-/// Random genomes from -1 to 1 in one world.
-fn batch(world: &World, rollouts: u32) -> Result<Batch> {
-    let genomes: Vec<Vec<f32>> = (0..rollouts)
-        .map(|index| workload::genome(world.genes(), 1.0, 1, index))
-        .collect();
-    Ok(Batch::new(
-        std::slice::from_ref(world),
-        &workload::rollouts(&genomes),
-        None,
-    )?)
 }
 
 /// Seconds of one evaluation.
@@ -366,7 +447,7 @@ mod tests {
             json: false,
             quiet: true,
         });
-        let (cells, firsts) = measure(&[Candidate::scalar(1)], &plan, console).unwrap();
+        let (cells, firsts) = measure(&Timed::khepera().unwrap(), &[Candidate::scalar(1)], &plan, console).unwrap();
         assert_eq!((cells.len(), firsts.len()), (1, 1));
         assert_eq!(cells[0].ratio, Some(1.0));
         assert_eq!(cells[0].robot_steps, 64 * 500);

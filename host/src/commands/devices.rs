@@ -8,13 +8,14 @@ use serde_json::{Value, json};
 use super::machine_code::MachineCode;
 use crate::cli::Devices;
 use crate::console::{Console, counted};
+use crate::device;
 use crate::exit::Result;
 
 /// The CPU's lane codes, widest first, and its threads.
 fn cpu() -> (Vec<&'static str>, usize) {
     let lanes = Cpu::variants()
         .into_iter()
-        .filter(|name| !name.starts_with("checked"))
+        .filter(|name| !device::is_checked(name))
         .collect();
     (lanes, thread::available_parallelism().map_or(1, usize::from))
 }

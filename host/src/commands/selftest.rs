@@ -16,7 +16,7 @@ use oneiro::world::{Robot, World, WorldSpec};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::bench::{self, Plan};
+use super::bench::{self, Plan, Timed};
 use super::machine_code::MachineCode;
 use crate::cli::Selftest;
 use crate::console::{Console, columns};
@@ -208,7 +208,13 @@ fn examined(arguments: &Selftest, console: Console) -> Result<Found> {
             reference.check(candidate, &mut checks)?;
         }
     }
-    let (cells, _) = bench::measure(&bench::timed(&arguments.backend)?, &Plan::quick(), console)?;
+    let khepera = Timed::khepera()?;
+    let (cells, _) = bench::measure(
+        &khepera,
+        &khepera.candidates(&arguments.backend)?,
+        &Plan::quick(),
+        console,
+    )?;
     Ok(Found {
         checks,
         cells,

@@ -367,6 +367,10 @@ const REFUSED: &[(&str, &str)] = &[
         "test.toml:1:8: words are quoted; write `\"graze\"`",
     ),
     (
+        "[task]\ncycles = 70",
+        "test.toml:2:1: task.cycles: unknown key `cycles`; did you mean cycles, which is in no table? (allowed: kind",
+    ),
+    (
         "[sensors.values]\nwidth = 3.0",
         "test.toml:1:2: sensors: unknown key `sensors`; did you mean sensor? (allowed: name, seed, cycles, trials, trial_score, robot, arena, noise, sensor, controller, task, start, evolution, reality, record, files)",
     ),

@@ -124,7 +124,14 @@ fn unknown<T: Described>(path: &str, source: &Source<'_>) -> Failure {
     let sibling = nearest(siblings.iter().copied(), own).map(of_table);
     let meant = sibling.as_deref();
     let meant = meant.or_else(|| nearest(keys().chain(tables.filter(|table| !table.contains('['))), &key));
-    let problem = format!("unknown key `{own}`{}", instead(meant, &siblings.join(", ")));
+    let meant = meant.map(|meant| {
+        if meant == own {
+            format!("{meant}, which is in no table")
+        } else {
+            meant.to_owned()
+        }
+    });
+    let problem = format!("unknown key `{own}`{}", instead(meant.as_deref(), &siblings.join(", ")));
     source.invalid_key(path, problem)
 }
 

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use oneiro_shader_compiler::{generate, trees};
+use oneiro_shader_compiler::{Indices, compile, generate, trees};
 use oneiro_shader_native::{Cache, Code, Error, Key, LANES, Native, Stopped, Target, Words};
 
 #[path = "../../catalogue.rs"]
@@ -80,6 +80,10 @@ fn the_kernels_that_ship_compile() {
         let target = Target::host().expect("this machine has machine code");
         let trees = trees(&parts).expect("it is exact");
         let front = milliseconds() - start;
+        let start = milliseconds();
+        let compiled = compile(entry.name, &parts, Indices::Clamped).expect("it is exact");
+        let spirv = milliseconds() - start;
+        assert!(compiled.spirv.len() > 1000);
         for lanes in LANES {
             let start = milliseconds();
             let code = target.compile(&trees, lanes).expect("it compiles");
@@ -97,7 +101,7 @@ fn the_kernels_that_ship_compile() {
             assert_eq!(kept, code);
             let (name, bytes, values) = (entry.name, code.size(), trees.tidied.values.len());
             eprintln!(
-                "{name:20} {values:5} values, {lanes:2} lanes, {bytes:7} bytes; {front:5.1} ms for the tree, {all:5.1} in all, \
+                "{name:20} {values:5} values, {lanes:2} lanes, {bytes:7} bytes; {spirv:5.1} ms to SPIR-V; {front:5.1} for the tree, {all:5.1} in all, \
                  {from_cache:4.1} from the cache"
             );
         }
