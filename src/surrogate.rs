@@ -616,24 +616,32 @@ fn ray_weights(sensor: &InfraRed, radius: f64) -> [f64; 4] {
     let distance = GAP + radius * (1.0 - cosine(half_width));
     let rays = kernel::RAY_DEGREES.map(f64::from);
     let wanted = distance / sensor.half;
-    let returned = |weights: [f64; 4], bearing: f64| {
+    // Light that comes back by each pair of rays from a wall at a bearing.
+    let light = |bearing: f64| {
         let cube = |degrees: f64| {
             let c = cosine(degrees).max(0.0);
             c * c * c
         };
-        let pair = |(weight, ray): (f64, f64)| weight * (cube(ray - bearing) + cube(ray + bearing));
-        weights.into_iter().zip(rays).map(pair).sum::<f64>()
+        rays.map(|ray| cube(ray - bearing) + cube(ray + bearing))
+    };
+    let (ahead, aside) = (light(0.0), light(half_width));
+    let returned = |weights: [f64; 4], light: [f64; 4]| {
+        weights
+            .into_iter()
+            .zip(light)
+            .map(|(weight, light)| weight * light)
+            .sum::<f64>()
     };
     let bell = |spread: f64| {
         let weights = rays.map(|ray| exponential(-0.5 * (ray / spread) * (ray / spread)));
-        let sum = returned(weights, 0.0);
+        let sum = returned(weights, ahead);
         weights.map(|weight| weight / sum)
     };
     // A wider bell returns more light from the side.
     let (mut narrow, mut wide) = (5.0, 500.0);
     for _ in 0..60 {
         let spread = 0.5 * (narrow + wide);
-        if returned(bell(spread), half_width) < wanted * wanted {
+        if returned(bell(spread), aside) < wanted * wanted {
             narrow = spread;
         } else {
             wide = spread;
