@@ -15,7 +15,7 @@ mod choices;
 mod skips;
 mod witness;
 
-use choices::{collisions, specs, with_blocks};
+use choices::{collisions, specs, varied, with_blocks};
 use skips::skipped;
 
 /// Genes uniform in -5..5, multiples of 2^-20.
@@ -106,7 +106,7 @@ fn first_difference(outcome: &Outcome, lives: &[Witnessed]) -> Option<(usize, us
 
 #[test]
 fn every_instruction_set_agrees_with_the_witness() {
-    for (name, spec) in specs().into_iter().chain(collisions()) {
+    for (name, spec) in specs().into_iter().chain(collisions()).chain(varied()) {
         let lives = witnessed(&spec, 100);
         for variant in Cpu::variants() {
             let mut cpu = Cpu::new(None)
@@ -180,7 +180,7 @@ fn the_gpu_agrees_with_the_cpu() {
     } else {
         1_000
     };
-    for (name, spec) in specs().into_iter().chain(collisions()) {
+    for (name, spec) in specs().into_iter().chain(collisions()).chain(varied()) {
         for spec in [Some(spec.clone()), recorded(&spec)].into_iter().flatten() {
             let traced = first_difference(&evaluate(&mut *gpu, &spec, 20, true), &witnessed(&spec, 20));
             assert_eq!(
