@@ -115,7 +115,7 @@ fn a_robot_that_veers_turns_by_its_way() {
             let straight = free(trace).into_iter();
             let straight = straight.filter(|(now, _)| now.speed_left == now.speed_right && now.speed_left > 0.5);
             straight
-                .map(|(now, next)| turn(&now, &next) / (0.08 * now.speed_left))
+                .map(|(now, next)| 1e3 * turn(&now, &next) / (next.x - now.x).hypot(next.y - now.y))
                 .collect()
         };
         traces(spec(noise(drawn)), 200).iter().map(of).collect()
