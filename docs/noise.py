@@ -1,12 +1,12 @@
 """Judges the 1995 study with other kinds of noise: python docs/noise.py paper/results.csv covering/results.csv without-delay/results.csv
 
-Prints the means of each condition and the contrasts of docs/preregistration-1995-noise.md, judged as recompute.py judges those of the
-second edition. Needs pandas, SciPy and statsmodels.
+Prints the tables of docs/miglino1995.md: the means of each condition, and the contrasts of docs/preregistration-1995-noise.md, judged
+as recompute.py judges those of the second edition. With --keep FILE it writes what it takes of the sweeps' tables to a file, and
+FILE alone prints the same. Needs pandas, SciPy and statsmodels.
 """
 
-import sys
+import argparse
 
-import numpy as np
 import pandas as pd
 
 from recompute import FAILED_BELOW, KEY, MARGIN, effect, family, half, nested, nested_by_scipy, of_means
@@ -15,6 +15,7 @@ NONE = float("nan")
 NAMES = ["none", "sensor", "conservative", "envelope", "episode"]
 DELAY = ["envelope", "episode"]
 DROP = "without delay"
+KEPT = ["rule", "noise", *KEY, "simulated", "simulated_peak", "simulated_deviation", "quiet", "real", "real_deviation", "last"]
 
 
 def noise(run):
@@ -28,10 +29,15 @@ def noise(run):
     return "sensor" if run["noise.sensor"] != "[0.0, 0.0]" else "none"
 
 
-def read(paths):
+def read(paths, keep=None):
     runs = pd.concat([pd.read_csv(path) for path in paths], ignore_index=True)
-    runs = runs.rename(columns={"robot.collision": "rule", "reality.robot": "robot"})
-    runs["noise"] = runs.apply(noise, axis=1)
+    if "noise" not in runs:
+        runs = runs.rename(columns={"robot.collision": "rule", "reality.robot": "robot"})
+        runs["noise"] = runs.apply(noise, axis=1)
+    runs = runs[KEPT]
+    if keep:
+        runs.to_csv(keep, index=False)
+    runs = runs.copy()
     runs["gap"] = runs.simulated - runs.real
     runs["true_gap"] = runs.quiet - runs.real
     runs["failed"] = (runs.simulated_peak < FAILED_BELOW).astype(float)
@@ -75,23 +81,49 @@ def judged(contrasts):
     return table
 
 
-def main(paths):
-    runs = read(paths)
-    assert not runs.duplicated(["rule", "noise", *KEY]).any(), "a run is there twice"
+def shown(row):
+    """A contrast as docs/miglino1995.md has it: bold if it holds, slanted if it is opposed, with a star if the outcome is not firm."""
+    low, high = sorted([row.low, row.high])
+    text = f"{row.estimate:.0f} ({low:.0f} to {high:.0f})".replace("-0 ", "0 ").replace("-0)", "0)")
+    text = {"holds": f"**{text}**", "opposed": f"*{text}*"}.get(row.outcome, text)
+    firm = row.changed_by_robots == 0 and row.first_half == row.second_half == row.outcome
+    return text if firm else text + "\\*"
+
+
+def cells(runs):
+    """One line for each rule and noise: shares of failed runs, means over runs with standard errors over robots, and d."""
     d = runs.groupby(["rule", "noise", "robot"])[runs.columns].apply(effect)
-    means = runs.groupby(["rule", "noise"])[["failed", "simulated", "quiet", "real", "last", "gap", "true_gap"]].mean()
-    errors = runs.groupby(["rule", "noise"]).apply(
-        lambda of: pd.Series({f"{name}_se": of_means(of.set_index("robot")[name])[1] for name in ["real", "last"]})
-    )
-    cells = means.join(errors).assign(runs=runs.groupby(["rule", "noise"]).size(), d=d.groupby(["rule", "noise"]).mean())
-    print(cells.round(2).to_string())
-    figures = ["gap", "true_gap", "real", "last"]
-    for rule, own in runs.groupby("rule"):
-        wide = own.set_index([*KEY, "noise"])[figures].unstack("noise").sort_index()
+    print("| rule | noise | runs that fail | S | Q | R (s.e.) | L (s.e.) | d |\n|---|---|---|---|---|---|---|---|")
+    for rule in ["slide", "undo"]:
+        for noise in runs.noise.unique():
+            own = runs[(runs.rule == rule) & (runs.noise == noise)]
+            if own.empty:
+                continue
+            error = lambda figure: of_means(own.set_index("robot")[figure])[1]
+            failed = f"{100 * own.failed.mean():.0f} %" if own.failed.any() else "0"
+            figures = [f"{own.simulated.mean():.0f}", f"{own.quiet.mean():.0f}"]
+            figures += [f"{own[figure].mean():.0f} ({error(figure):.0f})" for figure in ["real", "last"]]
+            print("| " + " | ".join([f"`{rule}`", noise, failed, *figures, f"{d[rule, noise].mean():.2f}"]) + " |")
+
+
+def main(arguments):
+    runs = read(arguments.tables, arguments.keep)
+    assert not runs.duplicated(["rule", "noise", *KEY]).any(), "a run is there twice"
+    cells(runs)
+    tables = {}
+    for rule in ["slide", "undo"]:
+        wide = runs[runs.rule == rule].set_index([*KEY, "noise"])[["gap", "true_gap", "real", "last"]].unstack("noise").sort_index()
         assert wide.notna().all().all(), f"a condition of {rule} is missing"
         for name, contrasts in families(wide, rule):
-            print(f"\n{rule}: {name}\n{judged(contrasts).round(4).to_string(index=False)}")
+            tables.setdefault(name, {})[rule] = judged(contrasts)
+    for name, of_rule in tables.items():
+        print(f"\n| {name} | " + " | ".join(f"`{rule}`" for rule in of_rule) + " |\n|---|" + "---|" * len(of_rule))
+        for place, contrast in enumerate(of_rule["slide"].contrast):
+            print(f"| {contrast} | " + " | ".join(shown(table.iloc[place]) for table in of_rule.values()) + " |")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("tables", nargs="+", help="the sweeps' tables, or the file that was kept of them")
+    parser.add_argument("--keep", help="where to write what is taken of the tables")
+    main(parser.parse_args())
