@@ -8,7 +8,7 @@ use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
 use oneiro::tables::SensorTables;
-use oneiro::world::{World, WorldSpec};
+use oneiro::world::{Drawn, Noise, World, WorldSpec};
 
 #[path = "lives/choices.rs"]
 mod choices;
@@ -133,6 +133,33 @@ fn one_constant_changed_by_one_ulp_is_seen() {
     other.robot.motors = motors.into();
     let outcome = evaluate(&mut Cpu::new(None).expect("a CPU"), &spec, 100, true);
     assert_ne!(first_difference(&outcome, &witnessed(&other, 100)), None);
+}
+
+/// Nor is other noise than the witness's unseen.
+#[test]
+fn noise_changed_by_one_ulp_is_seen() {
+    let (_, spec) = varied()
+        .into_iter()
+        .find(|(name, _)| name == "all")
+        .expect("it is one of them");
+    let outcome = evaluate(&mut Cpu::new(None).expect("a CPU"), &spec, 100, true);
+    assert_eq!(first_difference(&outcome, &witnessed(&spec, 100)), None);
+    let changes: [fn(&mut Noise); 4] = [
+        |noise| noise.gain = noise.gain.map(f32::next_up),
+        |noise| noise.veer = noise.veer.map(f32::next_up),
+        |noise| noise.delay = noise.delay.map(f32::next_up),
+        |noise| noise.drawn = Some(Drawn::Life),
+    ];
+    for change in changes {
+        let mut other = spec.clone();
+        change(&mut other.noise);
+        assert_ne!(
+            first_difference(&outcome, &witnessed(&other, 100)),
+            None,
+            "{:?}",
+            other.noise
+        );
+    }
 }
 
 /// Recordings of a real robot, if the machine has some.

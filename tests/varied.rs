@@ -151,8 +151,14 @@ fn the_first_command_is_late_by_the_delay() {
         .filter(|(_, prompt)| *prompt > 1.0)
         .map(|(late, prompt)| late / prompt)
         .collect();
-    assert!(shares.len() > 5 && shares.iter().all(|share| (-1e-3..=1.001).contains(share)), "{shares:?}");
-    assert!(shares.iter().any(|share| *share < 0.4) && shares.iter().any(|share| *share > 0.6), "{shares:?}");
+    assert!(
+        shares.len() > 5 && shares.iter().all(|share| (-1e-3..=1.001).contains(share)),
+        "{shares:?}"
+    );
+    assert!(
+        shares.iter().any(|share| *share < 0.4) && shares.iter().any(|share| *share > 0.6),
+        "{shares:?}"
+    );
 }
 
 /// What draws nothing is no noise, and values of 0 need no kernel of their own.
@@ -195,14 +201,43 @@ fn only_robots_sampled_as_a_whole_have_it() {
     };
     let allowed = "is not 0; allowed: 0, or robot.kind = \"sampled\"";
     let none = Noise::NONE;
-    refused(Noise { gain: Some(0.5), ..none }, "noise.gain", allowed);
-    refused(Noise { veer: Some(0.5), ..none }, "noise.veer_turns_per_m", allowed);
-    refused(Noise { delay: Some(0.5), ..none }, "noise.delay_cycles", allowed);
+    refused(
+        Noise {
+            gain: Some(0.5),
+            ..none
+        },
+        "noise.gain",
+        allowed,
+    );
+    refused(
+        Noise {
+            veer: Some(0.5),
+            ..none
+        },
+        "noise.veer_turns_per_m",
+        allowed,
+    );
+    refused(
+        Noise {
+            delay: Some(0.5),
+            ..none
+        },
+        "noise.delay_cycles",
+        allowed,
+    );
     let of_life = Noise {
         drawn: Some(Drawn::Life),
         ..none
     };
-    refused(of_life, "noise.drawn", "is `life`; allowed: `cycle`, or robot.kind = \"sampled\"");
-    let beyond = World::new(spec(Noise { delay: Some(1.5), ..none })).unwrap_err();
+    refused(
+        of_life,
+        "noise.drawn",
+        "is `life`; allowed: `cycle`, or robot.kind = \"sampled\"",
+    );
+    let beyond = World::new(spec(Noise {
+        delay: Some(1.5),
+        ..none
+    }))
+    .unwrap_err();
     assert!(beyond.problem.contains("allowed: 0 to 1"), "{}", beyond.problem);
 }

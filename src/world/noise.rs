@@ -52,7 +52,11 @@ impl Noise {
 
     /// Whether it has what only the part `robot/varied.wgsl` has.
     pub(crate) fn is_varied(&self) -> bool {
-        self.drawn == Some(Drawn::Life) || [self.gain, self.veer, self.delay].iter().flatten().any(|value| *value > 0.0)
+        self.drawn == Some(Drawn::Life)
+            || [self.gain, self.veer, self.delay]
+                .iter()
+                .flatten()
+                .any(|value| *value > 0.0)
     }
 
     /// The cell of numbers that this part reads.
