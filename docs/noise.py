@@ -19,19 +19,20 @@ KEPT = ["rule", "noise", *KEY, "simulated", "simulated_peak", "simulated_deviati
 
 
 def noise(run):
-    """The name of a run's noise, of a table that may lack the keys of others."""
+    """The name of a run's noise, of a table that may lack the keys of others. Delay is not swept, so no column has it."""
     drawn = run.get("noise.drawn")
     if pd.notna(drawn):
         name = {"cycle": "envelope", "life": "episode"}[drawn]
-        return name if run["noise.delay_cycles"] > 0 else f"{name} {DROP}"
+        return f"{name} {DROP}" if run["table"] == 2 else name
     if run["noise.walk_range_mm"] > 0:
         return "conservative"
     return "sensor" if run["noise.sensor"] != "[0.0, 0.0]" else "none"
 
 
 def read(paths, keep=None):
-    runs = pd.concat([pd.read_csv(path) for path in paths], ignore_index=True)
+    runs = pd.concat([pd.read_csv(path).assign(table=table) for table, path in enumerate(paths)], ignore_index=True)
     if "noise" not in runs:
+        assert len(paths) == 3, "give the tables of paper.toml, covering.toml and without-delay.toml, in this order"
         runs = runs.rename(columns={"robot.collision": "rule", "reality.robot": "robot"})
         runs["noise"] = runs.apply(noise, axis=1)
     runs = runs[KEPT]
@@ -124,6 +125,6 @@ def main(arguments):
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("tables", nargs="+", help="the sweeps' tables, or the file that was kept of them")
+    parser.add_argument("tables", nargs="+", help="the tables of the three sweeps in this order, or the file that was kept of them")
     parser.add_argument("--keep", help="where to write what is taken of the tables")
     main(parser.parse_args())
