@@ -3,6 +3,7 @@
 
 pub(crate) mod check;
 mod enclosed;
+mod noise;
 mod pack;
 mod parameters;
 
@@ -21,6 +22,7 @@ use crate::parameter::Invalid;
 use crate::surrogate::Surrogate;
 use crate::tables::{MotorStates, MotorTable, PREVIOUS, SENSOR_NAMES, SensorTables};
 
+pub use noise::{Drawn, Noise};
 pub use parameters::{COORDINATE, LENGTH, parameters};
 
 /// A robot with two wheels.
@@ -90,42 +92,6 @@ impl Robot {
             _ => Some(&self.sensors),
         }
     }
-}
-
-/// Noise of a simulated life. All zeros is the paper's "no noise".
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Noise {
-    /// Range of a uniform number that is added to each activation, which is then clipped to `0..=1`. The paper's sensor
-    /// noise is `(0.0, 0.4)`; a symmetric one is `(-0.2, 0.2)`.
-    pub sensor: (f32, f32),
-    /// Conservative noise: perceived positions are displaced by a random walk within plus and minus this, mm. Paper:
-    /// 30.
-    pub walk_range: f32,
-    /// Greatest step of that walk in one cycle, mm, in x and y each.
-    pub walk_step: f32,
-    /// Relative uniform noise on each cycle's displacement and turn, 0 to 1.
-    pub motor: f32,
-}
-
-impl Noise {
-    /// The paper's condition without noise.
-    pub const NONE: Self = Self {
-        sensor: (0.0, 0.0),
-        walk_range: 0.0,
-        walk_step: 0.0,
-        motor: 0.0,
-    };
-    /// The paper's sensor noise.
-    pub const SENSOR: Self = Self {
-        sensor: (0.0, 0.4),
-        ..Self::NONE
-    };
-    /// The paper's conservative noise; it gives no size for the walk's step, so that is ours.
-    pub const CONSERVATIVE: Self = Self {
-        walk_range: 30.0,
-        walk_step: 1.5,
-        ..Self::NONE
-    };
 }
 
 /// Mapping from sensors to wheel commands, with weights and biases as genes.

@@ -13,6 +13,7 @@ use oneiro::tables::{MotorStates, MotorTable, SensorTables};
 use oneiro_shader_corpus::CASES;
 use oneiro_shaders::{KERNELS, Kernel};
 
+#[allow(dead_code, reason = "other tests use the rest")]
 #[path = "lives/choices.rs"]
 mod choices;
 mod pinned;

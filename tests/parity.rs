@@ -8,14 +8,14 @@ use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
 use oneiro::tables::SensorTables;
-use oneiro::world::{World, WorldSpec};
+use oneiro::world::{Drawn, Noise, World, WorldSpec};
 
 #[path = "lives/choices.rs"]
 mod choices;
 mod skips;
 mod witness;
 
-use choices::{collisions, specs, with_blocks};
+use choices::{collisions, specs, varied, with_blocks};
 use skips::skipped;
 
 /// Genes uniform in -5..5, multiples of 2^-20.
@@ -106,7 +106,7 @@ fn first_difference(outcome: &Outcome, lives: &[Witnessed]) -> Option<(usize, us
 
 #[test]
 fn every_instruction_set_agrees_with_the_witness() {
-    for (name, spec) in specs().into_iter().chain(collisions()) {
+    for (name, spec) in specs().into_iter().chain(collisions()).chain(varied()) {
         let lives = witnessed(&spec, 100);
         for variant in Cpu::variants() {
             let mut cpu = Cpu::new(None)
@@ -133,6 +133,33 @@ fn one_constant_changed_by_one_ulp_is_seen() {
     other.robot.motors = motors.into();
     let outcome = evaluate(&mut Cpu::new(None).expect("a CPU"), &spec, 100, true);
     assert_ne!(first_difference(&outcome, &witnessed(&other, 100)), None);
+}
+
+/// Nor is other noise than the witness's unseen.
+#[test]
+fn noise_changed_by_one_ulp_is_seen() {
+    let (_, spec) = varied()
+        .into_iter()
+        .find(|(name, _)| name == "all")
+        .expect("it is one of them");
+    let outcome = evaluate(&mut Cpu::new(None).expect("a CPU"), &spec, 100, true);
+    assert_eq!(first_difference(&outcome, &witnessed(&spec, 100)), None);
+    let changes: [fn(&mut Noise); 4] = [
+        |noise| noise.gain = noise.gain.map(f32::next_up),
+        |noise| noise.veer = noise.veer.map(f32::next_up),
+        |noise| noise.delay = noise.delay.map(f32::next_up),
+        |noise| noise.drawn = Some(Drawn::Life),
+    ];
+    for change in changes {
+        let mut other = spec.clone();
+        change(&mut other.noise);
+        assert_ne!(
+            first_difference(&outcome, &witnessed(&other, 100)),
+            None,
+            "{:?}",
+            other.noise
+        );
+    }
 }
 
 /// Recordings of a real robot, if the machine has some.
@@ -180,7 +207,7 @@ fn the_gpu_agrees_with_the_cpu() {
     } else {
         1_000
     };
-    for (name, spec) in specs().into_iter().chain(collisions()) {
+    for (name, spec) in specs().into_iter().chain(collisions()).chain(varied()) {
         for spec in [Some(spec.clone()), recorded(&spec)].into_iter().flatten() {
             let traced = first_difference(&evaluate(&mut *gpu, &spec, 20, true), &witnessed(&spec, 20));
             assert_eq!(

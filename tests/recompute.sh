@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # recompute.sh: docs/recompute.py judges small sweeps of both studies' second editions as the program does, and notices a
-# verdict and a figure that are not the program's. Skipped if there is no Python, or its packages aren't available.
+# verdict and a figure that are not the program's; docs/noise.py prints the tables that docs/miglino1995.md has. Skipped if there is no Python, or its packages aren't available.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/install.sh
@@ -89,6 +89,16 @@ gap=$(awk -F, '$1 == "slide" && $4 != "on" { sign = ($2 == "sensor") - ($2 == "n
     END { printf "%.4f", sum / 10 }' "$lives")
 "$python" docs/elsewhere.py "$lives" >"$scratch/elsewhere" || fail "docs/elsewhere.py"
 grep -q "gap, sensor - none .* $gap .* holds" "$scratch/elsewhere" || fail "docs/elsewhere.py has another gap than $gap"
+
+say "the 1995 study with other kinds of noise"
+# Every line of its tables is in the document, and a changed run changes one.
+runs=experiments/miglino1995/noise/runs.csv
+missing() { grep '^|' "$scratch/noise" | grep -vxF -f docs/miglino1995.md | wc -l; }
+"$python" docs/noise.py "$runs" >"$scratch/noise" || fail "docs/noise.py"
+[ "$(missing)" = 0 ] || fail "docs/miglino1995.md lacks $(missing) lines of docs/noise.py"
+awk -F, -v OFS=, 'NR > 1 && $2 == "envelope" { $9 -= 3 } { print }' "$runs" >"$scratch/noise.csv"
+"$python" docs/noise.py "$scratch/noise.csv" >"$scratch/noise" || fail "docs/noise.py"
+[ "$(missing)" != 0 ] || fail "CONTROL: worse lives in reality with the envelope are not noticed"
 
 say "a small calibration"
 sed -e 's|"\.\./\.\./khepera|"'"$PWD"'/experiments/khepera|; s/^seeds = .*/seeds = "1..3"/; s/, 1.5, 2.0\]/]/; /"surrogate:[0-9]*", "surr/d' \

@@ -54,6 +54,7 @@ fn specs() -> Vec<(&'static str, WorldSpec)> {
         walk_range: 30.0,
         walk_step: 1.5,
         motor: 0.1,
+        ..Noise::NONE
     };
     let khepera = WorldSpec {
         noise: noisy,

@@ -78,6 +78,7 @@ parts![
     "robot/epuck_among.wgsl",
     "robot/epuck_reported.wgsl",
     "robot/motors.wgsl",
+    "robot/varied.wgsl",
     "robot/wheels.wgsl",
     "sensor/details.wgsl",
     "sensor/epuck.wgsl",

@@ -120,6 +120,12 @@ pub(super) fn compose(
             "lives outside of a kernel, but this program can't compose the kernel for that",
         ));
     }
+    if spec.noise.is_varied() {
+        return Err(Invalid::new(
+            "noise",
+            "has gain, veer, delay or draws of a life, but this program can't compose the kernel for that",
+        ));
+    }
     let kind = spec.robot.build.word();
     match spec.robot.build {
         Build::Sampled => Ok(Composed {

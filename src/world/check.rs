@@ -40,7 +40,7 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     }
     arena(&spec.arena, spec.robot.tables())?;
     start(spec.start, &spec.arena)?;
-    noise(&spec.noise)?;
+    spec.noise.check(&spec.robot.build)?;
     if let Some(own) = &spec.surrogate {
         own.check(&spec.robot)?;
         surrogate(spec)?;
@@ -489,23 +489,4 @@ fn known_class<'a>(field: &str, class: &str, sensors: &'a SensorTables) -> Resul
     let known: Vec<&str> = sensors.classes.iter().map(|table| table.class.as_str()).collect();
     let problem = format!("no sensor table for `{class}`; allowed: {}", known.join(", "));
     Err(Invalid::new(field, problem))
-}
-
-fn noise(noise: &Noise) -> Result<(), Invalid> {
-    let (low, high) = noise.sensor;
-    let span = high - low;
-    if span < 0.0 || (span < LEAST && (low, high) != (0.0, 0.0)) {
-        let problem = format!("is [{low:?}, {high:?}]; allowed: [0, 0], or a smaller and a greater number");
-        return Err(Invalid::new("noise.sensor", problem));
-    }
-    // A longer step could leave the range on the other side after it is reflected.
-    if noise.walk_step > 2.0 * noise.walk_range {
-        let problem = format!(
-            "is {}; allowed: at most twice noise.walk_range_mm, {}",
-            noise.walk_step,
-            2.0 * noise.walk_range
-        );
-        return Err(Invalid::new("noise.walk_step_mm", problem));
-    }
-    Ok(())
 }

@@ -83,6 +83,7 @@ impl Packed {
                 buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
             }
             (_, Build::Forager(own)) => buffers.add_table(own.table()),
+            (None, Build::Sampled) if spec.noise.is_varied() => buffers.add_table(vec![spec.noise.cell()]),
             (None, Build::Sampled) => 0,
         };
         let own_values = if self.values.is_empty() {
@@ -421,7 +422,7 @@ fn from_segment(from: Vec2, to: Vec2, at: Vec2) -> f32 {
 }
 
 /// Gives zero its one sign.
-fn zero(x: f32) -> f32 {
+pub(super) fn zero(x: f32) -> f32 {
     if x == 0.0 { 0.0 } else { x }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use oneiro::arena::Arena;
 use oneiro::tables::{SensorTable, SensorTables};
-use oneiro::world::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
+use oneiro::world::{Activation, Collision, Controller, Difference, Drawn, Noise, Speed, Start, Task, WorldSpec};
 
 /// Tables with one for blocks, which look different from each of five sides.
 pub(crate) fn with_blocks(sensors: &SensorTables) -> Arc<SensorTables> {
@@ -95,5 +95,51 @@ pub(crate) fn collisions() -> Vec<(String, WorldSpec)> {
         with("sliding, motor noise", Collision::Slide, &|spec| spec.noise.motor = 0.2),
         with("sliding along a block", Collision::Slide, &beside_a_block),
         with("sticking", Collision::Stick, &|_| ()),
+    ]
+}
+
+/// Noise that the kernels that ship don't have: each value, alone and with others.
+pub(crate) fn varied() -> Vec<(String, WorldSpec)> {
+    let with = |name: &str, change: &dyn Fn(&mut WorldSpec)| {
+        let mut spec = WorldSpec::miglino1995();
+        change(&mut spec);
+        (name.to_owned(), spec)
+    };
+    let all = Noise {
+        sensor: (-0.1, 0.1),
+        motor: 0.1,
+        gain: Some(0.5),
+        veer: Some(0.5),
+        delay: Some(0.6),
+        ..Noise::CONSERVATIVE
+    };
+    let of_life = Noise {
+        drawn: Some(Drawn::Life),
+        ..all
+    };
+    vec![
+        with("gain", &|spec| spec.noise.gain = Some(0.5)),
+        with("veer", &|spec| spec.noise.veer = Some(0.5)),
+        with("delay", &|spec| spec.noise.delay = Some(1.0)),
+        with("sensor noise of a life", &|spec| {
+            spec.noise.sensor = (0.0, 0.4);
+            spec.noise.drawn = Some(Drawn::Life);
+        }),
+        with("motor noise of a life, sliding", &|spec| {
+            spec.noise.motor = 0.2;
+            spec.noise.drawn = Some(Drawn::Life);
+            spec.robot.collision = Collision::Slide;
+        }),
+        with("all", &|spec| spec.noise = all),
+        with("all of a life, sliding, recurrent", &|spec| {
+            spec.noise = of_life;
+            spec.controller = Controller::Recurrent;
+            spec.robot.collision = Collision::Slide;
+        }),
+        with("all of a life, sticking, hidden", &|spec| {
+            spec.noise = of_life;
+            spec.controller = Controller::Hidden { units: 3 };
+            spec.robot.collision = Collision::Stick;
+        }),
     ]
 }

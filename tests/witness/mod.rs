@@ -7,7 +7,7 @@
 
 use oneiro::random::{Key, pcg4d};
 use oneiro::tables::MotorCell;
-use oneiro::world::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
+use oneiro::world::{Activation, Collision, Controller, Difference, Drawn, Speed, Start, Task, WorldSpec};
 
 mod numerics;
 use numerics::{cosine_sine, direction_by, floor, least, logistic, most, reciprocal_root, root};
@@ -304,6 +304,8 @@ pub(crate) struct Life<'a> {
     next_near: Vec<Near>,
     shift: [f32; 2],
     outputs: [f32; 2],
+    /// Displacement and turn that were commanded last.
+    commanded: [f32; 2],
     /// Cells of the field that it has visited, by column and row.
     visited: std::collections::HashSet<(i32, i32)>,
     /// Sum of all rewards so far.
@@ -345,6 +347,7 @@ impl<'a> Life<'a> {
             near,
             shift: [(2.0 * u[0] - 1.0) * range, (2.0 * u[1] - 1.0) * range],
             outputs: [0.0; 2],
+            commanded: [0.0; 2],
             visited: std::collections::HashSet::new(),
             sticks: false,
             fitness: 0.0,
@@ -474,15 +477,32 @@ impl<'a> Life<'a> {
         sums
     }
 
+    /// The cycle whose draws count in a cycle.
+    fn drawn(&self, step: u32) -> u32 {
+        match self.setting.spec.noise.drawn {
+            Some(Drawn::Life) => 0,
+            Some(Drawn::Cycle) | None => step,
+        }
+    }
+
     fn with_noise(&self, step: u32, mut readings: [f32; 8]) -> [f32; 8] {
-        let (low, high) = self.setting.spec.noise.sensor;
-        let span = high - low;
-        if span > 0.0 {
-            let (a, b) = (units(self.key, SENSOR, step, 0), units(self.key, SENSOR, step, 1));
-            for (reading, u) in readings.iter_mut().zip(a.into_iter().chain(b)) {
-                let noisy = *reading + (u * span + low);
-                *reading = noisy.clamp(0.0, 1.0);
+        let noise = &self.setting.spec.noise;
+        let step = self.drawn(step);
+        let draws = |block| {
+            let (a, b) = (
+                units(self.key, SENSOR, step, block),
+                units(self.key, SENSOR, step, block + 1),
+            );
+            a.into_iter().chain(b)
+        };
+        if let Some(gain) = noise.gain {
+            for (reading, u) in readings.iter_mut().zip(draws(2)) {
+                *reading *= (2.0 * u - 1.0) * gain + 1.0;
             }
+        }
+        let (low, high) = noise.sensor;
+        for (reading, u) in readings.iter_mut().zip(draws(0)) {
+            *reading = (*reading + (u * (high - low) + low)).clamp(0.0, 1.0);
         }
         readings
     }
@@ -520,16 +540,25 @@ impl<'a> Life<'a> {
         }
     }
 
-    fn motion(&self, step: u32, [left, right]: [f32; 2]) -> Motion {
+    fn motion(&mut self, step: u32, [left, right]: [f32; 2]) -> Motion {
         let motors = &self.setting.spec.robot.motors;
+        let noise = &self.setting.spec.noise;
         let state = |output: f32| ((output * motors.scale + motors.offset) as i32 as u32).min(motors.states - 1);
         let mut moved = self.setting.motions[(state(left) * motors.states + state(right)) as usize];
-        let noise = self.setting.spec.noise.motor;
-        if noise > 0.0 {
-            let u = units(self.key, ACTUATOR, step, 0);
-            moved.displacement *= 1.0 + noise * (2.0 * u[0] - 1.0);
-            moved.turn *= 1.0 + noise * (2.0 * u[1] - 1.0);
+        let now = [moved.displacement, moved.turn];
+        let u = units(self.key, ACTUATOR, self.drawn(step), 0);
+        if let Some(delay) = noise.delay {
+            moved.displacement += delay * u[3] * (self.commanded[0] - now[0]);
+            moved.turn += delay * u[3] * (self.commanded[1] - now[1]);
         }
+        if noise.motor > 0.0 {
+            moved.displacement *= 1.0 + noise.motor * (2.0 * u[0] - 1.0);
+            moved.turn *= 1.0 + noise.motor * (2.0 * u[1] - 1.0);
+        }
+        if let Some(veer) = noise.veer {
+            moved.turn += veer * 1e-3 * (2.0 * u[2] - 1.0) * moved.displacement;
+        }
+        self.commanded = now;
         moved
     }
 }

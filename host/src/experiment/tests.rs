@@ -319,7 +319,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[noise]\nsensro = 1",
-        "test.toml:2:1: noise.sensro: unknown key `sensro`; did you mean noise.sensor? (allowed: sensor, walk_range_mm, walk_step_mm, motor)",
+        "test.toml:2:1: noise.sensro: unknown key `sensro`; did you mean noise.sensor? (allowed: sensor, walk_range_mm, walk_step_mm, motor, gain, veer_turns_per_m, delay_cycles, drawn)",
     ),
     (
         "cycles = -5",

@@ -51,6 +51,14 @@ const fn physics(lives: Lives) -> &'static str {
 }
 const DIFFERENCES: &str = "lib/differences.wgsl";
 
+/// The part of noise that the kernels that ship don't have.
+const VARIED: &str = "robot/varied.wgsl";
+
+/// Whether a life has that noise. Reality that is reported has none of the simulator's.
+fn is_varied(spec: &WorldSpec, lives: Lives) -> bool {
+    lives == Lives::Simulated && spec.noise.is_varied()
+}
+
 /// Parts of foragers: what all have, and their controllers and their task.
 const FORAGER: [&str; 10] = [
     "lib/circle.wgsl",
@@ -146,6 +154,25 @@ fn without(shipped: &compiler::Part, others: &BTreeSet<String>) -> String {
     lines.join("\n") + "\n"
 }
 
+/// A part that ships.
+fn shipped(path: &str) -> compiler::Part {
+    let shipped = PARTS.iter().find(|(shipped, _)| *shipped == path);
+    compiler::Part {
+        path: path.to_owned(),
+        text: shipped.map_or_else(String::new, |(_, text)| (*text).to_owned()),
+    }
+}
+
+/// Parts and another one that ships: what it declares takes the place of the same names in them.
+fn with(parts: Vec<compiler::Part>, other: compiler::Part) -> Vec<compiler::Part> {
+    let instead = declarations(&other).into_iter().map(|own| own.name).collect();
+    let kept = parts.into_iter().map(|shipped| {
+        let text = without(&shipped, &instead);
+        compiler::Part { text, ..shipped }
+    });
+    kept.chain([other]).collect()
+}
+
 /// The genes of shipped controllers.
 const GENES_PART: &str = "lib/genes.wgsl";
 
@@ -206,7 +233,7 @@ pub(in crate::compose) fn compose(
     lives: Lives,
 ) -> Result<Composed, Invalid> {
     let (tables, robot) = (&spec.robot.sensors, &spec.robot.build);
-    if parts.is_empty() && *robot == Build::Sampled && lives == Lives::Simulated {
+    if parts.is_empty() && *robot == Build::Sampled && lives == Lives::Simulated && !spec.noise.is_varied() {
         return Ok(Composed {
             kernel: base,
             genes: None,
@@ -251,6 +278,9 @@ pub(in crate::compose) fn compose(
         }
         Lives::Individual => name += "+individual",
         Lives::Observed => name += "+observed",
+    }
+    if is_varied(spec, lives) {
+        name += "+varied";
     }
     for own in parts.iter() {
         let stem = Path::new(&own.part.path)
@@ -324,21 +354,8 @@ pub(in crate::compose) fn driven() -> Result<&'static Kernel, Invalid> {
         return Ok(composed.kernel);
     }
     let base = &oneiro_shaders::SWARM;
-    let part = |path: &str| {
-        let shipped = PARTS.iter().find(|(shipped, _)| *shipped == path);
-        compiler::Part {
-            path: path.to_owned(),
-            text: shipped.map_or_else(String::new, |(_, text)| (*text).to_owned()),
-        }
-    };
-    let driven = part(DRIVEN);
-    let instead = declarations(&driven).into_iter().map(|own| own.name).collect();
-    let kept = base.parts.iter().map(|path| {
-        let shipped = part(path);
-        let text = without(&shipped, &instead);
-        compiler::Part { text, ..shipped }
-    });
-    let parts: Vec<_> = kept.chain([driven]).collect();
+    let kept = base.parts.iter().map(|path| shipped(path)).collect();
+    let parts = with(kept, shipped(DRIVEN));
     let made = compiled(&parts).and_then(|compiled| kernel(base, compiled, NAME));
     let made = made.map_err(|refusals| Invalid::new("kernel", Refused::all(&refusals).to_string()))?;
     let leaked = || Composed {
@@ -453,6 +470,9 @@ fn new(
         let all = [&parts[..], &described, &users].concat();
         generated += &members::declarations(&all, own, spec, lives, &own.readings_in(&spec.robot.build));
     }
+    if is_varied(spec, lives) {
+        parts = with(parts, shipped(VARIED));
+    }
     let mut cells = 0;
     for own in own.iter() {
         let first = interface::of(own.part.kind).first_value();
@@ -461,7 +481,7 @@ fn new(
     }
     let _ = writeln!(generated, "const {}: u32 = {cells}u;", generate::GIVEN_CELL);
     // The user's parts come last, so that a mistake in them changes no place in another.
-    let shipped = parts.len();
+    let before = parts.len();
     parts.push(part(GENERATED, &generated));
     parts.extend(own.iter().map(|own| part(&own.part.path, &own.part.text)));
     let mut compiled = compiled(&parts);
@@ -470,7 +490,7 @@ fn new(
         .is_err_and(|refusals| refusals.iter().any(|refusal| refusal.place.path == GENERATED))
     {
         // What is generated repeats names of theirs: read those first, so that the mistake is found where it was made.
-        parts.rotate_left(shipped + 1);
+        parts.rotate_left(before + 1);
         compiled = self::compiled(&parts);
     }
     let mut refusals = check::uncalled(&parts, own);

@@ -8,7 +8,7 @@ use oneiro::differential::{Build, Differential, SensorKind};
 use oneiro::foraging::{Forager, Foraging};
 use oneiro::parameter::Choice;
 use oneiro::tables::SENSORS;
-use oneiro::world::{Noise, Robot, Start, WorldSpec};
+use oneiro::world::{Drawn, Noise, Robot, Start, WorldSpec};
 use serde_json::{Value, json};
 
 use crate::console::{Console, counted, decimal};
@@ -457,6 +457,19 @@ fn noise(noise: Noise, robot: &Robot, own: &OwnParts) -> String {
     if noise.motor > 0.0 {
         parts.push(format!("motion varies by a share of {}", noise.motor));
     }
+    let given = |value: Option<f32>| value.filter(|value| *value > 0.0);
+    if let Some(gain) = given(noise.gain) {
+        parts.push(format!("each activation varies by a share of {gain}"));
+    }
+    if let Some(veer) = given(noise.veer) {
+        parts.push(format!("the robot veers by up to {veer} turns a metre"));
+    }
+    if let Some(delay) = given(noise.delay) {
+        parts.push(format!("commands act up to {delay} cycles late"));
+    }
+    if noise.drawn == Some(Drawn::Life) {
+        parts.push("all but the walk is drawn once for a life".to_owned());
+    }
     if let Build::Differential(Differential {
         wheel_noise: Some(wheels),
         ..
@@ -487,11 +500,16 @@ mod tests {
             walk_range: 30.0,
             walk_step: 1.5,
             motor: 0.1,
+            gain: Some(0.5),
+            veer: Some(0.06),
+            delay: Some(0.6),
+            drawn: Some(Drawn::Life),
         };
         assert_eq!(
             noise(all, &robot, &own),
             "-0.2 to 0.2 is added to each activation; what is perceived walks within 30 mm, 1.5 mm a cycle; \
-             motion varies by a share of 0.1"
+             motion varies by a share of 0.1; each activation varies by a share of 0.5; \
+             the robot veers by up to 0.06 turns a metre; commands act up to 0.6 cycles late; all but the walk is drawn once for a life"
         );
         robot.build = Build::Differential(Differential {
             wheel_noise: Some(0.05),

@@ -1,0 +1,70 @@
+// Noise of a robot sampled as a whole, beyond that of the kernels that ship: relative noise of readings, wheels that act late and veer,
+// and noise that is drawn once for a whole life. What is declared here takes the place of the same names in other parts.
+
+// The world's first cell of numbers.
+struct VariedCell {
+    // greatest share by which an activation is larger or smaller
+    gain: f32,
+    // greatest turn, in turns, for each mm of the way
+    veer: f32,
+    // greatest share of a cycle by which commands act late
+    delay: f32,
+    // 1 if a life keeps what it draws first
+    of_life: f32,
+}
+
+fn varied(world: u32) -> VariedCell {
+    let own = numbers(world, 0u);
+    return VariedCell(own.x, own.y, own.z, own.w);
+}
+
+// The cycle whose draws count in a cycle.
+fn drawn_at(own: VariedCell, step: u32) -> u32 {
+    return select(step, 0u, own.of_life > 0.0f);
+}
+
+// The readings with the world's noise of sensors: each is multiplied by a number around 1, a number is added, and the sum clipped.
+fn with_noise(life: Life, step: u32, readings: Readings) -> Readings {
+    let own = varied(life.world);
+    let at = drawn_at(own, step);
+    let low = worlds[life.world].sensor_noise_low;
+    let span = worlds[life.world].sensor_noise_span;
+    let added_first = units(random_words(life.key, STREAM_SENSOR, at, 0u)) * span + low;
+    let added_last = units(random_words(life.key, STREAM_SENSOR, at, 1u)) * span + low;
+    let gain_first = (2.0f * units(random_words(life.key, STREAM_SENSOR, at, 2u)) - 1.0f) * own.gain + 1.0f;
+    let gain_last = (2.0f * units(random_words(life.key, STREAM_SENSOR, at, 3u)) - 1.0f) * own.gain + 1.0f;
+    var noisy = readings;
+    noisy.first = clamp(readings.first * gain_first + added_first, vec4<f32>(0.0f), vec4<f32>(1.0f));
+    noisy.last = clamp(readings.last * gain_last + added_last, vec4<f32>(0.0f), vec4<f32>(1.0f));
+    return noisy;
+}
+
+// What the robot remembers; all zero at the start of a life.
+struct RobotState {
+    // 1 once a body that sticks has touched something
+    stuck: u32,
+    // the motion that was commanded in the cycle before
+    displacement: f32,
+    turn: f32,
+}
+
+fn robot_kept(own: RobotState) -> RobotState {
+    return RobotState(own.stuck, stored(own.displacement), stored(own.turn));
+}
+
+// The motion for a pair of outputs (left, right). While a command is late the wheels go on as before. The wheels' speeds that a task
+// gets are the commanded ones.
+fn motion(life: Life, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {
+    let own = varied(life.world);
+    let draw = units(random_words(life.key, STREAM_ACTUATOR, drawn_at(own, step), 0u));
+    let now = commanded(life.world, outputs);
+    let late = own.delay * draw.w;
+    let noise = worlds[life.world].motor_noise;
+    var moved = now;
+    moved.displacement = now.displacement + late * (before.displacement - now.displacement);
+    moved.turn = now.turn + late * (before.turn - now.turn);
+    moved.displacement *= 1.0f + noise * (2.0f * draw.x - 1.0f);
+    moved.turn *= 1.0f + noise * (2.0f * draw.y - 1.0f);
+    moved.turn += own.veer * (2.0f * draw.z - 1.0f) * moved.displacement;
+    return Driven(moved, RobotState(before.stuck, now.displacement, now.turn));
+}
