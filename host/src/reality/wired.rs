@@ -153,6 +153,12 @@ impl Display for Time {
     }
 }
 
+/// Settings of a guard for lives: those that are given, and wheels that obey as soon as simulated ones.
+pub(crate) fn guarded(guard: &[String]) -> Vec<String> {
+    // A later setting replaces this one.
+    [&["acceleration_mm_s2=10000".to_owned()], guard].concat()
+}
+
 /// Kinds of sensors that lives in a world need.
 ///
 /// # Errors
@@ -561,19 +567,18 @@ fn failed(error: reported::Error) -> Trouble {
 
 /// A robot on a wire that everything of a command shares.
 #[derive(Clone, Default)]
-pub(super) struct Shared(Arc<Mutex<Connected>>);
+pub(crate) struct Shared(Arc<Mutex<Connected>>);
 
 /// A robot, once somebody has connected to it.
-type Connected = Option<Box<dyn Vehicle + Send>>;
+pub(crate) type Connected = Option<Box<dyn Vehicle + Send>>;
 
 impl Shared {
     /// A robot that is connected.
-    #[cfg(test)]
-    pub(super) fn of(vehicle: impl Vehicle + Send + 'static) -> Self {
+    pub(crate) fn of(vehicle: impl Vehicle + Send + 'static) -> Self {
         Self(Arc::new(Mutex::new(Some(Box::new(vehicle)))))
     }
 
-    pub(super) fn lock(&self) -> MutexGuard<'_, Connected> {
+    pub(crate) fn lock(&self) -> MutexGuard<'_, Connected> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -588,14 +593,14 @@ struct Wired {
 
 /// Robots on wires as a reality: all that have the same lives to live.
 #[derive(Default)]
-pub(super) struct WiredRobots(Vec<Wired>);
+pub(crate) struct WiredRobots(Vec<Wired>);
 
 impl WiredRobots {
     /// Adds a robot at an address that is connected.
     ///
     /// # Errors
     /// As [`Lives::new`].
-    pub(super) fn add(
+    pub(crate) fn add(
         &mut self,
         robot: &Shared,
         address: &str,

@@ -213,7 +213,7 @@ impl Evolving {
         }
     }
 
-    fn luckiest(&self) -> Result<&Champion> {
+    pub(super) fn luckiest(&self) -> Result<&Champion> {
         let luckiest = self.evolution.champion();
         luckiest.ok_or_else(|| Failure::failed("a run has no generation"))
     }
@@ -318,6 +318,22 @@ impl Evolving {
         let settings = self.single.experiment.settings();
         let lives = fitness.chunks_exact(settings.trials as usize);
         lives.map(|lives| score(settings.trial_score, lives)).collect()
+    }
+
+    /// Number of generations that have been evaluated.
+    pub(super) fn generation(&self) -> u32 {
+        self.evolution.generation()
+    }
+
+    /// Whether those are all.
+    pub(super) fn is_over(&self) -> bool {
+        self.evolution.is_finished()
+    }
+
+    /// Takes the fitness of a generation. The luckiest of those before are forgotten.
+    pub(super) fn bred_anew(&mut self, results: &Results<'_>) -> Result<Step> {
+        self.evolution.forget_champion();
+        self.bred(results)
     }
 
     /// Takes the fitness of a generation.

@@ -15,6 +15,7 @@ mod check;
 mod elites;
 mod individuals;
 pub(crate) mod job;
+pub(crate) mod on_board;
 mod pictures;
 mod replay;
 mod rows;
