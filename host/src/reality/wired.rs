@@ -217,7 +217,7 @@ impl Lives {
         let Profile { robot, base_mm, .. } = profile;
         if !profile.has_odometers && values.trackers.is_empty() {
             return Err(Failure::input(format_args!(
-                "the {robot} has no odometers; allowed: a robot with odometers, or --tracker"
+                "the {robot} has no odometers; allowed: a robot with odometers, or a tracker (--tracker)"
             )));
         }
         let senses = Senses::new(spec, profile, &values.sensors).map_err(Failure::input)?;
@@ -226,10 +226,11 @@ impl Lives {
             Build::Sampled | Build::Forager(_) => SAMPLED_SPEED,
         };
         let speed = values.speed_mm_s.unwrap_or(own);
-        if speed > profile.greatest_mm_s {
+        // An experiment has its speeds in f32, in which 128.8 is more than the e-puck's.
+        if speed as f32 > profile.greatest_mm_s as f32 {
             return Err(Failure::input(format_args!(
                 "the greatest speed is {speed} mm/s, and that of the {robot} {:.1} mm/s with its guard; allowed: a lower \
-                 --speed, or a higher --guard speed_mm_s",
+                 speed_mm_s of its lives (--speed), or a higher speed_mm_s of its guard",
                 profile.greatest_mm_s
             )));
         }

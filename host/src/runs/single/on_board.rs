@@ -135,7 +135,9 @@ mod tests {
     /// Any optimiser goes, also one that needs to see how individuals behave.
     #[test]
     fn optimisers_that_use_behaviour_evolve_on_board() {
-        let best = bred(&mut evolution("kind = \"novelty\"\n", None));
+        let more =
+            "kind = \"novelty\"\n[[evolution.descriptors]]\nmeasure = \"end_x_mm\"\nleast = 0.0\ngreatest = 600.0\n";
+        let best = bred(&mut evolution(more, None));
         assert_eq!(best.len(), 4);
     }
 }
