@@ -114,6 +114,48 @@ fn an_epuck2_evolves_on_board() {
     );
 }
 
+/// How late commands are while the simulator works beside them, and while it does not, in lives of 20 s; and what it gets done.
+#[test]
+#[ignore = "two minutes: it measures"]
+fn evolution_beside_leaves_the_cycles_alone() {
+    const GENERATIONS: f64 = 10_000.0;
+    let body = Body::default();
+    let address = robots::khepera(&body);
+    let place = placed("beside", &address, "", 200);
+    let edit = |file: &str, replaced: &[(&str, &str)]| {
+        let text = replaced
+            .iter()
+            .fold(place.text(file), |text, (old, new)| text.replace(old, new));
+        place.write(file, text);
+    };
+    let population = ("population = 20\nparents = 4", "population = 100\nparents = 20");
+    edit(
+        "experiment.toml",
+        &[population, ("generations = 6", "generations = 30000")],
+    );
+    let lives = ("least_lives = 2", "least_lives = 1");
+    edit("robot.toml", &[("generations = 1\n", "generations = 10000\n"), lives]);
+    place.run(&ON_BOARD).exits(0);
+    // The first two lives have the second and the third interval of the simulator beside them.
+    assert_eq!(recorded(&place), 4);
+    let evolved = events(&place, "simulated");
+    for event in &evolved {
+        let [worked, taken] = ["worked_s", "taken_s"].map(|key| event[key].as_f64().unwrap());
+        // It rests for a quarter of the time that it works.
+        assert!(worked <= 0.8 * taken + 0.02, "{event}");
+        let [one, all] = [worked, taken].map(|seconds| GENERATIONS / seconds);
+        println!("{GENERATIONS} generations in {taken:.1} s: {all:.0} a second, {one:.0} a second of work");
+    }
+    let table = Table::read(&place, "state/lives/lives.csv");
+    let late = ["late_median_ms", "late_99_ms", "late_max_ms"].map(|name| table.numbers(name));
+    for (life, beside) in ["beside it", "beside it", "alone", "alone"].into_iter().enumerate() {
+        let [median, high, greatest] = late.each_ref().map(|column| column[life]);
+        println!(
+            "{beside}: commands late by {median:.2} ms (median), {high:.2} ms (99 %), {greatest:.2} ms (greatest)"
+        );
+    }
+}
+
 /// Killed at random moments, each time the wheels stand within half a second; it goes on, and nothing is missing or lived for another.
 #[test]
 fn a_daemon_that_is_killed_goes_on() {

@@ -9,6 +9,9 @@ use crate::evolve::Champion;
 use crate::exit::Result;
 use crate::runs::single::on_board::OnBoard;
 
+/// Work from one rest to the next, at least: a shorter rest would take longer than it should.
+const SPELL: Duration = Duration::from_millis(10);
+
 /// What some generations leave.
 #[derive(Clone, Debug)]
 pub(super) struct Evolved {
@@ -40,21 +43,27 @@ pub(super) fn start(mut own: OnBoard, generations: u32, share: f64) -> Beside<()
 /// Evolves some generations, or as many as are left.
 fn evolved(own: &mut OnBoard, cpu: &mut Cpu, generations: u32, share: f64) -> Result<Evolved> {
     let (start, mut worked) = (Instant::now(), Duration::ZERO);
+    let mut began = start;
+    let mut pause = || {
+        let busy = began.elapsed();
+        if busy >= SPELL {
+            worked += busy;
+            rest(busy, share);
+            began = Instant::now();
+        }
+    };
     for _ in 0..generations {
         if own.is_over() {
             break;
         }
-        own.breed(cpu, &mut |busy| {
-            worked += busy;
-            rest(busy, share);
-        })?;
+        own.breed(cpu, &mut pause)?;
     }
     Ok(Evolved {
         best: own.best().cloned(),
         saved: own.save(),
         generation: own.generation(),
         is_over: own.is_over(),
-        worked,
+        worked: worked + began.elapsed(),
         taken: start.elapsed(),
     })
 }

@@ -1,7 +1,6 @@
 //! An evolution that goes on beside a robot: one generation after the other, and the best of the last one for the robot to try.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use oneiro::batch::Worlds;
 use oneiro::evaluator::{Control, Evaluator};
@@ -38,23 +37,22 @@ impl OnBoard {
         Ok(Self { job, worlds })
     }
 
-    /// Evaluates a generation and breeds the next one. `rest` is called after every few lives, with the time that they took.
+    /// Evaluates a generation and breeds the next one. `rest` is called after every few lives.
     ///
     /// # Errors
     /// Those of the evaluator.
-    pub(crate) fn breed(&mut self, device: &mut dyn Evaluator, rest: &mut dyn FnMut(Duration)) -> Result {
+    pub(crate) fn breed(&mut self, device: &mut dyn Evaluator, rest: &mut dyn FnMut()) -> Result {
         let request = self.job.ask().filter(|_| !self.is_over());
         let request = request.ok_or_else(|| Failure::failed("the evolution is over"))?;
         let trace = request.stage.trace();
         let (mut rollouts, mut fitness, mut traces) = (Vec::new(), Vec::new(), Vec::new());
         self.job.rollouts(&mut rollouts);
         for lives in rollouts.chunks(LIVES) {
-            let began = Instant::now();
             let batch = self.worlds.batch(lives, trace)?;
             let outcome = device.evaluate(&batch, &Control::new())?;
             fitness.extend(outcome.fitness);
             traces.extend(outcome.traces);
-            rest(began.elapsed());
+            rest();
         }
         let results = Results {
             fitness: &fitness,
@@ -109,7 +107,7 @@ mod tests {
         let mut best = Vec::new();
         while !own.is_over() {
             let mut lives = 0;
-            own.breed(&mut cpu, &mut |_| lives += 1).unwrap();
+            own.breed(&mut cpu, &mut || lives += 1).unwrap();
             assert_eq!(lives, 2, "80 lives, 64 at a time");
             best.push(own.best().unwrap().clone());
         }
@@ -124,12 +122,12 @@ mod tests {
         assert_eq!(best.iter().map(|own| own.generation).collect::<Vec<_>>(), [0, 1, 2, 3]);
         let mut cpu = Cpu::new(Some(1)).unwrap();
         let mut first = evolution("", None);
-        first.breed(&mut cpu, &mut |_| ()).unwrap();
+        first.breed(&mut cpu, &mut || ()).unwrap();
         assert_eq!((first.best(), first.generation()), (best.first(), 1));
         let mut second = evolution("", Some(&first.save()));
         assert_eq!(second.best(), best.first());
         assert_eq!(bred(&mut second), best[1..]);
-        assert!(whole.breed(&mut cpu, &mut |_| ()).is_err());
+        assert!(whole.breed(&mut cpu, &mut || ()).is_err());
     }
 
     /// Any optimiser goes, also one that needs to see how individuals behave.
