@@ -176,6 +176,7 @@ impl Settings {
     ///
     /// # Errors
     /// Exit 3: the file, the line and the column, the key, the value found, and the values allowed.
+    #[cfg(any(test, feature = "twin"))]
     pub(crate) fn read(path: &Path) -> Result<Self> {
         let text = files::text(path)?;
         let parsed = Parsed::new(path.display().to_string(), &text)?;

@@ -338,3 +338,36 @@ fn what_is_not_allowed_is_refused_at_its_place() {
         assert!(refused.to_string().contains(expected), "{name}: {refused}");
     }
 }
+
+/// The documentation's file is read with the experiment that ships, and its table has the defaults.
+#[test]
+fn the_documented_file_is_allowed() {
+    let page = include_str!("../../../../docs/fleet.md");
+    let (_, rest) = page.split_once("```toml\n# robot.toml\n").unwrap();
+    let (file, _) = rest.split_once("```").unwrap();
+    let place = Place::new("documented", file, "");
+    let shipped = include_str!("../../../../experiments/khepera-avoidance.toml");
+    fs::write(place.0.join("khepera-avoidance.toml"), shipped).unwrap();
+    let settings = place.settings().unwrap();
+    assert_eq!((settings.seed, &settings.rules), (1, &transfers::Rules::default()));
+    let transfers::Rules {
+        generations,
+        again_every,
+        least_lives,
+        final_lives,
+    } = settings.rules;
+    for (key, default) in [
+        ("generations", generations),
+        ("again_every", again_every),
+        ("least_lives", least_lives),
+        ("final_lives", final_lives),
+    ] {
+        assert!(page.contains(&format!("| `transfers.{key}` | {default} | ")), "{key}");
+    }
+    // 20 lives of 50 s, each after 10 s, and one more.
+    let time = settings.time();
+    assert!(
+        time.starts_with("at least 21 lives on the robot: 21.0 robot-minutes"),
+        "{time}"
+    );
+}
