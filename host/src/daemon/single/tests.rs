@@ -1,11 +1,11 @@
 //! Robots on a virtual clock: a Khepera that is emulated byte by byte, whose body is a surrogate.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
 use super::*;
 use crate::console::Output;
-use crate::evolve::ranked;
 use crate::experiment::source::Parsed;
 use crate::files;
 use crate::reality::wired::emulated::{INSTANT, connected};
@@ -120,13 +120,22 @@ fn what_was_measured_decides() {
     // The last life is that of the controller with the highest mean, which has had enough of them.
     let [why, generation, lives, mean] = rows.last().unwrap();
     assert!(why == "final" && lives.parse::<u32>().unwrap() >= 6, "{rows:?}");
-    let means: Vec<f32> = ["0", "1", "3", "4", "6"]
-        .map(|generation| {
-            let last = rows.iter().rfind(|[_, own, ..]| own == generation);
-            last.unwrap()[3].parse().unwrap()
-        })
-        .into();
-    assert_eq!(means[ranked(&means)[0] as usize].to_string(), *mean, "{generation}");
+    let mut measured: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    let mut last = String::new();
+    for [genome, fitness] in place.columns("lives/lives.csv", ["genome", "fitness"]) {
+        measured
+            .entry(genome.clone())
+            .or_default()
+            .push(fitness.parse().unwrap());
+        last = genome;
+    }
+    let average = |own: &Vec<f64>| own.iter().sum::<f64>() / own.len() as f64;
+    let best = measured.values().map(average).fold(f64::NAN, f64::max);
+    assert_eq!(
+        (average(&measured[&last]), measured[&last].len().to_string()),
+        (best, lives.clone())
+    );
+    assert_eq!((best as f32).to_string(), *mean, "{generation}");
     for file in ["transfers.csv", "best.npy", "lives/life-1.csv", "lives/life-9.csv"] {
         let [one, two] = [place, other].map(|place| fs::read(place.0.join("state").join(file)).unwrap());
         assert!(one == two, "{file}");

@@ -238,6 +238,7 @@ pub(crate) fn contents() -> Vec<Entry> {
 
 #[cfg(test)]
 mod tests {
+    use super::Why::{Again, Final, New};
     use super::*;
 
     fn controller(gene: f32) -> Champion {
@@ -292,7 +293,6 @@ mod tests {
             least_lives: 3,
             final_lives: 2,
         };
-        use Why::{Again, Final, New};
         let (saved, all) = tried(&rules, 6, measure);
         let expected = [
             (New, 1.0),
@@ -327,7 +327,7 @@ mod tests {
             final_lives: 0,
         };
         let (saved, all) = tried(&rules, 5, |gene, _| if gene == 4.0 { f32::NAN } else { -gene });
-        assert_eq!(all, [1.0, 2.0, 3.0, 4.0, 5.0].map(|gene| (Why::New, gene)));
+        assert_eq!(all, [1.0, 2.0, 3.0, 4.0, 5.0].map(|gene| (New, gene)));
         let best = saved.best().unwrap();
         assert_eq!((best.lives, best.mean), (1, -1.0));
         let table = saved.table();
