@@ -6,7 +6,7 @@ use oneiro::compose::Scalar;
 use super::*;
 use crate::lives::measures;
 use crate::reality::wired::logbook;
-use crate::{commands, daemon, fleet, record, runs, studies, sweep};
+use crate::{commands, fleet, record, runs, studies, sweep};
 
 /// All directories, each with all that it may hold.
 fn page() -> String {
@@ -23,7 +23,10 @@ fn page() -> String {
         ("Lives on a robot", logbook::all_contents()),
         ("A calibration", commands::calibrate::contents()),
         #[cfg(all(unix, feature = "compose"))]
-        ("A robot that evolves on board", daemon::single::transfers::contents()),
+        (
+            "A robot that evolves on board",
+            crate::daemon::single::transfers::contents(),
+        ),
         ("A fleet", fleet::collect::contents()),
         #[cfg(feature = "twin")]
         ("A fleet's twin", fleet::twin::all_contents()),

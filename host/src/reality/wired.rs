@@ -575,6 +575,7 @@ pub(crate) type Connected = Option<Box<dyn Vehicle + Send>>;
 
 impl Shared {
     /// A robot that is connected.
+    #[cfg(any(test, all(unix, feature = "compose")))]
     pub(crate) fn of(vehicle: impl Vehicle + Send + 'static) -> Self {
         Self(Arc::new(Mutex::new(Some(Box::new(vehicle)))))
     }
