@@ -51,6 +51,9 @@ long --test reproduce settings
 say "a swarm of daemons of which a hundred are killed, and one that lives for a day"
 long --test twins -- --ignored --nocapture
 
+say "evolution beside a robot that drives"
+long --test real_time_wired evolution_beside -- --ignored --nocapture
+
 say "ten daemons that evolve, in real time"
 long --test real_time_fleets -- --nocapture
 

@@ -17,6 +17,8 @@ use oneiro::tables::SENSOR_NAMES;
 use oneiro::world::WorldSpec;
 use serialport::SerialPort;
 
+#[path = "wired/on_board.rs"]
+mod on_board;
 #[allow(dead_code, reason = "other tests use the rest")]
 mod peers;
 mod place;

@@ -76,7 +76,7 @@ pub(crate) enum Command {
     Robot(Robot),
     /// Install, start, watch and stop a fleet of robots with a computer each, and collect its records
     Fleet(Fleet),
-    /// Live on board of a robot of a swarm: act, evolve beside, and exchange simulators with robots that it meets
+    /// Live on board of a robot: act, and evolve beside in its simulator, as a member of a swarm or by itself
     OnBoard(OnBoard),
     /// Own a robot's link for a program that drives, and stop the wheels when it dies, hangs or misses something
     #[command(hide = true)]

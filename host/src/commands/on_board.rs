@@ -1,5 +1,6 @@
 //! `oneiro on-board`: the daemon on a robot's own computer.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -8,19 +9,29 @@ use crate::console::Console;
 use crate::daemon::air::Sockets;
 use crate::daemon::control::Daemon;
 use crate::daemon::settings::Settings;
+#[cfg(feature = "compose")]
+use crate::daemon::single;
 use crate::exit::{Failure, Result};
+use crate::experiment::source::Parsed;
+use crate::files;
 use crate::robots::Kind;
 use crate::robots::guard::wheels::Wanted;
 use crate::robots::vehicle::guarded::{Guarded, Options};
 
 /// Lives on board until the experiment is over, or a signal comes.
 pub(crate) fn run(arguments: &cli::OnBoard, console: Console) -> Result {
-    let settings = Settings::read(&arguments.file)?;
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        signal_hook::flag::register(signal, Arc::clone(&stop))
-            .map_err(|error| Failure::failed(format_args!("signals can't be listened to: {error}")))?;
+    let text = files::text(&arguments.file)?;
+    let parsed = Parsed::new(arguments.file.display().to_string(), &text)?;
+    if Settings::is_of_member(&parsed) {
+        return member(arguments, &parsed, console);
     }
+    alone(&arguments.file, &parsed, console)
+}
+
+/// A member of a swarm.
+fn member(arguments: &cli::OnBoard, parsed: &Parsed<'_>, console: Console) -> Result {
+    let settings = Settings::of(&arguments.file, parsed)?;
+    let stop = stopped_by_signals()?;
     #[cfg(unix)]
     if let Some(path) = &arguments.conductor {
         let (vehicle, air) = crate::fleet::twin::client::connect(path, settings.robot, Arc::clone(&stop))?;
@@ -42,4 +53,37 @@ pub(crate) fn run(arguments: &cli::OnBoard, console: Console) -> Result {
     };
     let vehicle = Guarded::open(&options, Arc::clone(&stop), console)?;
     Daemon::new(&settings, Box::new(vehicle), Box::new(air), false)?.live(&stop)
+}
+
+/// A robot without a swarm.
+#[cfg(feature = "compose")]
+fn alone(file: &Path, parsed: &Parsed<'_>, console: Console) -> Result {
+    let settings = single::settings::Settings::of(file, parsed)?;
+    let stop = stopped_by_signals()?;
+    // Its files first, for the same reason.
+    let daemon = single::Daemon::new(&settings, false)?;
+    console.say(settings.time());
+    let vehicle =
+        Guarded::open(&settings.options()?, Arc::clone(&stop), console).map_err(|failure| settings.at(failure))?;
+    daemon.live(Box::new(vehicle), console, &stop)
+}
+
+/// A robot without a swarm, whose lives need what this program lacks.
+#[cfg(not(feature = "compose"))]
+fn alone(file: &Path, _: &Parsed<'_>, _: Console) -> Result {
+    Err(Failure::input(format_args!(
+        "{}: has neither robot nor key nor [radio], so it is not of a member of a swarm, and for another robot this program was built \
+         without the feature `compose`; allowed: a program built with it (docs/robots-on-the-wire.md)",
+        file.display()
+    )))
+}
+
+/// Set once a signal asks the daemon to end.
+fn stopped_by_signals() -> Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))
+            .map_err(|error| Failure::failed(format_args!("signals can't be listened to: {error}")))?;
+    }
+    Ok(stop)
 }

@@ -22,6 +22,11 @@ fn page() -> String {
         ("A sweep of swarms", of_swarms),
         ("Lives on a robot", logbook::all_contents()),
         ("A calibration", commands::calibrate::contents()),
+        #[cfg(all(unix, feature = "compose"))]
+        (
+            "A robot that evolves on board",
+            crate::daemon::single::transfers::contents(),
+        ),
         ("A fleet", fleet::collect::contents()),
         #[cfg(feature = "twin")]
         ("A fleet's twin", fleet::twin::all_contents()),

@@ -14,7 +14,8 @@ use serde_json::json;
 use super::activity::{Activity, Problems};
 use super::air::{Air, Channel};
 use super::evolution::Evolution;
-use super::keeper::{Keeper, Saved};
+use super::intervals::Saved;
+use super::keeper::Keeper;
 use super::log::Log;
 use super::member::{Deeds, Member, Sighted};
 use super::notify::Notify;
@@ -53,7 +54,7 @@ pub(crate) struct Daemon<'a> {
     seen: Seen,
     /// The newest sighting, until a cycle has taken it.
     sighted: Option<Sighted>,
-    keeper: Keeper,
+    keeper: Keeper<Saved>,
     saved: Saved,
     log: Log,
     notify: Notify,
@@ -97,7 +98,7 @@ impl<'a> Daemon<'a> {
         let number = *robot as usize;
         let key = Secret::read(&settings.key)?;
         let owner = blake3::hash(&[experiment.as_bytes().as_slice(), &robot.to_le_bytes()].concat());
-        let (mut keeper, saved) = Keeper::open(&settings.directory, owner)?;
+        let (mut keeper, saved) = Keeper::<Saved>::open(&settings.directory, owner)?;
         let saved = match saved {
             Some(saved) => Saved {
                 boots: saved.boots.saturating_add(1),

@@ -1,8 +1,6 @@
 //! The evolution on board: evaluates a robot's controllers in its simulator beside the control thread, at low priority and with a
 //! bounded share of a processor.
 
-use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use oneiro::batch::Worlds;
@@ -10,7 +8,8 @@ use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::swarm::SECOND;
 
-use crate::exit::{Failure, Result};
+use super::beside::{Beside, rest};
+use crate::exit::Result;
 use crate::swarm::Plan;
 use crate::swarm::on_board::OnBoard;
 
@@ -51,7 +50,7 @@ pub(crate) fn simulate(
         (states, fitness) = (outcome.states, outcome.fitness);
         let busy = began.elapsed();
         worked += busy;
-        thread::sleep(busy.mul_f64(1.0 / share - 1.0));
+        rest(busy, share);
     }
     Ok(Simulated {
         interval: own.interval(),
@@ -63,8 +62,7 @@ pub(crate) fn simulate(
 
 /// A thread that evaluates, one interval after the other.
 pub(crate) struct Evolution {
-    requests: Sender<OnBoard>,
-    results: Receiver<Result<Simulated>>,
+    thread: Beside<OnBoard, Simulated>,
     /// The interval that was asked for last.
     asked: Option<u32>,
 }
@@ -72,34 +70,21 @@ pub(crate) struct Evolution {
 impl Evolution {
     /// Starts the thread, for a robot that may use a share of one processor.
     pub(crate) fn start(plan: Plan, robot: usize, share: f64) -> Self {
-        let (requests, asked) = mpsc::channel::<OnBoard>();
-        let (sender, results) = mpsc::channel();
-        // It ends when nothing more can be asked for.
-        thread::spawn(move || {
-            yield_to_others();
-            let mut cpu = Cpu::new(Some(1)).map_err(Failure::device);
-            for own in asked {
-                let simulated = match &mut cpu {
-                    Ok(cpu) => simulate(&plan, robot, &own, cpu, share),
-                    Err(failure) => Err(Failure::device(failure.to_string())),
-                };
-                if sender.send(simulated).is_err() {
-                    return;
-                }
-            }
+        let mut cpu = None;
+        let thread = Beside::start(move |own| {
+            let cpu = match &mut cpu {
+                Some(cpu) => cpu,
+                none => none.insert(Cpu::new(Some(1))?),
+            };
+            simulate(&plan, robot, &own, cpu, share)
         });
-        Self {
-            requests,
-            results,
-            asked: None,
-        }
+        Self { thread, asked: None }
     }
 
     /// Asks for the controllers of a robot's interval to be evaluated, once.
     pub(crate) fn ask(&mut self, own: &OnBoard) {
         if own.is_to_simulate() && self.asked.replace(own.interval()) != Some(own.interval()) {
-            // If the thread is gone, its last words say why.
-            let _ = self.requests.send(own.clone());
+            self.thread.ask(own.clone());
         }
     }
 
@@ -107,22 +92,7 @@ impl Evolution {
     ///
     /// # Errors
     /// Those of the evaluator.
-    pub(crate) fn result(&mut self, must_wait: bool) -> Result<Option<Simulated>> {
-        let result = if must_wait {
-            self.results.recv().map_err(|_| TryRecvError::Disconnected)
-        } else {
-            self.results.try_recv()
-        };
-        match result {
-            Ok(result) => result.map(Some),
-            Err(TryRecvError::Empty) => Ok(None),
-            Err(TryRecvError::Disconnected) => Err(Failure::failed("the thread that evolves has ended")),
-        }
+    pub(crate) fn result(&self, must_wait: bool) -> Result<Option<Simulated>> {
+        self.thread.result(must_wait)
     }
-}
-
-/// Gives this thread, and those that it starts, the lowest priority. What it computes does not depend on that.
-fn yield_to_others() {
-    #[cfg(target_os = "linux")]
-    let _ = rustix::process::setpriority_process(None, 19);
 }

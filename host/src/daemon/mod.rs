@@ -1,14 +1,17 @@
-//! What runs on a robot's own computer: its controller acts, its simulator evolves the next one beside, and both are exchanged with
-//! robots that it meets.
+//! What runs on a robot's own computer: a controller acts while a simulator evolves the next one beside. A member of a swarm exchanges
+//! both with robots that it meets; a robot without a swarm ([`single`]) measures what its simulator proposes.
 //!
 //! | file | content |
 //! |---|---|
 //! | [`settings`] | the daemon's file |
 //! | [`control`] | the control thread: a cycle every 100 ms |
 //! | [`member`] | the robot as a member of its swarm: schedule, fitness, messages; without clock, files or sockets |
-//! | [`evolution`] | the thread that evaluates its controllers in its simulator |
+//! | [`evolution`] | the evaluation of its controllers in its simulator |
 //! | [`epuck`] | the robot's readings as its behaviours have them |
-//! | [`keeper`] | checkpoint and table of intervals |
+//! | [`intervals`] | what is saved of a member, and the table of its intervals |
+//! | [`single`] | a robot without a swarm |
+//! | [`beside`] | a thread of low priority for what evolves |
+//! | [`keeper`] | checkpoints, and the tables that follow from them |
 //! | [`activity`] | what it does and what is in its way |
 //! | [`air`] | what carries datagrams |
 //! | [`log`] | a line of JSON for each event |
@@ -16,10 +19,12 @@
 
 pub(crate) mod activity;
 pub(crate) mod air;
+mod beside;
 #[cfg(unix)]
 pub(crate) mod control;
 pub(crate) mod epuck;
 pub(crate) mod evolution;
+pub(crate) mod intervals;
 pub(crate) mod keeper;
 #[cfg(unix)]
 pub(crate) mod log;
@@ -27,3 +32,5 @@ pub(crate) mod member;
 #[cfg(unix)]
 pub(crate) mod notify;
 pub(crate) mod settings;
+#[cfg(all(unix, feature = "compose"))]
+pub(crate) mod single;

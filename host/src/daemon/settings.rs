@@ -1,4 +1,4 @@
-//! The file of a robot's daemon.
+//! The file of the daemon of a swarm's member.
 //!
 //! ```toml
 //! experiment = "odowd2014.toml"                 # a swarm's experiment, relative to this file
@@ -176,10 +176,25 @@ impl Settings {
     ///
     /// # Errors
     /// Exit 3: the file, the line and the column, the key, the value found, and the values allowed.
+    #[cfg(any(test, feature = "twin"))]
     pub(crate) fn read(path: &Path) -> Result<Self> {
         let text = files::text(path)?;
         let parsed = Parsed::new(path.display().to_string(), &text)?;
-        let (file, source): (File, _) = Source::read(&parsed, &[])?;
+        Self::of(path, &parsed)
+    }
+
+    /// Whether a file has what the daemon of a swarm's member needs, and that of another robot does not.
+    pub(crate) fn is_of_member(parsed: &Parsed<'_>) -> bool {
+        let keys = ["robot", "key", "radio", "tracker", "beacon"];
+        keys.iter().any(|key| parsed.has(key))
+    }
+
+    /// The same of a file that was parsed.
+    ///
+    /// # Errors
+    /// As [`Settings::read`].
+    pub(crate) fn of(path: &Path, parsed: &Parsed<'_>) -> Result<Self> {
+        let (file, source): (File, _) = Source::read(parsed, &[])?;
         let directory = path.parent().unwrap_or(Path::new(""));
         let experiment = directory.join(&file.experiment);
         let text = files::text(&experiment)?;
@@ -193,30 +208,39 @@ impl Settings {
         }
         let experiment = SwarmExperiment::of_robots(&experiment, &parsed)?;
         check(&file, experiment.settings().world.robots, &source)?;
-        let wire = match file.address.parse() {
-            Ok(Address::Wire(wire)) => wire,
-            Ok(Address::Surrogate(_)) => {
-                let problem = format!("is {}, which has no link; allowed: {}", file.address, forms());
-                return Err(source.invalid("address", problem));
-            }
-            Err(invalid) => return Err(source.invalid("address", invalid)),
-        };
-        let guard: Vec<String> = file.guard.iter().map(|(key, value)| format!("{key}={value}")).collect();
-        Values::of(&guard).map_err(|problem| source.invalid("guard", problem))?;
         Ok(Self {
             experiment: experiment.identities().of(file.seed),
             plan: experiment.plan(file.seed),
             robot: file.robot,
-            wire,
+            wire: wire(&file.address, &source)?,
             directory: directory.join(file.directory),
             key: directory.join(file.key),
             radio: file.radio,
             tracker: file.tracker,
             beacon: file.beacon,
             evolution: file.evolution,
-            guard,
+            guard: guard(&file.guard, &source)?,
         })
     }
+}
+
+/// The link of an address.
+pub(super) fn wire(address: &str, source: &Source<'_>) -> Result<Wire> {
+    match address.parse() {
+        Ok(Address::Wire(wire)) => Ok(wire),
+        Ok(Address::Surrogate(_)) => {
+            let problem = format!("is {address}, which has no link; allowed: {}", forms());
+            Err(source.invalid("address", problem))
+        }
+        Err(invalid) => Err(source.invalid("address", invalid)),
+    }
+}
+
+/// The guard's values as settings, each written `KEY=VALUE`.
+pub(super) fn guard(values: &BTreeMap<String, f64>, source: &Source<'_>) -> Result<Vec<String>> {
+    let guard: Vec<String> = values.iter().map(|(key, value)| format!("{key}={value}")).collect();
+    Values::of(&guard).map_err(|problem| source.invalid("guard", problem))?;
+    Ok(guard)
 }
 
 /// Checks the ranges of values.
@@ -228,7 +252,12 @@ fn check(file: &File, robots: u32, source: &Source<'_>) -> Result {
     within("evolution.share", &file.evolution.share, &SHARES, source)
 }
 
-fn within<T: PartialOrd + Display>(key: &str, value: &T, allowed: &RangeInclusive<T>, source: &Source<'_>) -> Result {
+pub(super) fn within<T: PartialOrd + Display>(
+    key: &str,
+    value: &T,
+    allowed: &RangeInclusive<T>,
+    source: &Source<'_>,
+) -> Result {
     if allowed.contains(value) {
         return Ok(());
     }

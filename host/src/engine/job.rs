@@ -135,7 +135,7 @@ impl Stage {
     }
 
     /// The trace to request from the evaluator, if any.
-    pub(super) fn trace(&self) -> Option<TraceRequest> {
+    pub(crate) fn trace(&self) -> Option<TraceRequest> {
         self.trace_every.map(|every| TraceRequest { every })
     }
 }

@@ -26,7 +26,7 @@ use crate::{files, genomes};
 pub(crate) const DIRECTORY: &str = "inputs";
 
 /// A file that an experiment names.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Input {
     /// Name in the experiment.
     pub(crate) named: String,

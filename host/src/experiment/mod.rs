@@ -30,7 +30,7 @@ use settings::{Settings, Transfer};
 use source::{Parsed, Setting, Source};
 
 /// A checked experiment, its world, and the files that it names.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Experiment {
     /// All values, including defaults; files have the names that a run's directory gives them.
     settings: Settings,

@@ -564,7 +564,7 @@ impl Transfer {
     }
 
     /// Values of lives on a robot on a wire. The run says where they are recorded.
-    fn values(&self) -> Result<wired::Values, String> {
+    pub(crate) fn values(&self) -> Result<wired::Values, String> {
         let age = self.tracker_age.map_or(tracker::AGE_MS as f64, f64::from);
         let limit = Duration::from_secs_f64(age / 1000.0);
         let trackers = self.tracker.0.iter();

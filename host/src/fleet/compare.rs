@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
-use crate::daemon::keeper::INTERVALS;
+use crate::daemon::intervals::INTERVALS;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::statistics::{Interval, bootstrap_interval, mean, variance};

@@ -80,14 +80,11 @@ impl Wired {
                 "there are {robots} robots and {trackers} trackers; allowed: a tracker for each robot, in the same order"
             ));
         }
-        // Simulated wheels obey at once; a later setting replaces this one.
-        let mut settings = vec!["acceleration_mm_s2=10000".to_owned()];
-        settings.extend_from_slice(guard);
         Ok(Self {
             robots: wires.iter().map(|_| Shared::default()).collect(),
             wires,
             values,
-            guard: settings,
+            guard: wired::guarded(guard),
             console,
         })
     }

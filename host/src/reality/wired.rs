@@ -153,6 +153,12 @@ impl Display for Time {
     }
 }
 
+/// Settings of a guard for lives: those that are given, and wheels that obey as soon as simulated ones.
+pub(crate) fn guarded(guard: &[String]) -> Vec<String> {
+    // A later setting replaces this one.
+    [&["acceleration_mm_s2=10000".to_owned()], guard].concat()
+}
+
 /// Kinds of sensors that lives in a world need.
 ///
 /// # Errors
@@ -211,7 +217,7 @@ impl Lives {
         let Profile { robot, base_mm, .. } = profile;
         if !profile.has_odometers && values.trackers.is_empty() {
             return Err(Failure::input(format_args!(
-                "the {robot} has no odometers; allowed: a robot with odometers, or --tracker"
+                "the {robot} has no odometers; allowed: a robot with odometers, or a tracker (--tracker)"
             )));
         }
         let senses = Senses::new(spec, profile, &values.sensors).map_err(Failure::input)?;
@@ -220,10 +226,11 @@ impl Lives {
             Build::Sampled | Build::Forager(_) => SAMPLED_SPEED,
         };
         let speed = values.speed_mm_s.unwrap_or(own);
-        if speed > profile.greatest_mm_s {
+        // An experiment has its speeds in f32, in which 128.8 is more than the e-puck's.
+        if speed as f32 > profile.greatest_mm_s as f32 {
             return Err(Failure::input(format_args!(
                 "the greatest speed is {speed} mm/s, and that of the {robot} {:.1} mm/s with its guard; allowed: a lower \
-                 --speed, or a higher --guard speed_mm_s",
+                 speed_mm_s of its lives (--speed), or a higher speed_mm_s of its guard",
                 profile.greatest_mm_s
             )));
         }
@@ -561,19 +568,19 @@ fn failed(error: reported::Error) -> Trouble {
 
 /// A robot on a wire that everything of a command shares.
 #[derive(Clone, Default)]
-pub(super) struct Shared(Arc<Mutex<Connected>>);
+pub(crate) struct Shared(Arc<Mutex<Connected>>);
 
 /// A robot, once somebody has connected to it.
-type Connected = Option<Box<dyn Vehicle + Send>>;
+pub(crate) type Connected = Option<Box<dyn Vehicle + Send>>;
 
 impl Shared {
     /// A robot that is connected.
-    #[cfg(test)]
-    pub(super) fn of(vehicle: impl Vehicle + Send + 'static) -> Self {
+    #[cfg(any(test, all(unix, feature = "compose")))]
+    pub(crate) fn of(vehicle: impl Vehicle + Send + 'static) -> Self {
         Self(Arc::new(Mutex::new(Some(Box::new(vehicle)))))
     }
 
-    pub(super) fn lock(&self) -> MutexGuard<'_, Connected> {
+    pub(crate) fn lock(&self) -> MutexGuard<'_, Connected> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -588,14 +595,14 @@ struct Wired {
 
 /// Robots on wires as a reality: all that have the same lives to live.
 #[derive(Default)]
-pub(super) struct WiredRobots(Vec<Wired>);
+pub(crate) struct WiredRobots(Vec<Wired>);
 
 impl WiredRobots {
     /// Adds a robot at an address that is connected.
     ///
     /// # Errors
     /// As [`Lives::new`].
-    pub(super) fn add(
+    pub(crate) fn add(
         &mut self,
         robot: &Shared,
         address: &str,

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::super::page::REPLAY;
 use super::super::statuses::{read, whole};
 use super::record::{ARENA, Row};
-use crate::daemon::keeper::INTERVALS;
+use crate::daemon::intervals::INTERVALS;
 use crate::daemon::settings::Settings;
 use crate::engine::disk;
 use crate::exit::{Failure, Result};

@@ -213,7 +213,7 @@ impl Evolving {
         }
     }
 
-    fn luckiest(&self) -> Result<&Champion> {
+    pub(super) fn luckiest(&self) -> Result<&Champion> {
         let luckiest = self.evolution.champion();
         luckiest.ok_or_else(|| Failure::failed("a run has no generation"))
     }
@@ -386,6 +386,26 @@ impl Evolving {
         }
         self.trace = Some(results.traces.first().cloned().unwrap_or_default());
         Ok(())
+    }
+}
+
+/// What an evolution on board needs besides.
+#[cfg(all(unix, feature = "compose"))]
+impl Evolving {
+    /// Number of generations that have been evaluated.
+    pub(super) fn generation(&self) -> u32 {
+        self.evolution.generation()
+    }
+
+    /// Whether those are all.
+    pub(super) fn is_over(&self) -> bool {
+        self.evolution.is_finished()
+    }
+
+    /// Takes the fitness of a generation. The luckiest of those before are forgotten.
+    pub(super) fn bred_anew(&mut self, results: &Results<'_>) -> Result<Step> {
+        self.evolution.forget_champion();
+        self.bred(results)
     }
 }
 

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`job`] | the state machine: generations, reality, the champion's trace |
 //! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
+//! | [`on_board`] | the same evolution beside a robot |
 //! | [`check`], [`replay`] with [`elites`], [`audit`] | the commands of these names for such runs |
 
 mod archive;
@@ -15,6 +16,8 @@ mod check;
 mod elites;
 mod individuals;
 pub(crate) mod job;
+#[cfg(all(unix, feature = "compose"))]
+pub(crate) mod on_board;
 mod pictures;
 mod replay;
 mod rows;

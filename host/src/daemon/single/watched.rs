@@ -1,0 +1,93 @@
+//! A robot whose use systemd's watchdog is told of: the daemon hangs if it neither looks, drives nor waits for a few seconds.
+
+use std::cell::Cell;
+use std::time::Duration;
+
+use crate::daemon::notify::Notify;
+use crate::robots::vehicle::trouble::Trouble;
+use crate::robots::vehicle::{Moment, Profile, Vehicle};
+
+/// Time from one word to systemd to the next: several in the `WatchdogSec` of the daemon's unit.
+const PERIOD: Duration = Duration::from_secs(1);
+
+pub(super) struct Watched {
+    vehicle: Box<dyn Vehicle + Send>,
+    notify: Notify,
+    told: Cell<Option<Duration>>,
+}
+
+impl Watched {
+    pub(super) fn new(vehicle: Box<dyn Vehicle + Send>, notify: Notify) -> Self {
+        Self {
+            vehicle,
+            notify,
+            told: Cell::new(None),
+        }
+    }
+
+    /// Says that the daemon lives, once in a while.
+    fn tell(&self) {
+        let now = self.vehicle.now();
+        if self.told.get().is_none_or(|told| now >= told + PERIOD) {
+            self.told.set(Some(now));
+            self.notify.watchdog();
+        }
+    }
+}
+
+impl Vehicle for Watched {
+    fn profile(&self) -> &Profile {
+        self.vehicle.profile()
+    }
+
+    fn now(&self) -> Duration {
+        self.vehicle.now()
+    }
+
+    fn look(&mut self) -> Result<Moment, Trouble> {
+        self.tell();
+        self.vehicle.look()
+    }
+
+    fn drive(&mut self, speeds: [f64; 2]) -> Result<(), Trouble> {
+        self.vehicle.drive(speeds)
+    }
+
+    fn keep_until(&mut self, until: Duration) -> Result<(), Trouble> {
+        self.tell();
+        self.vehicle.keep_until(until)
+    }
+
+    fn stop(&mut self) -> Result<(), Trouble> {
+        self.vehicle.stop()
+    }
+
+    fn volts(&self) -> Option<f64> {
+        self.vehicle.volts()
+    }
+
+    fn seen(&self) -> Option<[f64; 3]> {
+        self.vehicle.seen()
+    }
+
+    fn ask(&mut self, what: &str) -> Result<(), Trouble> {
+        self.vehicle.ask(what)
+    }
+
+    fn recover(&mut self) -> Result<(), Trouble> {
+        self.recover_until(&|| false)
+    }
+
+    fn recover_until(&mut self, is_over: &dyn Fn() -> bool) -> Result<(), Trouble> {
+        // The clock of the vehicle can't be read meanwhile.
+        let notify = &self.notify;
+        self.vehicle.recover_until(&|| {
+            notify.watchdog();
+            is_over()
+        })
+    }
+
+    fn resume(&mut self) {
+        self.vehicle.resume();
+    }
+}
