@@ -174,6 +174,9 @@ fn summary(experiment: &Experiment) -> String {
         (
             "start",
             match spec.start {
+                Start::Random if spec.robot.has_starts() => {
+                    "each robot at its place (robot.starts_mm), with a random heading".to_owned()
+                }
                 Start::Random => "a random free pose for each life".to_owned(),
                 Start::At { x, y, heading } => format!("at ({x}, {y}) mm, heading {heading} turns"),
             },
