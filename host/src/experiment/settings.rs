@@ -19,7 +19,7 @@ use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
 
 use super::robots::{self, Preset};
 use super::values::Described;
-use crate::evolve::settings::{self as evolution, CrossoverKind, SelectionKind};
+use crate::evolve::settings::{self as evolution, CrossoverKind, OpponentKind, SelectionKind};
 use crate::reality::site::{SEVERITY, Site};
 use crate::reality::wired;
 use crate::robots::tracker;
@@ -263,7 +263,9 @@ fn rows() -> Vec<Parameter<Settings>> {
         row("evolution.mutation.per", "", Any, "ours: \"25%\", and not of what, in Miglino et al. 1995, section 3.4",
             "What that chance is drawn for.", |own, _| Some(&mut own.evolution.mutated_by_unit()?.per)),
         row("evolution.mutation.amount", "", Number(0.0, GREATEST_GENE.into()), "ours: no size in Miglino et al. 1995, section 3.4",
-            "Size of the change: the greatest that is added, or its standard deviation.", |own, _| Some(&mut own.evolution.genetic()?.mutation.amount)),
+            "Size of the change: the greatest that is added, or its standard deviation.", |own, _| Some(&mut own.evolution.mutated_by_amount()?.amount)),
+        row("evolution.mutation.bits", "bits", Whole(1, 16), "Floreano and Nolfi 1997",
+            "Bits of a gene, where mutation flips them.", |own, _| Some(&mut own.evolution.mutated_by_bits()?.bits)),
         row("evolution.strategy.sigma", "", Number(1e-6, 1e6), "ours; 0.02 in evorobotpy2 with open-es",
             "Standard deviation of the samples, of cma-es and sep-cma-es in the beginning, in halves of the initial range; default: 0.5, but 0.02 with open-es.", |own, _| Some(&mut own.evolution.strategy()?.sigma)),
         row("evolution.strategy.active", "", Any, "Hansen 2016, and the package cma 4.5.0",
@@ -304,6 +306,19 @@ fn rows() -> Vec<Parameter<Settings>> {
             "Generations before the first test of a race.", |own, _| Some(&mut own.evolution.racing()?.first_test)),
         row("evolution.race.confidence", "", Number(0.5, 0.999_999), "irace (López-Ibáñez et al. 2016)",
             "Confidence of the test by which candidates drop out.", |own, _| Some(&mut own.evolution.racing()?.confidence)),
+        row("evolution.opponents.first_gene", "", Text("the name of a gene"), "",
+            "With coevolution: the first gene of the second population's genomes; the genes before it are the first population's.", |own, _| Some(&mut own.evolution.opposed()?.first_gene)),
+        row("evolution.opponents.kind", "", Any, "Floreano and Nolfi 1997",
+            "Which of the other population's best an individual meets.", |own, _| Some(&mut own.evolution.opposed()?.kind)),
+        row("evolution.opponents.generations", "", Whole(1, 1_000_000), "Floreano and Nolfi 1997",
+            "With recent opponents: of how many of the last generations they are the best.", |own, _| {
+                let opponents = own.evolution.opposed()?;
+                (opponents.kind == OpponentKind::Recent).then_some(&mut opponents.generations)
+            }),
+        row("evolution.opponents.contests", "", Whole(1, 10_000), "Floreano and Nolfi 1997",
+            "Contests of each individual in a generation, each with another opponent as long as there are enough.", |own, _| Some(&mut own.evolution.opposed()?.contests)),
+        row("evolution.opponents.total", "", Number(-1e6, 1e6), "Floreano and Nolfi 1997",
+            "What the scores of a contest add up to: the first population's is the fitness, and the second's the rest.", |own, _| Some(&mut own.evolution.opposed()?.total)),
         row("evolution.novelty.neighbours", "", Whole(1, 100_000), "Lehman and Stanley 2011",
             "Nearest behaviours whose mean distance is an individual's novelty.", |own, _| Some(&mut own.evolution.novel()?.neighbours)),
         row("evolution.novelty.added", "", WholeUpTo(0, "evolution.population"), OURS,
