@@ -77,6 +77,16 @@ pub(crate) static EXAMPLES: [Example; 18] = [
         files: &[file!("gather.toml"), file!("gather/mission.wgsl")],
     },
     Example {
+        name: "predator-prey",
+        about: "a predator and a prey evolve against each other: two populations",
+        files: &[
+            file!("predator-prey.toml"),
+            file!("predator-prey/sensors.wgsl"),
+            file!("predator-prey/controller.wgsl"),
+            file!("predator-prey/mission.wgsl"),
+        ],
+    },
+    Example {
         name: "evostick-aggregation",
         about: "twenty e-pucks gather on one of two black spots",
         files: &[file!("evostick-aggregation.toml"), file!("evostick/aggregation.wgsl")],
