@@ -661,7 +661,10 @@ impl Differential {
         }
         let invalid = |problem| Err(Invalid::new("robot.starts_mm", problem));
         if places.len() != count as usize {
-            return invalid(format!("has {} places; allowed: one for each robot, {count}", places.len()));
+            return invalid(format!(
+                "has {} places; allowed: one for each robot, {count}",
+                places.len()
+            ));
         }
         let least = 2.0 * robot.body_radius;
         for (second, place) in places.iter().enumerate() {

@@ -727,7 +727,12 @@ fn robots_that_live_together_are_as_pinned() {
     ];
     for (name, kind) in [("predator-prey", "recent"), ("predator-prey, hall", "hall-of-fame")] {
         let kind = format!("evolution.opponents.kind={kind}");
-        let set: Vec<&str> = pair.iter().copied().chain([&*kind]).flat_map(|value| ["--set", value]).collect();
+        let set: Vec<&str> = pair
+            .iter()
+            .copied()
+            .chain([&*kind])
+            .flat_map(|value| ["--set", value])
+            .collect();
         place.evolve(name, &shipped("predator-prey.toml"), &set);
         found.run(&place, name);
         found.table(&place, name, "second.csv");

@@ -155,7 +155,10 @@ impl Played {
         let every = self.generations.get(1).copied().unwrap_or(1);
         for (file, text) in [
             (TOURNAMENT, self.csv()),
-            (TOURNAMENT_PICTURE, figures::tournament(&title, every, self.generations.len(), &self.scores)),
+            (
+                TOURNAMENT_PICTURE,
+                figures::tournament(&title, every, self.generations.len(), &self.scores),
+            ),
             (
                 TOURNAMENT_PROGRESS,
                 figures::learning_curve(&title, "mean score against all generations of the other", &both),
@@ -174,7 +177,11 @@ impl Played {
             let _ = write!(text, ",second_{generation}");
         }
         text.push('\n');
-        for (generation, scores) in self.generations.iter().zip(self.scores.chunks_exact(self.generations.len())) {
+        for (generation, scores) in self
+            .generations
+            .iter()
+            .zip(self.scores.chunks_exact(self.generations.len()))
+        {
             let _ = write!(text, "{generation}");
             for score in scores {
                 let _ = write!(text, ",{}", significant(*score, 6));
@@ -294,9 +301,6 @@ mod tests {
 
     #[test]
     fn pairs_have_the_genes_of_both() {
-        assert_eq!(
-            pairs_of(&[1.0, 2.0], &[3.0, 4.0], 1),
-            [1.0, 2.0, 3.0, 1.0, 2.0, 4.0]
-        );
+        assert_eq!(pairs_of(&[1.0, 2.0], &[3.0, 4.0], 1), [1.0, 2.0, 3.0, 1.0, 2.0, 4.0]);
     }
 }

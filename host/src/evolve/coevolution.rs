@@ -118,7 +118,12 @@ impl Coevolution {
                 (0, shuffled(generation, &mut random))
             }
         };
-        order.iter().cycle().take(contests).map(|place: &usize| first + place).collect()
+        order
+            .iter()
+            .cycle()
+            .take(contests)
+            .map(|place: &usize| first + place)
+            .collect()
     }
 
     /// Makes the contests of this generation: those of the first population's individuals, then those of the second's. In generation
@@ -174,7 +179,11 @@ impl Optimizer for Coevolution {
 
     fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
         checked_count(self, &fitness, behaviour)?;
-        let (number, count, total) = (self.generation(), self.opponents.contests as usize, self.opponents.total);
+        let (number, count, total) = (
+            self.generation(),
+            self.opponents.contests as usize,
+            self.opponents.total,
+        );
         let (first, second) = fitness.split_at(fitness.len() / 2);
         let scored = |lives: &[f32], own: &dyn Fn(f64) -> f64| -> Vec<f32> {
             let contests = lives.chunks_exact(count);

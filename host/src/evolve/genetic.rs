@@ -873,7 +873,10 @@ mod tests {
             assert_eq!(gene.fract(), 0.0);
             counts[word(gene)] += 1.0 / 8000.0;
         }
-        assert!(counts.iter().all(|share: &f64| (share - 0.125).abs() < 0.015), "{counts:?}");
+        assert!(
+            counts.iter().all(|share: &f64| (share - 0.125).abs() < 0.015),
+            "{counts:?}"
+        );
         let generation = evolution.tell(vec![0.0; 4000], &[]).unwrap();
         let parent = generation.population.genome(0);
         let mut flips = [0.0; 3];

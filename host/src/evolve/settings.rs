@@ -275,7 +275,10 @@ impl Settings {
     /// Genomes that live in each generation: the individuals, or the contests of two populations' individuals.
     pub(crate) fn lived(&self) -> u32 {
         if self.is_coevolution() {
-            return self.population.saturating_mul(2).saturating_mul(self.opponents.contests);
+            return self
+                .population
+                .saturating_mul(2)
+                .saturating_mul(self.opponents.contests);
         }
         self.population
     }
@@ -843,7 +846,11 @@ pub(crate) enum OpponentKind {
 
 impl Choice for OpponentKind {
     const CHOICES: Choices<Self> = &[
-        ("recent", Self::Recent, "the best of the last generations, the last first"),
+        (
+            "recent",
+            Self::Recent,
+            "the best of the last generations, the last first",
+        ),
         (
             "hall-of-fame",
             Self::HallOfFame,

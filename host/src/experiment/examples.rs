@@ -17,7 +17,7 @@ macro_rules! file {
 }
 
 /// All of them.
-pub(crate) static EXAMPLES: [Example; 18] = [
+pub(crate) static EXAMPLES: [Example; 19] = [
     Example {
         name: "homing",
         about: "a Khepera with a battery returns to its charger",

@@ -19,7 +19,7 @@ use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
 
 use super::robots::{self, Preset};
 use super::values::Described;
-use crate::evolve::settings::{self as evolution, CrossoverKind, OpponentKind, SelectionKind};
+use crate::evolve::settings::{self as evolution, CrossoverKind, SelectionKind};
 use crate::reality::site::{SEVERITY, Site};
 use crate::reality::wired;
 use crate::robots::tracker;
@@ -311,10 +311,7 @@ fn rows() -> Vec<Parameter<Settings>> {
         row("evolution.opponents.kind", "", Any, "Floreano and Nolfi 1997",
             "Which of the other population's best an individual meets.", |own, _| Some(&mut own.evolution.opposed()?.kind)),
         row("evolution.opponents.generations", "", Whole(1, 1_000_000), "Floreano and Nolfi 1997",
-            "With recent opponents: of how many of the last generations they are the best.", |own, _| {
-                let opponents = own.evolution.opposed()?;
-                (opponents.kind == OpponentKind::Recent).then_some(&mut opponents.generations)
-            }),
+            "Of recent opponents: of how many of the last generations they are the best.", |own, _| Some(&mut own.evolution.opposed()?.generations)),
         row("evolution.opponents.contests", "", Whole(1, 10_000), "Floreano and Nolfi 1997",
             "Contests of each individual in a generation, each with another opponent as long as there are enough.", |own, _| Some(&mut own.evolution.opposed()?.contests)),
         row("evolution.opponents.total", "", Number(-1e6, 1e6), "Floreano and Nolfi 1997",

@@ -264,7 +264,10 @@ fn breeding(evolution: &Settings) -> String {
     if evolution.is_coevolution() {
         let Settings { opponents, .. } = evolution;
         let met = match opponents.kind {
-            OpponentKind::Recent => format!("the last {}", counted(opponents.generations, "generation", "generations")),
+            OpponentKind::Recent => format!(
+                "the last {}",
+                counted(opponents.generations, "generation", "generations")
+            ),
             OpponentKind::HallOfFame => "all earlier generations".to_owned(),
         };
         return format!(

@@ -13,8 +13,8 @@ use super::rows::Row;
 use super::trace::trace_every;
 use super::transferred::{TERM, Transferred, positions};
 use super::{
-    CHAMPION, CHAMPION_GENES, CHAMPION_TEXT, COVERAGE, FITNESS, GENERATIONS, HALL, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES,
-    LUCKIEST_TEXT, POPULATION, Places, SECOND, Single, pictures,
+    CHAMPION, CHAMPION_GENES, CHAMPION_TEXT, COVERAGE, FITNESS, GENERATIONS, HALL, INDIVIDUALS, LUCKIEST,
+    LUCKIEST_GENES, LUCKIEST_TEXT, POPULATION, Places, SECOND, Single, pictures,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::appraisal::{Appraisal, by_mean};
