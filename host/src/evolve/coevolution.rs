@@ -45,14 +45,14 @@ pub(crate) struct Scores {
 
 impl Coevolution {
     /// Starts from random genes, or from those given, whose genomes are a first and a second individual each.
-    pub(super) fn new(settings: &Settings, seed: u64, genes: &[Gene], init: Option<Population>) -> Self {
+    pub(super) fn new(settings: &Settings, seed: u64, genes: &[Gene], init: Option<&Population>) -> Self {
         let ranges: Ranges = genes.iter().map(|gene| gene.range).collect();
         let split = settings.opponents.split(genes).unwrap_or(1);
         let side = |from: usize, to: usize, seed: u64| {
             let mut own = settings.clone();
             let shares = &settings.initial_shares.0;
             own.initial_shares = Shares(shares.get(from..to).unwrap_or_default().to_vec());
-            let init = init.as_ref().map(|all| {
+            let init = init.map(|all| {
                 let values = all.genomes().flat_map(|genome| &genome[from..to]).copied().collect();
                 Population::new(to - from, values)
             });
@@ -133,9 +133,10 @@ impl Coevolution {
         let count = self.opponents.contests as usize;
         let opponents = [0, 1].map(|side| -> Vec<&[f32]> {
             let (hall, first): (Vec<&[f32]>, _) = (self.best(side).collect(), self.sides[side].evolution.ask());
-            match met.is_empty() {
-                true => (0..count).map(|contest| first.genome(contest % first.len())).collect(),
-                false => met.iter().map(|&generation| hall[generation]).collect(),
+            if met.is_empty() {
+                (0..count).map(|contest| first.genome(contest % first.len())).collect()
+            } else {
+                met.iter().map(|&generation| hall[generation]).collect()
             }
         });
         let [first, second] = [0, 1].map(|side| self.sides[side].evolution.ask().genomes());

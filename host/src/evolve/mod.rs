@@ -225,7 +225,7 @@ pub(crate) fn optimizer(
         Kind::MapElites => Box::new(MapElites::new(settings, seed, &ranges, init)),
         Kind::Novelty => Box::new(Novelty::new(settings, seed, ranges, init)),
         Kind::Race => Box::new(Race::new(settings, seed, genes)),
-        Kind::Coevolution => Box::new(Coevolution::new(settings, seed, genes, init)),
+        Kind::Coevolution => Box::new(Coevolution::new(settings, seed, genes, init.as_ref())),
         Kind::Random => Box::new(RandomSearch::new(settings, seed, &ranges)),
     }
 }

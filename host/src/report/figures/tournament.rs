@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn neighbours_of_one_shade_are_one_rectangle() {
-        let squares = |scores: &[f64]| tournament("t", 1, 2, scores).matches("z").count();
+        let squares = |scores: &[f64]| tournament("t", 1, 2, scores).matches('z').count();
         let none = squares(&[f64::NAN; 4]);
         assert_eq!(squares(&[0.0, 1.0, 1.0, 0.0]), none + 4);
         assert_eq!(squares(&[0.0, 0.0, 1.0, 0.0]), none + 3);
