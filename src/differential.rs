@@ -85,6 +85,8 @@ pub struct Differential {
     pub count: Option<u32>,
     /// Of several robots: what bodies do that meet. `None`: they push.
     pub contact: Option<Contact>,
+    /// Of several robots: where each starts, with a random heading. `None`: at random places.
+    pub starts: Option<Starts>,
     /// Its reference model, of several robots. `None`: it has only the sensors of its list.
     pub model: Option<Model>,
     /// Values of that model.
@@ -291,7 +293,12 @@ impl Choice for SensorKind {
     ];
 }
 
+/// Where robots that live together start: x and y of each, mm.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Starts(pub Vec<[f32; 2]>);
+
 field_of_pairs!(Response);
+field_of_pairs!(Starts);
 
 impl Differential {
     /// A robot that obeys at once, without sensors and battery: the distance between its wheels, mm, and their greatest speed,
@@ -325,6 +332,7 @@ impl Differential {
             wheel_noise_law: None,
             count: None,
             contact: None,
+            starts: None,
             model: None,
             reference: Reference::DEFAULT,
             sensors: Vec::new(),
@@ -442,6 +450,7 @@ impl Differential {
             .chain(self.responses().into_iter().flat_map(Response::cells))
             .chain(self.wheel_noise.map(|noise| [noise, 0.0, 0.0, 0.0]))
             .chain(self.members(robot))
+            .chain(self.start_places().iter().map(|&[x, y]| [x, y, 0.0, 0.0]))
             .chain(self.model.into_iter().flat_map(|_| self.reference.cells(arena)))
             .chain(
                 surrogate
@@ -464,6 +473,11 @@ impl Differential {
         Some([count as f32, robot.body_radius, reach * reach, pushes])
     }
 
+    /// Where robots that live together start, if that is given.
+    pub(crate) fn start_places(&self) -> &[[f32; 2]] {
+        self.starts.as_ref().map_or(&[], |Starts(places)| places)
+    }
+
     /// The kernel's cell of the noise of wheels.
     #[cfg(feature = "compose")]
     pub(crate) fn noise_cell(&self, arena: &Arena) -> usize {
@@ -480,7 +494,7 @@ impl Differential {
     /// The kernel's first cell of a reference model.
     #[cfg(feature = "compose")]
     pub(crate) fn reference_cell(&self, arena: &Arena) -> usize {
-        self.members_cell(arena) + usize::from(self.count.is_some())
+        self.members_cell(arena) + usize::from(self.count.is_some()) + self.start_places().len()
     }
 
     /// Number of cells before a surrogate's differences. Surrogates have no reference model.
@@ -603,8 +617,9 @@ impl Differential {
         if self.count.is_none() {
             let sight = sight.map(|index| (format!("robot.sensors[{index}].kind"), "is sight"));
             let contact = self.contact.map(|_| ("robot.contact".to_owned(), "is given"));
+            let starts = self.starts.as_ref().map(|_| ("robot.starts_mm".to_owned(), "is given"));
             let model = self.model.map(|_| ("robot.model".to_owned(), "is given"));
-            return match sight.or(contact).or(model) {
+            return match sight.or(contact).or(starts).or(model) {
                 Some((key, what)) => Err(Invalid::new(key, format!("{what}; allowed: only with robot.count"))),
                 None => Ok(()),
             };
@@ -634,6 +649,34 @@ impl Differential {
                  radius, {most} mm"
             );
             return Err(Invalid::new("robot.greatest_speed_mm_s", problem));
+        }
+        self.check_starts(robot)
+    }
+
+    /// Checks that each robot has a place to start, apart from all others.
+    fn check_starts(&self, robot: &Robot) -> Result<(), Invalid> {
+        let (places, count) = (self.start_places(), self.count.unwrap_or_default());
+        if self.starts.is_none() {
+            return Ok(());
+        }
+        let invalid = |problem| Err(Invalid::new("robot.starts_mm", problem));
+        if places.len() != count as usize {
+            return invalid(format!(
+                "has {} places; allowed: one for each robot, {count}",
+                places.len()
+            ));
+        }
+        let least = 2.0 * robot.body_radius;
+        for (second, place) in places.iter().enumerate() {
+            let near = |other: &[f32; 2]| {
+                let apart = [place[0] - other[0], place[1] - other[1]];
+                apart[0] * apart[0] + apart[1] * apart[1] < least * least
+            };
+            if let Some(first) = places[..second].iter().position(near) {
+                return invalid(format!(
+                    "has places {first} and {second} on each other; allowed: {least} mm and more between two of them"
+                ));
+            }
         }
         Ok(())
     }

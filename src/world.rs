@@ -76,6 +76,19 @@ impl Robot {
         self.build.members()
     }
 
+    /// Whether robots that live together start at places of their own.
+    pub fn has_starts(&self) -> bool {
+        !self.start_places().is_empty()
+    }
+
+    /// Where robots that live together start, if that is given: x and y of each, mm.
+    pub(crate) fn start_places(&self) -> &[[f32; 2]] {
+        match &self.build {
+            Build::Sampled | Build::Forager(_) => &[],
+            Build::Differential(own) => own.start_places(),
+        }
+    }
+
     /// The sensors of a described robot, in the order of their readings; none of a sampled one.
     pub fn described_sensors(&self) -> &[Sensor] {
         match &self.build {

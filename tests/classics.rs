@@ -17,13 +17,14 @@ use place::{Place, Ran};
 const GENOMES: usize = 30;
 
 /// The classics, and the avoidance that has lane code compiled ahead.
-const EXPERIMENTS: [&str; 7] = [
+const EXPERIMENTS: [&str; 8] = [
     "homing",
     "kheperax",
     "road-sign",
     "discrimination",
     "wall-following",
     "phototaxis",
+    "predator-prey",
     "khepera-avoidance",
 ];
 

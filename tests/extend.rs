@@ -491,6 +491,7 @@ fn examples_are_written_with_their_parts() {
             "discrimination",
             "aggregation",
             "gather",
+            "predator-prey",
             "evostick-aggregation",
             "evostick-foraging",
             "evostick-cues",
@@ -526,7 +527,7 @@ fn examples_are_written_with_their_parts() {
         .says(&["homing/sensors.wgsl: exists already"]);
     assert!(!place.at("homing.toml").exists());
     place.run(&["new", "--example", "moon"]).exits(3).says(&[
-        "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, discrimination, aggregation, gather, \
+        "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, discrimination, aggregation, gather, predator-prey, \
          evostick-aggregation, evostick-foraging, evostick-cues, evostick-shelter, evostick-network, evostick-coverage, evostick-exploration, \
          automode-aggregation, automode-cues, automode-foraging. \
          `oneiro new --swarm NAME` writes the 2014 study's experiment",

@@ -716,6 +716,27 @@ fn robots_that_live_together_are_as_pinned() {
     let short = short.map(|value| ["--set", value]).concat();
     place.evolve("aggregation", &experiment, &short);
     found.run(&place, "aggregation");
+    let pair = [
+        "cycles=100",
+        "evolution.generations=4",
+        "evolution.population=10",
+        "evolution.parents=5",
+        "evolution.opponents.contests=3",
+        "evolution.finalist_lives=3",
+        "record.individuals=true",
+    ];
+    for (name, kind) in [("predator-prey", "recent"), ("predator-prey, hall", "hall-of-fame")] {
+        let kind = format!("evolution.opponents.kind={kind}");
+        let set: Vec<&str> = pair
+            .iter()
+            .copied()
+            .chain([&*kind])
+            .flat_map(|value| ["--set", value])
+            .collect();
+        place.evolve(name, &shipped("predator-prey.toml"), &set);
+        found.run(&place, name);
+        found.table(&place, name, "second.csv");
+    }
     let sweep = format!(
         "experiment = {experiment:?}
         seeds = \"1..2\"

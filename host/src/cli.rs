@@ -56,6 +56,8 @@ pub(crate) enum Command {
     Replay(Replay),
     /// Evaluate a share of a run's individuals again on this machine and compare the bits
     Audit(Audit),
+    /// Play the best of each generation of two populations against each other
+    Tournament(Tournament),
     /// Check a run's checksums and its result hash
     Verify(Verify),
     /// List the runs below a directory and their state
@@ -416,6 +418,27 @@ pub(crate) struct Audit {
     /// Share of the recorded individuals to evaluate again, above 0 and up to 1
     #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
     pub(crate) share: f64,
+    /// The device that evaluates.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+}
+
+/// `oneiro tournament`
+#[derive(Args, Debug)]
+pub(crate) struct Tournament {
+    /// The directory of a run with `evolution.kind = "coevolution"`, or of several. The results are written there: tournament.csv,
+    /// and the pictures tournament.svg and tournament-progress.svg
+    #[arg(value_hint = ValueHint::DirPath)]
+    pub(crate) run_dir: PathBuf,
+    /// Contests of each pair, from the same starts for all pairs
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(crate) contests: u32,
+    /// Seed of their random numbers: those of `oneiro evaluate --common-starts --seed N`
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Let every Nth generation take part
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) every: u32,
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,

@@ -242,6 +242,17 @@ fn together(spec: &WorldSpec) -> Result<(), Invalid> {
     if let Some((key, _, problem)) = refused.into_iter().find(|(_, is_refused, _)| *is_refused) {
         return Err(Invalid::new(key, format!("{problem}; {SINGLE}")));
     }
+    let places = spec.robot.start_places();
+    if !places.is_empty() {
+        let walled = spec.arena.walled();
+        return match places.iter().find(|[x, y]| !walled.contains(*x, *y)) {
+            Some([x, y]) => {
+                let problem = format!("has ({x}, {y}) mm, outside of the arena; allowed: places in it");
+                Err(Invalid::new("robot.starts_mm", problem))
+            }
+            None => Ok(()),
+        };
+    }
     // Each robot keeps a disc of twice its radius from the centres of others; a draw finds a place with a chance of a half.
     let disc = 4.0 * std::f32::consts::PI * spec.robot.body_radius * spec.robot.body_radius;
     let Field { width, height, .. } = spec.arena.field;

@@ -53,6 +53,15 @@ impl Packed {
                 (0, [x, y, heading])
             }
         };
+        if let Some([x, y]) = spec
+            .robot
+            .start_places()
+            .iter()
+            .find(|[x, y]| touches(&shapes, Vec2::new(*x, *y)))
+        {
+            let problem = format!("has ({x}, {y}) mm, which touches an object; allowed: where the whole body is free");
+            return Err(Invalid::new("robot.starts_mm", problem));
+        }
         Ok(Self {
             world: world(spec, random_start, start.map(zero), shapes.len() as u32),
             shapes,

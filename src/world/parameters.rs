@@ -69,6 +69,8 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "Number of such robots that live together in one world, all with one genome: see docs/swarms.md; default: a single robot.", |own, _| Some(&mut described(own)?.count)),
         row("robot.contact", "", Any, OURS,
             "What bodies of robots that live together do when they meet; default: push.", |own, _| Some(&mut described(own)?.contact)),
+        row("robot.starts_mm", "mm", Text("pairs of numbers, x and y of each robot"), OURS,
+            "Where robots that live together start, each with a random heading; default: at random places.", |own, _| Some(&mut described(own)?.starts)),
         row("robot.model", "", Any, OURS,
             "Reference model of the e-puck, of robots that live together, whose readings come after those of `sensors`: see docs/swarms.md; default: none.", |own, _| Some(&mut described(own)?.model)),
         row("robot.proximity_noise", "", Number(0.0, 1.0), ARGOS,

@@ -36,6 +36,7 @@ mod slurm;
 mod subjects;
 pub(crate) mod sweep;
 mod tables;
+mod tournament;
 mod verify;
 
 /// Runs a command.
@@ -66,6 +67,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Fleet(arguments) => fleet::run(&arguments, console),
         Command::Reproduce(arguments) => reproduce::run(&arguments, console),
         Command::Sweep(arguments) => sweep::run(&arguments, console),
+        Command::Tournament(arguments) => tournament::run(&arguments, console),
         Command::Completions(arguments) => completions::run(&arguments, console),
     }
 }

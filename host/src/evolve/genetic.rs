@@ -165,6 +165,11 @@ impl Genetic {
                     mutate_as_evostick(genome, changes, chance.sample(random), random);
                 }
             }
+            (_, MutationKind::FlipBits) => {
+                for (gene, change) in genomes.iter_mut().zip(changes.iter().cycle()) {
+                    *gene = change.flipped(*gene, chance, random);
+                }
+            }
             (MutationUnit::Gene, MutationKind::AddUniform | MutationKind::Replace) => {
                 mutate_each(genomes, changes, chance, random);
             }
@@ -349,6 +354,8 @@ struct Change {
     /// Initial range.
     initial: [f64; 2],
     amount: f64,
+    /// Bits, of a gene that is a word.
+    bits: u32,
     /// The least and the greatest that it may become.
     bounds: [f64; 2],
 }
@@ -366,6 +373,7 @@ impl Change {
             kind: mutation.kind,
             initial,
             amount,
+            bits: mutation.bits,
             bounds: bounds(settings, own),
         }
     }
@@ -373,6 +381,41 @@ impl Change {
     /// The middle of its initial range.
     fn middle(&self) -> f64 {
         0.5 * (self.initial[0] + self.initial[1])
+    }
+
+    /// The greatest word.
+    fn greatest(&self) -> u32 {
+        (1 << self.bits) - 1
+    }
+
+    /// The gene that a word stands for: words are spread evenly over the initial range, both ends included.
+    fn of_word(&self, word: u32) -> f32 {
+        let [low, high] = self.initial;
+        kept(
+            low + (high - low) * (f64::from(word) / f64::from(self.greatest())),
+            self.bounds,
+        )
+    }
+
+    /// The gene as a word, if its bits flip by a chance each; the same gene if none does.
+    fn flipped(&self, gene: f32, chance: Chance, random: &mut Pcg64) -> f32 {
+        let flips = (0..self.bits).fold(0, |flips, bit| flips | u32::from(chance.sample(random)) << bit);
+        if flips == 0 {
+            return gene;
+        }
+        let place = self.share(gene) * f64::from(self.greatest());
+        self.of_word(place.round() as u32 ^ flips)
+    }
+
+    /// A gene's place in its initial range, 0 to 1.
+    fn share(&self, gene: f32) -> f64 {
+        let [low, high] = self.initial;
+        ((f64::from(gene) - low) / (high - low)).clamp(0.0, 1.0)
+    }
+
+    /// The word that a gene drawn from the initial range makes: each with the same chance.
+    fn word_of_draw(&self, gene: f32) -> u32 {
+        ((self.share(gene) * f64::from(self.greatest() + 1)) as u32).min(self.greatest())
     }
 
     /// The changed gene.
@@ -451,7 +494,13 @@ impl Optimizer for Genetic {
 /// Generation 0.
 fn initial(settings: &Settings, seed: u64, ranges: &Ranges) -> Population {
     let mut random = stream(seed, Stream::InitialGenes, 0);
-    let values = Space::new(settings, ranges).drawn(settings.population, &mut random);
+    let mut values = Space::new(settings, ranges).drawn(settings.population, &mut random);
+    if settings.mutation.kind == MutationKind::FlipBits {
+        let changes = ranges.iter().map(|&range| Change::of(settings, range));
+        for (gene, change) in values.iter_mut().zip(changes.collect::<Vec<_>>().iter().cycle()) {
+            *gene = change.of_word(change.word_of_draw(*gene));
+        }
+    }
     Population::new(ranges.len(), values)
 }
 
@@ -765,6 +814,7 @@ mod tests {
                     rate: 0.25,
                     per,
                     amount: 0.5,
+                    ..Mutation::default()
                 },
                 ..Default::default()
             };
@@ -804,6 +854,41 @@ mod tests {
                 _ => assert!(deviation > 0.28, "{deviation}"),
             }
         }
+    }
+
+    /// Words of three bits from -1 to 6 are whole numbers: each begins equally often, and bits flip by their chance alone.
+    #[test]
+    fn bits_flip_by_their_chance() {
+        let mut settings = Settings {
+            population: 4000,
+            parents: 1,
+            initial: [-1.0, 6.0],
+            ..Settings::default()
+        };
+        (settings.mutation.kind, settings.mutation.rate, settings.mutation.bits) = (MutationKind::FlipBits, 0.1, 3);
+        let mut evolution = Genetic::new(&settings, 6, vec![None; 2], None);
+        let word = |gene: &f32| (gene + 1.0) as usize;
+        let mut counts = [0.0; 8];
+        for gene in evolution.ask().values() {
+            assert_eq!(gene.fract(), 0.0);
+            counts[word(gene)] += 1.0 / 8000.0;
+        }
+        assert!(
+            counts.iter().all(|share: &f64| (share - 0.125).abs() < 0.015),
+            "{counts:?}"
+        );
+        let generation = evolution.tell(vec![0.0; 4000], &[]).unwrap();
+        let parent = generation.population.genome(0);
+        let mut flips = [0.0; 3];
+        for genome in evolution.ask().genomes() {
+            for (gene, parent) in genome.iter().zip(parent) {
+                let changed = word(gene) ^ word(parent);
+                for (bit, share) in flips.iter_mut().enumerate() {
+                    *share += (changed >> bit & 1) as f64 / 8000.0;
+                }
+            }
+        }
+        assert!(flips.iter().all(|share: &f64| (share - 0.1).abs() < 0.015), "{flips:?}");
     }
 
     #[test]

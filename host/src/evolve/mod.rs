@@ -3,6 +3,7 @@
 
 pub(crate) mod appraisal;
 pub(crate) mod cma;
+pub(crate) mod coevolution;
 pub(crate) mod encapsulated;
 pub(crate) mod genetic;
 pub(crate) mod map_elites;
@@ -18,6 +19,7 @@ use std::cmp::Ordering;
 use std::fmt::Debug;
 
 use cma::Cma;
+use coevolution::Coevolution;
 use genetic::Genetic;
 use map_elites::{Archive, MapElites};
 use novelty::Novelty;
@@ -142,6 +144,11 @@ pub(crate) trait Optimizer: Debug + Send + Sync {
         None
     }
 
+    /// The two populations of one that has them.
+    fn coevolution(&self) -> Option<&Coevolution> {
+        None
+    }
+
     /// Whether it has spent a budget of its own.
     fn is_over(&self) -> bool {
         false
@@ -218,6 +225,7 @@ pub(crate) fn optimizer(
         Kind::MapElites => Box::new(MapElites::new(settings, seed, &ranges, init)),
         Kind::Novelty => Box::new(Novelty::new(settings, seed, ranges, init)),
         Kind::Race => Box::new(Race::new(settings, seed, genes)),
+        Kind::Coevolution => Box::new(Coevolution::new(settings, seed, genes, init.as_ref())),
         Kind::Random => Box::new(RandomSearch::new(settings, seed, &ranges)),
     }
 }
@@ -274,7 +282,10 @@ impl Evolution {
         let best = generation.ranking[0];
         let fitness = generation.fitness[best as usize];
         let is_better = |champion: &Champion| by_fitness(fitness, champion.fitness).is_lt();
-        if self.champion.as_ref().is_none_or(is_better) {
+        if let Some(own) = self.optimizer.coevolution() {
+            // Scores of different generations can't be compared.
+            self.champion = Some(own.pair());
+        } else if self.champion.as_ref().is_none_or(is_better) {
             self.champion = Some(Champion {
                 generation: generation.number,
                 individual: best,
@@ -283,6 +294,13 @@ impl Evolution {
             });
         }
         Ok(generation)
+    }
+
+    /// Gives the champion the fitness of lives of its own, where none of its generation were.
+    pub(crate) fn exhibit(&mut self, fitness: f32) {
+        if let Some(champion) = &mut self.champion {
+            champion.fitness = fitness;
+        }
     }
 
     /// Begins the search for the luckiest life anew: what counted so far can't be compared with what follows.

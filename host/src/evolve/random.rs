@@ -35,6 +35,10 @@ pub(crate) enum Stream {
     Centroids = 11,
     /// Behaviours that an archive keeps, a stream for each generation.
     Archive = 12,
+    /// The seed of the second of two populations.
+    SecondPopulation = 13,
+    /// Opponents from a hall of fame, a stream for each generation.
+    Opponents = 14,
 }
 
 /// The stream of a run for a purpose and a generation: a function of these three alone, so that no generator's state is

@@ -2,6 +2,7 @@
 
 use oneiro::batch::GREATEST_GENE;
 use oneiro::parameter::{Choice, Choices, Datum, Field};
+use oneiro::world::Gene;
 use rand::Rng;
 use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
@@ -20,6 +21,7 @@ pub(crate) enum Kind {
     Novelty,
     Random,
     Race,
+    Coevolution,
 }
 
 impl Choice for Kind {
@@ -59,6 +61,11 @@ impl Choice for Kind {
             "race",
             Self::Race,
             "an iterated race, in which candidates drop out by a test on ranks: López-Ibáñez et al. 2016 (irace)",
+        ),
+        (
+            "coevolution",
+            Self::Coevolution,
+            "two populations that the genetic algorithm breeds by contests with each other: Floreano and Nolfi 1997",
         ),
     ];
 
@@ -104,6 +111,8 @@ pub(crate) struct Settings {
     pub(crate) novelty: Novelty,
     #[serde(skip_serializing_if = "Race::is_default")]
     pub(crate) race: Race,
+    #[serde(skip_serializing_if = "Opponents::is_default")]
+    pub(crate) opponents: Opponents,
 }
 
 impl Default for Settings {
@@ -127,6 +136,7 @@ impl Default for Settings {
             archive: Archive::default(),
             novelty: Novelty::default(),
             race: Race::default(),
+            opponents: Opponents::default(),
         }
     }
 }
@@ -168,6 +178,11 @@ impl Settings {
         (self.kind == Kind::Race).then_some(&mut self.race)
     }
 
+    /// With two populations.
+    pub(crate) fn opposed(&mut self) -> Option<&mut Opponents> {
+        self.is_coevolution().then_some(&mut self.opponents)
+    }
+
     /// With an optimiser whose generations are counted.
     pub(crate) fn counted(&mut self) -> Option<&mut Self> {
         (self.kind != Kind::Race).then_some(self)
@@ -188,6 +203,18 @@ impl Settings {
     pub(crate) fn mutated_by_unit(&mut self) -> Option<&mut Mutation> {
         let mutation = &mut self.genetic()?.mutation;
         mutation.kind.has_unit().then_some(mutation)
+    }
+
+    /// With the genetic algorithm, if genes change by an amount.
+    pub(crate) fn mutated_by_amount(&mut self) -> Option<&mut Mutation> {
+        let mutation = &mut self.genetic()?.mutation;
+        (mutation.kind != MutationKind::FlipBits).then_some(mutation)
+    }
+
+    /// With the genetic algorithm, if genes are words of bits.
+    pub(crate) fn mutated_by_bits(&mut self) -> Option<&mut Mutation> {
+        let mutation = &mut self.genetic()?.mutation;
+        (mutation.kind == MutationKind::FlipBits).then_some(mutation)
     }
 
     /// With an evolution strategy.
@@ -237,7 +264,33 @@ impl Settings {
 
     /// Whether a genetic algorithm breeds.
     pub(crate) fn is_genetic(&self) -> bool {
-        matches!(self.kind, Kind::Genetic | Kind::Novelty)
+        matches!(self.kind, Kind::Genetic | Kind::Novelty | Kind::Coevolution)
+    }
+
+    /// Whether two populations live against each other.
+    pub(crate) fn is_coevolution(&self) -> bool {
+        self.kind == Kind::Coevolution
+    }
+
+    /// Genomes that live in each generation: the individuals, or the contests of two populations' individuals.
+    pub(crate) fn lived(&self) -> u32 {
+        if self.is_coevolution() {
+            return self
+                .population
+                .saturating_mul(2)
+                .saturating_mul(self.opponents.contests);
+        }
+        self.population
+    }
+
+    /// Number of the random numbers of a genome in its generation: its own, or where they are common, that of its contest among those
+    /// of an individual.
+    pub(crate) fn lot(&self, index: u32) -> u32 {
+        match (self.has_common_numbers(), self.is_coevolution()) {
+            (false, _) => index,
+            (true, true) => index % self.opponents.contests,
+            (true, false) => 0,
+        }
     }
 
     /// Whether the optimiser uses behaviour.
@@ -267,7 +320,7 @@ impl Settings {
     /// strategy moves to; else a fifth of the population, as in Miglino et al. 1995.
     pub(crate) fn best(&self) -> u32 {
         match self.kind {
-            Kind::Genetic | Kind::Novelty if self.has_parents() => self.parents,
+            _ if self.has_parents() => self.parents,
             Kind::CmaEs | Kind::SepCmaEs => (self.population / 2).max(1),
             _ => (self.population / 5).max(1),
         }
@@ -451,6 +504,16 @@ pub(crate) struct Mutation {
     pub(crate) per: MutationUnit,
     /// Size of the change.
     pub(crate) amount: f64,
+    /// Bits of a gene.
+    #[serde(skip_serializing_if = "Mutation::has_default_bits")]
+    pub(crate) bits: u32,
+}
+
+impl Mutation {
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+    fn has_default_bits(bits: &u32) -> bool {
+        *bits == Self::default().bits
+    }
 }
 
 impl Default for Mutation {
@@ -460,6 +523,7 @@ impl Default for Mutation {
             rate: 0.25,
             per: MutationUnit::Gene,
             amount: 1.0,
+            bits: 5,
         }
     }
 }
@@ -473,12 +537,13 @@ pub(crate) enum MutationKind {
     Replace,
     AddVector,
     EvoStick,
+    FlipBits,
 }
 
 impl MutationKind {
     /// Whether the chance is of a gene or of an individual, as the experiment says; else it is of an individual.
     pub(crate) fn has_unit(self) -> bool {
-        !matches!(self, Self::AddVector | Self::EvoStick)
+        !matches!(self, Self::AddVector | Self::EvoStick | Self::FlipBits)
     }
 }
 
@@ -506,6 +571,11 @@ impl Choice for MutationKind {
             Self::EvoStick,
             "that of EvoStick: adds a uniform number, replaces the gene by it, or leaves it; the rate is an individual's chance of \
              a severe mutation (docs/optimisers.md)",
+        ),
+        (
+            "flip_bits",
+            Self::FlipBits,
+            "flips bits of genes, which are whole numbers of so many bits, spread evenly over their initial range; the rate is a bit's chance",
         ),
     ];
 }
@@ -727,6 +797,66 @@ impl Race {
             .unwrap_or(u32::MAX)
             .clamp(iterations as u32 + 1, 100_000)
     }
+}
+
+/// Who the individuals of two populations meet.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Opponents {
+    pub(crate) kind: OpponentKind,
+    /// Of recent ones: of how many generations.
+    pub(crate) generations: u32,
+    /// Contests of each individual in a generation.
+    pub(crate) contests: u32,
+    /// Name of the first gene of the second population's genomes.
+    pub(crate) first_gene: String,
+    /// What the scores of both sides of a contest add up to.
+    pub(crate) total: f64,
+}
+
+impl Default for Opponents {
+    fn default() -> Self {
+        Self {
+            kind: OpponentKind::Recent,
+            generations: 10,
+            contests: 10,
+            first_gene: String::new(),
+            total: 1.0,
+        }
+    }
+}
+
+impl Opponents {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Genes of the first population's genomes; `None` if the second's have none or all.
+    pub(crate) fn split(&self, genes: &[Gene]) -> Option<usize> {
+        let first = genes.iter().position(|gene| gene.name == self.first_gene);
+        first.filter(|first| *first > 0)
+    }
+}
+
+/// Which of the other population's best an individual meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum OpponentKind {
+    Recent,
+    HallOfFame,
+}
+
+impl Choice for OpponentKind {
+    const CHOICES: Choices<Self> = &[
+        (
+            "recent",
+            Self::Recent,
+            "the best of the last generations, the last first",
+        ),
+        (
+            "hall-of-fame",
+            Self::HallOfFame,
+            "the best of generations that are drawn from all earlier ones, anew in each generation",
+        ),
+    ];
 }
 
 /// The range of each gene that has one of its own. It replaces the initial range and the limits, and the amount of a mutation

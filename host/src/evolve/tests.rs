@@ -58,6 +58,9 @@ fn made(settings: Settings, seed: u64) -> Box<dyn Optimizer> {
         descriptors: ["a", "b"].map(|name| Descriptor::named(name, [-1.0, 1.0], 5)).into(),
         ..settings
     };
+    if settings.kind == Kind::Coevolution {
+        (settings.population, settings.parents, settings.opponents.contests) = (5, 1, 2);
+    }
     settings.archive.reevaluated = 3;
     settings.archive.acceptance = Acceptance::Mean;
     settings.complete(GENES, 1, true);

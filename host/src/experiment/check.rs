@@ -5,7 +5,7 @@ use std::fmt::Display;
 use oneiro::arena::{Arena, Field};
 use oneiro::differential::{Build, Sensor, SensorKind};
 use oneiro::parameter::Invalid;
-use oneiro::world::World;
+use oneiro::world::{Gene, World};
 
 use super::settings::{ArenaSize, Finalists, Settings, Transfer};
 use crate::console::counted;
@@ -89,7 +89,7 @@ fn reality(transfer: &Transfer) -> Checked {
 /// An optimiser that uses behaviour also needs each life's trace, with one record of about `RECORD` bytes a cycle, and a full archive.
 pub(super) fn bytes(settings: &Settings, genes: usize) -> u64 {
     const RECORD: u64 = 160;
-    let (genes, population) = (genes as u64, u64::from(settings.evolution.population));
+    let (genes, population) = (genes as u64, u64::from(settings.evolution.lived()));
     let lives = population * u64::from(settings.trials);
     let behaviour = if settings.evolution.uses_behaviour() {
         lives.saturating_mul(RECORD * u64::from(settings.world.cycles))
@@ -149,6 +149,25 @@ fn race_of(settings: &Settings, genes: usize) -> Checked {
     }
     if !settings.reality.robot.0.is_empty() {
         let problem = "is given; allowed: none with race, whose number of generations is not known beforehand";
+        return invalid("reality.robot", problem);
+    }
+    Ok(())
+}
+
+/// Checks that there are two populations, and what they do not go with.
+pub(super) fn opponents(settings: &Settings, genes: &[Gene]) -> Checked {
+    let evolution = &settings.evolution;
+    if !evolution.is_coevolution() {
+        return Ok(());
+    }
+    let first = &evolution.opponents.first_gene;
+    if evolution.opponents.split(genes).is_none() {
+        let names: Vec<&str> = genes.iter().skip(1).map(|gene| &*gene.name).collect();
+        let problem = format!("is {first:?}; allowed: a gene but the first: {}", names.join(", "));
+        return invalid("evolution.opponents.first_gene", problem);
+    }
+    if !settings.reality.robot.0.is_empty() {
+        let problem = "is given; allowed: none with coevolution, whose two robots share a world";
         return invalid("reality.robot", problem);
     }
     Ok(())

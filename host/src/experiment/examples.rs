@@ -17,7 +17,7 @@ macro_rules! file {
 }
 
 /// All of them.
-pub(crate) static EXAMPLES: [Example; 18] = [
+pub(crate) static EXAMPLES: [Example; 19] = [
     Example {
         name: "homing",
         about: "a Khepera with a battery returns to its charger",
@@ -75,6 +75,16 @@ pub(crate) static EXAMPLES: [Example; 18] = [
         name: "gather",
         about: "ten robots gather on a dark patch of the floor: a mission that counts them",
         files: &[file!("gather.toml"), file!("gather/mission.wgsl")],
+    },
+    Example {
+        name: "predator-prey",
+        about: "a predator and a prey evolve against each other: two populations",
+        files: &[
+            file!("predator-prey.toml"),
+            file!("predator-prey/sensors.wgsl"),
+            file!("predator-prey/controller.wgsl"),
+            file!("predator-prey/mission.wgsl"),
+        ],
     },
     Example {
         name: "evostick-aggregation",

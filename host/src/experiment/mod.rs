@@ -77,7 +77,8 @@ impl Experiment {
         if values::at(&given, "arena.preset").is_none() && has_own {
             settings.arena.preset = None;
         }
-        if values::at(&given, "record.individuals").is_none() && settings.evolution.kind == Kind::Race {
+        let is_large = matches!(settings.evolution.kind, Kind::Race | Kind::Coevolution);
+        if values::at(&given, "record.individuals").is_none() && is_large {
             settings.record.individuals = false;
         }
         settings.reality.complete(settings.evolution.generations);
@@ -95,6 +96,8 @@ impl Experiment {
         settings
             .evolution
             .complete(world.genes(), settings.trials, has_population);
+        check::opponents(&settings, world.gene_layout().all())
+            .map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         check::genes(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         check::measures(&settings, &world).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         check::memory(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
@@ -191,6 +194,8 @@ impl Experiment {
         match self.settings.finalists.count {
             _ if is_wired => 0,
             0 => 0,
+            // The last pair alone.
+            _ if self.settings.evolution.is_coevolution() => 1,
             count => 1 + count.min(self.settings.evolution.population),
         }
     }
@@ -232,7 +237,7 @@ impl Experiment {
         let individuals = if evolution.kind == Kind::Race {
             evolution.race.evaluations()
         } else {
-            u64::from(evolution.population) * u64::from(evolution.generations)
+            u64::from(evolution.lived()) * u64::from(evolution.generations)
         };
         let again = u64::from(self.finalists()) * u64::from(finalists.lives);
         let lives = individuals.saturating_mul((*trials).into()).saturating_add(again);

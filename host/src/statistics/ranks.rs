@@ -55,6 +55,35 @@ pub(crate) fn mann_whitney(a: &[f64], b: &[f64], method: Method) -> Result<MannW
     Ok(MannWhitney { u, p })
 }
 
+/// Kendall's tau-b of two rankings of the same things: 1 if they agree, -1 if one is the other's reverse, corrected for ties ("The
+/// treatment of ties in ranking problems", Biometrika 33(3), 1945).
+///
+/// # Errors
+///
+/// Samples of different lengths or of fewer than two values, or one whose values are all equal.
+pub(crate) fn kendall(a: &[f64], b: &[f64]) -> Result<f64> {
+    const FIGURE: &str = "Kendall's tau";
+    check(FIGURE, &[a, b], 2)?;
+    if a.len() != b.len() {
+        return undefined(FIGURE, "the samples differ in length; allowed: pairs of values");
+    }
+    if all_equal(&[a]) || all_equal(&[b]) {
+        return undefined(FIGURE, "all values are equal; allowed: some variation");
+    }
+    // Sums of whole numbers, exact below 2^53: the agreement of each pair, and the pairs without a tie in one sample.
+    let (mut agreement, mut untied) = (0.0, [0.0, 0.0]);
+    for second in 1..a.len() {
+        for first in 0..second {
+            let sign = |own: &[f64]| f64::from(own[second] > own[first]) - f64::from(own[second] < own[first]);
+            let [a, b] = [sign(a), sign(b)];
+            agreement += a * b;
+            untied[0] += a * a;
+            untied[1] += b * b;
+        }
+    }
+    Ok(agreement / (untied[0] * untied[1]).sqrt())
+}
+
 /// The Kruskal-Wallis test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KruskalWallis {

@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::effects::{cliffs_delta, roc_area, vargha_delaney};
 use super::mixed::RandomIntercept;
 use super::parametric::{Anova, StudentT, one_sample_t};
-use super::ranks::{KruskalWallis, MannWhitney, Method, kruskal_wallis, mann_whitney};
+use super::ranks::{KruskalWallis, MannWhitney, Method, kendall, kruskal_wallis, mann_whitney};
 use super::special::{Probability, chi_squared_tail, f_tail, normal_tails, t_tails};
 use super::*;
 
@@ -504,4 +504,15 @@ fn means_of_nested_values_are_those_of_the_mixed_model() {
         let found = nested_mean(&refused).unwrap_err().to_string();
         assert!(found.contains(problem), "{found}");
     }
+}
+
+/// The example with ties of `SciPy`'s documentation of `kendalltau`, and both ends.
+#[test]
+fn kendall_of_known_samples() {
+    let tau = kendall(&[12.0, 2.0, 1.0, 12.0, 2.0], &[1.0, 4.0, 7.0, 1.0, 0.0]).expect("a tau");
+    assert!((tau + 0.471_404_520_791_031_7).abs() < 1e-15, "{tau}");
+    let rising = [1.0, 2.0, 3.0];
+    assert_eq!(kendall(&rising, &[5.0, 6.0, 9.0]), Ok(1.0));
+    assert_eq!(kendall(&rising, &[9.0, 6.0, 5.0]), Ok(-1.0));
+    assert!(kendall(&rising, &[1.0; 3]).is_err() && kendall(&rising, &rising[..2]).is_err());
 }

@@ -59,7 +59,7 @@ fn begin(life: Life) {
     save_mission(life.world_words, mission_begin(life));
 }
 
-// Robots anywhere in the field, none on another and none on an object. One after the other gets a place. Each turn of the loop
+// Robots anywhere in the field, none on another and none on an object, or at the places that are given. One after the other gets a place. Each turn of the loop
 // draws one, or looks at one other robot from there: a vector of worlds then needs no more turns than the world that needs most.
 fn place_members(life: Life) {
     let world = life.world;
@@ -85,11 +85,7 @@ fn place_members(life: Life) {
         } else {
             let key = vec2<u32>(word(own, MEMBER_KEY), word(own, MEMBER_KEY + 1u));
             let u = units(random_words(key, STREAM_START, 0u, draws));
-            let place = place_in_field(u);
-            let at = vec2<f32>(
-                worlds[world].field_x + place.x * worlds[world].field_width,
-                worlds[world].field_y + place.y * worlds[world].field_height,
-            );
+            let at = start_place(world, member, u);
             draws++;
             if (!touches(world, at)) {
                 put_place(own, MEMBER_X, at);

@@ -327,21 +327,37 @@ const EARNED: &str = "fn members_earned(life: Life, step: u32) -> f32 {
 }
 ";
 
-/// Constants of a robot's world.
-pub(super) fn constants(robot: &Differential, arena: &Arena, body_radius: f32) -> String {
+/// Where a robot starts: at its own place, or at a drawn one.
+fn start_place(robot: &Differential, arena: &Arena) -> String {
+    if robot.starts.is_some() {
+        let first = robot.members_cell(arena) + 1;
+        return format!("    let cell = numbers(world, {first}u + member);\n    return vec2<f32>(cell.x, cell.y);\n");
+    }
     let place = if arena.is_field_round {
         "vec2<f32>(0.5f, 0.5f) + (0.5f * root(u.x)) * cosine_sine(u.y)"
     } else {
         "vec2<f32>(u.x, u.y)"
     };
+    format!(
+        "    let place = {place};
+    return vec2<f32>(
+        worlds[world].field_x + place.x * worlds[world].field_width,
+        worlds[world].field_y + place.y * worlds[world].field_height,
+    );
+"
+    )
+}
+
+/// Constants of a robot's world.
+pub(super) fn constants(robot: &Differential, arena: &Arena, body_radius: f32) -> String {
     let mut text = format!(
         "const GREATEST_MEMBERS: u32 = {GREATEST_MEMBERS}u;
 const MEMBERS_CELL: u32 = {}u;
-fn place_in_field(u: vec4<f32>) -> vec2<f32> {{
-    return {place};
-}}
+fn start_place(world: u32, member: u32, u: vec4<f32>) -> vec2<f32> {{
+{}}}
 ",
-        robot.members_cell(arena)
+        robot.members_cell(arena),
+        start_place(robot, arena)
     );
     if robot.model.is_some() {
         let (cell, sides) = (robot.reference_cell(arena), arena.sides);

@@ -17,6 +17,7 @@ mod plot;
 mod svg;
 mod swarm;
 mod tables;
+mod tournament;
 
 pub(crate) use archive::archive;
 pub(crate) use arena::{arena, life, stage};
@@ -34,6 +35,7 @@ pub(crate) use swarm::{
     Act, BEHAVIOURS, Genes, Moment, Sight, SwarmReplay, Teller, live_page, live_script, moments, swarm_page,
 };
 pub(crate) use tables::sensor_table;
+pub(crate) use tournament::tournament;
 
 /// Why an object that isn't round needs a sample for each point of view: Figure 4 of the 1995 study.
 pub(crate) const POINTS_OF_VIEW: &str = include_str!("points_of_view.svg");

@@ -12,7 +12,7 @@ use oneiro::world::{Drawn, Noise, Robot, Start, WorldSpec};
 use serde_json::{Value, json};
 
 use crate::console::{Console, counted, decimal};
-use crate::evolve::settings::{Kind as Optimiser, SelectionKind, Settings};
+use crate::evolve::settings::{Kind as Optimiser, OpponentKind, SelectionKind, Settings};
 use crate::exit::Result;
 use crate::experiment::Experiment;
 use crate::files;
@@ -174,6 +174,9 @@ fn summary(experiment: &Experiment) -> String {
         (
             "start",
             match spec.start {
+                Start::Random if spec.robot.has_starts() => {
+                    "each robot at its place (robot.starts_mm), with a random heading".to_owned()
+                }
                 Start::Random => "a random free pose for each life".to_owned(),
                 Start::At { x, y, heading } => format!("at ({x}, {y}) mm, heading {heading} turns"),
             },
@@ -226,6 +229,10 @@ fn summary(experiment: &Experiment) -> String {
             "champion",
             match experiment.finalists() {
                 0 => "the luckiest life of the run".to_owned(),
+                _ if evolution.is_coevolution() => {
+                    let lives = counted(settings.finalists.lives, "life", "lives");
+                    format!("the best of both populations in the last generation, with the mean of {lives}")
+                }
                 finalists => {
                     let lives = settings.finalists.lives;
                     format!("the best mean of {lives} lives, of {finalists} finalists")
@@ -254,6 +261,20 @@ fn summary(experiment: &Experiment) -> String {
 
 /// How a genetic algorithm breeds, after the numbers of its individuals and generations.
 fn breeding(evolution: &Settings) -> String {
+    if evolution.is_coevolution() {
+        let Settings { opponents, .. } = evolution;
+        let met = match opponents.kind {
+            OpponentKind::Recent => format!(
+                "the last {}",
+                counted(opponents.generations, "generation", "generations")
+            ),
+            OpponentKind::HallOfFame => "all earlier generations".to_owned(),
+        };
+        return format!(
+            " of each of two populations; {} of each individual with the best of {met}",
+            counted(opponents.contests, "contest", "contests")
+        );
+    }
     if evolution.kind != Optimiser::Genetic {
         return String::new();
     }

@@ -23,7 +23,7 @@ impl Individuals {
         let evolution = &experiment.settings().evolution;
         npy::header(&[
             evolution.generations as usize,
-            evolution.population as usize,
+            evolution.lived() as usize,
             experiment.world().genes() + 1,
         ])
     }
@@ -47,7 +47,7 @@ impl Individuals {
         };
         Ok(Self {
             genes: experiment.world().genes(),
-            population: experiment.settings().evolution.population as usize,
+            population: experiment.settings().evolution.lived() as usize,
             values: npy::floats(values),
         })
     }

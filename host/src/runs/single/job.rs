@@ -13,11 +13,12 @@ use super::rows::Row;
 use super::trace::trace_every;
 use super::transferred::{TERM, Transferred, positions};
 use super::{
-    CHAMPION, CHAMPION_GENES, CHAMPION_TEXT, COVERAGE, FITNESS, GENERATIONS, INDIVIDUALS, LUCKIEST, LUCKIEST_GENES,
-    LUCKIEST_TEXT, POPULATION, Places, Single, pictures,
+    CHAMPION, CHAMPION_GENES, CHAMPION_TEXT, COVERAGE, FITNESS, GENERATIONS, HALL, INDIVIDUALS, LUCKIEST,
+    LUCKIEST_GENES, LUCKIEST_TEXT, POPULATION, Places, SECOND, Single, pictures,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::evolve::appraisal::{Appraisal, by_mean};
+use crate::evolve::coevolution::{Coevolution, Scores};
 use crate::evolve::{Champion, Evolution, SavedEvolution};
 use crate::exit::{Failure, Result};
 use crate::experiment::settings::{Settings, TrialScore};
@@ -41,6 +42,8 @@ pub(super) struct Evolving {
     last: Option<Generation>,
     /// Individuals that live again then, the luckiest of the run first. Empty if finalists are switched off.
     finalists: Vec<Champion>,
+    /// Whether the last contest is over, of two populations.
+    is_exhibited: bool,
     /// Fitness of each finalist's lives, by finalist.
     appraised: Vec<f32>,
     /// Scores of the last generation's offspring in the simulator, and of each of their lives in reality.
@@ -55,6 +58,8 @@ pub(super) struct Evolving {
 #[derive(Clone, Copy, PartialEq)]
 enum Purpose {
     Generation,
+    /// The last contest, of the best of both populations.
+    Exhibition,
     Finalists,
     /// Lives of the last offspring, which were never selected, in the simulator and in reality.
     Simulated,
@@ -107,6 +112,7 @@ impl Evolving {
             single,
             last: None,
             finalists: Vec::new(),
+            is_exhibited: false,
             appraised: Vec::new(),
             simulated: Vec::new(),
             real: Vec::new(),
@@ -128,6 +134,9 @@ impl Evolving {
         } = own;
         if self.places.compared.is_some() {
             self.transferred = postcard::from_bytes(rest).map_err(unexpected)?;
+        }
+        if self.is_coevolution() {
+            self.is_exhibited = postcard::from_bytes(rest).map_err(unexpected)?;
         }
         self.evolution.restore(evolution)?;
         if self.evolution.is_finished() != last.is_some() {
@@ -182,6 +191,8 @@ impl Evolving {
             Some(Purpose::Compared(elsewhere))
         } else if !self.evolution.is_finished() {
             Some(Purpose::Generation)
+        } else if self.is_coevolution() && !self.is_exhibited {
+            Some(Purpose::Exhibition)
         } else if self.appraised.is_empty() && !self.finalists.is_empty() {
             Some(Purpose::Finalists)
         } else if has_reality && self.simulated.is_empty() {
@@ -216,6 +227,11 @@ impl Evolving {
     pub(super) fn luckiest(&self) -> Result<&Champion> {
         let luckiest = self.evolution.champion();
         luckiest.ok_or_else(|| Failure::failed("a run has no generation"))
+    }
+
+    /// Whether two populations live against each other.
+    fn is_coevolution(&self) -> bool {
+        self.evolution.optimizer().coevolution().is_some()
     }
 
     /// Whether a generation lives on the robot of the experiment.
@@ -264,6 +280,7 @@ impl Evolving {
             Purpose::Generation | Purpose::Simulated | Purpose::Compared(Elsewhere::Simulated | Elsewhere::Quiet) => {
                 individuals * u64::from(settings.trials)
             }
+            Purpose::Exhibition => settings.trials.into(),
             Purpose::Compared(Elsewhere::RealPaths) => 2,
             Purpose::Finalists => self.finalists.len() as u64 * u64::from(settings.finalists.lives),
             Purpose::Real => individuals * self.places.reality.len() as u64,
@@ -275,9 +292,9 @@ impl Evolving {
     fn lives(&self) -> impl Iterator<Item = Rollout<'_>> {
         let keys = Keys::new(self.seed, self.evolution.generation().into());
         let settings = self.single.experiment.settings();
-        let (trials, is_common) = (settings.trials, settings.evolution.has_common_numbers());
+        let trials = settings.trials;
         let each = move |(genes, individual): (_, u32)| {
-            let individual = if is_common { 0 } else { individual };
+            let individual = settings.evolution.lot(individual);
             (0..trials).map(move |trial| Rollout {
                 world: 0,
                 genes,
@@ -336,12 +353,23 @@ impl Evolving {
         }
         let generation = self.evolution.tell(self.scores(results.fitness), &behaviour)?;
         let done = self.evolution.generation();
-        let best = self.luckiest()?.fitness;
-        let line = Row::new(&generation, settings.evolution.best()).line();
-        let mut added = vec![Added {
-            file: GENERATIONS,
-            bytes: line.into_bytes(),
-        }];
+        let luckiest = self.luckiest()?.fitness;
+        let best = settings.evolution.best();
+        let of = |scores: &Scores| Row::of(generation.number, &scores.fitness, &scores.ranking, best);
+        let coevolution = self.evolution.optimizer().coevolution();
+        let [row, second] = match coevolution.map(Coevolution::scores) {
+            Some(scores) => scores.map(|scores| Some(of(scores))),
+            None => [Some(Row::new(&generation, best)), None],
+        };
+        // A sweep has no table of the second population.
+        let second = second.filter(|_| self.has_directory);
+        let rows = [(GENERATIONS, row), (SECOND, second)].into_iter();
+        let mut added: Vec<Added> = rows
+            .filter_map(|(file, row)| {
+                let bytes = row?.line().into_bytes();
+                Some(Added { file, bytes })
+            })
+            .collect();
         if settings.record.individuals && self.has_directory {
             let genomes = generation.population.genomes().zip(&generation.fitness);
             let values = genomes.flat_map(|(genome, fitness)| genome.iter().chain([fitness]));
@@ -366,7 +394,7 @@ impl Evolving {
         }
         Ok(Step {
             added,
-            progress: Some(Progress { done, best }),
+            progress: Some(Progress { done, best: luckiest }),
             is_checkpoint: !is_finished && done.is_multiple_of(settings.record.checkpoint_every),
         })
     }
@@ -417,7 +445,7 @@ impl Job for Evolving {
         let reality = &self.places.reality[..];
         let lived = match purpose {
             Purpose::Generation => self.place_of(self.evolution.generation()),
-            Purpose::Finalists | Purpose::Trace => self.place_of(self.evolution.generation() - 1),
+            Purpose::Exhibition | Purpose::Finalists | Purpose::Trace => self.place_of(self.evolution.generation() - 1),
             Purpose::Simulated => std::slice::from_ref(&self.places.simulator),
             Purpose::Real => reality,
             Purpose::Compared(elsewhere) => {
@@ -461,6 +489,16 @@ impl Job for Evolving {
             ) => self.lives().for_each(|life| into.push(life)),
             Some(own @ Purpose::Compared(_)) => into.extend(self.paths(self.count(own))),
             Some(Purpose::Finalists) => self.finalists_lives().for_each(|life| into.push(life)),
+            Some(Purpose::Exhibition) => {
+                let pair = self.evolution.champion();
+                into.extend(pair.into_iter().flat_map(|pair| {
+                    self.keys(pair).into_iter().map(|key| Rollout {
+                        world: 0,
+                        genes: &pair.genome,
+                        key,
+                    })
+                }));
+            }
             Some(Purpose::Real) => into.extend(self.real_lives()),
             Some(Purpose::Trace) => into.extend(self.champion().ok().map(|(champion, _)| Rollout {
                 world: 0,
@@ -474,6 +512,12 @@ impl Job for Evolving {
     fn tell(&mut self, results: &Results<'_>) -> Result<Step> {
         match self.purpose() {
             Some(Purpose::Generation) => return self.bred(results),
+            Some(Purpose::Exhibition) => {
+                let settings = self.single.experiment.settings();
+                self.evolution.exhibit(score(settings.trial_score, results.fitness));
+                self.is_exhibited = true;
+                self.finalists = self.chosen_finalists()?;
+            }
             Some(Purpose::Finalists) => self.appraised = results.fitness.to_vec(),
             Some(Purpose::Simulated) => self.simulated = self.scores(results.fitness),
             Some(Purpose::Real) => self.real = results.fitness.to_vec(),
@@ -504,6 +548,9 @@ impl Job for Evolving {
         if self.places.compared.is_some() {
             bytes.extend(postcard::to_allocvec(&self.transferred).expect("numbers"));
         }
+        if self.is_coevolution() {
+            bytes.extend(postcard::to_allocvec(&self.is_exhibited).expect("a flag"));
+        }
         bytes
     }
 
@@ -524,6 +571,10 @@ impl Job for Evolving {
             let shape = [fitness.len(), genomes.len() / fitness.len()];
             files.push((POPULATION, npy(&shape, genomes)));
             files.push((FITNESS, npy(&shape[..1], fitness)));
+        }
+        if let Some(coevolution) = self.evolution.optimizer().coevolution() {
+            let hall = coevolution.hall();
+            files.push((HALL, npy(&[hall.len(), hall.genes()], hall.values())));
         }
         if let Some(archive) = self.evolution.optimizer().archive() {
             files.extend(super::archive::files(
@@ -583,6 +634,12 @@ impl Job for Evolving {
             let offset = self.single.experiment.settings().evolution.archive.offset;
             cells.extend([archive.coverage(), archive.quality(offset)].map(|number| number.to_string()));
         }
+        if let Some(coevolution) = self.evolution.optimizer().coevolution() {
+            let [_, Scores { fitness, ranking }] = coevolution.scores();
+            let parents = self.single.experiment.settings().evolution.best();
+            let last = Row::of(0, fitness, ranking, parents);
+            cells.extend([last.peak, last.mean].map(|number| format!("{number:.6}")));
+        }
         Ok(Finished {
             files,
             cells,
@@ -599,11 +656,7 @@ pub(crate) fn keys(
     individual: u32,
 ) -> impl Iterator<Item = Key> + use<> {
     let own = Keys::new(seed, generation.into());
-    let individual = if settings.evolution.has_common_numbers() {
-        0
-    } else {
-        individual
-    };
+    let individual = settings.evolution.lot(individual);
     (0..settings.trials).map(move |trial| own.of(individual.into(), trial.into()))
 }
 

@@ -55,6 +55,12 @@ use rows::Row;
 use trace::TraceTable;
 
 const GENERATIONS: &str = "generations.csv";
+/// The second of two populations, and the best of both in each generation.
+const SECOND: &str = "second.csv";
+pub(crate) const HALL: &str = "hall-of-fame.npy";
+pub(crate) const TOURNAMENT: &str = "tournament.csv";
+pub(crate) const TOURNAMENT_PICTURE: &str = "tournament.svg";
+pub(crate) const TOURNAMENT_PROGRESS: &str = "tournament-progress.svg";
 const INDIVIDUALS: &str = "individuals.npy";
 const CHAMPION: &str = "champion.json";
 const CHAMPION_GENES: &str = "champion.npy";
@@ -136,6 +142,17 @@ static OUTCOMES_OF_ARCHIVE: [Column; 2] = [
     ),
 ];
 
+/// Of the second population's last generation.
+static OUTCOMES_OF_COEVOLUTION: [Column; 2] = [
+    Column::number(
+        "second_peak",
+        "",
+        "with `evolution.kind = \"coevolution\"`: `peak` of the second population; the columns before it are of the first, and of the \
+         last pair",
+    ),
+    Column::number("second_mean", "", "with it: `mean` of the second population"),
+];
+
 /// The files of a run's directory.
 fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: bool) -> Vec<Entry> {
     let mut all = vec![
@@ -208,6 +225,31 @@ fn archive_files(columns: &[Column]) -> [Entry; 5] {
     ]
 }
 
+/// The files of a run of two populations.
+fn coevolution_files() -> [Entry; 5] {
+    [
+        Entry::table(
+            SECOND,
+            "with `evolution.kind = \"coevolution\"`: the second population, one row per generation; `generations.csv` has the first",
+            &rows::COLUMNS,
+        ),
+        Entry::file(
+            HALL,
+            "with it: the best of both populations in each generation (f32, generations x genes), which `--genomes` takes, too",
+        ),
+        Entry::file(
+            TOURNAMENT,
+            "written by `oneiro tournament`: the first population's mean score of each pair; a row for each of its generations, and a \
+             column `second_G` for each generation G of the second",
+        ),
+        Entry::file(TOURNAMENT_PICTURE, "written by it: a picture of that table"),
+        Entry::file(
+            TOURNAMENT_PROGRESS,
+            "written by it: a picture of the mean score of each generation of both populations against all of the other",
+        ),
+    ]
+}
+
 /// The folder of a run that ends on a robot on a wire.
 fn lives() -> Entry {
     let about = "every life on a robot on a wire, with a `README.md` of its own; only with `reality.robot`. `oneiro verify` leaves it out";
@@ -261,6 +303,7 @@ pub(crate) fn all_contents() -> Vec<Entry> {
         &files(&world, true, true, true)[..],
         &texts(true),
         &archive_files(&archive::ELITES),
+        &coevolution_files(),
         &[lives()],
         &replays(false),
         &replays(true),
@@ -283,6 +326,7 @@ pub(crate) fn all_outcomes() -> Vec<Column> {
         &OUTCOMES_OF_REALITY,
         &transferred::COLUMNS,
         &OUTCOMES_OF_ARCHIVE,
+        &OUTCOMES_OF_COEVOLUTION,
     ]
     .concat()
 }
@@ -567,6 +611,13 @@ impl super::Experiment for Single {
             file: GENERATIONS,
             head: contents::head(&rows::COLUMNS).into_bytes(),
         }];
+        let is_coevolution = self.experiment.settings().evolution.is_coevolution();
+        if matches!(recording, Recording::Directory { .. }) && is_coevolution {
+            tables.push(Table {
+                file: SECOND,
+                head: contents::head(&rows::COLUMNS).into_bytes(),
+            });
+        }
         if matches!(recording, Recording::Directory { .. }) && self.experiment.settings().record.individuals {
             tables.push(Table {
                 file: INDIVIDUALS,
@@ -594,6 +645,23 @@ impl super::Experiment for Single {
             LUCKIEST,
             LUCKIEST_GENES,
         ];
+        const COEVOLUTION: [&str; 9] = [
+            SECOND,
+            HALL,
+            GENERATIONS,
+            CHAMPION,
+            CHAMPION_GENES,
+            POPULATION,
+            FITNESS,
+            LUCKIEST,
+            LUCKIEST_GENES,
+        ];
+        if self.experiment.settings().evolution.is_coevolution() {
+            return match self.experiment.finalists() {
+                0 => &COEVOLUTION[..7],
+                _ => &COEVOLUTION,
+            };
+        }
         let first = if self.experiment.settings().evolution.has_archive() {
             0
         } else {
@@ -617,6 +685,9 @@ impl super::Experiment for Single {
         if settings.evolution.has_archive() {
             files.extend(archive_files(&archive::columns(&self.experiment)));
         }
+        if settings.evolution.is_coevolution() {
+            files.extend(coevolution_files());
+        }
         if self.ends_outside() {
             [files, vec![lives()]].concat()
         } else {
@@ -638,7 +709,12 @@ impl super::Experiment for Single {
         } else {
             &[]
         };
-        [&OUTCOMES[..], reality, archive].concat()
+        let coevolution: &[Column] = if self.experiment.settings().evolution.is_coevolution() {
+            &OUTCOMES_OF_COEVOLUTION
+        } else {
+            &[]
+        };
+        [&OUTCOMES[..], reality, archive, coevolution].concat()
     }
 
     fn columns(&self) -> &'static [Column] {

@@ -1,0 +1,25 @@
+// The predator's score: 1 - t / T if it touches the prey after t of T cycles, and 0 if it never does. The prey's is 1 minus that
+// (Floreano and Nolfi 1997).
+
+struct TaskValues {
+    gap: f32, // 1, 0.1 to 100 mm: bodies that are as near to each other touch
+}
+
+struct MissionState {
+    // cycles until they touched, 0 if they have not
+    caught: u32,
+}
+
+fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
+    let predator = robot_pose(life, 0u);
+    let prey = robot_pose(life, 1u);
+    let reach = 2.0f * body_radius(life) + task_values(life).gap;
+    let away = vec2<f32>(prey.x - predator.x, prey.y - predator.y);
+    let is_new = (before.caught == 0u) & (squared_length(away) <= reach * reach);
+    return Tally(0.0f, MissionState(select(before.caught, step + 1u, is_new)));
+}
+
+fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
+    let score = 1.0f - f32(own.caught) * reciprocal(f32(cycles(life)));
+    return select(0.0f, score, own.caught > 0u);
+}
