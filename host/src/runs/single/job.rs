@@ -44,6 +44,8 @@ pub(super) struct Evolving {
     finalists: Vec<Champion>,
     /// Whether the last contest is over, of two populations.
     is_exhibited: bool,
+    /// `peak` and `mean` of the second of two populations in the last generation so far.
+    second: [f64; 2],
     /// Fitness of each finalist's lives, by finalist.
     appraised: Vec<f32>,
     /// Scores of the last generation's offspring in the simulator, and of each of their lives in reality.
@@ -113,6 +115,7 @@ impl Evolving {
             last: None,
             finalists: Vec::new(),
             is_exhibited: false,
+            second: [f64::NAN; 2],
             appraised: Vec::new(),
             simulated: Vec::new(),
             real: Vec::new(),
@@ -136,7 +139,7 @@ impl Evolving {
             self.transferred = postcard::from_bytes(rest).map_err(unexpected)?;
         }
         if self.is_coevolution() {
-            self.is_exhibited = postcard::from_bytes(rest).map_err(unexpected)?;
+            (self.is_exhibited, self.second) = postcard::from_bytes(rest).map_err(unexpected)?;
         }
         self.evolution.restore(evolution)?;
         if self.evolution.is_finished() != last.is_some() {
@@ -361,6 +364,9 @@ impl Evolving {
             Some(scores) => scores.map(|scores| Some(of(scores))),
             None => [Some(Row::new(&generation, best)), None],
         };
+        if let Some(second) = &second {
+            self.second = [second.peak, second.mean];
+        }
         // A sweep has no table of the second population.
         let second = second.filter(|_| self.has_directory);
         let rows = [(GENERATIONS, row), (SECOND, second)].into_iter();
@@ -549,7 +555,7 @@ impl Job for Evolving {
             bytes.extend(postcard::to_allocvec(&self.transferred).expect("numbers"));
         }
         if self.is_coevolution() {
-            bytes.extend(postcard::to_allocvec(&self.is_exhibited).expect("a flag"));
+            bytes.extend(postcard::to_allocvec(&(self.is_exhibited, self.second)).expect("numbers"));
         }
         bytes
     }
@@ -634,11 +640,8 @@ impl Job for Evolving {
             let offset = self.single.experiment.settings().evolution.archive.offset;
             cells.extend([archive.coverage(), archive.quality(offset)].map(|number| number.to_string()));
         }
-        if let Some(coevolution) = self.evolution.optimizer().coevolution() {
-            let [_, Scores { fitness, ranking }] = coevolution.scores();
-            let parents = self.single.experiment.settings().evolution.best();
-            let last = Row::of(0, fitness, ranking, parents);
-            cells.extend([last.peak, last.mean].map(|number| format!("{number:.6}")));
+        if self.is_coevolution() {
+            cells.extend(self.second.map(|number| format!("{number:.6}")));
         }
         Ok(Finished {
             files,
