@@ -952,33 +952,34 @@ fn the_bench_measures_against_the_scalar_code() {
     assert!(cells.iter().any(|cell| cell["device"] != "cpu scalarx1"));
 }
 
+fn quick_bench<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    let quick = [
+        "bench",
+        "gather.toml",
+        "--backend",
+        "cpu",
+        "--quick",
+        "--rollouts",
+        "16",
+    ];
+    [&quick, more].concat()
+}
+
 /// Long lives are cut, and each robot's steps count.
 #[test]
 fn the_bench_times_an_experiment() {
     let place = Place::new("own-bench");
     place.good(&["new", "--example", "gather", "--quiet"]);
-    fn own<'a>(more: &[&'a str]) -> Vec<&'a str> {
-        let quick = [
-            "bench",
-            "gather.toml",
-            "--backend",
-            "cpu",
-            "--quick",
-            "--rollouts",
-            "16",
-        ];
-        [&quick, more].concat()
-    }
-    let report = place.json(&own(&["--json", "--quiet"]));
+    let report = place.json(&quick_bench(&["--json", "--quiet"]));
     let cells = report["cells"].as_array().unwrap();
     assert!(!cells.is_empty(), "{report}");
     for cell in cells {
         assert_eq!(cell["robot_steps"], 16 * 10 * 500, "{cell}");
     }
     assert!(cells.iter().any(|cell| cell["ratio"] == 1.0), "{report}");
-    let short = place.json(&own(&["--set", "cycles=70", "--json", "--quiet"]));
+    let short = place.json(&quick_bench(&["--set", "cycles=70", "--json", "--quiet"]));
     assert_eq!(short["cycles"], 70);
-    let text = place.good(&own(&[]));
+    let text = place.good(&quick_bench(&[]));
     assert!(
         text.contains("gather.toml, random genes, 500 cycles a rollout."),
         "{text}"
