@@ -116,7 +116,7 @@ fn an_epuck2_evolves_on_board() {
 
 /// How late commands are while the simulator works beside them, and while it does not, in lives of 20 s; and what it gets done.
 #[test]
-#[ignore = "two minutes: it measures"]
+#[ignore = "a measurement in real time that takes two minutes: tests/long.sh runs it and prints its figures"]
 fn evolution_beside_leaves_the_cycles_alone() {
     const GENERATIONS: f64 = 10_000.0;
     let body = Body::default();

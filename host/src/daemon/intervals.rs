@@ -8,24 +8,17 @@ use super::keeper::Kept;
 use super::member::{Ended, State};
 use crate::contents::{Column, head};
 use crate::exchange::radio::Windows;
+use crate::swarm::tables::{CHOSEN_UNDER, HEARD, ROBOT, SIMULATOR, TAKEN, WITH_FOOD, WITHOUT_FOOD};
 
 /// The table of intervals: its file, and its columns.
 pub(crate) const INTERVALS: &str = "intervals.csv";
 pub(crate) static INTERVALS_COLUMNS: [Column; 12] = [
     Column::whole("interval", "", "its number, from 0, by the robot's own clock"),
-    Column::whole("robot", "", "its number, from 0"),
-    Column::number("s0", "0 to 0.99", "the gene of its simulator"),
-    Column::number(
-        "chosen_under",
-        "0 to 0.99",
-        "the gene of the simulator in which the acting controller was chosen",
-    ),
-    Column::number(
-        "g0",
-        "0 to 0.99",
-        "the gene of the acting controller's behaviour with food, at the interval's end",
-    ),
-    Column::number("g1", "0 to 0.99", "the gene of its behaviour without food"),
+    ROBOT,
+    SIMULATOR,
+    CHOSEN_UNDER,
+    WITH_FOOD,
+    WITHOUT_FOOD,
     Column::number("real", "", "its fitness during this interval"),
     Column::whole(
         "brought",
@@ -37,8 +30,8 @@ pub(crate) static INTERVALS_COLUMNS: [Column; 12] = [
         "",
         "the same controller's fitness in the simulator in which it was chosen; empty if there is none",
     ),
-    Column::whole("heard", "robots", "the number of robots that it heard"),
-    Column::whole("taken", "", "1 if its next simulator came from another robot, else 0"),
+    HEARD,
+    TAKEN,
     Column::whole(
         "missed",
         "",

@@ -6,7 +6,7 @@
 //! | [`settings`] | the daemon's file |
 //! | [`transfers`] | which controller is tried next, and what was measured; without clock, files or robot |
 //! | [`evolving`] | the generations beside |
-//! | [`watched`] | what systemd's watchdog is told meanwhile |
+//! | [`watched`] | tells systemd's watchdog that the daemon is alive |
 //!
 //! An interval is some generations in the simulator and, at the same time, a life on the robot of the best that the interval before
 //! has left. Both are waited for, so which controllers the simulator proposes follows from the seed, however fast the processor is.

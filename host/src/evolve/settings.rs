@@ -552,7 +552,7 @@ impl Choice for MutationKind {
         (
             "add_uniform",
             Self::AddUniform,
-            "adds a uniform number between minus and plus the amount",
+            "adds a number drawn uniformly between minus and plus the amount",
         ),
         (
             "add_normal",
@@ -575,7 +575,7 @@ impl Choice for MutationKind {
         (
             "flip_bits",
             Self::FlipBits,
-            "flips bits of genes, which are whole numbers of so many bits, spread evenly over their initial range; the rate is a bit's chance",
+            "flips bits: each gene is an integer of `bits` bits, mapped evenly onto its initial range; the rate is the probability that a bit flips",
         ),
     ];
 }

@@ -115,7 +115,7 @@ pub(crate) fn verify(directory: &Path) -> Result<Done> {
     if done.experiment != identity.to_hex().as_str() {
         problems.push("the experiment is another".into());
     }
-    if done.result != Done::new(done.experiment.clone(), done.files.clone(), results).result {
+    if done.result != Done::new(done.experiment.clone(), done.files.clone(), &results).result {
         problems.push("the result's hash is another".into());
     }
     if problems.is_empty() {

@@ -303,7 +303,7 @@ impl Recorder {
         disk::at_once(results.iter().map(|file| || write(file)))?;
         files.extend(results.iter().map(|(name, _)| *name));
         disk::sync_directory(&self.directory)?;
-        let done = Done::of(&self.directory, self.identity, &files, experiment.results())?;
+        let done = Done::of(&self.directory, self.identity, &files, &experiment.results())?;
         self.end(Status::Done)?;
         done.write(&self.directory)?;
         Ok(done)

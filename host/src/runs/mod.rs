@@ -88,7 +88,7 @@ pub(crate) trait Experiment: Debug + Send + Sync {
     /// Tables that runs append to, the table of steps first.
     fn tables(&self, recording: Recording<'_>) -> Vec<Table>;
     /// Files of a run that contain only results, in the order in which they are hashed.
-    fn results(&self) -> &'static [&'static str];
+    fn results(&self) -> Vec<&'static str>;
     /// The files of a run's directory that other kinds of runs don't have.
     fn contents(&self) -> Vec<Entry>;
 

@@ -7,6 +7,23 @@ use super::record::{RobotInterval, Run};
 use super::settings::Settings;
 use crate::contents::{Column, head};
 
+/// Columns of an interval that the table of a robot's own daemon has as well.
+pub(crate) const ROBOT: Column = Column::whole("robot", "", "its number, from 0");
+pub(crate) const SIMULATOR: Column = Column::number("s0", "0 to 0.99", "the gene of its simulator");
+pub(crate) const CHOSEN_UNDER: Column = Column::number(
+    "chosen_under",
+    "0 to 0.99",
+    "the gene of the simulator in which the acting controller was chosen",
+);
+pub(crate) const WITH_FOOD: Column = Column::number(
+    "g0",
+    "0 to 0.99",
+    "the gene of the acting controller's behaviour with food, at the interval's end",
+);
+pub(crate) const WITHOUT_FOOD: Column = Column::number("g1", "0 to 0.99", "the gene of its behaviour without food");
+pub(crate) const HEARD: Column = Column::whole("heard", "robots", "the number of robots that it heard");
+pub(crate) const TAKEN: Column = Column::whole("taken", "", "1 if its next simulator came from another robot, else 0");
+
 /// The table of intervals: its file, and its columns.
 pub(crate) const INTERVALS: &str = "intervals.csv";
 pub(crate) static INTERVALS_COLUMNS: [Column; 11] = [
@@ -15,19 +32,11 @@ pub(crate) static INTERVALS_COLUMNS: [Column; 11] = [
         "",
         "its number, from 0, by the robot's own clock (`swarm.clock.interval_s`)",
     ),
-    Column::whole("robot", "", "its number, from 0"),
-    Column::number("s0", "0 to 0.99", "the gene of its simulator"),
-    Column::number(
-        "chosen_under",
-        "0 to 0.99",
-        "the gene of the simulator in which the acting controller was chosen",
-    ),
-    Column::number(
-        "g0",
-        "0 to 0.99",
-        "the gene of the acting controller's behaviour with food, at the interval's end",
-    ),
-    Column::number("g1", "0 to 0.99", "the gene of its behaviour without food"),
+    ROBOT,
+    SIMULATOR,
+    CHOSEN_UNDER,
+    WITH_FOOD,
+    WITHOUT_FOOD,
     Column::number(
         "real",
         "",
@@ -38,13 +47,13 @@ pub(crate) static INTERVALS_COLUMNS: [Column; 11] = [
         "",
         "the same controller's fitness in the simulator in which it was chosen; empty in the first interval",
     ),
-    Column::whole("heard", "robots", "the number of robots that it heard"),
+    HEARD,
     Column::whole(
         "reached",
         "robots",
         "the number of robots linked to it by this interval's encounters, itself included",
     ),
-    Column::whole("taken", "", "1 if its next simulator came from another robot, else 0"),
+    TAKEN,
 ];
 /// The table of food: its file, and its columns.
 pub(crate) const FOOD: &str = "food.csv";

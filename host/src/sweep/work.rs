@@ -119,7 +119,7 @@ fn outcome(plan: &Plan, run: RunNumber, mut job: Box<dyn Job>, recorded: &Record
         cells: finished.cells,
         champion,
         generations: table[plan.table.head.len()..].to_owned(),
-        result: result_of(plan.ids[run], recorded.experiment.results(), &files),
+        result: result_of(plan.ids[run], &recorded.experiment.results(), &files),
     })
 }
 

@@ -53,7 +53,7 @@ impl Place {
         Settings::of(&path, &Parsed::new(path.display().to_string(), &text)?)
     }
 
-    /// Lives on a Khepera until the user stops it, after so many looks, or until all is done.
+    /// Runs the daemon with an emulated Khepera until everything is done, or until it is stopped after `looks` readings of its sensors.
     fn lives(&self, looks: usize) -> Result {
         let settings = self.settings()?;
         let mut khepera = connected(INSTANT);

@@ -1,4 +1,5 @@
-//! A robot whose use systemd's watchdog is told of: the daemon hangs if it neither looks, drives nor waits for a few seconds.
+//! Pings systemd's watchdog whenever the daemon uses its robot. A daemon that neither reads the sensors nor waits for a few seconds has
+//! hung, and systemd restarts it.
 
 use std::cell::Cell;
 use std::time::Duration;
@@ -7,13 +8,15 @@ use crate::daemon::notify::Notify;
 use crate::robots::vehicle::trouble::Trouble;
 use crate::robots::vehicle::{Moment, Profile, Vehicle};
 
-/// Time from one word to systemd to the next: several in the `WatchdogSec` of the daemon's unit.
+/// Least time between two pings: several fit into the `WatchdogSec` of the daemon's unit.
 const PERIOD: Duration = Duration::from_secs(1);
 
+/// A robot that pings the watchdog.
 pub(super) struct Watched {
     vehicle: Box<dyn Vehicle + Send>,
     notify: Notify,
-    told: Cell<Option<Duration>>,
+    /// When it pinged last, by the robot's clock.
+    pinged: Cell<Option<Duration>>,
 }
 
 impl Watched {
@@ -21,15 +24,15 @@ impl Watched {
         Self {
             vehicle,
             notify,
-            told: Cell::new(None),
+            pinged: Cell::new(None),
         }
     }
 
-    /// Says that the daemon lives, once in a while.
-    fn tell(&self) {
+    /// Pings, unless the last ping was less than [`PERIOD`] ago.
+    fn ping(&self) {
         let now = self.vehicle.now();
-        if self.told.get().is_none_or(|told| now >= told + PERIOD) {
-            self.told.set(Some(now));
+        if self.pinged.get().is_none_or(|pinged| now >= pinged + PERIOD) {
+            self.pinged.set(Some(now));
             self.notify.watchdog();
         }
     }
@@ -45,7 +48,7 @@ impl Vehicle for Watched {
     }
 
     fn look(&mut self) -> Result<Moment, Trouble> {
-        self.tell();
+        self.ping();
         self.vehicle.look()
     }
 
@@ -54,7 +57,7 @@ impl Vehicle for Watched {
     }
 
     fn keep_until(&mut self, until: Duration) -> Result<(), Trouble> {
-        self.tell();
+        self.ping();
         self.vehicle.keep_until(until)
     }
 

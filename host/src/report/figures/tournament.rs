@@ -12,7 +12,8 @@ const LEFT: f64 = 76.0;
 const TOP: f64 = 64.0;
 const BOTTOM: f64 = 56.0;
 const RIGHT: f64 = 24.0;
-/// Shades that are told apart: neighbours of one shade are one rectangle, and all of a shade one path, which keeps the picture small.
+/// Number of shades. Neighbours of the same shade are drawn as one rectangle, and all rectangles of a shade as one path, which keeps the
+/// file small.
 const SHADES: usize = 16;
 
 /// Draws `count` times `count` scores as squares, darker the more the first of two populations scores; they are by its generations,

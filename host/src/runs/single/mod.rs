@@ -633,44 +633,21 @@ impl super::Experiment for Single {
         tables
     }
 
-    fn results(&self) -> &'static [&'static str] {
-        const ALL: [&str; 9] = [
-            ARCHIVE,
-            ARCHIVE_GENES,
-            GENERATIONS,
-            CHAMPION,
-            CHAMPION_GENES,
-            POPULATION,
-            FITNESS,
-            LUCKIEST,
-            LUCKIEST_GENES,
-        ];
-        const COEVOLUTION: [&str; 9] = [
-            SECOND,
-            HALL,
-            GENERATIONS,
-            CHAMPION,
-            CHAMPION_GENES,
-            POPULATION,
-            FITNESS,
-            LUCKIEST,
-            LUCKIEST_GENES,
-        ];
-        if self.experiment.settings().evolution.is_coevolution() {
-            return match self.experiment.finalists() {
-                0 => &COEVOLUTION[..7],
-                _ => &COEVOLUTION,
-            };
-        }
-        let first = if self.experiment.settings().evolution.has_archive() {
-            0
+    fn results(&self) -> Vec<&'static str> {
+        let evolution = &self.experiment.settings().evolution;
+        let own: &[&str] = if evolution.has_archive() {
+            &[ARCHIVE, ARCHIVE_GENES]
+        } else if evolution.is_coevolution() {
+            &[SECOND, HALL]
         } else {
-            2
+            &[]
         };
-        match self.experiment.finalists() {
-            0 => &ALL[first..7],
-            _ => &ALL[first..],
-        }
+        let all = [GENERATIONS, CHAMPION, CHAMPION_GENES, POPULATION, FITNESS];
+        let luckiest: &[&str] = match self.experiment.finalists() {
+            0 => &[],
+            _ => &[LUCKIEST, LUCKIEST_GENES],
+        };
+        [own, &all, luckiest].concat()
     }
 
     fn contents(&self) -> Vec<Entry> {

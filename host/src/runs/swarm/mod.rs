@@ -159,8 +159,8 @@ impl Experiment for SwarmExperiment {
         }]
     }
 
-    fn results(&self) -> &'static [&'static str] {
-        &[INTERVALS, FOOD]
+    fn results(&self) -> Vec<&'static str> {
+        vec![INTERVALS, FOOD]
     }
 
     fn contents(&self) -> Vec<Entry> {
