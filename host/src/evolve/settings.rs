@@ -557,20 +557,20 @@ impl Choice for MutationKind {
         (
             "add_normal",
             Self::AddNormal,
-            "adds a normal number with the amount as its standard deviation",
+            "adds a normally distributed number, with the amount as its standard deviation",
         ),
         ("replace", Self::Replace, "draws the gene again from the initial range"),
         (
             "add_vector",
             Self::AddVector,
-            "adds a vector to all genes, of random direction, whose length is a normal number with the amount as its standard \
-             deviation; the rate is an individual's chance",
+            "adds a vector of random direction to all genes; its length is normally distributed, with the amount as its standard \
+             deviation; the rate is the probability that an individual changes",
         ),
         (
             "evostick",
             Self::EvoStick,
-            "that of EvoStick: adds a uniform number, replaces the gene by it, or leaves it; the rate is an individual's chance of \
-             a severe mutation (docs/optimisers.md)",
+            "as in EvoStick: adds a uniformly distributed number, replaces the gene by one, or leaves it; the rate is the probability \
+             that an individual's mutation is severe (docs/optimisers.md)",
         ),
         (
             "flip_bits",
