@@ -282,11 +282,7 @@ impl Stepped for Khepera {
     fn resynchronise(&mut self) -> Result {
         let stop = if self.speeds == [0; 2] { "\rD,0,0\r" } else { "\r" };
         self.talk.send(stop.as_bytes())?;
-        self.talk.silence(SILENCE)?;
-        self.talk.send(Command::Version.line().as_bytes())?;
-        if let Answer::Text(version) = self.answer(&Command::Version)? {
-            self.description.firmware = version;
-        }
+        self.description.firmware = self.talk.meet(&Command::Version.line(), SILENCE)?.join(",");
         Ok(())
     }
 }

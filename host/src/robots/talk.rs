@@ -155,6 +155,8 @@ pub(crate) struct Talk {
     /// How long an answer may take.
     patience: Duration,
     in_step: bool,
+    /// Whether the last question of [`Talk::meet`] had no answer, which may still come.
+    is_owed: bool,
 }
 
 impl Talk {
@@ -167,6 +169,7 @@ impl Talk {
             banner: Watch::new(banner),
             patience,
             in_step: false,
+            is_owed: false,
         }
     }
 
@@ -230,7 +233,7 @@ impl Talk {
     /// # Errors
     /// None came in time, the robot has restarted, or the link fails.
     pub(crate) fn line(&mut self, command: &str) -> Result<String> {
-        self.answer(command, Received::line)
+        self.answer(command, self.now() + self.patience, Received::line)
     }
 
     /// The next bytes, after which there must be no more.
@@ -238,7 +241,7 @@ impl Talk {
     /// # Errors
     /// They did not come in time, there are more, the robot has restarted, or the link fails.
     pub(crate) fn bytes(&mut self, command: &str, count: usize) -> Result<Vec<u8>> {
-        let bytes = self.answer(command, |received| received.take(count))?;
+        let bytes = self.answer(command, self.now() + self.patience, |received| received.take(count))?;
         match self.received.take(1) {
             None => Ok(bytes),
             Some(_) => Err(garbage(command, &format!("more than {count} bytes"))),
@@ -246,8 +249,7 @@ impl Talk {
     }
 
     /// Receives until there is an answer.
-    fn answer<T>(&mut self, command: &str, find: impl Fn(&mut Received) -> Option<T>) -> Result<T> {
-        let until = self.now() + self.patience;
+    fn answer<T>(&mut self, command: &str, until: Duration, find: impl Fn(&mut Received) -> Option<T>) -> Result<T> {
         loop {
             let found = find(&mut self.received);
             if self.restarted() {
@@ -258,6 +260,37 @@ impl Talk {
             }
             if !self.receive(until)? {
                 return Err(self.late(command));
+            }
+        }
+    }
+
+    /// Gets in step: asks what nothing else asks, and skips answers to earlier commands, since a robot answers in order. `silence` is
+    /// the pause that ends an answer, after which it is asked. Returns the fields of its answer.
+    ///
+    /// # Errors
+    /// The answer did not come in time, which names what came in its place; the robot has restarted, or the link fails.
+    pub(crate) fn meet(&mut self, question: &str, silence: Duration) -> Result<Vec<String>> {
+        // An answer to the same question, asked before, must not pass for that to this one.
+        let silence = if self.is_owed { self.patience } else { silence };
+        self.silence(silence)?;
+        self.is_owed = true;
+        self.send(question.as_bytes())?;
+        let until = self.now() + self.patience;
+        let mut other = None;
+        loop {
+            let line = match self.answer(question, until, Received::line) {
+                Err(Error::TimedOut { .. }) if other.is_some() => {
+                    return Err(other.unwrap_or_else(|| self.late(question)));
+                }
+                line => line?,
+            };
+            match fields(question, &line) {
+                Ok(fields) if !fields.is_empty() => {
+                    self.is_owed = false;
+                    return Ok(fields.into_iter().map(Into::into).collect());
+                }
+                Ok(_) => other = Some(garbage(question, &line)),
+                Err(error) => other = Some(error),
             }
         }
     }
