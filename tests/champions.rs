@@ -795,7 +795,7 @@ fn without_finalists_the_champion_is_the_luckiest() {
     );
     assert!(place.good(&["replay", "off", "--out", "again"]).contains("as recorded"));
     place
-        .run(&["check", "small.toml", "--set", "evolution.finalists=1001"])
+        .run(&["check", "small.toml", "--set", "evolution.finalists=10001"])
         .exits(3)
         .says(&["1000"]);
     place
@@ -803,7 +803,7 @@ fn without_finalists_the_champion_is_the_luckiest() {
             "check",
             "small.toml",
             "--set",
-            "evolution.finalists=1000",
+            "evolution.finalists=10000",
             "--set",
             "evolution.finalist_lives=1000",
         ])

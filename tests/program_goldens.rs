@@ -716,6 +716,17 @@ fn robots_that_live_together_are_as_pinned() {
     let short = short.map(|value| ["--set", value]).concat();
     place.evolve("aggregation", &experiment, &short);
     found.run(&place, "aggregation");
+    let grid = [
+        "cycles=60",
+        "evolution.kind=grid",
+        "evolution.grid.levels=3",
+        "evolution.population=27",
+        "evolution.common_random_numbers=true",
+        "evolution.finalists=4",
+        "evolution.finalist_lives=3",
+    ];
+    place.evolve("grid", &experiment, &grid.map(|value| ["--set", value]).concat());
+    found.run(&place, "grid");
     let pair = [
         "cycles=100",
         "evolution.generations=4",

@@ -6,6 +6,7 @@ pub(crate) mod cma;
 pub(crate) mod coevolution;
 pub(crate) mod encapsulated;
 pub(crate) mod genetic;
+mod grid;
 pub(crate) mod map_elites;
 mod novelty;
 mod open_es;
@@ -21,6 +22,7 @@ use std::fmt::Debug;
 use cma::Cma;
 use coevolution::Coevolution;
 use genetic::Genetic;
+use grid::Grid;
 use map_elites::{Archive, MapElites};
 use novelty::Novelty;
 use oneiro::world::Gene;
@@ -226,6 +228,7 @@ pub(crate) fn optimizer(
         Kind::Novelty => Box::new(Novelty::new(settings, seed, ranges, init)),
         Kind::Race => Box::new(Race::new(settings, seed, genes)),
         Kind::Coevolution => Box::new(Coevolution::new(settings, seed, genes, init.as_ref())),
+        Kind::Grid => Box::new(Grid::new(settings, seed, &ranges)),
         Kind::Random => Box::new(RandomSearch::new(settings, seed, &ranges)),
     }
 }

@@ -20,6 +20,7 @@ pub(crate) enum Kind {
     MapElites,
     Novelty,
     Random,
+    Grid,
     Race,
     Coevolution,
 }
@@ -57,6 +58,11 @@ impl Choice for Kind {
             "the genetic algorithm, selecting by how new a behaviour is: Lehman and Stanley 2011",
         ),
         ("random", Self::Random, "random genomes in every generation: a control"),
+        (
+            "grid",
+            Self::Grid,
+            "every combination of evenly spaced genes once: an exhaustive search",
+        ),
         (
             "race",
             Self::Race,
@@ -109,6 +115,8 @@ pub(crate) struct Settings {
     pub(crate) descriptors: Vec<Descriptor>,
     pub(crate) archive: Archive,
     pub(crate) novelty: Novelty,
+    #[serde(skip_serializing_if = "Grid::is_default")]
+    pub(crate) grid: Grid,
     #[serde(skip_serializing_if = "Race::is_default")]
     pub(crate) race: Race,
     #[serde(skip_serializing_if = "Opponents::is_default")]
@@ -135,6 +143,7 @@ impl Default for Settings {
             descriptors: Vec::new(),
             archive: Archive::default(),
             novelty: Novelty::default(),
+            grid: Grid::default(),
             race: Race::default(),
             opponents: Opponents::default(),
         }
@@ -155,7 +164,7 @@ impl Settings {
 
     /// With an optimiser that begins at random genes.
     pub(crate) fn drawing(&mut self) -> Option<&mut Self> {
-        (!matches!(self.kind, Kind::CmaEs | Kind::SepCmaEs | Kind::Race)).then_some(self)
+        (!matches!(self.kind, Kind::CmaEs | Kind::SepCmaEs | Kind::Race | Kind::Grid)).then_some(self)
     }
 
     /// With an optimiser that uses behaviour.
@@ -173,6 +182,11 @@ impl Settings {
         (self.kind == Kind::Novelty).then_some(&mut self.novelty)
     }
 
+    /// With an exhaustive search.
+    pub(crate) fn gridded(&mut self) -> Option<&mut Grid> {
+        (self.kind == Kind::Grid).then_some(&mut self.grid)
+    }
+
     /// With a race.
     pub(crate) fn racing(&mut self) -> Option<&mut Race> {
         (self.kind == Kind::Race).then_some(&mut self.race)
@@ -185,7 +199,7 @@ impl Settings {
 
     /// With an optimiser whose generations are counted.
     pub(crate) fn counted(&mut self) -> Option<&mut Self> {
-        (self.kind != Kind::Race).then_some(self)
+        (!matches!(self.kind, Kind::Race | Kind::Grid)).then_some(self)
     }
 
     /// With the genetic algorithm, if only the best become parents.
@@ -245,8 +259,13 @@ impl Settings {
                 Kind::CmaEs | Kind::SepCmaEs => super::cma::default_population(genes),
                 Kind::OpenEs => 40,
                 Kind::Race => self.race.greatest_population(genes),
+                Kind::Grid => self.grid.default_population(genes),
                 _ => self.population,
             };
+        }
+        if self.kind == Kind::Grid {
+            let generations = self.grid.combinations(genes) / u64::from(self.population);
+            self.generations = u32::try_from(generations).unwrap_or(u32::MAX);
         }
         let sigma = match self.kind {
             Kind::CmaEs | Kind::SepCmaEs => 0.5,
@@ -291,6 +310,14 @@ impl Settings {
             (true, true) => index % self.opponents.contests,
             (true, false) => 0,
         }
+    }
+
+    /// Number of the random numbers of a generation: its own, but one for a whole grid where they are common.
+    pub(crate) fn draw(&self, generation: u32) -> u32 {
+        if self.kind == Kind::Grid && self.has_common_numbers() {
+            return 0;
+        }
+        generation
     }
 
     /// Whether the optimiser uses behaviour.
@@ -752,6 +779,37 @@ impl Default for Novelty {
             neighbours: 15,
             added: 6,
         }
+    }
+}
+
+/// Values of an exhaustive search.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Grid {
+    /// Values of each gene.
+    pub(crate) levels: u32,
+}
+
+impl Default for Grid {
+    fn default() -> Self {
+        Self { levels: 11 }
+    }
+}
+
+impl Grid {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Combinations of the values of all genes.
+    pub(crate) fn combinations(&self, genes: usize) -> u64 {
+        u64::from(self.levels).saturating_pow(u32::try_from(genes).unwrap_or(u32::MAX))
+    }
+
+    /// A generation: all combinations of the last genes, as many as make up to 10,000 individuals.
+    fn default_population(&self, genes: usize) -> u32 {
+        let powers = (1..=genes).map(|genes| self.combinations(genes));
+        let largest = powers.take_while(|&count| count <= 10_000).last();
+        largest.map_or(self.levels, |count| count as u32)
     }
 }
 

@@ -202,7 +202,12 @@ fn nan_is_the_worst_and_is_counted() {
         let generation = tell(&mut *with, nan).unwrap();
         assert_eq!((generation.nan(), generation.ranking[19]), (1, 7));
         assert_eq!(tell(&mut *without, scores).unwrap().nan(), 0);
-        assert_eq!(with.save(), without.save(), "{}", with.name());
+        // A grid keeps scores for its finalists.
+        assert!(
+            with.save() == without.save() || with.name() == "grid",
+            "{}",
+            with.name()
+        );
         // All of them.
         let all = tell(&mut *with, vec![f32::NAN; 20]).unwrap();
         assert_eq!(all.nan(), 20);
@@ -292,12 +297,13 @@ fn missing_behaviour_is_refused_without_a_change() {
     }
 }
 
-/// Two exact optimisers differ only by their seeds.
+/// Two exact optimisers differ only by their seeds, but a grid has no use for one.
 #[test]
 fn exact_optimisers_are_functions_of_their_seed() {
     for (one, (same, other)) in all(7).iter().zip(all(7).iter().zip(all(8))) {
         assert!(!one.is_exact() || bits(one.ask()) == bits(same.ask()));
-        assert_ne!(bits(one.ask()), bits(other.ask()), "{}", one.name());
+        let is_grid = one.name() == "grid";
+        assert_eq!(bits(one.ask()) == bits(other.ask()), is_grid, "{}", one.name());
     }
 }
 

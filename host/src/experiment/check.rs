@@ -119,6 +119,9 @@ pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
     if evolution.kind == Kind::Race {
         race_of(settings, genes)?;
     }
+    if evolution.kind == Kind::Grid {
+        grid_of(settings, genes)?;
+    }
     match evolution.kind {
         Kind::CmaEs | Kind::SepCmaEs if population < cma::LEAST_POPULATION => invalid(
             "evolution.population",
@@ -130,6 +133,25 @@ pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
         ),
         _ => Ok(()),
     }
+}
+
+/// Checks that a grid is not too large, and that generations are equal parts of it.
+fn grid_of(settings: &Settings, genes: usize) -> Checked {
+    const MOST: u64 = 1_000_000_000;
+    let evolution = &settings.evolution;
+    let (levels, combinations) = (evolution.grid.levels, evolution.grid.combinations(genes));
+    if combinations > MOST {
+        let problem = format!("is {levels} for {genes} genes; allowed: up to {MOST} combinations");
+        return invalid("evolution.grid.levels", problem);
+    }
+    let population = evolution.population;
+    if combinations % u64::from(population) != 0 || combinations / u64::from(population) > 1_000_000 {
+        let problem = format!(
+            "is {population}; allowed: a divisor of the grid's {combinations} combinations, at least a millionth of them"
+        );
+        return invalid("evolution.population", problem);
+    }
+    Ok(())
 }
 
 /// Checks what a race needs, and what it does not go with: its generations differ in size, and their number is not known beforehand.

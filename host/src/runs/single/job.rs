@@ -293,16 +293,11 @@ impl Evolving {
 
     /// Each individual's lives, in the simulator or on the robot.
     fn lives(&self) -> impl Iterator<Item = Rollout<'_>> {
-        let keys = Keys::new(self.seed, self.evolution.generation().into());
         let settings = self.single.experiment.settings();
-        let trials = settings.trials;
-        let each = move |(genes, individual): (_, u32)| {
-            let individual = settings.evolution.lot(individual);
-            (0..trials).map(move |trial| Rollout {
-                world: 0,
-                genes,
-                key: keys.of(individual.into(), trial.into()),
-            })
+        let (seed, generation) = (self.seed, self.evolution.generation());
+        let each = move |(genes, individual)| {
+            let keys = keys(settings, seed, generation, individual);
+            keys.map(move |key| Rollout { world: 0, genes, key })
         };
         self.evolution.ask().genomes().zip(0..).flat_map(each)
     }
@@ -651,14 +646,14 @@ impl Job for Evolving {
     }
 }
 
-/// Keys of an individual's lives: its own, or those of all in its generation.
+/// Keys of an individual's lives: its own, or those of all in its generation, or of all on its grid.
 pub(crate) fn keys(
     settings: &Settings,
     seed: u64,
     generation: u32,
     individual: u32,
 ) -> impl Iterator<Item = Key> + use<> {
-    let own = Keys::new(seed, generation.into());
+    let own = Keys::new(seed, settings.evolution.draw(generation).into());
     let individual = settings.evolution.lot(individual);
     (0..settings.trials).map(move |trial| own.of(individual.into(), trial.into()))
 }
