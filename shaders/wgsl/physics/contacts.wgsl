@@ -6,7 +6,7 @@
 const OVERLAP: f32 = 1.0f;
 // Less than this, mm, is no overlap that pushes.
 const TOUCH: f32 = 0x1p-6f;
-// How often bodies that overlap push each other in a cycle, at most: an even number.
+// How often bodies that overlap push each other in a cycle, at most.
 const PUSHES: u32 = 12u;
 // The farthest that a robot gets in a cycle, as a share of its radius: less than from its centre to the nearest wall, so that
 // it comes out of a wall on the side that it was on.
@@ -42,43 +42,44 @@ fn pushed_out(world: u32, at: vec2<f32>) -> vec2<f32> {
 }
 
 // Bodies that overlap give way by half of each overlap, all at once. Returns whether any did.
-fn push(life: Life, from_field: u32, to_field: u32) -> bool {
+fn push(life: Life) -> bool {
     let count = member_count(life.world);
     let apart = 2.0f * members_of(life.world).body;
     let near = apart - TOUCH;
     var pushed = false;
     for (var member = 0u; member < count; member++) {
         let own = member_at(life, member);
-        put_word(own, to_field, word(own, from_field));
-        put_word(own, to_field + 1u, word(own, from_field + 1u));
+        put_word(own, MEMBER_BEFORE, word(own, MEMBER_GOAL));
+        put_word(own, MEMBER_BEFORE + 1u, word(own, MEMBER_GOAL + 1u));
     }
     for (var member = 0u; member < count; member++) {
         let own = member_at(life, member);
-        let at = place_in(own, from_field);
+        let at = place_in(own, MEMBER_BEFORE);
+        var moved = place_in(own, MEMBER_GOAL);
         for (var other = member + 1u; other < count; other++) {
             let another = member_at(life, other);
-            let beside = place_in(another, from_field);
+            let beside = place_in(another, MEMBER_BEFORE);
             let away = vec2<f32>(at.x - beside.x, at.y - beside.y);
             let squared = squared_length(away);
             // Bodies at one place to a thousandth of a millimetre have no direction to part in.
             if ((squared < near * near) & (squared > 0x1p-20f)) {
                 let share = 0.5f * (apart * reciprocal_root(squared) - 1.0f);
-                let moved = place_in(own, to_field);
-                put_place(own, to_field, vec2<f32>(moved.x + share * away.x, moved.y + share * away.y));
-                let gone = place_in(another, to_field);
-                put_place(another, to_field, vec2<f32>(gone.x - share * away.x, gone.y - share * away.y));
+                moved = vec2<f32>(moved.x + share * away.x, moved.y + share * away.y);
+                let gone = place_in(another, MEMBER_GOAL);
+                put_place(another, MEMBER_GOAL, vec2<f32>(gone.x - share * away.x, gone.y - share * away.y));
                 pushed = true;
             }
         }
+        put_place(own, MEMBER_GOAL, moved);
     }
     // Only a world that has objects looks at them.
     if (worlds[life.world].shapes > 0u) {
         for (var member = 0u; member < count; member++) {
             let own = member_at(life, member);
-            let at = place_in(own, to_field);
+            let at = place_in(own, MEMBER_GOAL);
             let out = pushed_out(life.world, at);
             pushed = pushed | (out.x != at.x) | (out.y != at.y);
-            put_place(own, to_field, out);
+            put_place(own, MEMBER_GOAL, out);
         }
     }
     return pushed;
@@ -88,10 +89,7 @@ fn push(life: Life, from_field: u32, to_field: u32) -> bool {
 fn push_all(life: Life) {
     var times = 0u;
     for (var time = 0u; time < PUSHES; time++) {
-        let is_odd = (time & 1u) != 0u;
-        let from_field = select(MEMBER_GOAL, MEMBER_GOAL + 2u, is_odd);
-        let to_field = select(MEMBER_GOAL + 2u, MEMBER_GOAL, is_odd);
-        if (!push(life, from_field, to_field)) {
+        if (!push(life)) {
             break;
         }
         times++;
