@@ -1,5 +1,7 @@
-//! Tells the program which commit it was built from, for what runs record.
+//! Tells the program which commit it was built from, for what runs record, and has the program for a robot linked without what only
+//! unwinding needs.
 
+use std::env;
 use std::path::Path;
 use std::process::Command;
 
@@ -10,10 +12,26 @@ fn main() {
             println!("cargo::rerun-if-changed={path}");
         }
     }
+    println!("cargo::rustc-check-cfg=cfg(no_unwinding)");
+    if is_for_robot() {
+        let script = Path::new(&env::var("CARGO_MANIFEST_DIR").unwrap_or_default()).join("no-unwinding.ld");
+        println!("cargo::rerun-if-changed={}", script.display());
+        println!("cargo::rustc-link-arg-bins=-Wl,-T,{}", script.display());
+        println!("cargo::rustc-cfg=no_unwinding");
+    }
     println!(
         "cargo::rustc-env=ONEIRO_COMMIT={}",
         commit().unwrap_or_else(|| "unknown".into())
     );
+}
+
+/// Whether this is the profile `robot`, on a system whose linkers take the script. Cargo tells a build script neither its profile nor
+/// what a panic does, only a folder, PROFILE/build/PACKAGE/out.
+fn is_for_robot() -> bool {
+    let is_linux = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|system| system == "linux");
+    let folder = env::var("OUT_DIR").unwrap_or_default();
+    let profile = Path::new(&folder).ancestors().nth(3).and_then(Path::file_name);
+    is_linux && profile.is_some_and(|profile| profile == "robot")
 }
 
 /// The commit that is checked out, `-modified` if the files are not its own; nothing where there is no repository.

@@ -15,6 +15,9 @@ use serde_json::{Value, json};
 
 #[allow(dead_code, reason = "other tests use the rest")]
 mod aseba;
+#[cfg(feature = "compose")]
+#[path = "playground/on_board.rs"]
+mod on_board;
 #[allow(dead_code, reason = "other tests use the rest")]
 mod place;
 mod skips;

@@ -31,38 +31,14 @@ mod run;
 mod several;
 #[path = "wired/study.rs"]
 mod study;
+#[path = "place/table.rs"]
+mod table;
 use peers::{Body, wait};
 use place::Place;
+use table::Table;
 
 /// For what has no limit but must happen.
 const LONG: Duration = Duration::from_secs(20);
-
-/// A table of a directory of lives, by the names of its columns.
-struct Table {
-    head: Vec<String>,
-    rows: Vec<Vec<String>>,
-}
-
-impl Table {
-    fn read(place: &Place, name: &str) -> Self {
-        let text = place.text(name);
-        let mut reader = csv::Reader::from_reader(text.as_bytes());
-        let cells = |record: &csv::StringRecord| record.iter().map(str::to_owned).collect();
-        Self {
-            head: cells(reader.headers().unwrap()),
-            rows: reader.records().map(|record| cells(&record.unwrap())).collect(),
-        }
-    }
-
-    fn column(&self, name: &str) -> Vec<&str> {
-        let column = self.head.iter().position(|own| own == name).unwrap();
-        self.rows.iter().map(|row| &*row[column]).collect()
-    }
-
-    fn numbers(&self, name: &str) -> Vec<f32> {
-        self.column(name).iter().map(|cell| cell.parse().unwrap()).collect()
-    }
-}
 
 /// Two genomes: both bend to the right, one of them faster.
 fn genomes() -> Vec<Vec<f32>> {

@@ -823,15 +823,16 @@ pub(crate) enum FleetCommand {
     },
     /// Check a fleet's file, and print what the other commands would do; nothing is done
     Plan(FleetFile),
-    /// Copy the program, the experiment, robot.toml and the key to the robots' computers, and install the daemon there
+    /// Copy the program, the experiment, robot.toml and a swarm's key to the robots' computers, and install the daemon there
     Deploy(FleetWork),
-    /// Start the daemons, and let the robots live as long as this command runs: they stand without its beacon
+    /// Start the daemons, and let a swarm's robots live as long as this command runs: they stand without its beacon. Robots that live by
+    /// themselves need no beacon, and the command ends at once
     Start(FleetStart),
     /// Ask each computer by ssh whether its daemon runs, and what its log says last
     Status(FleetStatus),
     /// Stop the daemons, and say of each robot whether its log confirms that its wheels stand
     Stop(FleetWork),
-    /// Copy the robots' records to this machine, and merge their logs into one timeline
+    /// Copy the robots' records to this machine, and merge the logs of a swarm into one timeline
     Collect(FleetWork),
     /// Let the daemons of all robots live on this machine, with emulated e-pucks in one simulated arena, on a virtual clock
     #[cfg(all(unix, feature = "twin"))]

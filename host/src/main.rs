@@ -2,6 +2,11 @@
 
 use std::process::ExitCode;
 
+#[cfg(all(no_unwinding, panic = "unwind"))]
+compile_error!(
+    "the profile `robot` leaves out the tables for unwinding (no-unwinding.ld), so that its panics have to abort"
+);
+
 fn main() -> ExitCode {
     oneiro_host::main()
 }

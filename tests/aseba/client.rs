@@ -125,6 +125,19 @@ impl Client {
         words.skip(1).collect()
     }
 
+    /// All variables from one to another, behind a switch, where answers to others are heard too.
+    pub(crate) fn get_among(&mut self, first: &str, last: &str) -> Vec<i16> {
+        let (start, end) = (self.address(first).start, self.address(last).end);
+        self.ask_all(first, last);
+        loop {
+            let (_, words) = self.receive(VARIABLES);
+            let mut words = words.chunks(2).map(|word| i16::from_le_bytes([word[0], word[1]]));
+            if words.next() == Some(start as i16) && words.len() == usize::from(end - start) {
+                return words.collect();
+            }
+        }
+    }
+
     pub(crate) fn get(&mut self, name: &str) -> Vec<i16> {
         self.ask(name);
         self.answer()

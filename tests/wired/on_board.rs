@@ -220,6 +220,50 @@ fn events_of(place: &Place, event: &str) -> usize {
     }
 }
 
+/// `oneiro fleet` installs a robot that lives by itself on its computer, starts and stops it there, and collects its record. In place of
+/// ssh a script runs all commands on this machine.
+#[test]
+fn a_fleet_has_robots_that_live_by_themselves() {
+    let body = Body::default();
+    let address = robots::khepera(&body);
+    let place = placed("fleet", &address, "", 20);
+    let there = place.at("host-1/oneiro/robot-1");
+    std::fs::create_dir_all(place.at("host-1")).unwrap();
+    // A small program of this machine.
+    std::fs::copy("/bin/sh", place.at("program")).unwrap();
+    let ssh = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fleet/ssh");
+    let [ssh, own] = [ssh.canonicalize().unwrap(), place.at(".")].map(|path| path.display().to_string());
+    let fleet = format!(
+        "binary = \"program\"\nservice = \"process\"\ndirectory = \"record\"\n[ssh]\nprogram = \"{ssh}\"\n\
+         options = [\"-F\", \"{own}\"]\n[[robots]]\nnumber = 1\nhost = \"host-1\"\nrobot = \"robot.toml\"\n"
+    );
+    place.write("fleet.toml", fleet);
+    let told = |command: &str, words: &[&str]| {
+        let ran = place.run(&["fleet", command, "fleet.toml"]).exits(0);
+        for word in words {
+            assert!(ran.stdout.contains(word), "{command}: no `{word}` in\n{}", ran.stdout);
+        }
+        ran
+    };
+    told("plan", &["at least 7 lives on the robot", "directory = \"state\""]);
+    told("deploy", &["sent oneiro, experiment.toml, robot.toml"]);
+    std::fs::remove_file(there.join("oneiro")).unwrap();
+    std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_oneiro"), there.join("oneiro")).unwrap();
+    told("start", &[]).says(&["robots drive from now on, without a beacon", "robot 1: its daemon runs"]);
+    run::wait_for_cycles(&place, "host-1/oneiro/robot-1/state/lives/life-1.csv", 8);
+    told("status", &["running; last event `simulated`"]);
+    told("stop", &["stopped, wheels confirmed"]);
+    assert!(body.stands());
+    told("status", &["stopped; last event `end`"]);
+    told("collect", &[" files, "]).says(&["1 robots' records in record"]);
+    let lives = Table::read(&place, "record/robot-1/lives/lives.csv");
+    assert_eq!(lives.column("status"), ["stopped"]);
+    for command in ["compare", "replay"] {
+        let refused = place.run(&["fleet", command, "fleet.toml"]).exits(3);
+        refused.says(&["fleet.toml: its robots live by themselves, without a swarm's experiment"]);
+    }
+}
+
 /// Ctrl-C and `systemctl stop`: the wheels stand, and the same command goes on. A second daemon is refused, and so is a robot that
 /// is not there.
 #[test]

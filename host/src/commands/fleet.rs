@@ -11,9 +11,10 @@ use serde_json::{Value, json};
 
 use crate::cli::{self, FleetCommand, FleetFile, FleetStatus, FleetWork};
 use crate::console::{Console, columns};
+use crate::contents::describe;
 use crate::exchange::radio::key::Key;
 use crate::exit::{Code, Failure, Result};
-use crate::fleet::file::{Fleet, Robot};
+use crate::fleet::file::{AnyFleet, Computers, Fleet, Robot};
 use crate::fleet::install::Stock;
 use crate::fleet::remote::{Remote, on_each};
 use crate::fleet::{Outcomes, collect, enough, page, service};
@@ -44,82 +45,116 @@ fn key(file: &Path, console: Console) -> Result {
 
 /// Prints what would be done.
 fn plan(arguments: &FleetFile, console: Console) -> Result {
-    let fleet = Fleet::read(&arguments.fleet)?;
+    let any = AnyFleet::read(&arguments.fleet)?;
+    let fleet = any.computers();
     let robots = fleet.chosen(&arguments.robots)?;
-    let stock = Stock::read(&fleet)?;
-    let settings = fleet.experiment.settings();
-    let minutes = f64::from(settings.minutes);
-    let battery = minutes + f64::from(settings.clock.offset_s) / 60.0;
-    let robot_minutes = minutes * robots.len() as f64;
+    let stock = Stock::read(fleet, any.key())?;
     if console.json() {
         let robot = |robot: &&Robot| {
-            let files = stock.parcels(&fleet, robot);
+            let files = stock.parcels(robot);
             let files = files
                 .iter()
                 .map(|file| json!({ "name": file.name, "bytes": file.bytes.len() }));
-            let remote = Remote::of(&fleet, robot);
+            let remote = Remote::of(fleet, robot);
             json!({
                 "number": robot.number,
                 "host": robot.host,
                 "address": robot.address,
                 "radio": robot.radio,
                 "share": robot.share,
+                "time": robot.time,
                 "directory": fleet.place(robot),
                 "files": files.collect::<Vec<_>>(),
-                "start": remote.shown(&service::start_command(&fleet, robot)),
-                "stop": remote.shown(&service::stop_command(&fleet, robot)),
+                "start": remote.shown(&service::start_command(fleet, robot)),
+                "stop": remote.shown(&service::stop_command(fleet, robot)),
                 "robot_toml": robot.toml,
             })
         };
-        return console.json_data(&json!({
-            "experiment": fleet.experiment.name(),
-            "seed": fleet.seed,
-            "minutes": settings.minutes,
-            "robot_minutes": robot_minutes,
-            "battery_minutes": battery,
+        let mut plan = json!({
             "service": fleet.service,
             "robots": robots.iter().map(robot).collect::<Vec<_>>(),
-        }));
+        });
+        if let AnyFleet::Swarm(fleet) = &any {
+            let (minutes, battery) = minutes(fleet);
+            plan["experiment"] = fleet.experiment.name().into();
+            plan["seed"] = fleet.seed.into();
+            plan["minutes"] = fleet.experiment.settings().minutes.into();
+            plan["robot_minutes"] = (minutes * robots.len() as f64).into();
+            plan["battery_minutes"] = battery.into();
+        }
+        return console.json_data(&plan);
     }
+    let mut text = match &any {
+        AnyFleet::Swarm(fleet) => members(fleet, &robots),
+        AnyFleet::Alone(_) => alone(&robots),
+    };
+    if let Some(first) = robots.first() {
+        text += &example(fleet, first, &stock);
+    }
+    console.data(text)
+}
+
+/// How long the experiment of a swarm takes, and how long a battery must last, min.
+fn minutes(fleet: &Fleet) -> (f64, f64) {
+    let settings = fleet.experiment.settings();
+    let minutes = f64::from(settings.minutes);
+    (minutes, minutes + f64::from(settings.clock.offset_s) / 60.0)
+}
+
+/// The robots of a swarm.
+fn members(fleet: &Fleet, robots: &[&Robot]) -> String {
     let share = |robot: &Robot| {
         robot
             .share
             .map_or_else(|| "default".to_owned(), |share| format!("{share} of a core"))
     };
     let row = |robot: &&Robot| {
-        let words = [
-            robot.host.clone(),
-            robot.address.clone(),
-            robot.radio.to_string(),
-            share(robot),
-        ];
+        let radio = robot.radio.map_or_else(String::new, |radio| radio.to_string());
+        let words = [robot.host.clone(), robot.address.clone(), radio, share(robot)];
         std::iter::once(robot.number.to_string()).chain(words).collect()
     };
     let table = columns(
         &["robot", "computer", "robot's address", "radio", "simulator"],
         &robots.iter().map(row).collect::<Vec<_>>(),
     );
-    let absent = settings.world.robots as usize - fleet.robots.len();
+    let absent = fleet.experiment.settings().world.robots as usize - fleet.robots.len();
     let absent = if absent > 0 {
         format!("; the experiment has {absent} more, which stay away")
     } else {
         String::new()
     };
-    let mut text = format!(
-        "{}, seed {}: {} robots for {minutes} min, {robot_minutes} robot-minutes; a battery must last {battery:.0} min{absent}\n\n{table}",
+    let (minutes, battery) = minutes(fleet);
+    format!(
+        "{}, seed {}: {} robots for {minutes} min, {} robot-minutes; a battery must last {battery:.0} min{absent}\n\n{table}",
         fleet.experiment.name(),
         fleet.seed,
         robots.len(),
+        minutes * robots.len() as f64,
+    )
+}
+
+/// Robots that live by themselves.
+fn alone(robots: &[&Robot]) -> String {
+    let row = |robot: &&Robot| {
+        let time = robot.time.clone().unwrap_or_default();
+        vec![
+            robot.number.to_string(),
+            robot.host.clone(),
+            robot.address.clone(),
+            time,
+        ]
+    };
+    let table = columns(
+        &["robot", "computer", "robot's address", "time"],
+        &robots.iter().map(row).collect::<Vec<_>>(),
     );
-    if let Some(first) = robots.first() {
-        text += &example(&fleet, first, &stock);
-    }
-    console.data(text)
+    let count = robots.len();
+    format!("robots that live by themselves: {count}; each drives as long as its daemon runs\n\n{table}")
 }
 
 /// What one robot gets, and the commands on its computer.
-fn example(fleet: &Fleet, robot: &Robot, stock: &Stock) -> String {
-    let files = stock.parcels(fleet, robot);
+fn example(fleet: &Computers, robot: &Robot, stock: &Stock) -> String {
+    let files = stock.parcels(robot);
     let row = |file: &crate::fleet::install::Parcel<'_>| vec![file.name.to_owned(), file.bytes.len().to_string()];
     let files = columns(&["file", "bytes"], &files.iter().map(row).collect::<Vec<_>>());
     let remote = Remote::of(fleet, robot);
@@ -135,17 +170,18 @@ fn example(fleet: &Fleet, robot: &Robot, stock: &Stock) -> String {
 
 /// Installs all robots.
 fn deploy(arguments: &FleetWork, console: Console) -> Result {
-    let fleet = Fleet::read(&arguments.file.fleet)?;
+    let any = AnyFleet::read(&arguments.file.fleet)?;
+    let fleet = any.computers();
     let robots = fleet.chosen(&arguments.file.robots)?;
-    let stock = Stock::read(&fleet)?;
+    let stock = Stock::read(fleet, any.key())?;
     let outcomes = on_each(
-        &fleet,
+        fleet,
         &robots,
-        |robot, remote| stock.install(&fleet, robot, remote),
+        |robot, remote| stock.install(fleet, robot, remote),
         |robot, _| console.say(format!("robot {}: done with {}", robot.number, robot.host)),
     );
     summed_up(
-        &fleet,
+        fleet,
         &outcomes,
         |installed| {
             let sent = match &installed.sent[..] {
@@ -165,19 +201,20 @@ fn deploy(arguments: &FleetWork, console: Console) -> Result {
 
 /// Asks all daemons for their state.
 fn status(arguments: &FleetStatus, console: Console) -> Result {
-    let fleet = Fleet::read(&arguments.file.fleet)?;
     if let Some(time) = arguments.listen {
-        return start::listened(&fleet, time, console);
+        return start::listened(&Fleet::read(&arguments.file.fleet)?, time, console);
     }
+    let any = AnyFleet::read(&arguments.file.fleet)?;
+    let fleet = any.computers();
     let robots = fleet.chosen(&arguments.file.robots)?;
     let outcomes = on_each(
-        &fleet,
+        fleet,
         &robots,
-        |robot, remote| service::state(&fleet, robot, remote),
+        |robot, remote| service::state(fleet, robot, remote),
         |_, _| (),
     );
     summed_up(
-        &fleet,
+        fleet,
         &outcomes,
         |(state, last)| {
             let last: Option<Value> = last.as_deref().and_then(|line| serde_json::from_str(line).ok());
@@ -200,16 +237,17 @@ fn said(line: &Value) -> String {
 
 /// Stops all daemons.
 fn stop(arguments: &FleetWork, console: Console) -> Result {
-    let fleet = Fleet::read(&arguments.file.fleet)?;
+    let any = AnyFleet::read(&arguments.file.fleet)?;
+    let fleet = any.computers();
     let robots = fleet.chosen(&arguments.file.robots)?;
     let outcomes = on_each(
-        &fleet,
+        fleet,
         &robots,
-        |robot, remote| service::stop(&fleet, robot, remote),
+        |robot, remote| service::stop(fleet, robot, remote),
         |_, _| (),
     );
     summed_up(
-        &fleet,
+        fleet,
         &outcomes,
         |()| ("stopped, wheels confirmed".to_owned(), json!(true)),
         console,
@@ -217,18 +255,19 @@ fn stop(arguments: &FleetWork, console: Console) -> Result {
     enough(&outcomes, arguments.min, "stop")
 }
 
-/// Copies all records and merges them.
+/// Copies all records, and merges those of a swarm.
 fn collected(arguments: &FleetWork, console: Console) -> Result {
-    let fleet = Fleet::read(&arguments.file.fleet)?;
+    let any = AnyFleet::read(&arguments.file.fleet)?;
+    let fleet = any.computers();
     let robots = fleet.chosen(&arguments.file.robots)?;
     let outcomes = on_each(
-        &fleet,
+        fleet,
         &robots,
-        |robot, remote| collect::copy(&fleet, robot, remote),
+        |robot, remote| collect::copy(fleet, robot, remote),
         |robot, _| console.say(format!("robot {}: done with {}", robot.number, robot.host)),
     );
     summed_up(
-        &fleet,
+        fleet,
         &outcomes,
         |own| {
             let (files, bytes) = (own.files, own.bytes);
@@ -250,7 +289,27 @@ fn collected(arguments: &FleetWork, console: Console) -> Result {
     if numbers.is_empty() {
         return Err(Failure::of(Code::Device, "collect: no robot's record could be copied"));
     }
-    let merged = collect::merge(&fleet, &numbers)?;
+    match &any {
+        AnyFleet::Swarm(fleet) => merged(fleet, &numbers, console)?,
+        AnyFleet::Alone(_) => {
+            describe(
+                &fleet.directory,
+                "Records of robots that live by themselves",
+                &collect::contents_alone(),
+            )?;
+            let directory = fleet.directory.display();
+            console.say(format!(
+                "{} robots' records in {directory}; robot-N/best.npy is robot N's best",
+                numbers.len()
+            ));
+        }
+    }
+    enough(&outcomes, arguments.min, "collect")
+}
+
+/// Merges the records of a swarm's robots.
+fn merged(fleet: &Fleet, numbers: &[u32], console: Console) -> Result {
+    let merged = collect::merge(fleet, numbers)?;
     for warning in &merged.warnings {
         console.say(format!("warning: {warning}"));
     }
@@ -267,7 +326,7 @@ fn collected(arguments: &FleetWork, console: Console) -> Result {
         fleet.directory.join(collect::TIMELINE).display(),
         crate::fleet::timeline::CLOCKS,
     ));
-    enough(&outcomes, arguments.min, "collect")
+    Ok(())
 }
 
 /// Writes a page that plays the record of a fleet, or of a twin.
@@ -288,7 +347,7 @@ fn replay(record: &Path, console: Console) -> Result {
 
 /// Prints a table with what came of each robot.
 fn summed_up<T>(
-    fleet: &Fleet,
+    fleet: &Computers,
     outcomes: &Outcomes<T>,
     words: impl Fn(&T) -> (String, Value),
     console: Console,

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::file::{Fleet, Robot, STATE};
+use super::file::{Computers, Fleet, Robot, STATE};
 use super::page::{PAGE, REPLAY, SCRIPT};
 use super::remote::Remote;
 use super::sha256_hex;
@@ -27,6 +27,14 @@ const ATTEMPTS: u32 = 3;
 pub(crate) struct Collected {
     pub(crate) files: usize,
     pub(crate) bytes: usize,
+}
+
+/// The files of the directory of a fleet whose robots live by themselves.
+pub(crate) fn contents_alone() -> Vec<Entry> {
+    vec![Entry::file(
+        "robot-N/",
+        "a copy of robot N's directory, with a `README.md` of its own",
+    )]
 }
 
 /// The files of a fleet's directory.
@@ -73,7 +81,7 @@ pub(crate) fn contents() -> Vec<Entry> {
 /// # Errors
 /// Exit 4: the computer can't be reached or has no record; a file changes faster than it can be read. Exit 6: it can't be
 /// written here.
-pub(crate) fn copy(fleet: &Fleet, robot: &Robot, remote: Remote<'_>) -> Result<Collected> {
+pub(crate) fn copy(fleet: &Computers, robot: &Robot, remote: Remote<'_>) -> Result<Collected> {
     let there = format!("{}/{STATE}", fleet.place(robot));
     let list = remote.text(&format!("cd {there} && find . -type f"))?;
     let here = fleet.collected(robot.number);

@@ -19,12 +19,14 @@
 use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::net::{IpAddr, SocketAddr};
+use std::ops::Deref;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
+use super::alone;
 use crate::daemon::settings::{BEACON_LIMITS_MS, Contact, SHARES};
 use crate::exit::{Failure, Result};
 use crate::experiment::GREATEST_SEED;
@@ -87,11 +89,11 @@ struct WrittenRobot {
     set: Values,
 }
 
-fn directory() -> String {
+pub(super) fn directory() -> String {
     "fleet".into()
 }
 
-fn remote() -> String {
+pub(super) fn remote() -> String {
     "oneiro".into()
 }
 
@@ -240,27 +242,23 @@ pub(crate) struct Robot {
     pub(crate) host: String,
     /// The robot, as seen from its computer.
     pub(crate) address: String,
-    /// Where the others reach its radio.
-    pub(crate) radio: SocketAddr,
+    /// Where the others reach its radio, if it has one.
+    pub(crate) radio: Option<SocketAddr>,
     /// The share of one core's time that its simulator may take, if the file says it.
     pub(crate) share: Option<f64>,
+    /// The time that it lives for, in words, if it is of no swarm.
+    pub(crate) time: Option<String>,
     /// The file `robot.toml` of its computer.
     pub(crate) toml: String,
+    /// Its experiment and the files that this names: names there and contents.
+    pub(crate) files: Vec<(String, Vec<u8>)>,
 }
 
-/// A fleet, checked.
+/// Robots with a computer each, and how these are reached.
 #[derive(Clone, Debug)]
-pub(crate) struct Fleet {
-    pub(crate) experiment: SwarmExperiment,
-    /// Contents of the experiment's file.
-    pub(crate) text: String,
-    pub(crate) seed: u64,
+pub(crate) struct Computers {
     /// The fleet's record on this machine.
     pub(crate) directory: PathBuf,
-    /// The file with the experiment's key on this machine.
-    pub(crate) key: PathBuf,
-    /// Where robots reach this machine.
-    pub(crate) operator: SocketAddr,
     /// The program for the robots' computers.
     pub(crate) binary: PathBuf,
     /// Folder on robots' computers that has a directory for each robot.
@@ -270,15 +268,115 @@ pub(crate) struct Fleet {
     pub(crate) robots: Vec<Robot>,
 }
 
-impl Fleet {
-    /// Reads and checks a fleet's file and its experiment. The other files that it names are read when they are needed.
+impl Computers {
+    /// Checks what fleets of both kinds say of their computers; paths of this machine are relative to `folder`. Robots are still missing.
+    pub(super) fn new(
+        folder: &Path,
+        [directory, binary, remote]: [String; 3],
+        service: Service,
+        ssh: Ssh,
+        source: &Source<'_>,
+    ) -> Result<Self> {
+        plain_path(&remote, "remote", source)?;
+        within(Some(ssh.parallel), &(1..=64), "ssh.parallel", source)?;
+        within(Some(ssh.timeout_s), &(1..=3600), "ssh.timeout_s", source)?;
+        Ok(Self {
+            directory: folder.join(directory),
+            binary: folder.join(binary),
+            remote,
+            service,
+            ssh,
+            robots: Vec::new(),
+        })
+    }
+
+    /// Refuses a list without robots, and a number that an earlier robot has.
+    pub(super) fn check_numbers(numbers: &[u32], source: &Source<'_>) -> Result {
+        if numbers.is_empty() {
+            return Err(source.invalid("robots", "is empty; allowed: a table [[robots]] for each robot"));
+        }
+        let mut known = BTreeSet::new();
+        for (index, number) in numbers.iter().enumerate() {
+            if !known.insert(number) {
+                let problem = format!("is {number} a second time; allowed: each number once");
+                return Err(source.invalid(&format!("robots[{index}].number"), problem));
+            }
+        }
+        Ok(())
+    }
+
+    /// Directory of a robot on its computer: a path without characters that a shell would interpret.
+    pub(crate) fn place(&self, robot: &Robot) -> String {
+        format!("{}/robot-{}", self.remote, robot.number)
+    }
+
+    /// Directory of a robot's record on this machine.
+    pub(crate) fn collected(&self, number: u32) -> PathBuf {
+        self.directory.join(format!("robot-{number}"))
+    }
+
+    /// The robots of some numbers, all without any.
     ///
     /// # Errors
-    /// Exit 3: the file, the line and column in it, the key, the problem and the allowed values.
+    /// Exit 2 for a number that no robot has.
+    pub(crate) fn chosen(&self, numbers: &[u32]) -> Result<Vec<&Robot>> {
+        if let Some(unknown) = numbers.iter().find(|number| self.robot(**number).is_none()) {
+            let known: Vec<String> = self.robots.iter().map(|robot| robot.number.to_string()).collect();
+            let known = known.join(", ");
+            return Err(Failure::usage(format_args!(
+                "--robots {unknown}: is not in the fleet; allowed: {known}"
+            )));
+        }
+        let is_chosen = |robot: &&Robot| numbers.is_empty() || numbers.contains(&robot.number);
+        Ok(self.robots.iter().filter(is_chosen).collect())
+    }
+
+    /// The robot of a number.
+    pub(crate) fn robot(&self, number: u32) -> Option<&Robot> {
+        self.robots.iter().find(|robot| robot.number == number)
+    }
+}
+
+/// The fleet of a swarm, checked.
+#[derive(Clone, Debug)]
+pub(crate) struct Fleet {
+    pub(crate) experiment: SwarmExperiment,
+    /// Contents of the experiment's file.
+    pub(crate) text: String,
+    pub(crate) seed: u64,
+    /// The file with the experiment's key on this machine.
+    pub(crate) key: PathBuf,
+    /// Where robots reach this machine.
+    pub(crate) operator: SocketAddr,
+    pub(crate) computers: Computers,
+}
+
+impl Deref for Fleet {
+    type Target = Computers;
+
+    fn deref(&self) -> &Computers {
+        &self.computers
+    }
+}
+
+impl Fleet {
+    /// Reads and checks the file of a swarm's fleet and its experiment. The other files that it names are read when they are needed.
+    ///
+    /// # Errors
+    /// Exit 3: the file, the line and column in it, the key, the problem and the allowed values; the robots are of no swarm.
     pub(crate) fn read(path: &Path) -> Result<Self> {
-        let text = files::text(path)?;
-        let file = Parsed::new(path.display().to_string(), &text)?;
-        let (written, source): (Written, _) = Source::read(&file, &[])?;
+        match AnyFleet::read(path)? {
+            AnyFleet::Swarm(fleet) => Ok(*fleet),
+            AnyFleet::Alone(_) => Err(Failure::input(format_args!(
+                "{}: its robots live by themselves, without a swarm's experiment; allowed for them: oneiro fleet plan, deploy, start, \
+                 status, stop and collect",
+                path.display()
+            ))),
+        }
+    }
+
+    fn of(path: &Path, file: &Parsed<'_>) -> Result<Self> {
+        let (written, source): (Written, _) = Source::read(file, &[])?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let (experiment, text) = experiment(&folder.join(&written.experiment), &source)?;
         if written.seed > GREATEST_SEED {
@@ -286,9 +384,8 @@ impl Fleet {
             return Err(source.invalid("seed", problem));
         }
         let operator = socket(&written.operator, "operator", &source)?;
-        plain_path(&written.remote, "remote", &source)?;
-        within(Some(written.ssh.parallel), &(1..=64), "ssh.parallel", &source)?;
-        within(Some(written.ssh.timeout_s), &(1..=3600), "ssh.timeout_s", &source)?;
+        let paths = [written.directory, written.binary, written.remote];
+        let computers = Computers::new(folder, paths, written.service, written.ssh, &source)?;
         let values = Values {
             radio: written.radio,
             tracker: written.tracker,
@@ -302,14 +399,9 @@ impl Fleet {
             experiment,
             text,
             seed: written.seed,
-            directory: folder.join(written.directory),
             key: folder.join(written.key),
             operator,
-            binary: folder.join(written.binary),
-            remote: written.remote,
-            service: written.service,
-            ssh: written.ssh,
-            robots: Vec::new(),
+            computers,
         };
         fleet.take(written.robots, &values, most, &source)?;
         Ok(fleet)
@@ -317,10 +409,8 @@ impl Fleet {
 
     /// Checks the robots, and writes the `robot.toml` of each.
     fn take(&mut self, robots: Vec<WrittenRobot>, values: &Values, most: u32, source: &Source<'_>) -> Result {
-        if robots.is_empty() {
-            return Err(source.invalid("robots", "is empty; allowed: a table [[robots]] for each robot"));
-        }
-        let mut known = BTreeSet::new();
+        let numbers: Vec<u32> = robots.iter().map(|robot| robot.number).collect();
+        Computers::check_numbers(&numbers, source)?;
         let mut all = Vec::new();
         for (index, robot) in robots.into_iter().enumerate() {
             let at = |key: &str| format!("robots[{index}].{key}");
@@ -333,10 +423,6 @@ impl Fleet {
             } = robot;
             if number >= most {
                 let problem = format!("is {number}; allowed: 0 to {} (swarm.robots is {most})", most - 1);
-                return Err(source.invalid(&at("number"), problem));
-            }
-            if !known.insert(number) {
-                let problem = format!("is {number} a second time; allowed: each number once");
                 return Err(source.invalid(&at("number"), problem));
             }
             check_host(&host, &at("host"), source)?;
@@ -361,16 +447,18 @@ impl Fleet {
             let share = values.evolution.share;
             let others = others.map(|address| address.to_string()).collect();
             let toml = self.robot_toml(number, &address, values, others);
-            self.robots.push(Robot {
+            self.computers.robots.push(Robot {
                 number,
                 host,
                 address,
-                radio,
+                radio: Some(radio),
                 share,
+                time: None,
                 toml,
+                files: vec![(EXPERIMENT.into(), self.text.clone().into_bytes())],
             });
         }
-        self.robots.sort_by_key(|robot| robot.number);
+        self.computers.robots.sort_by_key(|robot| robot.number);
         Ok(())
     }
 
@@ -422,36 +510,47 @@ impl Fleet {
     pub(crate) fn hash(&self) -> [u8; 32] {
         *self.experiment.identities().of(self.seed).as_bytes()
     }
+}
 
-    /// Directory of a robot on its computer: a path without characters that a shell would interpret.
-    pub(crate) fn place(&self, robot: &Robot) -> String {
-        format!("{}/robot-{}", self.remote, robot.number)
-    }
+/// A fleet of either kind.
+#[derive(Debug)]
+pub(crate) enum AnyFleet {
+    /// Of a swarm's experiment.
+    Swarm(Box<Fleet>),
+    /// Of robots that live by themselves.
+    Alone(Computers),
+}
 
-    /// Directory of a robot's record on this machine.
-    pub(crate) fn collected(&self, number: u32) -> PathBuf {
-        self.directory.join(format!("robot-{number}"))
-    }
-
-    /// The robots of some numbers, all without any.
+impl AnyFleet {
+    /// Reads and checks a fleet's file: as [`Fleet::read`], or as [`alone::read`] if it has nothing of a swarm.
     ///
     /// # Errors
-    /// Exit 2 for a number that no robot has.
-    pub(crate) fn chosen(&self, numbers: &[u32]) -> Result<Vec<&Robot>> {
-        if let Some(unknown) = numbers.iter().find(|number| self.robot(**number).is_none()) {
-            let known: Vec<String> = self.robots.iter().map(|robot| robot.number.to_string()).collect();
-            let known = known.join(", ");
-            return Err(Failure::usage(format_args!(
-                "--robots {unknown}: is not in the fleet; allowed: {known}"
-            )));
+    /// Exit 3, as those.
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let text = files::text(path)?;
+        let file = Parsed::new(path.display().to_string(), &text)?;
+        if ["experiment", "seed", "key", "operator"]
+            .iter()
+            .any(|key| file.has(key))
+        {
+            return Ok(Self::Swarm(Box::new(Fleet::of(path, &file)?)));
         }
-        let is_chosen = |robot: &&Robot| numbers.is_empty() || numbers.contains(&robot.number);
-        Ok(self.robots.iter().filter(is_chosen).collect())
+        alone::read(path, &file).map(Self::Alone)
     }
 
-    /// The robot of a number.
-    pub(crate) fn robot(&self, number: u32) -> Option<&Robot> {
-        self.robots.iter().find(|robot| robot.number == number)
+    pub(crate) fn computers(&self) -> &Computers {
+        match self {
+            Self::Swarm(fleet) => fleet,
+            Self::Alone(computers) => computers,
+        }
+    }
+
+    /// The file with the key of a swarm's experiment.
+    pub(crate) fn key(&self) -> Option<&Path> {
+        match self {
+            Self::Swarm(fleet) => Some(&fleet.key),
+            Self::Alone(_) => None,
+        }
     }
 }
 
@@ -472,7 +571,7 @@ fn experiment(path: &Path, source: &Source<'_>) -> Result<(SwarmExperiment, Stri
 }
 
 /// Checks the name of a computer: `ssh` must not take it for an option, nor a shell for anything else.
-fn check_host(host: &str, key: &str, source: &Source<'_>) -> Result {
+pub(super) fn check_host(host: &str, key: &str, source: &Source<'_>) -> Result {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "._-@:%".contains(c);
     if host.is_empty() || host.starts_with('-') || !host.chars().all(is_plain) {
         let problem = format!("is \"{host}\"; allowed: a name of ssh's configuration, a host, or USER@HOST");
@@ -572,7 +671,7 @@ mod tests {
         );
         let fleet = read("whole", &text).unwrap();
         assert_eq!(fleet.robots.len(), 2);
-        assert_eq!(fleet.robots[0].radio.to_string(), "10.0.0.10:4711");
+        assert_eq!(fleet.robots[0].radio.unwrap().to_string(), "10.0.0.10:4711");
         assert_eq!(
             fleet.robots[1].toml,
             "experiment = \"experiment.toml\"\nrobot = 3\naddress = \"tcp:10.0.1.3:1000\"\nseed = 7\ndirectory = \"state\"\n\

@@ -1,8 +1,10 @@
 //! What a robot's computer gets: the program, the experiment, `robot.toml`, the key, and a unit of systemd.
 
+use std::path::Path;
+
 use serde::Serialize;
 
-use super::file::{BINARY, EXPERIMENT, Fleet, KEY, ROBOT, Robot};
+use super::file::{BINARY, Computers, KEY, ROBOT, Robot};
 use super::remote::Remote;
 use super::{service, sha256_hex};
 use crate::exchange::radio::key::Key;
@@ -12,7 +14,8 @@ use crate::files;
 /// A file of a robot's directory.
 #[derive(Clone, Debug)]
 pub(crate) struct Parcel<'a> {
-    pub(crate) name: &'static str,
+    /// Its path below that directory.
+    pub(crate) name: &'a str,
     /// Its permissions, as `chmod` takes them.
     mode: &'static str,
     pub(crate) bytes: &'a [u8],
@@ -23,25 +26,26 @@ pub(crate) struct Parcel<'a> {
 pub(crate) struct Stock {
     binary: Vec<u8>,
     machine: Machine,
-    key: Vec<u8>,
+    /// The key of a swarm's experiment.
+    key: Option<Vec<u8>>,
 }
 
 /// What came of a robot's installation.
 #[derive(Debug, Serialize)]
 pub(crate) struct Installed {
     /// Files that were sent; the others were there.
-    pub(crate) sent: Vec<&'static str>,
+    pub(crate) sent: Vec<String>,
     pub(crate) bytes: usize,
     /// What a person should know.
     pub(crate) warnings: Vec<String>,
 }
 
 impl Stock {
-    /// Reads the program and the key.
+    /// Reads the program and the key, if the fleet has one.
     ///
     /// # Errors
     /// Exit 3: one is missing, the program is not one for Linux, or the key is none.
-    pub(crate) fn read(fleet: &Fleet) -> Result<Self> {
+    pub(crate) fn read(fleet: &Computers, key: Option<&Path>) -> Result<Self> {
         let binary = files::bytes(&fleet.binary)?;
         let machine = Machine::of(&binary).ok_or_else(|| {
             let path = fleet.binary.display();
@@ -49,29 +53,31 @@ impl Stock {
                 "{path}: is no program for Linux (ELF); allowed: oneiro for the robots' computers"
             ))
         })?;
-        Key::read(&fleet.key)?;
-        let key = files::bytes(&fleet.key)?;
+        let read = |path: &Path| Key::read(path).and_then(|_| files::bytes(path));
+        let key = key.map(read).transpose()?;
         Ok(Self { binary, machine, key })
     }
 
     /// The files of a robot.
-    pub(crate) fn parcels<'a>(&'a self, fleet: &'a Fleet, robot: &'a Robot) -> [Parcel<'a>; 4] {
+    pub(crate) fn parcels<'a>(&'a self, robot: &'a Robot) -> Vec<Parcel<'a>> {
         let parcel = |name, mode, bytes| Parcel { name, mode, bytes };
-        [
-            parcel(BINARY, "755", &self.binary[..]),
-            parcel(EXPERIMENT, "644", fleet.text.as_bytes()),
-            parcel(ROBOT, "644", robot.toml.as_bytes()),
-            parcel(KEY, "600", &self.key[..]),
-        ]
+        let files = robot.files.iter().map(|(name, bytes)| parcel(name, "644", bytes));
+        let key = self.key.as_ref().map(|key| parcel(KEY, "600", key));
+        std::iter::once(parcel(BINARY, "755", &self.binary))
+            .chain(files)
+            .chain([parcel(ROBOT, "644", robot.toml.as_bytes())])
+            .chain(key)
+            .collect()
     }
 
     /// Installs a robot. Files that are there already are not sent again.
     ///
     /// # Errors
     /// Exit 4: the computer can't be reached, its processor is not the program's, or a command there fails.
-    pub(crate) fn install(&self, fleet: &Fleet, robot: &Robot, remote: Remote<'_>) -> Result<Installed> {
+    pub(crate) fn install(&self, fleet: &Computers, robot: &Robot, remote: Remote<'_>) -> Result<Installed> {
         let place = fleet.place(robot);
-        let there = Computer::ask(remote, &place)?;
+        let parcels = self.parcels(robot);
+        let there = Computer::ask(remote, &place, &parcels)?;
         if !self.machine.runs_on(&there.machine, there.bits) {
             let (own, bits) = (self.machine.words(), there.bits);
             let problem = format!(
@@ -86,10 +92,12 @@ impl Stock {
             bytes: 0,
             warnings: Vec::new(),
         };
-        for parcel in self.parcels(fleet, robot) {
+        for parcel in parcels {
             if !there.has(&parcel) {
-                remote.put(&place, parcel.name, parcel.mode, parcel.bytes)?;
-                installed.sent.push(parcel.name);
+                let path = format!("{place}/{}", parcel.name);
+                let (folder, name) = path.rsplit_once('/').unwrap_or_default();
+                remote.put(folder, name, parcel.mode, parcel.bytes)?;
+                installed.sent.push(parcel.name.into());
                 installed.bytes += parcel.bytes.len();
             }
         }
@@ -128,11 +136,13 @@ struct Computer {
 
 impl Computer {
     /// Asks a computer.
-    fn ask(remote: Remote<'_>, place: &str) -> Result<Self> {
+    fn ask(remote: Remote<'_>, place: &str, parcels: &[Parcel<'_>]) -> Result<Self> {
+        let names: Vec<&str> = parcels.iter().map(|parcel| parcel.name).collect();
+        let names = names.join(" ");
         let text = remote.text(&format!(
             "command -v sha256sum >/dev/null || {{ echo it has no sha256sum >&2; exit 1; }}; uname -sm; \
              getconf LONG_BIT 2>/dev/null || echo 0; pwd; id -un; id -Gn; \
-             cd {place} 2>/dev/null && sha256sum {BINARY} {EXPERIMENT} {ROBOT} {KEY} 2>/dev/null; true"
+             cd {place} 2>/dev/null && sha256sum {names} 2>/dev/null; true"
         ))?;
         let mut lines = text.lines();
         let mut next = || lines.next().unwrap_or_default().trim().to_owned();

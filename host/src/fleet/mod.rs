@@ -4,6 +4,7 @@
 //! | file | content |
 //! |---|---|
 //! | [`mod@file`] | `fleet.toml`, and the `robot.toml` of each robot |
+//! | [`alone`] | the same of robots that live by themselves |
 //! | [`remote`] | commands and files for robots' computers, by the system's `ssh` |
 //! | [`install`] | what a robot's computer gets, and how it is checked there |
 //! | [`service`] | how the daemon is started and stopped there: by systemd, or as a process |
@@ -17,6 +18,7 @@
 //! | [`twin`] | a fleet's daemons on this machine, in one arena and on one virtual clock |
 //! | [`timeline`] | all logs as one, with clocks aligned by what robots heard of each other |
 
+pub(crate) mod alone;
 pub(crate) mod collect;
 pub(crate) mod compare;
 pub(crate) mod file;

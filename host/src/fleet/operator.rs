@@ -69,7 +69,7 @@ impl Socket {
             Failure::of(Code::Device, problem)
         };
         let socket = open().map_err(busy)?;
-        let robots = fleet.robots.iter().map(|robot| robot.radio).collect();
+        let robots = fleet.robots.iter().filter_map(|robot| robot.radio).collect();
         Ok(Self { socket, robots })
     }
 

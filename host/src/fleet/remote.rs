@@ -12,7 +12,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::Outcomes;
-use super::file::{Fleet, Robot, Ssh};
+use super::file::{Computers, Robot, Ssh};
 use super::sha256_hex;
 use crate::exit::{Code, Failure, Result};
 
@@ -38,7 +38,7 @@ struct Ran {
 
 impl<'a> Remote<'a> {
     /// The computer of a robot.
-    pub(crate) fn of(fleet: &'a Fleet, robot: &'a Robot) -> Self {
+    pub(crate) fn of(fleet: &'a Computers, robot: &'a Robot) -> Self {
         Self {
             ssh: &fleet.ssh,
             host: &robot.host,
@@ -191,7 +191,7 @@ fn hint(message: &str, host: &str) -> String {
 /// Does the same for several robots, some of them at a time; what fails for one does not keep the others from it. `done` hears of
 /// each that is finished.
 pub(crate) fn on_each<T: Send>(
-    fleet: &Fleet,
+    fleet: &Computers,
     robots: &[&Robot],
     work: impl Fn(&Robot, Remote<'_>) -> Result<T> + Sync,
     done: impl Fn(&Robot, &Result<T>) + Sync,

@@ -1,6 +1,6 @@
 //! The daemon on a robot's computer: installed, started, stopped and asked for, by systemd or as a process.
 
-use super::file::{BINARY, Fleet, ROBOT, Robot, STATE, Service};
+use super::file::{BINARY, Computers, ROBOT, Robot, STATE, Service};
 use super::remote::Remote;
 use crate::exit::{Code, Failure, Result};
 
@@ -49,7 +49,7 @@ fn unit(robot: &Robot) -> String {
 }
 
 /// The text of a robot's unit. `directory` is absolute.
-pub(super) fn unit_text(fleet: &Fleet, robot: &Robot, directory: &str, user: &str) -> String {
+pub(super) fn unit_text(fleet: &Computers, robot: &Robot, directory: &str, user: &str) -> String {
     let is_system = fleet.service == Service::System;
     let lines = UNIT.lines().filter_map(|line| match line.strip_prefix(SYSTEM) {
         Some(line) => is_system.then_some(line),
@@ -83,7 +83,7 @@ fn systemctl(service: Service) -> &'static str {
 /// # Errors
 /// Exit 4, as [`Remote::run`].
 pub(crate) fn install(
-    fleet: &Fleet,
+    fleet: &Computers,
     robot: &Robot,
     remote: Remote<'_>,
     directory: &str,
@@ -119,7 +119,7 @@ pub(crate) fn install(
 }
 
 /// The command that starts a daemon. It ends when the daemon is ready (as a process: when it has lived for a second).
-pub(crate) fn start_command(fleet: &Fleet, robot: &Robot) -> String {
+pub(crate) fn start_command(fleet: &Computers, robot: &Robot) -> String {
     let (place, unit, systemctl) = (fleet.place(robot), unit(robot), systemctl(fleet.service));
     match fleet.service {
         Service::Process => format!(
@@ -133,7 +133,7 @@ pub(crate) fn start_command(fleet: &Fleet, robot: &Robot) -> String {
 }
 
 /// The command that stops a daemon: it ends when the daemon has.
-pub(crate) fn stop_command(fleet: &Fleet, robot: &Robot) -> String {
+pub(crate) fn stop_command(fleet: &Computers, robot: &Robot) -> String {
     let (place, unit, systemctl) = (fleet.place(robot), unit(robot), systemctl(fleet.service));
     match fleet.service {
         Service::Process => format!(
@@ -156,7 +156,7 @@ fn lives() -> &'static str {
 ///
 /// # Errors
 /// Exit 4, as [`Remote::run`].
-pub(crate) fn state(fleet: &Fleet, robot: &Robot, remote: Remote<'_>) -> Result<(State, Option<String>)> {
+pub(crate) fn state(fleet: &Computers, robot: &Robot, remote: Remote<'_>) -> Result<(State, Option<String>)> {
     let (place, unit, systemctl) = (fleet.place(robot), unit(robot), systemctl(fleet.service));
     let asked = match fleet.service {
         Service::Process => format!(
@@ -175,7 +175,7 @@ pub(crate) fn state(fleet: &Fleet, robot: &Robot, remote: Remote<'_>) -> Result<
 ///
 /// # Errors
 /// Exit 4: the daemon was not stopped, or its log doesn't end with a confirmed stop.
-pub(crate) fn stop(fleet: &Fleet, robot: &Robot, remote: Remote<'_>) -> Result {
+pub(crate) fn stop(fleet: &Computers, robot: &Robot, remote: Remote<'_>) -> Result {
     remote.run(&stop_command(fleet, robot))?;
     let (_, last) = state(fleet, robot, remote)?;
     let Some(last) = last else {

@@ -65,7 +65,7 @@ impl Place {
 
     fn deploy(&self) -> Outcomes<Installed> {
         let fleet = self.fleet();
-        let stock = Stock::read(&fleet).unwrap();
+        let stock = Stock::read(&fleet, Some(&fleet.key)).unwrap();
         let robots = fleet.chosen(&[]).unwrap();
         on_each(
             &fleet,
@@ -125,12 +125,8 @@ fn computers_that_fail_keep_no_other_from_being_installed() {
         ["oneiro", "experiment.toml", "robot.toml", "experiment.key"]
     );
     let fleet = place.fleet();
-    let stock = Stock::read(&fleet).unwrap();
-    for (parcel, mode) in stock
-        .parcels(&fleet, &fleet.robots[4])
-        .iter()
-        .zip([0o755, 0o644, 0o644, 0o600])
-    {
+    let stock = Stock::read(&fleet, Some(&fleet.key)).unwrap();
+    for (parcel, mode) in stock.parcels(&fleet.robots[4]).iter().zip([0o755, 0o644, 0o644, 0o600]) {
         let path = place.there(4, parcel.name);
         assert_eq!(fs::read(&path).unwrap(), parcel.bytes, "{}", parcel.name);
         assert_eq!(
@@ -306,7 +302,7 @@ fn units_are_whole() {
         (super::file::Service::User, false),
         (super::file::Service::System, true),
     ] {
-        fleet.service = kind;
+        fleet.computers.service = kind;
         let text = service::unit_text(&fleet, &fleet.robots[0], "/home/pi/oneiro/robot-0", "pi");
         assert!(!text.contains('@') && !text.contains("#system"), "{text}");
         for line in ["Type=notify", "WatchdogSec=5", "KillMode=process", "Restart=on-failure"] {
@@ -321,5 +317,184 @@ fn units_are_whole() {
             assert_eq!(text.lines().any(|own| own == line), is_system, "{line}");
         }
         assert!(text.contains("ExecStart=/home/pi/oneiro/robot-0/oneiro on-board robot.toml"));
+    }
+}
+
+/// Robots of a swarm and of none have their own kinds of fleets.
+#[cfg(feature = "compose")]
+mod alone {
+    use super::*;
+    use crate::daemon::single::settings::Settings;
+    use crate::experiment::source::Parsed;
+    use crate::fleet::file::AnyFleet;
+
+    /// Two robots with files and experiments of their own: one with sampled tables and a part of its own, one that is described.
+    fn placed(name: &str) -> Place {
+        let place = Place::new(name, 3);
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap();
+        fs::create_dir_all(place.0.join("own")).unwrap();
+        let thymio = "[robot]\npreset = \"thymio2\"\n[arena]\nwidth_mm = 900\nheight_mm = 900\n";
+        fs::write(place.0.join("own/thymio.toml"), thymio).unwrap();
+        let sampled = root.join("experiments/miglino1995/elsewhere/thymio.toml");
+        for (number, experiment) in [(1, sampled.display().to_string()), (2, "thymio.toml".into())] {
+            let text = format!(
+                "# Robot {number}\nexperiment = \"{experiment}\"\naddress = \"serial:/dev/ttyACM0\"\nseed = {number}\n\
+                 directory = \"here\"\n[lives]\ntracker = \"udp:0.0.0.0:5005#{number}\"\n[transfers]\ngenerations = 3\n"
+            );
+            fs::write(place.0.join(format!("own/robot-{number}.toml")), text).unwrap();
+        }
+        fs::write(place.0.join("fleet.toml"), text(&place)).unwrap();
+        place
+    }
+
+    fn text(place: &Place) -> String {
+        let swarm = place.text(0);
+        // Without the keys of a swarm.
+        let is_shared = |line: &&str| {
+            !["experiment", "seed", "key", "operator"]
+                .iter()
+                .any(|key| line.starts_with(key))
+        };
+        let mut text = swarm.lines().filter(is_shared).collect::<Vec<_>>().join("\n") + "\n";
+        for robot in [2, 1] {
+            writeln!(
+                text,
+                "[[robots]]\nnumber = {robot}\nhost = \"host-{robot}\"\nrobot = \"own/robot-{robot}.toml\""
+            )
+            .unwrap();
+        }
+        text
+    }
+
+    fn read(place: &Place) -> crate::exit::Result<AnyFleet> {
+        AnyFleet::read(&place.0.join("fleet.toml"))
+    }
+
+    /// Each computer gets its robot's own experiment, with its files, which the daemon there takes for the same one.
+    #[test]
+    fn each_gets_its_own_experiment_and_is_started_and_stopped() {
+        let place = placed("alone");
+        let any = read(&place).unwrap();
+        let fleet = any.computers();
+        let stock = Stock::read(fleet, any.key()).unwrap();
+        let robots = fleet.chosen(&[]).unwrap();
+        let deploy = || {
+            on_each(
+                fleet,
+                &robots,
+                |robot, remote| stock.install(fleet, robot, remote),
+                |_, _| (),
+            )
+        };
+        let sent = |outcomes: &Outcomes<Installed>| -> Vec<Vec<String>> {
+            let sent = outcomes
+                .iter()
+                .map(|(_, outcome)| outcome.as_ref().unwrap().sent.clone());
+            sent.collect()
+        };
+        let mut first = sent(&deploy());
+        first.iter_mut().for_each(|sent| sent.sort());
+        let inputs = ["inputs/equation1.wgsl", "inputs/round.sam", "inputs/wall.sam"];
+        let [experiment, always @ ..] = ["experiment.toml", "oneiro", "robot.toml"];
+        assert_eq!(first[0], [&[experiment], &inputs[..], &always].concat());
+        assert_eq!(first[1], [&[experiment][..], &always].concat());
+        assert!(sent(&deploy()).iter().all(Vec::is_empty));
+        for number in [1, 2] {
+            let settings = |path: PathBuf| {
+                let text = fs::read_to_string(&path).unwrap();
+                let parsed = Parsed::new(path.display().to_string(), &text).unwrap();
+                Settings::of(&path, &parsed).unwrap()
+            };
+            let there = settings(place.there(number, "robot.toml"));
+            let own = settings(place.0.join(format!("own/robot-{number}.toml")));
+            assert_eq!(there.identity, own.identity);
+            assert_eq!((there.seed, &there.rules), (number.into(), &own.rules));
+            assert_eq!(there.lives.trackers, own.lives.trackers);
+            assert_eq!(there.directory, place.there(number, "state"));
+        }
+
+        place.equip(1);
+        let [first, second] = robots[..] else {
+            panic!("two robots")
+        };
+        let state = |robot: &Robot| service::state(fleet, robot, Remote::of(fleet, robot)).unwrap().0;
+        let start = |robot: &Robot| Remote::of(fleet, robot).run(&service::start_command(fleet, robot));
+        start(first).unwrap();
+        assert_eq!((state(first), state(second)), (State::Running, State::Stopped));
+        service::stop(fleet, first, Remote::of(fleet, first)).unwrap();
+        assert_eq!(state(first), State::Stopped);
+
+        // Records have folders.
+        fs::create_dir_all(place.there(1, "state/lives")).unwrap();
+        fs::write(place.there(1, "state/lives/life-1.csv"), "cycle\n").unwrap();
+        assert!(collect::copy(fleet, first, Remote::of(fleet, first)).unwrap().files >= 2);
+        assert!(fleet.collected(1).join("lives/life-1.csv").exists());
+    }
+
+    #[test]
+    fn the_documented_file_is_allowed() {
+        let place = placed("alone-documented");
+        let page = include_str!("../../../docs/fleet.md");
+        let (_, example) = page.split_once("```toml\n# fleet.toml\n").unwrap();
+        let (example, _) = example.split_once("```").unwrap();
+        fs::write(place.0.join("own/fleet.toml"), example).unwrap();
+        let any = AnyFleet::read(&place.0.join("own/fleet.toml")).unwrap();
+        assert_eq!(any.computers().robots.len(), 2);
+    }
+
+    #[test]
+    fn what_is_not_allowed_is_refused_at_its_place() {
+        let place = placed("alone-refused");
+        let text = text(&place);
+        let own = |number: u32| place.0.join(format!("own/robot-{number}.toml"));
+        let good = fs::read_to_string(own(1)).unwrap();
+        let failure = Fleet::read(&place.0.join("fleet.toml")).unwrap_err();
+        assert!(
+            failure.code() == 3
+                && failure
+                    .to_string()
+                    .contains("fleet.toml: its robots live by themselves"),
+            "{failure}"
+        );
+        for (fleet, robot, words) in [
+            (
+                text.replace("[[robots]]\nnumber = 2", "[[robots]]\nnumber = 1"),
+                &*good,
+                "robots[1].number: is 1 a second time",
+            ),
+            (
+                text.replace("host-2", "-o"),
+                &*good,
+                "robots[0].host: is \"-o\"; allowed: a name",
+            ),
+            (
+                text.replace("number = 2", "number = 2\naddress = \"tcp:1\""),
+                &*good,
+                "unknown key `address`; allowed: number, host, robot",
+            ),
+            (text.replace("binary", "seed = 1\nbinary"), &*good, "lacks `experiment`"),
+            (text.replace("robot-2.toml", "none.toml"), &*good, "robots[0].robot: "),
+            (
+                text.clone(),
+                "robot = 1\n",
+                "is of a member of a swarm; allowed: a file without robot",
+            ),
+            (
+                text.clone(),
+                &*good.replace("generations = 3", "generations = 0"),
+                "transfers.generations: ",
+            ),
+            (
+                text.clone(),
+                &*good.replace("tracker =", "camera ="),
+                "unknown key `camera`",
+            ),
+        ] {
+            fs::write(place.0.join("fleet.toml"), &fleet).unwrap();
+            fs::write(own(1), robot).unwrap();
+            let failure = read(&place).unwrap_err();
+            let message = failure.to_string();
+            assert!(failure.code() == 3 && message.contains(words), "{message}\n{words}");
+        }
     }
 }

@@ -12,7 +12,7 @@ use crate::commands::robot::watch::screen;
 use crate::console::Console;
 use crate::engine::watcher::stop_signal;
 use crate::exit::{Failure, Result};
-use crate::fleet::file::Fleet;
+use crate::fleet::file::{AnyFleet, Computers, Fleet};
 use crate::fleet::live::{End, Options, Record, live};
 use crate::fleet::operator::{self, Ears, Socket};
 use crate::fleet::page::{PAGE, Page};
@@ -23,25 +23,23 @@ use crate::fleet::{enough, service, table};
 const TABLE: Duration = Duration::from_millis(500);
 const LINE: Duration = Duration::from_secs(1);
 
-/// Starts all daemons and lets the robots live.
+/// Starts all daemons and lets the robots live. Those that live by themselves don't need this program any more.
 pub(super) fn run(arguments: &FleetStart, console: Console) -> Result {
-    let fleet = Arc::new(Fleet::read(&arguments.fleet)?);
+    let fleet = match AnyFleet::read(&arguments.fleet)? {
+        AnyFleet::Swarm(fleet) => Arc::new(*fleet),
+        AnyFleet::Alone(computers) => {
+            console.say(
+                "robots drive from now on, without a beacon, until their evolution is over or `oneiro fleet stop`",
+            );
+            return daemons(&computers, arguments.min, console);
+        }
+    };
     let stop = stop_signal()?;
     let record = Record::next(&fleet)?;
     let radio = operator::radio(&fleet, record.boots)?;
-    let robots = fleet.chosen(&[])?;
-    let started = on_each(
-        &fleet,
-        &robots,
-        |robot, remote| remote.run(&service::start_command(&fleet, robot)),
-        |robot, outcome| match outcome {
-            Ok(_) => console.say(format!("robot {}: its daemon runs", robot.number)),
-            Err(failure) => console.say(format!("robot {}: {failure}", robot.number)),
-        },
-    );
-    enough(&started, arguments.min, "start")?;
+    daemons(&fleet, arguments.min, console)?;
     let options = Options {
-        min: arguments.min.map_or(robots.len(), |min| min as usize),
+        min: arguments.min.map_or(fleet.robots.len(), |min| min as usize),
         wait: arguments.wait,
     };
     let mut page = Page::open(&fleet, record.milliseconds)?;
@@ -76,6 +74,20 @@ pub(super) fn run(arguments: &FleetStart, console: Console) -> Result {
             minutes(at)
         ))),
     }
+}
+
+/// Starts the daemons of all robots.
+fn daemons(fleet: &Computers, min: Option<u32>, console: Console) -> Result {
+    let started = on_each(
+        fleet,
+        &fleet.chosen(&[])?,
+        |robot, remote| remote.run(&service::start_command(fleet, robot)),
+        |robot, outcome| match outcome {
+            Ok(_) => console.say(format!("robot {}: its daemon runs", robot.number)),
+            Err(failure) => console.say(format!("robot {}: {failure}", robot.number)),
+        },
+    );
+    enough(&started, min, "start")
 }
 
 /// Shows what robots say for a while, without a beacon.
