@@ -157,7 +157,7 @@ fn first_table(study: &Report<'_>) -> String {
     let words = format!(
         "Analysis of variance between simulated (with the noise of the condition) and real fitness of all individuals of generation \
          {}, as the paper has it: it counts relatives as independent. Claim C3 has the tests that do not, and those \
-         with noise off in both environments. {} individuals in each environment.",
+         with noise off in both environments. Individuals in each environment: {}.",
         study.results.simulated_generations,
         sizes(study.results),
     );
@@ -180,8 +180,8 @@ pub(super) fn second_table(study: &Report<'_>) -> String {
         .collect();
     let words = format!(
         "Analysis of variance between the real fitness of all individuals of generation {} and of generation {}, as \
-         the paper has it; tests that do not count relatives as independent stand at claim C6. {} individuals of each \
-         generation.",
+         the paper has it; tests that do not count relatives as independent stand at claim C6. Individuals of each \
+         generation: {}.",
         results.simulated_generations,
         last_generation(results),
         sizes(results),
