@@ -487,14 +487,14 @@ fn robots_behind_a_switch_are_told_apart() {
 /// and the task does not ask: a tracker that always sees it at its start will do.
 #[test]
 fn a_runs_last_generation_lives_in_the_simulator() {
+    const TRACKER: &str = "127.0.0.1:5005";
+    const LIVES: usize = 4;
     if !in_a_network(
         "a_runs_last_generation_lives_in_the_simulator",
         "a run whose reality is Aseba's simulator",
     ) {
         return;
     }
-    const TRACKER: &str = "127.0.0.1:5005";
-    const LIVES: usize = 4;
     // In front of a cylinder that it sees.
     let things = r#"<robot type="thymio2" x="35" y="50" angle="0" port="33333" name="r1" nodeId="1"/>
 <cylinder x="53" y="50" r="4" h="10" color="white"/>

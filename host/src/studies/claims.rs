@@ -191,14 +191,14 @@ pub(crate) fn over_runs(samples: &[&[f64]], statistic: impl Fn(&[Vec<f64>]) -> f
 /// A study's claims, with the questions that they belong to and the words that its report uses.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Claims {
+pub(crate) struct Table {
     questions: BTreeMap<String, String>,
     /// Meanings of words.
     pub(crate) words: BTreeMap<String, String>,
     pub(crate) claims: Vec<Preregistered>,
 }
 
-impl Claims {
+impl Table {
     /// Parses a compiled-in table.
     pub(crate) fn of(table: &str) -> Self {
         toml::from_str(table).expect("a test has read it")
@@ -306,13 +306,13 @@ mod tests {
                 number.is_some_and(|number| number.parse::<u32>().is_ok())
             };
             let preregistered: Vec<Vec<&str>> = rows(&document).filter(is_claim).collect();
-            let Claims {
+            let Table {
                 questions,
                 claims: criteria,
                 ..
-            } = Claims::of(table);
+            } = Table::of(table);
             assert!(criteria.iter().all(|own| questions.contains_key(&own.question)));
-            assert_eq!(Claims::of(table).questions().len(), questions.len(), "each has claims");
+            assert_eq!(Table::of(table).questions().len(), questions.len(), "each has claims");
             let ours: Vec<Vec<String>> = criteria
                 .iter()
                 .map(|own| vec![format!("{} {}", own.id, own.title), own.criterion.clone()])
@@ -336,7 +336,7 @@ mod tests {
             (ODOWD2014_CLAIMS, "odowd2014.md"),
         ] {
             let document = document(name);
-            for (word, meaning) in Claims::of(table).words {
+            for (word, meaning) in Table::of(table).words {
                 assert!(
                     document.contains(&format!("\n| {word} | {meaning} |\n")),
                     "{name}: {word}"
@@ -350,7 +350,7 @@ mod tests {
     fn documents_have_the_papers_figures() {
         let document = document("miglino1995.md");
         let mut compared = 0;
-        for criterion in Claims::of(MIGLINO1995_CLAIMS).claims {
+        for criterion in Table::of(MIGLINO1995_CLAIMS).claims {
             let start = format!("{}: ", criterion.id);
             for row in rows(&document) {
                 let Some(effect) = row[0].strip_prefix(&start) else {

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use crate::report::figures::escaped;
 use crate::report::numbers::{NONE, probability, shown};
 use crate::report::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
-use crate::studies::claims::{Claim, Claims, Effect, HOLDS_IN, RESAMPLES, Test, Verdict};
+use crate::studies::claims::{Claim, Effect, HOLDS_IN, RESAMPLES, Table, Test, Verdict};
 use crate::studies::file::Arm;
 
 /// Significant digits of effects and statistics.
@@ -14,7 +14,7 @@ const DIGITS: usize = 4;
 
 /// The answer first: how many claims are reproduced, which ones by question, and a table of their main effects. `about` is a
 /// paragraph on the study, as HTML.
-pub(super) fn summary(table_of: &Claims, claims: &[Claim], about: &str) -> Section {
+pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Section {
     let count = |verdict| claims.iter().filter(|claim| claim.verdict == verdict).count();
     let mut verdicts = vec![Verdict::Reproduced, Verdict::NotReproduced, Verdict::Undecided];
     verdicts.extend(Some(Verdict::NotMeasured).filter(|&verdict| count(verdict) > 0));
@@ -95,7 +95,7 @@ fn line(claim: &Claim) -> Vec<Cell> {
 }
 
 /// A section for each question: its claims in detail, and the figures and tables that `evidence` has for its key.
-pub(super) fn by_question(table: &Claims, claims: &[Claim], evidence: impl Fn(&str) -> String) -> Vec<Section> {
+pub(super) fn by_question(table: &Table, claims: &[Claim], evidence: impl Fn(&str) -> String) -> Vec<Section> {
     let section = |(key, question): (&str, &str)| {
         let own: Vec<&Claim> = claims.iter().filter(|claim| claim.question == key).collect();
         Section {
@@ -122,7 +122,7 @@ pub(super) fn judging() -> String {
 }
 
 /// The meanings of all words that are particular to the study.
-pub(super) fn glossary(table_of: &Claims) -> Section {
+pub(super) fn glossary(table_of: &Table) -> Section {
     let mut words: Vec<(&String, &String)> = table_of.words.iter().collect();
     words.sort_by_key(|(word, _)| word.to_lowercase());
     let rows: Vec<Row> = words

@@ -8,7 +8,7 @@ use crate::statistics::{
     anova, cohens_d, holm, mean, median, paired_t, quantile, random_intercept, student_t, subset, variance,
 };
 use crate::studies::MIGLINO1995_CLAIMS;
-use crate::studies::claims::{Claim, Claims, Effect, Finding, Preregistered, Test, over_runs};
+use crate::studies::claims::{Claim, Effect, Finding, Preregistered, Table, Test, over_runs};
 
 use Condition::{Conservative, None as Without, Sensor};
 
@@ -30,7 +30,7 @@ const LEVEL: f64 = 0.01;
 
 /// Judges all claims, C1 to C12.
 pub(crate) fn judge(results: &Results, sensors: &SensorTables) -> Vec<Claim> {
-    let mut claims: Vec<Claim> = Claims::of(MIGLINO1995_CLAIMS)
+    let mut claims: Vec<Claim> = Table::of(MIGLINO1995_CLAIMS)
         .claims
         .iter()
         .map(|criterion| {

@@ -7,7 +7,7 @@ use oneiro::tables::SensorTables;
 use super::results::{Condition, Results, Run};
 use crate::report::page;
 use crate::studies::MIGLINO1995_CLAIMS;
-use crate::studies::claims::{Claim, Claims};
+use crate::studies::claims::{Claim, Table};
 use crate::studies::verdicts::{self, Sensitivity};
 
 mod background;
@@ -44,7 +44,7 @@ pub(crate) struct Report<'a> {
 
 /// The report as one self-contained HTML file.
 pub(crate) fn html(study: &Report<'_>) -> String {
-    let (table, claims) = (Claims::of(MIGLINO1995_CLAIMS), study.claims);
+    let (table, claims) = (Table::of(MIGLINO1995_CLAIMS), study.claims);
     let mut sections = vec![
         verdicts::summary(&table, claims, background::ABOUT),
         background::methods(study),

@@ -10,7 +10,7 @@ use super::measures::{ALL, BEFORE_MOVE, BIN, FIRST_HALF, G0, G1, LATE, S0, SECON
 use super::results::{Case, Combination, Kind, Results, Run};
 use crate::statistics::{Interval, cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, student_t, subset};
 use crate::studies::ODOWD2014_CLAIMS;
-use crate::studies::claims::{Claim, Claims, Effect, Finding, HOLDS_IN, Preregistered, Test, Verdict, over_runs};
+use crate::studies::claims::{Claim, Effect, Finding, HOLDS_IN, Preregistered, Table, Test, Verdict, over_runs};
 
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
 use Kind::{Alone, Evolved, FitnessShuffled as Null, SimulatorRandom, SimulatorRight};
@@ -29,7 +29,7 @@ const SETS: usize = 1000;
 
 /// Judges all claims, D1 to D17.
 pub(crate) fn judge(results: &Results) -> Vec<Claim> {
-    let Claims { claims, .. } = Claims::of(ODOWD2014_CLAIMS);
+    let Table { claims, .. } = Table::of(ODOWD2014_CLAIMS);
     claims.iter().map(|criterion| claim(results, criterion)).collect()
 }
 

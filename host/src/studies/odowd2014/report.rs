@@ -10,7 +10,7 @@ use crate::report::numbers::shown;
 use crate::report::page::{self, Cell, joined};
 use crate::studies::ODOWD2014_CLAIMS;
 use crate::studies::assumptions::Assumption;
-use crate::studies::claims::{Claim, Claims};
+use crate::studies::claims::{Claim, Table};
 use crate::studies::verdicts::{self, Sensitivity};
 
 mod background;
@@ -48,7 +48,7 @@ pub(crate) struct Report<'a> {
 
 /// The report as one self-contained HTML file.
 pub(crate) fn html(study: &Report<'_>) -> String {
-    let (table, claims) = (Claims::of(ODOWD2014_CLAIMS), study.claims);
+    let (table, claims) = (Table::of(ODOWD2014_CLAIMS), study.claims);
     let mut sections = vec![
         verdicts::summary(&table, claims, background::ABOUT),
         background::methods(study),

@@ -177,7 +177,7 @@ fn test(name: String, value: f64, p: f64) -> Test {
 }
 
 fn claims() -> Vec<Claim> {
-    let table = Claims::of(MIGLINO1995_CLAIMS);
+    let table = Table::of(MIGLINO1995_CLAIMS);
     let claim = |number: u32| {
         let tests = Condition::ALL.map(|condition| {
             let name = format!("{}, simulated against real, individuals", condition.title());
@@ -278,7 +278,7 @@ fn every_figure_and_table_of_the_paper_is_there() {
 #[test]
 fn results_stand_by_question() {
     let html = report(&full(5), &claims());
-    let table = Claims::of(MIGLINO1995_CLAIMS);
+    let table = Table::of(MIGLINO1995_CLAIMS);
     let mut order: Vec<&str> = table.questions().into_iter().map(|(key, _)| key).collect();
     for (key, question) in table.questions() {
         let section = part(&html, "section", key);

@@ -120,7 +120,7 @@ fn full(runs: u32) -> Results {
 }
 
 fn claims() -> Vec<Claim> {
-    let table = Claims::of(ODOWD2014_CLAIMS);
+    let table = Table::of(ODOWD2014_CLAIMS);
     let claim = |number: u32| Claim {
         source: "section 5".into(),
         unit: "runs".into(),
@@ -201,7 +201,7 @@ fn every_figure_of_the_paper_is_there() {
 #[test]
 fn results_stand_by_question() {
     let html = report(&full(2), &claims());
-    for (key, question) in Claims::of(ODOWD2014_CLAIMS).questions() {
+    for (key, question) in Table::of(ODOWD2014_CLAIMS).questions() {
         let section = part(&html, "section", key);
         assert!(
             section.contains(&format!("<h2>{question}</h2>")) && section.contains("<article"),
