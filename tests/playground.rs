@@ -2,9 +2,13 @@
 //! how far a robot moves is told by another robot of the simulator, which it drives towards.
 #![cfg(target_os = "linux")]
 
+use std::collections::BTreeMap;
+use std::fs;
 use std::io::Write;
-use std::net::TcpStream;
+use std::net::{TcpStream, UdpSocket};
 use std::os::unix::process::CommandExt;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicI16, Ordering};
 use std::sync::{Arc, Mutex};
@@ -22,7 +26,7 @@ mod on_board;
 mod place;
 mod skips;
 use aseba::client::Client;
-use aseba::{Pair, SWITCH, Switch, driven, in_a_network, live, pairs, pause, witness};
+use aseba::{FIRST_PORT, Pair, SWITCH, Switch, driven, in_a_network, live, pairs, pause, witness, world};
 use place::Place;
 
 /// From an event to wheels that stand.
@@ -479,5 +483,82 @@ fn robots_behind_a_switch_are_told_apart() {
         assert!(after[0] > before[0] + 8 * NOISE, "{before:?} {after:?}");
         assert!((after[1] - before[1]).abs() <= NOISE, "{before:?} {after:?}");
         place.good(&["robot", "stop", &format!("{address}#3")]);
+    });
+}
+
+/// The experiment of `tests/transfer`, whose last generation lives on a Thymio II of the simulator. Nothing there tells where a robot is,
+/// and the task does not ask: a tracker that always sees it at its start will do.
+#[test]
+fn a_runs_last_generation_lives_in_the_simulator() {
+    const TRACKER: &str = "127.0.0.1:5005";
+    const LIVES: usize = 4;
+    if !in_a_network(
+        "a_runs_last_generation_lives_in_the_simulator",
+        "a run whose reality is Aseba's simulator",
+    ) {
+        return;
+    }
+    // In front of a cylinder that it sees.
+    let things = r#"<robot type="thymio2" x="35" y="50" angle="0" port="33333" name="r1" nodeId="1"/>
+<cylinder x="53" y="50" r="4" h="10" color="white"/>
+"#;
+    live(&world(100.0, 100.0, things), 1, 1, |playground| {
+        let place = &playground.place;
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/transfer");
+        for file in ["thymio.toml", "wall.sam", "round.sam"] {
+            place.write(file, fs::read(folder.join(file)).unwrap());
+        }
+        let robot = address(FIRST_PORT);
+        let set = [
+            format!("reality.robot=\"{robot}\""),
+            format!("reality.tracker=\"udp:{TRACKER}\""),
+            "reality.generations=1".to_owned(),
+            "reality.walk_s=0".to_owned(),
+            "evolution.generations=3".to_owned(),
+            format!("evolution.population={LIVES}"),
+            "evolution.parents=2".to_owned(),
+            "cycles=20".to_owned(),
+        ];
+        let mut arguments = vec!["run", "thymio.toml", "--out", "run", "--seed", "1", "--backend", "cpu"];
+        arguments.extend(set.iter().flat_map(|value| ["--set", value]));
+        let is_over = AtomicBool::new(false);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                let (socket, begun) = (UdpSocket::bind("127.0.0.1:0").unwrap(), Instant::now());
+                while !is_over.load(Ordering::SeqCst) {
+                    let pose =
+                        json!({"id": 0, "t": begun.elapsed().as_secs_f64(), "x": 350.0, "y": 500.0, "heading": 0.0});
+                    // Nobody listens before and after the lives.
+                    let _ = socket.send_to(format!("{pose}\n").as_bytes(), TRACKER);
+                    thread::sleep(Duration::from_millis(50));
+                }
+            });
+            let ran = catch_unwind(AssertUnwindSafe(|| place.good(&arguments)));
+            is_over.store(true, Ordering::SeqCst);
+            ran.unwrap_or_else(|failure| resume_unwind(failure));
+        });
+        let table = |name: &str| -> Vec<BTreeMap<String, String>> {
+            let mut reader = csv::Reader::from_path(place.at("run").join(name)).unwrap();
+            reader.deserialize().map(Result::unwrap).collect()
+        };
+        // A busy machine cuts lives short, which live again.
+        let lives = table("lives/lives.csv");
+        let lived: Vec<_> = lives.iter().filter(|life| life["status"] == "complete").collect();
+        assert_eq!(lived.len(), LIVES);
+        assert!(
+            lived
+                .iter()
+                .all(|life| life["robot"] == robot && life["cycles"] == "20")
+        );
+        // The last generation's fitness is theirs, and not that of the simulator that was made from samples.
+        let fitness = lived.iter().map(|life| life["fitness"].parse::<f32>().unwrap());
+        let generations = table("generations.csv");
+        assert_eq!(generations.len(), 3);
+        let best: f32 = generations[2]["best"].parse().unwrap();
+        assert_eq!(best, fitness.fold(f32::NEG_INFINITY, f32::max));
+        // It saw the cylinder before the first life moved it.
+        let first = table(&format!("lives/life-{}.csv", lived[0]["life"]));
+        let seen: f64 = first[0]["raw_prox_2"].parse().unwrap();
+        assert!(seen > 500.0, "{seen}");
     });
 }

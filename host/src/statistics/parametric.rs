@@ -135,6 +135,22 @@ pub(crate) fn ratio_interval(a: &[f64], b: &[f64], confidence: f64) -> Result<In
     })
 }
 
+/// The confidence interval of a mean, by Student's t; `confidence` such as 0.95.
+///
+/// # Errors
+///
+/// A sample of fewer than 2 values.
+pub(crate) fn mean_interval(sample: &[f64], confidence: f64) -> Result<Interval> {
+    check("interval of a mean", &[sample], 2)?;
+    let n = sample.len() as f64;
+    let reach = t_within(confidence, n - 1.0) * (variance(sample) / n).sqrt();
+    let mean = mean(sample);
+    Ok(Interval {
+        low: mean - reach,
+        high: mean + reach,
+    })
+}
+
 /// The t between whose two sides a share of Student's distribution lies, below 1000: such as 1.96 for 0.95 and many
 /// degrees of freedom.
 pub(crate) fn t_within(share: f64, df: f64) -> f64 {

@@ -4,12 +4,17 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
-use crate::statistics::{Probability, StudentT};
+use crate::statistics::{Interval, Probability, StudentT, bootstrap_interval, mean, mean_interval};
 
 /// Name of a claim's first effect if the claim is judged separately in several combinations of settings.
 pub(crate) const HOLDS_IN: &str = "combinations in which it holds";
+/// Level of the effects' intervals.
+const LEVEL: f64 = 0.95;
+/// Draws of a bootstrap.
+pub(crate) const RESAMPLES: usize = 2000;
 
 /// Outcome of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -39,9 +44,11 @@ impl fmt::Display for Verdict {
 /// A figure that a verdict rests on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Effect {
-    /// Label, such as `d, no noise, noise as evolved`.
+    /// Label, such as `d, no noise, noise on in simulation`.
     pub(crate) name: String,
     pub(crate) value: f64,
+    /// Both ends of its 95 % interval over runs, if it is an estimate from several.
+    pub(crate) interval: Option<[f64; 2]>,
     /// The paper's own value, if it prints one.
     pub(crate) paper: Option<f64>,
 }
@@ -92,6 +99,8 @@ impl Test {
 pub(crate) struct Claim {
     /// Identifier, such as `C1`.
     pub(crate) id: String,
+    /// Key of the question that it is part of an answer to.
+    pub(crate) question: String,
     /// The paper's statement.
     pub(crate) statement: String,
     /// Where the paper makes it.
@@ -114,6 +123,7 @@ pub(crate) struct Claim {
 #[serde(deny_unknown_fields)]
 pub(crate) struct Preregistered {
     id: String,
+    question: String,
     /// Title in the preregistration.
     #[cfg_attr(not(test), expect(dead_code, reason = "the preregistration is held against it"))]
     title: String,
@@ -149,29 +159,73 @@ impl Finding {
 
     /// Adds a figure. The paper's own figure comes from the table of claims.
     pub(crate) fn note(&mut self, name: impl Into<String>, value: f64) {
+        self.estimate(name, value, None);
+    }
+
+    /// Adds a figure with its interval.
+    pub(crate) fn estimate(&mut self, name: impl Into<String>, value: f64, interval: Option<Interval>) {
         self.effects.push(Effect {
             name: name.into(),
             value,
+            interval: interval.map(|Interval { low, high }| [low, high]),
             paper: None,
         });
     }
+
+    /// Adds the mean of a figure of each run, and returns it.
+    pub(crate) fn mean(&mut self, name: impl Into<String>, runs: &[f64]) -> f64 {
+        let mean = mean(runs);
+        self.estimate(name, mean, mean_interval(runs, LEVEL).ok());
+        mean
+    }
 }
 
-/// Parses a compiled-in table of claims.
-pub(crate) fn criteria(table: &str) -> Vec<Preregistered> {
-    #[derive(Deserialize)]
-    #[serde(deny_unknown_fields)]
-    struct Table {
-        claims: Vec<Preregistered>,
+/// The bootstrap's interval of a statistic of samples of runs, by draws that are always the same; `None` of single runs.
+pub(crate) fn over_runs(samples: &[&[f64]], statistic: impl Fn(&[Vec<f64>]) -> f64) -> Option<Interval> {
+    if samples.iter().any(|sample| sample.len() < 2) {
+        return None;
     }
-    let table: Table = toml::from_str(table).expect("a test has read it");
-    table.claims
+    bootstrap_interval(samples, statistic, LEVEL, RESAMPLES, &mut Pcg64::new(0, 0)).ok()
+}
+
+/// A study's claims, with the questions that they belong to and the words that its report uses.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Table {
+    questions: BTreeMap<String, String>,
+    /// Meanings of words.
+    pub(crate) words: BTreeMap<String, String>,
+    pub(crate) claims: Vec<Preregistered>,
+}
+
+impl Table {
+    /// Parses a compiled-in table.
+    pub(crate) fn of(table: &str) -> Self {
+        toml::from_str(table).expect("a test has read it")
+    }
+
+    /// Keys and words of all questions, in the order of their first claims.
+    pub(crate) fn questions(&self) -> Vec<(&str, &str)> {
+        let mut all: Vec<(&str, &str)> = Vec::new();
+        for Preregistered { question, .. } in &self.claims {
+            if all.iter().all(|(key, _)| key != question) {
+                all.push((question, &self.questions[question]));
+            }
+        }
+        all
+    }
 }
 
 impl Preregistered {
     /// Identifier of the claim within its study, such as `C1`.
     pub(crate) fn id(&self) -> &str {
         &self.id
+    }
+
+    /// Key of the question that it is part of an answer to.
+    #[cfg(test)]
+    pub(crate) fn question(&self) -> &str {
+        &self.question
     }
 
     /// The paper's own figure, if it prints one.
@@ -191,6 +245,7 @@ impl Preregistered {
     pub(crate) fn judged(&self, verdict: Verdict, finding: Finding, remark: String) -> Claim {
         Claim {
             id: self.id.clone(),
+            question: self.question.clone(),
             statement: self.statement.clone(),
             source: self.source.clone(),
             criterion: self.criterion.clone(),
@@ -251,7 +306,13 @@ mod tests {
                 number.is_some_and(|number| number.parse::<u32>().is_ok())
             };
             let preregistered: Vec<Vec<&str>> = rows(&document).filter(is_claim).collect();
-            let criteria = criteria(table);
+            let Table {
+                questions,
+                claims: criteria,
+                ..
+            } = Table::of(table);
+            assert!(criteria.iter().all(|own| questions.contains_key(&own.question)));
+            assert_eq!(Table::of(table).questions().len(), questions.len(), "each has claims");
             let ours: Vec<Vec<String>> = criteria
                 .iter()
                 .map(|own| vec![format!("{} {}", own.id, own.title), own.criterion.clone()])
@@ -267,12 +328,29 @@ mod tests {
         }
     }
 
+    /// Words mean in the documents what they mean in the reports.
+    #[test]
+    fn documents_have_the_reports_words() {
+        for (table, name) in [
+            (MIGLINO1995_CLAIMS, "miglino1995.md"),
+            (ODOWD2014_CLAIMS, "odowd2014.md"),
+        ] {
+            let document = document(name);
+            for (word, meaning) in Table::of(table).words {
+                assert!(
+                    document.contains(&format!("\n| {word} | {meaning} |\n")),
+                    "{name}: {word}"
+                );
+            }
+        }
+    }
+
     /// The paper's figures in `docs/miglino1995.md` are those of the table of claims.
     #[test]
     fn documents_have_the_papers_figures() {
         let document = document("miglino1995.md");
         let mut compared = 0;
-        for criterion in criteria(MIGLINO1995_CLAIMS) {
+        for criterion in Table::of(MIGLINO1995_CLAIMS).claims {
             let start = format!("{}: ", criterion.id);
             for row in rows(&document) {
                 let Some(effect) = row[0].strip_prefix(&start) else {

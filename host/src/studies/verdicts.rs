@@ -1,44 +1,80 @@
-//! A study's claims: a table of all of them, and each in detail with the evidence for its verdict.
+//! A study's claims as its report has them: an abstract, a section for each question with the evidence for each verdict, the
+//! verdicts under other assumptions, and a glossary.
+
+use std::fmt::Write;
 
 use crate::report::figures::escaped;
 use crate::report::numbers::{NONE, probability, shown};
 use crate::report::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
-use crate::studies::claims::{Claim, Effect, HOLDS_IN, Test, Verdict};
+use crate::studies::claims::{Claim, Effect, HOLDS_IN, RESAMPLES, Table, Test, Verdict};
 use crate::studies::file::Arm;
 
 /// Significant digits of effects and statistics.
 const DIGITS: usize = 4;
 
-/// Table of all verdicts.
-pub(super) fn summary(claims: &[Claim]) -> Section {
-    let introduction = paragraph(
-        "Each claim has a criterion that was fixed before anything was evolved. The main effect stands beside the \
-         paper's own figure where it prints one, or where one follows from what it prints.",
-    );
+/// The answer first: how many claims are reproduced, which ones by question, and a table of their main effects. `about` is a
+/// paragraph on the study, as HTML.
+pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Section {
     let count = |verdict| claims.iter().filter(|claim| claim.verdict == verdict).count();
     let mut verdicts = vec![Verdict::Reproduced, Verdict::NotReproduced, Verdict::Undecided];
     verdicts.extend(Some(Verdict::NotMeasured).filter(|&verdict| count(verdict) > 0));
     let tally = joined(&verdicts, |&verdict| {
-        let count = count(verdict);
-        let (class, words) = (class(verdict), words(verdict));
+        let (count, class, words) = (count(verdict), class(verdict), words(verdict));
         format!("<span class=\"{class}\"><b>{count}</b>{words}</span>\n")
     });
-    let rows: Vec<Row> = claims.iter().map(|claim| line(claim).into()).collect();
     let head = [
         Head::Text("Claim"),
         Head::Text("What the paper says"),
-        Head::Text("Preregistered"),
         Head::Text("Verdict"),
         Head::Text("Main effect"),
         Head::Number("here"),
+        Head::Number("95 % interval"),
         Head::Number("paper"),
     ];
-    let table = table("", "", &head, &rows);
-    Section {
-        id: "verdicts".into(),
-        title: "Verdicts".into(),
-        body: format!("{introduction}<div class=\"tally\">\n{tally}</div>\n{table}"),
+    let (mut answers, mut rows) = (String::new(), Vec::new());
+    for (key, question) in table_of.questions() {
+        let own: Vec<&Claim> = claims.iter().filter(|claim| claim.question == key).collect();
+        let answer: Vec<String> = verdicts.iter().filter_map(|&verdict| answer(verdict, &own)).collect();
+        let (words, answer) = (escaped(question), answer.join("; "));
+        let _ = writeln!(answers, "<li><a href=\"#{key}\">{words}</a> {answer}.</li>");
+        rows.push(Row {
+            cells: vec![Cell::across(head.len(), question)],
+            sum: true,
+        });
+        rows.extend(own.into_iter().map(|claim| Row::from(line(claim))));
     }
+    let introduction = paragraph(&format!(
+        "{} of the paper's {} claims are reproduced, each by a criterion that was fixed before anything was evolved. By \
+         question:",
+        count(Verdict::Reproduced),
+        claims.len(),
+    ));
+    let caption = "All claims with their main effects, beside the paper's own figure where it prints one or one follows from \
+                   what it prints. Intervals are over runs.";
+    let answers = if claims.is_empty() {
+        paragraph("Nothing has been judged.")
+    } else {
+        format!(
+            "{introduction}<ul>\n{answers}</ul>\n<div class=\"tally\">\n{tally}</div>\n{}",
+            table("", caption, &head, &rows)
+        )
+    };
+    Section {
+        id: "abstract".into(),
+        title: "Abstract".into(),
+        body: format!("{about}{answers}"),
+    }
+}
+
+/// The claims among some that have a verdict, such as `reproduced: C1, C2`.
+fn answer(verdict: Verdict, claims: &[&Claim]) -> Option<String> {
+    let own = claims.iter().filter(|claim| claim.verdict == verdict);
+    let links: Vec<String> = own.map(|claim| link(claim)).collect();
+    (!links.is_empty()).then(|| format!("{}: {}", words(verdict), links.join(", ")))
+}
+
+fn link(claim: &Claim) -> String {
+    format!("<a href=\"#{}\">{}</a>", id(&claim.id), escaped(&claim.id))
 }
 
 fn line(claim: &Claim) -> Vec<Cell> {
@@ -49,31 +85,54 @@ fn line(claim: &Claim) -> Vec<Cell> {
     let main = scope
         .or_else(|| effects.iter().find(|effect| effect.paper.is_some()))
         .or(effects.first());
-    let (name, value, paper) = main.map_or((NONE.to_owned(), NONE.to_owned(), NONE.to_owned()), |effect| {
-        (escaped(&effect.name), shown(effect.value, DIGITS), papers(effect))
-    });
-    vec![
-        Cell::html(format!("<a href=\"#{}\">{}</a>", id(&claim.id), escaped(&claim.id))),
+    let mut cells = vec![
+        Cell::html(link(claim)),
         Cell::text(&claim.statement),
-        Cell::text(&claim.criterion),
         Cell::html(chip(claim.verdict, words(claim.verdict))),
-        Cell::html(name),
-        Cell::number(value),
-        Cell::number(format!("<span class=\"paper\">{paper}</span>")),
-    ]
+    ];
+    cells.extend(main.map_or_else(|| vec![Cell::across(4, NONE)], effect));
+    cells
 }
 
-/// Each claim in detail.
-pub(super) fn one_by_one(claims: &[Claim]) -> Section {
-    let body = if claims.is_empty() {
-        paragraph("Nothing has been judged.")
-    } else {
-        joined(claims, article)
+/// A section for each question: its claims in detail, and the figures and tables that `evidence` has for its key.
+pub(super) fn by_question(table: &Table, claims: &[Claim], evidence: impl Fn(&str) -> String) -> Vec<Section> {
+    let section = |(key, question): (&str, &str)| {
+        let own: Vec<&Claim> = claims.iter().filter(|claim| claim.question == key).collect();
+        Section {
+            id: key.to_owned().into(),
+            title: question.to_owned().into(),
+            body: joined(&own, |claim| article(claim)) + &evidence(key),
+        }
     };
+    table.questions().into_iter().map(section).collect()
+}
+
+/// How claims were judged, for the methods of every study.
+pub(super) fn judging() -> String {
+    format!(
+        "<h3>How claims were judged</h3>\n{}",
+        paragraph(&format!(
+            "The criterion of each claim was fixed, word for word, before anything was evolved. A run is the unit of analysis \
+             wherever the paper's own test does not need another: individuals, robots and minutes of one run depend on each \
+             other. The 95 % intervals of means are Student's over runs, those of ratios are by the delta method, and those of d \
+             are percentiles of {RESAMPLES} bootstrap samples of runs. Holm's correction covers the tests that a claim or the \
+             study names as one family."
+        ))
+    )
+}
+
+/// The meanings of all words that are particular to the study.
+pub(super) fn glossary(table_of: &Table) -> Section {
+    let mut words: Vec<(&String, &String)> = table_of.words.iter().collect();
+    words.sort_by_key(|(word, _)| word.to_lowercase());
+    let rows: Vec<Row> = words
+        .into_iter()
+        .map(|(word, meaning)| vec![Cell::text(word), Cell::text(meaning)].into())
+        .collect();
     Section {
-        id: "claims".into(),
-        title: "The claims one by one".into(),
-        body,
+        id: "glossary".into(),
+        title: "Glossary".into(),
+        body: table("", "", &[Head::Text("Word"), Head::Text("Meaning")], &rows),
     }
 }
 
@@ -91,8 +150,13 @@ fn article(claim: &Claim) -> String {
         escaped(&claim.unit),
     );
     if !claim.effects.is_empty() {
-        let head = [Head::Text("Effect"), Head::Number("here"), Head::Number("paper")];
-        let rows: Vec<Row> = claim.effects.iter().map(effect).collect();
+        let head = [
+            Head::Text("Effect"),
+            Head::Number("here"),
+            Head::Number("95 % interval"),
+            Head::Number("paper"),
+        ];
+        let rows: Vec<Row> = claim.effects.iter().map(|one| effect(one).into()).collect();
         text.push_str(&table("", "", &head, &rows));
     }
     if !claim.tests.is_empty() {
@@ -114,13 +178,18 @@ fn article(claim: &Claim) -> String {
     text
 }
 
-fn effect(effect: &Effect) -> Row {
+fn effect(effect: &Effect) -> Vec<Cell> {
+    let interval = effect.interval.map_or(NONE.to_owned(), |ends| {
+        let [low, high] = ends.map(|end| shown(end, DIGITS));
+        format!("{low} to {high}")
+    });
+    let paper = effect.paper.map_or(NONE.to_owned(), |value| shown(value, DIGITS));
     vec![
         Cell::text(&effect.name),
         Cell::number(shown(effect.value, DIGITS)),
-        Cell::number(format!("<span class=\"paper\">{}</span>", papers(effect))),
+        Cell::number(interval),
+        Cell::number(format!("<span class=\"paper\">{paper}</span>")),
     ]
-    .into()
 }
 
 fn test(test: &Test) -> Row {
@@ -145,10 +214,6 @@ pub(super) fn degrees_of_freedom(test: &Test) -> String {
     }
 }
 
-fn papers(effect: &Effect) -> String {
-    effect.paper.map_or(NONE.to_owned(), |value| shown(value, DIGITS))
-}
-
 /// The claims under one assumption.
 pub(crate) struct Assumed {
     pub(crate) arm: Arm,
@@ -171,7 +236,7 @@ impl Sensitivity {
 }
 
 /// Table of verdicts by assumption.
-pub(super) fn by_assumption(arms: &Sensitivity) -> Section {
+pub(super) fn by_assumption(arms: &Sensitivity) -> String {
     let Sensitivity { main, groups } = arms;
     let mut head = vec![Head::Text("Assumption")];
     head.extend(main.claims.iter().map(|claim| Head::Text(&claim.id)));
@@ -198,11 +263,10 @@ pub(super) fn by_assumption(arms: &Sensitivity) -> Section {
     let words = "Which claims hold under which assumption. Each row is the whole study again with one choice made \
                  otherwise; its own report lies in the directory arms. A verdict that changes from row to row hangs on \
                  a choice that the paper leaves open, on what reality differs in, or on the few runs.";
-    Section {
-        id: "sensitivity".into(),
-        title: "Under other assumptions".into(),
-        body: table("", words, &head, &rows),
-    }
+    format!(
+        "<h3>Under other assumptions</h3>\n<div id=\"sensitivity\">\n{}</div>\n",
+        table("", words, &head, &rows)
+    )
 }
 
 fn assumed(one: &Assumed) -> Row {
@@ -253,6 +317,7 @@ mod tests {
     fn claims(verdicts: [Verdict; 3]) -> Vec<Claim> {
         let claim = |(number, verdict): (usize, Verdict)| Claim {
             id: format!("C{number}"),
+            question: "transfer".into(),
             statement: "Robots <do>.".into(),
             source: "section 4".into(),
             criterion: "They do.".into(),
@@ -284,7 +349,7 @@ mod tests {
                 })
                 .collect(),
         };
-        let section = by_assumption(&arms).body;
+        let section = by_assumption(&arms);
         assert_eq!(unbalanced(&section), None);
         assert_eq!(section.matches(">yes</span>").count(), 1);
         assert_eq!(section.matches(">no</span>").count(), 1 + 3 * 2);

@@ -101,7 +101,7 @@ impl Kind {
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Evolved => "as the paper",
-            Self::FitnessShuffled => "fitness shuffled (null)",
+            Self::FitnessShuffled => "fitness shuffled",
             Self::SimulatorShuffled => "simulators shuffled",
             Self::SimulatorRight => "simulators right",
             Self::SimulatorWrong => "simulators wrong",

@@ -8,7 +8,7 @@ use crate::statistics::{
     anova, cohens_d, holm, mean, median, paired_t, quantile, random_intercept, student_t, subset, variance,
 };
 use crate::studies::MIGLINO1995_CLAIMS;
-use crate::studies::claims::{Claim, Effect, Finding, Preregistered, Test, criteria};
+use crate::studies::claims::{Claim, Effect, Finding, Preregistered, Table, Test, over_runs};
 
 use Condition::{Conservative, None as Without, Sensor};
 
@@ -30,7 +30,8 @@ const LEVEL: f64 = 0.01;
 
 /// Judges all claims, C1 to C12.
 pub(crate) fn judge(results: &Results, sensors: &SensorTables) -> Vec<Claim> {
-    let mut claims: Vec<Claim> = criteria(MIGLINO1995_CLAIMS)
+    let mut claims: Vec<Claim> = Table::of(MIGLINO1995_CLAIMS)
+        .claims
         .iter()
         .map(|criterion| {
             let judged = Judged {
@@ -161,9 +162,20 @@ impl Judged<'_> {
         pooled(&self.runs(condition).collect::<Vec<_>>(), lives)
     }
 
-    /// Cohen's d between two lives over all individuals of a condition.
-    fn d(&self, condition: Condition, one: Lives, other: Lives) -> f64 {
-        cohens_d(&self.pooled(condition, one), &self.pooled(condition, other)).unwrap_or(f64::NAN)
+    /// Adds Cohen's d between two lives over all individuals of a condition, and returns it.
+    fn d(&self, finding: &mut Finding, name: String, condition: Condition, [one, other]: [Lives; 2]) -> f64 {
+        let runs: Vec<&Run> = self.runs(condition).collect();
+        let of = |runs: &[&Run]| cohens_d(&pooled(runs, one), &pooled(runs, other)).unwrap_or(f64::NAN);
+        let d = of(&runs);
+        let numbers: Vec<f64> = (0_u32..).zip(&runs).map(|(number, _)| f64::from(number)).collect();
+        let drawn = |samples: &[Vec<f64>]| {
+            of(&samples[0]
+                .iter()
+                .map(|&number| runs[number as usize])
+                .collect::<Vec<_>>())
+        };
+        finding.estimate(name, d, over_runs(&[&numbers], drawn));
+        d
     }
 
     /// The paper's analysis of variance over individuals, the same comparison over runs, and a mixed model.
@@ -231,6 +243,7 @@ impl Judged<'_> {
         finding.effects.push(Effect {
             name: name(&format!("median of {SETS} sets")),
             value: median(&fs),
+            interval: None,
             paper: self.criterion.paper(&format!("{of}, {title}")),
         });
         finding.note(name(&format!("5 % quantile of {SETS} sets")), quantile(&fs, 0.05));
@@ -282,11 +295,11 @@ impl Judged<'_> {
         let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
         let most = gaps.iter().copied().fold(0.0, f64::max);
         let ratio = most / least;
-        let loss = self.mean(Without, |run| {
+        let losses = self.each(Without, |run| {
             mean_of(&run.transferred.real) - mean_of(&run.transferred.other_robot)
         });
-        finding.note("greatest over least gap of half readings", ratio);
-        finding.note("fitness in its own robot minus in another, mean over runs", loss);
+        finding.note("greatest over least distance of half readings", ratio);
+        let loss = finding.mean("fitness in its own robot minus in another, mean over runs", &losses);
         let own = self.each(Without, |run| mean_of(&run.transferred.real));
         let other = self.each(Without, |run| mean_of(&run.transferred.other_robot));
         let name = format!("no noise, own robot against another{RUNS}paired t of the means");
@@ -329,15 +342,16 @@ impl Judged<'_> {
 
     fn transfer_gap(&self) -> Finding {
         let mut finding = Finding::default();
-        let ds = Condition::ALL.map(|condition| self.d(condition, SIMULATED, REAL));
-        for (condition, d) in Condition::ALL.into_iter().zip(ds) {
+        let ds = Condition::ALL.map(|condition| {
             let title = condition.title();
-            finding.note(format!("d, {title}, noise as evolved"), d);
-            let quiet = self.d(condition, QUIET, REAL);
-            finding.note(format!("d, {title}, noise off in both"), quiet);
+            let name = format!("d, {title}, noise on in simulation");
+            let d = self.d(&mut finding, name, condition, [SIMULATED, REAL]);
+            let name = format!("d, {title}, noise off in both");
+            self.d(&mut finding, name, condition, [QUIET, REAL]);
             let tests = self.compared(condition, "simulated and real", SIMULATED, REAL);
             finding.tests.extend(tests);
-        }
+            d
+        });
         for condition in Condition::ALL {
             self.paper_sized(&mut finding, condition, SIMULATED, REAL);
         }
@@ -360,20 +374,19 @@ impl Judged<'_> {
         };
         let falls = [("peak", fall(PEAK)), ("average", fall(AVERAGE))].map(|(name, fall)| {
             let means = [Without, Sensor].map(|condition| {
-                let mean = self.mean(condition, fall);
-                finding.note(format!("fall of the {name}, {}", condition.title()), mean);
-                mean
+                let name = format!("fall of the {name}, {}", condition.title());
+                finding.mean(name, &self.each(condition, fall))
             });
             let test = self.between(&format!("fall of the {name}"), [Without, Sensor], fall);
             finding.tests.extend(test);
             means
         });
-        let again = |condition| self.mean(condition, |run| best_again(run, self.results.parents as usize));
-        finding.note(
+        let again = |condition| self.each(condition, |run| best_again(run, self.results.parents as usize));
+        finding.mean(
             "the best 20 in simulation, their second real life below their second simulated one, no noise",
-            again(Without),
+            &again(Without),
         );
-        finding.note("the same, sensor noise", again(Sensor));
+        finding.mean("the same, sensor noise", &again(Sensor));
         let [[peak_without, peak_sensor], [average_without, average_sensor]] = falls;
         finding.holds = Some(peak_sensor < peak_without && average_sensor > average_without);
         finding
@@ -383,9 +396,8 @@ impl Judged<'_> {
         let mut finding = Finding::default();
         let [simulated, real] = [("in simulation", SIMULATED), ("in reality", REAL)].map(|(name, lives)| {
             Condition::ALL.map(|condition| {
-                let mean = self.mean(condition, |run| mean_of(lives(run)));
-                finding.note(format!("average of generation 200 {name}, {}", condition.title()), mean);
-                mean
+                let name = format!("average of generation 200 {name}, {}", condition.title());
+                finding.mean(name, &self.each(condition, |run| mean_of(lives(run))))
             })
         });
         for other in [Without, Sensor] {
@@ -409,12 +421,13 @@ impl Judged<'_> {
             }),
         ];
         let mut finding = Finding::default();
-        let ds = Condition::ALL.map(|condition| self.d(condition, LAST, REAL));
-        for (condition, d) in Condition::ALL.into_iter().zip(ds) {
-            finding.note(format!("d of generation 219 over 200, {}", condition.title()), d);
+        let ds = Condition::ALL.map(|condition| {
+            let name = format!("d of generation 219 over 200, {}", condition.title());
+            let d = self.d(&mut finding, name, condition, [LAST, REAL]);
             let tests = self.compared(condition, "generations 219 and 200 in reality", LAST, REAL);
             finding.tests.extend(tests);
-        }
+            d
+        });
         for condition in Condition::ALL {
             self.paper_sized(&mut finding, condition, LAST, REAL);
         }
@@ -424,10 +437,10 @@ impl Judged<'_> {
             for (name, figure) in CONTROLS {
                 let controls = self.runs(condition).filter_map(|run| run.controls.as_ref());
                 let own: Vec<f64> = controls.map(figure).collect();
-                finding.note(format!("real fitness of generation 219 {name}, {title}"), mean(&own));
+                finding.mean(format!("real fitness of generation 219 {name}, {title}"), &own);
             }
-            let own = self.mean(condition, |run| mean_of(LAST(run)));
-            finding.note(format!("real fitness of generation 219 as it is, {title}"), own);
+            let own = self.each(condition, |run| mean_of(LAST(run)));
+            finding.mean(format!("real fitness of generation 219 as it is, {title}"), &own);
         }
         finding.holds = Some(ds.iter().all(|d| *d > 0.0));
         finding
@@ -447,12 +460,12 @@ impl Judged<'_> {
         };
         let (none, sensor, sensor_peak) = (share(Without, AVERAGE), share(Sensor, AVERAGE), share(Sensor, PEAK));
         let (.., rise) = share(Conservative, AVERAGE);
-        finding.note("share of the average's gap recovered, no noise", none.1);
-        finding.note("share of the average's gap recovered, sensor noise", sensor.1);
-        finding.note("share of the peak's gap recovered, sensor noise", sensor_peak.1);
-        finding.note("the average's gap, no noise", none.0);
-        finding.note("the average's gap, sensor noise", sensor.0);
-        finding.note("the peak's gap, sensor noise", sensor_peak.0);
+        finding.note("share of the average's loss recovered, no noise", none.1);
+        finding.note("share of the average's loss recovered, sensor noise", sensor.1);
+        finding.note("share of the peak's loss recovered, sensor noise", sensor_peak.1);
+        finding.note("loss of the average at the transfer, no noise", none.0);
+        finding.note("loss of the average at the transfer, sensor noise", sensor.0);
+        finding.note("loss of the peak at the transfer, sensor noise", sensor_peak.0);
         finding.note("rise of the average in reality, conservative noise", rise);
         let no_gap = none.0 <= 0.0 || sensor.0 <= 0.0;
         finding.holds = (!no_gap).then_some(none.1 > sensor.1 && sensor_peak.1 > sensor.1 && rise > 0.0);
@@ -473,14 +486,13 @@ impl Judged<'_> {
         let ends = Condition::ALL.map(|condition| {
             let title = condition.title();
             let means = FIGURES.map(|(name, sums)| {
-                let mean = self.mean(condition, whole(sums));
-                finding.note(format!("D after 500 cycles, {name}, {title}, mm"), mean);
-                mean
+                let name = format!("D after 500 cycles, {name}, {title}, mm");
+                finding.mean(name, &self.each(condition, whole(sums)))
             });
-            let over_length = self.mean(condition, |run| run.champion.discrepancy.per_length);
-            finding.note(
+            let over_length = self.each(condition, |run| run.champion.discrepancy.per_length);
+            finding.mean(
                 format!("D over the length of the path, 100 starts, {title}"),
-                over_length,
+                &over_length,
             );
             means[0]
         });
@@ -497,25 +509,27 @@ impl Judged<'_> {
 
     fn behaviour(&self) -> Finding {
         let mut finding = Finding::default();
-        let share = |condition, which: fn(&Run) -> bool| self.mean(condition, |run| f64::from(u8::from(which(run))));
-        let stuck_real = share(Without, |run| run.champion.real.stuck_in_corner);
-        let stuck_simulated = share(Without, |run| run.champion.simulated.stuck_in_corner);
-        let speed = |condition| {
-            self.mean(condition, |run| run.champion.real.speed)
-                / self.mean(condition, |run| run.champion.simulated.speed)
-        };
-        let collided_real = self.mean(Sensor, |run| run.champion.real.collided);
-        let collided_simulated = self.mean(Sensor, |run| run.champion.simulated.collided);
+        // No interval: the share of a few runs is far from normal.
+        let share = |which: fn(&Run) -> bool| self.mean(Without, |run| f64::from(u8::from(which(run))));
+        let stuck_real = share(|run| run.champion.real.stuck_in_corner);
+        let stuck_simulated = share(|run| run.champion.simulated.stuck_in_corner);
         finding.note("share of champions stuck in a corner in reality, no noise", stuck_real);
         finding.note(
             "share of champions stuck in a corner in simulation, no noise",
             stuck_simulated,
         );
+        let speed = |condition| {
+            self.mean(condition, |run| run.champion.real.speed)
+                / self.mean(condition, |run| run.champion.simulated.speed)
+        };
         finding.note("speed in reality over speed in simulation, sensor noise", speed(Sensor));
-        finding.note("share of cycles colliding in reality, sensor noise", collided_real);
-        finding.note(
+        let collided_real = finding.mean(
+            "share of cycles colliding in reality, sensor noise",
+            &self.each(Sensor, |run| run.champion.real.collided),
+        );
+        let collided_simulated = finding.mean(
             "share of cycles colliding in simulation, sensor noise",
-            collided_simulated,
+            &self.each(Sensor, |run| run.champion.simulated.collided),
         );
         finding.note(
             "speed in reality over speed in simulation, conservative noise",
@@ -568,8 +582,8 @@ impl Judged<'_> {
         ] {
             let mut means = Vec::new();
             for variant in of(family) {
-                let (name, mean) = (&variant.name, mean(&variant.real));
-                finding.note(format!("real fitness of generation 200, {noise} {name}"), mean);
+                let name = &variant.name;
+                let mean = finding.mean(format!("real fitness of generation 200, {noise} {name}"), &variant.real);
                 finding.note(
                     format!("its s.d. over runs, {noise} {name}"),
                     variance(&variant.real).sqrt(),
@@ -581,9 +595,9 @@ impl Judged<'_> {
         }
         for variant in of(Family::Simulator) {
             let name = &variant.name;
-            finding.note(
+            finding.mean(
                 format!("real fitness of generation 200, simulator from {name}"),
-                mean(&variant.real),
+                &variant.real,
             );
         }
         let asked = interior.len() == 2;

@@ -1,4 +1,4 @@
-//! The study as a page to read beside the paper: one file with its verdicts, figures and tables, and the underlying
+//! The study as a page: an abstract, methods, results by question, limits and a glossary in one file, and the underlying
 //! numbers as CSV. Both depend only on their input, byte for byte.
 
 use oneiro::arena::Arena;
@@ -6,7 +6,8 @@ use oneiro::tables::SensorTables;
 
 use super::results::{Condition, Results, Run};
 use crate::report::page;
-use crate::studies::claims::Claim;
+use crate::studies::MIGLINO1995_CLAIMS;
+use crate::studies::claims::{Claim, Table};
 use crate::studies::verdicts::{self, Sensitivity};
 
 mod background;
@@ -43,22 +44,30 @@ pub(crate) struct Report<'a> {
 
 /// The report as one self-contained HTML file.
 pub(crate) fn html(study: &Report<'_>) -> String {
-    let sections = [
-        Some(verdicts::summary(study.claims)),
-        study.arms.map(verdicts::by_assumption),
-        Some(robot::section(study)),
-        Some(evolution::section(study)),
-        Some(behaviour::section(study)),
-        others::section(study),
-        Some(verdicts::one_by_one(study.claims)),
-        Some(background::section(study)),
+    let (table, claims) = (Table::of(MIGLINO1995_CLAIMS), study.claims);
+    let mut sections = vec![
+        verdicts::summary(&table, claims, background::ABOUT),
+        background::methods(study),
     ];
-    let sections: Vec<_> = sections.into_iter().flatten().collect();
-    page::document(
-        "Miglino, Lund and Nolfi (1995), reproduced",
-        &background::facts(study),
-        &sections,
-    )
+    sections.extend(verdicts::by_question(&table, claims, |question| {
+        evidence(study, question)
+    }));
+    sections.extend([background::limits(study), verdicts::glossary(&table)]);
+    page::document("Miglino, Lund and Nolfi (1995), reproduced", "", &sections)
+}
+
+/// The figures and tables of a question.
+fn evidence(study: &Report<'_>, question: &str) -> String {
+    let results = study.results;
+    match question {
+        "sensors" => robot::sensors(study),
+        "transfer" => evolution::html(study),
+        "reality" => evolution::second_table(study) + &others::controls(results),
+        "behaviour" => behaviour::html(study),
+        "noise" => others::variants(results),
+        "cost" => background::cost(study),
+        other => unreachable!("no question is called {other}"),
+    }
 }
 
 fn runs_of(results: &Results, condition: Condition) -> impl Iterator<Item = &Run> {

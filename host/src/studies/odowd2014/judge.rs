@@ -8,9 +8,9 @@ use rand_pcg::Pcg64;
 
 use super::measures::{ALL, BEFORE_MOVE, BIN, FIRST_HALF, G0, G1, LATE, S0, SECOND_HALF, SETTLED};
 use super::results::{Case, Combination, Kind, Results, Run};
-use crate::statistics::{cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, student_t, subset};
+use crate::statistics::{Interval, cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, student_t, subset};
 use crate::studies::ODOWD2014_CLAIMS;
-use crate::studies::claims::{Claim, Effect, Finding, HOLDS_IN, Preregistered, Test, Verdict, criteria};
+use crate::studies::claims::{Claim, Effect, Finding, HOLDS_IN, Preregistered, Table, Test, Verdict, over_runs};
 
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
 use Kind::{Alone, Evolved, FitnessShuffled as Null, SimulatorRandom, SimulatorRight};
@@ -29,8 +29,8 @@ const SETS: usize = 1000;
 
 /// Judges all claims, D1 to D17.
 pub(crate) fn judge(results: &Results) -> Vec<Claim> {
-    let criteria = criteria(ODOWD2014_CLAIMS);
-    criteria.iter().map(|criterion| claim(results, criterion)).collect()
+    let Table { claims, .. } = Table::of(ODOWD2014_CLAIMS);
+    claims.iter().map(|criterion| claim(results, criterion)).collect()
 }
 
 /// Judges a claim: reproduced if its criterion holds in all combinations, not reproduced if it holds in none.
@@ -58,6 +58,7 @@ fn claim(results: &Results, criterion: &Preregistered) -> Claim {
         let scope = Effect {
             name: format!("{HOLDS_IN}, of {}", results.combinations.len()),
             value: holds.len() as f64,
+            interval: None,
             paper: None,
         };
         all.effects.insert(0, scope);
@@ -114,6 +115,20 @@ impl Pair {
         Self { kind, ..self }
     }
 
+    /// The interval of Cohen's d over runs; pairs stay together.
+    fn interval_of_d(&self) -> Option<Interval> {
+        let Self { a, b, kind, .. } = self;
+        let d = |a: &[f64], b: &[f64]| cohens_d(a, b).unwrap_or(f64::NAN);
+        match kind {
+            Comparison::Apart => over_runs(&[a, b], |samples| d(&samples[0], &samples[1])),
+            Comparison::Paired => {
+                let numbers: Vec<f64> = (0_u32..).zip(a).map(|(number, _)| f64::from(number)).collect();
+                over_runs(&[&numbers], |samples| d(&drawn(a, &samples[0]), &drawn(b, &samples[0])))
+            }
+            Comparison::Number => None,
+        }
+    }
+
     /// t, its degrees of freedom and p. Samples that don't vary have p = 0 or 1. `None` if the needed runs are missing.
     fn tested(&self) -> Option<(f64, f64, f64)> {
         let least = if self.kind == Comparison::Number { 1 } else { 2 };
@@ -133,6 +148,11 @@ impl Pair {
         let certain = if mean(&self.a) == mean(&self.b) { 1.0 } else { 0.0 };
         Some(test.map_or((0.0, df as f64, certain), |test| (test.t, test.df, test.p.value)))
     }
+}
+
+/// The second of two samples, drawn along with the first.
+fn drawn(sample: &[f64], numbers: &[f64]) -> Vec<f64> {
+    numbers.iter().map(|&number| sample[number as usize]).collect()
 }
 
 /// Whether a sample is greater than another by Student's t test, uncorrected.
@@ -175,7 +195,7 @@ impl Finding {
                 p_holm: Some(p_holm),
             });
             if let Ok(d) = cohens_d(&pair.a, &pair.b) {
-                self.note(format!("d, {}", pair.name), d);
+                self.estimate(format!("d, {}", pair.name), d, pair.interval_of_d());
             }
         }
         Some(std::array::from_fn(|index| Compared {
@@ -256,7 +276,10 @@ impl Judged<'_> {
     /// Pair of shares of a bin, evolved and under the null.
     fn share_by_null(&self, case: Case, light: Light, intervals: Range<usize>, when: &str) -> Pair {
         pair(
-            format!("share of {light:?}, {when}, {} and its null", case.title()),
+            format!(
+                "share of {light:?}, {when}, {}, evolved and fitness shuffled",
+                case.title()
+            ),
             self.shares(case, Evolved, light, intervals.clone()),
             self.shares(case, Null, light, intervals),
         )
@@ -365,11 +388,13 @@ impl Judged<'_> {
     fn doubles(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let [null] = finding.compare(&[self.by_null(Over)])?;
-        let over = mean(self.rates(Over, Evolved));
-        let to_random = over / mean(self.rates(Random, Evolved));
-        let to_opposite = over / mean(self.rates(Opposite, Evolved));
-        finding.note("over the nest to random", to_random);
-        finding.note("over the nest to opposite", to_opposite);
+        let [to_random, to_opposite] = [("random", Random), ("opposite", Opposite)].map(|(name, other)| {
+            let [over, other] = [Over, other].map(|case| self.rates(case, Evolved));
+            let ratio = mean(&over) / mean(&other);
+            let interval = ratio_interval(&over, &other, 0.95).ok();
+            finding.estimate(format!("over the nest to {name}"), ratio, interval);
+            ratio
+        });
         let doubles = |ratio: f64| (1.5..=2.5).contains(&ratio);
         let verdict = "a ratio of 1.5 to 2.5 to either";
         self.power(
@@ -396,10 +421,7 @@ impl Judged<'_> {
             |[over, opposite, random]| is_greater(over, opposite, LEVEL) && is_greater(opposite, random, LEVEL),
         );
         for case in Case::ALL {
-            finding.note(
-                format!("food per minute, {}", case.title()),
-                mean(self.rates(case, Evolved)),
-            );
+            finding.mean(format!("food per minute, {}", case.title()), &self.rates(case, Evolved));
         }
         finding.judged(all.iter().all(|compared| compared.is_above(LEVEL)))
     }
@@ -407,9 +429,9 @@ impl Judged<'_> {
     fn no_light(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let [share] = finding.compare(&[self.share_by_null(NoLight, Light::Nowhere, SETTLED, "minutes 10 to 50")])?;
-        let shares = mean(self.shares(NoLight, Evolved, Light::Nowhere, SETTLED));
-        finding.note("share of No Light, minutes 10 to 50", shares);
-        finding.note("the null's", mean(self.shares(NoLight, Null, Light::Nowhere, SETTLED)));
+        let shares = |kind| self.shares(NoLight, kind, Light::Nowhere, SETTLED);
+        finding.mean("share of No Light, minutes 10 to 50", &shares(Evolved));
+        finding.mean("the same, fitness shuffled", &shares(Null));
         let mut stays = true;
         for first in (0..50).step_by(10) {
             let (middle, _) = self.gene(NoLight, S0, first..first + 10);
@@ -426,13 +448,11 @@ impl Judged<'_> {
     fn over(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let [share] = finding.compare(&[self.share_by_null(Over, Light::OverNest, LATE, "late")])?;
-        let (simulator, _) = self.gene(Over, S0, LATE);
-        finding.note("late mean S0", simulator);
-        finding.note(
-            "late share of Over",
-            mean(self.shares(Over, Evolved, Light::OverNest, LATE)),
-        );
-        finding.note("the null's", mean(self.shares(Over, Null, Light::OverNest, LATE)));
+        let late = self.each(Over, Evolved, |run| run.mean(S0, LATE));
+        finding.mean("late mean S0", &late);
+        let shares = |kind| self.shares(Over, kind, Light::OverNest, LATE);
+        finding.mean("late share of Over", &shares(Evolved));
+        finding.mean("the same, fitness shuffled", &shares(Null));
         let [with, without] = self.late_controllers(Over, &mut finding);
         let [wide_with, wide_without] = self.late_controllers(NoLight, &mut finding);
         let narrow = with.1 < wide_with.1 && without.1 < wide_without.1;
@@ -442,16 +462,11 @@ impl Judged<'_> {
     fn opposite(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let [share] = finding.compare(&[self.share_by_null(Opposite, Light::OppositeNest, LATE, "late")])?;
-        let (simulator, _) = self.gene(Opposite, S0, LATE);
-        finding.note("late mean S0", simulator);
-        finding.note(
-            "late share of Opposite",
-            mean(self.shares(Opposite, Evolved, Light::OppositeNest, LATE)),
-        );
-        finding.note(
-            "the null's",
-            mean(self.shares(Opposite, Null, Light::OppositeNest, LATE)),
-        );
+        let late = self.each(Opposite, Evolved, |run| run.mean(S0, LATE));
+        let simulator = finding.mean("late mean S0", &late);
+        let shares = |kind| self.shares(Opposite, kind, Light::OppositeNest, LATE);
+        finding.mean("late share of Opposite", &shares(Evolved));
+        finding.mean("the same, fitness shuffled", &shares(Null));
         let wide = self
             .late_controllers(Opposite, &mut finding)
             .iter()
@@ -474,8 +489,8 @@ impl Judged<'_> {
         };
         let fall = 1.0 - rate(bin..bin + 2) / rate(bin - 1..bin);
         finding.note("fall of the rate", fall);
-        let converged = mean(self.shares(OverThenOpposite, Evolved, Light::OppositeNest, LATE));
-        finding.note("late share of Opposite", converged);
+        let shares = self.shares(OverThenOpposite, Evolved, Light::OppositeNest, LATE);
+        let converged = finding.mean("late share of Opposite", &shares);
         finding.judged(before.is_above(LEVEL) && fall > 0.25 && moved.is_below(LEVEL) && converged <= 0.5)
     }
 
@@ -496,8 +511,8 @@ impl Judged<'_> {
             )
             .kind(Comparison::Paired),
         ])?;
-        let (before, _) = self.gene(OppositeThenOver, S0, BEFORE_MOVE);
-        finding.note("mean S0 before the move", before);
+        let before = self.each(OppositeThenOver, Evolved, |run| run.mean(S0, BEFORE_MOVE));
+        finding.mean("mean S0 before the move", &before);
         finding.note(
             "rate of its second half to Light Over Nest's",
             mean(half(OppositeThenOver)) / mean(half(Over)),
@@ -560,12 +575,12 @@ impl Judged<'_> {
         let all = finding.compare(&[Over, Opposite].map(chosen))?;
         let holds = all.iter().all(|compared| compared.is_above(LEVEL));
         for case in [Over, Opposite] {
-            finding.note(format!("area, {}", case.title()), mean(&chosen(case).a));
+            finding.mean(format!("area, {}", case.title()), &chosen(case).a);
             for lag in 0..=2 {
                 let areas = self.areas(case, |run, interval, robot| run.intervals[interval - lag][robot].s0);
-                finding.note(
+                finding.mean(
                     format!("area by S0 of {lag} intervals before, {}", case.title()),
-                    mean(&areas),
+                    &areas,
                 );
             }
             let moves = self.results.light_moves_minute as usize;
@@ -621,7 +636,7 @@ impl Judged<'_> {
         let mut finding = Finding::default();
         let spread = |kind| self.each(NoLight, kind, |run| run.deviation(S0, LATE));
         let [compared] = finding.compare(&[pair(
-            "late s.d. of S0, No Light, null and evolved",
+            "late s.d. of S0, No Light, fitness shuffled and evolved",
             spread(Null),
             spread(Evolved),
         )])?;

@@ -1,4 +1,4 @@
-//! The study as a page to read beside the paper: one file with its verdicts, figures and tables, and the underlying
+//! The study as a page: an abstract, methods, results by question, limits and a glossary in one file, and the underlying
 //! numbers as CSV. Both depend only on their input, byte for byte.
 
 use clap::ValueEnum;
@@ -7,9 +7,10 @@ use oneiro::swarm::Swarm;
 use super::results::{Case, Combination, Credit, Kind, Results};
 use crate::report::figures::escaped;
 use crate::report::numbers::shown;
-use crate::report::page::{self, Cell, Section};
+use crate::report::page::{self, Cell, joined};
+use crate::studies::ODOWD2014_CLAIMS;
 use crate::studies::assumptions::Assumption;
-use crate::studies::claims::Claim;
+use crate::studies::claims::{Claim, Table};
 use crate::studies::verdicts::{self, Sensitivity};
 
 mod background;
@@ -47,35 +48,34 @@ pub(crate) struct Report<'a> {
 
 /// The report as one self-contained HTML file.
 pub(crate) fn html(study: &Report<'_>) -> String {
-    let mut sections = vec![verdicts::summary(study.claims)];
-    sections.extend(study.arms.map(verdicts::by_assumption));
-    sections.push(system::section(study));
-    sections.extend(overview::section(study.results));
-    for (place, combination) in study.results.combinations.iter().enumerate() {
-        sections.push(section(study.results, place, combination));
-    }
-    sections.extend(questions::section(study.results));
-    sections.push(verdicts::one_by_one(study.claims));
-    sections.push(background::section(study));
-    page::document(
-        "O\u{2019}Dowd, Studley and Winfield (2014), reproduced",
-        &background::facts(study),
-        &sections,
-    )
+    let (table, claims) = (Table::of(ODOWD2014_CLAIMS), study.claims);
+    let mut sections = vec![
+        verdicts::summary(&table, claims, background::ABOUT),
+        background::methods(study),
+    ];
+    sections.extend(verdicts::by_question(&table, claims, |question| {
+        evidence(study.results, question)
+    }));
+    sections.extend([background::limits(study), verdicts::glossary(&table)]);
+    page::document("O\u{2019}Dowd, Studley and Winfield (2014), reproduced", "", &sections)
 }
 
-/// Results at one mutation scale with one rule of credit.
-fn section(results: &Results, place: usize, combination: &Combination) -> Section {
-    let body = [
-        foraging::html(results, combination),
-        genes::html(results, combination),
-        encounters::html(results, combination),
-        interventions::html(combination),
-    ];
-    Section {
-        id: format!("combination-{}", place + 1).into(),
-        title: title(combination).into(),
-        body: body.concat(),
+/// The figures and tables of a question: of all combinations of mutation scale and credit, and of each.
+fn evidence(results: &Results, question: &str) -> String {
+    let each = |html: &dyn Fn(&Combination) -> String| {
+        joined(&results.combinations, |combination| match html(combination) {
+            html if html.is_empty() => html,
+            html => format!("<h3>{}</h3>\n{html}", escaped(&title(combination))),
+        })
+    };
+    match question {
+        "foraging" => overview::rates(results) + &each(&|own| foraging::html(results, own)),
+        "simulators" => overview::right(results) + &each(&|own| genes::settled(results, own)),
+        "moves" => each(&|own| genes::moved(results, own)),
+        "causes" => each(&interventions::html),
+        "swarm" => each(&|own| encounters::html(results, own)) + &questions::html(results),
+        "cost" => String::new(),
+        other => unreachable!("no question is called {other}"),
     }
 }
 

@@ -4,7 +4,7 @@ use super::evolution::name;
 use super::{Report, colours, life_seconds, paper, run_name, runs_of};
 use crate::report::figures::{self, Band, Journey, Panel, Spread, evenly};
 use crate::report::numbers::{NONE, percent, shown, spread_words, spreads};
-use crate::report::page::{Cell, Head, Row, Section, figure, paragraph, table};
+use crate::report::page::{Cell, Head, Row, figure, paragraph, table};
 use crate::statistics::mean;
 use crate::studies::miglino1995::results::{Condition, Discrepancy, Life, Results, Run};
 
@@ -18,7 +18,8 @@ const DIGITS: usize = 4;
 const REPEATED: &str = "1.5 4";
 const UNRELATED: &str = "9 5";
 
-pub(super) fn section(study: &Report<'_>) -> Section {
+/// Figures 9 to 12, and a table of the best individuals' lives.
+pub(super) fn html(study: &Report<'_>) -> String {
     let by_mean = study.results.runs.iter().any(|run| run.champion.mean.is_some());
     let chosen_by = if by_mean {
         "mean of many simulated lives"
@@ -42,13 +43,7 @@ pub(super) fn section(study: &Report<'_>) -> Section {
     for condition in Condition::ALL {
         body.push_str(&trajectories(study, condition));
     }
-    body.push_str(&discrepancies(study.results));
-    body.push_str(&champions(study.results));
-    Section {
-        id: "behaviour".into(),
-        title: "Behaviour".into(),
-        body,
-    }
+    body + &discrepancies(study.results) + &champions(study.results)
 }
 
 /// Figure 9, 10 or 11.
@@ -121,7 +116,7 @@ fn discrepancies(results: &Results) -> String {
     let high = highs.filter(|high| high.is_finite()).fold(0.0, f64::max);
     let panel = |title, bands, key| Panel {
         title,
-        across: "cycle",
+        across: "cycle of 100 ms",
         up: "D, mm",
         from: 0.0,
         to: EVERY * POSITIONS as f64,
@@ -155,7 +150,7 @@ fn discrepancies(results: &Results) -> String {
     };
     let words = format!(
         "Discrepancy D of simulated and real paths, the sum of their distances every {EVERY} cycles (equation 2), mean \
-         of the best individuals of all runs; {}.{beside} In the paper, conservative noise reduces D very much.",
+         of the best individuals of {runs} runs a condition; {}.{beside} In the paper, conservative noise reduces D very much.",
         spread_words(runs)
     );
     let head = [

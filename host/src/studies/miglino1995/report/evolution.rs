@@ -4,7 +4,7 @@ use super::verdicts::degrees_of_freedom;
 use super::{Report, colours, last_generation, paper, runs_of};
 use crate::report::figures::{self, Band, Panel, Spread, evenly};
 use crate::report::numbers::{NONE, probability, shown, spread_words, spreads};
-use crate::report::page::{Cell, Head, Row, Section, dotted, figure, paragraph, table};
+use crate::report::page::{Cell, Head, Row, dotted, figure, paragraph, table};
 use crate::statistics::mean;
 use crate::studies::claims::Test;
 use crate::studies::miglino1995::results::{Condition, Level, Results, Run};
@@ -15,7 +15,8 @@ const NEAR: f64 = 10.0;
 const FITNESS: usize = 4;
 const F_DIGITS: usize = 5;
 
-pub(super) fn section(study: &Report<'_>) -> Section {
+/// Figures 6 to 8 and Table 1.
+pub(super) fn html(study: &Report<'_>) -> String {
     let results = study.results;
     let mut body = paragraph(&format!(
         "The peak is the mean of the best {} individuals of a generation, the average that of all {}, ranked in the \
@@ -27,13 +28,7 @@ pub(super) fn section(study: &Report<'_>) -> Section {
     for (condition, curves) in Condition::ALL.into_iter().zip(curves) {
         body.push_str(&generations(results, condition, curves, high));
     }
-    body.push_str(&first_table(study));
-    body.push_str(&second_table(study));
-    Section {
-        id: "evolution".into(),
-        title: "Evolution and transfer".into(),
-        body,
-    }
+    body + &first_table(study)
 }
 
 /// Means and spreads of a condition's runs, generation by generation.
@@ -101,7 +96,7 @@ fn generations(results: &Results, condition: Condition, curves: Curves, high: f6
     let panel = |title, from, share, named| Panel {
         title,
         across: "generation",
-        up: "fitness",
+        up: "fitness, 0 to 500",
         from,
         to: end,
         low: 0.0,
@@ -160,16 +155,17 @@ fn first_table(study: &Report<'_>) -> String {
         })
         .collect();
     let words = format!(
-        "Analysis of variance between simulated (noise as evolved) and real fitness of all individuals of generation \
-         {}, as the paper has it: it counts relatives as independent. Claim C3 has the tests that do not, and the gap \
-         with noise off in both environments.",
-        study.results.simulated_generations
+        "Analysis of variance between simulated (with the noise of the condition) and real fitness of all individuals of generation \
+         {}, as the paper has it: it counts relatives as independent. Claim C3 has the tests that do not, and those \
+         with noise off in both environments. Individuals in each environment: {}.",
+        study.results.simulated_generations,
+        sizes(study.results),
     );
     table("Table 1", &words, &head("mean, simulated", "mean, real"), &rows)
 }
 
 /// Table 2: the transferred generation against the last one, both in reality.
-fn second_table(study: &Report<'_>) -> String {
+pub(super) fn second_table(study: &Report<'_>) -> String {
     let results = study.results;
     let rows: Vec<Row> = Condition::ALL
         .into_iter()
@@ -184,9 +180,11 @@ fn second_table(study: &Report<'_>) -> String {
         .collect();
     let words = format!(
         "Analysis of variance between the real fitness of all individuals of generation {} and of generation {}, as \
-         the paper has it; tests that do not count relatives as independent stand at claim C6.",
+         the paper has it; tests that do not count relatives as independent stand at claim C6. Individuals of each \
+         generation: {}.",
         results.simulated_generations,
-        last_generation(results)
+        last_generation(results),
+        sizes(results),
     );
     table(
         "Table 2",
@@ -241,6 +239,15 @@ fn remark(significant: bool) -> &'static str {
 /// A condition's name in its colour.
 pub(super) fn name(condition: Condition) -> String {
     dotted(colours(condition).0, condition.title())
+}
+
+/// Numbers of individuals by condition.
+fn sizes(results: &Results) -> String {
+    let size = |condition: Condition| {
+        let individuals: usize = runs_of(results, condition).map(|run| run.transferred.real.len()).sum();
+        format!("{individuals} with {}", condition.title())
+    };
+    Condition::ALL.map(size).join(", ")
 }
 
 /// Mean over all individuals of a condition.

@@ -5,9 +5,9 @@ use std::fmt::Write;
 use rand_pcg::Pcg64;
 
 use super::evolution::name;
-use super::{Report, colours, last_generation, runs_of};
+use super::{colours, last_generation, runs_of};
 use crate::report::numbers::{NONE, shown, significant};
-use crate::report::page::{Cell, Head, Row, Section, table};
+use crate::report::page::{Cell, Head, Row, table};
 use crate::statistics::{Interval, bootstrap_interval, mean, variance};
 use crate::studies::miglino1995::results::{Condition, Controls, Family, Results, Run, Variant};
 
@@ -19,20 +19,6 @@ const STRIP: (f64, f64) = (300.0, 18.0);
 /// Explanation of the intervals for the reader.
 const INTERVAL: &str = "The interval is the bootstrap's of the mean over runs, 95 %; of five runs it is rough itself. \
                         Each dot is a run, the bar the interval, the tick the mean.";
-
-/// The section on other last generations and other simulators; `None` if they were not run.
-pub(super) fn section(study: &Report<'_>) -> Option<Section> {
-    let results = study.results;
-    let controlled = results.runs.iter().any(|run| run.controls.is_some());
-    if !controlled && results.variants.is_empty() {
-        return None;
-    }
-    Some(Section {
-        id: "others".into(),
-        title: "Controls and other simulators".into(),
-        body: controls(results) + &variants(results),
-    })
-}
 
 /// Ends of the axis of a strip.
 struct Scale(f64, f64);
@@ -54,7 +40,7 @@ impl Scale {
     }
 
     fn words(&self) -> String {
-        format!("runs, from {} to {}", self.0, self.1)
+        format!("fitness of runs, from {} to {}", self.0, self.1)
     }
 
     /// Draws runs as dots on a line, with their mean and its interval.
@@ -119,8 +105,8 @@ fn cells(values: &[f64], scale: &Scale, colour: &str) -> [Cell; 3] {
     ]
 }
 
-/// Real fitness of the last generation beside that of each alternative, by condition.
-fn controls(results: &Results) -> String {
+/// Real fitness of the last generation beside that of each alternative, by condition; empty if none was run.
+pub(super) fn controls(results: &Results) -> String {
     type Figure = fn(&Run) -> Option<f64>;
     fn control(run: &Run, which: fn(&Controls) -> f64) -> Option<f64> {
         run.controls.as_ref().map(which)
@@ -173,8 +159,8 @@ fn controls(results: &Results) -> String {
     )
 }
 
-/// Other simulators by family.
-fn variants(results: &Results) -> String {
+/// Other simulators by family; empty if none was run.
+pub(super) fn variants(results: &Results) -> String {
     const COLOUR: &str = "#4a4d57";
     const FAMILIES: [(Family, &str); 4] = [
         (Family::SensorRange, "Ranges of sensor noise"),

@@ -177,6 +177,7 @@ fn test(name: String, value: f64, p: f64) -> Test {
 }
 
 fn claims() -> Vec<Claim> {
+    let table = Table::of(MIGLINO1995_CLAIMS);
     let claim = |number: u32| {
         let tests = Condition::ALL.map(|condition| {
             let name = format!("{}, simulated against real, individuals", condition.title());
@@ -186,6 +187,7 @@ fn claims() -> Vec<Claim> {
             source: "section 4".into(),
             unit: "runs".into(),
             id: format!("C{number}"),
+            question: table.claims[number as usize - 1].question().into(),
             statement: format!("What the paper says <{number}> of its robots, their noise & their transfer."),
             criterion: "The order of |d| is sensor noise > no noise > conservative noise.".into(),
             verdict: match number % 4 {
@@ -197,11 +199,13 @@ fn claims() -> Vec<Claim> {
                 Effect {
                     name: "peak at generation 200".into(),
                     value: -0.047_123_456,
+                    interval: None,
                     paper: None,
                 },
                 Effect {
-                    name: "d, no noise, noise as evolved".into(),
+                    name: "d, no noise, noise on in simulation".into(),
                     value: 0.734_567_89,
+                    interval: Some([0.512_345_6, 0.9]),
                     paper: Some(0.81),
                 },
             ],
@@ -270,6 +274,33 @@ fn every_figure_and_table_of_the_paper_is_there() {
     }
 }
 
+/// Each question has its claims and something to look at, below the abstract and the methods.
+#[test]
+fn results_stand_by_question() {
+    let html = report(&full(5), &claims());
+    let table = Table::of(MIGLINO1995_CLAIMS);
+    let mut order: Vec<&str> = table.questions().into_iter().map(|(key, _)| key).collect();
+    for (key, question) in table.questions() {
+        let section = part(&html, "section", key);
+        assert!(section.contains(&format!("<h2>{question}</h2>")), "{key}");
+        assert!(
+            section.contains("<article") && (section.contains("<figure") || section.contains("<caption")),
+            "{key}"
+        );
+        assert!(part(&html, "section", "abstract").contains(&format!("<a href=\"#{key}\">{question}</a>")));
+    }
+    order.splice(0..0, ["abstract", "methods"]);
+    order.extend(["limits", "glossary"]);
+    let places: Vec<Option<usize>> = order
+        .iter()
+        .map(|key| html.find(&format!("<section id=\"{key}\"")))
+        .collect();
+    assert!(places.is_sorted() && !places.contains(&None), "{places:?}");
+    let answers = part(&html, "section", "abstract");
+    assert!(answers.contains("</a> reproduced: <a href=\"#c2\">C2</a>, <a href=\"#c5\">C5</a>; not reproduced: <a href=\"#c4\">C4</a>; undecided: "));
+    assert!(part(&html, "section", "glossary").contains("<td>surrogate</td>"));
+}
+
 #[test]
 fn the_page_is_well_formed_and_needs_nothing_else() {
     let html = report(&results(2), &claims());
@@ -316,7 +347,8 @@ fn the_papers_figures_stand_beside_ours() {
         assert!(second.contains(value), "{value} in {second}");
     }
     // The effect that the paper prints comes first, though it is the second in the list.
-    let verdicts = part(&html, "section", "verdicts");
+    let verdicts = part(&html, "section", "abstract");
+    assert_eq!(verdicts.matches("<td class=\"number\">0.5123 to 0.9</td>").count(), 12);
     assert_eq!(verdicts.matches("<td class=\"number\">0.7346</td>").count(), 12);
     assert_eq!(verdicts.matches("<span class=\"paper\">0.81</span>").count(), 12);
     assert!(verdicts.contains("<b>6</b>reproduced") && verdicts.contains("<b>3</b>undecided"));
@@ -459,10 +491,10 @@ fn runs_are_called_as_in_the_paper() {
 
 #[test]
 fn controls_and_other_simulators_are_shown_where_they_were_run() {
-    assert!(!report(&results(5), &claims()).contains("id=\"others\""));
+    assert!(!report(&results(5), &claims()).contains("<svg class=\"strip\""));
     let html = report(&full(5), &claims());
     assert_eq!(unbalanced(&html), None);
-    let section = part(&html, "section", "others");
+    let section = ["reality", "noise"].map(|key| part(&html, "section", key)).concat();
     // Five figures per condition; two families with a title each, and three simulators.
     assert_eq!(section.matches("<svg class=\"strip\"").count(), 5 * 3 + 3);
     assert_eq!(section.matches("<tr class=\"sum\">").count(), 2);

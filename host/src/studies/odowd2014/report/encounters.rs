@@ -14,7 +14,7 @@ pub(super) fn html(results: &Results, combination: &Combination) -> String {
         Head::Number("heard nobody, %"),
         Head::Number("swarm reached, %"),
         Head::Number("took another's simulator, %"),
-        Head::Number("the same, null"),
+        Head::Number("the same, fitness shuffled"),
     ];
     let robots = f64::from(results.robots.max(1));
     let rows: Vec<Row> = evolving()
@@ -41,10 +41,7 @@ pub(super) fn html(results: &Results, combination: &Combination) -> String {
     let words = "Of each robot in each minute, mean of all: how many others it heard; the part of the swarm, itself among \
                  it, that encounters of that minute join it to by whatever many steps; and how often the simulator that it \
                  went on with was another robot's.";
-    format!(
-        "<h3>Encounters</h3>\n{}",
-        table(&named("Encounters", combination), words, &head, &rows)
-    )
+    table(&named("Encounters", combination), words, &head, &rows)
 }
 
 /// Share of intervals after which robots adopted another's simulator; nothing is adopted after the last.

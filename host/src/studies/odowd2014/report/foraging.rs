@@ -9,11 +9,7 @@ use crate::statistics::{mean, variance};
 use crate::studies::odowd2014::results::{Case, Combination, Kind, Results, Run};
 
 pub(super) fn html(results: &Results, combination: &Combination) -> String {
-    format!(
-        "<h3>Foraging</h3>\n{}{}",
-        rate_figure(results, combination),
-        tests(results, combination)
-    )
+    rate_figure(results, combination) + &tests(results, combination)
 }
 
 /// Cases that have runs as in the paper.
@@ -48,7 +44,7 @@ fn rate_figure(results: &Results, combination: &Combination) -> String {
         &[Panel {
             title: "Foraging rate of the whole swarm",
             across: "time, s",
-            up: "food per minute",
+            up: "items of food per minute",
             from: 0.0,
             to: f64::from(results.minutes) * MINUTE as f64,
             low: 0.0,

@@ -19,14 +19,19 @@ const BORDERS: [f64; 4] = [0.0, 0.33, 0.66, 1.0];
 /// Dash pattern of lines without selection.
 const NULL: &str = "5 4";
 
-pub(super) fn html(results: &Results, combination: &Combination) -> String {
-    let mut html = String::from("<h3>Evolution of simulators and controllers</h3>\n");
-    for case in evolving() {
-        html.push_str(&evolution(results, combination, case));
-    }
-    html.push_str(&simulators(combination));
-    html.push_str(&controllers(combination));
-    html
+/// Figures 6 to 8, of lights that stay, and the final genes of all cases.
+pub(super) fn settled(results: &Results, combination: &Combination) -> String {
+    figures_of(results, combination, false) + &simulators(combination) + &controllers(combination)
+}
+
+/// Figures 9 and 10, of lights that move.
+pub(super) fn moved(results: &Results, combination: &Combination) -> String {
+    figures_of(results, combination, true)
+}
+
+fn figures_of(results: &Results, combination: &Combination, moving: bool) -> String {
+    let cases = evolving().filter(|&case| moves(case) == moving);
+    cases.map(|case| evolution(results, combination, case)).collect()
 }
 
 fn thirds(labels: [&'static str; 3]) -> [Ground<'static>; 3] {
@@ -87,12 +92,22 @@ fn evolution(results: &Results, combination: &Combination, case: Case) -> String
         &format!("Genes through time: {}", case.title()),
         &[
             &[
-                panel("S0: the light in the simulator", "S0", &scenarios, of_gene(S0)),
-                panel("Share of simulators with each light", "share of robots", &[], of_thirds),
+                panel(
+                    "S0: the light in the simulator",
+                    "gene S0, 0 to 0.99",
+                    &scenarios,
+                    of_gene(S0),
+                ),
+                panel(
+                    "Share of simulators with each light",
+                    "share of robots, 0 to 1",
+                    &[],
+                    of_thirds,
+                ),
             ],
             &[
-                panel("G0: with food", "G0", &behaviours, of_gene(G0)),
-                panel("G1: without food", "G1", &behaviours, of_gene(G1)),
+                panel("G0: with food", "gene G0, 0 to 0.99", &behaviours, of_gene(G0)),
+                panel("G1: without food", "gene G1, 0 to 0.99", &behaviours, of_gene(G1)),
             ],
         ],
     );
@@ -135,7 +150,7 @@ fn simulators(combination: &Combination) -> String {
         Head::Number("no light, %"),
         Head::Number("over, %"),
         Head::Number("right, %"),
-        Head::Number("d against null"),
+        Head::Number("d against fitness shuffled"),
         Head::Number("p"),
     ];
     let mut rows = Vec::new();
@@ -181,8 +196,8 @@ fn controllers(combination: &Combination) -> String {
         Head::Number("flees light, %"),
         Head::Number("random search, %"),
         Head::Number("seeks light, %"),
-        Head::Number("mean, null"),
-        Head::Number("s.d., null"),
+        Head::Number("mean, fitness shuffled"),
+        Head::Number("s.d., fitness shuffled"),
     ];
     let mut rows = Vec::new();
     for case in evolving() {

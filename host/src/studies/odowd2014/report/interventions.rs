@@ -55,8 +55,5 @@ pub(super) fn html(combination: &Combination) -> String {
     let words = "Food per minute of the whole swarm over all of the time where a part of the evolution was taken away, and \
                  Student's test of runs against those as the paper has it. One robot alone brings what one can; with nobody to \
                  meet, nothing selects its simulators.";
-    format!(
-        "<h3>With parts of the evolution taken away</h3>\n{}",
-        table(&named("Interventions", combination), words, &head, &rows)
-    )
+    table(&named("Interventions", combination), words, &head, &rows)
 }

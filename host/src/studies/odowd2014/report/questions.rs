@@ -6,7 +6,7 @@ use super::measures::S0;
 use crate::contents::Column;
 use crate::report::csv::{Csv, number};
 use crate::report::numbers::{NONE, shown};
-use crate::report::page::{Cell, Head, Row, Section, paragraph, table};
+use crate::report::page::{Cell, Head, Row, paragraph, table};
 use crate::statistics::mean;
 use crate::studies::odowd2014::measures::{ALL, LATE};
 use crate::studies::odowd2014::results::{Question, Results, Run};
@@ -93,10 +93,10 @@ pub(super) fn converged(runs: &[Run]) -> Option<usize> {
     (first + TOGETHER <= intervals).then_some(first)
 }
 
-/// The section on open questions, if they were run.
-pub(super) fn section(results: &Results) -> Option<Section> {
+/// The paper's open questions as a table; empty if they were not run.
+pub(super) fn html(results: &Results) -> String {
     if results.questions.is_empty() {
-        return None;
+        return String::new();
     }
     let head = [
         Head::Text("Asked"),
@@ -142,11 +142,7 @@ pub(super) fn section(results: &Results) -> Option<Section> {
         "The light over the nest, mutations of s.d. 0.2, matched credit. Converged: from which minute on more than half of \
          the simulators have the light over the nest, mean of runs over five minutes. Seven items of food in every arena.",
     );
-    Some(Section {
-        id: "questions".into(),
-        title: "Open questions".into(),
-        body: format!("{words}{}", table("", "", &head, &rows)),
-    })
+    format!("<h3>Open questions</h3>\n{words}{}", table("", "", &head, &rows))
 }
 
 /// The same table as CSV.

@@ -2,11 +2,11 @@
 
 use super::Report;
 use crate::report::figures;
-use crate::report::page::{Section, figure};
+use crate::report::page::figure;
 
-pub(super) fn section(study: &Report<'_>) -> Section {
+pub(super) fn html(study: &Report<'_>) -> String {
     let forager = &study.swarm.forager;
-    let body = [
+    let figures = [
         figure(
             "Figure 1",
             "The co-evolution on a robot. 1) Controllers evolve in the on-board simulator. 2) The best of them goes to \
@@ -46,9 +46,5 @@ pub(super) fn section(study: &Report<'_>) -> Section {
             &figures::swarm("The arena and its robots", study.swarm),
         ),
     ];
-    Section {
-        id: "system".into(),
-        title: "Co-evolution, arena and robots".into(),
-        body: body.concat(),
-    }
+    figures.concat()
 }
