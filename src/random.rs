@@ -33,7 +33,7 @@ impl Keys {
     }
 
     /// As [`Key::rollout`].
-    #[inline]
+    #[cfg_attr(not(debug_assertions), inline)]
     pub fn of(&self, individual: u64, trial: u64) -> Key {
         let [x, y, ..] = mixed(self.0, individual, trial);
         Key([x, y])
@@ -41,7 +41,7 @@ impl Keys {
 }
 
 /// Mixes two more numbers into a hash.
-#[inline]
+#[cfg_attr(not(debug_assertions), inline)]
 fn mixed(hash: [u32; 4], first: u64, second: u64) -> [u32; 4] {
     let more = [first, first >> 32, second, second >> 32];
     pcg4d(std::array::from_fn(|word| hash[word] ^ more[word] as u32))
@@ -49,7 +49,9 @@ fn mixed(hash: [u32; 4], first: u64, second: u64) -> [u32; 4] {
 
 /// Hash that the kernels draw from: 128 bits to 128 bits, a bijection (Jarzynski and Olano, "Hash Functions for GPU
 /// Rendering", Journal of Computer Graphics Techniques 9(3), 2020), with the third round of `lib/random.wgsl`.
-#[inline]
+//
+// In the development profile this library is optimised and what calls it is not: inlined there it would take several times as long.
+#[cfg_attr(not(debug_assertions), inline)]
 pub fn pcg4d(words: [u32; 4]) -> [u32; 4] {
     let round = |[x, y, z, w]: [u32; 4]| {
         let x = x.wrapping_add(y.wrapping_mul(w));

@@ -49,7 +49,22 @@ oneiro reproduce miglino1995 --sweeps "$scratch/effects" --out "$scratch/judged-
 for outcome in holds undecided opposed; do
     grep -q "$outcome" "$scratch/judged-effects/contrasts.csv" || fail "no contrast has the outcome $outcome"
 done
-same "$scratch/judged-effects" "$scratch/effects" || fail "it differs from the program where there are effects"
+# changed FILE SED: a copy of what the program judged, with a table that was changed so.
+changed() {
+    cp -r "$scratch/judged-effects" "$scratch/other-$1"
+    sed -i "$2" "$scratch/other-$1/$1.csv"
+    ! cmp -s "$scratch/other-$1/$1.csv" "$scratch/judged-effects/$1.csv" || fail "CONTROL: nothing was changed in $1.csv by $2"
+}
+changed claims '2s/holds$/undecided/; 2s/opposed$/holds/; t; 2s/undecided$/holds/'
+changed contrasts '2s/,yes$/,no/; t; 2s/,no$/,yes/'
+changed cells '2s/,\([0-9]\)\([0-9.]*\)$/,1\1\2/'
+# Judged once, and compared with all four.
+! recompute "$scratch/judged-effects" --judged "$scratch/other-claims" --judged "$scratch/other-contrasts" --judged "$scratch/other-cells" \
+    "$scratch/effects" >"$scratch/printed" || fail "CONTROL: changed tables are not noticed"
+grep "differences from the program" "$scratch/printed" | tee "$scratch/counts"
+[ "$(wc -l <"$scratch/counts")" = 4 ] || fail "it was not compared with four directories"
+head -n 1 "$scratch/counts" | grep -q "^0 " || fail "it differs from the program where there are effects"
+! tail -n 3 "$scratch/counts" | grep -q "^0 " || fail "CONTROL: a changed claim, contrast or figure is not noticed"
 
 say "a small ensemble of realities, and one in which conservative noise is best in reality"
 sed -e 's|"\.\./\.\./khepera|"'"$PWD"'/experiments/khepera|; s/^seeds = .*/seeds = [1]/; s/^samples = .*/samples = 6/' \
@@ -124,17 +139,4 @@ for outcome in holds undecided opposed; do
 done
 same "$scratch/judged-2014" "$scratch/random" "$scratch/scale-0.2" || fail "it judges the 2014 study otherwise than the program"
 
-say "controls"
-# changed FILE SED: whether a table that was changed so is noticed.
-changed() {
-    rm -rf "$scratch/other"
-    cp -r "$scratch/judged-effects" "$scratch/other"
-    sed -i "$2" "$scratch/other/$1.csv"
-    ! cmp -s "$scratch/other/$1.csv" "$scratch/judged-effects/$1.csv" || fail "CONTROL: nothing was changed in $1.csv by $2"
-    ! recompute "$scratch/other" "$scratch/effects" >"$scratch/printed" || fail "CONTROL: $1.csv was changed by $2, and that is not noticed"
-    tail -n 1 "$scratch/printed"
-}
-changed claims '2s/holds$/undecided/; 2s/opposed$/holds/; t; 2s/undecided$/holds/'
-changed contrasts '2s/,yes$/,no/; t; 2s/,no$/,yes/'
-changed cells '2s/,\([0-9]\)\([0-9.]*\)$/,1\1\2/'
 say "all is well"

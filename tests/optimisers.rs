@@ -1,0 +1,16 @@
+//! The host's optimisers without the rest of the program, which takes a minute to compile: for `tests/aarch64.sh`, on emulated 64-bit
+//! ARM. Elsewhere they are tested with the program.
+
+#![cfg(target_arch = "aarch64")]
+#![allow(dead_code, unused_imports, reason = "the program uses it")]
+#![allow(missing_docs, reason = "the program has no public interface here")]
+
+#[path = "../host/src/evolve/mod.rs"]
+mod evolve;
+#[path = "../host/src/exit.rs"]
+mod exit;
+mod pinned;
+#[path = "../host/src/sealed.rs"]
+mod sealed;
+#[path = "../host/src/statistics/mod.rs"]
+mod statistics;
