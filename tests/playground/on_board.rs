@@ -118,14 +118,14 @@ fn lives(place: &Place) {
         ),
     );
     // What the playground's crash has left of a try before.
-    let _ = std::fs::remove_dir_all(place.at("state"));
+    let _ = fs::remove_dir_all(place.at("state"));
     let tracker = Tracker::start();
     let began = Instant::now();
 
     // In the second life, while it moves.
     let mut daemon = place.start(&ON_BOARD);
     let cycles = |life: u32| {
-        let text = std::fs::read_to_string(place.at(format!("state/lives/life-{life}.csv")));
+        let text = fs::read_to_string(place.at(format!("state/lives/life-{life}.csv")));
         text.map_or(0, |text| text.lines().count())
     };
     while cycles(2) < 6 || tracker.newest().1 == [0; 4] {
@@ -140,7 +140,7 @@ fn lives(place: &Place) {
     let event = Instant::now();
     daemon.kill().unwrap();
     daemon.wait().unwrap();
-    thread::sleep(Duration::from_millis(1000));
+    thread::sleep(Duration::from_secs(1));
     let took = tracker.stood().saturating_duration_since(event);
     assert_eq!(tracker.newest().1, [0; 4]);
     assert!(took <= LIMIT, "{took:?}");
