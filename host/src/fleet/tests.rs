@@ -472,7 +472,12 @@ mod alone {
                 &*good,
                 "unknown key `address`; allowed: number, host, robot",
             ),
-            (text.replace("binary", "seed = 1\nbinary"), &*good, "lacks `experiment`"),
+            // The file of a swarm.
+            (
+                text.replace("binary", "seed = 1\nbinary"),
+                &*good,
+                "unknown key `robot`; allowed: number, host, address",
+            ),
             (text.replace("robot-2.toml", "none.toml"), &*good, "robots[0].robot: "),
             (
                 text.clone(),

@@ -318,7 +318,10 @@ impl Stepped for EPuck {
     fn resynchronise(&mut self) -> Result {
         let stop = if self.speeds == [0; 2] { STOP } else { "" };
         self.talk.send(&[FLUSH, b"\r", stop.as_bytes()].concat())?;
-        self.description.firmware = self.talk.meet("V\r", SILENCE)?.join(",");
+        self.talk.silence(SILENCE)?;
+        self.talk.send(b"V\r")?;
+        let line = self.talk.line("V")?;
+        self.description.firmware = talk::fields("V", &line)?.join(",");
         // A second line has the hardware's version.
         self.talk.silence(SILENCE)
     }

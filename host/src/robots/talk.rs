@@ -8,6 +8,8 @@ use super::link::Link;
 
 /// How long a link may take to accept a command.
 const SEND: Duration = Duration::from_millis(200);
+/// Answers that can be missing when a robot is met anew: that to the command before, that to its end, and that to a stop.
+const MISSING: usize = 3;
 /// Longest wait for a silence.
 const BABBLE: Duration = Duration::from_millis(800);
 
@@ -155,8 +157,6 @@ pub(crate) struct Talk {
     /// How long an answer may take.
     patience: Duration,
     in_step: bool,
-    /// Whether the last question of [`Talk::meet`] had no answer, which may still come.
-    is_owed: bool,
 }
 
 impl Talk {
@@ -169,7 +169,6 @@ impl Talk {
             banner: Watch::new(banner),
             patience,
             in_step: false,
-            is_owed: false,
         }
     }
 
@@ -270,29 +269,22 @@ impl Talk {
     /// # Errors
     /// The answer did not come in time, which names what came in its place; the robot has restarted, or the link fails.
     pub(crate) fn meet(&mut self, question: &str, silence: Duration) -> Result<Vec<String>> {
-        // An answer to the same question, asked before, must not pass for that to this one.
-        let silence = if self.is_owed { self.patience } else { silence };
         self.silence(silence)?;
-        self.is_owed = true;
         self.send(question.as_bytes())?;
         let until = self.now() + self.patience;
-        let mut other = None;
-        loop {
+        let mut failure = self.late(question);
+        for _ in 0..=MISSING {
             let line = match self.answer(question, until, Received::line) {
-                Err(Error::TimedOut { .. }) if other.is_some() => {
-                    return Err(other.unwrap_or_else(|| self.late(question)));
-                }
+                Err(Error::TimedOut { .. }) => break,
                 line => line?,
             };
-            match fields(question, &line) {
-                Ok(fields) if !fields.is_empty() => {
-                    self.is_owed = false;
-                    return Ok(fields.into_iter().map(Into::into).collect());
-                }
-                Ok(_) => other = Some(garbage(question, &line)),
-                Err(error) => other = Some(error),
-            }
+            failure = match fields(question, &line) {
+                Ok(fields) if !fields.is_empty() => return Ok(fields.into_iter().map(Into::into).collect()),
+                Ok(_) => garbage(question, &line),
+                Err(error) => error,
+            };
         }
+        Err(failure)
     }
 
     fn late(&self, command: &str) -> Error {
