@@ -393,7 +393,9 @@ mod alone {
             sent.collect()
         };
         let mut first = sent(&deploy());
-        first.iter_mut().for_each(|sent| sent.sort());
+        for sent in &mut first {
+            sent.sort();
+        }
         let inputs = ["inputs/equation1.wgsl", "inputs/round.sam", "inputs/wall.sam"];
         let [experiment, always @ ..] = ["experiment.toml", "oneiro", "robot.toml"];
         assert_eq!(first[0], [&[experiment], &inputs[..], &always].concat());
