@@ -157,6 +157,8 @@ pub(crate) struct Talk {
     /// How long an answer may take.
     patience: Duration,
     in_step: bool,
+    /// Whether the last question of [`Talk::meet`] had no answer, which may still come.
+    is_owed: bool,
 }
 
 impl Talk {
@@ -169,6 +171,7 @@ impl Talk {
             banner: Watch::new(banner),
             patience,
             in_step: false,
+            is_owed: false,
         }
     }
 
@@ -269,7 +272,9 @@ impl Talk {
     /// # Errors
     /// The answer did not come in time, which names what came in its place; the robot has restarted, or the link fails.
     pub(crate) fn meet(&mut self, question: &str, silence: Duration) -> Result<Vec<String>> {
-        self.silence(silence)?;
+        // An answer to the same question, asked before, must not pass for that to this one.
+        self.silence(if self.is_owed { self.patience } else { silence })?;
+        self.is_owed = true;
         self.send(question.as_bytes())?;
         let until = self.now() + self.patience;
         let mut failure = self.late(question);
@@ -279,7 +284,10 @@ impl Talk {
                 line => line?,
             };
             failure = match fields(question, &line) {
-                Ok(fields) if !fields.is_empty() => return Ok(fields.into_iter().map(Into::into).collect()),
+                Ok(fields) if !fields.is_empty() => {
+                    self.is_owed = false;
+                    return Ok(fields.into_iter().map(Into::into).collect());
+                }
                 Ok(_) => garbage(question, &line),
                 Err(error) => error,
             };

@@ -273,6 +273,19 @@ fn a_slow_robot_is_met_at_once() {
     robot(steps.concat()).sense(&[Kind::Proximity]).unwrap();
 }
 
+/// A version that comes when it is asked for again would put all later answers one command behind.
+#[test]
+fn a_late_version_is_waited_for() {
+    let steps = [
+        vec![hear("N\r"), hear("\rD,0,0\r"), hear("B\r")],
+        vec![hear("\rD,0,0\r"), say_after(140, "b,5.02,5.01\r\nd\r\n")],
+        exchanges([VERSION, ("N\r", "n,1,2,3,4,5,6,7,8\r\n")]),
+    ];
+    let mut robot = robot(steps.concat());
+    assert!(matches!(robot.sense(&[Kind::Proximity]), Err(Error::TimedOut { command, .. }) if command == "N"));
+    assert_eq!(robot.sense(&[Kind::Proximity]).unwrap().values[0], 1.0);
+}
+
 /// Where wheels turn, getting back in step leaves their speeds alone.
 #[test]
 fn a_lost_answer_does_not_stop_the_wheels() {
