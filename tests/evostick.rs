@@ -303,6 +303,41 @@ fn scores_are_those_of_the_second_program() {
     }
 }
 
+/// What robots bring on their own adds up to what the swarm brings.
+#[test]
+fn robots_that_forage_have_scores_of_their_own() {
+    let place = Place::new("own-scores");
+    let experiment = root().join("experiments/evostick-foraging.toml").display().to_string();
+    let text = place.good(&[
+        "evaluate",
+        &experiment,
+        "--random",
+        "6",
+        "--trials",
+        "1",
+        "--seed",
+        "1",
+        "--measures",
+        "--backend",
+        "cpu",
+    ]);
+    let mut table = csv::Reader::from_reader(text.as_bytes());
+    let head = table.headers().unwrap().clone();
+    let (mut robots, mut brought) = (0, 0.0);
+    for life in table.records() {
+        let life = life.unwrap();
+        let numbers = |of: fn(&str) -> bool| -> Vec<f64> {
+            let cells = head.iter().zip(&life).filter(|(name, _)| of(name));
+            cells.map(|(_, cell)| cell.parse().unwrap()).collect()
+        };
+        let own = numbers(|name| name.starts_with("score_robot_"));
+        assert_eq!(numbers(|name| name == "fitness"), [own.iter().sum::<f64>()]);
+        robots = own.len();
+        brought += own.iter().sum::<f64>();
+    }
+    assert!(robots == 20 && brought > 0.0, "{text}");
+}
+
 /// Two generations of EvoStick, whose elite lives again.
 #[test]
 fn a_run_keeps_its_elite() {

@@ -175,7 +175,8 @@ pub(crate) struct Switch(Child);
 
 impl Switch {
     pub(crate) fn start(targets: &[String]) -> Self {
-        // It sends a message only once the one before is acknowledged, which systems delay by 40 ms unless they are told not to.
+        // The switch doesn't send a message until the previous one has been acknowledged, and Linux may hold an acknowledgement back
+        // for 40 ms. `quickack` turns that delay off.
         let route = "route replace local 127.0.0.0/8 dev lo table local scope host src 127.0.0.1 quickack 1";
         let routes = [route, &route.replace("127.0.0.0/8", "127.0.0.1")]
             .map(|route| Command::new("ip").args(route.split(' ')).status().unwrap().success());

@@ -566,6 +566,18 @@ const REFUSED: &[(&str, &str)] = &[
         "test.toml:3:14: evolution.population: is 41; allowed: an even number, since samples are mirrored",
     ),
     (
+        "[evolution]\nkind = \"grid\"",
+        "evolution.grid.levels: is 11 for 18 genes; allowed: up to 1000000000 combinations",
+    ),
+    (
+        "[evolution]\nkind = \"grid\"\npopulation = 100\ngrid.levels = 2",
+        "test.toml:3:14: evolution.population: is 100; allowed: a divisor of the grid's 262144 combinations",
+    ),
+    (
+        "[evolution]\ngrid.levels = 3",
+        "evolution.grid.levels: is given; allowed: only with evolution.kind = \"grid\"",
+    ),
+    (
         "[evolution]\nkind = \"sep-cma-es\"\npopulation = 3",
         "test.toml:3:14: evolution.population: is 3; allowed: 4 or more",
     ),

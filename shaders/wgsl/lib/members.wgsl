@@ -12,7 +12,7 @@ const MEMBER_Y: u32 = 1u;
 const MEMBER_HEADING: u32 = 2u;
 // its random numbers, two words
 const MEMBER_KEY: u32 = 3u;
-// where it gets to in this cycle, and did before bodies last pushed each other: x and y each
+// where it gets to in this cycle, and where that was before the current push: x and y each
 const MEMBER_GOAL: u32 = 5u;
 const MEMBER_BEFORE: u32 = 7u;
 // where it would get to if it were alone: x and y
