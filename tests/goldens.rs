@@ -120,8 +120,12 @@ const NATIVE: bool = cfg!(all(
 const NATIVE_CODE: &str = "native128x16";
 /// The interpreter, a hundred times as slow as the slowest lane code.
 const INTERPRETER: &str = "interpretedx1";
-/// Of how many worlds what is slow lives in one, unless `ONEIRO_LONG` is set. ARM is emulated.
-const SHARE: usize = if cfg!(target_arch = "x86_64") { 8 } else { 64 };
+/// Whether the processor is emulated.
+const EMULATED: bool = cfg!(target_arch = "aarch64");
+/// Of how many worlds what is slow lives in one, unless `ONEIRO_LONG` is set.
+const SHARE: usize = if EMULATED { 64 } else { 8 };
+/// The same for what an emulated processor runs. Its fastest lane code, the first, lives in all of them.
+const EMULATED_SHARE: usize = 4;
 
 /// What the names of devices end with whose kernels are compiled for each world.
 const SPECIALISED: &str = ", specialised";
@@ -211,11 +215,16 @@ fn lives_are_as_pinned() {
         files.push(file);
         for (device, evaluator) in others {
             // What traps computes as the scalar code does, and is emulated slowest of all.
-            let is_emulated = cfg!(target_arch = "aarch64") && device.starts_with("checked");
-            let is_slow = is_emulated || device == INTERPRETER || device.ends_with(SPECIALISED);
-            let is_slow = is_slow && std::env::var_os("ONEIRO_LONG").is_none();
+            let is_slow =
+                EMULATED && device.starts_with("checked") || device == INTERPRETER || device.ends_with(SPECIALISED);
+            let share = match () {
+                () if std::env::var_os("ONEIRO_LONG").is_some() => 1,
+                () if is_slow => SHARE,
+                () if EMULATED => EMULATED_SHARE,
+                () => 1,
+            };
             let lives = subjects.iter().zip(&batches).zip(&expected);
-            for ((subject, batch), expected) in lives.step_by(if is_slow { SHARE } else { 1 }) {
+            for ((subject, batch), expected) in lives.step_by(share) {
                 let Some(found) = lived(batch, &mut **evaluator) else {
                     println!("{device} is too small for {}: {}", kernel.name, subject.name);
                     continue;

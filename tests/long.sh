@@ -4,7 +4,7 @@
 # files for half an hour, random bytes for drivers of robots for ten minutes and by radio for another ten (all of them by
 # what processors give, so that a busy machine does no less), a whole robot that is sampled, runs and sweeps that are
 # killed hundreds of times, long lives on every device, the size of the program for a robot, machine code for cards that
-# are not there, and a hundred thousand runs. Some two hours on two cores.
+# are not there, and a hundred thousand runs. Some two and a half hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export ONEIRO_LONG=1
@@ -32,7 +32,9 @@ long --test swarm minds_outside
 say "a hundred thousand lives of each well-known experiment on every device"
 long -p oneiro-host --test classics the_same_bits -- --nocapture
 
-say "a thousand lives of each on emulated 64-bit ARM"
+say "all pinned worlds on emulated 64-bit ARM"
+tests/aarch64.sh
+say "a thousand lives of each there"
 arm=$(tests/aarch64.sh --program)
 ONEIRO_ARM_PROGRAM=$arm long -p oneiro-host --test classics emulated_arm -- --include-ignored --nocapture
 
@@ -62,7 +64,7 @@ long --test run survives_being_killed
 long --test sweep after_kills
 
 say "robots that another physics engine moves, in crowds too"
-long --test rapier -- --include-ignored
+long --features oneiro-tests/rapier --test rapier -- --include-ignored
 
 say "a robot sampled in Aseba's simulator, and its champions there"
 # One at a time: the simulator has to keep up.

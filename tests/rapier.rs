@@ -1,4 +1,5 @@
-//! The swarm's arena compared with a [twin] whose bodies rapier moves: ten robots collect as much food in either.
+//! The swarm's arena compared with a [twin] whose bodies rapier moves: ten robots collect as much food in either. The
+//! arena's bits are pinned (`tests/goldens.rs`), so `tests/long.sh` alone runs this: it is due again when they change.
 //!
 //! Controllers, lights, the margin and the number of worlds were fixed before any comparison: the arena's own worlds of
 //! ten minutes differ by 0.11, 0.08 and 0.11 of their mean for the first three cases, and by 0.46 and 0.50 for the
@@ -147,22 +148,15 @@ fn agree(cases: &[Case], forms: Forms, worlds: usize) {
     assert!(others.is_empty(), "{others:?}");
 }
 
-/// Each of the even cases is compared once; `tests/long.sh` compares each with both twins.
-fn is_long() -> bool {
-    std::env::var_os("ONEIRO_LONG").is_some()
-}
-
 #[test]
 fn bodies_that_rapier_moves_bring_as_much_food() {
-    let cases = if is_long() { &EVEN[..] } else { &EVEN[1..] };
-    agree(cases, Forms::Arena, EVEN_WORLDS);
+    agree(&EVEN, Forms::Arena, EVEN_WORLDS);
 }
 
 /// In these cases the forms that the documentation leaves open don't matter.
 #[test]
 fn a_twin_by_the_documentation_alone_brings_as_much_food() {
-    let cases = if is_long() { &EVEN[..2] } else { &EVEN[..1] };
-    agree(cases, Forms::First, EVEN_WORLDS);
+    agree(&EVEN[..2], Forms::First, EVEN_WORLDS);
 }
 
 #[test]

@@ -23,8 +23,8 @@ fn output(arguments: &[&str], mut command: Command) -> Ran {
     Ran::new(arguments, &command.output().unwrap())
 }
 
-/// Starts a sweep again and again, from `before` or from nothing, each time with a different call that fails. Returns
-/// the names of these calls.
+/// Starts a sweep again and again, from `before` or from nothing, each time with a different call that fails: in one way, or in
+/// `tests/long.sh` in each. Returns the names of these calls.
 fn each_call_fails(place: &Place, pace: &[&str], before: Option<&str>) -> BTreeSet<String> {
     let known = place.swept("known", pace);
     let place_path = fs::canonicalize(place.at(".")).unwrap();
@@ -32,14 +32,11 @@ fn each_call_fails(place: &Place, pace: &[&str], before: Option<&str>) -> BTreeS
     let faults = Faults::below(place, &out);
     let arguments = sweep(out.to_str().unwrap(), pace);
     let mut calls = BTreeSet::new();
-    let mut is_write = false;
     for number in 1.. {
-        // Alternates between the two errors.
-        let error = [Fault::Broken, Fault::Full][number as usize % 2];
-        for fault in [error, Fault::Kill, Fault::Short] {
-            if fault == Fault::Short && !is_write {
-                continue;
-            }
+        // Where it is not a write, a short one is a full disk.
+        let kinds = [Fault::Broken, Fault::Full, Fault::Kill, Fault::Short];
+        let one = number as usize % kinds.len();
+        for &fault in if is_long() { &kinds[..] } else { &kinds[one..=one] } {
             if out.exists() {
                 fs::remove_dir_all(&out).unwrap();
             }
@@ -52,7 +49,6 @@ fn each_call_fails(place: &Place, pace: &[&str], before: Option<&str>) -> BTreeS
                 assert_eq!(hash(&Ran::new(&arguments, &result).exits(0).stdout), known);
                 return calls;
             };
-            is_write = failed.call == "write";
             let what = format!("{fault:?} of call {number}, {failed:?}");
             if fault == Fault::Kill {
                 assert_eq!(result.status.code(), None, "{what}");
