@@ -77,6 +77,13 @@ impl Console {
             let _ = writeln!(io::stderr(), "{}", text.as_ref());
         }
     }
+
+    /// Prints warnings as messages.
+    pub(crate) fn warn(self, warnings: impl IntoIterator<Item = impl std::fmt::Display>) {
+        for warning in warnings {
+            self.say(format!("warning: {warning}"));
+        }
+    }
 }
 
 /// A float32 for JSON: the shortest decimal that reads back as the same number; null if it isn't finite.

@@ -76,9 +76,7 @@ pub(crate) fn engine(arguments: &Backend) -> Result<Engine> {
 /// worlds have simulated.
 pub(crate) fn close(engine: Engine, console: Console) -> f64 {
     let Closed { warnings, specialised } = engine.close();
-    for warning in warnings {
-        console.say(format!("warning: {warning}"));
-    }
+    console.warn(warnings);
     specialised
 }
 
@@ -108,9 +106,7 @@ fn named(device: &Device) -> String {
 
 /// Prints a device's warnings, such as that it was lost and reopened. Its results are right nevertheless.
 pub(crate) fn tell_warnings(evaluator: &dyn Evaluator, console: Console) {
-    for warning in evaluator.warnings() {
-        console.say(format!("warning: {warning}"));
-    }
+    console.warn(evaluator.warnings());
 }
 
 /// Parses a number from 0 to 1.

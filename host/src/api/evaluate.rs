@@ -1,9 +1,5 @@
 //! Fitness, measures and traces of genomes.
 
-use std::collections::BTreeMap;
-use std::ops::Range;
-use std::sync::Arc;
-
 use oneiro::batch::{LANES, Rollout, Trace};
 use oneiro::compose::Scalar;
 use oneiro::evaluator::{Device, Evaluator};
@@ -15,8 +11,8 @@ use super::experiment::Experiment;
 use super::{Error, Result, Task};
 use crate::evolve::Population;
 use crate::exit::Failure;
-use crate::lives::measures::{Descriptor, Frame, Meter, descriptors};
-use crate::lives::{Keys, LifeIndex, Lives, Observer};
+use crate::lives::measures::{Measures, descriptors};
+use crate::lives::{Keys, LifeIndex, Lives};
 use crate::runs::single::trace::TraceTable;
 
 /// Lives in a batch: enough for any device.
@@ -201,78 +197,34 @@ fn watched(world: &World, request: &Request<'_>, evaluator: &mut dyn Evaluator, 
     } else {
         Vec::new()
     };
-    let mut watch = Watch {
-        frame: Arc::new(Frame::new(&longer[0], cycles, &measures)),
-        cycles,
-        records: longer[0].cycles(),
-        lives: request.lives,
-        measures,
-        table: request.traces.then_some(table),
-        under_way: BTreeMap::new(),
-        outcome: Outcome {
-            fitness: vec![f32::NAN; count],
-            lengths: vec![0; if request.traces { count } else { 0 }],
-            traces,
-            descriptors: Vec::new(),
-            ..Outcome::default()
-        },
+    let mut outcome = Outcome {
+        fitness: vec![f32::NAN; count],
+        descriptors: vec![f64::NAN; count * measures.len()],
+        lengths: vec![0; if request.traces { count } else { 0 }],
+        traces,
+        ..Outcome::default()
     };
-    watch.outcome.descriptors = vec![f64::NAN; count * watch.measures.len()];
-    lives.traced(evaluator, &task.control, cycles, &mut watch)?;
-    Ok(watch.outcome)
-}
-
-/// Measures and traces lives.
-struct Watch {
-    frame: Arc<Frame>,
-    /// Cycles of a life, and of its trace.
-    cycles: u32,
-    records: u32,
-    lives: usize,
-    measures: Vec<Descriptor>,
-    /// `None` without traces.
-    table: Option<TraceTable>,
-    under_way: BTreeMap<LifeIndex, Meter>,
-    outcome: Outcome,
-}
-
-impl Observer for Watch {
-    fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &Trace, fitness: f32) -> crate::exit::Result {
-        let index = life.genome * self.lives + life.number;
-        if cycles.end == self.cycles {
-            self.outcome.fitness[index] = fitness;
-        }
-        // The cycle after the last only says where the life ended.
-        if let Some(table) = &self.table
-            && cycles.end <= self.cycles
-        {
-            let width = table.scalars().len();
-            let first = (index * self.cycles as usize + cycles.start as usize) * width;
-            let words = records
+    let index = |life: LifeIndex| life.genome * request.lives + life.number;
+    let trace = |life: LifeIndex, first: u32, records: &Trace| {
+        if request.traces {
+            let first = index(life) * words + first as usize * table.scalars().len();
+            let lived = records
                 .lines()
                 .flat_map(|(record, details)| table.words(record, details));
-            for (place, word) in self.outcome.traces[first..].iter_mut().zip(words) {
+            for (place, word) in outcome.traces[first..].iter_mut().zip(lived) {
                 *place = word;
             }
-            self.outcome.lengths[index] += records.len() as u32;
-        }
-        if self.measures.is_empty() {
-            return Ok(());
-        }
-        let new = || Meter::new(Arc::clone(&self.frame));
-        let meter = self.under_way.entry(life).or_insert_with(new);
-        for (record, details) in records.lines() {
-            meter.add(record, details);
-        }
-        if cycles.end == self.records
-            && let Some(meter) = self.under_way.remove(&life)
-        {
-            let measures = meter.finish();
-            let own = &mut self.outcome.descriptors[index * self.measures.len()..][..self.measures.len()];
-            for (place, descriptor) in own.iter_mut().zip(&self.measures) {
-                *place = descriptor.value(&measures);
-            }
+            outcome.lengths[index(life)] += records.len() as u32;
         }
         Ok(())
-    }
+    };
+    let ended = |life: LifeIndex, fitness: f32, own: &Measures| {
+        outcome.fitness[index(life)] = fitness;
+        let values = outcome.descriptors[index(life) * measures.len()..].iter_mut();
+        for (place, descriptor) in values.zip(&measures) {
+            *place = descriptor.value(own);
+        }
+    };
+    lives.measured(evaluator, &task.control, cycles, &measures, trace, ended)?;
+    Ok(outcome)
 }

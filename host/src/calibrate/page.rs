@@ -53,15 +53,10 @@ pub(crate) fn page(name: &str, calibration: &Calibration, settings: &str) -> Str
             "An experiment with these has a simulator whose errors are spread as the robot's. Nothing has been changed."
         ),
     );
-    let section = |id: &'static str, title: &'static str, body: String| Section {
-        id: id.into(),
-        title: title.into(),
-        body,
-    };
     let sections = [
-        section("readings", "Readings", age + &sensors + &errors),
-        section("moves", "Moves", moves(calibration)),
-        section("settings", "Settings that follow", settings),
+        Section::new("readings", "Readings", age + &sensors + &errors),
+        Section::new("moves", "Moves", moves(calibration)),
+        Section::new("settings", "Settings that follow", settings),
     ];
     document(&format!("Calibration of {name}"), &lead, &sections)
 }

@@ -96,9 +96,7 @@ impl Timed {
     /// Exit 3: it isn't valid, or no experiment of lives in one world.
     fn experiment(path: &Path, set: &[String], console: Console) -> Result<Self> {
         let experiment = runs::read(path, set)?;
-        for warning in experiment.warnings() {
-            console.say(format!("warning: {warning}"));
-        }
+        console.warn(experiment.warnings());
         let worlds = experiment.sample()?;
         let text = format!("{}, random genes", path.display());
         let names = [

@@ -22,9 +22,7 @@ pub(crate) fn run(arguments: &Check, console: Console) -> Result {
         )));
     }
     let experiment = runs::read(experiment, &arguments.set)?;
-    for warning in experiment.warnings() {
-        console.say(format!("warning: {warning}"));
-    }
+    console.warn(experiment.warnings());
     if arguments.lives > 0 {
         experiment.check_lives(arguments.lives, console)?;
     }

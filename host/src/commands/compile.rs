@@ -30,9 +30,7 @@ const TURNS: usize = 3;
 /// Compiles the kernel, unless the cache has it.
 pub(crate) fn run(arguments: &Compile, console: Console) -> Result {
     let experiment = runs::read(&arguments.experiment, &arguments.set)?;
-    for warning in experiment.warnings() {
-        console.say(format!("warning: {warning}"));
-    }
+    console.warn(experiment.warnings());
     let worlds = experiment.sample()?;
     let kernel = worlds.kernel().name;
     if ahead::ships(&worlds) {

@@ -1,11 +1,8 @@
 //! `oneiro evaluate`: fitness and measures of genomes.
 
-use std::collections::BTreeMap;
 use std::fs::{self, OpenOptions};
 use std::io::Write;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use oneiro::batch::Trace;
 use oneiro::differential::Build;
@@ -20,8 +17,8 @@ use crate::contents::{Column, Entry, describe};
 use crate::evolve::appraisal::Appraisal;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
-use crate::lives::measures::{Descriptor, Frame, Measures, Meter, descriptors};
-use crate::lives::{Keys, LifeIndex, Lives, Observer, scores, starts};
+use crate::lives::measures::{Descriptor, Measures, descriptors};
+use crate::lives::{Keys, LifeIndex, Lives, scores, starts};
 use crate::npy::npy;
 use crate::report::csv::Csv;
 use crate::report::numbers::significant;
@@ -136,34 +133,37 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     } else {
         Vec::new()
     };
-    let mut watch = Watch::new(cycles, &lives, &measures, arguments.traces.as_deref());
-    let results = progress::watched(lives.steps(), "evaluating", console, &control, || -> Result<_> {
+    let mut results = vec![(f32::NAN, Measures::default()); subjects.genomes.len() * trials];
+    progress::watched(lives.steps(), "evaluating", console, &control, || -> Result {
         let evaluator: &mut dyn Evaluator = evaluator.as_mut();
-        if watched {
-            lives.traced(evaluator, &control, cycles, &mut watch)?;
-            if !each.is_empty() {
-                let scores = scores::by_robot(&lives, cycles, threads, &control)?;
-                watch
-                    .ended
-                    .iter_mut()
-                    .zip(scores)
-                    .for_each(|(life, own)| life.1.scores = own);
-            }
-            Ok(watch.ended)
-        } else {
-            let each = |fitness| (fitness, Measures::default());
-            Ok(lives
-                .fitness(evaluator, &control)?
-                .into_iter()
-                .map(each)
-                .collect::<Vec<_>>())
+        if !watched {
+            let fitness = lives.fitness(evaluator, &control)?;
+            results.iter_mut().zip(fitness).for_each(|(own, life)| own.0 = life);
+            return Ok(());
         }
-    });
+        let table = TraceTable::new(&worlds[0]);
+        let trace = |life: LifeIndex, first: u32, records: &Trace| match &arguments.traces {
+            Some(directory) => write_trace(directory, &table, life, first, records),
+            None => Ok(()),
+        };
+        let ended = |life: LifeIndex, fitness: f32, own: &Measures| {
+            results[life.genome * trials + life.number] = (fitness, own.clone());
+        };
+        lives.measured(evaluator, &control, cycles, &measures, trace, ended)?;
+        if !each.is_empty() {
+            let scores = scores::by_robot(&lives, cycles, threads, &control)?;
+            results
+                .iter_mut()
+                .zip(scores)
+                .for_each(|(life, own)| life.1.scores = own);
+        }
+        Ok(())
+    })?;
     let table = Table {
         sources: Some(subjects.sources).filter(|_| files > 1),
         summary: arguments.rows.summary,
         trials,
-        results: results?,
+        results,
         measures: [measures, each].concat(),
     };
     device::tell_warnings(evaluator.as_ref(), console);
@@ -189,60 +189,6 @@ fn without_noise(spec: &mut WorldSpec) -> Option<&'static str> {
         }
     }
     (!spec.own.is_empty()).then_some("a part of your own keeps the noise that it draws itself")
-}
-
-/// Measures lives, and writes their traces.
-struct Watch<'a> {
-    frame: Arc<Frame>,
-    /// Cycles of a life, and of its trace.
-    cycles: u32,
-    records: u32,
-    trials: usize,
-    /// Where traces go.
-    traces: Option<(&'a Path, TraceTable)>,
-    under_way: BTreeMap<LifeIndex, (f32, Meter)>,
-    /// Fitness and measures of each finished life, by genome.
-    ended: Vec<Lived>,
-}
-
-impl<'a> Watch<'a> {
-    fn new(cycles: u32, lives: &Lives<'_>, measures: &[Descriptor], directory: Option<&'a Path>) -> Self {
-        let world = &lives.worlds[0];
-        Self {
-            frame: Arc::new(Frame::new(world, cycles, measures)),
-            cycles,
-            records: world.cycles(),
-            trials: lives.count,
-            traces: directory.map(|directory| (directory, TraceTable::new(world))),
-            under_way: BTreeMap::new(),
-            ended: vec![(f32::NAN, Measures::default()); lives.genomes.len() * lives.count],
-        }
-    }
-}
-
-impl Observer for Watch<'_> {
-    fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &Trace, fitness: f32) -> Result {
-        let new = || (f32::NAN, Meter::new(Arc::clone(&self.frame)));
-        let (own, meter) = self.under_way.entry(life).or_insert_with(new);
-        for (record, details) in records.lines() {
-            meter.add(record, details);
-        }
-        if cycles.end == self.cycles {
-            *own = fitness;
-        }
-        // The cycle after the last only says where the life ended.
-        if let Some((directory, table)) = &self.traces
-            && cycles.end <= self.cycles
-        {
-            write_trace(directory, table, life, cycles.start, records)?;
-        }
-        if cycles.end == self.records
-            && let Some((fitness, meter)) = self.under_way.remove(&life)
-        {
-            self.ended[life.genome * self.trials + life.number] = (fitness, meter.finish());
-        }
-        Ok(())
-    }
 }
 
 /// Writes the next lines of a life's trace.

@@ -310,9 +310,7 @@ fn collected(arguments: &FleetWork, console: Console) -> Result {
 /// Merges the records of a swarm's robots.
 fn merged(fleet: &Fleet, numbers: &[u32], console: Console) -> Result {
     let merged = collect::merge(fleet, numbers)?;
-    for warning in &merged.warnings {
-        console.say(format!("warning: {warning}"));
-    }
+    console.warn(&merged.warnings);
     let residual = merged
         .clocks
         .iter()

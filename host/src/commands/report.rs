@@ -67,9 +67,7 @@ impl Serialize for Report {
 
 /// Prints reports: a single one by itself, or several as a list.
 pub(super) fn print(reports: &[Report], as_list: bool, console: Console) -> Result {
-    for warning in reports.iter().flat_map(|report| &report.summary.warnings) {
-        console.say(format!("warning: {warning}"));
-    }
+    console.warn(reports.iter().flat_map(|report| &report.summary.warnings));
     match reports {
         [report] if !as_list && console.json() => console.json_data(report),
         _ if console.json() => console.json_data(&reports),

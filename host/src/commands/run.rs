@@ -16,9 +16,7 @@ use crate::runs;
 /// Runs the experiment for each seed, except for finished runs.
 pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
     let experiment = runs::read(&arguments.experiment, &arguments.set)?;
-    for warning in experiment.warnings() {
-        console.say(format!("warning: {warning}"));
-    }
+    console.warn(experiment.warnings());
     let identities = experiment.identities();
     let (places, drawn) = seeds_and_places(arguments, experiment.seed(), |seed| {
         format!("{}-{seed}-{}", experiment.name(), &identities.of(seed).to_hex()[..8])

@@ -280,9 +280,7 @@ fn robot(arguments: &Selftest, console: Console) -> Result<Robot> {
         return Ok(built_in);
     }
     let import = SensorTables::read(&arguments.tables).map_err(Failure::input)?;
-    for warning in import.warnings {
-        console.say(format!("warning: {warning}"));
-    }
+    console.warn(import.warnings);
     Ok(Robot {
         sensors: Arc::new(import.table),
         ..built_in

@@ -269,9 +269,7 @@ fn done(
     console: Console,
 ) -> Result<Finished> {
     let all = sweep.runs();
-    for warning in sweep.cell(0)?.warnings() {
-        console.say(format!("warning: {warning}"));
-    }
+    console.warn(sweep.cell(0)?.warnings());
     let store = Store::prepare(&directory(arguments, sweep), sweep, plan)?;
     let mut finished = all_finished(std::slice::from_ref(&store), plan, console)?;
     let of_shard = shard.runs(all).count();
@@ -307,9 +305,7 @@ fn work(
     let engine = (means.engine)()?;
     let session = Session::new(&arguments.backend.name, engine.description());
     let (journal, begun) = Journal::begin(&store.journal(shard), store.identity()?, session)?;
-    for problem in &begun.problems {
-        console.say(format!("warning: {problem}"));
-    }
+    console.warn(&begun.problems);
     todo.retain(|run| !begun.finished.contains(run));
     let mut saved = begun.saved;
     saved.retain(|saved| todo.binary_search(&saved.run).is_ok());
@@ -335,9 +331,7 @@ fn all_finished(stores: &[Store], plan: &Plan, console: Console) -> Result<AllFi
     for store in stores {
         store.finished(Some(&plan.ids), &mut finished)?;
     }
-    for problem in &finished.problems {
-        console.say(format!("warning: {problem}"));
-    }
+    console.warn(&finished.problems);
     Ok(finished)
 }
 
@@ -395,9 +389,7 @@ fn status(dir: &Path, console: Console) -> Result {
         });
     }
     let done = all.len();
-    for problem in &finished.problems {
-        console.say(format!("warning: {problem}"));
-    }
+    console.warn(&finished.problems);
     let json = json!({
         "name": made.name,
         "runs": made.runs,

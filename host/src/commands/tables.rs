@@ -63,9 +63,7 @@ fn read(path: &Path, console: Console) -> Result<Table> {
         return MotorSamples::read(path).map(Table::Motors).map_err(refused);
     }
     let import = SensorTable::read(path).map_err(refused)?;
-    for warning in import.warnings {
-        console.say(format!("warning: {warning}"));
-    }
+    console.warn(import.warnings);
     Ok(Table::Sensors(import.table))
 }
 

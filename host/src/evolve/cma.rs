@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, Uniform, logarithm, stream};
 use super::settings::{Kind, Ranges, Settings, Space};
-use super::{Generation, Optimizer, Population, checked_count, ranked, saved};
+use super::{Optimizer, Population, ranked, saved};
 use crate::exit::Result;
 
 /// Names by kind, and the version of saved states.
@@ -491,10 +491,6 @@ impl Optimizer for Cma {
         if self.constants.is_full { FULL } else { DIAGONAL }
     }
 
-    fn is_exact(&self) -> bool {
-        true
-    }
-
     fn generation(&self) -> u32 {
         self.state.generation
     }
@@ -503,19 +499,11 @@ impl Optimizer for Cma {
         &self.population
     }
 
-    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
-        checked_count(self, &fitness, behaviour)?;
-        let ranking = ranked(&fitness);
-        let number = self.state.generation;
-        let population = self.population.clone();
-        self.step(&fitness, &ranking);
+    fn advance(&mut self, fitness: &[f32], ranking: &[u32], _: &[f64]) -> Population {
+        let evaluated = self.population.clone();
+        self.step(fitness, ranking);
         self.sample();
-        Ok(Generation {
-            number,
-            population,
-            fitness,
-            ranking,
-        })
+        evaluated
     }
 
     fn save(&self) -> Vec<u8> {

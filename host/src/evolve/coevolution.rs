@@ -10,7 +10,7 @@ use rand::Rng;
 use super::genetic::Genetic;
 use super::random::{Stream, shuffled, stream};
 use super::settings::{OpponentKind, Opponents, Ranges, Settings, Shares};
-use super::{Champion, Finalists, Generation, Optimizer, Population, checked_count, ranked, saved};
+use super::{Champion, Finalists, Optimizer, Population, ranked, saved};
 use crate::exit::Result;
 
 const NAME: &str = "coevolution";
@@ -157,10 +157,6 @@ impl Optimizer for Coevolution {
         NAME
     }
 
-    fn is_exact(&self) -> bool {
-        true
-    }
-
     fn generation(&self) -> u32 {
         self.sides[0].evolution.generation()
     }
@@ -178,13 +174,8 @@ impl Optimizer for Coevolution {
         Box::new(std::iter::empty())
     }
 
-    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
-        checked_count(self, &fitness, behaviour)?;
-        let (number, count, total) = (
-            self.generation(),
-            self.opponents.contests as usize,
-            self.opponents.total,
-        );
+    fn advance(&mut self, fitness: &[f32], _: &[u32], _: &[f64]) -> Population {
+        let (count, total) = (self.opponents.contests as usize, self.opponents.total);
         let (first, second) = fitness.split_at(fitness.len() / 2);
         let scored = |lives: &[f32], own: &dyn Fn(f64) -> f64| -> Vec<f32> {
             let contests = lives.chunks_exact(count);
@@ -194,22 +185,14 @@ impl Optimizer for Coevolution {
         };
         let scores = [scored(first, &|life| life), scored(second, &|life| total - life)];
         for (side, fitness) in self.sides.iter_mut().zip(scores) {
-            let told = side.evolution.tell(fitness, &[])?;
-            side.hall
-                .extend_from_slice(told.population.genome(told.ranking[0] as usize));
-            side.scores = Scores {
-                fitness: told.fitness,
-                ranking: told.ranking,
-            };
+            let ranking = ranked(&fitness);
+            let evaluated = side.evolution.advance(&fitness, &ranking, &[]);
+            side.hall.extend_from_slice(evaluated.genome(ranking[0] as usize));
+            side.scores = Scores { fitness, ranking };
         }
-        let contests = self.contests.clone();
+        let evaluated = self.contests.clone();
         self.meet();
-        Ok(Generation {
-            number,
-            population: contests,
-            ranking: ranked(&fitness),
-            fitness,
-        })
+        evaluated
     }
 
     fn save(&self) -> Vec<u8> {

@@ -10,7 +10,7 @@ use super::settings::{
     Crossover, CrossoverKind, Mutation, MutationKind, MutationUnit, Ranges, SelectionKind, Settings, Space, bounds,
     initial_range, kept,
 };
-use super::{Generation, Optimizer, Population, checked_count, ranked, saved};
+use super::{Optimizer, Population, saved};
 use crate::exit::Result;
 
 /// The algorithm's name, and the version of its saved states.
@@ -449,10 +449,6 @@ impl Optimizer for Genetic {
         NAME
     }
 
-    fn is_exact(&self) -> bool {
-        true
-    }
-
     fn generation(&self) -> u32 {
         self.generation
     }
@@ -461,18 +457,10 @@ impl Optimizer for Genetic {
         &self.population
     }
 
-    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
-        checked_count(self, &fitness, behaviour)?;
-        let ranking = ranked(&fitness);
-        let next = self.bred(&ranking, &fitness);
-        let number = self.generation;
+    fn advance(&mut self, fitness: &[f32], ranking: &[u32], _: &[f64]) -> Population {
+        let next = self.bred(ranking, fitness);
         self.generation += 1;
-        Ok(Generation {
-            number,
-            population: std::mem::replace(&mut self.population, next),
-            fitness,
-            ranking,
-        })
+        std::mem::replace(&mut self.population, next)
     }
 
     fn save(&self) -> Vec<u8> {

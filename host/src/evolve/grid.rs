@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::settings::{Ranges, Settings, Space};
-use super::{Champion, Finalists, Generation, Optimizer, Population, by_fitness, checked_count, ranked, saved};
+use super::{Champion, Finalists, Optimizer, Population, by_fitness, saved};
 use crate::exit::Result;
 
 const NAME: &str = "grid";
@@ -74,10 +74,6 @@ impl Optimizer for Grid {
         NAME
     }
 
-    fn is_exact(&self) -> bool {
-        true
-    }
-
     fn generation(&self) -> u32 {
         self.state.generation
     }
@@ -98,11 +94,9 @@ impl Optimizer for Grid {
         Box::new(best.filter(|own| !own.is_individual(luckiest)))
     }
 
-    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
-        checked_count(self, &fitness, behaviour)?;
+    fn advance(&mut self, fitness: &[f32], _: &[u32], _: &[f64]) -> Population {
+        let first = self.first();
         let state = &mut self.state;
-        let number = state.generation;
-        let first = u64::from(number) * u64::from(self.size);
         // NaN counts as the worst.
         let scores = fitness
             .iter()
@@ -112,14 +106,9 @@ impl Optimizer for Grid {
         state.best.sort_by(|a, b| by_fitness(a.1, b.1));
         state.best.truncate(self.size as usize);
         state.generation += 1;
-        let population = self.population.clone();
+        let evaluated = self.population.clone();
         self.populate();
-        Ok(Generation {
-            number,
-            population,
-            ranking: ranked(&fitness),
-            fitness,
-        })
+        evaluated
     }
 
     fn save(&self) -> Vec<u8> {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, below, shuffled, stream, unit};
 use super::settings::{Acceptance, Archive as Values, Cells as Kind, Descriptor, Ranges, Settings, Space};
-use super::{Champion, Finalists, Generation, Optimizer, Population, checked_count, ranked, saved};
+use super::{Champion, Finalists, Optimizer, Population, saved};
 use crate::exit::Result;
 
 const NAME: &str = "map-elites";
@@ -301,10 +301,6 @@ impl Optimizer for MapElites {
         NAME
     }
 
-    fn is_exact(&self) -> bool {
-        true
-    }
-
     fn generation(&self) -> u32 {
         self.generation
     }
@@ -337,19 +333,12 @@ impl Optimizer for MapElites {
         Box::new(others.filter(|own| !own.is_individual(luckiest)))
     }
 
-    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
-        checked_count(self, &fitness, behaviour)?;
-        self.place(&fitness, behaviour);
-        let number = self.generation;
-        let population = self.population.clone();
+    fn advance(&mut self, fitness: &[f32], _: &[u32], behaviour: &[f64]) -> Population {
+        self.place(fitness, behaviour);
+        let evaluated = self.population.clone();
         self.generation += 1;
         self.breed();
-        Ok(Generation {
-            number,
-            population,
-            ranking: ranked(&fitness),
-            fitness,
-        })
+        evaluated
     }
 
     fn save(&self) -> Vec<u8> {

@@ -127,7 +127,9 @@ pub(crate) trait Optimizer: Debug + Send + Sync {
     fn name(&self) -> &'static str;
 
     /// Whether it computes the same bits on every machine.
-    fn is_exact(&self) -> bool;
+    fn is_exact(&self) -> bool {
+        true
+    }
 
     /// Number of the generation that is to be evaluated next, from 0.
     fn generation(&self) -> u32;
@@ -175,7 +177,33 @@ pub(crate) trait Optimizer: Debug + Send + Sync {
     ///
     /// # Errors
     /// Another number of scores or of descriptors than genomes have; then nothing has changed.
-    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation>;
+    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
+        let (number, individuals) = (self.generation(), self.ask().len());
+        if fitness.len() != individuals {
+            return Err(Failure::failed(format_args!(
+                "generation {number}: {} scores for {individuals} individuals; allowed: one for each",
+                fitness.len()
+            )));
+        }
+        let descriptors = individuals * self.descriptors();
+        if behaviour.len() != descriptors {
+            return Err(Failure::failed(format_args!(
+                "generation {number}: {} numbers describe the behaviour of {individuals} individuals; allowed: {descriptors}",
+                behaviour.len()
+            )));
+        }
+        let ranking = ranked(&fitness);
+        Ok(Generation {
+            number,
+            population: self.advance(&fitness, &ranking, behaviour),
+            fitness,
+            ranking,
+        })
+    }
+
+    /// Makes the next generation, as [`Optimizer::tell`] says, and returns the one that was evaluated. All counts are right, and
+    /// `ranking` is that of [`ranked`].
+    fn advance(&mut self, fitness: &[f32], ranking: &[u32], behaviour: &[f64]) -> Population;
 
     /// Its whole state, sealed with its name, version and a hash of its settings.
     fn save(&self) -> Vec<u8>;
@@ -185,30 +213,6 @@ pub(crate) trait Optimizer: Debug + Send + Sync {
     /// # Errors
     /// Exit 5 for a state that is damaged, or of another algorithm, version or settings; then nothing has changed.
     fn restore(&mut self, saved: &[u8]) -> Result;
-}
-
-/// Checks that there is a score for each genome that an optimiser asked for, and what describes its behaviour.
-///
-/// # Errors
-/// Exit 1 with both numbers.
-fn checked_count(optimizer: &dyn Optimizer, fitness: &[f32], behaviour: &[f64]) -> Result {
-    let asked = optimizer.ask().len();
-    let descriptors = asked * optimizer.descriptors();
-    if fitness.len() == asked && behaviour.len() == descriptors {
-        return Ok(());
-    }
-    if fitness.len() == asked {
-        return Err(Failure::failed(format_args!(
-            "generation {}: {} numbers describe the behaviour of {asked} individuals; allowed: {descriptors}",
-            optimizer.generation(),
-            behaviour.len()
-        )));
-    }
-    Err(Failure::failed(format_args!(
-        "generation {}: {} scores for {asked} individuals; allowed: one for each",
-        optimizer.generation(),
-        fitness.len()
-    )))
 }
 
 /// The optimiser that an experiment chooses, before its first generation; `genes` are the controller's, and `init` the first

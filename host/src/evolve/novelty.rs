@@ -5,7 +5,7 @@
 use super::genetic::Genetic;
 use super::random::{Stream, shuffled, stream};
 use super::settings::{Descriptor, Novelty as Values, Ranges, Settings};
-use super::{Generation, Optimizer, Population, checked_count, ranked, saved};
+use super::{Optimizer, Population, ranked, saved};
 use crate::exit::Result;
 
 const NAME: &str = "novelty";
@@ -65,10 +65,6 @@ impl Optimizer for Novelty {
         NAME
     }
 
-    fn is_exact(&self) -> bool {
-        true
-    }
-
     fn generation(&self) -> u32 {
         self.genetic.generation()
     }
@@ -81,13 +77,12 @@ impl Optimizer for Novelty {
         self.descriptors.len()
     }
 
-    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
-        checked_count(self, &fitness, behaviour)?;
+    fn advance(&mut self, fitness: &[f32], _: &[u32], behaviour: &[f64]) -> Population {
         let shares = behaviour.iter().zip(self.descriptors.iter().cycle());
         let behaviours: Vec<f64> = shares.map(|(value, own)| own.share(*value)).collect();
         let novelty = self.novelty(&behaviours);
         let mut random = stream(self.seed, Stream::Archive, self.generation());
-        let generation = self.genetic.tell(novelty, &[])?;
+        let evaluated = self.genetic.advance(&novelty, &ranked(&novelty), &[]);
         let dimensions = self.descriptors.len();
         let lots = shuffled(fitness.len(), &mut random);
         let kept = lots
@@ -97,11 +92,7 @@ impl Optimizer for Novelty {
         for behaviour in kept.take(self.values.added as usize) {
             self.archive.extend_from_slice(behaviour);
         }
-        Ok(Generation {
-            ranking: ranked(&fitness),
-            fitness,
-            ..generation
-        })
+        evaluated
     }
 
     fn save(&self) -> Vec<u8> {

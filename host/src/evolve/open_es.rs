@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, Uniform, stream};
 use super::settings::{Ranges, Settings, Space, Strategy};
-use super::{Generation, Optimizer, Population, checked_count, ranked, saved};
+use super::{Optimizer, Population, saved};
 use crate::exit::Result;
 
 const NAME: &str = "open-es";
@@ -134,10 +134,6 @@ impl Optimizer for OpenEs {
         NAME
     }
 
-    fn is_exact(&self) -> bool {
-        true
-    }
-
     fn generation(&self) -> u32 {
         self.state.generation
     }
@@ -146,19 +142,11 @@ impl Optimizer for OpenEs {
         &self.population
     }
 
-    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
-        checked_count(self, &fitness, behaviour)?;
-        let ranking = ranked(&fitness);
-        let number = self.state.generation;
-        let population = self.population.clone();
-        self.step(&ranking);
+    fn advance(&mut self, _: &[f32], ranking: &[u32], _: &[f64]) -> Population {
+        let evaluated = self.population.clone();
+        self.step(ranking);
         self.sample();
-        Ok(Generation {
-            number,
-            population,
-            fitness,
-            ranking,
-        })
+        evaluated
     }
 
     fn save(&self) -> Vec<u8> {

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::random::{Stream, stream};
 use super::settings::{self, Settings};
-use super::{Champion, Finalists, Generation, Optimizer, Population, checked_count, ranked, saved};
+use super::{Champion, Finalists, Optimizer, Population, saved};
 use crate::exit::Result;
 use sampling::{Candidate, Model};
 
@@ -240,10 +240,6 @@ impl Optimizer for Race {
         NAME
     }
 
-    fn is_exact(&self) -> bool {
-        true
-    }
-
     fn generation(&self) -> u32 {
         self.state.generation
     }
@@ -267,19 +263,11 @@ impl Optimizer for Race {
         Box::new(survivors.filter(|own| own.genome != luckiest.genome))
     }
 
-    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
-        checked_count(self, &fitness, behaviour)?;
-        let ranking = ranked(&fitness);
-        let number = self.state.generation;
-        let population = self.population.clone();
-        self.race(&fitness, &ranking);
+    fn advance(&mut self, fitness: &[f32], ranking: &[u32], _: &[f64]) -> Population {
+        let evaluated = self.population.clone();
+        self.race(fitness, ranking);
         self.populate();
-        Ok(Generation {
-            number,
-            population,
-            fitness,
-            ranking,
-        })
+        evaluated
     }
 
     fn save(&self) -> Vec<u8> {

@@ -3,7 +3,7 @@
 
 use super::random::{Stream, stream};
 use super::settings::{Ranges, Settings, Space};
-use super::{Generation, Optimizer, Population, checked_count, ranked, saved};
+use super::{Optimizer, Population, saved};
 use crate::exit::Result;
 
 const NAME: &str = "random";
@@ -47,10 +47,6 @@ impl Optimizer for RandomSearch {
         NAME
     }
 
-    fn is_exact(&self) -> bool {
-        true
-    }
-
     fn generation(&self) -> u32 {
         self.generation
     }
@@ -59,17 +55,10 @@ impl Optimizer for RandomSearch {
         &self.population
     }
 
-    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
-        checked_count(self, &fitness, behaviour)?;
-        let number = self.generation;
+    fn advance(&mut self, _: &[f32], _: &[u32], _: &[f64]) -> Population {
         self.generation += 1;
         let next = self.drawn();
-        Ok(Generation {
-            number,
-            population: std::mem::replace(&mut self.population, next),
-            ranking: ranked(&fitness),
-            fitness,
-        })
+        std::mem::replace(&mut self.population, next)
     }
 
     fn save(&self) -> Vec<u8> {

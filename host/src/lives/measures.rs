@@ -7,7 +7,7 @@ use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use oneiro::arena::{Arena, Block, Field, Obstacle, Wall};
-use oneiro::batch::Record;
+use oneiro::batch::{Record, Trace};
 use oneiro::compose::{DetailKind, Kind, Scalar};
 use oneiro::world::World;
 
@@ -318,7 +318,7 @@ impl Meter {
     }
 
     /// Takes the record of the next cycle, with its details.
-    pub(crate) fn add(&mut self, record: &Record, details: &[u32]) {
+    fn add(&mut self, record: &Record, details: &[u32]) {
         if let Some(last) = self.place.replace(*record) {
             self.moved += 1;
             if self.frame.has(Part::Path) {
@@ -346,6 +346,13 @@ impl Meter {
         self.memory.clear();
         self.memory
             .extend(self.frame.memory.iter().map(|&index| details[index]));
+    }
+
+    /// Takes the records of the next cycles.
+    pub(crate) fn add_all(&mut self, trace: &Trace) {
+        for (record, details) in trace.lines() {
+            self.add(record, details);
+        }
     }
 
     /// Takes the length of the last move.

@@ -11,8 +11,11 @@ pub(crate) mod measures;
 pub(crate) mod scores;
 pub(crate) mod starts;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
+use measures::{Descriptor, Frame, Measures, Meter};
 use oneiro::batch::{Batch, LANES, Outcome, Rollout, Trace, TraceRequest, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
@@ -71,13 +74,6 @@ impl Keys<'_> {
     }
 }
 
-/// Receives the traces of lives, piece by piece.
-pub(crate) trait Observer {
-    /// Takes the records of a life's next cycles, and its fitness if it ended with the last of them. There are fewer records
-    /// than cycles if the life ended before. Lives come in any order, the pieces of a life in theirs.
-    fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &Trace, fitness: f32) -> Result;
-}
-
 /// Identifies one of the lives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct LifeIndex {
@@ -111,16 +107,56 @@ impl Lives<'_> {
         Ok(all)
     }
 
-    /// Passes all traces to an observer, with a record for each cycle, in pieces of which one ends with the cycle `cut`.
+    /// Lets lives of `cycles` cycles live in worlds of one cycle more, which only says where they end, and measures them. `trace` gets
+    /// the records of all lives, in pieces with the cycle that each begins with; `ended` gets what came of each life.
+    ///
+    /// # Errors
+    /// As the evaluator's, and as `trace`.
+    pub(crate) fn measured(
+        &self,
+        evaluator: &mut dyn Evaluator,
+        control: &Control,
+        cycles: u32,
+        measures: &[Descriptor],
+        mut trace: impl FnMut(LifeIndex, u32, &Trace) -> Result,
+        mut ended: impl FnMut(LifeIndex, f32, &Measures),
+    ) -> Result {
+        let world = &self.worlds[0];
+        let frame = Arc::new(Frame::new(world, cycles, measures));
+        let mut under_way = BTreeMap::new();
+        self.traced(evaluator, control, cycles, |life, lived, records, fitness| {
+            let new = || (f32::NAN, Meter::new(Arc::clone(&frame)));
+            let (own, meter) = under_way.entry(life).or_insert_with(new);
+            if !measures.is_empty() {
+                meter.add_all(records);
+            }
+            if lived.end == cycles {
+                *own = fitness;
+            }
+            if lived.end <= cycles {
+                trace(life, lived.start, records)?;
+            }
+            if lived.end == world.cycles()
+                && let Some((fitness, meter)) = under_way.remove(&life)
+            {
+                ended(life, fitness, &meter.finish());
+            }
+            Ok(())
+        })
+    }
+
+    /// Passes all traces to an observer, with a record for each cycle, in pieces of which one ends with the cycle `cut`: the records
+    /// of a life's next cycles, and its fitness if it ended with the last of them. There are fewer records than cycles if the life
+    /// ended before. Lives come in any order, the pieces of a life in theirs.
     ///
     /// # Errors
     /// As the evaluator's and the observer's.
-    pub(crate) fn traced(
+    fn traced(
         &self,
         evaluator: &mut dyn Evaluator,
         control: &Control,
         cut: u32,
-        observer: &mut dyn Observer,
+        mut observe: impl FnMut(LifeIndex, &Range<u32>, &Trace, f32) -> Result,
     ) -> Result {
         let cycles = self.worlds[0].cycles();
         let groups = (RECORDS / LANES / cycles as usize).clamp(1, GROUPS);
@@ -136,7 +172,7 @@ impl Lives<'_> {
                 let outcome = evaluator.evaluate(&batch, control)?;
                 let lived = outcome.traces.iter().zip(outcome.fitness);
                 for (life, (records, fitness)) in chunk.lives.clone().zip(lived) {
-                    observer.observe(self.at(life), &(first..end), records, fitness)?;
+                    observe(self.at(life), &(first..end), records, fitness)?;
                 }
                 (states, first) = (outcome.states, end);
             }
@@ -298,19 +334,6 @@ mod tests {
     /// Traces are complete, and their last fitness is the fitness, also if lives are cut into stretches.
     #[test]
     fn traces_are_complete_however_lives_are_cut() {
-        /// Traces, and whether a piece ended at the cut.
-        struct Seen(Vec<Trace>, bool);
-        impl Observer for Seen {
-            fn observe(&mut self, life: LifeIndex, cycles: &Range<u32>, records: &Trace, fitness: f32) -> Result {
-                let own = &mut self.0[life.genome * 2 + life.number];
-                assert_eq!(own.len(), cycles.start as usize);
-                own.append(records);
-                assert_eq!(own.len(), cycles.end as usize);
-                assert_eq!(own.last().unwrap().fitness.to_bits(), fitness.to_bits());
-                self.1 |= cycles.end == 7;
-                Ok(())
-            }
-        }
         let genomes = genomes(70);
         for cycles in [20, 40_000] {
             let world = World::new(WorldSpec {
@@ -327,10 +350,19 @@ mod tests {
             };
             let mut cpu = oneiro::cpu::Cpu::new(Some(2)).unwrap();
             let fitness = lives.fitness(&mut cpu, &Control::new()).unwrap();
-            let mut seen = Seen(vec![Trace::default(); fitness.len()], false);
-            lives.traced(&mut cpu, &Control::new(), 7, &mut seen).unwrap();
-            assert!(seen.1, "one piece ends at the cut");
-            for (fitness, trace) in fitness.iter().zip(&seen.0) {
+            let (mut seen, mut is_cut) = (vec![Trace::default(); fitness.len()], false);
+            let observe = |life: LifeIndex, cycles: &Range<u32>, records: &Trace, fitness: f32| {
+                let own = &mut seen[life.genome * 2 + life.number];
+                assert_eq!(own.len(), cycles.start as usize);
+                own.append(records);
+                assert_eq!(own.len(), cycles.end as usize);
+                assert_eq!(own.last().unwrap().fitness.to_bits(), fitness.to_bits());
+                is_cut |= cycles.end == 7;
+                Ok(())
+            };
+            lives.traced(&mut cpu, &Control::new(), 7, observe).unwrap();
+            assert!(is_cut, "one piece ends at the cut");
+            for (fitness, trace) in fitness.iter().zip(&seen) {
                 assert_eq!(trace.len(), cycles as usize);
                 assert_eq!(trace.last().unwrap().fitness.to_bits(), fitness.to_bits());
             }

@@ -102,9 +102,7 @@ impl Runs for Directories {
             } => Recorder::create(directory, experiment, *seed, session, self.console)?,
             RunPlace::Saved(saved) => {
                 let (recorder, job, warnings) = Recorder::resume(saved, session, self.console)?;
-                for warning in warnings {
-                    self.console.say(format!("warning: {warning}"));
-                }
+                self.console.warn(warnings);
                 (recorder, job)
             }
         };

@@ -11,10 +11,20 @@ const STYLE: &str = include_str!("page/style.css");
 /// A section of the document.
 pub(crate) struct Section {
     /// Target of links.
-    pub(crate) id: Cow<'static, str>,
-    pub(crate) title: Cow<'static, str>,
+    id: Cow<'static, str>,
+    title: Cow<'static, str>,
     /// Its content, as HTML.
-    pub(crate) body: String,
+    body: String,
+}
+
+impl Section {
+    pub(crate) fn new(id: impl Into<Cow<'static, str>>, title: impl Into<Cow<'static, str>>, body: String) -> Self {
+        Self {
+            id: id.into(),
+            title: title.into(),
+            body,
+        }
+    }
 }
 
 /// The whole file: the title, the lead below it as HTML, and the sections with links to them.

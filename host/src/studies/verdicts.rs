@@ -59,11 +59,7 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
             table("", caption, &head, &rows)
         )
     };
-    Section {
-        id: "abstract".into(),
-        title: "Abstract".into(),
-        body: format!("{about}{answers}"),
-    }
+    Section::new("abstract", "Abstract", format!("{about}{answers}"))
 }
 
 /// The claims among some that have a verdict, such as `reproduced: C1, C2`.
@@ -98,11 +94,11 @@ fn line(claim: &Claim) -> Vec<Cell> {
 pub(super) fn by_question(table: &Table, claims: &[Claim], evidence: impl Fn(&str) -> String) -> Vec<Section> {
     let section = |(key, question): (&str, &str)| {
         let own: Vec<&Claim> = claims.iter().filter(|claim| claim.question == key).collect();
-        Section {
-            id: key.to_owned().into(),
-            title: question.to_owned().into(),
-            body: joined(&own, |claim| article(claim)) + &evidence(key),
-        }
+        Section::new(
+            key.to_owned(),
+            question.to_owned(),
+            joined(&own, |claim| article(claim)) + &evidence(key),
+        )
     };
     table.questions().into_iter().map(section).collect()
 }
@@ -129,11 +125,11 @@ pub(super) fn glossary(table_of: &Table) -> Section {
         .into_iter()
         .map(|(word, meaning)| vec![Cell::text(word), Cell::text(meaning)].into())
         .collect();
-    Section {
-        id: "glossary".into(),
-        title: "Glossary".into(),
-        body: table("", "", &[Head::Text("Word"), Head::Text("Meaning")], &rows),
-    }
+    Section::new(
+        "glossary",
+        "Glossary",
+        table("", "", &[Head::Text("Word"), Head::Text("Meaning")], &rows),
+    )
 }
 
 fn article(claim: &Claim) -> String {

@@ -1,7 +1,7 @@
 //! An archive of elites by two measures of behaviour.
 
 use super::plot::{Plot, Range};
-use super::svg::{Anchor, INK, SOFT_INK, Svg, ramp};
+use super::svg::{Anchor, BOLD, SOFT, Svg, ramp};
 use super::tables::HEAT;
 use crate::report::numbers::significant;
 
@@ -27,14 +27,13 @@ pub(crate) fn archive(title: &str, [across, up]: [(&str, [f64; 2]); 2], elites: 
         up: Range::between(up.1[0], up.1[1], 6),
     };
     let mut svg = Svg::new(WIDTH, HEIGHT, title);
-    let style = format!("fill=\"{INK}\" font-weight=\"600\"");
-    svg.words((LEFT, 28.0), 16.0, Anchor::Start, &style, title);
+    svg.words((LEFT, 28.0), 16.0, Anchor::Start, BOLD, title);
     let fitness = || elites.iter().map(|elite| elite[2]);
     let (low, high) = (fitness().fold(f64::NAN, f64::min), fitness().fold(f64::NAN, f64::max));
     if low.is_finite() && high.is_finite() {
         let words = |value: f64| significant(value, 4).replace('-', "\u{2212}");
         let key = format!("fitness from {} (light) to {} (dark)", words(low), words(high));
-        svg.words((LEFT, 50.0), 12.0, Anchor::Start, &format!("fill=\"{SOFT_INK}\""), &key);
+        svg.words((LEFT, 50.0), 12.0, Anchor::Start, SOFT, &key);
     }
     plot.axes(&mut svg, across.0, up.0);
     for (elite, &[x, y, fitness]) in elites.iter().enumerate() {

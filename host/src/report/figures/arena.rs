@@ -7,7 +7,7 @@ use oneiro::differential::{Sensor, SensorKind};
 use oneiro::parameter::Choice;
 use oneiro::world::Start;
 
-use super::svg::{Anchor, INK, SOFT_INK, Svg, number, ramp, tick_step};
+use super::svg::{Anchor, BOLD, INK, SOFT, SOFT_INK, Svg, number, ramp, tick_step};
 
 /// Longer side of the arena in a picture, in pixels.
 const SIDE: f64 = 880.0;
@@ -213,8 +213,7 @@ impl Sheet {
     /// Draws title, floor, obstacles and walls.
     fn start(&self, arena: &Arena, title: &str) -> Svg {
         let mut svg = Svg::new(self.width(), self.height(), title);
-        let style = format!("fill=\"{INK}\" font-weight=\"600\"");
-        svg.words((MARGIN, MARGIN + 4.0), 16.0, Anchor::Start, &style, title);
+        svg.words((MARGIN, MARGIN + 4.0), 16.0, Anchor::Start, BOLD, title);
         self.ground(&mut svg, arena, 5.0);
         svg
     }
@@ -386,13 +385,7 @@ impl Sheet {
         }
         let words = format!("{} mm", number(length));
         let middle = 0.5 * (left + right);
-        svg.words(
-            (middle, line + 10.0),
-            12.0,
-            Anchor::Middle,
-            &format!("fill=\"{SOFT_INK}\""),
-            &words,
-        );
+        svg.words((middle, line + 10.0), 12.0, Anchor::Middle, SOFT, &words);
     }
 
     /// Draws the key to the colours and marks of a path.
@@ -407,15 +400,14 @@ impl Sheet {
         }
         svg.raw("</linearGradient></defs>");
         svg.rectangle((MARGIN, line - 11.0), (WIDTH, 6.0), "fill=\"url(#time)\" rx=\"3\"");
-        let style = format!("fill=\"{SOFT_INK}\"");
-        svg.words((MARGIN, line + 10.0), 12.0, Anchor::Start, &style, "0 s");
+        svg.words((MARGIN, line + 10.0), 12.0, Anchor::Start, SOFT, "0 s");
         let end = format!("{} s", number(seconds));
-        svg.words((MARGIN + WIDTH, line + 10.0), 12.0, Anchor::End, &style, &end);
+        svg.words((MARGIN + WIDTH, line + 10.0), 12.0, Anchor::End, SOFT, &end);
         if collisions > 0 {
             let left = MARGIN + WIDTH + 40.0;
             svg.raw(&cross(left, line - 2.0));
             let words = format!("collision ({collisions})");
-            svg.words((left + 10.0, line + 2.0), 12.0, Anchor::Start, &style, &words);
+            svg.words((left + 10.0, line + 2.0), 12.0, Anchor::Start, SOFT, &words);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Means of several runs and their spread, in panels side by side.
 
 use super::plot::{Plot, Range, label_room};
-use super::svg::{Anchor, INK, SOFT_INK, Svg};
+use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, Svg};
 
 const WIDTH: f64 = 1060.0;
 const HEIGHT: f64 = 400.0;
@@ -133,8 +133,7 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), 
         across: Range::between(panel.from, panel.to, if panel.share < 0.5 { 4 } else { 6 }),
         up: Range::around(panel.low, panel.high, 5),
     };
-    let style = format!("fill=\"{INK}\" font-weight=\"600\"");
-    svg.words((plot.left, top + 24.0), 14.0, Anchor::Start, &style, panel.title);
+    svg.words((plot.left, top + 24.0), 14.0, Anchor::Start, BOLD, panel.title);
     grounds(svg, &plot, panel.grounds);
     if let Some((at, before, after)) = panel.change
         && (panel.from..=panel.to).contains(&at)
@@ -170,7 +169,7 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), 
     key(svg, &plot, panel.key);
     if shown.iter().all(Vec::is_empty) {
         let middle = (0.5 * (plot.left + plot.right), 0.5 * (plot.top + plot.bottom));
-        svg.words(middle, 13.0, Anchor::Middle, &format!("fill=\"{SOFT_INK}\""), "no data");
+        svg.words(middle, 13.0, Anchor::Middle, SOFT, "no data");
     }
 }
 
@@ -187,7 +186,7 @@ fn grounds(svg: &mut Svg, plot: &Plot, grounds: &[Ground<'_>]) {
         let style = format!("fill=\"{}\"", ground.colour);
         svg.rectangle((plot.left, high), (plot.right - plot.left, low - high), &style);
         let at = (plot.right + 10.0, f64::midpoint(low, high) + 4.0);
-        svg.words(at, 12.0, Anchor::Start, &format!("fill=\"{SOFT_INK}\""), ground.label);
+        svg.words(at, 12.0, Anchor::Start, SOFT, ground.label);
     }
 }
 
@@ -200,9 +199,8 @@ fn change(svg: &mut Svg, plot: &Plot, at: f64, before: &str, after: &str, shaded
     }
     let style = format!("stroke=\"{INK}\" stroke-width=\"1.2\" stroke-dasharray=\"2 3\"");
     svg.line((x, plot.top - 10.0), (x, plot.bottom), &style);
-    let soft = format!("fill=\"{SOFT_INK}\"");
-    svg.words((x - 5.0, plot.top - 4.0), 11.0, Anchor::End, &soft, before);
-    svg.words((x + 5.0, plot.top - 4.0), 11.0, Anchor::Start, &soft, after);
+    svg.words((x - 5.0, plot.top - 4.0), 11.0, Anchor::End, SOFT, before);
+    svg.words((x + 5.0, plot.top - 4.0), 11.0, Anchor::Start, SOFT, after);
 }
 
 /// Draws the key to the dash patterns in the upper left corner.
@@ -211,13 +209,7 @@ fn key(svg: &mut Svg, plot: &Plot, entries: &[(&str, &str)]) {
         let (left, y) = (plot.left + 12.0, plot.top + 10.0 + 18.0 * i as f64);
         let style = format!("stroke=\"{INK}\" stroke-width=\"1.8\" stroke-dasharray=\"{dash}\"");
         svg.line((left, y), (left + 30.0, y), &style);
-        svg.words(
-            (left + 38.0, y + 4.0),
-            12.0,
-            Anchor::Start,
-            &format!("fill=\"{INK}\""),
-            words,
-        );
+        svg.words((left + 38.0, y + 4.0), 12.0, Anchor::Start, PLAIN, words);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Values over generations.
 
 use super::plot::{Plot, Range, label_room};
-use super::svg::{Anchor, INK, Svg, tick_step};
+use super::svg::{Anchor, BOLD, Svg, tick_step};
 
 const WIDTH: f64 = 820.0;
 const HEIGHT: f64 = 440.0;
@@ -23,13 +23,7 @@ pub(crate) struct Series<'a> {
 pub(crate) fn learning_curve(title: &str, value: &str, series: &[Series<'_>]) -> String {
     let plot = plot(series);
     let mut svg = Svg::new(WIDTH, HEIGHT, title);
-    svg.words(
-        (LEFT, 28.0),
-        16.0,
-        Anchor::Start,
-        &format!("fill=\"{INK}\" font-weight=\"600\""),
-        title,
-    );
+    svg.words((LEFT, 28.0), 16.0, Anchor::Start, BOLD, title);
     plot.axes(&mut svg, "generation", value);
     for (line, colour) in series.iter().zip(COLOURS.iter().cycle()) {
         let values: Vec<(f64, f64)> = line.values.iter().enumerate().map(|(i, &y)| (i as f64, y)).collect();

@@ -2,7 +2,7 @@
 
 use super::bands::{Panel, Spread, draw};
 use super::plot::{Plot, Range};
-use super::svg::{Anchor, INK, SOFT_INK, Svg, ramp};
+use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, Svg, ramp};
 use crate::report::numbers::significant;
 
 const WIDTH: f64 = 1060.0;
@@ -166,8 +166,7 @@ fn ends(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 
 fn levels(svg: &mut Svg, outcomes: &Outcomes<'_>, names: &Names) {
     let plot = plane(outcomes);
-    let style = format!("fill=\"{INK}\" font-weight=\"600\"");
-    svg.words((plot.left, TOP - 28.0), 14.0, Anchor::Start, &style, outcomes.title);
+    svg.words((plot.left, TOP - 28.0), 14.0, Anchor::Start, BOLD, outcomes.title);
     plot.ground(svg, outcomes.up);
     axis(svg, outcomes, names, &plot);
     let half = half_width(outcomes, &plot);
@@ -183,7 +182,7 @@ fn levels(svg: &mut Svg, outcomes: &Outcomes<'_>, names: &Names) {
     }
     if outcomes.columns.iter().all(|column| !column.mean.mean.is_finite()) {
         let middle = (0.5 * (plot.left + plot.right), 0.5 * (plot.top + plot.bottom));
-        svg.words(middle, 13.0, Anchor::Middle, &format!("fill=\"{SOFT_INK}\""), "no data");
+        svg.words(middle, 13.0, Anchor::Middle, SOFT, "no data");
     }
 }
 
@@ -233,7 +232,7 @@ fn axis(svg: &mut Svg, outcomes: &Outcomes<'_>, names: &Names, plot: &Plot) {
         }
     }
     let at = (0.5 * (plot.left + plot.right), HEIGHT + names.room - 16.0);
-    svg.words(at, 13.0, Anchor::Middle, &format!("fill=\"{INK}\""), outcomes.across);
+    svg.words(at, 13.0, Anchor::Middle, PLAIN, outcomes.across);
 }
 
 /// Draws ticks, leaving out names that would overlap the one before.
@@ -254,7 +253,7 @@ fn askew(svg: &mut Svg, plot: &Plot, ticks: &[(f64, String)]) {
     for (at, name) in ticks {
         plot.tick(svg, *at, "");
         let (x, y) = (plot.x(*at) + 4.0, plot.bottom + 16.0);
-        svg.askew((x, y), 12.0, &format!("fill=\"{SOFT_INK}\""), name);
+        svg.askew((x, y), 12.0, SOFT, name);
     }
 }
 

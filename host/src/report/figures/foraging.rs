@@ -6,7 +6,7 @@ use oneiro::random::pcg4d;
 use oneiro::swarm::Swarm;
 
 use super::arena::Sheet;
-use super::svg::{Anchor, INK, SOFT_INK, Svg, number};
+use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, Svg, number};
 
 /// Room between arenas, around the light, and above for the title, in pixels.
 const GAP: f64 = 24.0;
@@ -42,8 +42,7 @@ pub(crate) fn scenarios(title: &str, forager: &Foraging) -> String {
     for (i, (light, words)) in scenarios.into_iter().enumerate() {
         let left = (cell + GAP) * i as f64;
         let sheet = sheet(forager, (left + AROUND, HEAD), SMALL);
-        let style = format!("fill=\"{INK}\" font-weight=\"600\"");
-        svg.words((left + 0.5 * cell, 24.0), 14.0, Anchor::Middle, &style, words);
+        svg.words((left + 0.5 * cell, 24.0), 14.0, Anchor::Middle, BOLD, words);
         arena(&mut svg, &sheet, forager, &food);
         lamp(&mut svg, &sheet, forager, light);
         if i == 0 {
@@ -51,27 +50,20 @@ pub(crate) fn scenarios(title: &str, forager: &Foraging) -> String {
                 0.5 * f64::from(forager.nest_radius) - f64::from(forager.arena_radius),
                 0.0,
             ));
-            svg.words(
-                (nest.0, nest.1 + 4.0),
-                11.0,
-                Anchor::Middle,
-                &format!("fill=\"{INK}\""),
-                "nest",
-            );
+            svg.words((nest.0, nest.1 + 4.0), 11.0, Anchor::Middle, PLAIN, "nest");
         }
     }
     let y = HEAD + SMALL + 24.0;
     let radius = f64::from(forager.food_radius) * SMALL / (2.0 * f64::from(forager.arena_radius));
-    let soft = format!("fill=\"{SOFT_INK}\"");
     svg.circle(
         (AROUND + radius, y - 4.0),
         0.7 * radius,
         &format!("fill=\"{FOOD}\""),
         "",
     );
-    svg.words((AROUND + 2.5 * radius, y), 12.0, Anchor::Start, &soft, "food");
+    svg.words((AROUND + 2.5 * radius, y), 12.0, Anchor::Start, SOFT, "food");
     svg.circle((AROUND + 80.0, y - 4.0), 6.0, &format!("fill=\"{LAMP}\""), "");
-    svg.words((AROUND + 92.0, y), 12.0, Anchor::Start, &soft, "lamp");
+    svg.words((AROUND + 92.0, y), 12.0, Anchor::Start, SOFT, "lamp");
     let scale = SMALL / (2.0 * f64::from(forager.arena_radius));
     ruler(&mut svg, (3.0 * cell + 2.0 * GAP - AROUND, y - 4.0), scale);
     svg.finish()
@@ -168,15 +160,8 @@ fn key(svg: &mut Svg, swarm: &Swarm) {
             &format!("fill=\"{colour}\" fill-opacity=\"0.85\""),
             "",
         );
-        let style = format!("fill=\"{INK}\" font-weight=\"600\"");
-        svg.words((left + 30.0, y), 14.0, Anchor::Start, &style, &words);
-        svg.words(
-            (left + 30.0, y + 18.0),
-            12.0,
-            Anchor::Start,
-            &format!("fill=\"{SOFT_INK}\""),
-            more,
-        );
+        svg.words((left + 30.0, y), 14.0, Anchor::Start, BOLD, &words);
+        svg.words((left + 30.0, y + 18.0), 12.0, Anchor::Start, SOFT, more);
     }
 }
 
@@ -246,13 +231,7 @@ fn ruler(svg: &mut Svg, (right, y): (f64, f64), scale: f64) {
         svg.line((x, y - 4.0), (x, y + 4.0), &style);
     }
     let words = format!("{} mm", number(LENGTH));
-    svg.words(
-        (left - 8.0, y + 4.0),
-        12.0,
-        Anchor::End,
-        &format!("fill=\"{SOFT_INK}\""),
-        &words,
-    );
+    svg.words((left - 8.0, y + 4.0), 12.0, Anchor::End, SOFT, &words);
 }
 
 fn distance(a: (f64, f64), b: (f64, f64)) -> f64 {

@@ -1,7 +1,7 @@
 //! Values for each pair of levels of two factors, as squares that are darker for greater values.
 
 use super::plot::label_room;
-use super::svg::{Anchor, INK, SOFT_INK, Svg, ramp};
+use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, SOFT_INK, Svg, ramp};
 use super::tables::HEAT;
 use crate::report::numbers::significant;
 
@@ -63,8 +63,7 @@ pub(crate) fn heat_map(map: &HeatMap<'_>) -> String {
     let bottom = TOP + HEIGHT * rows as f64;
     let title = format!("{} by {} and {}", map.value, map.across.name, map.up.name);
     let mut svg = Svg::new(sheet, bottom + BOTTOM, &title);
-    let style = format!("fill=\"{INK}\" font-weight=\"600\"");
-    svg.words((left, 24.0), 14.0, Anchor::Start, &style, map.value);
+    svg.words((left, 24.0), 14.0, Anchor::Start, BOLD, map.value);
     key(&mut svg, map, left);
     let best = best(map.squares);
     for (place, square) in map.squares.iter().enumerate() {
@@ -149,35 +148,32 @@ fn key(svg: &mut Svg, map: &HeatMap<'_>, left: f64) {
     if !map.high.is_finite() || !map.low.is_finite() {
         return;
     }
-    let soft = format!("fill=\"{SOFT_INK}\"");
     let words = |value: f64| significant(value, DIGITS).replace('-', "\u{2212}");
     let low = words(map.low);
-    svg.words((left, 51.0), 12.0, Anchor::Start, &soft, &low);
+    svg.words((left, 51.0), 12.0, Anchor::Start, SOFT, &low);
     let from = left + 8.0 + 7.0 * low.chars().count() as f64;
     let part = KEY / f64::from(SHADES);
     for shade in 0..SHADES {
         let style = format!("fill=\"{}\"", ramp(&HEAT, f64::from(shade) / f64::from(SHADES - 1)));
         svg.rectangle((from + part * f64::from(shade), 41.0), (part + 0.3, 11.0), &style);
     }
-    svg.words((from + KEY + 8.0, 51.0), 12.0, Anchor::Start, &soft, &words(map.high));
+    svg.words((from + KEY + 8.0, 51.0), 12.0, Anchor::Start, SOFT, &words(map.high));
 }
 
 /// Draws the names and levels of both factors.
 fn names(svg: &mut Svg, map: &HeatMap<'_>, (left, bottom): (f64, f64), (width, rows): (f64, usize)) {
-    let soft = format!("fill=\"{SOFT_INK}\"");
-    let ink = format!("fill=\"{INK}\"");
     for (column, level) in map.across.levels.iter().enumerate() {
         let x = left + width * (column as f64 + 0.5);
-        svg.words((x, bottom + 20.0), 12.0, Anchor::Middle, &soft, level);
+        svg.words((x, bottom + 20.0), 12.0, Anchor::Middle, SOFT, level);
     }
     for (row, level) in map.up.levels.iter().take(rows).enumerate() {
         let y = bottom - HEIGHT * (row as f64 + 0.5) + 4.0;
-        svg.words((left - 10.0, y), 12.0, Anchor::End, &soft, level);
+        svg.words((left - 10.0, y), 12.0, Anchor::End, SOFT, level);
     }
     let middle = left + 0.5 * width * map.across.levels.len() as f64;
-    svg.words((middle, bottom + 44.0), 13.0, Anchor::Middle, &ink, map.across.name);
+    svg.words((middle, bottom + 44.0), 13.0, Anchor::Middle, PLAIN, map.across.name);
     let (x, y) = (20.0, f64::midpoint(TOP, bottom));
-    svg.turned((x, y), 13.0, &ink, map.up.name);
+    svg.turned((x, y), 13.0, PLAIN, map.up.name);
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use oneiro::arena::Arena;
 
 use super::arena::Sheet;
-use super::svg::{Anchor, INK, Svg};
+use super::svg::{Anchor, BOLD, INK, PLAIN, Svg};
 
 /// Longer side of an arena, in pixels.
 const SIDE: f64 = 320.0;
@@ -61,7 +61,7 @@ fn draw(svg: &mut Svg, sheet: &Sheet, arena: &Arena, body_radius: f64, colour: &
         let scale = sheet.extent().0 / f64::from(arena.bounds().width).max(1.0);
         let style = format!("fill=\"{INK}\" fill-opacity=\"0.08\" stroke=\"{INK}\" stroke-width=\"1.2\"");
         svg.circle(at, body_radius * scale, &style, "start");
-        svg.circle(at, 2.2, &format!("fill=\"{INK}\""), "");
+        svg.circle(at, 2.2, PLAIN, "");
     }
     for (path, fill, edge) in [(journey.real, colour, colour), (journey.simulated, "#ffffff", INK)] {
         if let Some(last) = path.last() {
@@ -73,17 +73,15 @@ fn draw(svg: &mut Svg, sheet: &Sheet, arena: &Arena, body_radius: f64, colour: &
         f64::from(arena.bounds().x),
         f64::from(arena.bounds().y + arena.bounds().height),
     ));
-    let style = format!("fill=\"{INK}\" font-weight=\"600\"");
-    svg.words((corner.0, corner.1 - 9.0), 13.0, Anchor::Start, &style, &journey.label);
+    svg.words((corner.0, corner.1 - 9.0), 13.0, Anchor::Start, BOLD, &journey.label);
 }
 
 /// Draws the key to lines and circles.
 fn key(svg: &mut Svg, (left, top): (f64, f64), colour: &str) {
-    let ink = format!("fill=\"{INK}\"");
     let (left, end) = (left + 12.0, left + 62.0);
     let row = |i: u32| top + 22.0 + 28.0 * f64::from(i);
     let words = |svg: &mut Svg, i: u32, words: &str| {
-        svg.words((end + 12.0, row(i) + 4.5), 13.0, Anchor::Start, &ink, words);
+        svg.words((end + 12.0, row(i) + 4.5), 13.0, Anchor::Start, PLAIN, words);
     };
     svg.line(
         (left, row(0)),
@@ -111,7 +109,7 @@ fn key(svg: &mut Svg, (left, top): (f64, f64), colour: &str) {
         &format!("fill=\"{INK}\" fill-opacity=\"0.08\" stroke=\"{INK}\" stroke-width=\"1.2\""),
         "",
     );
-    svg.circle((middle, row(2) + 4.0), 2.2, &ink, "");
+    svg.circle((middle, row(2) + 4.0), 2.2, PLAIN, "");
     words(svg, 2, "the robot at the start that all share");
 }
 

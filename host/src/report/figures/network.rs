@@ -2,7 +2,7 @@
 
 use oneiro::tables::SENSORS;
 
-use super::svg::{Anchor, INK, SOFT_INK, Svg, number};
+use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, SOFT_INK, Svg, number};
 use super::tables::NAMES;
 
 const WIDTH: f64 = 900.0;
@@ -36,26 +36,23 @@ pub(crate) fn network(title: &str, weights: &[f32]) -> String {
         }
     }
     let node = format!("fill=\"#ffffff\" stroke=\"{INK}\" stroke-width=\"1.8\"");
-    let ink = format!("fill=\"{INK}\"");
-    let soft = format!("fill=\"{SOFT_INK}\"");
     for (words, x) in outputs {
         svg.circle((x, OUTPUTS), RADIUS, &node, words);
-        let bold = format!("{ink} font-weight=\"600\"");
-        svg.words((x, OUTPUTS - RADIUS - 10.0), 14.0, Anchor::Middle, &bold, words);
+        svg.words((x, OUTPUTS - RADIUS - 10.0), 14.0, Anchor::Middle, BOLD, words);
     }
     for (i, name) in NAMES.iter().enumerate() {
         svg.circle((input(i), INPUTS), RADIUS, &node, name);
-        svg.words((input(i), INPUTS + 4.5), 13.0, Anchor::Middle, &ink, &i.to_string());
-        svg.words((input(i), INPUTS + RADIUS + 18.0), 12.0, Anchor::Middle, &ink, name);
+        svg.words((input(i), INPUTS + 4.5), 13.0, Anchor::Middle, PLAIN, &i.to_string());
+        svg.words((input(i), INPUTS + RADIUS + 18.0), 12.0, Anchor::Middle, PLAIN, name);
     }
     let (x, side) = (input(SENSORS), 1.7 * RADIUS);
     svg.rectangle((x - 0.5 * side, INPUTS - 0.5 * side), (side, side), &node);
-    svg.words((x, INPUTS + 4.5), 13.0, Anchor::Middle, &ink, "1");
-    svg.words((x, INPUTS + RADIUS + 18.0), 12.0, Anchor::Middle, &ink, "bias");
+    svg.words((x, INPUTS + 4.5), 13.0, Anchor::Middle, PLAIN, "1");
+    svg.words((x, INPUTS + RADIUS + 18.0), 12.0, Anchor::Middle, PLAIN, "bias");
     // The weights as numbers.
     for (output, words) in ["to the left", "to the right"].iter().enumerate() {
         let y = INPUTS + RADIUS + 52.0 + 24.0 * output as f64;
-        svg.words((FIRST - 0.62 * STEP, y), 12.0, Anchor::End, &soft, words);
+        svg.words((FIRST - 0.62 * STEP, y), 12.0, Anchor::End, SOFT, words);
         for i in 0..=SENSORS {
             let weight = weights.get(output * (SENSORS + 1) + i);
             let (words, colour) = weight.map_or(("\u{2013}".to_owned(), SOFT_INK), |&weight| {
@@ -76,13 +73,13 @@ pub(crate) fn network(title: &str, weights: &[f32]) -> String {
             (x + 36.0, y),
             &format!("stroke=\"{colour}\" stroke-width=\"5\""),
         );
-        svg.words((x + 44.0, y + 4.5), 12.0, Anchor::Start, &ink, words);
+        svg.words((x + 44.0, y + 4.5), 12.0, Anchor::Start, PLAIN, words);
     }
     svg.words(
         (FIRST + 5.6 * STEP, y + 4.5),
         12.0,
         Anchor::Start,
-        &soft,
+        SOFT,
         "width: size of the weight",
     );
     svg.finish()

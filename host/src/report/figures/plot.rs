@@ -1,6 +1,6 @@
 //! A coordinate system with axes, and lines in it.
 
-use super::svg::{Anchor, INK, SOFT_INK, Svg, number, tick_step};
+use super::svg::{Anchor, PLAIN, SOFT, SOFT_INK, Svg, number, tick_step};
 
 /// Least distance of two labels, in pixels.
 pub(super) const LABEL_GAP: f64 = 17.0;
@@ -110,15 +110,14 @@ impl Plot {
             self.tick(svg, tick, &self.across.words(tick));
         }
         let at = (0.5 * (self.left + self.right), self.bottom + 42.0);
-        svg.words(at, 13.0, Anchor::Middle, &format!("fill=\"{INK}\""), across);
+        svg.words(at, 13.0, Anchor::Middle, PLAIN, across);
     }
 
     /// Draws a tick of the horizontal axis with its name.
     pub(super) fn tick(&self, svg: &mut Svg, at: f64, name: &str) {
         let (x, bottom) = (self.x(at), self.bottom);
         svg.line((x, bottom), (x, bottom + 5.0), &format!("stroke=\"{SOFT_INK}\""));
-        let style = format!("fill=\"{SOFT_INK}\"");
-        svg.words((x, bottom + 20.0), 12.0, Anchor::Middle, &style, name);
+        svg.words((x, bottom + 20.0), 12.0, Anchor::Middle, SOFT, name);
     }
 
     /// Draws the vertical axis with its name, and the base line of the horizontal one.
@@ -130,22 +129,20 @@ impl Plot {
             bottom,
             ..
         } = self;
-        let words = format!("fill=\"{SOFT_INK}\"");
         for tick in self.up.ticks() {
             let y = self.y(tick);
             svg.line((left, y), (right, y), "stroke=\"#e4e5e8\" stroke-width=\"1\"");
-            svg.words((left - 8.0, y + 4.0), 12.0, Anchor::End, &words, &self.up.words(tick));
+            svg.words((left - 8.0, y + 4.0), 12.0, Anchor::End, SOFT, &self.up.words(tick));
         }
         svg.line(
             (left, bottom),
             (right, bottom),
             &format!("stroke=\"{SOFT_INK}\" stroke-width=\"1.2\""),
         );
-        let ink = format!("fill=\"{INK}\"");
         // Clear of the longest number.
         let digits = self.up.ticks().map(|tick| self.up.words(tick).len()).max().unwrap_or(0);
         let x = left - (18.0 + 7.0 * digits as f64).max(46.0);
-        svg.turned((x, 0.5 * (top + bottom)), 13.0, &ink, up);
+        svg.turned((x, 0.5 * (top + bottom)), 13.0, PLAIN, up);
     }
 
     /// Draws a line through values, with gaps for values that aren't finite. An isolated value becomes a dot with its

@@ -8,6 +8,10 @@ const FONT: &str = "system-ui, -apple-system, 'Segoe UI', 'Helvetica Neue', 'Dej
 pub(super) const INK: &str = "#33363f";
 /// Colour of secondary text.
 pub(super) const SOFT_INK: &str = "#74777f";
+/// Styles of text: a heading, other text, and secondary text.
+pub(super) const BOLD: &str = "fill=\"#33363f\" font-weight=\"600\"";
+pub(super) const PLAIN: &str = "fill=\"#33363f\"";
+pub(super) const SOFT: &str = "fill=\"#74777f\"";
 
 /// Alignment of a text relative to its point.
 #[derive(Clone, Copy)]

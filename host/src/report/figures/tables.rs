@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use oneiro::tables::{SENSORS, SensorTable};
 
-use super::svg::{Anchor, INK, SOFT_INK, Svg, number, ramp};
+use super::svg::{Anchor, BOLD, PLAIN, SOFT, Svg, number, ramp};
 
 /// Size of a panel's plot, distance to the next one, and room for text.
 const PANEL: (f64, f64) = (200.0, 130.0);
@@ -57,13 +57,7 @@ pub(crate) fn sensor_table(table: &SensorTable) -> String {
         table.class
     );
     let mut svg = Svg::new(width, height, &title);
-    svg.words(
-        (LEFT, 34.0),
-        17.0,
-        Anchor::Start,
-        &format!("fill=\"{INK}\" font-weight=\"600\""),
-        &title,
-    );
+    svg.words((LEFT, 34.0), 17.0, Anchor::Start, BOLD, &title);
     key(&mut svg, width - GAP.0);
     for view in 0..views {
         let top = TOP + view as f64 * view_height;
@@ -74,8 +68,7 @@ pub(crate) fn sensor_table(table: &SensorTable) -> String {
                 degrees(view),
                 degrees(view + 1)
             );
-            let style = format!("fill=\"{INK}\" font-weight=\"600\"");
-            svg.words((LEFT, top), 14.0, Anchor::Start, &style, &words);
+            svg.words((LEFT, top), 14.0, Anchor::Start, BOLD, &words);
         }
         for sensor in 0..sensors {
             let corner = (
@@ -95,10 +88,9 @@ fn key(svg: &mut Svg, right: f64) {
         let x = right - 140.0 + f64::from(shade) * width;
         svg.rectangle((x, 24.0), (width + 0.3, 10.0), &format!("fill=\"{}\"", colour(shade)));
     }
-    let style = format!("fill=\"{SOFT_INK}\"");
-    svg.words((right - 148.0, 33.0), 12.0, Anchor::End, &style, "reading");
-    svg.words((right - 140.0, 48.0), 12.0, Anchor::Start, &style, "0");
-    svg.words((right, 48.0), 12.0, Anchor::End, &style, &GREATEST.to_string());
+    svg.words((right - 148.0, 33.0), 12.0, Anchor::End, SOFT, "reading");
+    svg.words((right - 140.0, 48.0), 12.0, Anchor::Start, SOFT, "0");
+    svg.words((right, 48.0), 12.0, Anchor::End, SOFT, &GREATEST.to_string());
 }
 
 fn panel(svg: &mut Svg, table: &SensorTable, view: usize, sensor: usize, (left, top): (f64, f64)) {
@@ -114,15 +106,13 @@ fn panel(svg: &mut Svg, table: &SensorTable, view: usize, sensor: usize, (left, 
         }
     }
     svg.rectangle((left, top), PANEL, "fill=\"none\" stroke=\"#a9acb3\"");
-    let soft = format!("fill=\"{SOFT_INK}\"");
-    let ink = format!("fill=\"{INK}\"");
     // Other robots name their sensors in their experiments.
     let name = if table.sensors as usize == SENSORS {
         format!("{sensor}: {}", NAMES[sensor])
     } else {
         sensor.to_string()
     };
-    svg.words((left, top - 7.0), 13.0, Anchor::Start, &ink, &name);
+    svg.words((left, top - 7.0), 13.0, Anchor::Start, PLAIN, &name);
     // The outer labels stay within the panel, clear of the next one's.
     let bearings = [
         (-180, Anchor::Start),
@@ -138,7 +128,7 @@ fn panel(svg: &mut Svg, table: &SensorTable, view: usize, sensor: usize, (left, 
             (x, top + PANEL.1 + 17.0),
             11.0,
             anchor,
-            &soft,
+            SOFT,
             &format!("{degrees}\u{b0}"),
         );
     }
@@ -147,8 +137,8 @@ fn panel(svg: &mut Svg, table: &SensorTable, view: usize, sensor: usize, (left, 
         let farthest = table.nearest + table.spacing * table.rows.saturating_sub(1) as f32;
         let near = format!("{} mm", number(f64::from(table.nearest)));
         let far = format!("{} mm", number(f64::from(farthest)));
-        svg.words((left - 6.0, top + PANEL.1 - 2.0), 11.0, Anchor::End, &soft, &near);
-        svg.words((left - 6.0, top + 11.0), 11.0, Anchor::End, &soft, &far);
+        svg.words((left - 6.0, top + PANEL.1 - 2.0), 11.0, Anchor::End, SOFT, &near);
+        svg.words((left - 6.0, top + 11.0), 11.0, Anchor::End, SOFT, &far);
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::plot::{Plot, Range};
-use super::svg::{Anchor, INK, SOFT_INK, Svg, number, ramp};
+use super::svg::{Anchor, BOLD, SOFT, Svg, number, ramp};
 use super::tables::HEAT;
 
 const WIDTH: f64 = 640.0;
@@ -32,10 +32,9 @@ pub(crate) fn tournament(title: &str, every: u32, count: usize, scores: &[f64]) 
     let numbers = || scores.iter().copied().filter(|score| !score.is_nan());
     let (low, high) = (numbers().fold(f64::NAN, f64::min), numbers().fold(f64::NAN, f64::max));
     let mut svg = Svg::new(WIDTH, HEIGHT, title);
-    let style = format!("fill=\"{INK}\" font-weight=\"600\"");
-    svg.words((LEFT, 28.0), 16.0, Anchor::Start, &style, title);
+    svg.words((LEFT, 28.0), 16.0, Anchor::Start, BOLD, title);
     let key = format!("score of the first population from {low:.3} (light) to {high:.3} (dark)");
-    svg.words((LEFT, 50.0), 12.0, Anchor::Start, &format!("fill=\"{SOFT_INK}\""), &key);
+    svg.words((LEFT, 50.0), 12.0, Anchor::Start, SOFT, &key);
     plot.axes(
         &mut svg,
         "generation of the second population",

@@ -66,9 +66,7 @@ impl Behaviour {
 
     fn measured(&self, life: &Trace) -> measures::Measures {
         let mut meter = Meter::new(Arc::clone(&self.frame));
-        for (record, details) in life.lines() {
-            meter.add(record, details);
-        }
+        meter.add_all(life);
         meter.finish()
     }
 }

@@ -274,11 +274,7 @@ impl Page<'_> {
             elites.len(),
             self.cells
         );
-        let section = Section {
-            id: "archive".into(),
-            title: "The archive".into(),
-            body,
-        };
+        let section = Section::new("archive", "The archive", body);
         document(&title, &counted, &[section])
     }
 }

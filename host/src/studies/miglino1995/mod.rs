@@ -250,9 +250,7 @@ fn recordings(paths: &[PathBuf], states: MotorStates, console: Console) -> Resul
     let is_motor = |path: &&PathBuf| path.file_stem().is_some_and(|name| name == "motor");
     let (motors, sensors): (Vec<_>, Vec<_>) = paths.iter().partition(is_motor);
     let import = SensorTables::read(&sensors).map_err(Failure::input)?;
-    for warning in import.warnings {
-        console.say(format!("warning: {warning}"));
-    }
+    console.warn(import.warnings);
     let motors = match motors.first() {
         Some(path) => Arc::new(MotorTable::read(path, states).map_err(Failure::input)?),
         None => MotorTable::khepera(states),

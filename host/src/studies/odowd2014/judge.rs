@@ -6,7 +6,7 @@ use std::ops::Range;
 use oneiro::foraging::Light;
 use rand_pcg::Pcg64;
 
-use super::measures::{ALL, BEFORE_MOVE, BIN, FIRST_HALF, G0, G1, LATE, S0, SECOND_HALF, SETTLED};
+use super::measures::{ALL, BEFORE_MOVE, BIN, FIRST_HALF, G0, G1, LATE, S0, SECOND_HALF, SETTLED, minutes};
 use super::results::{Case, Combination, Kind, Results, Run};
 use crate::statistics::{Interval, cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, student_t, subset};
 use crate::studies::ODOWD2014_CLAIMS;
@@ -325,13 +325,7 @@ impl Judged<'_> {
         finding.note("its 90 % interval from", interval.low);
         finding.note("to", interval.high);
         // The paper's own test.
-        let minutes = |case| {
-            let runs: Vec<Vec<f64>> = self.combination.of(case, Evolved).map(Run::minutes).collect();
-            let minutes = runs.iter().map(Vec::len).min().unwrap_or(0);
-            (0..minutes)
-                .map(|minute| mean(runs.iter().map(|run| run[minute])))
-                .collect::<Vec<_>>()
-        };
+        let minutes = |case| minutes(self.combination.of(case, Evolved));
         for case in [NoLight, Over, Opposite, OverThenOpposite, OppositeThenOver] {
             if let Ok(test) = student_t(&minutes(case), &minutes(Random)) {
                 let name = format!("the paper's, minute means, {} and Random Movement", case.title());
@@ -484,7 +478,7 @@ impl Judged<'_> {
         let bin = self.results.light_moves_minute as usize * 60 / BIN;
         let rate = |bins: Range<usize>| {
             mean(self.each(OverThenOpposite, Evolved, |run| {
-                mean(run.rates().get(bins.clone()).unwrap_or(&[]))
+                mean(run.rates(BIN).get(bins.clone()).unwrap_or(&[]))
             }))
         };
         let fall = 1.0 - rate(bin..bin + 2) / rate(bin - 1..bin);

@@ -7,7 +7,8 @@ use oneiro::foraging::Light;
 use super::results::{Case, RobotInterval, Run};
 use crate::statistics::{mean, roc_area, variance};
 
-/// Duration of a bin of Figure 5 in seconds.
+/// Seconds of a minute, and of a bin of Figure 5.
+pub(crate) const MINUTE: usize = 60;
 pub(crate) const BIN: usize = 250;
 /// Phases that the claims name, in intervals of a minute; the light moves at 25.
 pub(crate) const ALL: Range<usize> = 0..50;
@@ -24,20 +25,15 @@ pub(crate) const G0: Gene = |own| own.g0;
 pub(crate) const G1: Gene = |own| own.g1;
 
 impl Run {
-    /// Food per minute that the swarm collected in a range of minutes.
+    /// Food per minute that the swarm collected in a range of minutes; NaN if the run ended before.
     pub(crate) fn rate(&self, minutes: Range<usize>) -> f64 {
-        let end = (60 * minutes.end).min(self.brought.len());
-        per_minute(&self.brought[(60 * minutes.start).min(end)..end])
+        let [start, end] = [minutes.start, minutes.end].map(|minute| (minute * MINUTE).min(self.brought.len()));
+        per_minute(&self.brought[start..end])
     }
 
-    /// Food per minute in each of the bins of Figure 5.
-    pub(crate) fn rates(&self) -> Vec<f64> {
-        self.brought.chunks(BIN).map(per_minute).collect()
-    }
-
-    /// Food in each minute.
-    pub(crate) fn minutes(&self) -> Vec<f64> {
-        self.brought.chunks(60).map(total).collect()
+    /// Food per minute in successive bins of some seconds.
+    pub(crate) fn rates(&self, bin: usize) -> Vec<f64> {
+        self.brought.chunks(bin).map(per_minute).collect()
     }
 
     /// All robots in a range of intervals, as far as the run goes.
@@ -88,11 +84,21 @@ impl Run {
 
 /// Food per minute from the food of each second; NaN for an empty slice.
 pub(crate) fn per_minute(brought: &[u16]) -> f64 {
-    60.0 * total(brought) / brought.len() as f64
+    60.0 * total(brought) as f64 / brought.len() as f64
 }
 
-fn total(brought: &[u16]) -> f64 {
-    brought.iter().map(|&food| f64::from(food)).sum()
+/// Total food.
+pub(crate) fn total(brought: &[u16]) -> u64 {
+    brought.iter().map(|&food| u64::from(food)).sum()
+}
+
+/// Food in each minute, as the mean over runs: the samples of the paper's test.
+pub(crate) fn minutes<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<f64> {
+    let rows: Vec<Vec<f64>> = runs.map(|run| run.rates(MINUTE)).collect();
+    let length = rows.iter().map(Vec::len).min().unwrap_or(0);
+    (0..length)
+        .map(|minute| mean(rows.iter().map(|row| row[minute])))
+        .collect()
 }
 
 impl Case {
@@ -138,8 +144,8 @@ mod tests {
     fn measures_are_those_worked_out_by_hand() {
         let run = run();
         assert_eq!((run.rate(0..1), run.rate(1..2), run.rate(0..2)), (1.0, 3.0, 2.0));
-        assert_eq!(run.minutes(), [1.0, 3.0]);
-        assert_eq!(run.rates(), [2.0]);
+        assert_eq!(run.rates(MINUTE), [1.0, 3.0]);
+        assert_eq!(run.rates(BIN), [2.0]);
         assert_eq!(run.share(Light::OppositeNest, 0..1), 0.5);
         assert_eq!(run.share(Light::OverNest, 0..2), 0.5);
         assert_eq!(run.share(Light::OverNest, 1..50), 1.0);

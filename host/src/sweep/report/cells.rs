@@ -78,11 +78,11 @@ impl<'a> Cells<'a> {
                 cells.into()
             })
             .collect();
-        Section {
-            id: "cells".into(),
-            title: "Cells".into(),
-            body: format!("{}{}", paragraph(&words), table("", "", &head, &rows)),
-        }
+        Section::new(
+            "cells",
+            "Cells",
+            format!("{}{}", paragraph(&words), table("", "", &head, &rows)),
+        )
     }
 
     /// All cells as CSV, with the means of the other outcomes if they are numbers.

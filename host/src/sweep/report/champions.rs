@@ -46,9 +46,9 @@ pub(super) fn section(tables: &Tables<'_>, runs: &Runs) -> Section {
         cells.into()
     };
     let rows: Vec<Row> = best.iter().map(row).collect();
-    Section {
-        id: "champions".into(),
-        title: "Champions".into(),
-        body: format!("{words}{}", table("", "", &head, &rows)),
-    }
+    Section::new(
+        "champions",
+        "Champions",
+        format!("{words}{}", table("", "", &head, &rows)),
+    )
 }

@@ -22,11 +22,11 @@ pub(super) fn section(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>, effec
     } else {
         tests(tables)
     };
-    Section {
-        id: "effects".into(),
-        title: "Effect sizes and tests".into(),
-        body: format!("{tests}{}{}", of_levels(runs, effects), of_cells(runs, cells, effects)),
-    }
+    Section::new(
+        "effects",
+        "Effect sizes and tests",
+        format!("{tests}{}{}", of_levels(runs, effects), of_cells(runs, cells, effects)),
+    )
 }
 
 /// Explanation that applies to all tables.

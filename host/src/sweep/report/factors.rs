@@ -120,11 +120,7 @@ pub(super) fn overview(tables: &Tables<'_>, runs: &Runs, samples: &[Vec<Sample>]
     } else {
         paragraph(&words) + &table("", "", &head, &rows)
     };
-    Section {
-        id: "factors".into(),
-        title: "Factors".into(),
-        body,
-    }
+    Section::new("factors", "Factors", body)
 }
 
 /// A note if levels of one factor were not run with the same levels of the others. Randomly drawn numbers are spread
@@ -213,11 +209,7 @@ pub(super) fn one_by_one(
         });
         articles.collect()
     };
-    Section {
-        id: "curves".into(),
-        title: "How runs went, and what came out".into(),
-        body,
-    }
+    Section::new("curves", "How runs went, and what came out", body)
 }
 
 /// Names the best level, whether it lies inside the swept range, and how certain that is.

@@ -79,11 +79,11 @@ pub(super) fn section(tables: &Tables<'_>, runs: &Runs, effects: &Effects) -> Op
         String::new()
     };
     let script = if pairs.len() > 1 { SCRIPT } else { "" };
-    Some(Section {
-        id: "pairs".into(),
-        title: "Pairs of factors".into(),
-        body: format!("{}{choice}{}{script}", paragraph(&words), figures.concat()),
-    })
+    Some(Section::new(
+        "pairs",
+        "Pairs of factors",
+        format!("{}{choice}{}{script}", paragraph(&words), figures.concat()),
+    ))
 }
 
 /// Factors to show, in order.

@@ -73,11 +73,7 @@ pub(super) fn methods(study: &Report<'_>) -> Section {
         super::robot::methods(study),
         verdicts::judging(),
     ];
-    Section {
-        id: "methods".into(),
-        title: "Methods".into(),
-        body: body.concat(),
-    }
+    Section::new("methods", "Methods", body.concat())
 }
 
 /// What the results do not show, or hang on.
@@ -99,11 +95,7 @@ pub(super) fn limits(study: &Report<'_>) -> Section {
         differences(study),
         assumptions::html(&study.results.assumptions),
     ];
-    Section {
-        id: "limits".into(),
-        title: "Limits".into(),
-        body: body.concat(),
-    }
+    Section::new("limits", "Limits", body.concat())
 }
 
 fn differences(study: &Report<'_>) -> String {

@@ -54,11 +54,7 @@ pub(super) fn methods(study: &Report<'_>) -> Section {
         system::html(study),
         verdicts::judging(),
     ];
-    Section {
-        id: "methods".into(),
-        title: "Methods".into(),
-        body: body.concat(),
-    }
+    Section::new("methods", "Methods", body.concat())
 }
 
 /// What the results do not show, or hang on.
@@ -78,9 +74,5 @@ pub(super) fn limits(study: &Report<'_>) -> Section {
         ),
         assumptions::html(study.assumptions),
     ];
-    Section {
-        id: "limits".into(),
-        title: "Limits".into(),
-        body: body.concat(),
-    }
+    Section::new("limits", "Limits", body.concat())
 }

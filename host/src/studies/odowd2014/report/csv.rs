@@ -236,7 +236,7 @@ fn robots(results: &Results) -> String {
 fn rates(results: &Results) -> String {
     let mut table = Csv::new(&of(&RUN, &RATES));
     for (whose, run) in all_runs(results) {
-        let per_minute = super::measures::rates(run, BIN);
+        let per_minute = run.rates(BIN);
         for (bin, (food, rate)) in run.brought.chunks(BIN).zip(per_minute).enumerate() {
             let from = bin * BIN;
             let fields = [

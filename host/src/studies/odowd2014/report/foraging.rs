@@ -1,6 +1,6 @@
 //! Figure 5 and its tests: food collected, by case.
 
-use super::measures::{BIN, MINUTE, difference, minutes, rate, rates, runs_of};
+use super::measures::{BIN, MINUTE, difference, minutes, runs_of};
 use super::{colour, moves, named, paper, short_title};
 use crate::report::figures::{self, Band, Panel, evenly};
 use crate::report::numbers::{probability, shown, spread_words, spreads};
@@ -24,7 +24,7 @@ fn rate_figure(results: &Results, combination: &Combination) -> String {
     let bands: Vec<Band<'_>> = cases
         .iter()
         .map(|(case, runs)| {
-            let rows: Vec<Vec<f64>> = runs.iter().map(|run| rates(run, BIN)).collect();
+            let rows: Vec<Vec<f64>> = runs.iter().map(|run| run.rates(BIN)).collect();
             Band {
                 label: short_title(*case),
                 colour: colour(*case),
@@ -71,15 +71,14 @@ fn rate_figure(results: &Results, combination: &Combination) -> String {
 
 /// Table of each case's rate and its difference from that of random movement.
 fn tests(results: &Results, combination: &Combination) -> String {
-    let all = results.minutes as usize * MINUTE;
-    let half = results.light_moves_minute as usize * MINUTE;
-    let rates = |runs: &[&Run]| -> Vec<f64> { runs.iter().map(|run| rate(run, 0..all)).collect() };
+    let (all, half) = (results.minutes as usize, results.light_moves_minute as usize);
+    let rates = |runs: &[&Run]| -> Vec<f64> { runs.iter().map(|run| run.rate(0..all)).collect() };
     let control = runs_of(combination, Case::Random, Kind::Evolved);
-    let (control_minutes, control_rates) = (minutes(&control), rates(&control));
+    let (control_minutes, control_rates) = (minutes(control.iter().copied()), rates(&control));
     let rows: Vec<Row> = cases(combination)
         .map(|(case, runs)| {
             let number = |x| Cell::number(shown(x, 3));
-            let over = |seconds: std::ops::Range<usize>| mean(runs.iter().map(|run| rate(run, seconds.clone())));
+            let over = |minutes: std::ops::Range<usize>| mean(runs.iter().map(|run| run.rate(minutes.clone())));
             let own = rates(&runs);
             let mut cells = vec![
                 Cell::html(dotted(colour(case), short_title(case))),
@@ -93,7 +92,10 @@ fn tests(results: &Results, combination: &Combination) -> String {
                 return cells.into();
             }
             cells.push(number(mean(own.iter().copied()) / mean(control_rates.iter().copied())));
-            for (own, control) in [(&minutes(&runs), &control_minutes), (&own, &control_rates)] {
+            for (own, control) in [
+                (&minutes(runs.iter().copied()), &control_minutes),
+                (&own, &control_rates),
+            ] {
                 let difference = difference(own, control);
                 cells.push(number(difference.d));
                 cells.push(Cell::number(probability(difference.p)));

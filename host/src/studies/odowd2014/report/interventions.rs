@@ -1,6 +1,6 @@
 //! Usefulness of simulators: foraging rates when they are shuffled, fixed or drawn at random, and of a lone robot.
 
-use super::measures::{difference, rate, runs_of};
+use super::measures::{difference, per_minute, runs_of};
 use super::{DIGITS, case_name, kind_name, named, other_kinds};
 use crate::report::numbers::{probability, shown};
 use crate::report::page::{Cell, Head, Row, table};
@@ -22,7 +22,7 @@ pub(super) fn html(combination: &Combination) -> String {
         Head::Number("d"),
         Head::Number("p"),
     ];
-    let rates = |runs: &[&Run]| -> Vec<f64> { runs.iter().map(|run| rate(run, 0..usize::MAX)).collect() };
+    let rates = |runs: &[&Run]| -> Vec<f64> { runs.iter().map(|run| per_minute(&run.brought)).collect() };
     let mut rows = Vec::new();
     for case in Case::ALL {
         let paper = rates(&runs_of(combination, case, Kind::Evolved));

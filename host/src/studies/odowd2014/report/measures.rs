@@ -1,49 +1,18 @@
 //! Measures and tests of runs: foraging rates and shares of what genes select.
 
-use std::ops::Range;
-
 use oneiro::foraging::Light;
 
 use crate::report::figures::Spread;
 use crate::statistics::{cohens_d, mean, student_t, variance};
-use crate::studies::odowd2014::measures::per_minute;
-pub(super) use crate::studies::odowd2014::measures::{BIN, G0, G1, Gene, S0};
+pub(super) use crate::studies::odowd2014::measures::{BIN, G0, G1, Gene, MINUTE, S0, minutes, per_minute, total};
 use crate::studies::odowd2014::results::{Case, Combination, Kind, RobotInterval, Run};
 
-/// Seconds of a minute.
-pub(super) const MINUTE: usize = 60;
 /// Number of final intervals that are averaged for the end of a run.
 pub(super) const LAST: usize = 10;
 
 /// The runs of a case and kind.
 pub(super) fn runs_of(combination: &Combination, case: Case, kind: Kind) -> Vec<&Run> {
     combination.of(case, kind).collect()
-}
-
-/// Food per minute that a swarm collects in a range of seconds; NaN if the run ended before.
-pub(super) fn rate(run: &Run, seconds: Range<usize>) -> f64 {
-    let end = seconds.end.min(run.brought.len());
-    let brought = run.brought.get(seconds.start..end).unwrap_or_default();
-    per_minute(brought)
-}
-
-/// Total food.
-pub(super) fn total(brought: &[u16]) -> u64 {
-    brought.iter().map(|&food| u64::from(food)).sum()
-}
-
-/// Food per minute in successive bins of `bin` seconds.
-pub(super) fn rates(run: &Run, bin: usize) -> Vec<f64> {
-    run.brought.chunks(bin).map(per_minute).collect()
-}
-
-/// Food in each minute, as the mean over runs: the samples of the paper's test.
-pub(super) fn minutes(runs: &[&Run]) -> Vec<f64> {
-    let rows: Vec<Vec<f64>> = runs.iter().map(|run| rates(run, MINUTE)).collect();
-    let length = rows.iter().map(Vec::len).min().unwrap_or(0);
-    (0..length)
-        .map(|minute| mean(rows.iter().map(|row| row[minute])))
-        .collect()
 }
 
 /// Third of its range that a gene is in: opposite, no light or over; flees light, searches at random or seeks light.

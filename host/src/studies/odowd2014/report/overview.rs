@@ -1,6 +1,6 @@
 //! All combinations of mutation scale and credit side by side.
 
-use super::measures::{LAST, S0, at_the_end, rate, runs_of, shares, third_of};
+use super::measures::{LAST, S0, at_the_end, per_minute, runs_of, shares, third_of};
 use super::{DIGITS, evolving, short_title, title};
 use crate::report::numbers::{percent, shown};
 use crate::report::page::{Cell, Head, Row, table};
@@ -17,7 +17,7 @@ pub(super) fn rates(results: &Results) -> String {
     let row = |combination: &Combination| {
         let rates = Case::ALL.map(|case| {
             let runs = runs_of(combination, case, Kind::Evolved);
-            Cell::number(shown(mean(runs.iter().map(|run| rate(run, 0..usize::MAX))), DIGITS))
+            Cell::number(shown(mean(runs.iter().map(|run| per_minute(&run.brought))), DIGITS))
         });
         Row::from(
             std::iter::once(Cell::text(&title(combination)))

@@ -1,7 +1,7 @@
 use oneiro::foraging::Light;
 use oneiro::random::pcg4d;
 
-use super::measures::{self, rates, runs_of};
+use super::measures::{self, runs_of};
 use super::questions;
 use super::*;
 use crate::report::page::check::{outside, part, unbalanced};
@@ -286,14 +286,14 @@ fn rates_are_food_per_minute() {
     let own = run((0..500)
         .map(|second| u16::from(second < 250 && second % 10 == 0))
         .collect());
-    assert_eq!(rates(&own, 250), [6.0, 0.0]);
-    assert_eq!(rates(&own, 200), [6.0, 1.5, 0.0], "the last bin is half as long");
-    assert_eq!(measures::rate(&own, 0..500), 3.0);
-    assert_eq!(measures::rate(&own, 240..usize::MAX), 1.0 * 60.0 / 260.0);
-    assert!(measures::rate(&own, 500..600).is_nan() && measures::rate(&own, 900..1000).is_nan());
+    assert_eq!(own.rates(250), [6.0, 0.0]);
+    assert_eq!(own.rates(200), [6.0, 1.5, 0.0], "the last bin is half as long");
+    assert_eq!(own.rate(0..9), 3.0);
+    assert_eq!(own.rate(4..9), 1.0 * 60.0 / 260.0);
+    assert!(own.rate(9..10).is_nan() && own.rate(15..20).is_nan());
     let other = run(vec![1; 130]);
     // The third minute includes 10 s of the other run.
-    assert_eq!(measures::minutes(&[&own, &other]), [33.0, 33.0, 33.0]);
+    assert_eq!(measures::minutes([&own, &other].into_iter()), [33.0, 33.0, 33.0]);
 }
 
 #[test]
