@@ -59,7 +59,7 @@ def judged(columns):
     for seed in columns[0][3].index:
         without = family([(*rest, values.drop(seed)) for *rest, values in columns], fit)
         changed += (without.outcome != table.outcome).to_numpy()
-    return table.assign(changed_by_seeds=changed)
+    return table.assign(changed=changed)
 
 
 def main(path):
