@@ -63,10 +63,10 @@ static OF_EPUCK: Study = Study {
     kind: &EPUCK,
     rules: &["slide"],
     noises: &[NONE, SENSOR, ("conservative", &["noise.walk_range_mm=30"])],
-    seeds: 8,
+    seeds: 6,
     on_seeds: 3,
     on_noises: 3,
-    on_generations: 4,
+    on_generations: 3,
 };
 
 const PARENTS: usize = 20;

@@ -11,8 +11,6 @@ use super::{FIRST_PORT, live, world};
 
 /// How much faster than real time the simulator runs.
 const SPEED: u32 = 10;
-/// Robots that live at once.
-const CROWD: usize = 50;
 /// A life, in cycles of 100 ms.
 const CYCLES: usize = 500;
 
@@ -34,6 +32,8 @@ pub(crate) struct Kind {
     pub(crate) body: f64,
     pub(crate) cylinder: f64,
     side: f64,
+    /// Robots that live at once: the simulator compares each with everything.
+    crowd: usize,
 }
 
 pub(crate) const THYMIO: Kind = Kind {
@@ -47,6 +47,7 @@ pub(crate) const THYMIO: Kind = Kind {
     body: 80.0,
     cylinder: 40.0,
     side: 1000.0,
+    crowd: 50,
 };
 
 pub(crate) const EPUCK: Kind = Kind {
@@ -60,6 +61,7 @@ pub(crate) const EPUCK: Kind = Kind {
     body: 37.0,
     cylinder: 37.0,
     side: 500.0,
+    crowd: 20,
 };
 
 impl Kind {
@@ -102,10 +104,10 @@ impl Kind {
         }
     }
 
-    /// Lives in the simulator, up to `CROWD` at once, each in a walled arena of its own.
+    /// Lives in the simulator, up to `crowd` at once, each in a walled arena of its own.
     pub(crate) fn lives(&'static self, of: &[(&[f64], Pose)]) -> Lived {
         let (mut all, mut late) = (Lived::default(), 0);
-        for part in of.chunks(CROWD) {
+        for part in of.chunks(self.crowd) {
             let (things, side) = self.arenas(part);
             let genes: Vec<&[f64]> = part.iter().map(|(genes, _)| *genes).collect();
             let (fitness, cycles) = things.live([side; 2], |robots| self.live_at_once(robots, &genes));
