@@ -45,7 +45,7 @@ class Study:
         """Rows of the generations that the last generations of these runs begin, for each seed."""
         seeds = range(self.first, self.last + 1)
         values = {"evolution.finalists": 0, "evolution.generations": generations, **values}
-        populations = [f"{of}/seed-{seed}/population.npy" if self.first < self.last else f"{of}/population.npy" for seed in seeds]
+        populations = [f"{of}/seed-{seed}/population.npy" for seed in seeds]
         lines = [
             f"experiment = {json.dumps(str(EXPERIMENT))}",
             f"seeds = [{LATER + self.first}]",
