@@ -245,7 +245,7 @@ fn the_1995_study_in_the_simulator_of_others() {
 }
 
 #[test]
-#[ignore = "a study, not a check: it takes half an hour in real time, and its recorded table is judged by tests/recompute.sh"]
+#[ignore = "a study, not a check: it takes an hour in real time, and its recorded table is judged by tests/recompute.sh"]
 fn the_1995_study_with_the_epuck_of_others() {
     run("the_1995_study_with_the_epuck_of_others", &OF_EPUCK);
 }
