@@ -186,7 +186,10 @@ fn wheels(of: &Sampled, targets: &[f64]) -> Vec<[f64; 2]> {
         let measured = seen.chunks(3).map(|seen| {
             let [first, second] = [0, 1].map(|robot| crossings(&seen[robot], near)[0]);
             let turns = crossings(&seen[2], near);
-            let period = (turns.last().unwrap() - turns[0]) / (turns.len() - 1) as f64;
+            // The median, since a busy client misses a turn now and then.
+            let mut periods: Vec<f64> = turns.windows(2).map(|turn| turn[1] - turn[0]).collect();
+            periods.sort_by(f64::total_cmp);
+            let period = periods[periods.len() / 2];
             let speed = 300.0 / (second - first);
             [speed, 2.0 * speed * period / TAU]
         });
