@@ -1,4 +1,4 @@
-"""Judges the 1995 study in Aseba's simulator: python docs/elsewhere.py experiments/miglino1995/elsewhere/lives.csv
+"""Judges the 1995 study in Aseba's simulator: python docs/elsewhere.py experiments/miglino1995/elsewhere/lives.csv (or epuck.csv)
 
 Prints the means of each condition and the contrasts of docs/preregistration-1995-elsewhere.md. Needs pandas, SciPy and statsmodels.
 """
@@ -59,7 +59,7 @@ def judged(columns):
     for seed in columns[0][3].index:
         without = family([(*rest, values.drop(seed)) for *rest, values in columns], fit)
         changed += (without.outcome != table.outcome).to_numpy()
-    return table.assign(changed_by_seeds=changed)
+    return table.assign(changed=changed)
 
 
 def main(path):
@@ -68,11 +68,11 @@ def main(path):
     pooled = np.sqrt((carried["sd"]["simulated"] ** 2 + carried["sd"]["real"] ** 2) / 2)
     cells = means.assign(d=(means["simulated"] - means["real"]) / pooled, late=carried["late"]["real"])
     print(cells.groupby(["rule", "noise"]).agg(["mean", "sem"]).round(3).to_string())
-    for rule in ["slide", "undo"]:
+    for rule in means.index.unique("rule"):
         of_rule = means.loc[rule]
         gap = (of_rule["simulated"] - of_rule["real"]).xs("none", level="noise")
         print(f"\n{rule}: is there a gap without noise?\n", judged([("gap, none = 0", "-", MARGIN, gap)]).to_string(index=False))
-        for conservative in ["conservative", "conservative-30"]:
+        for conservative in [noise for noise in ["conservative", "conservative-30"] if noise in of_rule.index.get_level_values("noise")]:
             print(f"\n{rule}, {conservative}\n", judged(contrasts(of_rule, conservative)).to_string(index=False))
     last = on.columns.max()
     gains = (on[last] - on[0]).loc["slide"]

@@ -74,7 +74,7 @@ def judged(contrasts):
     table = family(columns, nested).drop(columns="claims")
     kept = lambda of: family([(*rest, of(values)) for *rest, values in columns], nested_by_scipy).outcome
     robots = columns[0][3].index.get_level_values("robot").unique()
-    table["changed_by_robots"] = sum(
+    table["changed"] = sum(
         (kept(lambda values, robot=robot: values.drop(robot, level="robot")) != table.outcome).astype(int) for robot in robots
     )
     table["first_half"] = kept(lambda values: half(values, False))
@@ -87,7 +87,7 @@ def shown(row):
     low, high = sorted([row.low, row.high])
     text = f"{row.estimate:.0f} ({low:.0f} to {high:.0f})".replace("-0 ", "0 ").replace("-0)", "0)")
     text = {"holds": f"**{text}**", "opposed": f"*{text}*"}.get(row.outcome, text)
-    firm = row.changed_by_robots == 0 and row.first_half == row.second_half == row.outcome
+    firm = row.changed == 0 and row.first_half == row.second_half == row.outcome
     return text if firm else text + "\\*"
 
 

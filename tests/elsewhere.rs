@@ -1,4 +1,4 @@
-//! The 1995 study with somebody else's world as reality: controllers evolve for a Thymio II that was sampled in Aseba's simulator, with the
+//! The 1995 study with somebody else's world as reality: controllers evolve for a Thymio II or an e-puck that was sampled in Aseba's simulator, with the
 //! paper's three kinds of noise, then live and evolve on in that simulator. docs/preregistration-1995-elsewhere.md has the rules, and
 //! docs/elsewhere.py judges the table.
 #![cfg(target_os = "linux")]
@@ -17,23 +17,58 @@ mod aseba;
 #[allow(dead_code, reason = "other tests use the rest")]
 mod place;
 mod skips;
-use aseba::crowd::{GENES, Pose, children, lives, start};
+use aseba::crowd::{EPUCK, Kind, Pose, THYMIO, children};
 use aseba::in_a_network;
 use place::Place;
 
-const RULES: [&str; 2] = ["slide", "undo"];
-/// What the simulator adds: nothing, noise of single sensors, the displacement of the paper, and one three times as large.
-const NOISES: [(&str, &[&str]); 4] = [
-    ("none", &[]),
-    ("sensor", &["noise.sensor=[0.0,0.4]"]),
-    ("conservative", &["noise.walk_range_mm=90", "noise.walk_step_mm=4.5"]),
-    ("conservative-30", &["noise.walk_range_mm=30"]),
-];
-const SEEDS: u64 = 10;
-/// What evolves on: under the first rule, with the first noises.
-const ON_SEEDS: u64 = 5;
-const ON_NOISES: usize = 3;
-const ON_GENERATIONS: u32 = 10;
+/// Names of noises, and what `--set` needs for them.
+type Noises = &'static [(&'static str, &'static [&'static str])];
+
+/// The study of a robot.
+struct Study {
+    /// Its name, also that of its experiment.
+    name: &'static str,
+    kind: &'static Kind,
+    /// Collision rules of our simulator. What evolves on is under the first.
+    rules: &'static [&'static str],
+    /// What the simulator adds: nothing, noise of single sensors, displacements.
+    noises: Noises,
+    seeds: u64,
+    /// What evolves on: with the first noises.
+    on_seeds: u64,
+    on_noises: usize,
+    on_generations: u32,
+}
+
+const NONE: (&str, &[&str]) = ("none", &[]);
+const SENSOR: (&str, &[&str]) = ("sensor", &["noise.sensor=[0.0,0.4]"]);
+static OF_THYMIO: Study = Study {
+    name: "thymio",
+    kind: &THYMIO,
+    rules: &["slide", "undo"],
+    // The displacement of the paper, and one three times as large.
+    noises: &[
+        NONE,
+        SENSOR,
+        ("conservative", &["noise.walk_range_mm=90", "noise.walk_step_mm=4.5"]),
+        ("conservative-30", &["noise.walk_range_mm=30"]),
+    ],
+    seeds: 10,
+    on_seeds: 5,
+    on_noises: 3,
+    on_generations: 10,
+};
+static OF_EPUCK: Study = Study {
+    name: "epuck",
+    kind: &EPUCK,
+    rules: &["slide"],
+    noises: &[NONE, SENSOR, ("conservative", &["noise.walk_range_mm=30"])],
+    seeds: 6,
+    on_seeds: 3,
+    on_noises: 3,
+    on_generations: 3,
+};
+
 const PARENTS: usize = 20;
 /// Share of late cycles from which on lives are repeated, and how often they are.
 const LATE: f64 = 0.01;
@@ -95,12 +130,13 @@ impl Table {
     }
 }
 
-/// Evolves in our simulator, into a directory for each seed. Returns what `--set` needs for the noise.
-fn evolve(place: &Place, rule: &str, noise: usize, seeds: u64) -> PathBuf {
-    let (name, values) = NOISES[noise];
-    let (rule_set, seeds) = (format!("robot.collision={rule}"), format!("1..{seeds}"));
+/// Evolves in our simulator, into a directory for each seed.
+fn evolve(place: &Place, study: &Study, rule: &str, noise: usize) -> PathBuf {
+    let (name, values) = study.noises[noise];
+    let (rule_set, seeds) = (format!("robot.collision={rule}"), format!("1..{}", study.seeds));
     let out = place.at(format!("{rule}-{name}"));
-    let experiment = experiment();
+    let experiment = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/miglino1995/elsewhere");
+    let experiment = experiment.join(study.name).with_extension("toml");
     let mut arguments = vec![
         "run",
         experiment.to_str().unwrap(),
@@ -117,16 +153,11 @@ fn evolve(place: &Place, rule: &str, noise: usize, seeds: u64) -> PathBuf {
     out
 }
 
-fn experiment() -> PathBuf {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/miglino1995/elsewhere/thymio.toml");
-    folder.canonicalize().unwrap()
-}
-
-fn population(run: &Path) -> Vec<Vec<f64>> {
+fn population(kind: &Kind, run: &Path) -> Vec<Vec<f64>> {
     let bytes = fs::read(run.join("population.npy")).unwrap();
     let genes: Vec<f32> = NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap();
     genes
-        .chunks(GENES)
+        .chunks(kind.genes())
         .map(|genes| genes.iter().map(|gene| f64::from(*gene)).collect())
         .collect()
 }
@@ -154,15 +185,18 @@ fn simulated(place: &Place, run: &Path, noise: &str) -> Vec<f64> {
 }
 
 /// Fitness in Aseba's simulator, each from a start of its own, and the share of late cycles.
-fn real(population: &[Vec<f64>], random: &mut Pcg64) -> (Vec<f64>, f64) {
-    let subjects: Vec<(&[f64], Pose)> = population.iter().map(|genes| (&genes[..], start(random))).collect();
-    let mut lived = lives(&subjects);
+fn real(kind: &'static Kind, population: &[Vec<f64>], random: &mut Pcg64) -> (Vec<f64>, f64) {
+    let subjects: Vec<(&[f64], Pose)> = population
+        .iter()
+        .map(|genes| (&genes[..], kind.start(random)))
+        .collect();
+    let mut lived = kind.lives(&subjects);
     for _ in 0..REPEATS {
         if lived.late < LATE {
             break;
         }
         eprintln!("{:.3} of the cycles were late: once more", lived.late);
-        lived = lives(&subjects);
+        lived = kind.lives(&subjects);
     }
     (lived.fitness, lived.late)
 }
@@ -172,37 +206,52 @@ fn random_of(seed: u64, generation: u32) -> Pcg64 {
     Pcg64::seed_from_u64(1_000 * seed + u64::from(generation))
 }
 
-#[test]
-#[ignore = "a study, not a check: it takes over an hour in real time, and its recorded table is judged by tests/recompute.sh"]
-fn the_1995_study_in_the_simulator_of_others() {
-    if !in_a_network(
-        "the_1995_study_in_the_simulator_of_others",
-        "the 1995 study in Aseba's simulator",
-    ) {
+fn run(test: &str, study: &'static Study) {
+    if !in_a_network(test, "the 1995 study in Aseba's simulator") {
         return;
     }
-    let place = Place::new("elsewhere");
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("elsewhere.csv");
+    let place = Place::new(test);
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("elsewhere-{}.csv", study.name));
     eprintln!("{}", path.display());
     let mut table = Table::open(path);
-    for rule in RULES {
-        for (noise, (name, _)) in NOISES.iter().enumerate() {
-            let runs = evolve(&place, rule, noise, SEEDS);
-            for seed in 1..=SEEDS {
-                carry_over(&place, &mut table, &format!("{rule},{name},{seed}"), seed, &runs);
+    for rule in study.rules {
+        for (noise, (name, _)) in study.noises.iter().enumerate() {
+            let runs = evolve(&place, study, rule, noise);
+            for seed in 1..=study.seeds {
+                carry_over(
+                    &place,
+                    study.kind,
+                    &mut table,
+                    &format!("{rule},{name},{seed}"),
+                    seed,
+                    &runs,
+                );
             }
         }
     }
-    for seed in 1..=ON_SEEDS {
-        for (name, _) in &NOISES[..ON_NOISES] {
-            let run = place.at(format!("{}-{name}", RULES[0])).join(format!("seed-{seed}"));
-            evolve_on(&mut table, &format!("{},{name},{seed}", RULES[0]), seed, &run);
+    for seed in 1..=study.on_seeds {
+        for (name, _) in &study.noises[..study.on_noises] {
+            let rule = study.rules[0];
+            let run = place.at(format!("{rule}-{name}")).join(format!("seed-{seed}"));
+            evolve_on(study, &mut table, &format!("{rule},{name},{seed}"), seed, &run);
         }
     }
 }
 
+#[test]
+#[ignore = "a study, not a check: it takes over an hour in real time, and its recorded table is judged by tests/recompute.sh"]
+fn the_1995_study_in_the_simulator_of_others() {
+    run("the_1995_study_in_the_simulator_of_others", &OF_THYMIO);
+}
+
+#[test]
+#[ignore = "a study, not a check: it takes an hour in real time, and its recorded table is judged by tests/recompute.sh"]
+fn the_1995_study_with_the_epuck_of_others() {
+    run("the_1995_study_with_the_epuck_of_others", &OF_EPUCK);
+}
+
 /// A run's last generation in our simulator with its noise, without, and in Aseba's.
-fn carry_over(place: &Place, table: &mut Table, of: &str, seed: u64, runs: &Path) {
+fn carry_over(place: &Place, kind: &'static Kind, table: &mut Table, of: &str, seed: u64, runs: &Path) {
     if table.has(of, "real") {
         return;
     }
@@ -220,7 +269,7 @@ fn carry_over(place: &Place, table: &mut Table, of: &str, seed: u64, runs: &Path
     let rows = [
         row("simulated", (simulated(place, &run, "on"), 0.0)),
         row("quiet", (simulated(place, &run, "off"), 0.0)),
-        row("real", real(&population(&run), &mut random_of(seed, 0))),
+        row("real", real(kind, &population(kind, &run), &mut random_of(seed, 0))),
     ]
     .concat();
     eprint!("{rows}");
@@ -228,14 +277,14 @@ fn carry_over(place: &Place, table: &mut Table, of: &str, seed: u64, runs: &Path
 }
 
 /// Generations of a run's population in Aseba's simulator. The first has the fitness of being carried over, lived again.
-fn evolve_on(table: &mut Table, of: &str, seed: u64, run: &Path) {
+fn evolve_on(study: &Study, table: &mut Table, of: &str, seed: u64, run: &Path) {
     if table.has(of, "on") {
         return;
     }
-    let (mut rows, mut population) = (String::new(), population(run));
-    for generation in 0..=ON_GENERATIONS {
+    let (mut rows, mut population) = (String::new(), population(study.kind, run));
+    for generation in 0..=study.on_generations {
         let mut random = random_of(seed, 100 + generation);
-        let (fitness, late) = real(&population, &mut random);
+        let (fitness, late) = real(study.kind, &population, &mut random);
         population = children(&population, &fitness, PARENTS, &mut random);
         let row = Row {
             of,

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # recompute.sh: docs/recompute.py judges small sweeps of both studies' second editions as the program does, and notices a
-# verdict and a figure that are not the program's; docs/noise.py prints the tables that docs/miglino1995.md has. Skipped if there is no Python, or its packages aren't available.
+# verdict and a figure that are not the program's; docs/noise.py and docs/recordings.py print the tables that docs/miglino1995.md has. Skipped if there is no Python, or its packages aren't available.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/install.sh
@@ -97,22 +97,42 @@ assert 20 < rows[(rows.gap == "alone") & (rows.difference == "latency")]["per se
 assert list(whole.corrected < 0.05) == [False, True], whole
 END
 
-say "the 1995 study in Aseba's simulator"
-lives=experiments/miglino1995/elsewhere/lives.csv
-# The gap with sensor noise minus that without: the mean over seeds, of the table by awk.
-gap=$(awk -F, '$1 == "slide" && $4 != "on" { sign = ($2 == "sensor") - ($2 == "none"); sum += sign * (($4 == "simulated") - ($4 == "real")) * $6 }
-    END { printf "%.4f", sum / 10 }' "$lives")
-"$python" docs/elsewhere.py "$lives" >"$scratch/elsewhere" || fail "docs/elsewhere.py"
-grep -q "gap, sensor - none .* $gap .* holds" "$scratch/elsewhere" || fail "docs/elsewhere.py has another gap than $gap"
+for robot in lives:holds epuck:opposed; do
+    say "the 1995 study in Aseba's simulator: $robot"
+    lives=experiments/miglino1995/elsewhere/${robot%:*}.csv
+    # The gap with sensor noise minus that without: the mean over seeds, of the table by awk.
+    gap=$(awk -F, '$1 == "slide" && $4 != "on" { sign = ($2 == "sensor") - ($2 == "none"); sum += sign * (($4 == "simulated") - ($4 == "real")) * $6; seeds[$3] }
+        END { printf "%.4f", sum / length(seeds) }' "$lives")
+    "$python" docs/elsewhere.py "$lives" >"$scratch/elsewhere" || fail "docs/elsewhere.py"
+    grep -q "gap, sensor - none .* $gap[0-9]* .* ${robot#*:}" "$scratch/elsewhere" || fail "docs/elsewhere.py has another gap than $gap"
+done
+
+# missing: how many lines of the printed tables the document lacks. Each study's are in it, and a changed run changes one.
+missing() { grep '^|' "$scratch/printed" | grep -vxF -f docs/miglino1995.md | wc -l; }
+
+say "the 1995 study with recordings"
+runs=experiments/miglino1995/recordings/runs.csv
+"$python" docs/recordings.py "$runs" >"$scratch/printed" || fail "docs/recordings.py"
+[ "$(grep -c '^|' "$scratch/printed")" = 66 ] || fail "docs/recordings.py prints other tables"
+[ "$(missing)" = 0 ] || fail "docs/miglino1995.md lacks $(missing) lines of docs/recordings.py"
+awk -F, -v OFS=, 'NR > 1 && $1 == "recordings" && $4 == "conservative" { $10 -= 3 } { print }' "$runs" >"$scratch/changed.csv"
+"$python" docs/recordings.py "$scratch/changed.csv" >"$scratch/printed" || fail "docs/recordings.py"
+[ "$(missing)" != 0 ] || fail "CONTROL: worse lives among the recordings are not noticed"
+recordings=${ONEIRO_RECORDINGS:-../shared/data/khepera}
+if [ -f "$recordings/wall.sam" ]; then
+    "$python" docs/recordings.py --run "$recordings" --out "$scratch/carried" --seeds 1..1 --oneiro "$folder/debug/oneiro"
+    [ "$(wc -l <"$scratch/carried/runs.csv")" = 19 ] || fail "the first seed has other rows"
+    ! grep -vxF -f "$runs" "$scratch/carried/runs.csv" || fail "the first seed of the recordings gives other rows than $runs has"
+else
+    skipped recordings "the first seed of the 1995 study with recordings"
+fi
 
 say "the 1995 study with other kinds of noise"
-# Every line of its tables is in the document, and a changed run changes one.
 runs=experiments/miglino1995/noise/runs.csv
-missing() { grep '^|' "$scratch/noise" | grep -vxF -f docs/miglino1995.md | wc -l; }
-"$python" docs/noise.py "$runs" >"$scratch/noise" || fail "docs/noise.py"
+"$python" docs/noise.py "$runs" >"$scratch/printed" || fail "docs/noise.py"
 [ "$(missing)" = 0 ] || fail "docs/miglino1995.md lacks $(missing) lines of docs/noise.py"
 awk -F, -v OFS=, 'NR > 1 && $2 == "envelope" { $9 -= 3 } { print }' "$runs" >"$scratch/noise.csv"
-"$python" docs/noise.py "$scratch/noise.csv" >"$scratch/noise" || fail "docs/noise.py"
+"$python" docs/noise.py "$scratch/noise.csv" >"$scratch/printed" || fail "docs/noise.py"
 [ "$(missing)" != 0 ] || fail "CONTROL: worse lives in reality with the envelope are not noticed"
 
 say "a small calibration"

@@ -104,7 +104,8 @@ pub(super) const THYMIO: Body = Body {
 };
 const THYMIO_UNIT: &str = "1/500 of 166 mm/s";
 
-/// The e-puck of Aseba's playground: 1000 units are 128 mm/s. It has no odometers.
+/// The e-puck of Aseba's playground: 1000 units are 128 mm/s. Its wheels are closer to each other than a real one's (Enki, EPuck.cpp). It has no
+/// odometers.
 const PLAYGROUND_EPUCK: Body = Body {
     name: "e-puck (Aseba)",
     node: "e-puck",
@@ -112,6 +113,7 @@ const PLAYGROUND_EPUCK: Body = Body {
     sensors: &[(epuck::PROXIMITY, &["prox"])],
     wheels: Wheels {
         mm_s: 0.128,
+        base_mm: 51.0,
         mm_per_count: None,
         ..epuck::WHEELS
     },
