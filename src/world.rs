@@ -15,7 +15,7 @@ use oneiro_shaders::{Kernel, life};
 use crate::arena::Arena;
 use crate::automode::{self, Modules};
 use crate::batch::{Buffers, WorldKind, Worlds};
-use crate::compose::{self, Composed, Detail, GREATEST_GENES, Kind, Lives, OwnParts};
+use crate::compose::{self, Composed, Detail, GREATEST_GENES, Kind, Lives, OwnPart, OwnParts};
 use crate::differential::{Build, Genomes, Sensor};
 use crate::foraging::{self, Forager};
 use crate::network::Network;
@@ -550,7 +550,10 @@ impl World {
 
     /// A robot's part of a genome; robots of a team have the same.
     pub fn genes_of(&self, robot: u32) -> Range<usize> {
-        let (genes, genome) = (self.0.genes.controller().len(), self.0.spec.robot.build.genomes().of(robot));
+        let (genes, genome) = (
+            self.0.genes.controller().len(),
+            self.0.spec.robot.build.genomes().of(robot),
+        );
         let first = genome as usize * genes;
         first..first + genes
     }
@@ -663,11 +666,12 @@ impl WorldKind for World {
     }
 
     fn may_end_early(&self) -> bool {
-        if self.0.words.is_some() {
-            return false;
-        }
         let WorldSpec { own, robot, .. } = &self.0.spec;
-        own.get(Kind::Task).is_some() || robot.build.may_end_life()
+        let task = own.get(Kind::Task).map(OwnPart::part);
+        if self.0.words.is_some() {
+            return task.is_some_and(|part| part.functions().contains(&"mission_ends"));
+        }
+        task.is_some() || robot.build.may_end_life()
     }
 
     fn pack(&self, buffers: &mut Buffers) -> life::World {

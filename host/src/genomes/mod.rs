@@ -113,24 +113,28 @@ fn from_text(form: Form, bytes: &[u8], layout: &GeneLayout) -> std::result::Resu
 
 #[cfg(test)]
 mod tests {
+    use oneiro::automode::Modules;
+    use oneiro::world::Controller;
+
     use super::*;
 
     #[test]
     fn a_text_has_a_machine_on_each_line() {
+        let one = Controller::StateMachine(Modules::DEFAULT).layout();
         let good = "--nstates 1 --s0 1\n\n  --nstates 1 --s0 4 --att0 2.5\n";
-        let genes = from_text(Form::StateMachine, good.as_bytes()).unwrap();
+        let genes = from_text(Form::StateMachine, good.as_bytes(), &one).unwrap();
         assert_eq!(genes.len(), 2 * 97);
         assert_eq!(Form::StateMachine.text(&genes[97..]), "--nstates 1 --s0 4 --att0 2.5");
         assert_eq!(
-            from_text(Form::StateMachine, b"--nstates 1 --s0 1\n--nstates 1 --s0 7").unwrap_err(),
+            from_text(Form::StateMachine, b"--nstates 1 --s0 1\n--nstates 1 --s0 7", &one).unwrap_err(),
             "line 2, word 4: `--s0` is `7`; allowed: 0 to 5, whole"
         );
         assert!(
-            from_text(Form::StateMachine, b"\xff")
+            from_text(Form::StateMachine, b"\xff", &one)
                 .unwrap_err()
                 .ends_with("allowed: UTF-8")
         );
-        assert!(from_text(Form::BehaviourTree, b"\n").unwrap().is_empty());
+        assert!(from_text(Form::BehaviourTree, b"\n", &one).unwrap().is_empty());
     }
 
     #[test]

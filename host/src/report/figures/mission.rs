@@ -34,8 +34,8 @@ pub(crate) struct MissionReplay<'a> {
     pub(crate) every: u32,
     /// What each robot has earned by itself up to each record.
     pub(crate) earned: &'a [Vec<f32>],
-    /// What a robot does in each state of its machine; empty without machines.
-    pub(crate) states: &'a [String],
+    /// What each robot does in each state of its machine; empty without machines.
+    pub(crate) states: &'a [Vec<String>],
 }
 
 /// Bytes of a page for each robot and record.
@@ -141,20 +141,39 @@ impl MissionReplay<'_> {
         perceived.chain(speeds).collect()
     }
 
-    /// The state of each robot's machine after the cycle.
+    /// States of the robots' machines, each with its number and what is done in it. Robots may have several machines.
+    fn acts(&self) -> Vec<(usize, &str)> {
+        let mut acts = Vec::new();
+        for act in self
+            .states
+            .iter()
+            .flat_map(|own| own.iter().map(String::as_str).enumerate())
+        {
+            if !acts.contains(&act) {
+                acts.push(act);
+            }
+        }
+        acts
+    }
+
+    /// The state of each robot's machine after the cycle, by its place among all.
     fn machine_states(&self) -> Vec<u16> {
         let acting = Form::of(self.world.gene_layout()).map(Form::acting);
         let is_state = |own: &oneiro::compose::Detail| {
             own.kind == DetailKind::Memory(Kind::Controller) && Some(own.name.as_str()) == acting
         };
-        let place = self
-            .world
-            .details()
-            .iter()
-            .position(is_state)
-            .filter(|_| !self.states.is_empty());
+        let acts = self.acts();
+        let place = self.world.details().iter().position(is_state);
+        let place = place.filter(|_| !acts.is_empty());
         place.map_or_else(Vec::new, |place| {
-            self.seen().map(|(own, line)| own.details(line)[place] as u16).collect()
+            let shown = |((own, line), states): ((&Trace, usize), &Vec<String>)| {
+                let state = own.details(line)[place] as usize;
+                let act = states.get(state).map(|name| (state, name.as_str()));
+                acts.iter()
+                    .position(|own| Some(*own) == act)
+                    .map_or(u16::MAX, |act| act as u16)
+            };
+            self.seen().zip(self.states.iter().cycle()).map(shown).collect()
         })
     }
 
@@ -181,11 +200,11 @@ impl MissionReplay<'_> {
             let each = self.earned.iter().map(move |own| own[line]);
             each.flat_map(|own| halves(own.to_bits()))
         });
-        let act = |(state, name): (usize, &String)| json!({ "name": name, "colour": COLOURS[state % COLOURS.len()], "marks": ["#ffffff", "#ffffff"] });
+        let act = |(state, name): (usize, &str)| json!({ "name": name, "colour": COLOURS[state % COLOURS.len()], "marks": ["#ffffff", "#ffffff"] });
         let fitness = self.robots[0].iter().flat_map(|own| halves(own.fitness.to_bits()));
         let times = (0..self.robots[0].len() as u32).map(|line| line * self.every);
         BTreeMap::from([
-            ("acts", self.states.iter().enumerate().map(act).collect()),
+            ("acts", self.acts().into_iter().map(act).collect()),
             ("arena", arena(&spec.arena)),
             ("body", json!(spec.robot.body_radius)),
             ("names", json!((0..self.robots.len()).collect::<Vec<_>>())),

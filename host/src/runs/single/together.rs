@@ -49,11 +49,12 @@ pub(super) struct Watched {
     robots: Vec<Lived>,
     /// Cycles between the records that the page has.
     every: u32,
-    states: Vec<String>,
+    /// What each robot does in each state of its machine; empty without machines.
+    states: Vec<Vec<String>>,
 }
 
 /// What a robot did.
-#[derive(Clone, Default)]
+#[derive(Default)]
 struct Lived {
     /// The records that the page has, and what the robot had earned by then.
     trace: Trace,
@@ -105,16 +106,20 @@ impl Watched {
         let robots = world.robots() as usize;
         let most = PAGE / (robots * figures::bytes_of_record(&world));
         let named = |(number, own): (usize, Behaviour)| format!("{number} {}", own.word());
-        let states = Form::of(world.gene_layout()).map_or_else(Vec::new, |form| {
-            form.behaviours(life.genes).into_iter().enumerate().map(named).collect()
+        let states = |form: Form, robot| -> Vec<String> {
+            let own = form.behaviours(&life.genes[world.genes_of(robot)]);
+            own.into_iter().enumerate().map(named).collect()
+        };
+        let states: Vec<Vec<String>> = Form::of(world.gene_layout()).map_or_else(Vec::new, |form| {
+            (0..world.robots()).map(|robot| states(form, robot)).collect()
         });
-        let own = Lived {
-            states: vec![0; states.len()],
+        let own = |robot| Lived {
+            states: vec![0; states.get(robot).map_or(0, Vec::len)],
             ..Lived::default()
         };
         Self {
             every: every.max(world.cycles().div_ceil(most.max(1) as u32)),
-            robots: vec![own; robots],
+            robots: (0..robots).map(own).collect(),
             states,
             world,
         }

@@ -19,7 +19,7 @@ struct Life {
     world: World,
     robots: Vec<Trace>,
     earned: Vec<Vec<f32>>,
-    states: Vec<String>,
+    states: Vec<Vec<String>>,
 }
 
 impl Life {
@@ -37,7 +37,7 @@ impl Life {
         let earned = |robot: usize| (0..robots[0].len()).map(|line| (line * (robot + 1)) as f32).collect();
         Self {
             earned: (0..robots.len()).map(earned).collect(),
-            states: states.iter().map(|&state| state.to_owned()).collect(),
+            states: vec![states.iter().map(|&state| state.to_owned()).collect(); robots.len()],
             world,
             robots,
         }
@@ -246,7 +246,7 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
         };
         assert_eq!(
             shown["robot"],
-            format!("Robot {robot}: {}; hears {others}", life.states[state])
+            format!("Robot {robot}: {}; hears {others}", life.states[robot][state])
         );
         assert_eq!(shown["hears"][robot], heard.count_ones().to_string());
         assert_eq!(shown["scores"][robot], (line * (robot + 1)).to_string());
