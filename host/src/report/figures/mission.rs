@@ -34,7 +34,7 @@ pub(crate) struct MissionReplay<'a> {
     pub(crate) every: u32,
     /// What each robot has earned by itself up to each record.
     pub(crate) earned: &'a [Vec<f32>],
-    /// What each robot does in each state of its machine; empty without machines.
+    /// What each robot does in each state of its machine, with the state's number; empty without machines.
     pub(crate) states: &'a [Vec<String>],
 }
 
@@ -141,14 +141,10 @@ impl MissionReplay<'_> {
         perceived.chain(speeds).collect()
     }
 
-    /// States of the robots' machines, each with its number and what is done in it. Robots may have several machines.
-    fn acts(&self) -> Vec<(usize, &str)> {
+    /// States of all machines, each once.
+    fn acts(&self) -> Vec<&str> {
         let mut acts = Vec::new();
-        for act in self
-            .states
-            .iter()
-            .flat_map(|own| own.iter().map(String::as_str).enumerate())
-        {
+        for act in self.states.iter().flatten().map(String::as_str) {
             if !acts.contains(&act) {
                 acts.push(act);
             }
@@ -156,7 +152,7 @@ impl MissionReplay<'_> {
         acts
     }
 
-    /// The state of each robot's machine after the cycle, by its place among all.
+    /// The state of each robot's machine after the cycle, by its place among those of all machines.
     fn machine_states(&self) -> Vec<u16> {
         let acting = Form::of(self.world.gene_layout()).map(Form::acting);
         let is_state = |own: &oneiro::compose::Detail| {
@@ -167,13 +163,11 @@ impl MissionReplay<'_> {
         let place = place.filter(|_| !acts.is_empty());
         place.map_or_else(Vec::new, |place| {
             let shown = |((own, line), states): ((&Trace, usize), &Vec<String>)| {
-                let state = own.details(line)[place] as usize;
-                let act = states.get(state).map(|name| (state, name.as_str()));
-                acts.iter()
-                    .position(|own| Some(*own) == act)
-                    .map_or(u16::MAX, |act| act as u16)
+                let name = states.get(own.details(line)[place] as usize)?;
+                acts.iter().position(|act| act == name)
             };
-            self.seen().zip(self.states.iter().cycle()).map(shown).collect()
+            let all = self.seen().zip(self.states.iter().cycle()).map(shown);
+            all.map(|act| act.map_or(u16::MAX, |act| act as u16)).collect()
         })
     }
 
@@ -204,7 +198,7 @@ impl MissionReplay<'_> {
         let fitness = self.robots[0].iter().flat_map(|own| halves(own.fitness.to_bits()));
         let times = (0..self.robots[0].len() as u32).map(|line| line * self.every);
         BTreeMap::from([
-            ("acts", self.acts().into_iter().map(act).collect()),
+            ("acts", self.acts().into_iter().enumerate().map(act).collect()),
             ("arena", arena(&spec.arena)),
             ("body", json!(spec.robot.body_radius)),
             ("names", json!((0..self.robots.len()).collect::<Vec<_>>())),

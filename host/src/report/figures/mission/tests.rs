@@ -3,7 +3,7 @@ use oneiro::automode::{Behaviour, Condition, Machine, Modules, State, Transition
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::cpu::Cpu;
 use oneiro::differential::Build;
-use oneiro::differential::{Differential, Sensor, SensorKind};
+use oneiro::differential::{Differential, Genomes, Sensor, SensorKind};
 use oneiro::evaluator::{Control, Evaluator as _};
 use oneiro::random::Key;
 use oneiro::reference::{Model, Reference};
@@ -65,15 +65,19 @@ impl Life {
         )
     }
 
-    fn page(&self) -> String {
-        mission_page(&MissionReplay {
+    fn replay(&self) -> MissionReplay<'_> {
+        MissionReplay {
             title: "a <life>",
             world: &self.world,
             robots: &self.robots,
             every: 1,
             earned: &self.earned,
             states: &self.states,
-        })
+        }
+    }
+
+    fn page(&self) -> String {
+        mission_page(&self.replay())
     }
 
     fn word(&self, robot: usize, line: usize, kind: DetailKind, name: &str) -> u32 {
@@ -298,6 +302,44 @@ fn robots_without_messages_and_machines_have_a_page() {
         told,
         json!({ "robot": "Robot 0", "legend": 0, "messages": true, "heads": "RobotScore", "note": "" })
     );
+}
+
+#[test]
+fn robots_with_machines_of_their_own_show_the_states_of_all() {
+    let mut spec = epucks(Model::Vectors, 3);
+    if let Build::Differential(own) = &mut spec.robot.build {
+        own.genomes = Genomes::Teams(vec![1, 0, 1]);
+    }
+    let state = |behaviour, transitions| State { behaviour, transitions };
+    let leave = Transition {
+        to: 0,
+        condition: Condition::FixedProbability(0.5),
+    };
+    let stops = Machine {
+        states: vec![state(Behaviour::Stop, Vec::new())],
+    };
+    let alternates = Machine {
+        states: vec![
+            state(Behaviour::Phototaxis, vec![leave.clone()]),
+            state(Behaviour::Stop, vec![leave]),
+        ],
+    };
+    let genes = [alternates.genome(), stops.genome()].concat();
+    let mut life = Life::of(spec, &genes, &["0 stop"]);
+    life.states[1] = vec!["0 phototaxis".to_owned(), "1 stop".to_owned()];
+    let replay = life.replay();
+    let acts = replay.facts().remove("acts").unwrap();
+    let names: Vec<&str> = acts
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|own| own["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["0 stop", "0 phototaxis", "1 stop"]);
+    let states = replay.machine_states();
+    let of =
+        |robot: usize| -> std::collections::BTreeSet<u16> { states.iter().skip(robot).step_by(3).copied().collect() };
+    assert_eq!([of(0), of(1), of(2)], [[0].into(), [1, 2].into(), [0].into()]);
 }
 
 #[test]
