@@ -189,6 +189,49 @@ fn teams_have_genes_by_name() {
     }
 }
 
+/// A page and tables of a life that its mission ends have its cycles and no more.
+#[test]
+fn a_life_that_ends_early_is_played_to_its_end() {
+    let place = Place::new("ends");
+    place.good(&["new", "--example", "gather", "--quiet"]);
+    let mission = |cycles: u32| {
+        let text = format!(
+            "struct MissionState {{ cycles: u32 }}
+            fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {{
+                return Tally(1.0f, MissionState(step + 1u));
+            }}
+            fn mission_ends(life: Life, own: MissionState) -> bool {{ return own.cycles == {cycles}u; }}"
+        );
+        place.write("gather/mission.wgsl", &text);
+        let short = [
+            "--set",
+            "cycles=30",
+            "--set",
+            "evolution.generations=1",
+            "--set",
+            "evolution.finalists=0",
+        ];
+        let out = format!("run-{cycles}");
+        place.good(
+            &[
+                &["run", "gather.toml", "--seed", "1", "--set", "trials=1", "--out", &out][..],
+                &short,
+            ]
+            .concat(),
+        );
+        let replayed = place.run(&["replay", &out]).exits(0);
+        (out, replayed)
+    };
+    let (out, replayed) = mission(7);
+    replayed.says(&["fitness 7 "]);
+    let page = place.text(format!("{out}/replay.html"));
+    assert!(page.contains("10 robots live together for 0.7 s: 7 lines, one each 0.1 s."));
+    assert_eq!(place.text(format!("{out}/replay.csv")).lines().count(), 8);
+    let (out, replayed) = mission(0);
+    replayed.says(&["warning: there is no page that plays the life: it ends before its first cycle"]);
+    assert!(!place.at(format!("{out}/replay.html")).exists());
+}
+
 #[test]
 fn what_does_not_fit_is_refused() {
     let place = Place::new("machines-refused");

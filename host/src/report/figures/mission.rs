@@ -27,8 +27,9 @@ const CYCLE: f64 = 0.1;
 /// A life of robots that live together, to be played.
 pub(crate) struct MissionReplay<'a> {
     pub(crate) title: &'a str,
-    /// Its world, observed.
+    /// Its world, observed, and the cycles that it lasted.
     pub(crate) world: &'a World,
+    pub(crate) cycles: u32,
     /// The trace of each robot, with a record each `every` cycles, one at least.
     pub(crate) robots: &'a [Trace],
     pub(crate) every: u32,
@@ -59,7 +60,7 @@ pub(crate) fn mission_page(replay: &MissionReplay<'_>) -> String {
     let lead = format!(
         "{} robots live together for {} s: {} lines, one each {} s.",
         robots.len(),
-        number(f64::from(replay.world.cycles()) * CYCLE),
+        number(f64::from(replay.cycles) * CYCLE),
         robots[0].len(),
         number(f64::from(*every) * CYCLE),
     );

@@ -59,6 +59,7 @@ struct Lived {
     /// The records that the page has, and what the robot had earned by then.
     trace: Trace,
     earned: Vec<f32>,
+    cycles: u32,
     score: f32,
     distance: f64,
     contacts: u32,
@@ -97,6 +98,10 @@ pub(super) fn watch(
             "the watched life has the fitness {lived} on this processor, but the same life {fitness} on {}",
             engine.name()
         )));
+    }
+    if watched.robots[0].cycles == 0 {
+        console.say("warning: there is no page that plays the life: it ends before its first cycle");
+        return Ok(None);
     }
     Ok(Some(watched))
 }
@@ -160,6 +165,7 @@ impl Watched {
         let html = figures::mission_page(&MissionReplay {
             title,
             world: &self.world,
+            cycles: self.robots[0].cycles,
             robots: &traces,
             every: self.every,
             earned: &earned,
@@ -195,6 +201,7 @@ impl Lived {
     /// Adds the records of the next cycles, `first` and following.
     fn add(&mut self, world: &World, trace: &Trace, first: u32, every: u32) {
         let acting = Form::of(world.gene_layout()).map(Form::acting);
+        self.cycles += trace.len() as u32;
         for ((record, details), cycle) in trace.lines().zip(first..) {
             let at = [record.x, record.y];
             if let Some(before) = self.at.replace(at) {

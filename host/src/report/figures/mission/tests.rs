@@ -69,6 +69,7 @@ impl Life {
         MissionReplay {
             title: "a <life>",
             world: &self.world,
+            cycles: self.world.cycles(),
             robots: &self.robots,
             every: 1,
             earned: &self.earned,
