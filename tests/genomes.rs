@@ -285,7 +285,7 @@ fn a_gene_is_of_its_own_robots() {
         let observed = world.observed().unwrap();
         let robots = world.robots();
         let base = genome(&world, 1);
-        let all = batch(&world, &[base.clone()], 1);
+        let all = batch(&world, std::slice::from_ref(&base), 1);
         // Neighbours of a value within its range.
         let ranges = world.gene_layout().ranges();
         let other = |gene: usize| {
