@@ -150,8 +150,8 @@ fn teams_have_genes_by_name() {
     let turned = [names(1), names(0)].concat();
     let values: Vec<String> = (0..20).map(|gene| format!("{}", f64::from(gene) / 4.0 - 2.0)).collect();
     let swapped = [&values[10..], &values[..10]].concat();
-    place.write("ordered.csv", &format!("{}\n{}\n", ordered.join(","), values.join(",")));
-    place.write("turned.csv", &format!("{}\n{}\n", turned.join(","), swapped.join(",")));
+    place.write("ordered.csv", format!("{}\n{}\n", ordered.join(","), values.join(",")));
+    place.write("turned.csv", format!("{}\n{}\n", turned.join(","), swapped.join(",")));
     let lived = |genomes: &str| {
         place.good(
             &[

@@ -321,7 +321,7 @@ fn robots_with_machines_of_their_own_show_the_states_of_all() {
     };
     let alternates = Machine {
         states: vec![
-            state(Behaviour::Phototaxis, vec![leave.clone()]),
+            state(Behaviour::Phototaxis, vec![leave]),
             state(Behaviour::Stop, vec![leave]),
         ],
     };
