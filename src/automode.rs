@@ -307,9 +307,9 @@ pub enum Form {
 }
 
 impl Form {
-    /// That of a controller with these genes.
+    /// That of controllers with these genes.
     pub fn of(layout: &GeneLayout) -> Option<Self> {
-        let is = |controller: Controller| controller.layout() == *layout;
+        let is = |controller: Controller| controller.layout().controller() == layout.controller();
         if is(Controller::StateMachine(Modules::DEFAULT)) {
             Some(Self::StateMachine)
         } else if is(Controller::BehaviourTree(Modules::DEFAULT)) {
@@ -319,7 +319,7 @@ impl Form {
         }
     }
 
-    /// The genome that a text stands for.
+    /// The genes of the controller that a text stands for.
     ///
     /// # Errors
     /// Those of [`Machine::parse`] and [`Tree::parse`].
@@ -349,14 +349,16 @@ impl Form {
         }
     }
 
-    /// The text of a genome.
+    /// The text of a genome, with a line for each of its controllers.
     ///
     /// # Panics
-    /// If there are not as many genes as such a controller has.
+    /// If there are not as many genes as such controllers have.
     pub fn text(self, genome: &[f32]) -> String {
-        match self {
-            Self::StateMachine => Machine::of(genome).to_string(),
-            Self::BehaviourTree => Tree::of(genome).to_string(),
-        }
+        let (genes, text): (_, fn(&[f32]) -> String) = match self {
+            Self::StateMachine => (machine_genes().len(), |own| Machine::of(own).to_string()),
+            Self::BehaviourTree => (tree_genes().len(), |own| Tree::of(own).to_string()),
+        };
+        let lines: Vec<String> = genome.chunks(genes).map(text).collect();
+        lines.join("\n")
     }
 }

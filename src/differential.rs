@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use crate::arena::{self, Arena, Light, Patch};
 use crate::foraging::{self, Forager};
-use crate::parameter::{Choice, Choices, Invalid, field_of_pairs, length, number, only_where};
+use crate::parameter::{self, Choice, Choices, Datum, Invalid, field_of_pairs, length, number, only_where};
 use crate::reference::{self, Model, Reference};
 use crate::surrogate::{Mounting, Object, Surrogate};
 use crate::tables::{self, PREVIOUS, SENSOR_NAMES, SensorTables};
@@ -39,6 +39,14 @@ impl Build {
         match self {
             Self::Differential(own) => own.count,
             Self::Sampled | Self::Forager(_) => None,
+        }
+    }
+
+    /// Genomes of robots that live together.
+    pub(crate) fn genomes(&self) -> &Genomes {
+        match self {
+            Self::Differential(own) => &own.genomes,
+            Self::Sampled | Self::Forager(_) => &Genomes::Homogeneous,
         }
     }
 
@@ -81,8 +89,10 @@ pub struct Differential {
     pub wheel_noise: Option<f32>,
     /// Distribution of that noise. `None`: uniform.
     pub wheel_noise_law: Option<WheelNoise>,
-    /// Number of such robots that live in one world with one genome, 1 to [`GREATEST_MEMBERS`]. `None`: one, as a single robot.
+    /// Number of such robots that live in one world, 1 to [`GREATEST_MEMBERS`]. `None`: one, as a single robot.
     pub count: Option<u32>,
+    /// Of several robots: which of them share their genes.
+    pub genomes: Genomes,
     /// Of several robots: what bodies do that meet. `None`: they push.
     pub contact: Option<Contact>,
     /// Of several robots: where each starts, with a random heading. `None`: at random places.
@@ -148,12 +158,97 @@ impl Choice for Contact {
     ];
 }
 
-/// Most robots that live in one world with one genome.
+/// Most robots that live in one world.
 pub const GREATEST_MEMBERS: u32 = 128;
 
 /// The farthest that a body gets in a cycle where several live together, as a share of its radius: `FARTHEST` of
 /// `physics/contacts.wgsl`.
 const FARTHEST: f32 = 0.75;
+
+/// Which of the robots that live together share their controller's genes. A world's genome has those of each controller, one after
+/// the other.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Genomes {
+    /// All of them.
+    #[default]
+    Homogeneous,
+    /// None: each has its own.
+    Heterogeneous,
+    /// The robots of a team: the number of each robot's team, from 0.
+    Teams(Vec<u32>),
+}
+
+impl Genomes {
+    /// What the genes' names begin with, for each genome; nothing where there is only one.
+    pub(crate) fn names(&self, count: u32) -> Vec<String> {
+        match self {
+            Self::Homogeneous => Vec::new(),
+            Self::Heterogeneous => (0..count).map(|robot| format!("robot_{robot}")).collect(),
+            Self::Teams(teams) => (0..=teams.iter().copied().max().unwrap_or(0))
+                .map(|team| format!("team_{team}"))
+                .collect(),
+        }
+    }
+
+    /// The number of a robot's genome.
+    pub(crate) fn of(&self, robot: u32) -> u32 {
+        match self {
+            Self::Homogeneous => 0,
+            Self::Heterogeneous => robot,
+            Self::Teams(teams) => teams.get(robot as usize).copied().unwrap_or(0),
+        }
+    }
+
+    /// Checks that each of these robots has a team, and each team a robot.
+    fn check(&self, count: u32) -> Result<(), Invalid> {
+        let Self::Teams(teams) = self else {
+            return Ok(());
+        };
+        let problem = if teams.len() != count as usize {
+            format!("has {} teams; allowed: one for each robot, {count}", teams.len())
+        } else if let Some(empty) = (0..teams.iter().copied().max().unwrap_or(0)).find(|team| !teams.contains(team)) {
+            format!("has no robot in team {empty}; allowed: teams that are numbered from 0 on, each with a robot")
+        } else {
+            return Ok(());
+        };
+        Err(Invalid::new("robot.genomes", problem))
+    }
+}
+
+impl parameter::Field for Genomes {
+    fn get(&self) -> Option<Datum> {
+        match self {
+            // Experiments from before there was a choice keep their identity.
+            Self::Homogeneous => None,
+            Self::Heterogeneous => Some(Datum::Word(HETEROGENEOUS.to_owned())),
+            Self::Teams(teams) => {
+                let teams = teams.iter().map(|team| Datum::Whole((*team).into()));
+                Some(Datum::List(teams.collect()))
+            }
+        }
+    }
+
+    fn set(&mut self, datum: &Datum) -> bool {
+        let own = match datum {
+            Datum::Word(word) if word == HOMOGENEOUS => Some(Self::Homogeneous),
+            Datum::Word(word) if word == HETEROGENEOUS => Some(Self::Heterogeneous),
+            Datum::List(list) => list.iter().map(Datum::whole).collect::<Option<_>>().map(Self::Teams),
+            _ => None,
+        };
+        let is_set = own.is_some();
+        if let Some(own) = own {
+            *self = own;
+        }
+        is_set
+    }
+
+    fn kind(&self) -> &'static str {
+        "homogeneous, heterogeneous, or a list of the robots' teams"
+    }
+}
+
+const HOMOGENEOUS: &str = "homogeneous";
+const HETEROGENEOUS: &str = "heterogeneous";
 
 /// A sensor.
 #[derive(Clone, Debug, PartialEq)]
@@ -331,6 +426,7 @@ impl Differential {
             wheel_noise: None,
             wheel_noise_law: None,
             count: None,
+            genomes: Genomes::Homogeneous,
             contact: None,
             starts: None,
             model: None,
@@ -390,8 +486,14 @@ impl Differential {
 
     /// Kernel data for the robot and its arena: the cells that `robot/arcs.wgsl`, `robot/drive.wgsl` and `sensor/kinds.wgsl`
     /// declare.
-    /// Those of a surrogate are followed by its differences, `lib/differences.wgsl` says which.
-    pub(crate) fn cells(&self, robot: &Robot, arena: &Arena, surrogate: Option<&Surrogate>) -> Vec<[u32; 4]> {
+    /// Those of a surrogate are followed by its differences, `lib/differences.wgsl` says which. A controller has `genes` genes.
+    pub(crate) fn cells(
+        &self,
+        robot: &Robot,
+        arena: &Arena,
+        surrogate: Option<&Surrogate>,
+        genes: usize,
+    ) -> Vec<[u32; 4]> {
         let (body_radius, tables) = (robot.body_radius, &robot.sensors);
         // Sampled motors don't use the first cell.
         let base = self.wheel_base.unwrap_or(1.0);
@@ -450,7 +552,7 @@ impl Differential {
             .chain(self.responses().into_iter().flat_map(Response::cells))
             .chain(self.wheel_noise.map(|noise| [noise, 0.0, 0.0, 0.0]))
             .chain(self.members(robot))
-            .chain(self.start_places().iter().map(|&[x, y]| [x, y, 0.0, 0.0]))
+            .chain(self.differing(genes))
             .chain(self.model.into_iter().flat_map(|_| self.reference.cells(arena)))
             .chain(
                 surrogate
@@ -473,6 +575,20 @@ impl Differential {
         Some([count as f32, robot.body_radius, reach * reach, pushes])
     }
 
+    /// Number of robots whose starts or genes differ, if they do.
+    fn differing_count(&self) -> u32 {
+        let is_alike = self.starts.is_none() && self.genomes == Genomes::Homogeneous;
+        self.count.filter(|_| !is_alike).unwrap_or(0)
+    }
+
+    /// A cell for each of these robots: where it starts, and its first gene.
+    fn differing(&self, genes: usize) -> impl Iterator<Item = [f32; 4]> {
+        (0..self.differing_count()).map(move |robot| {
+            let [x, y] = self.start_places().get(robot as usize).copied().unwrap_or_default();
+            [x, y, (self.genomes.of(robot) as usize * genes) as f32, 0.0]
+        })
+    }
+
     /// Where robots that live together start, if that is given.
     pub(crate) fn start_places(&self) -> &[[f32; 2]] {
         self.starts.as_ref().map_or(&[], |Starts(places)| places)
@@ -491,10 +607,16 @@ impl Differential {
         self.noise_cell(arena) + usize::from(self.wheel_noise.is_some())
     }
 
+    /// The kernel's first cell of robots whose starts or genes differ.
+    #[cfg(feature = "compose")]
+    pub(crate) fn differing_cell(&self, arena: &Arena) -> usize {
+        self.members_cell(arena) + usize::from(self.count.is_some())
+    }
+
     /// The kernel's first cell of a reference model.
     #[cfg(feature = "compose")]
     pub(crate) fn reference_cell(&self, arena: &Arena) -> usize {
-        self.members_cell(arena) + usize::from(self.count.is_some()) + self.start_places().len()
+        self.differing_cell(arena) + self.differing_count() as usize
     }
 
     /// Number of cells before a surrogate's differences. Surrogates have no reference model.
@@ -614,16 +736,18 @@ impl Differential {
     fn check_members(&self, robot: &Robot) -> Result<(), Invalid> {
         const ALONE: &str = "allowed: only without robot.count";
         let sight = self.sensors.iter().position(|sensor| sensor.kind == SensorKind::Sight);
-        if self.count.is_none() {
+        let Some(count) = self.count else {
             let sight = sight.map(|index| (format!("robot.sensors[{index}].kind"), "is sight"));
+            let differ = self.genomes != Genomes::Homogeneous;
+            let genomes = differ.then(|| ("robot.genomes".to_owned(), "is given"));
             let contact = self.contact.map(|_| ("robot.contact".to_owned(), "is given"));
             let starts = self.starts.as_ref().map(|_| ("robot.starts_mm".to_owned(), "is given"));
             let model = self.model.map(|_| ("robot.model".to_owned(), "is given"));
-            return match sight.or(contact).or(starts).or(model) {
+            return match sight.or(genomes).or(contact).or(starts).or(model) {
                 Some((key, what)) => Err(Invalid::new(key, format!("{what}; allowed: only with robot.count"))),
                 None => Ok(()),
             };
-        }
+        };
         let sampled = self
             .sensors
             .iter()
@@ -650,6 +774,7 @@ impl Differential {
             );
             return Err(Invalid::new("robot.greatest_speed_mm_s", problem));
         }
+        self.genomes.check(count)?;
         self.check_starts(robot)
     }
 

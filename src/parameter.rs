@@ -189,7 +189,7 @@ impl Datum {
         }
     }
 
-    fn whole<T: TryFrom<i128>>(&self) -> Option<T> {
+    pub(crate) fn whole<T: TryFrom<i128>>(&self) -> Option<T> {
         match *self {
             Self::Whole(number) => number.try_into().ok(),
             _ => None,

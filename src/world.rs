@@ -7,6 +7,7 @@ mod noise;
 mod pack;
 mod parameters;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use oneiro_shaders::{Kernel, life};
@@ -14,8 +15,8 @@ use oneiro_shaders::{Kernel, life};
 use crate::arena::Arena;
 use crate::automode::{self, Modules};
 use crate::batch::{Buffers, WorldKind, Worlds};
-use crate::compose::{self, Composed, Detail, Kind, Lives, OwnParts};
-use crate::differential::{Build, Sensor};
+use crate::compose::{self, Composed, Detail, GREATEST_GENES, Kind, Lives, OwnPart, OwnParts};
+use crate::differential::{Build, Genomes, Sensor};
 use crate::foraging::{self, Forager};
 use crate::network::Network;
 use crate::parameter::Invalid;
@@ -167,7 +168,7 @@ impl Controller {
 
     /// Genes of a shipped controller that reads the eight sampled sensors of proximity.
     pub fn layout(&self) -> GeneLayout {
-        GeneLayout(self.genes(&SENSOR_NAMES.map(str::to_owned)).into())
+        GeneLayout::new(self.genes(&SENSOR_NAMES.map(str::to_owned)))
     }
 }
 
@@ -214,29 +215,64 @@ impl Gene {
     }
 }
 
-/// Genes of a controller, in the order of a genome.
+/// Genes in the order of a genome: of one controller, or of several, one after the other.
 #[derive(Clone, Debug, PartialEq)]
-pub struct GeneLayout(Arc<[Gene]>);
+pub struct GeneLayout {
+    all: Arc<[Gene]>,
+    controller: Arc<[Gene]>,
+}
 
 impl GeneLayout {
+    /// Those of one controller.
+    fn new(controller: Vec<Gene>) -> Self {
+        let controller: Arc<[Gene]> = controller.into();
+        Self {
+            all: Arc::clone(&controller),
+            controller,
+        }
+    }
+
+    /// Those of as many controllers as there are names, which the genes' names begin with.
+    fn several(controller: Vec<Gene>, names: &[String]) -> Self {
+        let genes = controller.len();
+        let named = |(index, name): (usize, &String)| {
+            let own = controller.iter().map(|gene| Gene {
+                name: format!("{name}.{}", gene.name),
+                only: gene.only.map(|(other, values)| (index * genes + other, values)),
+                ..gene.clone()
+            });
+            own.collect::<Vec<_>>()
+        };
+        Self {
+            all: names.iter().enumerate().flat_map(named).collect(),
+            controller: controller.into(),
+        }
+    }
+
     /// The genes.
     pub fn all(&self) -> &[Gene] {
-        &self.0
+        &self.all
+    }
+
+    /// Those of one controller, by their names in it. A genome of robots with one genome each, or with one for each team, has
+    /// several such controllers.
+    pub fn controller(&self) -> &[Gene] {
+        &self.controller
     }
 
     /// Number of genes.
     pub fn genes(&self) -> usize {
-        self.0.len()
+        self.all.len()
     }
 
     /// Name of each gene.
     pub fn names(&self) -> Vec<String> {
-        self.0.iter().map(|gene| gene.name.clone()).collect()
+        self.all.iter().map(|gene| gene.name.clone()).collect()
     }
 
     /// Range of each gene that has one of its own.
     pub fn ranges(&self) -> Vec<Option<[f32; 2]>> {
-        self.0.iter().map(|gene| gene.range).collect()
+        self.all.iter().map(|gene| gene.range).collect()
     }
 }
 
@@ -454,13 +490,13 @@ impl World {
             kernel, genes, words, ..
         } = parts.compose(kernel(&spec), &spec, lives)?;
         let members = spec.robot.members().unwrap_or(0);
-        let packed = pack::Packed::new(&spec, &parts)?;
         let genes = match (&spec.controller, genes) {
             (Controller::Own, Some(own)) => own.to_vec(),
             (controller, _) => controller.genes(&readings),
         };
+        let packed = pack::Packed::new(&spec, &parts, genes.len())?;
         let world = Self(Arc::new(Checked {
-            genes: GeneLayout(genes.into()),
+            genes: layout(genes, &spec.robot.build)?,
             details: parts.details(&spec.robot.build, lives),
             lines: if lives == Lives::Observed { members } else { 1 },
             words: words.map(|[world, member]| world + members * member),
@@ -512,6 +548,16 @@ impl World {
         &self.0.genes
     }
 
+    /// A robot's part of a genome; robots of a team have the same.
+    pub fn genes_of(&self, robot: u32) -> Range<usize> {
+        let (genes, genome) = (
+            self.0.genes.controller().len(),
+            self.0.spec.robot.build.genomes().of(robot),
+        );
+        let first = genome as usize * genes;
+        first..first + genes
+    }
+
     /// Number of cycles of a life.
     pub fn cycles(&self) -> u32 {
         self.0.spec.cycles
@@ -539,14 +585,38 @@ impl World {
     }
 }
 
+/// Genes of all controllers of a world.
+fn layout(controller: Vec<Gene>, robot: &Build) -> Result<GeneLayout, Invalid> {
+    let names = robot.genomes().names(robot.members().unwrap_or(1));
+    if names.is_empty() {
+        return Ok(GeneLayout::new(controller));
+    }
+    let [genomes, genes] = [names.len(), controller.len()];
+    if genomes * genes > GREATEST_GENES as usize {
+        let problem = format!(
+            "makes {genomes} genomes of {genes} genes each, {}; allowed: up to {GREATEST_GENES} genes in all, with fewer teams or a \
+             smaller controller",
+            genomes * genes
+        );
+        return Err(Invalid::new("robot.genomes", problem));
+    }
+    Ok(GeneLayout::several(controller, &names))
+}
+
 /// The key of what makes a cycle's loops turn too often: the robot's sensors, if they do so without these parts, which are a
 /// user's and a network.
 fn key_of_turns(spec: &WorldSpec, parts: &OwnParts) -> String {
-    let without = || WorldSpec {
-        controller: Controller::Perceptron,
-        task: Task::AVOIDANCE,
-        own: OwnParts::default(),
-        ..spec.clone()
+    let without = || {
+        let mut own = WorldSpec {
+            controller: Controller::Perceptron,
+            task: Task::AVOIDANCE,
+            own: OwnParts::default(),
+            ..spec.clone()
+        };
+        if let Build::Differential(robot) = &mut own.robot.build {
+            robot.genomes = Genomes::Homogeneous;
+        }
+        own
     };
     match spec.own.iter().last().or(parts.iter().last()) {
         Some(own) if World::new(without()).is_ok() => own.key(),
@@ -596,11 +666,12 @@ impl WorldKind for World {
     }
 
     fn may_end_early(&self) -> bool {
-        if self.0.words.is_some() {
-            return false;
-        }
         let WorldSpec { own, robot, .. } = &self.0.spec;
-        own.get(Kind::Task).is_some() || robot.build.may_end_life()
+        let task = own.get(Kind::Task).map(OwnPart::part);
+        if self.0.words.is_some() {
+            return task.is_some_and(|part| part.functions().contains(&"mission_ends"));
+        }
+        task.is_some() || robot.build.may_end_life()
     }
 
     fn pack(&self, buffers: &mut Buffers) -> life::World {

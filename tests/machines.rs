@@ -60,6 +60,179 @@ fn check_champion(controller: &str, begins: &str) {
 }
 
 #[test]
+fn robots_with_machines_of_their_own_have_a_line_each() {
+    let place = Place::new("machines-of-their-own");
+    let file = experiment();
+    let set = [
+        "--set",
+        "robot.genomes=heterogeneous",
+        "--set",
+        "evolution.kind=genetic",
+    ];
+    let short = [
+        "--set",
+        "evolution.generations=2",
+        "--set",
+        "evolution.population=8",
+        "--set",
+        "evolution.parents=2",
+    ];
+    let few = [
+        "--set",
+        "cycles=20",
+        "--set",
+        "robot.count=3",
+        "--set",
+        "evolution.finalist_lives=4",
+    ];
+    let set = [&set[..], &short, &few].concat();
+    place.good(&[&["run", &file, "--seed", "2", "--out", "run"][..], &set].concat());
+    place.good(&["verify", "run"]);
+    let champion = place.text("run/champion.json");
+    for name in ["robot_0.state_0_behaviour", "robot_2.state_0_behaviour"] {
+        assert!(champion.contains(name), "{name} in {champion}");
+    }
+    let text = place.text("run/champion.txt");
+    assert_eq!(text.lines().count(), 3, "{text}");
+    let lived = |genomes: &str| {
+        let lives = ["--trials", "5", "--seed", "9", "--common-starts"];
+        place.good(&[&["evaluate", &file, "--genomes", genomes][..], &set, &lives].concat())
+    };
+    assert_eq!(lived("run/champion.txt"), lived("run/champion.npy"));
+    // Each robot's states are those of its own line.
+    place.good(&["replay", "run"]);
+    let robots = place.text("run/replay-robots.csv");
+    for (states, line) in column(&robots, "states").into_iter().zip(text.lines()) {
+        let count = line.split(' ').nth(1).unwrap();
+        assert_eq!(states.split(' ').count().to_string(), count, "{states} of {line}");
+    }
+    let two = text.lines().take(2).collect::<Vec<_>>().join("\n");
+    place.write("two.txt", &two);
+    place
+        .run(&[&["evaluate", &file, "--genomes", "two.txt", "--trials", "1"][..], &set].concat())
+        .exits(3)
+        .says(&["two.txt: has 2 lines; allowed: 3 for each genome"]);
+}
+
+/// Names of genes in what is printed and written, files of genomes with these names, and what is refused.
+#[test]
+fn teams_have_genes_by_name() {
+    let place = Place::new("teams");
+    place.good(&["new", "--example", "gather", "--quiet"]);
+    let set = ["--set", "robot.genomes=[0,0,0,0,0,1,1,1,1,1]", "--set", "cycles=30"];
+    let checked = place.good(&[&["check", "gather.toml"][..], &set].concat());
+    assert!(
+        checked.contains("20 genes") && checked.contains("team_1.bias_right"),
+        "{checked}"
+    );
+    let short = [
+        "--set",
+        "evolution.generations=2",
+        "--set",
+        "evolution.finalist_lives=2",
+    ];
+    place.good(&[&["run", "gather.toml", "--seed", "1", "--out", "run"][..], &set, &short].concat());
+    assert!(place.text("run/champion.json").contains("team_0.floor_to_left"));
+    place.good(&["replay", "run"]);
+    // A table whose columns are in another order.
+    let names = |team: u32| {
+        let of =
+            |to: &str| ["floor", "sees", "front_left", "front_right"].map(|from| format!("team_{team}.{from}_to_{to}"));
+        [
+            &of("left")[..],
+            &[format!("team_{team}.bias_left")],
+            &of("right"),
+            &[format!("team_{team}.bias_right")],
+        ]
+        .concat()
+    };
+    let ordered = [names(0), names(1)].concat();
+    let turned = [names(1), names(0)].concat();
+    let values: Vec<String> = (0..20).map(|gene| format!("{}", f64::from(gene) / 4.0 - 2.0)).collect();
+    let swapped = [&values[10..], &values[..10]].concat();
+    place.write("ordered.csv", format!("{}\n{}\n", ordered.join(","), values.join(",")));
+    place.write("turned.csv", format!("{}\n{}\n", turned.join(","), swapped.join(",")));
+    let lived = |genomes: &str| {
+        place.good(
+            &[
+                &[
+                    "evaluate",
+                    "gather.toml",
+                    "--genomes",
+                    genomes,
+                    "--trials",
+                    "4",
+                    "--seed",
+                    "1",
+                ][..],
+                &set,
+            ]
+            .concat(),
+        )
+    };
+    assert_eq!(lived("ordered.csv"), lived("turned.csv"));
+    for (value, message) in [
+        ("[0,1]", "robot.genomes: has 2 teams; allowed: one for each robot, 10"),
+        ("[0,0,0,0,0,2,2,2,2,2]", "robot.genomes: has no robot in team 1"),
+        (
+            "each",
+            "robot.genomes: is \"each\"; allowed: homogeneous, heterogeneous, or a list with the team of each robot, from 0",
+        ),
+        ("[0,0.5]", "robot.genomes: is [0, 0.5]; allowed: homogeneous"),
+        ("[-1]", "robot.genomes: is [-1]; allowed: homogeneous"),
+    ] {
+        let value = format!("robot.genomes={value}");
+        place
+            .run(&["check", "gather.toml", "--set", &value])
+            .exits(3)
+            .says(&[message]);
+    }
+}
+
+/// A page and tables of a life that its mission ends have its cycles and no more.
+#[test]
+fn a_life_that_ends_early_is_played_to_its_end() {
+    let place = Place::new("ends");
+    place.good(&["new", "--example", "gather", "--quiet"]);
+    let mission = |cycles: u32| {
+        let text = format!(
+            "struct MissionState {{ cycles: u32 }}
+            fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {{
+                return Tally(1.0f, MissionState(step + 1u));
+            }}
+            fn mission_ends(life: Life, own: MissionState) -> bool {{ return own.cycles == {cycles}u; }}"
+        );
+        place.write("gather/mission.wgsl", &text);
+        let short = [
+            "--set",
+            "cycles=30",
+            "--set",
+            "evolution.generations=1",
+            "--set",
+            "evolution.finalists=0",
+        ];
+        let out = format!("run-{cycles}");
+        place.good(
+            &[
+                &["run", "gather.toml", "--seed", "1", "--set", "trials=1", "--out", &out][..],
+                &short,
+            ]
+            .concat(),
+        );
+        let replayed = place.run(&["replay", &out]).exits(0);
+        (out, replayed)
+    };
+    let (out, replayed) = mission(7);
+    assert!(replayed.stdout.contains("fitness 7 "), "{}", replayed.stdout);
+    let page = place.text(format!("{out}/replay.html"));
+    assert!(page.contains("10 robots live together for 0.7 s: 7 lines, one each 0.1 s."));
+    assert_eq!(place.text(format!("{out}/replay.csv")).lines().count(), 8);
+    let (out, replayed) = mission(0);
+    replayed.says(&["warning: there is no page that plays the life: it ends before its first cycle"]);
+    assert!(!place.at(format!("{out}/replay.html")).exists());
+}
+
+#[test]
 fn what_does_not_fit_is_refused() {
     let place = Place::new("machines-refused");
     let file = experiment();

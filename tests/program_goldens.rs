@@ -727,6 +727,25 @@ fn robots_that_live_together_are_as_pinned() {
     ];
     place.evolve("grid", &experiment, &grid.map(|value| ["--set", value]).concat());
     found.run(&place, "grid");
+    for (name, genomes, kind) in [
+        ("heterogeneous", "heterogeneous", "sep-cma-es"),
+        ("teams", "[0,1,1,0,2,2,0,1,2,0]", "open-es"),
+    ] {
+        let (genomes, kind) = (format!("robot.genomes={genomes}"), format!("evolution.kind={kind}"));
+        let set = [
+            "cycles=60",
+            "evolution.generations=3",
+            "evolution.finalist_lives=3",
+            &genomes,
+            &kind,
+        ];
+        place.evolve(
+            name,
+            &shipped("gather.toml"),
+            &set.map(|value| ["--set", value]).concat(),
+        );
+        found.run(&place, name);
+    }
     let pair = [
         "cycles=100",
         "evolution.generations=4",

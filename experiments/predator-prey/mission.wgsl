@@ -1,5 +1,5 @@
 // The predator's score: 1 - t / T if it touches the prey after t of T cycles, and 0 if it never does. The prey's is 1 minus that
-// (Floreano and Nolfi 1997).
+// (Floreano and Nolfi 1997). The contest ends when they touch.
 
 struct TaskValues {
     gap: f32, // 1, 0.1 to 100 mm: bodies that are as near to each other touch
@@ -15,8 +15,11 @@ fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
     let prey = robot_pose(life, 1u);
     let reach = 2.0f * body_radius(life) + task_values(life).gap;
     let away = vec2<f32>(prey.x - predator.x, prey.y - predator.y);
-    let is_new = (before.caught == 0u) & (squared_length(away) <= reach * reach);
-    return Tally(0.0f, MissionState(select(before.caught, step + 1u, is_new)));
+    return Tally(0.0f, MissionState(select(0u, step + 1u, squared_length(away) <= reach * reach)));
+}
+
+fn mission_ends(life: Life, own: MissionState) -> bool {
+    return own.caught > 0u;
 }
 
 fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {

@@ -1,4 +1,4 @@
-// Worlds of robots with one genome, cycle by cycle: the entry of composed kernels in which several robots live together.
+// Worlds of robots, cycle by cycle: the entry of composed kernels in which several robots live together.
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
@@ -18,6 +18,9 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     }
     let end = min(dispatch.step_end, worlds[world].steps);
     for (var step = dispatch.step_begin; step < end; step++) {
+        if (mission_ends(life, mission_loaded(life.world_words))) {
+            break;
+        }
         let lived = cycle(life, step);
         if (dispatch.trace_every > 0u && (step - dispatch.trace_begin) % dispatch.trace_every == 0u) {
             traced(life, lived, slot * dispatch.trace_records + (step - dispatch.trace_begin) / dispatch.trace_every);

@@ -234,7 +234,7 @@ fn together(spec: &WorldSpec) -> Result<(), Invalid> {
         (
             "task.part",
             task.is_some_and(|part| part.functions().contains(&"task_ends")),
-            "has `task_ends`, and robots that live together do so to the last cycle",
+            "has `task_ends`, which ends a single robot's life, as `mission_ends` does that of several",
         ),
         ("start.kind", spec.start != Start::Random, "is not `random`"),
         ("noise.walk_range_mm", spec.noise.walk_range != 0.0, "is not 0"),

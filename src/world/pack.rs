@@ -28,17 +28,20 @@ pub(super) struct Packed {
     pub(super) free_share: f32,
     /// Values of parts.
     values: Vec<[u32; 4]>,
+    /// Genes of a controller.
+    genes: usize,
 }
 
 impl Packed {
-    /// Packs a specification whose numbers have been checked. `parts` are a user's, and a network.
-    pub(super) fn new(spec: &WorldSpec, parts: &OwnParts) -> Result<Self, Invalid> {
+    /// Packs a specification whose numbers have been checked. `parts` are a user's, and a network; a controller has `genes` genes.
+    pub(super) fn new(spec: &WorldSpec, parts: &OwnParts, genes: usize) -> Result<Self, Invalid> {
         if let Build::Forager(own) = &spec.robot.build {
             return Ok(Self {
                 world: forager(spec, own),
                 shapes: Vec::new(),
                 free_share: own.free_share(),
                 values: values(spec, parts),
+                genes,
             });
         }
         let shapes = shapes(spec);
@@ -67,6 +70,7 @@ impl Packed {
             shapes,
             free_share: free.share,
             values: values(spec, parts),
+            genes,
         })
     }
 
@@ -86,7 +90,7 @@ impl Packed {
         let radius = robot.body_radius;
         let numbers = match (&spec.surrogate, &robot.build) {
             (surrogate, Build::Differential(own)) => {
-                buffers.add_table(own.cells(robot, &spec.arena, surrogate.as_deref()))
+                buffers.add_table(own.cells(robot, &spec.arena, surrogate.as_deref(), self.genes))
             }
             (Some(surrogate), Build::Sampled) => {
                 buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))

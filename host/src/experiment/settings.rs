@@ -313,7 +313,7 @@ fn rows() -> Vec<Parameter<Settings>> {
         row("evolution.opponents.kind", "", Any, "Floreano and Nolfi 1997",
             "Which of the other population's best an individual meets.", |own, _| Some(&mut own.evolution.opposed()?.kind)),
         row("evolution.opponents.generations", "", Whole(1, 1_000_000), "Floreano and Nolfi 1997",
-            "Of recent opponents: of how many of the last generations they are the best.", |own, _| Some(&mut own.evolution.opposed()?.generations)),
+            "Of recent opponents: of how many of the last generations they are the best; a hall of fame has those of all.", |own, _| Some(&mut own.evolution.opposed()?.generations)),
         row("evolution.opponents.contests", "", Whole(1, 10_000), "Floreano and Nolfi 1997",
             "Contests of each individual in a generation, each with another opponent as long as there are enough.", |own, _| Some(&mut own.evolution.opposed()?.contests)),
         row("evolution.opponents.total", "", Number(-1e6, 1e6), "Floreano and Nolfi 1997",

@@ -19,7 +19,8 @@ use crate::files;
 /// - `.csv`: one genome per line. There may be a header; if it has the controller's [gene names](GeneLayout::names),
 ///   columns are found by name, and other columns are ignored;
 /// - `.json`: one genome, in the format of a run's `champion.json`;
-/// - `.txt`, of state machines and behaviour trees: one on each line, in `AutoMoDe`'s form; empty lines are ignored.
+/// - `.txt`, of state machines and behaviour trees: one on each line, in `AutoMoDe`'s form; empty lines are ignored. A genome with
+///   a controller for each robot or team has a line for each.
 ///
 /// # Errors
 /// Exit 3: there is no such file, no genome in it, another shape, or a gene that isn't a number or is beyond
@@ -38,7 +39,7 @@ pub(crate) fn read(path: &Path, layout: &GeneLayout) -> Result<Population> {
         }
         Some("json") => from_json(&bytes, genes),
         Some("txt") => match Form::of(layout) {
-            Some(form) => from_text(form, &bytes),
+            Some(form) => from_text(form, &bytes, layout),
             None => Err(
                 "is a text, which only state machines and behaviour trees have; allowed: .npy, .csv, .json, or controller.kind = \
                  \"state-machine\" or \"behaviour-tree\""
@@ -94,34 +95,46 @@ fn from_json(bytes: &[u8], genes: usize) -> std::result::Result<Vec<f32>, String
     genome.iter().enumerate().map(place).collect()
 }
 
-/// State machines or behaviour trees, one on each line.
-fn from_text(form: Form, bytes: &[u8]) -> std::result::Result<Vec<f32>, String> {
+/// State machines or behaviour trees, one on each line: as many for a genome as it has controllers.
+fn from_text(form: Form, bytes: &[u8], layout: &GeneLayout) -> std::result::Result<Vec<f32>, String> {
     let text = std::str::from_utf8(bytes).map_err(|error| format!("{error}; allowed: UTF-8"))?;
     let lines = text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty());
     let genomes = lines.map(|(line, number)| form.genome(line).map_err(|bad| format!("line {number}, {bad}")));
-    Ok(genomes.collect::<std::result::Result<Vec<_>, String>>()?.concat())
+    let genomes = genomes.collect::<std::result::Result<Vec<_>, String>>()?;
+    let controllers = layout.genes() / layout.controller().len();
+    if genomes.len() % controllers != 0 {
+        return Err(format!(
+            "has {} lines; allowed: {controllers} for each genome, one for each robot or team with genes of its own",
+            genomes.len()
+        ));
+    }
+    Ok(genomes.concat())
 }
 
 #[cfg(test)]
 mod tests {
+    use oneiro::automode::Modules;
+    use oneiro::world::Controller;
+
     use super::*;
 
     #[test]
     fn a_text_has_a_machine_on_each_line() {
+        let one = Controller::StateMachine(Modules::DEFAULT).layout();
         let good = "--nstates 1 --s0 1\n\n  --nstates 1 --s0 4 --att0 2.5\n";
-        let genes = from_text(Form::StateMachine, good.as_bytes()).unwrap();
+        let genes = from_text(Form::StateMachine, good.as_bytes(), &one).unwrap();
         assert_eq!(genes.len(), 2 * 97);
         assert_eq!(Form::StateMachine.text(&genes[97..]), "--nstates 1 --s0 4 --att0 2.5");
         assert_eq!(
-            from_text(Form::StateMachine, b"--nstates 1 --s0 1\n--nstates 1 --s0 7").unwrap_err(),
+            from_text(Form::StateMachine, b"--nstates 1 --s0 1\n--nstates 1 --s0 7", &one).unwrap_err(),
             "line 2, word 4: `--s0` is `7`; allowed: 0 to 5, whole"
         );
         assert!(
-            from_text(Form::StateMachine, b"\xff")
+            from_text(Form::StateMachine, b"\xff", &one)
                 .unwrap_err()
                 .ends_with("allowed: UTF-8")
         );
-        assert!(from_text(Form::BehaviourTree, b"\n").unwrap().is_empty());
+        assert!(from_text(Form::BehaviourTree, b"\n", &one).unwrap().is_empty());
     }
 
     #[test]

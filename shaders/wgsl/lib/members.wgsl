@@ -1,6 +1,7 @@
-// A world of robots with one genome: what it keeps, and where: a block of words for the world and one for each robot, LANES
+// A world of robots: what it keeps, and where: a block of words for the world and one for each robot, LANES
 // worlds side by side, so that the same word of neighbouring worlds is next to it. One invocation is a whole world.
-// `GREATEST_MEMBERS`, `WORLD_WORDS`, `MEMBER_WORDS` and `MEMBERS_CELL` are generated, as are the words of what parts remember.
+// `GREATEST_MEMBERS`, `WORLD_WORDS`, `MEMBER_WORDS`, `MEMBERS_CELL` and `first_gene` are generated, as are the words of what parts
+// remember.
 
 // A word of each world, before what its mission remembers: the sum of all rewards.
 const WORLD_EARNED: u32 = 0u;
@@ -27,7 +28,7 @@ const MEMBER_MEMORY: u32 = 16u;
 @group(0) @binding(6) var<storage, read_write> state: array<u32>;
 
 // Who lives: the world, the key of its random numbers and the index of its first gene; where the world's words and this robot's
-// are, and the robot's number. Of a world as a whole the key is its own, and the robot the first.
+// are, and the robot's number. Of a world as a whole the key is its own, the gene that of the genome, and the robot the first.
 struct Life {
     world: u32,
     key: vec2<u32>,
@@ -89,10 +90,11 @@ fn member_pose(own: u32) -> vec3<f32> {
     return vec3<f32>(number(own, MEMBER_X), number(own, MEMBER_Y), number(own, MEMBER_HEADING));
 }
 
+// A robot of a world, given the world's own life.
 fn member_life(life: Life, member: u32) -> Life {
     let own = member_at(life, member);
     let key = vec2<u32>(word(own, MEMBER_KEY), word(own, MEMBER_KEY + 1u));
-    return Life(life.world, key, life.genes, life.world_words, own, member);
+    return Life(life.world, key, first_gene(life, member), life.world_words, own, member);
 }
 
 // What parts that a user wrote may ask of robots that live together; docs/swarms.md lists it.

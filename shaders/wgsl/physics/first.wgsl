@@ -1,4 +1,4 @@
-// Traces of worlds of robots with one genome: the first robot's lines.
+// Traces of worlds of robots: the first robot's lines.
 
 fn traced(life: Life, lived: Cycle, record: u32) {
     trace[record] = line(member_life(life, 0u), lived.first, lived.earned, number(life.world_words, WORLD_EARNED));

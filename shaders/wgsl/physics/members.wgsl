@@ -1,4 +1,4 @@
-// One cycle of a world of robots with one genome: all sense and decide by where all are, all move at once, bodies that meet push
+// One cycle of a world of robots: all sense and decide by where all are, all move at once, bodies that meet push
 // each other or stop, and then robots and the mission earn. Nothing depends on the order of robots but what says so.
 
 // A cycle's motion, and what the robot remembers after it.

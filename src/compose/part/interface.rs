@@ -140,6 +140,10 @@ const TASK: Interface = Interface {
             default: Some("return MissionState();"),
         },
         Function {
+            text: "fn mission_ends(life: Life, own: MissionState) -> bool",
+            default: Some("return false;"),
+        },
+        Function {
             text: "fn mission_score(life: Life, own: MissionState, sum: f32) -> f32",
             default: Some("return sum;"),
         },

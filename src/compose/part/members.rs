@@ -10,7 +10,7 @@ use super::fields::{self, Remembered};
 use super::interface::{self, MISSION_STATE};
 use crate::arena::Arena;
 use crate::compose::{Kind, Lives, OwnPart, OwnParts, Scalar};
-use crate::differential::{Build, Differential, GREATEST_MEMBERS};
+use crate::differential::{Build, Differential, GREATEST_MEMBERS, Genomes};
 use crate::reference::{Model, Reference};
 use crate::world::WorldSpec;
 
@@ -330,7 +330,7 @@ const EARNED: &str = "fn members_earned(life: Life, step: u32) -> f32 {
 /// Where a robot starts: at its own place, or at a drawn one.
 fn start_place(robot: &Differential, arena: &Arena) -> String {
     if robot.starts.is_some() {
-        let first = robot.members_cell(arena) + 1;
+        let first = robot.differing_cell(arena);
         return format!("    let cell = numbers(world, {first}u + member);\n    return vec2<f32>(cell.x, cell.y);\n");
     }
     let place = if arena.is_field_round {
@@ -348,6 +348,17 @@ fn start_place(robot: &Differential, arena: &Arena) -> String {
     )
 }
 
+/// The index of a robot's first gene.
+fn first_gene(robot: &Differential, arena: &Arena) -> String {
+    match robot.genomes {
+        Genomes::Homogeneous => "life.genes".to_owned(),
+        Genomes::Heterogeneous | Genomes::Teams(_) => {
+            let first = robot.differing_cell(arena);
+            format!("life.genes + u32(numbers(life.world, {first}u + member).z) * LANES")
+        }
+    }
+}
+
 /// Constants of a robot's world.
 pub(super) fn constants(robot: &Differential, arena: &Arena, body_radius: f32) -> String {
     let mut text = format!(
@@ -355,9 +366,13 @@ pub(super) fn constants(robot: &Differential, arena: &Arena, body_radius: f32) -
 const MEMBERS_CELL: u32 = {}u;
 fn start_place(world: u32, member: u32, u: vec4<f32>) -> vec2<f32> {{
 {}}}
+fn first_gene(life: Life, member: u32) -> u32 {{
+    return {};
+}}
 ",
         robot.members_cell(arena),
-        start_place(robot, arena)
+        start_place(robot, arena),
+        first_gene(robot, arena)
     );
     if robot.model.is_some() {
         let (cell, sides) = (robot.reference_cell(arena), arena.sides);

@@ -27,15 +27,16 @@ const CYCLE: f64 = 0.1;
 /// A life of robots that live together, to be played.
 pub(crate) struct MissionReplay<'a> {
     pub(crate) title: &'a str,
-    /// Its world, observed.
+    /// Its world, observed, and the cycles that it lasted.
     pub(crate) world: &'a World,
+    pub(crate) cycles: u32,
     /// The trace of each robot, with a record each `every` cycles, one at least.
     pub(crate) robots: &'a [Trace],
     pub(crate) every: u32,
     /// What each robot has earned by itself up to each record.
     pub(crate) earned: &'a [Vec<f32>],
-    /// What a robot does in each state of its machine; empty without machines.
-    pub(crate) states: &'a [String],
+    /// What each robot does in each state of its machine, with the state's number; empty without machines.
+    pub(crate) states: &'a [Vec<String>],
 }
 
 /// Bytes of a page for each robot and record.
@@ -59,7 +60,7 @@ pub(crate) fn mission_page(replay: &MissionReplay<'_>) -> String {
     let lead = format!(
         "{} robots live together for {} s: {} lines, one each {} s.",
         robots.len(),
-        number(f64::from(replay.world.cycles()) * CYCLE),
+        number(f64::from(replay.cycles) * CYCLE),
         robots[0].len(),
         number(f64::from(*every) * CYCLE),
     );
@@ -141,20 +142,33 @@ impl MissionReplay<'_> {
         perceived.chain(speeds).collect()
     }
 
-    /// The state of each robot's machine after the cycle.
+    /// States of all machines, each once.
+    fn acts(&self) -> Vec<&str> {
+        let mut acts = Vec::new();
+        for act in self.states.iter().flatten().map(String::as_str) {
+            if !acts.contains(&act) {
+                acts.push(act);
+            }
+        }
+        acts
+    }
+
+    /// The state of each robot's machine after the cycle, by its place among those of all machines.
     fn machine_states(&self) -> Vec<u16> {
         let acting = Form::of(self.world.gene_layout()).map(Form::acting);
         let is_state = |own: &oneiro::compose::Detail| {
             own.kind == DetailKind::Memory(Kind::Controller) && Some(own.name.as_str()) == acting
         };
-        let place = self
-            .world
-            .details()
-            .iter()
-            .position(is_state)
-            .filter(|_| !self.states.is_empty());
+        let acts = self.acts();
+        let place = self.world.details().iter().position(is_state);
+        let place = place.filter(|_| !acts.is_empty());
         place.map_or_else(Vec::new, |place| {
-            self.seen().map(|(own, line)| own.details(line)[place] as u16).collect()
+            let shown = |((own, line), states): ((&Trace, usize), &Vec<String>)| {
+                let name = states.get(own.details(line)[place] as usize)?;
+                acts.iter().position(|act| act == name)
+            };
+            let all = self.seen().zip(self.states.iter().cycle()).map(shown);
+            all.map(|act| act.map_or(u16::MAX, |act| act as u16)).collect()
         })
     }
 
@@ -181,11 +195,11 @@ impl MissionReplay<'_> {
             let each = self.earned.iter().map(move |own| own[line]);
             each.flat_map(|own| halves(own.to_bits()))
         });
-        let act = |(state, name): (usize, &String)| json!({ "name": name, "colour": COLOURS[state % COLOURS.len()], "marks": ["#ffffff", "#ffffff"] });
+        let act = |(state, name): (usize, &str)| json!({ "name": name, "colour": COLOURS[state % COLOURS.len()], "marks": ["#ffffff", "#ffffff"] });
         let fitness = self.robots[0].iter().flat_map(|own| halves(own.fitness.to_bits()));
         let times = (0..self.robots[0].len() as u32).map(|line| line * self.every);
         BTreeMap::from([
-            ("acts", self.states.iter().enumerate().map(act).collect()),
+            ("acts", self.acts().into_iter().enumerate().map(act).collect()),
             ("arena", arena(&spec.arena)),
             ("body", json!(spec.robot.body_radius)),
             ("names", json!((0..self.robots.len()).collect::<Vec<_>>())),

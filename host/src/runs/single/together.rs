@@ -49,15 +49,17 @@ pub(super) struct Watched {
     robots: Vec<Lived>,
     /// Cycles between the records that the page has.
     every: u32,
-    states: Vec<String>,
+    /// What each robot does in each state of its machine; empty without machines.
+    states: Vec<Vec<String>>,
 }
 
 /// What a robot did.
-#[derive(Clone, Default)]
+#[derive(Default)]
 struct Lived {
     /// The records that the page has, and what the robot had earned by then.
     trace: Trace,
     earned: Vec<f32>,
+    cycles: u32,
     score: f32,
     distance: f64,
     contacts: u32,
@@ -97,6 +99,10 @@ pub(super) fn watch(
             engine.name()
         )));
     }
+    if watched.robots[0].cycles == 0 {
+        console.say("warning: there is no page that plays the life: it ends before its first cycle");
+        return Ok(None);
+    }
     Ok(Some(watched))
 }
 
@@ -105,16 +111,20 @@ impl Watched {
         let robots = world.robots() as usize;
         let most = PAGE / (robots * figures::bytes_of_record(&world));
         let named = |(number, own): (usize, Behaviour)| format!("{number} {}", own.word());
-        let states = Form::of(world.gene_layout()).map_or_else(Vec::new, |form| {
-            form.behaviours(life.genes).into_iter().enumerate().map(named).collect()
+        let states = |form: Form, robot| -> Vec<String> {
+            let own = form.behaviours(&life.genes[world.genes_of(robot)]);
+            own.into_iter().enumerate().map(named).collect()
+        };
+        let states: Vec<Vec<String>> = Form::of(world.gene_layout()).map_or_else(Vec::new, |form| {
+            (0..world.robots()).map(|robot| states(form, robot)).collect()
         });
-        let own = Lived {
-            states: vec![0; states.len()],
+        let own = |robot| Lived {
+            states: vec![0; states.get(robot).map_or(0, Vec::len)],
             ..Lived::default()
         };
         Self {
             every: every.max(world.cycles().div_ceil(most.max(1) as u32)),
-            robots: vec![own; robots],
+            robots: (0..robots).map(own).collect(),
             states,
             world,
         }
@@ -155,6 +165,7 @@ impl Watched {
         let html = figures::mission_page(&MissionReplay {
             title,
             world: &self.world,
+            cycles: self.robots[0].cycles,
             robots: &traces,
             every: self.every,
             earned: &earned,
@@ -190,6 +201,7 @@ impl Lived {
     /// Adds the records of the next cycles, `first` and following.
     fn add(&mut self, world: &World, trace: &Trace, first: u32, every: u32) {
         let acting = Form::of(world.gene_layout()).map(Form::acting);
+        self.cycles += trace.len() as u32;
         for ((record, details), cycle) in trace.lines().zip(first..) {
             let at = [record.x, record.y];
             if let Some(before) = self.at.replace(at) {

@@ -3,7 +3,7 @@ use oneiro::automode::{Behaviour, Condition, Machine, Modules, State, Transition
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::cpu::Cpu;
 use oneiro::differential::Build;
-use oneiro::differential::{Differential, Sensor, SensorKind};
+use oneiro::differential::{Differential, Genomes, Sensor, SensorKind};
 use oneiro::evaluator::{Control, Evaluator as _};
 use oneiro::random::Key;
 use oneiro::reference::{Model, Reference};
@@ -19,7 +19,7 @@ struct Life {
     world: World,
     robots: Vec<Trace>,
     earned: Vec<Vec<f32>>,
-    states: Vec<String>,
+    states: Vec<Vec<String>>,
 }
 
 impl Life {
@@ -37,7 +37,7 @@ impl Life {
         let earned = |robot: usize| (0..robots[0].len()).map(|line| (line * (robot + 1)) as f32).collect();
         Self {
             earned: (0..robots.len()).map(earned).collect(),
-            states: states.iter().map(|&state| state.to_owned()).collect(),
+            states: vec![states.iter().map(|&state| state.to_owned()).collect(); robots.len()],
             world,
             robots,
         }
@@ -65,15 +65,20 @@ impl Life {
         )
     }
 
-    fn page(&self) -> String {
-        mission_page(&MissionReplay {
+    fn replay(&self) -> MissionReplay<'_> {
+        MissionReplay {
             title: "a <life>",
             world: &self.world,
+            cycles: self.world.cycles(),
             robots: &self.robots,
             every: 1,
             earned: &self.earned,
             states: &self.states,
-        })
+        }
+    }
+
+    fn page(&self) -> String {
+        mission_page(&self.replay())
     }
 
     fn word(&self, robot: usize, line: usize, kind: DetailKind, name: &str) -> u32 {
@@ -246,7 +251,7 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
         };
         assert_eq!(
             shown["robot"],
-            format!("Robot {robot}: {}; hears {others}", life.states[state])
+            format!("Robot {robot}: {}; hears {others}", life.states[robot][state])
         );
         assert_eq!(shown["hears"][robot], heard.count_ones().to_string());
         assert_eq!(shown["scores"][robot], (line * (robot + 1)).to_string());
@@ -298,6 +303,44 @@ fn robots_without_messages_and_machines_have_a_page() {
         told,
         json!({ "robot": "Robot 0", "legend": 0, "messages": true, "heads": "RobotScore", "note": "" })
     );
+}
+
+#[test]
+fn robots_with_machines_of_their_own_show_the_states_of_all() {
+    let mut spec = epucks(Model::Vectors, 3);
+    if let Build::Differential(own) = &mut spec.robot.build {
+        own.genomes = Genomes::Teams(vec![1, 0, 1]);
+    }
+    let state = |behaviour, transitions| State { behaviour, transitions };
+    let leave = Transition {
+        to: 0,
+        condition: Condition::FixedProbability(0.5),
+    };
+    let stops = Machine {
+        states: vec![state(Behaviour::Stop, Vec::new())],
+    };
+    let alternates = Machine {
+        states: vec![
+            state(Behaviour::Phototaxis, vec![leave]),
+            state(Behaviour::Stop, vec![leave]),
+        ],
+    };
+    let genes = [alternates.genome(), stops.genome()].concat();
+    let mut life = Life::of(spec, &genes, &["0 stop"]);
+    life.states[1] = vec!["0 phototaxis".to_owned(), "1 stop".to_owned()];
+    let replay = life.replay();
+    let acts = replay.facts().remove("acts").unwrap();
+    let names: Vec<&str> = acts
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|own| own["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["0 stop", "0 phototaxis", "1 stop"]);
+    let states = replay.machine_states();
+    let of =
+        |robot: usize| -> std::collections::BTreeSet<u16> { states.iter().skip(robot).step_by(3).copied().collect() };
+    assert_eq!([of(0), of(1), of(2)], [[0].into(), [1, 2].into(), [0].into()]);
 }
 
 #[test]
