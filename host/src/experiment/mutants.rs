@@ -79,9 +79,9 @@ const LONG: [[&str; 3]; 14] = [
 
 /// How long one may take on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// Most memory of the process that reads them all one after the other, KB: compiling a kernel of EvoStick's, which has no
-/// mistake, takes 370 MB.
-const MEMORY: u64 = 768 << 10;
+/// Most memory of the process that reads them all one after the other, KB: the process itself takes 370 MB, and compiling
+/// EvoStick's exploration, which has no mistake but remembers a hundred cells, 450 MB more.
+const MEMORY: u64 = 1024 << 10;
 /// Longest message, bytes.
 const MESSAGE: usize = 4_000;
 /// Mutants that are tried however long it takes.
