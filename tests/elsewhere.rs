@@ -239,13 +239,13 @@ fn run(test: &str, study: &'static Study) {
 }
 
 #[test]
-#[ignore = "a study, not a check: it takes over an hour in real time, and its recorded table is judged by tests/recompute.sh"]
+#[ignore = "makes a study's table again, in over an hour of real time; tests/recompute.sh judges the committed one. docs/miglino1995.md has the command"]
 fn the_1995_study_in_the_simulator_of_others() {
     run("the_1995_study_in_the_simulator_of_others", &OF_THYMIO);
 }
 
 #[test]
-#[ignore = "a study, not a check: it takes an hour in real time, and its recorded table is judged by tests/recompute.sh"]
+#[ignore = "makes a study's table again, in an hour of real time; tests/recompute.sh judges the committed one. docs/miglino1995.md has the command"]
 fn the_1995_study_with_the_epuck_of_others() {
     run("the_1995_study_with_the_epuck_of_others", &OF_EPUCK);
 }

@@ -54,7 +54,7 @@ fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
 }
 ";
 
-/// Ends a life once so many robots are on the dark floor; what it scores does not depend on how long it could have been.
+/// Ends a life once two robots are on the dark floor. The score does not depend on the number of cycles left.
 const ENDS: &str = "
 fn mission_ends(life: Life, own: MissionState) -> bool {
     return own.dark >= 2u;

@@ -21,7 +21,7 @@ pub(crate) struct Kind {
     /// The variables of its sensors of proximity, and of the left wheel's target, which the right one's follows.
     proximity: &'static str,
     target: &'static str,
-    /// An event that comes every so many steps of 10 ms.
+    /// An event that the robot emits periodically, and its period in steps of 10 ms.
     event: (&'static str, usize),
     pub(crate) sensors: usize,
     /// What a sensor reads that is touched.

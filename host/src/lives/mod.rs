@@ -107,8 +107,9 @@ impl Lives<'_> {
         Ok(all)
     }
 
-    /// Lets lives of `cycles` cycles live in worlds of one cycle more, which only says where they end, and measures them. `trace` gets
-    /// the records of all lives, in pieces with the cycle that each begins with; `ended` gets what came of each life.
+    /// Simulates and measures lives of `cycles` cycles, in worlds that last one cycle more to record where each life ends. `trace`
+    /// is called with consecutive pieces of each life's records and the cycle at which a piece starts; `ended` once for each life,
+    /// with its fitness and measures.
     ///
     /// # Errors
     /// As the evaluator's, and as `trace`.
