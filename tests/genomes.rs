@@ -11,9 +11,8 @@ use oneiro::batch::{Batch, Outcome, Rollout, Trace, TraceRequest};
 use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Contact, Differential, Genomes, Sensor, SensorKind, Starts};
-use oneiro::evaluator::{Control, Evaluator};
+use oneiro::evaluator::Evaluator;
 use oneiro::network::{Layer, LayerKind, Network};
-use oneiro::random::{Key, pcg4d};
 use oneiro::world::{Controller, Robot, Task, World, WorldSpec};
 
 #[allow(dead_code, reason = "other tests use the rest")]
@@ -21,6 +20,8 @@ mod epucks;
 #[allow(dead_code, reason = "other tests use the rest")]
 mod modules;
 mod pinned;
+
+use modules::{batch, evaluated, genome, key};
 
 const MACHINES: Controller = Controller::StateMachine(Modules::DEFAULT);
 const TREES: Controller = Controller::BehaviourTree(Modules::DEFAULT);
@@ -166,32 +167,6 @@ fn specs() -> Vec<(&'static str, WorldSpec)> {
     ]
 }
 
-/// Genes within their ranges, or from -3 to 3.
-fn genome(world: &World, life: u32) -> Vec<f32> {
-    let gene = |(index, range): (usize, Option<[f32; 2]>)| {
-        let [least, greatest] = range.unwrap_or([-3.0, 3.0]);
-        let share = (pcg4d([life, index as u32, 0, 2031])[0] >> 8) as f32 / 16_777_216.0;
-        least + share * (greatest - least)
-    };
-    world.gene_layout().ranges().into_iter().enumerate().map(gene).collect()
-}
-
-fn batch(world: &World, genomes: &[Vec<f32>], every: u32) -> Batch {
-    let lives: Vec<_> = (0_u64..)
-        .zip(genomes)
-        .map(|(life, genes)| Rollout {
-            world: 0,
-            genes,
-            key: Key::rollout(3, 0, life, 0),
-        })
-        .collect();
-    Batch::new(std::slice::from_ref(world), &lives, Some(TraceRequest { every })).unwrap()
-}
-
-fn evaluated(evaluator: &mut dyn Evaluator, batch: &Batch) -> Outcome {
-    evaluator.evaluate(batch, &Control::new()).unwrap()
-}
-
 fn lived(batch: &Batch) -> Outcome {
     evaluated(&mut Cpu::new(Some(2)).unwrap(), batch)
 }
@@ -299,7 +274,7 @@ fn a_gene_is_of_its_own_robots() {
         };
         let genomes: Vec<_> = (0..world.genes()).map(other).collect();
         // The same starts and noise for all.
-        let key = Key::rollout(3, 0, 0, 0);
+        let key = key(0);
         let all_genomes = std::iter::once(&base).chain(&genomes);
         let lives: Vec<_> = all_genomes.map(|genes| Rollout { world: 0, genes, key }).collect();
         let batch = Batch::new(&[&observed], &lives, Some(TraceRequest { every: 1 })).unwrap();

@@ -1,5 +1,5 @@
-//! Shared by the tests of state machines and of behaviour trees: a world, and `AutoMoDe`'s modules by a second program, written from
-//! `docs/controllers.md`.
+//! Shared by the tests of state machines, of behaviour trees and of several genomes: a world, lives in it, and `AutoMoDe`'s modules by
+//! a second program, written from `docs/controllers.md`.
 
 use std::path::Path;
 
@@ -40,14 +40,19 @@ pub(crate) fn spec(controller: Controller, count: u32) -> WorldSpec {
     }
 }
 
-/// A genome whose genes are uniform in their ranges.
+/// A genome whose genes are uniform in their ranges, or from -3 to 3.
 pub(crate) fn genome(world: &World, life: u32) -> Vec<f32> {
     let gene = |(index, range): (usize, Option<[f32; 2]>)| {
-        let [least, greatest] = range.unwrap();
+        let [least, greatest] = range.unwrap_or([-3.0, 3.0]);
         let share = (pcg4d([life, index as u32, 0, 2029])[0] >> 8) as f32 / 16_777_216.0;
         least + share * (greatest - least)
     };
     world.gene_layout().ranges().into_iter().enumerate().map(gene).collect()
+}
+
+/// The key of a life of a batch.
+pub(crate) fn key(life: u64) -> Key {
+    Key::rollout(1, 0, life, 0)
 }
 
 pub(crate) fn batch(world: &World, genomes: &[Vec<f32>], every: u32) -> Batch {
@@ -56,7 +61,7 @@ pub(crate) fn batch(world: &World, genomes: &[Vec<f32>], every: u32) -> Batch {
         .map(|(life, genes)| Rollout {
             world: 0,
             genes,
-            key: Key::rollout(1, 0, life, 0),
+            key: key(life),
         })
         .collect();
     Batch::new(std::slice::from_ref(world), &lives, Some(TraceRequest { every })).unwrap()
@@ -160,7 +165,7 @@ pub(crate) fn places(world: &World) -> [Vec<usize>; 2] {
 
 /// The first robot's key in a life of a batch.
 pub(crate) fn key_of(life: u64) -> [u32; 2] {
-    let Key([a, b]) = Key::rollout(1, 0, life, 0);
+    let Key([a, b]) = key(life);
     let [a, b, ..] = pcg4d([a, b, 0, 0xff00]);
     [a, b]
 }
