@@ -217,11 +217,14 @@ fn lives_are_as_pinned() {
             // What traps computes as the scalar code does, and is emulated slowest of all.
             let is_slow =
                 EMULATED && device.starts_with("checked") || device == INTERPRETER || device.ends_with(SPECIALISED);
-            let share = match () {
-                () if std::env::var_os("ONEIRO_LONG").is_some() => 1,
-                () if is_slow => SHARE,
-                () if EMULATED => EMULATED_SHARE,
-                () => 1,
+            let share = if std::env::var_os("ONEIRO_LONG").is_some() {
+                1
+            } else if is_slow {
+                SHARE
+            } else if EMULATED {
+                EMULATED_SHARE
+            } else {
+                1
             };
             let lives = subjects.iter().zip(&batches).zip(&expected);
             for ((subject, batch), expected) in lives.step_by(share) {
