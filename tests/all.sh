@@ -4,8 +4,8 @@
 # Skipped tests are listed at the end, and are failures unless ONEIRO_MAY_SKIP names the missing thing: by default the
 # recordings of a real robot, which can't be installed. docs/testing.md has more; tests/long.sh has longer tests.
 set -euo pipefail
-# Where nothing is built a second time, nothing is kept for that.
-[ -z "${CI:-}" ] || export CARGO_INCREMENTAL=0
+# Where nothing is built a second time, and nobody debugs, nothing is kept for that.
+[ -z "${CI:-}" ] || export CARGO_INCREMENTAL=0 CARGO_PROFILE_DEV_DEBUG=false
 slurm= learning=
 for option in "$@"; do
     case $option in
@@ -18,7 +18,6 @@ for option in "$@"; do
     esac
 done
 cd "$(dirname "$0")/.."
-. tests/install.sh
 . tests/skips.sh
 
 # Each stage is timed, for the summary.
@@ -37,66 +36,6 @@ mkdir -p "${CARGO_TARGET_DIR:-target}"
 ONEIRO_SKIPPED=$(realpath -m "${CARGO_TARGET_DIR:-target}/skipped")
 export ONEIRO_SKIPPED
 : >"$ONEIRO_SKIPPED"
-
-# The GPU tests run on Mesa's software driver, on any machine.
-has_software_vulkan() {
-    local driver
-    ldconfig -p 2>/dev/null | grep 'libvulkan\.so\.1' >/dev/null || return 1
-    for driver in /usr/share/vulkan/icd.d/lvp_icd*.json /etc/vulkan/icd.d/lvp_icd*.json; do
-        [ -e "$driver" ] && return
-    done
-    return 1
-}
-
-software_vulkan() {
-    has_software_vulkan && return
-    say "installing the software Vulkan driver"
-    install mesa-vulkan-drivers libvulkan1 && has_software_vulkan && return
-    echo "no software Vulkan driver (lavapipe), and it could not be installed: the GPU tests need it" >&2
-    exit 4
-}
-
-# 64-bit ARM: its lane code is compiled and run under an emulator if the tools are available.
-arm_tools() {
-    command -v qemu-aarch64 >/dev/null && command -v aarch64-linux-gnu-gcc >/dev/null && return
-    say "installing an emulator and a linker for 64-bit ARM"
-    install qemu-user gcc-aarch64-linux-gnu libc6-dev-arm64-cross ||
-        echo "64-bit ARM: no emulator or linker; its lane code will not be tested"
-}
-
-# The page that plays a swarm is opened in a browser if one is available.
-browser() {
-    local name
-    for name in chromium chromium-browser google-chrome; do
-        command -v "$name" >/dev/null && return
-    done
-    say "installing a browser"
-    install chromium || echo "no browser: the page that plays a swarm will not be tested in one"
-}
-
-# The compiler's output is checked by a validator if it is available.
-validator() {
-    command -v spirv-val >/dev/null && return
-    say "installing a validator of SPIR-V"
-    install spirv-tools || echo "no validator: SPIR-V will not be validated"
-}
-
-# Robots are driven in a simulator if it is available.
-simulator() {
-    local name
-    for name in asebaplayground asebaswitch faketime ip unshare; do
-        command -v "$name" >/dev/null && continue
-        say "installing a simulator of robots"
-        install aseba faketime iproute2 util-linux || echo "no asebaplayground: robots will not be driven in it"
-        return
-    done
-}
-
-software_vulkan
-arm_tools
-browser
-validator
-simulator
 
 # start NICENESS COMMAND..: starts a command in a session of its own, hence a group for the scheduler, whose niceness is the
 # group's. `started` is its group.
@@ -139,8 +78,16 @@ finish() {
 }
 trap finish EXIT
 
-# With what other stages leave of the processors.
-beside "64-bit ARM" 19 tests/aarch64.sh
+folder=${CARGO_TARGET_DIR:-target}
+is_new=yes
+[ ! -e "$folder/debug" ] || is_new=
+
+# Beside the lints, which need none of them; a password can be asked for in the foreground alone.
+if [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; then
+    beside "tools" 0 tests/tools.sh
+else
+    tests/tools.sh
+fi
 
 say "formatting"
 cargo fmt --all --check
@@ -148,12 +95,16 @@ cargo fmt --all --check
 say "lints"
 cargo clippy --workspace --all-targets --features oneiro-host/parquet --locked -- -D warnings
 
+[ -z "${jobs[tools]:-}" ] || join "tools"
+# With what other stages leave of the processors.
+beside "64-bit ARM" 19 tests/aarch64.sh
+
 say "documentation"
 # With the examples, what these need counts as well: all is then checked as for the lints, and nothing a second time.
 RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --features oneiro-host/parquet --no-deps --lib --examples --quiet
 
 say "the program without the GPU backend, as on robots"
-cargo clippy --locked -p oneiro-host --no-default-features --all-targets -- -D warnings
+cargo clippy --locked -p oneiro-host --no-default-features -- -D warnings
 
 say "building the tests"
 all=(cargo test --locked --workspace --features oneiro-host/parquet)
@@ -173,6 +124,17 @@ join "robots in real time"
 join "Python"
 [ -z "$slurm" ] || tests/slurm.sh
 join "64-bit ARM"
+
+# What build scripts, the tests and their Python package need with different features is compiled for each of them (host/Cargo.toml).
+if [ -n "$is_new" ]; then
+    for name in naga cranelift_codegen wgpu_core; do
+        built=("$folder/debug/deps/lib$name"-*.rlib)
+        [ ${#built[@]} = 1 ] || {
+            echo "$name was compiled ${#built[@]} times: cargo tree --duplicates or cargo build --unit-graph shows which features differ" >&2
+            exit 1
+        }
+    done
+fi
 
 say "what was skipped"
 skip_summary

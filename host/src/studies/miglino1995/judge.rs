@@ -667,9 +667,14 @@ mod tests {
     use super::*;
     use crate::studies::claims::Verdict;
 
-    fn claim(results: &Results, id: &str) -> Claim {
+    fn claims<const N: usize>(results: &Results, ids: [&str; N]) -> [Claim; N] {
         let claims = judge(results, &SensorTables::khepera());
-        claims.into_iter().find(|claim| claim.id == id).unwrap()
+        ids.map(|id| claims.iter().find(|claim| claim.id == id).unwrap().clone())
+    }
+
+    fn claim(results: &Results, id: &str) -> Claim {
+        let [claim] = claims(results, [id]);
+        claim
     }
 
     fn of_sets(claim: &Claim) -> Vec<(String, f64)> {
@@ -690,16 +695,17 @@ mod tests {
 
     #[test]
     fn the_papers_number_of_runs_is_not_resampled() {
-        for id in ["C3", "C6"] {
-            assert_eq!(of_sets(&claim(&results(5), id)), [], "{id}");
+        for claim in claims(&results(5), ["C3", "C6"]) {
+            assert_eq!(of_sets(&claim), [], "{}", claim.id);
         }
     }
 
     /// Any five of several equal runs give the F of five of them.
     #[test]
     fn sets_of_equal_runs_all_give_the_papers_test() {
-        for id in ["C3", "C6"] {
-            let five = claim(&copies(5), id);
+        let ids = ["C3", "C6"];
+        let all = claims(&copies(8), ids).map(|claim| of_sets(&claim));
+        for (five, of_sets) in claims(&copies(5), ids).iter().zip(&all) {
             let fs: Vec<f64> = five
                 .tests
                 .iter()
@@ -707,19 +713,18 @@ mod tests {
                 .map(|test| test.value)
                 .take(3)
                 .collect();
-            let of_sets = of_sets(&claim(&copies(8), id));
             for (condition, f) in Condition::ALL.into_iter().zip(fs) {
                 for what in ["median", "5 % quantile", "95 % quantile"] {
                     let name = format!("F(1, 998) of 5 runs, {}: {what} of 2000 sets", condition.title());
                     let (_, value) = of_sets.iter().find(|(own, _)| *own == name).expect(&name);
-                    assert!((value - f).abs() < 1e-9 * f, "{id}, {name}: {value}, not {f}");
+                    assert!((value - f).abs() < 1e-9 * f, "{}, {name}: {value}, not {f}", five.id);
                 }
             }
         }
-        let shares: Vec<f64> = of_sets(&claim(&copies(8), "C3"))
-            .into_iter()
+        let shares: Vec<f64> = all[0]
+            .iter()
             .filter(|(name, _)| name.contains("share"))
-            .map(|(_, share)| share)
+            .map(|(_, share)| *share)
             .collect();
         // The made-up gaps are 60, 110 and 5: two are found, one isn't, and they are in order.
         assert_eq!(shares, [1.0, 1.0, 0.0, 1.0, 1.0]);
