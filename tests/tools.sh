@@ -1,0 +1,67 @@
+#!/usr/bin/env bash
+# tools.sh: installs what tests/all.sh needs and is not there. Only the software Vulkan driver must be: it fails without it.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. tests/install.sh
+
+say() { printf '\n== %s\n' "$*"; }
+
+# The GPU tests run on Mesa's software driver, on any machine.
+has_software_vulkan() {
+    local driver
+    ldconfig -p 2>/dev/null | grep 'libvulkan\.so\.1' >/dev/null || return 1
+    for driver in /usr/share/vulkan/icd.d/lvp_icd*.json /etc/vulkan/icd.d/lvp_icd*.json; do
+        [ -e "$driver" ] && return
+    done
+    return 1
+}
+
+software_vulkan() {
+    has_software_vulkan && return
+    say "installing the software Vulkan driver"
+    install mesa-vulkan-drivers libvulkan1 && has_software_vulkan && return
+    echo "no software Vulkan driver (lavapipe), and it could not be installed: the GPU tests need it" >&2
+    exit 4
+}
+
+# 64-bit ARM: its lane code is compiled and run under an emulator if the tools are available.
+arm_tools() {
+    command -v qemu-aarch64 >/dev/null && command -v aarch64-linux-gnu-gcc >/dev/null && return
+    say "installing an emulator and a linker for 64-bit ARM"
+    install qemu-user gcc-aarch64-linux-gnu libc6-dev-arm64-cross ||
+        echo "64-bit ARM: no emulator or linker; its lane code will not be tested"
+}
+
+# The page that plays a swarm is opened in a browser if one is available.
+browser() {
+    local name
+    for name in chromium chromium-browser google-chrome; do
+        command -v "$name" >/dev/null && return
+    done
+    say "installing a browser"
+    install chromium || echo "no browser: the page that plays a swarm will not be tested in one"
+}
+
+# The compiler's output is checked by a validator if it is available.
+validator() {
+    command -v spirv-val >/dev/null && return
+    say "installing a validator of SPIR-V"
+    install spirv-tools || echo "no validator: SPIR-V will not be validated"
+}
+
+# Robots are driven in a simulator if it is available.
+simulator() {
+    local name
+    for name in asebaplayground asebaswitch faketime ip unshare; do
+        command -v "$name" >/dev/null && continue
+        say "installing a simulator of robots"
+        install aseba faketime iproute2 util-linux || echo "no asebaplayground: robots will not be driven in it"
+        return
+    done
+}
+
+software_vulkan
+arm_tools
+browser
+validator
+simulator
