@@ -10,9 +10,11 @@ mod behaviour_tree;
 mod state_machine;
 mod text;
 
+use std::sync::LazyLock;
+
 use crate::parameter::Invalid;
 use crate::reference::Model;
-use crate::world::{Controller, Gene, GeneKind, GeneLayout};
+use crate::world::{Gene, GeneKind, GeneLayout};
 
 pub(crate) use behaviour_tree::genes as tree_genes;
 pub(crate) use state_machine::genes as machine_genes;
@@ -309,10 +311,12 @@ pub enum Form {
 impl Form {
     /// That of controllers with these genes.
     pub fn of(layout: &GeneLayout) -> Option<Self> {
-        let is = |controller: Controller| controller.layout().controller() == layout.controller();
-        if is(Controller::StateMachine(Modules::DEFAULT)) {
+        // Each run of a sweep asks: their names are written once.
+        static MACHINE: LazyLock<Vec<Gene>> = LazyLock::new(machine_genes);
+        static TREE: LazyLock<Vec<Gene>> = LazyLock::new(tree_genes);
+        if layout.controller() == *MACHINE {
             Some(Self::StateMachine)
-        } else if is(Controller::BehaviourTree(Modules::DEFAULT)) {
+        } else if layout.controller() == *TREE {
             Some(Self::BehaviourTree)
         } else {
             None

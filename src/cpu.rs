@@ -167,6 +167,7 @@ impl Cpu {
         }
         let steps = if report_progress { Some(control) } else { None };
         let ready = self.specialised.ready(&code, &parts);
+        let few = self.for_few(&code, &parts);
         let mut fitness = result.fitness.chunks_mut(LANES);
         let mut traces = result.trace.chunks_mut((LANES * batch.trace_words()).max(1));
         let mut states = result.states.chunks_mut(LANES * batch.state_words());
@@ -175,7 +176,10 @@ impl Cpu {
             .enumerate()
             .map(|(group, part)| Lives {
                 part,
-                code: ready.get(group).and_then(Option::as_ref).unwrap_or(&code),
+                code: [&ready, &few]
+                    .into_iter()
+                    .find_map(|own| own.get(group)?.as_ref())
+                    .unwrap_or(&code),
                 chunk: self.chunk.min((TURNS_OF_CHUNK / part.loops().max(1)).max(1)),
                 control,
                 steps,
@@ -248,6 +252,18 @@ impl Cpu {
             None => None,
         };
         code.ok_or_else(|| Error::NoDevice(format!("this CPU has no lane code for the kernel {}", kernel.name)))
+    }
+}
+
+impl Cpu {
+    /// Of each group, a lane code for its few rollouts: those that are left over where a world's are no multiple of a group's. Empty if
+    /// there is none for any.
+    fn for_few(&self, code: &LaneCode, parts: &[Part<'_>]) -> Vec<Option<LaneCode>> {
+        let few = |part: &Part<'_>| code.for_few(part.kernel(), part.rollouts(), cost);
+        match self.variant {
+            None if !self.checks => parts.iter().map(few).collect(),
+            _ => Vec::new(),
+        }
     }
 }
 

@@ -24,8 +24,15 @@ const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 pub(crate) fn npy(shape: &[usize], values: &[f32]) -> Vec<u8> {
     let mut bytes = header(shape);
     bytes.reserve_exact(size_of_val(values));
-    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    put(values, &mut bytes);
     bytes
+}
+
+/// Appends numbers as little-endian f32. One after the other, which is several times as fast as byte by byte.
+pub(crate) fn put<'a>(values: impl IntoIterator<Item = &'a f32>, bytes: &mut Vec<u8>) {
+    for value in values {
+        bytes.extend_from_slice(&value.to_le_bytes());
+    }
 }
 
 /// Little-endian f32 from bytes; an incomplete last one is ignored.

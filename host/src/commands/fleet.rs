@@ -174,15 +174,10 @@ fn deploy(arguments: &FleetWork, console: Console) -> Result {
     let fleet = any.computers();
     let robots = fleet.chosen(&arguments.file.robots)?;
     let stock = Stock::read(fleet, any.key())?;
-    let outcomes = on_each(
+    let outcomes = summed_up(
         fleet,
         &robots,
-        |robot, remote| stock.install(fleet, robot, remote),
-        |robot, _| console.say(format!("robot {}: done with {}", robot.number, robot.host)),
-    );
-    summed_up(
-        fleet,
-        &outcomes,
+        |robot, remote| said(robot, stock.install(fleet, robot, remote), console),
         |installed| {
             let sent = match &installed.sent[..] {
                 [] => "as it was".to_owned(),
@@ -207,18 +202,13 @@ fn status(arguments: &FleetStatus, console: Console) -> Result {
     let any = AnyFleet::read(&arguments.file.fleet)?;
     let fleet = any.computers();
     let robots = fleet.chosen(&arguments.file.robots)?;
-    let outcomes = on_each(
+    let outcomes = summed_up(
         fleet,
         &robots,
         |robot, remote| service::state(fleet, robot, remote),
-        |_, _| (),
-    );
-    summed_up(
-        fleet,
-        &outcomes,
         |(state, last)| {
             let last: Option<Value> = last.as_deref().and_then(|line| serde_json::from_str(line).ok());
-            let words = last.as_ref().map_or_else(|| "no log".to_owned(), said);
+            let words = last.as_ref().map_or_else(|| "no log".to_owned(), last_event);
             (
                 format!("{}; {words}", state.word()),
                 json!({ "state": state.word(), "last": last }),
@@ -230,7 +220,7 @@ fn status(arguments: &FleetStatus, console: Console) -> Result {
 }
 
 /// The last line of a log for readers: the event and the time of day.
-fn said(line: &Value) -> String {
+fn last_event(line: &Value) -> String {
     let word = |key: &str| line[key].as_str().unwrap_or("?").to_owned();
     format!("last event `{}` at {}", word("event"), word("utc"))
 }
@@ -240,15 +230,10 @@ fn stop(arguments: &FleetWork, console: Console) -> Result {
     let any = AnyFleet::read(&arguments.file.fleet)?;
     let fleet = any.computers();
     let robots = fleet.chosen(&arguments.file.robots)?;
-    let outcomes = on_each(
+    let outcomes = summed_up(
         fleet,
         &robots,
         |robot, remote| service::stop(fleet, robot, remote),
-        |_, _| (),
-    );
-    summed_up(
-        fleet,
-        &outcomes,
         |()| ("stopped, wheels confirmed".to_owned(), json!(true)),
         console,
     )?;
@@ -260,15 +245,10 @@ fn collected(arguments: &FleetWork, console: Console) -> Result {
     let any = AnyFleet::read(&arguments.file.fleet)?;
     let fleet = any.computers();
     let robots = fleet.chosen(&arguments.file.robots)?;
-    let outcomes = on_each(
+    let outcomes = summed_up(
         fleet,
         &robots,
-        |robot, remote| collect::copy(fleet, robot, remote),
-        |robot, _| console.say(format!("robot {}: done with {}", robot.number, robot.host)),
-    );
-    summed_up(
-        fleet,
-        &outcomes,
+        |robot, remote| said(robot, collect::copy(fleet, robot, remote), console),
         |own| {
             let (files, bytes) = (own.files, own.bytes);
             (
@@ -343,20 +323,29 @@ fn replay(record: &Path, console: Console) -> Result {
     console.data(page.display().to_string())
 }
 
-/// Prints a table with what came of each robot.
-fn summed_up<T>(
+/// Tells that a robot is done with.
+fn said<T>(robot: &Robot, outcome: Result<T>, console: Console) -> Result<T> {
+    console.say(format!("robot {}: done with {}", robot.number, robot.host));
+    outcome
+}
+
+/// Does something with each robot, and prints a table with what came of it.
+fn summed_up<T: Send>(
     fleet: &Computers,
-    outcomes: &Outcomes<T>,
+    robots: &[&Robot],
+    work: impl Fn(&Robot, Remote<'_>) -> Result<T> + Sync,
     words: impl Fn(&T) -> (String, Value),
     console: Console,
-) -> Result {
+) -> Result<Outcomes<T>> {
+    let outcomes = on_each(fleet, robots, work);
     let host = |number: u32| fleet.robot(number).map(|robot| robot.host.clone()).unwrap_or_default();
     if console.json() {
         let row = |(number, outcome): &(u32, Result<T>)| match outcome {
             Ok(own) => json!({ "robot": number, "host": host(*number), "done": words(own).1 }),
             Err(failure) => json!({ "robot": number, "host": host(*number), "problem": failure.to_string() }),
         };
-        return console.json_data(&outcomes.iter().map(row).collect::<Vec<_>>());
+        console.json_data(&outcomes.iter().map(row).collect::<Vec<_>>())?;
+        return Ok(outcomes);
     }
     let row = |(number, outcome): &(u32, Result<T>)| {
         let words = match outcome {
@@ -368,5 +357,6 @@ fn summed_up<T>(
     console.data(columns(
         &["robot", "computer", "what came of it"],
         &outcomes.iter().map(row).collect::<Vec<_>>(),
-    ))
+    ))?;
+    Ok(outcomes)
 }

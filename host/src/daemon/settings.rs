@@ -28,7 +28,6 @@
 //! ```
 
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -212,7 +211,7 @@ impl Settings {
             experiment: experiment.identities().of(file.seed),
             plan: experiment.plan(file.seed),
             robot: file.robot,
-            wire: wire(&file.address, &source)?,
+            wire: wire(&file.address, "address", &source)?,
             directory: directory.join(file.directory),
             key: directory.join(file.key),
             radio: file.radio,
@@ -224,15 +223,15 @@ impl Settings {
     }
 }
 
-/// The link of an address.
-pub(super) fn wire(address: &str, source: &Source<'_>) -> Result<Wire> {
+/// The link of the address that stands at a key.
+pub(crate) fn wire(address: &str, key: &str, source: &Source<'_>) -> Result<Wire> {
     match address.parse() {
         Ok(Address::Wire(wire)) => Ok(wire),
         Ok(Address::Surrogate(_)) => {
-            let problem = format!("is {address}, which has no link; allowed: {}", forms());
-            Err(source.invalid("address", problem))
+            let problem = format!("is \"{address}\", which has no link; allowed: {}", forms());
+            Err(source.invalid(key, problem))
         }
-        Err(invalid) => Err(source.invalid("address", invalid)),
+        Err(invalid) => Err(source.invalid(key, invalid)),
     }
 }
 
@@ -245,24 +244,11 @@ pub(super) fn guard(values: &BTreeMap<String, f64>, source: &Source<'_>) -> Resu
 
 /// Checks the ranges of values.
 fn check(file: &File, robots: u32, source: &Source<'_>) -> Result {
-    within("robot", &file.robot, &(0..=robots - 1), source)?;
-    within("seed", &file.seed, &(0..=GREATEST_SEED), source)?;
-    within("tracker.age_ms", &file.tracker.age_ms, &tracker::AGES_MS, source)?;
-    within("beacon.limit_ms", &file.beacon.limit_ms, &BEACON_LIMITS_MS, source)?;
-    within("evolution.share", &file.evolution.share, &SHARES, source)
-}
-
-pub(super) fn within<T: PartialOrd + Display>(
-    key: &str,
-    value: &T,
-    allowed: &RangeInclusive<T>,
-    source: &Source<'_>,
-) -> Result {
-    if allowed.contains(value) {
-        return Ok(());
-    }
-    let (least, greatest) = (allowed.start(), allowed.end());
-    Err(source.invalid(key, format_args!("is {value}; allowed: {least} to {greatest}")))
+    source.within("robot", file.robot, &(0..=robots - 1))?;
+    source.within("seed", file.seed, &(0..=GREATEST_SEED))?;
+    source.within("tracker.age_ms", file.tracker.age_ms, &tracker::AGES_MS)?;
+    source.within("beacon.limit_ms", file.beacon.limit_ms, &BEACON_LIMITS_MS)?;
+    source.within("evolution.share", file.evolution.share, &SHARES)
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::exit::{Failure, Result};
 
@@ -122,6 +123,20 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
         io::ErrorKind::NotFound => Failure::corrupt(format_args!("{}: is missing", path.display())),
         _ => Failure::storage(path, &error),
     })
+}
+
+/// Reads the bytes of such a file, if it is there.
+pub(crate) fn read_if_there(path: &Path) -> Result<Option<Vec<u8>>> {
+    match fs::read(path) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(Failure::storage(path, &error)),
+    }
+}
+
+/// The value of a JSON file that the program itself has written.
+pub(crate) fn parsed<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
+    serde_json::from_slice(json).map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display())))
 }
 
 /// Reads the text of a file that the program itself has written.

@@ -67,12 +67,7 @@ impl Engine {
     ) -> crate::exit::Result {
         let (work, submitted) = mpsc::channel::<Work>();
         let (results, outcomes) = mpsc::channel();
-        let queue = Queue {
-            work,
-            outcomes,
-            control: &self.control,
-            stop: &self.stop,
-        };
+        let queue = Queue::new(work, outcomes, self);
         thread::scope(|scope| {
             let worker = scope.spawn(move || {
                 for work in submitted {
@@ -81,12 +76,11 @@ impl Engine {
                     }
                 }
             });
-            let ended = scheduler::run(waiting, most, runs, &queue, watch);
+            let ended = scheduler::run(waiting, most, runs, queue, watch);
             if ended.is_err() {
                 // The results of the remaining work aren't needed.
                 self.control.cancel();
             }
-            drop(queue);
             // If the worker panicked, that was noticed when its outcome was awaited.
             let _ = worker.join();
             ended
@@ -115,7 +109,7 @@ impl Engine {
     }
 
     /// Does some work on this thread.
-    fn done(&self, work: &Work) -> Result<Outcome, Interruption> {
+    pub(super) fn done(&self, work: &Work) -> Result<Outcome, Interruption> {
         match work {
             Work::Batch(batch) => Ok(self.evaluate(batch)?),
             Work::Outside(lives) => {

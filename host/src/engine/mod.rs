@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`job`] | jobs, and their exchange with the engine |
 //! | [`scheduler`] | the loop: which jobs share a batch, and when they take their steps |
-//! | [`handle`] | the engine's interface: an evaluator on a thread of its own |
+//! | [`handle`] | the engine's interface: an evaluator on a thread of its own, or on the loop's for short batches |
 //! | [`queue`] | batches on their way to the device and back |
 //! | [`watcher`] | shows the progress of jobs, and stops them |
 //! | [`checkpoint`] | saved jobs |

@@ -6,10 +6,11 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;
 
 use oneiro::batch::{Batch, Outcome, Rollout};
-use oneiro::evaluator::{Control, Error};
+use oneiro::evaluator::Error;
 use oneiro::parameter::Invalid;
 use oneiro::random::Key;
 
+use super::handle::Engine;
 use super::job::Outside;
 use super::watcher::Watch;
 use crate::exit::Failure;
@@ -89,32 +90,66 @@ impl Lives {
 
 /// Work on its way to where it is done and back, so that jobs advance meanwhile.
 pub(super) struct Queue<'a> {
-    pub(super) work: Sender<Work>,
-    pub(super) outcomes: Receiver<Result<Outcome, Interruption>>,
-    /// Counts robot-steps and cancels work.
-    pub(super) control: &'a Control,
-    pub(super) stop: &'a AtomicBool,
+    work: Sender<Work>,
+    outcomes: Receiver<Result<Outcome, Interruption>>,
+    engine: &'a Engine,
+    /// Number of works that were handed over and are not done.
+    waiting: usize,
+    /// Short work that is done on this thread if nothing else is to be done: waking another one takes a share of its time.
+    held: Option<Work>,
 }
 
-impl Queue<'_> {
+impl<'a> Queue<'a> {
+    pub(super) fn new(
+        work: Sender<Work>,
+        outcomes: Receiver<Result<Outcome, Interruption>>,
+        engine: &'a Engine,
+    ) -> Self {
+        Self {
+            work,
+            outcomes,
+            engine,
+            waiting: 0,
+            held: None,
+        }
+    }
+
     /// Hands work over; outcomes come back in the same order.
-    pub(super) fn submit(&self, work: Work) {
-        // If the thread has ended, that is noticed when its outcome is awaited.
-        let _ = self.work.send(work);
+    pub(super) fn submit(&mut self, work: Work, is_short: bool) {
+        let is_alone = self.waiting == 0 && self.held.is_none();
+        if is_short && is_alone && matches!(work, Work::Batch(_)) {
+            self.held = Some(work);
+            return;
+        }
+        for work in self.held.take().into_iter().chain([work]) {
+            self.waiting += 1;
+            // If the thread has ended, that is noticed when its outcome is awaited.
+            let _ = self.work.send(work);
+        }
     }
 
     /// Waits for the next outcome.
-    pub(super) fn receive(&self, watch: &mut dyn Watch) -> Result<Outcome, Interruption> {
+    pub(super) fn receive(&mut self, watch: &mut dyn Watch) -> Result<Outcome, Interruption> {
         const BLINK: Duration = Duration::from_millis(100);
+        let control = &self.engine.control;
         loop {
-            if watch.stops() || self.stop.load(Ordering::Relaxed) {
-                self.control.cancel();
+            if watch.stops() || self.engine.stop().load(Ordering::Relaxed) {
+                control.cancel();
                 return Err(Error::Cancelled.into());
             }
-            let outcome = self.outcomes.recv_timeout(BLINK);
-            watch.steps(self.control.steps());
+            let outcome = match self.held.take() {
+                Some(work) => {
+                    self.waiting += 1;
+                    Ok(self.engine.done(&work))
+                }
+                None => self.outcomes.recv_timeout(BLINK),
+            };
+            watch.steps(control.steps());
             match outcome {
-                Ok(outcome) => return outcome,
+                Ok(outcome) => {
+                    self.waiting -= 1;
+                    return outcome;
+                }
                 Err(RecvTimeoutError::Timeout) => (),
                 Err(RecvTimeoutError::Disconnected) => return Err(Failure::failed("the evaluator crashed").into()),
             }

@@ -16,6 +16,8 @@ use crate::exit::{Failure, Result};
 
 /// Target duration of a batch, long enough to hide the cost of handing it over.
 const BATCH: Duration = Duration::from_millis(30);
+/// Duration of a batch that is done at once.
+const SHORT: Duration = Duration::from_millis(5);
 /// Robot-steps of a batch before the device's speed is known, and the fewest and most.
 const FIRST_ROOM: f64 = 4e6;
 const ROOM: [f64; 2] = [1e6, 4e9];
@@ -154,7 +156,7 @@ pub(super) fn run<R: Runs>(
     waiting: Vec<Waiting>,
     most: usize,
     runs: &mut R,
-    queue: &Queue<'_>,
+    queue: Queue<'_>,
     watch: &mut dyn Watch,
 ) -> Result {
     let mut scheduler = Scheduler {
@@ -477,6 +479,8 @@ struct Room {
     jobs: usize,
     all: usize,
     last: Instant,
+    /// Seconds that a robot-step of the last batch took.
+    pace: f64,
 }
 
 impl Room {
@@ -486,6 +490,7 @@ impl Room {
             jobs: most.min(waiting).div_ceil(2),
             all: most,
             last: Instant::now(),
+            pace: f64::INFINITY,
         }
     }
 
@@ -493,8 +498,14 @@ impl Room {
     fn learn(&mut self, steps: f64) {
         let took = self.last.elapsed().as_secs_f64();
         self.last = Instant::now();
+        self.pace = took / steps;
         let aim = steps / took.max(1e-6) * BATCH.as_secs_f64();
         self.steps = (0.75 * self.steps + 0.25 * aim).clamp(ROOM[0], ROOM[1]);
+    }
+
+    /// Whether a batch with this load takes so little time that nobody would notice if it could not be stopped.
+    fn is_short(&self, load: Load) -> bool {
+        load.steps * self.pace < SHORT.as_secs_f64()
     }
 
     /// Whether a batch with this load has room for another job.
@@ -514,7 +525,7 @@ struct Scheduler<'a, R: Runs> {
     /// Finished jobs that have not been recorded as such.
     finished: Vec<Entry<R>>,
     runs: &'a mut R,
-    queue: &'a Queue<'a>,
+    queue: Queue<'a>,
     times: Times,
 }
 
@@ -539,15 +550,14 @@ impl<R: Runs> Scheduler<'_, R> {
     /// Sends a group off again, without the jobs that are finished or have come to another stage, and with others in
     /// their place.
     fn go_on(&mut self, group: Group<R>) -> Result {
-        let (unfinished, finished): (Vec<_>, Vec<_>) = group.entries.into_iter().partition(|own| own.next.is_some());
-        self.finished.extend(finished);
-        let stays = unfinished.iter().any(|own| own.is_at(&group.stage));
-        let first = unfinished.first().and_then(|own| own.next).map(|next| next.stage);
+        let mut entries = group.entries;
+        self.finished.extend(entries.extract_if(.., |own| own.next.is_none()));
+        let stays = entries.iter().any(|own| own.is_at(&group.stage));
+        let first = entries.first().and_then(|own| own.next).map(|next| next.stage);
         let Some(stage) = first.map(|first| if stays { group.stage } else { first }) else {
             return Ok(());
         };
-        let (mut entries, others): (Vec<_>, Vec<_>) = unfinished.into_iter().partition(|own| own.is_at(&stage));
-        self.ready.extend(others);
+        self.ready.extend(entries.extract_if(.., |own| !own.is_at(&stage)));
         // Jobs may ask for more lives than before.
         while entries.len() > 1 && Load::of(&entries).lives > MOST_LIVES {
             let half = entries.split_off(entries.len() / 2);
@@ -670,7 +680,7 @@ impl<R: Runs> Scheduler<'_, R> {
 
     fn send(&mut self, stage: Stage, entries: Vec<Entry<R>>, packed: Vec<Packed>) -> Result {
         let (group, work) = timed(&mut self.times.pack, || Group::new(stage, entries, packed))?;
-        self.queue.submit(work);
+        self.queue.submit(work, self.room.is_short(group.load));
         self.groups.push_back(group);
         Ok(())
     }

@@ -3,7 +3,7 @@
 
 use std::cell::OnceCell;
 use std::fmt::Display;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
 use oneiro::parameter::nearest;
@@ -201,6 +201,15 @@ impl<'a> Source<'a> {
     /// key, or of the nearest existing table around it.
     pub(crate) fn invalid(&self, key: &str, problem: impl Display) -> Failure {
         refused(&self.place_of(key), format_args!("{key}: {problem}"))
+    }
+
+    /// Checks the range of a value.
+    pub(crate) fn within<T: PartialOrd + Display>(&self, key: &str, value: T, allowed: &RangeInclusive<T>) -> Result {
+        if allowed.contains(&value) {
+            return Ok(());
+        }
+        let (least, greatest) = (allowed.start(), allowed.end());
+        Err(self.invalid(key, format_args!("is {value}; allowed: {least} to {greatest}")))
     }
 
     /// Error for a key that isn't allowed, whatever its value.

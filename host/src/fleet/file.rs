@@ -17,23 +17,20 @@
 //! ```
 
 use std::collections::BTreeSet;
-use std::fmt::Display;
 use std::net::{IpAddr, SocketAddr};
 use std::ops::Deref;
-use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::alone;
-use crate::daemon::settings::{BEACON_LIMITS_MS, Contact, SHARES};
+use crate::daemon::settings::{BEACON_LIMITS_MS, Contact, SHARES, wire};
 use crate::exit::{Failure, Result};
 use crate::experiment::GREATEST_SEED;
 use crate::experiment::source::{Parsed, Source};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::files;
-use crate::robots::address::Address;
 use crate::robots::guard;
 use crate::robots::tracker;
 
@@ -217,10 +214,16 @@ impl Values {
         }
         if let Some(tracker) = &self.tracker {
             socket(&tracker.listen, &key("tracker.listen"), source)?;
-            within(tracker.age_ms, &tracker::AGES_MS, &key("tracker.age_ms"), source)?;
+            if let Some(age) = tracker.age_ms {
+                source.within(&key("tracker.age_ms"), age, &tracker::AGES_MS)?;
+            }
         }
-        within(self.beacon.limit_ms, &BEACON_LIMITS_MS, &key("beacon.limit_ms"), source)?;
-        within(self.evolution.share, &SHARES, &key("evolution.share"), source)?;
+        if let Some(limit) = self.beacon.limit_ms {
+            source.within(&key("beacon.limit_ms"), limit, &BEACON_LIMITS_MS)?;
+        }
+        if let Some(share) = self.evolution.share {
+            source.within(&key("evolution.share"), share, &SHARES)?;
+        }
         for (name, value) in &self.guard {
             let refused = |problem: String| {
                 let own = format!("guard {name}: ");
@@ -278,8 +281,8 @@ impl Computers {
         source: &Source<'_>,
     ) -> Result<Self> {
         plain_path(&remote, "remote", source)?;
-        within(Some(ssh.parallel), &(1..=64), "ssh.parallel", source)?;
-        within(Some(ssh.timeout_s), &(1..=3600), "ssh.timeout_s", source)?;
+        source.within("ssh.parallel", ssh.parallel, &(1..=64))?;
+        source.within("ssh.timeout_s", ssh.timeout_s, &(1..=3600))?;
         Ok(Self {
             directory: folder.join(directory),
             binary: folder.join(binary),
@@ -379,10 +382,7 @@ impl Fleet {
         let (written, source): (Written, _) = Source::read(file, &[])?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let (experiment, text) = experiment(&folder.join(&written.experiment), &source)?;
-        if written.seed > GREATEST_SEED {
-            let problem = format!("is {}; allowed: 0 to {GREATEST_SEED}", written.seed);
-            return Err(source.invalid("seed", problem));
-        }
+        source.within("seed", written.seed, &(0..=GREATEST_SEED))?;
         let operator = socket(&written.operator, "operator", &source)?;
         let paths = [written.directory, written.binary, written.remote];
         let computers = Computers::new(folder, paths, written.service, written.ssh, &source)?;
@@ -426,7 +426,7 @@ impl Fleet {
                 return Err(source.invalid(&at("number"), problem));
             }
             check_host(&host, &at("host"), source)?;
-            check_address(&address, &at("address"), source)?;
+            wire(&address, &at("address"), source)?;
             set.check(&at("set."), source)?;
             let values = set.over(values);
             let listen = values.radio.listen.as_ref().and_then(|listen| listen.parse().ok());
@@ -593,20 +593,6 @@ fn plain_path(path: &str, key: &str, source: &Source<'_>) -> Result {
     Ok(())
 }
 
-fn check_address(address: &str, key: &str, source: &Source<'_>) -> Result {
-    match address.parse::<Address>() {
-        Ok(Address::Wire(_)) => Ok(()),
-        Ok(Address::Surrogate(_)) => Err(source.invalid(
-            key,
-            format_args!(
-                "is \"{address}\", which has no link; allowed: {}",
-                crate::robots::address::forms()
-            ),
-        )),
-        Err(invalid) => Err(source.invalid(key, invalid)),
-    }
-}
-
 /// Where others reach the radio of a robot whose file doesn't say it: its computer, if that is named by its address, at the port at which
 /// it listens.
 fn reached(host: &str, listen: Option<SocketAddr>) -> Option<SocketAddr> {
@@ -625,21 +611,6 @@ fn socket(text: &str, key: &str, source: &Source<'_>) -> Result<SocketAddr> {
         )
     };
     parsed.ok_or_else(allowed)
-}
-
-fn within<T: PartialOrd + Display>(
-    value: Option<T>,
-    range: &RangeInclusive<T>,
-    key: &str,
-    source: &Source<'_>,
-) -> Result {
-    match value {
-        Some(value) if !range.contains(&value) => {
-            let problem = format!("is {value}; allowed: {} to {}", range.start(), range.end());
-            Err(source.invalid(key, problem))
-        }
-        _ => Ok(()),
-    }
 }
 
 #[cfg(test)]

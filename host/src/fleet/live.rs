@@ -46,8 +46,7 @@ impl Record {
         std::fs::create_dir_all(&fleet.directory).map_err(|error| Failure::storage(&fleet.directory, &error))?;
         let path = fleet.directory.join(Self::FILE);
         let last = if path.exists() {
-            let damaged = |error| Failure::corrupt(format_args!("{}: {error}", path.display()));
-            serde_json::from_slice(&files::bytes(&path)?).map_err(damaged)?
+            disk::parsed(&path, &files::bytes(&path)?)?
         } else {
             Self::default()
         };

@@ -188,13 +188,11 @@ fn hint(message: &str, host: &str) -> String {
     }
 }
 
-/// Does the same for several robots, some of them at a time; what fails for one does not keep the others from it. `done` hears of
-/// each that is finished.
+/// Does the same for several robots, some of them at a time; what fails for one does not keep the others from it.
 pub(crate) fn on_each<T: Send>(
     fleet: &Computers,
     robots: &[&Robot],
     work: impl Fn(&Robot, Remote<'_>) -> Result<T> + Sync,
-    done: impl Fn(&Robot, &Result<T>) + Sync,
 ) -> Outcomes<T> {
     let next = AtomicUsize::new(0);
     let outcomes = Mutex::new(Vec::with_capacity(robots.len()));
@@ -204,7 +202,6 @@ pub(crate) fn on_each<T: Send>(
             scope.spawn(|| {
                 while let Some(robot) = robots.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let outcome = work(robot, Remote::of(fleet, robot));
-                    done(robot, &outcome);
                     let mut outcomes = outcomes.lock().unwrap_or_else(PoisonError::into_inner);
                     outcomes.push((robot.number, outcome));
                 }

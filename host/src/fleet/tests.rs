@@ -67,12 +67,7 @@ impl Place {
         let fleet = self.fleet();
         let stock = Stock::read(&fleet, Some(&fleet.key)).unwrap();
         let robots = fleet.chosen(&[]).unwrap();
-        on_each(
-            &fleet,
-            &robots,
-            |robot, remote| stock.install(&fleet, robot, remote),
-            |_, _| (),
-        )
+        on_each(&fleet, &robots, |robot, remote| stock.install(&fleet, robot, remote))
     }
 
     /// Gives a robot the script that stands in for the daemon.
@@ -242,12 +237,7 @@ fn records_are_copied_and_merged_and_what_was_copied_before_stays() {
     let fleet = place.fleet();
     let copied = || {
         let robots = fleet.chosen(&[]).unwrap();
-        on_each(
-            &fleet,
-            &robots,
-            |robot, remote| collect::copy(&fleet, robot, remote),
-            |_, _| (),
-        )
+        on_each(&fleet, &robots, |robot, remote| collect::copy(&fleet, robot, remote))
     };
     for robot in [0, 1] {
         fs::create_dir_all(place.there(robot, "state")).unwrap();
@@ -378,14 +368,7 @@ mod alone {
         let fleet = any.computers();
         let stock = Stock::read(fleet, any.key()).unwrap();
         let robots = fleet.chosen(&[]).unwrap();
-        let deploy = || {
-            on_each(
-                fleet,
-                &robots,
-                |robot, remote| stock.install(fleet, robot, remote),
-                |_, _| (),
-            )
-        };
+        let deploy = || on_each(fleet, &robots, |robot, remote| stock.install(fleet, robot, remote));
         let sent = |outcomes: &Outcomes<Installed>| -> Vec<Vec<String>> {
             let sent = outcomes
                 .iter()

@@ -103,9 +103,7 @@ impl Notebook {
     pub(crate) fn read<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>> {
         let Some(path) = self.path(name) else { return Ok(None) };
         let Ok(bytes) = fs::read(&path) else { return Ok(None) };
-        let row = serde_json::from_slice(&bytes);
-        row.map(Some)
-            .map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display())))
+        disk::parsed(&path, &bytes).map(Some)
     }
 
     /// Saves a row.

@@ -65,14 +65,8 @@ impl Done {
     /// Reads a run's `DONE`, if it is finished.
     pub(crate) fn read(directory: &Path) -> Result<Option<Self>> {
         let path = directory.join(DONE);
-        match fs::read(&path) {
-            Ok(bytes) => match serde_json::from_slice(&bytes) {
-                Ok(done) => Ok(Some(done)),
-                Err(error) => Err(Failure::corrupt(format_args!("{}: {error}", path.display()))),
-            },
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(Failure::storage(&path, &error)),
-        }
+        let known = disk::read_if_there(&path)?;
+        known.map(|bytes| disk::parsed(&path, &bytes)).transpose()
     }
 
     /// Writes a run's `DONE`.

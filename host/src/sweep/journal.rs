@@ -90,10 +90,8 @@ impl Logged {
     /// Reads a shard's logs. A process may be writing them.
     pub(crate) fn read(directory: &Path) -> Result<Self> {
         let path = directory.join(RESULTS);
-        let text = match fs::read(&path) {
-            Ok(bytes) => bytes,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Self::default()),
-            Err(error) => return Err(Failure::storage(&path, &error)),
+        let Some(text) = disk::read_if_there(&path)? else {
+            return Ok(Self::default());
         };
         let whole = text.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
         // Must be read after the lines: the writer puts generations first.

@@ -309,12 +309,11 @@ impl Store {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(Failure::unreadable(&path, &error)),
         };
-        let corrupt = |error| Failure::corrupt(format_args!("{}: {error}", path.display()));
-        let head: Head = serde_json::from_slice(&bytes).map_err(corrupt)?;
+        let head: Head = disk::parsed(&path, &bytes)?;
         // First of all: files of another version may have other keys.
         head.is_own()
             .map_err(|difference| Failure::input(format_args!("{}: {difference}", directory.display())))?;
-        serde_json::from_slice(&bytes).map(Some).map_err(corrupt)
+        disk::parsed(&path, &bytes).map(Some)
     }
 
     /// Path of the directory.

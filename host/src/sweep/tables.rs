@@ -4,7 +4,7 @@
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -98,14 +98,13 @@ pub(crate) fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &All
     for parquet in converted {
         files.extend(parquet?);
     }
-    let names = files
-        .iter()
-        .filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned()));
+    let hash_of = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        Ok((name.into_owned(), hash_of(path)?))
+    };
     let sums = Sums {
         hash: hash.clone(),
-        files: names
-            .map(|name| Ok((name.clone(), hash_of(&directory.join(name))?)))
-            .collect::<Result<_>>()?,
+        files: files.par_iter().map(hash_of).collect::<Result<_>>()?,
     };
     disk::write(&directory.join(SUMS), &disk::json(&sums))?;
     disk::sync_directory(directory)?;
@@ -142,19 +141,14 @@ fn hash_of(path: &Path) -> Result<String> {
 /// Exit 1 if there are none yet, or if they have no hashes; exit 5 with each table that is another now, or missing.
 pub(crate) fn verify(directory: &Path) -> Result<Sums> {
     let path = directory.join(SUMS);
-    let bytes = match fs::read(&path) {
-        Ok(bytes) => bytes,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            let directory = directory.display();
-            return Err(Failure::failed(format_args!(
-                "{directory}: has no {SUMS} with the hashes of its tables; `oneiro sweep merge {directory}` writes both once all \
-                 runs are done"
-            )));
-        }
-        Err(error) => return Err(Failure::storage(&path, &error)),
+    let Some(bytes) = disk::read_if_there(&path)? else {
+        let directory = directory.display();
+        return Err(Failure::failed(format_args!(
+            "{directory}: has no {SUMS} with the hashes of its tables; `oneiro sweep merge {directory}` writes both once all \
+             runs are done"
+        )));
     };
-    let sums: Sums = serde_json::from_slice(&bytes)
-        .map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display())))?;
+    let sums: Sums = disk::parsed(&path, &bytes)?;
     let mut problems = Vec::new();
     for (name, hash) in &sums.files {
         let table = directory.join(name);

@@ -78,15 +78,14 @@ pub(super) fn run(arguments: &FleetStart, console: Console) -> Result {
 
 /// Starts the daemons of all robots.
 fn daemons(fleet: &Computers, min: Option<u32>, console: Console) -> Result {
-    let started = on_each(
-        fleet,
-        &fleet.chosen(&[])?,
-        |robot, remote| remote.run(&service::start_command(fleet, robot)),
-        |robot, outcome| match outcome {
+    let started = on_each(fleet, &fleet.chosen(&[])?, |robot, remote| {
+        let outcome = remote.run(&service::start_command(fleet, robot));
+        match &outcome {
             Ok(_) => console.say(format!("robot {}: its daemon runs", robot.number)),
             Err(failure) => console.say(format!("robot {}: {failure}", robot.number)),
-        },
-    );
+        }
+        outcome
+    });
     enough(&started, min, "start")
 }
 

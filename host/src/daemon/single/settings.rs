@@ -30,7 +30,7 @@ use oneiro::reported::Reported;
 use serde::Deserialize;
 
 use super::transfers::Rules;
-use crate::daemon::settings::{Evolution, SHARES, guard, wire, within};
+use crate::daemon::settings::{Evolution, SHARES, guard, wire};
 use crate::exit::{Code, Failure, Result};
 use crate::experiment::settings::{Addresses, Transfer};
 use crate::experiment::source::{Parsed, Source};
@@ -111,7 +111,7 @@ impl Settings {
             seed: file.seed,
             identity: experiment.identities().of(file.seed),
             experiment,
-            wire: wire(&file.address, &source)?,
+            wire: wire(&file.address, "address", &source)?,
             place: source.place_of("address"),
             lives: wired::Values {
                 directory: directory.join(LIVES),
@@ -204,27 +204,27 @@ fn check(file: &File, source: &Source<'_>) -> Result {
         again_every,
         least_lives,
         final_lives,
-    } = &file.transfers;
-    within("seed", &file.seed, &(0..=GREATEST_SEED), source)?;
-    within("transfers.generations", generations, &GENERATIONS, source)?;
-    if *again_every == 1 || !COUNTS.contains(again_every) {
+    } = file.transfers;
+    source.within("seed", file.seed, &(0..=GREATEST_SEED))?;
+    source.within("transfers.generations", generations, &GENERATIONS)?;
+    if again_every == 1 || !COUNTS.contains(&again_every) {
         let greatest = COUNTS.end();
         let problem = format!("is {again_every}; allowed: 0 for never, or 2 to {greatest}");
         return Err(source.invalid("transfers.again_every", problem));
     }
-    within("transfers.least_lives", least_lives, &(1..=*COUNTS.end()), source)?;
-    within("transfers.final_lives", final_lives, &COUNTS, source)?;
-    if let Some(walk) = &file.lives.walk_s {
-        within("lives.walk_s", walk, &(0.0..=wired::LONGEST_WALK_S as f32), source)?;
+    source.within("transfers.least_lives", least_lives, &(1..=*COUNTS.end()))?;
+    source.within("transfers.final_lives", final_lives, &COUNTS)?;
+    if let Some(walk) = file.lives.walk_s {
+        source.within("lives.walk_s", walk, &(0.0..=wired::LONGEST_WALK_S as f32))?;
     }
-    if let Some(speed) = &file.lives.speed_mm_s {
+    if let Some(speed) = file.lives.speed_mm_s {
         let [least, greatest] = wired::SPEEDS_MM_S.map(|speed| speed as f32);
-        within("lives.speed_mm_s", speed, &(least..=greatest), source)?;
+        source.within("lives.speed_mm_s", speed, &(least..=greatest))?;
     }
-    if let Some(age) = &file.lives.tracker_age_ms {
-        within("lives.tracker_age_ms", age, &tracker::AGES_MS, source)?;
+    if let Some(age) = file.lives.tracker_age_ms {
+        source.within("lives.tracker_age_ms", age, &tracker::AGES_MS)?;
     }
-    within("evolution.share", &file.evolution.share, &SHARES, source)
+    source.within("evolution.share", file.evolution.share, &SHARES)
 }
 
 /// The same values as an experiment's. Nobody is there to put the robot anywhere, so it walks to where its lives start.

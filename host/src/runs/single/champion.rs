@@ -95,8 +95,7 @@ impl Individual<'_> {
 /// Exit 5 if the file isn't what was written.
 pub(super) fn read_file(directory: &Path, file: &str) -> Result<IndividualFile> {
     let path = directory.join(file);
-    let corrupt = |error| Failure::corrupt(format_args!("{}: {error}", path.display()));
-    serde_json::from_str(&disk::read_text(&path)?).map_err(corrupt)
+    disk::parsed(&path, disk::read_text(&path)?.as_bytes())
 }
 
 impl IndividualFile {

@@ -22,7 +22,7 @@ use crate::evolve::coevolution::{Coevolution, Scores};
 use crate::evolve::{Champion, Evolution, SavedEvolution};
 use crate::exit::{Failure, Result};
 use crate::experiment::settings::{Settings, TrialScore};
-use crate::npy::npy;
+use crate::npy::{self, npy};
 use crate::runs::Recording;
 use crate::statistics::mean;
 
@@ -372,11 +372,13 @@ impl Evolving {
             })
             .collect();
         if settings.record.individuals && self.has_directory {
-            let genomes = generation.population.genomes().zip(&generation.fitness);
-            let values = genomes.flat_map(|(genome, fitness)| genome.iter().chain([fitness]));
+            let mut bytes = Vec::new();
+            for (genome, fitness) in generation.population.genomes().zip(&generation.fitness) {
+                npy::put(genome.iter().chain([fitness]), &mut bytes);
+            }
             added.push(Added {
                 file: INDIVIDUALS,
-                bytes: values.flat_map(|value| value.to_le_bytes()).collect(),
+                bytes,
             });
         }
         if let Some(archive) = self.evolution.optimizer().archive()

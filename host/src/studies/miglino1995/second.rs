@@ -8,12 +8,11 @@ use std::sync::LazyLock;
 use super::calibration::{self, Pairs};
 use super::results::Condition;
 use crate::console::{Console, columns};
-use crate::contents::{Column, Entry, describe};
-use crate::engine::disk;
+use crate::contents::{Column, Entry};
 use crate::exit::{Failure, Result};
 use crate::report::csv::{Csv, number};
 use crate::statistics::{Undefined, mean, nested_mean, one_sample_t, variance};
-use crate::studies::contrasts::{self, Estimate, Judged, Row, figures};
+use crate::studies::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
 
 const CONTRASTS: &str = "contrasts.csv";
 const CLAIMS: &str = "claims.csv";
@@ -74,22 +73,8 @@ type Runs = BTreeMap<Key, Trio>;
 /// The same while some conditions may be missing.
 type Known = BTreeMap<Key, [Option<Run>; 3]>;
 
-/// A figure of each run number of each robot, whose mean is to be above 0, or to be about 0.
-struct Contrast<T: 'static> {
-    name: &'static str,
-    claims: &'static [&'static str],
-    is_equivalence: bool,
-    of: fn(&T) -> f64,
-}
-
-const fn above<T>(name: &'static str, claims: &'static [&'static str], of: fn(&T) -> f64) -> Contrast<T> {
-    Contrast {
-        name,
-        claims,
-        is_equivalence: false,
-        of,
-    }
-}
+/// A figure of each run number of each robot.
+type Contrast<T> = contrasts::Contrast<fn(&T) -> f64>;
 
 /// The contrasts of conditions, a family for each rule and severity.
 static OF_CONDITIONS: [Contrast<Trio>; 16] = [
@@ -99,12 +84,7 @@ static OF_CONDITIONS: [Contrast<Trio>; 16] = [
     above("gap none - conservative", &["C3"], |[none, _, own]| {
         none.gap() - own.gap()
     }),
-    Contrast {
-        name: "gap conservative = 0",
-        claims: &["C3"],
-        is_equivalence: true,
-        of: |[_, _, own]| own.gap(),
-    },
+    equivalent("gap conservative = 0", &["C3"], MARGIN, |[_, _, own]| own.gap()),
     above("true gap none - conservative", &[], |[none, _, own]| {
         none.true_gap() - own.true_gap()
     }),
@@ -220,7 +200,7 @@ fn family<T>(
 ) -> std::result::Result<Vec<Judged>, Undefined> {
     let estimates = contrasts.iter().map(|contrast| {
         let groups = by_robot(data, kept, has_failed, contrast.of);
-        estimate(&groups, kept, contrast.is_equivalence.then_some(MARGIN))
+        estimate(&groups, kept, contrast.margin)
     });
     contrasts::family(estimates.collect::<std::result::Result<_, _>>()?)
 }
@@ -264,19 +244,14 @@ static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
         .collect()
 });
 
-static CLAIM_COLUMNS: [Column; 4] = [
-    Column::text("severity", "the severity of reality"),
-    Column::text("rule", "the simulator's collision rule"),
-    Column::text("claim", "the claim of the paper"),
-    Column::text(
-        "outcome",
-        "`holds` if all of its contrasts do, `opposed` if one is, else `undecided`",
-    ),
-];
+const SEVERITY: Column = Column::text("severity", "the severity of reality");
+const RULE: Column = Column::text("rule", "the simulator's collision rule");
+
+static CLAIM_COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| [&[SEVERITY, RULE][..], &contrasts::CLAIM].concat());
 
 static CELL_COLUMNS: [Column; 13] = [
-    Column::text("severity", "the severity of reality"),
-    Column::text("rule", "the simulator's collision rule"),
+    SEVERITY,
+    RULE,
     Column::text("noise", "the simulator's noise"),
     Column::whole("runs", "", "runs of all robots"),
     Column::number("failed", "", "the share of runs that failed to converge"),
@@ -302,7 +277,7 @@ static CELL_COLUMNS: [Column; 13] = [
 pub(in crate::studies) fn contents() -> Vec<Entry> {
     vec![
         Entry::table(CONTRASTS, "one row per contrast, severity and rule", COLUMNS.iter()),
-        Entry::table(CLAIMS, "one row per claim, severity and rule", &CLAIM_COLUMNS),
+        Entry::table(CLAIMS, "one row per claim, severity and rule", CLAIM_COLUMNS.iter()),
         Entry::table(CELLS, "one row per severity, rule and noise", &CELL_COLUMNS),
         Entry::table(
             CALIBRATION,
@@ -315,10 +290,7 @@ pub(in crate::studies) fn contents() -> Vec<Entry> {
 /// Judges the runs of finished sweeps, prints the claims, and writes all tables to a directory if one is given.
 pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
     let mut found = Found::default();
-    for directory in sweeps {
-        let path = directory.join("results.csv");
-        parse(&path, &disk::read_text(&path)?, &mut found)?;
-    }
+    contrasts::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
     let mut files = Vec::new();
     if !found.all.is_empty() {
         let tables = Tables::of(&found.all).map_err(Failure::input)?;
@@ -336,11 +308,8 @@ pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) ->
         files.push((CALIBRATION, table));
     }
     if let Some(out) = out {
-        std::fs::create_dir_all(out).map_err(|error| Failure::storage(out, &error))?;
-        for (name, text) in files {
-            disk::write(&out.join(name), text.as_bytes())?;
-        }
-        describe(out, "The second edition of the 1995 study, judged.", &contents())?;
+        let what = "The second edition of the 1995 study, judged.";
+        contrasts::write(out, what, &files, &contents())?;
     }
     Ok(())
 }
@@ -363,15 +332,14 @@ struct Tables {
 
 impl Tables {
     fn of(all: &BTreeMap<(String, String), Runs>) -> std::result::Result<Self, Undefined> {
-        let (mut contrasts, mut claims) = (Vec::new(), Csv::new(&CLAIM_COLUMNS));
+        let (mut contrasts, mut claims) = (Vec::new(), Csv::new(CLAIM_COLUMNS.iter()));
         let mut cells = Csv::new(&CELL_COLUMNS);
         let mut shown = Vec::new();
         for ((severity, rule), runs) in all {
             let has_failed = |trio: &Trio| trio.iter().any(|run| run.failed() > 0.0);
             let judged = rows([severity, rule], runs, &OF_CONDITIONS, has_failed, &mut contrasts)?;
             for claim in ["C3", "C4", "C5", "C6", "C7", "C8"] {
-                let own = OF_CONDITIONS.iter().map(|contrast| contrast.claims);
-                let outcome = contrasts::of_claim(claim, &judged, own);
+                let outcome = contrasts::of_claim(claim, &judged, &OF_CONDITIONS);
                 let row = [severity, rule, claim, outcome.word()].map(str::to_owned);
                 claims.row(&row);
                 shown.push(row.to_vec());
@@ -489,64 +457,44 @@ pub(super) fn effect(runs: &[&Run]) -> f64 {
 
 /// Parses the runs of a sweep's table. One without noise over two severities is a calibration.
 fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
-    let mut table = csv::Reader::from_reader(text.as_bytes());
-    let bad = |line: usize, problem: &str| Failure::input(format_args!("{}:{line}: {problem}", path.display()));
-    let head = table.headers().map_err(|error| bad(1, &error.to_string()))?.clone();
-    let position = |name: &str| head.iter().position(|column| column == name);
-    let place = |name: &str| {
-        position(name).ok_or_else(|| {
-            bad(
-                1,
-                &format!("has no column {name}; allowed: the table of a sweep of experiments/miglino1995/second"),
-            )
-        })
-    };
-    let [severity, rule, robot, seed] = ["reality.severity", "robot.collision", "reality.robot", "seed"].map(place);
-    let (severity, rule, robot, seed) = (severity?, rule?, robot?, seed?);
-    let motion = position("reality.motion_severity");
-    let noise = if position("noise.sensor").is_none() && motion.is_some() {
-        None
-    } else {
-        Some([place("noise.sensor")?, place("noise.walk_range_mm")?])
-    };
+    const MOTION: &str = "reality.motion_severity";
+    let needed = ["reality.severity", "robot.collision", "reality.robot", "seed"];
     let mut found: BTreeMap<(String, String), Known> = BTreeMap::new();
-    for (row, line) in table.records().zip(2..) {
-        let row = row.map_err(|error| bad(line, &error.to_string()))?;
-        let run = Run::read(|column| {
-            let value = &row[place(column)?];
-            let known = value.parse().ok().filter(|number: &f64| number.is_finite());
-            known.ok_or_else(|| bad(line, &format!("{column} is {value:?}; allowed: a number")))
-        })?;
-        let Some([sensor, walk]) = noise else {
-            let severities = [severity, motion.unwrap_or(severity)].map(|column| row[column].to_owned());
-            let robots = into.pairs.entry((row[rule].to_owned(), severities)).or_default();
-            robots.entry(row[robot].to_owned()).or_default().push(run);
-            continue;
-        };
-        let condition = match (&row[sensor] == "[0.0, 0.0]", &row[walk] == "0.0") {
+    contrasts::each_row((path, text), "experiments/miglino1995/second", &needed, |row| {
+        let run = Run::read(|column| row.number(column, |number| number.is_finite(), "a number"))?;
+        let severity = row.cell("reality.severity")?;
+        let motion = row.find(MOTION).unwrap_or(severity);
+        let [rule, robot] = [row.cell("robot.collision")?, row.cell("reality.robot")?].map(str::to_owned);
+        if row.find("noise.sensor").is_none() && row.find(MOTION).is_some() {
+            let severities = [severity, motion].map(str::to_owned);
+            let robots = into.pairs.entry((rule, severities)).or_default();
+            robots.entry(robot).or_default().push(run);
+            return Ok(());
+        }
+        let [sensor, walk] = [row.cell("noise.sensor")?, row.cell("noise.walk_range_mm")?];
+        let condition = match (sensor == "[0.0, 0.0]", walk == "0.0") {
             (true, true) => Condition::None,
             (false, true) => Condition::Sensor,
             (true, false) => Condition::Conservative,
-            (false, false) => return Err(bad(line, "has both kinds of noise; allowed: one of them")),
+            (false, false) => return Err(row.bad("has both kinds of noise; allowed: one of them")),
         };
-        let seed = row[seed]
-            .parse()
-            .map_err(|_| bad(line, "has no seed; allowed: a whole number"))?;
-        let severity = match motion {
-            Some(motion) if row[motion] != row[severity] => format!("{}/{}", &row[severity], &row[motion]),
-            _ => row[severity].to_owned(),
+        let severity = if motion == severity {
+            severity.to_owned()
+        } else {
+            format!("{severity}/{motion}")
         };
-        let runs = found.entry((severity, row[rule].to_owned())).or_default();
-        let trio = runs.entry((row[robot].to_owned(), seed)).or_default();
+        let runs = found.entry((severity, rule)).or_default();
+        let trio = runs.entry((robot, row.seed()?)).or_default();
         trio[condition as usize] = Some(run);
-    }
+        Ok(())
+    })?;
     for (cell, runs) in found {
         let own = into.all.entry(cell).or_default();
         for ((robot, seed), trio) in runs {
             let [Some(none), Some(sensor), Some(conservative)] = trio else {
                 let problem =
-                    format!("lacks a condition of seed {seed} of {robot}; allowed: a run of each of the three");
-                return Err(bad(1, &problem));
+                    format_args!("lacks a condition of seed {seed} of {robot}; allowed: a run of each of the three");
+                return Err(contrasts::bad(path, 1, problem));
             };
             own.insert((robot, seed), [none, sensor, conservative]);
         }

@@ -603,16 +603,9 @@ fn on_wire(wire: &Wire, simulated: u32, reality: &Reality, source: &Source<'_>) 
 }
 
 fn check(values: &File, source: &Source<'_>) -> Result {
-    for (key, value, [least, most]) in [
-        ("samples.turns", values.samples.turns, [1, 100]),
-        ("champion.lives", values.champion.lives, [1, 10_000]),
-        ("reality.generations", values.reality.generations, [1, 10_000]),
-    ] {
-        if !(least..=most).contains(&value) {
-            return Err(source.invalid(key, format_args!("is {value}; allowed: {least} to {most}")));
-        }
-    }
-    Ok(())
+    source.within("samples.turns", values.samples.turns, &(1..=100))?;
+    source.within("champion.lives", values.champion.lives, &(1..=10_000))?;
+    source.within("reality.generations", values.reality.generations, &(1..=10_000))
 }
 
 /// Differences between reality and its simulator.

@@ -40,8 +40,12 @@ fn claim(results: &Results, criterion: &Preregistered) -> Claim {
     for combination in &results.combinations {
         let judged = Judged { results, combination };
         let title = combination.title();
-        let finding = judged.finding(criterion.id()).unwrap_or_default();
-        let scope = finding.holds.map_or(2, usize::from);
+        let mut finding = Finding::default();
+        let holds = judged.holds(criterion.id(), &mut finding);
+        if holds.is_none() {
+            finding = Finding::default();
+        }
+        let scope = holds.map_or(2, usize::from);
         scopes[scope].push(title.clone());
         all.effects
             .extend(criterion.beside_the_papers(finding.effects).map(|effect| Effect {
@@ -203,12 +207,6 @@ impl Finding {
             p: corrected[index],
         }))
     }
-
-    #[expect(clippy::unnecessary_wraps, reason = "what ends every claim that has its runs")]
-    fn judged(mut self, holds: bool) -> Option<Self> {
-        self.holds = Some(holds);
-        Some(self)
-    }
 }
 
 /// One combination.
@@ -218,26 +216,26 @@ struct Judged<'a> {
 }
 
 impl Judged<'_> {
-    /// Evidence for a claim; `None` if the runs it needs are missing.
-    fn finding(&self, claim: &str) -> Option<Finding> {
+    /// Whether a claim's criterion holds, with the evidence for it; `None` if the runs it needs are missing.
+    fn holds(&self, claim: &str, finding: &mut Finding) -> Option<bool> {
         match claim {
-            "D1" => self.against_random(),
-            "D2" => self.doubles(),
-            "D3" => self.order(),
-            "D4" => self.no_light(),
-            "D5" => self.over(),
-            "D6" => self.opposite(),
-            "D7" => self.moved_away(),
-            "D8" => self.moved_over(),
-            "D9" => self.anomaly(),
-            "D10" => self.alone(),
-            "D11" => self.cost(),
-            "D12" => self.weak_cue(),
-            "D13" => self.informs(),
-            "D14" => self.exploration(),
-            "D15" => self.stability(),
-            "D16" => self.dissociation(),
-            "D17" => self.precedence(),
+            "D1" => self.against_random(finding),
+            "D2" => self.doubles(finding),
+            "D3" => self.order(finding),
+            "D4" => self.no_light(finding),
+            "D5" => self.over(finding),
+            "D6" => self.opposite(finding),
+            "D7" => self.moved_away(finding),
+            "D8" => self.moved_over(finding),
+            "D9" => self.anomaly(finding),
+            "D10" => self.alone(finding),
+            "D11" => Some(self.results.generation_within_34_s),
+            "D12" => self.weak_cue(finding),
+            "D13" => self.informs(finding),
+            "D14" => self.exploration(finding),
+            "D15" => self.stability(finding),
+            "D16" => self.dissociation(finding),
+            "D17" => self.precedence(finding),
             id => unreachable!("no claim is called {id}"),
         }
     }
@@ -303,8 +301,7 @@ impl Judged<'_> {
         })
     }
 
-    fn against_random(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn against_random(&self, finding: &mut Finding) -> Option<bool> {
         let cases = [Over, Opposite, OverThenOpposite, OppositeThenOver];
         let [over, opposite, away, towards] = cases.map(|case| self.by_rate((case, Evolved), (Random, Evolved)));
         let [over_null, opposite_null, away_null, towards_null] = cases.map(|case| self.by_null(case));
@@ -334,20 +331,17 @@ impl Judged<'_> {
         }
         for case in cases {
             let verdict = format!("p < 0.005, {}", case.title());
-            self.power(&mut finding, [case, Random], &verdict, |[own, control]| {
+            self.power(finding, [case, Random], &verdict, |[own, control]| {
                 is_greater(own, control, PAPERS_LEVEL)
             });
         }
-        self.power(
-            &mut finding,
-            [NoLight, Random],
-            "p > 0.5, No Light",
-            |[own, control]| student_t(own, control).is_ok_and(|test| test.p.value > 0.5),
-        );
+        self.power(finding, [NoLight, Random], "p > 0.5, No Light", |[own, control]| {
+            student_t(own, control).is_ok_and(|test| test.p.value > 0.5)
+        });
         let differs = random.iter().all(|compared| compared.is_above(PAPERS_LEVEL));
         let informed = null.iter().all(|compared| compared.is_above(LEVEL));
         let equivalent = interval.low >= 0.9 && interval.high <= 1.1;
-        finding.judged(differs && informed && equivalent)
+        Some(differs && informed && equivalent)
     }
 
     /// With many runs, adds the share of sets of 5 or 10 of them that would reach the verdict on the rates of some
@@ -379,8 +373,7 @@ impl Judged<'_> {
         }
     }
 
-    fn doubles(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn doubles(&self, finding: &mut Finding) -> Option<bool> {
         let [null] = finding.compare(&[self.by_null(Over)])?;
         let [to_random, to_opposite] = [("random", Random), ("opposite", Opposite)].map(|(name, other)| {
             let [over, other] = [Over, other].map(|case| self.rates(case, Evolved));
@@ -392,16 +385,15 @@ impl Judged<'_> {
         let doubles = |ratio: f64| (1.5..=2.5).contains(&ratio);
         let verdict = "a ratio of 1.5 to 2.5 to either";
         self.power(
-            &mut finding,
+            finding,
             [Over, Random, Opposite],
             verdict,
             |[over, random, opposite]| doubles(mean(over) / mean(random)) || doubles(mean(over) / mean(opposite)),
         );
-        finding.judged((doubles(to_random) || doubles(to_opposite)) && null.is_above(LEVEL))
+        Some((doubles(to_random) || doubles(to_opposite)) && null.is_above(LEVEL))
     }
 
-    fn order(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn order(&self, finding: &mut Finding) -> Option<bool> {
         let all = finding.compare(&[
             self.by_rate((Over, Evolved), (Opposite, Evolved)),
             self.by_rate((Opposite, Evolved), (Random, Evolved)),
@@ -409,7 +401,7 @@ impl Judged<'_> {
         ])?;
         let verdict = "over above opposite above random, p < 0.05";
         self.power(
-            &mut finding,
+            finding,
             [Over, Opposite, Random],
             verdict,
             |[over, opposite, random]| is_greater(over, opposite, LEVEL) && is_greater(opposite, random, LEVEL),
@@ -417,11 +409,10 @@ impl Judged<'_> {
         for case in Case::ALL {
             finding.mean(format!("food per minute, {}", case.title()), &self.rates(case, Evolved));
         }
-        finding.judged(all.iter().all(|compared| compared.is_above(LEVEL)))
+        Some(all.iter().all(|compared| compared.is_above(LEVEL)))
     }
 
-    fn no_light(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn no_light(&self, finding: &mut Finding) -> Option<bool> {
         let [share] = finding.compare(&[self.share_by_null(NoLight, Light::Nowhere, SETTLED, "minutes 10 to 50")])?;
         let shares = |kind| self.shares(NoLight, kind, Light::Nowhere, SETTLED);
         finding.mean("share of No Light, minutes 10 to 50", &shares(Evolved));
@@ -433,28 +424,26 @@ impl Judged<'_> {
             stays &= (LOW..HIGH).contains(&middle);
         }
         let wide = self
-            .late_controllers(NoLight, &mut finding)
+            .late_controllers(NoLight, finding)
             .iter()
             .all(|(middle, deviation)| (LOW..HIGH).contains(middle) && *deviation >= WIDE);
-        finding.judged(share.is_above(LEVEL) && stays && wide)
+        Some(share.is_above(LEVEL) && stays && wide)
     }
 
-    fn over(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn over(&self, finding: &mut Finding) -> Option<bool> {
         let [share] = finding.compare(&[self.share_by_null(Over, Light::OverNest, LATE, "late")])?;
         let late = self.each(Over, Evolved, |run| run.mean(S0, LATE));
         finding.mean("late mean S0", &late);
         let shares = |kind| self.shares(Over, kind, Light::OverNest, LATE);
         finding.mean("late share of Over", &shares(Evolved));
         finding.mean("the same, fitness shuffled", &shares(Null));
-        let [with, without] = self.late_controllers(Over, &mut finding);
-        let [wide_with, wide_without] = self.late_controllers(NoLight, &mut finding);
+        let [with, without] = self.late_controllers(Over, finding);
+        let [wide_with, wide_without] = self.late_controllers(NoLight, finding);
         let narrow = with.1 < wide_with.1 && without.1 < wide_without.1;
-        finding.judged(with.0 > HIGH && without.0 < LOW && narrow && share.is_above(LEVEL))
+        Some(with.0 > HIGH && without.0 < LOW && narrow && share.is_above(LEVEL))
     }
 
-    fn opposite(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn opposite(&self, finding: &mut Finding) -> Option<bool> {
         let [share] = finding.compare(&[self.share_by_null(Opposite, Light::OppositeNest, LATE, "late")])?;
         let late = self.each(Opposite, Evolved, |run| run.mean(S0, LATE));
         let simulator = finding.mean("late mean S0", &late);
@@ -462,14 +451,13 @@ impl Judged<'_> {
         finding.mean("late share of Opposite", &shares(Evolved));
         finding.mean("the same, fitness shuffled", &shares(Null));
         let wide = self
-            .late_controllers(Opposite, &mut finding)
+            .late_controllers(Opposite, finding)
             .iter()
             .all(|(_, deviation)| *deviation >= WIDE);
-        finding.judged(!share.is_above(LEVEL) && (LOW..HIGH).contains(&simulator) && wide)
+        Some(!share.is_above(LEVEL) && (LOW..HIGH).contains(&simulator) && wide)
     }
 
-    fn moved_away(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn moved_away(&self, finding: &mut Finding) -> Option<bool> {
         let s0 = |intervals: Range<usize>| self.each(OverThenOpposite, Evolved, |run| run.mean(S0, intervals.clone()));
         let [before, moved] = finding.compare(&[
             self.share_by_null(OverThenOpposite, Light::OverNest, BEFORE_MOVE, "before the move"),
@@ -485,11 +473,10 @@ impl Judged<'_> {
         finding.note("fall of the rate", fall);
         let shares = self.shares(OverThenOpposite, Evolved, Light::OppositeNest, LATE);
         let converged = finding.mean("late share of Opposite", &shares);
-        finding.judged(before.is_above(LEVEL) && fall > 0.25 && moved.is_below(LEVEL) && converged <= 0.5)
+        Some(before.is_above(LEVEL) && fall > 0.25 && moved.is_below(LEVEL) && converged <= 0.5)
     }
 
-    fn moved_over(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn moved_over(&self, finding: &mut Finding) -> Option<bool> {
         let half = |case| self.each(case, Evolved, |run| run.rate(SECOND_HALF));
         let share = |intervals| self.shares(OppositeThenOver, Evolved, Light::OverNest, intervals);
         let [rate, share] = finding.compare(&[
@@ -511,11 +498,10 @@ impl Judged<'_> {
             "rate of its second half to Light Over Nest's",
             mean(half(OppositeThenOver)) / mean(half(Over)),
         );
-        finding.judged(rate.is_below(LEVEL) && share.is_above(LEVEL))
+        Some(rate.is_below(LEVEL) && share.is_above(LEVEL))
     }
 
-    fn anomaly(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn anomaly(&self, finding: &mut Finding) -> Option<bool> {
         let first = |case| self.each(case, Evolved, |run| run.mean(S0, FIRST_HALF));
         let [compared] = finding.compare(&[pair(
             "mean S0 of the first 25 minutes, cases 3 and 5",
@@ -523,25 +509,19 @@ impl Judged<'_> {
             first(OppositeThenOver),
         )])?;
         finding.note("difference of mean S0", compared.difference);
-        finding.judged(compared.p < LEVEL)
+        Some(compared.p < LEVEL)
     }
 
-    fn alone(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn alone(&self, finding: &mut Finding) -> Option<bool> {
         let [compared] = finding.compare(&[pair(
             "late share of Over, one robot, light over the nest and no light",
             self.shares(Over, Alone, Light::OverNest, LATE),
             self.shares(NoLight, Alone, Light::OverNest, LATE),
         )])?;
-        finding.judged(compared.p >= LEVEL)
+        Some(compared.p >= LEVEL)
     }
 
-    fn cost(&self) -> Option<Finding> {
-        Finding::default().judged(self.results.generation_within_34_s)
-    }
-
-    fn weak_cue(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn weak_cue(&self, finding: &mut Finding) -> Option<bool> {
         let random = mean(self.rates(Random, Evolved));
         let [over, opposite] = [Over, Opposite].map(|case| mean(self.rates(case, SimulatorRight)) - random);
         if over.is_nan() || opposite.is_nan() {
@@ -549,7 +529,7 @@ impl Judged<'_> {
         }
         finding.note("gain in food per minute, over", over);
         finding.note("gain in food per minute, opposite", opposite);
-        finding.judged(over > 0.0 && opposite < 0.5 * over)
+        Some(over > 0.0 && opposite < 0.5 * over)
     }
 
     /// Area under the curve, for each run, of fitness as a predictor of whether a simulator has the light where it is.
@@ -560,8 +540,7 @@ impl Judged<'_> {
         self.combination.of(case, SimulatorRandom).filter_map(area).collect()
     }
 
-    fn informs(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn informs(&self, finding: &mut Finding) -> Option<bool> {
         let chosen = |case: Case| {
             let areas = self.areas(case, |run, interval, robot| run.intervals[interval][robot].chosen_under);
             pair(format!("area under the curve, {}", case.title()), areas, vec![0.5]).kind(Comparison::Number)
@@ -596,20 +575,18 @@ impl Judged<'_> {
             finding.note(format!("F_sim - F_R, simulator right, {}", case.title()), gap(true));
             finding.note(format!("F_sim - F_R, simulator wrong, {}", case.title()), gap(false));
         }
-        finding.judged(holds)
+        Some(holds)
     }
 
-    fn exploration(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn exploration(&self, finding: &mut Finding) -> Option<bool> {
         let [null, own] = finding.compare(&[
             self.by_rate((Opposite, Null), (Random, Evolved)),
             self.by_null(Opposite),
         ])?;
-        finding.judged(null.is_above(LEVEL) && !own.is_above(LEVEL))
+        Some(null.is_above(LEVEL) && !own.is_above(LEVEL))
     }
 
-    fn stability(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn stability(&self, finding: &mut Finding) -> Option<bool> {
         let spread = |case| self.each(case, Evolved, |run| run.deviation(S0, SECOND_HALF));
         let [share, deviation] = finding.compare(&[
             pair(
@@ -623,25 +600,23 @@ impl Judged<'_> {
                 spread(Over),
             ),
         ])?;
-        finding.judged(share.is_above(LEVEL) && deviation.is_above(LEVEL))
+        Some(share.is_above(LEVEL) && deviation.is_above(LEVEL))
     }
 
-    fn dissociation(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn dissociation(&self, finding: &mut Finding) -> Option<bool> {
         let spread = |kind| self.each(NoLight, kind, |run| run.deviation(S0, LATE));
         let [compared] = finding.compare(&[pair(
             "late s.d. of S0, No Light, fitness shuffled and evolved",
             spread(Null),
             spread(Evolved),
         )])?;
-        finding.judged(compared.is_above(LEVEL))
+        Some(compared.is_above(LEVEL))
     }
 
-    fn precedence(&self) -> Option<Finding> {
-        let mut finding = Finding::default();
+    fn precedence(&self, finding: &mut Finding) -> Option<bool> {
         let all = finding
             .compare(&[Over, Opposite].map(|case| self.by_rate((case, SimulatorRight), (case, SimulatorRandom))))?;
-        finding.judged(all.iter().all(|compared| compared.is_above(LEVEL)))
+        Some(all.iter().all(|compared| compared.is_above(LEVEL)))
     }
 }
 

@@ -8,12 +8,11 @@ use std::sync::LazyLock;
 use super::report::name;
 use super::results::{Case, Kind};
 use crate::console::{Console, columns};
-use crate::contents::{Column, Entry, describe};
-use crate::engine::disk;
+use crate::contents::{Column, Entry};
 use crate::exit::{Failure, Result};
 use crate::report::csv::{Csv, number};
 use crate::statistics::{Undefined, mean, variance};
-use crate::studies::contrasts::{self, Estimate, Judged, Row, figures};
+use crate::studies::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
 
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
 use Kind::{Evolved, FitnessShuffled as Null, SimulatorRandom as Drawn, SimulatorRight as Right};
@@ -82,15 +81,8 @@ type Cell = BTreeMap<u64, Run>;
 /// The cells of a combination, Random Movement among them.
 type Cells = BTreeMap<(Case, Kind), Cell>;
 
-/// What is tested: whether a mean is above 0, or equivalent to 0 within a margin.
-struct Contrast {
-    name: &'static str,
-    claims: &'static [&'static str],
-    margin: Option<f64>,
-    /// Groups of runs, whose means add up to the estimate.
-    of: fn(&Judging<'_>) -> Groups,
-}
-
+/// Groups of runs, whose means add up to the estimate.
+type Contrast = contrasts::Contrast<fn(&Judging<'_>) -> Groups>;
 type Groups = Vec<Vec<f64>>;
 
 /// The cells of a combination, as far as they are judged by.
@@ -136,29 +128,6 @@ impl Judging<'_> {
 /// Food of the swarm per minute.
 fn food(run: &Run) -> f64 {
     ROBOTS * run.rate
-}
-
-const fn above(name: &'static str, claims: &'static [&'static str], of: fn(&Judging<'_>) -> Groups) -> Contrast {
-    Contrast {
-        name,
-        claims,
-        margin: None,
-        of,
-    }
-}
-
-const fn equivalent(
-    name: &'static str,
-    claims: &'static [&'static str],
-    margin: f64,
-    of: fn(&Judging<'_>) -> Groups,
-) -> Contrast {
-    Contrast {
-        name,
-        claims,
-        margin: Some(margin),
-        of,
-    }
 }
 
 /// The family of a combination.
@@ -394,16 +363,7 @@ static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
     all.chain([Column::text("survives", survives)]).collect()
 });
 
-static CLAIM_COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
-    let own = [
-        Column::text("claim", "the claim of the paper"),
-        Column::text(
-            "outcome",
-            "`holds` if all of its contrasts do, `opposed` if one is, else `undecided`",
-        ),
-    ];
-    FACTORS.iter().cloned().chain(own).collect()
-});
+static CLAIM_COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| [&FACTORS[..], &contrasts::CLAIM].concat());
 
 static CELL_COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
     let own = [
@@ -444,23 +404,18 @@ pub(in crate::studies) fn contents() -> Vec<Entry> {
 /// Judges the runs of finished sweeps, prints the claims, and writes all tables to a directory if one is given.
 pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
     let mut found = Found::default();
-    for directory in sweeps {
-        let path = directory.join("results.csv");
-        parse(&path, &disk::read_text(&path)?, &mut found)?;
-    }
+    contrasts::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
     let tables = Tables::of(&found.complete()?).map_err(Failure::input)?;
     let head: Vec<&str> = CLAIM_COLUMNS.iter().map(|column| column.name.as_ref()).collect();
     console.data(columns(&head, &tables.shown))?;
     if let Some(out) = out {
-        std::fs::create_dir_all(out).map_err(|error| Failure::storage(out, &error))?;
-        for (name, text) in [
+        let what = "The second edition of the 2014 study, judged.";
+        let files = [
             (CONTRASTS, tables.contrasts),
             (CLAIMS, tables.claims),
             (CELLS, tables.cells),
-        ] {
-            disk::write(&out.join(name), text.as_bytes())?;
-        }
-        describe(out, "The second edition of the 2014 study, judged.", &contents())?;
+        ];
+        contrasts::write(out, what, &files, &contents())?;
     }
     Ok(())
 }
@@ -539,7 +494,7 @@ impl Tables {
             };
             let judged = rows(key, &OF_CELLS, groups, &mut contrasts)?;
             for claim in JUDGED {
-                let outcome = contrasts::of_claim(claim, &judged, OF_CELLS.iter().map(|contrast| contrast.claims));
+                let outcome = contrasts::of_claim(claim, &judged, &OF_CELLS);
                 let ends = [claim, outcome.word()].map(str::to_owned);
                 let row: Vec<String> = key.clone().into_iter().chain(ends).collect();
                 claims.row(&row);
@@ -632,45 +587,34 @@ fn cell(cells: &Cells, case: Case, kind: Kind) -> Vec<String> {
 
 /// Parses the runs of a sweep's table.
 fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
-    let mut table = csv::Reader::from_reader(text.as_bytes());
-    let bad = |line: usize, problem: &str| Failure::input(format_args!("{}:{line}: {problem}", path.display()));
-    let head = table.headers().map_err(|error| bad(1, &error.to_string()))?.clone();
-    let places: BTreeMap<&str, usize> = head.iter().zip(0..).collect();
-    let place = |name: &str| {
-        let problem = || format!("has no column {name}; allowed: the table of a sweep of experiments/odowd2014/second");
-        places.get(name).copied().ok_or_else(|| bad(1, &problem()))
-    };
-    let [case, seed] = ["swarm.case", "seed"].map(place);
-    let (case, seed) = (case?, seed?);
-    for (row, line) in table.records().zip(2..) {
-        let row = row.map_err(|error| bad(line, &error.to_string()))?;
-        let run = Run::read(|column| {
-            let value = &row[place(column)?];
-            let problem = || bad(line, &format!("{column} is {value:?}; allowed: a number, or NaN"));
-            value.parse().map_err(|_| problem())
-        })?;
-        let own = Case::ALL.into_iter().find(|own| name(own) == row[case]);
-        let case = own.ok_or_else(|| bad(line, "swarm.case is none of the paper's; allowed: an experiment case"))?;
-        let seed = row[seed]
-            .parse()
-            .map_err(|_| bad(line, "has no seed; allowed: a whole number"))?;
-        let cell = if case == Random {
-            &mut into.random
-        } else {
-            let of = |name: &str| place(name).map(|column| row[column].to_owned());
-            let [threshold, scale, credit, installed] = FACTOR_COLUMNS.map(of);
-            let key = [threshold?, scale?, credit?, installed?];
-            let control = of("swarm.control")?;
-            let kind = Kind::ALL.into_iter().find(|kind| name(kind) == control);
-            let kind = kind.ok_or_else(|| bad(line, "swarm.control is unknown; allowed: evolved, or a control"))?;
-            into.all.entry(key).or_default().entry((case, kind)).or_default()
-        };
-        if cell.insert(seed, run).is_some() {
-            let problem = format!("is the second run of seed {seed} of its cell; allowed: each sweep once");
-            return Err(bad(line, &problem));
-        }
-    }
-    Ok(())
+    contrasts::each_row(
+        (path, text),
+        "experiments/odowd2014/second",
+        &["swarm.case", "seed"],
+        |row| {
+            let run = Run::read(|column| row.number(column, |_| true, "a number, or NaN"))?;
+            let case = row.cell("swarm.case")?;
+            let own = Case::ALL.into_iter().find(|own| name(own) == case);
+            let case = own.ok_or_else(|| row.bad("swarm.case is none of the paper's; allowed: an experiment case"))?;
+            let seed = row.seed()?;
+            let cell = if case == Random {
+                &mut into.random
+            } else {
+                let [threshold, scale, credit, installed] =
+                    FACTOR_COLUMNS.map(|column| row.cell(column).map(str::to_owned));
+                let key = [threshold?, scale?, credit?, installed?];
+                let control = row.cell("swarm.control")?;
+                let kind = Kind::ALL.into_iter().find(|kind| name(kind) == control);
+                let kind = kind.ok_or_else(|| row.bad("swarm.control is unknown; allowed: evolved, or a control"))?;
+                into.all.entry(key).or_default().entry((case, kind)).or_default()
+            };
+            if cell.insert(seed, run).is_some() {
+                let problem = format_args!("is the second run of seed {seed} of its cell; allowed: each sweep once");
+                return Err(row.bad(problem));
+            }
+            Ok(())
+        },
+    )
 }
 
 #[cfg(test)]
