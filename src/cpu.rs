@@ -253,9 +253,7 @@ impl Cpu {
         };
         code.ok_or_else(|| Error::NoDevice(format!("this CPU has no lane code for the kernel {}", kernel.name)))
     }
-}
 
-impl Cpu {
     /// Of each group, a lane code for its few rollouts: those that are left over where a world's are no multiple of a group's. Empty if
     /// there is none for any.
     fn for_few(&self, code: &LaneCode, parts: &[Part<'_>]) -> Vec<Option<LaneCode>> {
