@@ -113,5 +113,8 @@ fn logarithm(x: f32) -> f32 {
 
 // The place of the lowest bit of a word that has one.
 fn lowest_bit(word: u32) -> u32 {
-    return (bitcast<u32>(f32(word & (0u - word))) >> 23u) - 127u;
+    let bit = word & (0u - word);
+    return select(0u, 1u, (bit & 0xaaaaaaaau) != 0u) | select(0u, 2u, (bit & 0xccccccccu) != 0u)
+        | select(0u, 4u, (bit & 0xf0f0f0f0u) != 0u) | select(0u, 8u, (bit & 0xff00ff00u) != 0u)
+        | select(0u, 16u, (bit & 0xffff0000u) != 0u);
 }
