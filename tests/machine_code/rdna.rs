@@ -703,6 +703,7 @@ fn computed(own: &Instruction, operands: [u32; 3]) -> u32 {
         "v_min_u32" => a.min(b),
         "v_max_u32" => a.max(b),
         "v_min3_u32" => a.min(b).min(c),
+        "v_max3_u32" => a.max(b).max(c),
         "v_and_b32" => a & b,
         "v_or_b32" => a | b,
         "v_xor_b32" => a ^ b,

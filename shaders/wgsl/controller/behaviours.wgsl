@@ -44,7 +44,6 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
     let world = life.world;
     let driving = driving_of(world);
     let times = times_of(world);
-    let words = random_words(life.key, STREAM_BEHAVIOUR, step, 0u);
     var memory = before;
     var wanted = Drive(driving.cruise, 0.0f);
 
@@ -55,8 +54,11 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
         if (memory.escape == 0.0f) {
             // Away from the stronger side; chance decides where none is.
             let stronger = (front.x + front.y) - (front.z + front.w);
-            let chance = select(-1.0f, 1.0f, (words.x & 1u) == 0u);
-            memory.escape = select(select(chance, 1.0f, stronger < 0.0f), -1.0f, stronger > 0.0f);
+            memory.escape = select(-1.0f, 1.0f, stronger < 0.0f);
+            if (stronger == 0.0f) {
+                let chance = random_words(life.key, STREAM_BEHAVIOUR, step, 0u).x;
+                memory.escape = select(-1.0f, 1.0f, (chance & 1u) == 0u);
+            }
         }
         memory.straight = u32(times.straight);
         return Deed(Drive(0.0f, memory.escape * driving.turn), AVOID, front, memory);
@@ -85,6 +87,7 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
         if (memory.wait > 0u) {
             memory.wait -= 1u;
         } else {
+            let words = random_words(life.key, STREAM_BEHAVIOUR, step, 0u);
             memory.turn = 0.5f * unit(words.y) - 0.25f;
             memory.wait = u32(-times.interval * logarithm(max(unit(words.z), 0x1p-24f)));
         }

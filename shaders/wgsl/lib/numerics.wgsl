@@ -24,7 +24,7 @@ fn reciprocal_root(x: f32) -> f32 {
     return y * (1.8898816f - x * y * y);
 }
 
-// sqrt(x) for x = 0 or x >= 2^-100. Relative error 2.0e-7; exact for 0 and powers of four.
+// sqrt(x) for x = 0 or x >= 2^-100. Relative error 2.0e-7; exact for 0 and powers of four. Of a negative x 2^50 x.
 fn root(x: f32) -> f32 {
     return x * reciprocal_root(max(x, 0x1p-100f));
 }
@@ -50,20 +50,23 @@ fn cosine_sine(turns: f32) -> vec2<f32> {
 }
 
 // The direction of v in turns, in [0, 1), given 1/length. |v.x| and |v.y| are 0 or in [2^-60, 2^60].
-// Absolute error 4.5e-7 with the inverse from reciprocal_root (over dense grids and random vectors). The arc
-// sine of the shorter component, an odd polynomial, then the reflections that lead from the first half
-// quadrant to the rest.
+// Absolute error 4.5e-7 with the inverse from reciprocal_root (over dense grids and random vectors). The direction
+// in the first quarter, then the reflections that lead from there to the rest.
 fn direction_by(v: vec2<f32>, inverse_length: f32) -> f32 {
-    let x = abs(v.x);
-    let y = abs(v.y);
-    let s = min(x, y) * inverse_length;
-    let bounded = max(s, 0x1p-40f);
-    let w = bounded * bounded;
-    var t = s * (0.15916061f + w * (0.02631778f + w * (0.014036615f + w * (-0.0011827025f + w * 0.017525312f))));
-    t = select(t, 0.25f - t, y > x);
+    var t = quarter_direction(abs(v.x), abs(v.y), inverse_length);
     t = select(t, 0.5f - t, v.x < 0.0f);
     t = select(t, 1.0f - t, v.y < 0.0f);
     return select(t, 0.0f, t >= 1.0f);
+}
+
+// The same of a vector in the first quarter, in [0, 1/4]: the arc sine of the shorter component, an odd polynomial,
+// then a reflection that leads from the first half quadrant to the other.
+fn quarter_direction(x: f32, y: f32, inverse_length: f32) -> f32 {
+    let s = min(x, y) * inverse_length;
+    let bounded = max(s, 0x1p-40f);
+    let w = bounded * bounded;
+    let t = s * (0.15916061f + w * (0.02631778f + w * (0.014036615f + w * (-0.0011827025f + w * 0.017525312f))));
+    return select(t, 0.25f - t, y > x);
 }
 
 // The direction of v in turns, in [0, 1); range and error as of direction_by. Exact along the axes, and 0
@@ -74,13 +77,14 @@ fn direction(v: vec2<f32>) -> f32 {
 
 // e^x for |x| <= 87. Relative error 1.9e-7; exact for 0.
 // x = (k + 1/2) ln 2 + r, with ln 2 in two parts (Cody and Waite, 1980); a polynomial for sqrt(2) e^r in
-// [1, 2]; k is added to its exponent. Halves, since r then is never so small that its powers underflow.
+// [1, 2]; k, the last bits of a sum with 3 * 2^22, is added to its exponent. Halves, since r then is never so small that
+// its powers underflow.
 fn exponential_within(x: f32) -> f32 {
     let k = floor(x * 1.442695f);
     let half = k + 0.5f;
     let r = (x - half * 0.69335938f) + half * 2.1219444e-4f;
     let p = 1.4142137f + r * (1.414213f + r * (0.70708907f + r * (0.23571624f + r * (0.059303034f + r * 0.011750611f))));
-    return bitcast<f32>(bitcast<i32>(p) + (i32(k) << 23u));
+    return bitcast<f32>(bitcast<u32>(p) + (bitcast<u32>(k + 0x1.8p23f) << 23u));
 }
 
 // e^x, x clamped to [-87, 87]; error as of exponential_within.
@@ -105,4 +109,12 @@ fn logarithm(x: f32) -> f32 {
     let p = 0.33333907f + g * (-0.25001344f + g * (0.19963022f + g * (-0.16577557f + g * (0.14914769f + g * (-0.14267488f + g * 0.08703363f)))));
     let rest = (g * w * p - k * 2.1219444e-4f) - 0.5f * w;
     return (g + rest) + k * 0.69335938f;
+}
+
+// The place of the lowest bit of a word that has one.
+fn lowest_bit(word: u32) -> u32 {
+    let bit = word & (0u - word);
+    return select(0u, 1u, (bit & 0xaaaaaaaau) != 0u) | select(0u, 2u, (bit & 0xccccccccu) != 0u)
+        | select(0u, 4u, (bit & 0xf0f0f0f0u) != 0u) | select(0u, 8u, (bit & 0xff00ff00u) != 0u)
+        | select(0u, 16u, (bit & 0xffff0000u) != 0u);
 }

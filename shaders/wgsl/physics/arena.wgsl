@@ -128,7 +128,9 @@ fn act(life: Life, base: u32, robot: u32, step: u32) {
 }
 
 // Robots that overlap give way by half of each overlap, and the wall keeps them in. Of each pair the first one's turn moves both.
-fn push(world: u32, base: u32, from_field: u32, to_field: u32) {
+// Returns whether any is moved.
+fn push(world: u32, base: u32, from_field: u32, to_field: u32) -> bool {
+    var moves = false;
     let body = robot_of(world).radius;
     let apart = 2.0f * body;
     let room = arena_of(world).radius - body;
@@ -149,6 +151,7 @@ fn push(world: u32, base: u32, from_field: u32, to_field: u32) {
             let squared = squared_length(away);
             // Bodies at one place to a thousandth of a millimetre have no direction to part in.
             if ((squared < apart * apart) & (squared > 0x1p-20f)) {
+                moves = true;
                 let share = 0.5f * (apart * reciprocal_root(squared) - 1.0f);
                 moved.x += share * away.x;
                 moved.y += share * away.y;
@@ -158,6 +161,7 @@ fn push(world: u32, base: u32, from_field: u32, to_field: u32) {
         }
         let squared = squared_length(moved);
         if (squared > room * room) {
+            moves = true;
             let share = room * reciprocal_root(squared);
             moved.x *= share;
             moved.y *= share;
@@ -165,6 +169,7 @@ fn push(world: u32, base: u32, from_field: u32, to_field: u32) {
         put(own, to_field, moved.x);
         put(own, to_field + 1u, moved.y);
     }
+    return moves;
 }
 
 fn cycle(life: Life, base: u32, step: u32) {
@@ -175,7 +180,10 @@ fn cycle(life: Life, base: u32, step: u32) {
     for (var time = 0u; time < PUSHES; time++) {
         let from_field = PUSHED + 2u * (time & 1u);
         let to_field = PUSHED + 2u * ((time + 1u) & 1u);
-        push(life.world, base, from_field, to_field);
+        // If none is moved now, none will be later.
+        if (!push(life.world, base, from_field, to_field)) {
+            break;
+        }
     }
     for (var robot = 0u; robot < count; robot++) {
         let own = robot_at(base, robot);
@@ -195,17 +203,32 @@ fn listen(life: Life, base: u32, robot: u32, step: u32) {
     let count = robots(life.world);
     let own = robot_at(base, robot);
     let at = vec2<f32>(number(own, X), number(own, Y));
-    for (var other = 0u; other < count; other++) {
-        let place = robot_at(base, other);
-        let to = vec2<f32>(number(place, X) - at.x, number(place, Y) - at.y);
-        let chance = unit(random_words(robot_key(own), STREAM_ENVIRONMENT, step, 0x8000u + other).x);
-        let talks = (word(own, BEHAVIOUR) != OFF) & (word(place, BEHAVIOUR) != OFF);
-        if ((other != robot) & talks & (squared_length(to) <= meeting.squared_range) & (chance < meeting.heard)) {
-            if (!hidden(life.world, base, robot, other, at, to)) {
-                let field = HEARD + other / 32u;
-                state[own + field * LANES] = word(own, field) | (1u << (other & 31u));
-            }
+    for (var block = 0u; block < count; block += 32u) {
+        var candidates = 0u;
+        for (var other = block; other < min(block + 32u, count); other++) {
+            let place = robot_at(base, other);
+            let to = vec2<f32>(number(place, X) - at.x, number(place, Y) - at.y);
+            let chance = unit(random_words(robot_key(own), STREAM_ENVIRONMENT, step, 0x8000u + other).x);
+            let talks = (word(own, BEHAVIOUR) != OFF) & (word(place, BEHAVIOUR) != OFF);
+            let is_heard = (other != robot) & talks & (squared_length(to) <= meeting.squared_range) & (chance < meeting.heard);
+            candidates |= select(0u, 1u << (other & 31u), is_heard);
         }
+        // Few can be heard, and every lane hears others: each turn takes every lane's next one.
+        var heard = candidates;
+        for (var turn = 0u; turn < 32u; turn++) {
+            if (candidates == 0u) {
+                break;
+            }
+            let other = block + lowest_bit(candidates);
+            let place = robot_at(base, other);
+            let to = vec2<f32>(number(place, X) - at.x, number(place, Y) - at.y);
+            if (hidden(life.world, base, robot, other, at, to)) {
+                heard &= ~(candidates & (0u - candidates));
+            }
+            candidates &= candidates - 1u;
+        }
+        let field = own + (HEARD + block / 32u) * LANES;
+        state[field] |= heard;
     }
 }
 

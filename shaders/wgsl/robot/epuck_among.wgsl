@@ -18,24 +18,36 @@ fn among(before: Life, base: u32, robot: u32, pose: vec3<f32>) -> Life {
     var others = vec4<f32>(0x1p17f);
     var shade = 0.0f;
     let count = robots(world);
-    for (var other = 0u; other < count; other++) {
-        if (other != robot) {
-            let at = robot_at(base, other);
+    for (var block = 0u; block < count; block += 32u) {
+        var near = 0u;
+        for (var other = block; other < min(block + 32u, count); other++) {
+            if (other != robot) {
+                let at = robot_at(base, other);
+                let x = number(at, X) - pose.x;
+                let y = number(at, Y) - pose.y;
+                near |= select(0u, 1u << (other & 31u), x * x + y * y < sight * sight);
+                // As if the lamp were far away: all of the light if the two are in line with it, none from two radii off on.
+                let along = x * to_lamp.x + y * to_lamp.y;
+                let aside = abs(y * to_lamp.x - x * to_lamp.y);
+                let taken = clamp(1.0f - aside * body_inverse, 0.0f, 1.0f);
+                shade = max(shade, select(0.0f, taken, (along > 0.0f) & (along < to_lamp_distance)));
+            }
+        }
+        // Few others are near, and every lane has others near: each turn takes every lane's next one.
+        for (var turn = 0u; turn < 32u; turn++) {
+            if (near == 0u) {
+                break;
+            }
+            let at = robot_at(base, block + lowest_bit(near));
+            near &= near - 1u;
             let x = number(at, X) - pose.x;
             let y = number(at, Y) - pose.y;
             let squared = x * x + y * y;
-            if (squared < sight * sight) {
-                let gap = max(root(max(squared, 0x1p-60f)) - 2.0f * body, 0.0f);
-                let along = x * own.x + y * own.y;
-                let aside = abs(y * own.x - x * own.y);
-                let seen = (along > vec4<f32>(0.0f)) & (aside < body + BEAM * along);
-                others = min(others, select(vec4<f32>(0x1p17f), vec4<f32>(gap), seen));
-            }
-            // As if the lamp were far away: all of the light if the two are in line with it, none from two radii off on.
-            let along = x * to_lamp.x + y * to_lamp.y;
-            let aside = abs(y * to_lamp.x - x * to_lamp.y);
-            let taken = clamp(1.0f - aside * body_inverse, 0.0f, 1.0f);
-            shade = max(shade, select(0.0f, taken, (along > 0.0f) & (along < to_lamp_distance)));
+            let gap = max(root(max(squared, 0x1p-60f)) - 2.0f * body, 0.0f);
+            let along = x * own.x + y * own.y;
+            let aside = abs(y * own.x - x * own.y);
+            let seen = (along > vec4<f32>(0.0f)) & (aside < body + BEAM * along);
+            others = min(others, select(vec4<f32>(0x1p17f), vec4<f32>(gap), seen));
         }
     }
     let field = field_of(world);

@@ -57,10 +57,19 @@ fn lamp_light(world: u32, half: u32, pose: vec3<f32>, lamp: vec2<f32>) -> vec4<f
     let decay = lamp_of(world).decay;
     let x = lamp.x - (pose.x + body * own.x);
     let y = lamp.y - (pose.y + body * own.y);
+    let second = lit(vec2<f32>(x.y, y.y), vec2<f32>(own.x.y, own.y.y), decay);
+    let third = lit(vec2<f32>(x.z, y.z), vec2<f32>(own.x.z, own.y.z), decay);
+    if (half == 1u) {
+        // The first and the last look opposite ways: one of them at the most sees the lamp.
+        let is_first = x.x * own.x.x + y.x * own.y.x >= 0.0f;
+        let either = lit(
+            vec2<f32>(select(x.w, x.x, is_first), select(y.w, y.x, is_first)),
+            vec2<f32>(select(own.x.w, own.x.x, is_first), select(own.y.w, own.y.x, is_first)), decay,
+        );
+        return vec4<f32>(select(0.0f, either, is_first), second, third, select(either, 0.0f, is_first));
+    }
     return vec4<f32>(
-        lit(vec2<f32>(x.x, y.x), vec2<f32>(own.x.x, own.y.x), decay),
-        lit(vec2<f32>(x.y, y.y), vec2<f32>(own.x.y, own.y.y), decay),
-        lit(vec2<f32>(x.z, y.z), vec2<f32>(own.x.z, own.y.z), decay),
+        lit(vec2<f32>(x.x, y.x), vec2<f32>(own.x.x, own.y.x), decay), second, third,
         lit(vec2<f32>(x.w, y.w), vec2<f32>(own.x.w, own.y.w), decay),
     );
 }
@@ -79,6 +88,7 @@ fn lit(to: vec2<f32>, axis: vec2<f32>, decay: f32) -> f32 {
     // From the axis to the lamp, as a right-angled triangle.
     let ahead = to.x * axis.x + to.y * axis.y;
     let aside = abs(to.y * axis.x - to.x * axis.y);
-    let turns = direction_by(vec2<f32>(ahead, aside), inverse);
-    return exponential_within(max(-decay * squared * inverse, -80.0f)) * max(1.0f - 4.0f * turns, 0.0f);
+    let turns = quarter_direction(abs(ahead), aside, inverse);
+    let share = select(1.0f - 4.0f * turns, 0.0f, ahead < 0.0f);
+    return exponential_within(max(-decay * squared * inverse, -80.0f)) * share;
 }

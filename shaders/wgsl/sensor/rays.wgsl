@@ -23,7 +23,7 @@ struct Rays {
     y: vec4<f32>,
 }
 
-// What four rays have met: the inverse of the distance, and the light that comes back from there.
+// What four rays meet: the inverse of the distance, 0 or less where they meet nothing, and the light that comes back.
 struct Met {
     nearness: vec4<f32>,
     light: vec4<f32>,
@@ -34,90 +34,141 @@ fn nothing_met() -> Met {
 }
 
 // A sensor's rays lie on both sides of its axis, four on each.
-const SIDES: u32 = 2u;
-
-// The rays on one side of an axis: 0 is the left, 1 the right.
-fn rays_of(axis: vec2<f32>, number: u32) -> Rays {
-    let side = select(1.0f, -1.0f, number == 1u);
-    return Rays(
-        axis.x * RAY_COSINES - (side * axis.y) * RAY_SINES,
-        axis.y * RAY_COSINES + (side * axis.x) * RAY_SINES,
-    );
+struct Fan {
+    left: Rays,
+    right: Rays,
 }
 
-// Keeps the nearer of what was met and what is met now, where it is met at all.
-fn nearer(met: Met, hit: vec4<bool>, nearness: vec4<f32>, light: vec4<f32>) -> Met {
-    let kept = hit & (nearness > met.nearness);
-    return Met(select(met.nearness, nearness, kept), select(met.light, light, kept));
+fn fan_of(axis: vec2<f32>) -> Fan {
+    let along_x = axis.x * RAY_COSINES;
+    let along_y = axis.y * RAY_COSINES;
+    let aside_x = axis.x * RAY_SINES;
+    let aside_y = axis.y * RAY_SINES;
+    return Fan(Rays(along_x - aside_y, along_y + aside_x), Rays(along_x + aside_y, along_y - aside_x));
 }
 
-// Rays against a plane that lies at a distance (mm, from where they start) in the direction `normal`.
-fn meet_plane(met: Met, rays: Rays, normal: vec2<f32>, distance: f32, reflectivity: f32) -> Met {
+// What a fan meets.
+struct Seen {
+    left: Met,
+    right: Met,
+}
+
+fn nothing_seen() -> Seen {
+    return Seen(nothing_met(), nothing_met());
+}
+
+// Keeps the nearer of two, of equally near ones the first.
+fn nearer(met: Met, other: Met) -> Met {
+    let light = select(met.light, other.light, other.nearness > met.nearness);
+    return Met(max(met.nearness, other.nearness), light);
+}
+
+fn nearer_seen(seen: Seen, other: Seen) -> Seen {
+    return Seen(nearer(seen.left, other.left), nearer(seen.right, other.right));
+}
+
+// The light that comes back to the sensor, of pairs of rays.
+fn returned(seen: Seen) -> vec4<f32> {
+    let left = max(seen.left.nearness, vec4<f32>(0.0f));
+    let right = max(seen.right.nearness, vec4<f32>(0.0f));
+    return seen.left.light * left * left + seen.right.light * right * right;
+}
+
+// Rays against a plane that lies in the direction `normal`, at the inverse of a distance. Those that look away are at less
+// than 0.
+fn meet_plane(rays: Rays, normal: vec2<f32>, inverse: f32, reflectivity: f32) -> Met {
     let incidence = rays.x * normal.x + rays.y * normal.y;
-    let nearness = incidence * reciprocal(max(distance, NEAREST));
-    return nearer(met, incidence > vec4<f32>(0.0f), nearness, incidence * reflectivity);
+    return Met(incidence * inverse, incidence * reflectivity);
 }
 
-// Rays against a wall, from the point `at`. A ray at distance 1 / nearness meets the wall between its ends.
-fn meet_wall(met: Met, rays: Rays, at: vec2<f32>, shape: u32) -> Met {
-    let from_x = at.x - shapes[shape].x;
-    let from_y = at.y - shapes[shape].y;
-    let across = shapes[shape].unit_x * from_y - shapes[shape].unit_y * from_x;
-    // The normal that looks from the point to the wall.
-    let normal_x = select(-shapes[shape].unit_y, shapes[shape].unit_y, across > 0.0f);
-    let normal_y = select(shapes[shape].unit_x, -shapes[shape].unit_x, across > 0.0f);
+// A wall from a point: the normal that looks from the point to the wall, the distance and its inverse, where the wall
+// begins, as a share of its length, and its direction over its length.
+struct WallSeen {
+    normal: vec2<f32>,
+    distance: f32,
+    inverse: f32,
+    start: f32,
+    scaled: vec2<f32>,
+    reflectivity: f32,
+}
+
+fn wall_from(at: vec2<f32>, wall: Thing) -> WallSeen {
+    let from_x = at.x - wall.x;
+    let from_y = at.y - wall.y;
+    let across = wall.unit_x * from_y - wall.unit_y * from_x;
+    let normal_x = select(-wall.unit_y, wall.unit_y, across > 0.0f);
+    let normal_y = select(wall.unit_x, -wall.unit_x, across > 0.0f);
     let distance = max(abs(across), NEAREST);
-    let incidence = rays.x * normal_x + rays.y * normal_y;
-    // Where along the wall, as a share of its length, times the incidence.
-    let start = from_x * shapes[shape].scaled_x + from_y * shapes[shape].scaled_y;
-    let along = start * incidence + distance * (rays.x * shapes[shape].scaled_x + rays.y * shapes[shape].scaled_y);
-    let hit = (incidence > vec4<f32>(0.0f)) & (along >= vec4<f32>(0.0f)) & (along <= incidence);
-    return nearer(met, hit, incidence * reciprocal(distance), incidence * shapes[shape].reflectivity);
+    let start = from_x * wall.scaled_x + from_y * wall.scaled_y;
+    return WallSeen(
+        vec2<f32>(normal_x, normal_y), distance, reciprocal(distance), start,
+        vec2<f32>(wall.scaled_x, wall.scaled_y), wall.reflectivity,
+    );
 }
 
-// Rays against a cylinder whose centre lies at `to` from where they start.
-fn meet_cylinder(met: Met, rays: Rays, to: vec2<f32>, radius: f32, reflectivity: f32) -> Met {
-    // The product of the distances to both surfaces, the near and the far one.
+// Rays against a wall. One at distance 1 / nearness meets it between its ends.
+fn meet_wall(rays: Rays, wall: WallSeen) -> Met {
+    let plane = meet_plane(rays, wall.normal, wall.inverse, wall.reflectivity);
+    let incidence = rays.x * wall.normal.x + rays.y * wall.normal.y;
+    // Where along the wall, as a share of its length, times the incidence.
+    let along = wall.start * incidence + wall.distance * (rays.x * wall.scaled.x + rays.y * wall.scaled.y);
+    let hit = (along >= vec4<f32>(0.0f)) & (along <= incidence);
+    return Met(select(vec4<f32>(0.0f), plane.nearness, hit), plane.light);
+}
+
+// A cylinder from a point: where its centre lies, the product of the distances to both surfaces, the near and the far
+// one, its inverse, and that of the radius.
+struct CylinderSeen {
+    to: vec2<f32>,
+    product: f32,
+    inverse: f32,
+    inverse_radius: f32,
+    reflectivity: f32,
+}
+
+fn cylinder_from(to: vec2<f32>, radius: f32, reflectivity: f32) -> CylinderSeen {
     let product = max(squared_length(to) - radius * radius, NEAREST * NEAREST);
-    let middle = rays.x * to.x + rays.y * to.y;
-    let square = middle * middle - product;
-    let half = vec4<f32>(
-        root(max(square.x, 0.0f)), root(max(square.y, 0.0f)), root(max(square.z, 0.0f)), root(max(square.w, 0.0f)),
-    );
-    let incidence = min(half * reciprocal(max(radius, NEAREST)), vec4<f32>(1.0f));
-    let hit = (middle > vec4<f32>(0.0f)) & (square >= vec4<f32>(0.0f));
-    return nearer(met, hit, (middle + half) * reciprocal(product), incidence * reflectivity);
+    return CylinderSeen(to, product, reciprocal(product), reciprocal(max(radius, NEAREST)), reflectivity);
+}
+
+// Rays against a cylinder. Of one that passes by, half of the way through it is the root of a negative number, which is
+// far below 0, and so is the nearness. One that looks away passes by.
+fn meet_cylinder(rays: Rays, cylinder: CylinderSeen) -> Met {
+    let middle = max(rays.x * cylinder.to.x + rays.y * cylinder.to.y, vec4<f32>(0.0f));
+    let square = middle * middle - cylinder.product;
+    let half = vec4<f32>(root(square.x), root(square.y), root(square.z), root(square.w));
+    let incidence = min(half * cylinder.inverse_radius, vec4<f32>(1.0f));
+    return Met((middle + half) * cylinder.inverse, incidence * cylinder.reflectivity);
 }
 
 // Rays against a block's two faces that look to where they start. The block has that point as `own`, its length
 // lies along `unit`, and its sides are twice `half`.
-fn meet_block(met: Met, rays: Rays, own: vec2<f32>, unit: vec2<f32>, half: vec2<f32>, reflectivity: f32) -> Met {
+fn meet_block(rays: Rays, own: vec2<f32>, unit: vec2<f32>, half: vec2<f32>, reflectivity: f32) -> Met {
     let along = rays.x * unit.x + rays.y * unit.y;
     let across = rays.y * unit.x - rays.x * unit.y;
-    var all = met;
+    var all = nothing_met();
     for (var face = 0u; face < 2u; face++) {
         let side = face == 1u;
-        all = meet_face(
-            all, select(along, across, side), select(across, along, side),
+        let met = meet_face(
+            select(along, across, side), select(across, along, side),
             select(own, own.yx, side), select(half, half.yx, side), reflectivity,
         );
+        all = nearer(all, met);
     }
     return all;
 }
 
 // Rays against the face of a block that closes its first axis on the side of `own`; rays have the parts `first` along
 // that axis and `second` along the other. One at the distance 1 / nearness meets the face between its ends.
-fn meet_face(
-    met: Met, first: vec4<f32>, second: vec4<f32>, own: vec2<f32>, half: vec2<f32>, reflectivity: f32,
-) -> Met {
+fn meet_face(first: vec4<f32>, second: vec4<f32>, own: vec2<f32>, half: vec2<f32>, reflectivity: f32) -> Met {
     let side = select(1.0f, -1.0f, own.x > 0.0f);
     let incidence = side * first;
     let distance = max(abs(own.x) - half.x, NEAREST);
     let place = own.y * incidence + distance * second;
     let ends = half.y * incidence;
     let faces = abs(own.x) > half.x;
-    let hit = vec4<bool>(faces) & (incidence > vec4<f32>(0.0f)) & (place >= -ends) & (place <= ends);
-    return nearer(met, hit, incidence * reciprocal(distance), incidence * reflectivity);
+    let hit = vec4<bool>(faces) & (place >= -ends) & (place <= ends);
+    return Met(select(vec4<f32>(0.0f), incidence * reciprocal(distance), hit), incidence * reflectivity);
 }
 
 // A sensor's reading, as an integer, of what its rays on both sides bring back, in so much more light.
@@ -136,19 +187,10 @@ fn whole(activation: f32) -> u32 {
     return u32(clamp(activation, 0.0f, 1.0f) * GREATEST_READING + 0.5f);
 }
 
-// Eight integers with `value` added to that of one sensor.
-struct Sums {
-    first: vec4<u32>,
-    last: vec4<u32>,
-}
-
-fn added(sums: Sums, sensor: u32, value: u32) -> Sums {
-    let one = vec4<u32>(sensor & 3u) == vec4<u32>(0u, 1u, 2u, 3u);
-    let term = select(vec4<u32>(0u), vec4<u32>(value), one);
-    if (sensor < 4u) {
-        return Sums(sums.first + term, sums.last);
-    }
-    return Sums(sums.first, sums.last + term);
+// Eight integers of 16 bits, the even sensors' in the low halves, with that of one sensor, which was 0.
+fn with_reading(readings: vec4<u32>, sensor: u32, reading: u32) -> vec4<u32> {
+    let mask = select(vec4<u32>(0u), vec4<u32>(0xffffffffu), vec4<u32>(sensor >> 1u) == vec4<u32>(0u, 1u, 2u, 3u));
+    return readings | (vec4<u32>(reading << ((16u * sensor) & 31u)) & mask);
 }
 
 // The objects in reach of a robot that stands there, a bit each: the first 32 of its world, and the others.
@@ -174,13 +216,78 @@ fn is_near(near: vec2<u32>, index: u32) -> bool {
     return ((bits >> (index & 31u)) & 1u) != 0u;
 }
 
+// An object's numbers, as `Shape` has them.
+struct Thing {
+    kind: u32,
+    x: f32,
+    y: f32,
+    unit_x: f32,
+    unit_y: f32,
+    length_x: f32,
+    length_y: f32,
+    scaled_x: f32,
+    scaled_y: f32,
+    radius: f32,
+    contact: f32,
+    half_length: f32,
+    half_width: f32,
+    views: u32,
+    reflectivity: f32,
+}
+
+fn thing(shape: u32) -> Thing {
+    return Thing(
+        shapes[shape].kind, shapes[shape].x, shapes[shape].y, shapes[shape].unit_x, shapes[shape].unit_y,
+        shapes[shape].length_x, shapes[shape].length_y, shapes[shape].scaled_x, shapes[shape].scaled_y,
+        shapes[shape].radius, shapes[shape].contact, shapes[shape].half_length, shapes[shape].half_width,
+        shapes[shape].views, shapes[shape].reflectivity,
+    );
+}
+
+fn chosen(a: Thing, b: Thing, is_b: bool) -> Thing {
+    return Thing(
+        select(a.kind, b.kind, is_b), select(a.x, b.x, is_b), select(a.y, b.y, is_b),
+        select(a.unit_x, b.unit_x, is_b), select(a.unit_y, b.unit_y, is_b),
+        select(a.length_x, b.length_x, is_b), select(a.length_y, b.length_y, is_b),
+        select(a.scaled_x, b.scaled_x, is_b), select(a.scaled_y, b.scaled_y, is_b),
+        select(a.radius, b.radius, is_b), select(a.contact, b.contact, is_b),
+        select(a.half_length, b.half_length, is_b), select(a.half_width, b.half_width, is_b),
+        select(a.views, b.views, is_b), select(a.reflectivity, b.reflectivity, is_b),
+    );
+}
+
+// What a fan of rays from a point meets of an object.
+fn meet(fan: Fan, at: vec2<f32>, object: Thing) -> Seen {
+    if (object.kind == ROUND) {
+        let to = vec2<f32>(object.x - at.x, object.y - at.y);
+        let cylinder = cylinder_from(to, object.radius, object.reflectivity);
+        return Seen(meet_cylinder(fan.left, cylinder), meet_cylinder(fan.right, cylinder));
+    }
+    if (object.kind == BLOCK) {
+        let from_x = at.x - object.x;
+        let from_y = at.y - object.y;
+        let unit = vec2<f32>(object.unit_x, object.unit_y);
+        let own = vec2<f32>(from_x * unit.x + from_y * unit.y, from_y * unit.x - from_x * unit.y);
+        let half = vec2<f32>(object.half_length, object.half_width);
+        return Seen(
+            meet_block(fan.left, own, unit, half, object.reflectivity),
+            meet_block(fan.right, own, unit, half, object.reflectivity),
+        );
+    }
+    let wall = wall_from(at, object);
+    return Seen(meet_wall(fan.left, wall), meet_wall(fan.right, wall));
+}
+
 // What the sensors read at a pose when all rays meet all that is there.
-fn traced_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
+//
+// From nowhere are two objects of one layer in reach. So rays meet one object a layer, which lanes that stand near
+// different objects then do together.
+fn traced_readings(world: u32, pose: vec3<f32>, gain: f32) -> vec4<u32> {
     let ahead = cosine_sine(pose.z);
     let first = worlds[world].first_shape;
     let count = shape_count(world);
     let near = in_reach(world, vec2<f32>(pose.x, pose.y));
-    var sums = Sums(vec4<u32>(0u), vec4<u32>(0u));
+    var sums = vec4<u32>(0u);
     for (var sensor = 0u; sensor < 8u; sensor++) {
         let place = place_of(world, sensor);
         let at = vec2<f32>(
@@ -188,29 +295,22 @@ fn traced_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
             pose.y + place.x * ahead.y + place.y * ahead.x,
         );
         let axis = vec2<f32>(place.axis_x * ahead.x - place.axis_y * ahead.y, place.axis_x * ahead.y + place.axis_y * ahead.x);
-        var light = vec4<f32>(0.0f);
-        for (var side = 0u; side < SIDES; side++) {
-            let rays = rays_of(axis, side);
-            var met = nothing_met();
-            for (var index = 0u; index < count; index++) {
-                if (is_near(near, index)) {
-                    let shape = first + index;
-                    let reflectivity = shapes[shape].reflectivity;
-                    if (shapes[shape].kind == ROUND) {
-                        let to = vec2<f32>(shapes[shape].x - at.x, shapes[shape].y - at.y);
-                        met = meet_cylinder(met, rays, to, shapes[shape].radius, reflectivity);
-                    } else if (shapes[shape].kind == BLOCK) {
-                        let unit = vec2<f32>(shapes[shape].unit_x, shapes[shape].unit_y);
-                        let half = vec2<f32>(shapes[shape].half_length, shapes[shape].half_width);
-                        met = meet_block(met, rays, within(shape, at), unit, half, reflectivity);
-                    } else {
-                        met = meet_wall(met, rays, at, shape);
-                    }
-                }
+        let fan = fan_of(axis);
+        var seen = nothing_seen();
+        var object = thing(first);
+        var begins = true;
+        var found = false;
+        for (var index = 0u; index < count; index++) {
+            let shape = first + index;
+            let is_in_reach = is_near(near, index);
+            object = chosen(object, thing(shape), is_in_reach | begins);
+            found = is_in_reach | (found & !begins);
+            begins = shapes[shape].ends_layer != 0u;
+            if (begins & found) {
+                seen = nearer_seen(seen, meet(fan, at, object));
             }
-            light += met.light * met.nearness * met.nearness;
         }
-        sums = added(sums, sensor, reading_of(world, sensor, light, gain));
+        sums = with_reading(sums, sensor, reading_of(world, sensor, returned(seen), gain));
     }
     return sums;
 }
@@ -265,90 +365,147 @@ fn viewed(block: Lone) -> Lone {
     return seen;
 }
 
-// What one object alone adds to the sensors' readings.
-fn lone_reading(world: u32, object: Lone, gain: f32) -> Sums {
-    var sums = Sums(vec4<u32>(0u), vec4<u32>(0u));
+// What objects alone in the open add to the sensors' readings: a wall or a block, and something round, where they are.
+fn lone_reading(world: u32, flat: Lone, is_flat: bool, round: Lone, is_round: bool, gain: f32) -> vec4<u32> {
+    var sums = vec4<u32>(0u);
     for (var sensor = 0u; sensor < 8u; sensor++) {
         let place = place_of(world, sensor);
-        var light = vec4<f32>(0.0f);
-        for (var side = 0u; side < SIDES; side++) {
-            let rays = rays_of(vec2<f32>(place.axis_x, place.axis_y), side);
-            var met = nothing_met();
-            if (object.kind == ROUND) {
-                let centre = vec2<f32>(
-                    object.distance * object.normal.x - place.x, object.distance * object.normal.y - place.y,
-                );
-                met = meet_cylinder(met, rays, centre, object.radius, object.reflectivity);
-            } else if (object.kind == BLOCK) {
-                let from_x = place.x - object.centre.x;
-                let from_y = place.y - object.centre.y;
+        let fan = fan_of(vec2<f32>(place.axis_x, place.axis_y));
+        var reading = 0u;
+        if (is_flat) {
+            var seen = nothing_seen();
+            if (flat.kind == BLOCK) {
+                let from_x = place.x - flat.centre.x;
+                let from_y = place.y - flat.centre.y;
                 let own = vec2<f32>(
-                    from_x * object.unit.x + from_y * object.unit.y, from_y * object.unit.x - from_x * object.unit.y,
+                    from_x * flat.unit.x + from_y * flat.unit.y, from_y * flat.unit.x - from_x * flat.unit.y,
                 );
-                met = meet_block(met, rays, own, object.unit, object.half, object.reflectivity);
+                seen = Seen(
+                    meet_block(fan.left, own, flat.unit, flat.half, flat.reflectivity),
+                    meet_block(fan.right, own, flat.unit, flat.half, flat.reflectivity),
+                );
             } else {
-                let beyond = object.distance - (place.x * object.normal.x + place.y * object.normal.y);
-                met = meet_plane(met, rays, object.normal, beyond, object.reflectivity);
+                let beyond = flat.distance - (place.x * flat.normal.x + place.y * flat.normal.y);
+                let inverse = reciprocal(max(beyond, NEAREST));
+                seen = Seen(
+                    meet_plane(fan.left, flat.normal, inverse, flat.reflectivity),
+                    meet_plane(fan.right, flat.normal, inverse, flat.reflectivity),
+                );
             }
-            light += met.light * met.nearness * met.nearness;
+            reading = reading_of(world, sensor, returned(seen), gain);
         }
-        sums = added(sums, sensor, reading_of(world, sensor, light, gain));
+        if (is_round) {
+            let centre = vec2<f32>(
+                round.distance * round.normal.x - place.x, round.distance * round.normal.y - place.y,
+            );
+            let cylinder = cylinder_from(centre, round.radius, round.reflectivity);
+            let seen = Seen(meet_cylinder(fan.left, cylinder), meet_cylinder(fan.right, cylinder));
+            reading += reading_of(world, sensor, returned(seen), gain);
+        }
+        sums = with_reading(sums, sensor, reading);
     }
     return sums;
+}
+
+// From a point to the nearest point of an object, or to a round one's centre, as `toward` of a shape.
+fn toward_thing(object: Thing, at: vec2<f32>) -> vec2<f32> {
+    let from_x = at.x - object.x;
+    let from_y = at.y - object.y;
+    if (object.kind == ROUND) {
+        return vec2<f32>(-from_x, -from_y);
+    }
+    if (object.kind == BLOCK) {
+        let own_x = from_x * object.unit_x + from_y * object.unit_y;
+        let own_y = from_y * object.unit_x - from_x * object.unit_y;
+        let beyond_x = own_x - clamp(own_x, -object.half_length, object.half_length);
+        let beyond_y = own_y - clamp(own_y, -object.half_width, object.half_width);
+        return vec2<f32>(
+            beyond_y * object.unit_y - beyond_x * object.unit_x, -(beyond_x * object.unit_y) - beyond_y * object.unit_x,
+        );
+    }
+    let along = clamp(from_x * object.scaled_x + from_y * object.scaled_y, 0.0f, 1.0f);
+    return vec2<f32>(along * object.length_x - from_x, along * object.length_y - from_y);
+}
+
+// An object in the open, as it is seen from a pose.
+fn seen_alone(world: u32, object: Thing, pose: vec3<f32>) -> Lone {
+    let to = toward_thing(object, vec2<f32>(pose.x, pose.y));
+    let squared = squared_length(to);
+    let inverse = reciprocal_root(max(squared, 0x1p-60f));
+    let row = row_of(world, squared * inverse - object.contact);
+    let bearing = bearing_of(world, pose.z, to, inverse);
+    var own = nothing_alone();
+    own.normal = cosine_sine(-f32(bearing) * reciprocal(worlds[world].bearings_per_turn));
+    own.distance = object.contact + (worlds[world].nearest + f32(row) * reciprocal(worlds[world].rows_per_mm));
+    own.kind = object.kind;
+    own.radius = object.radius;
+    own.reflectivity = object.reflectivity;
+    if (object.kind == BLOCK) {
+        own.half = vec2<f32>(object.half_length, object.half_width);
+        own.views = object.views;
+        let from_x = pose.x - object.x;
+        let from_y = pose.y - object.y;
+        own.own = vec2<f32>(
+            from_x * object.unit_x + from_y * object.unit_y, from_y * object.unit_x - from_x * object.unit_y,
+        );
+        own = viewed(own);
+    }
+    return own;
+}
+
+// The lowest of 64 bits.
+fn lowest(bits: vec2<u32>) -> vec2<u32> {
+    return vec2<u32>(bits.x & (0u - bits.x), select(0u, bits.y & (0u - bits.y), bits.x == 0u));
 }
 
 // What the sensors would read if every object stood alone in the open, at the distance and bearing of the
 // samples' grid that is below its own, and readings of several objects were added: the simulator's picture.
 //
-// Few objects are in reach at once, though other lanes have others: so each turn takes every lane's next one.
-fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> Sums {
+// Few objects are in reach at once, though other lanes have others: so each turn takes every lane's next wall or
+// block, and its next round object.
+fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> vec4<u32> {
     let first = worlds[world].first_shape;
     let count = shape_count(world);
-    let end = first + count;
-    let spacing = reciprocal(worlds[world].rows_per_mm);
-    var sums = Sums(vec4<u32>(0u), vec4<u32>(0u));
-    var in_reach = 1u;
-    for (var turn = 0u; turn < min(in_reach, count); turn++) {
-        var to = vec2<f32>(0.0f, 0.0f);
-        var inverse = 0.0f;
-        var row = 0u;
-        var contact = 0.0f;
-        var object = nothing_alone();
-        in_reach = 0u;
-        for (var shape = first; shape < end; shape++) {
-            let candidate = toward(shape, vec2<f32>(pose.x, pose.y));
-            let squared = squared_length(candidate);
-            let over = reciprocal_root(max(squared, 0x1p-60f));
-            let gap = squared * over - shapes[shape].contact;
-            let at = row_of(world, gap);
-            if (at < worlds[world].rows) {
-                if (in_reach == turn) {
-                    to = candidate;
-                    inverse = over;
-                    row = at;
-                    contact = shapes[shape].contact;
-                    object.kind = shapes[shape].kind;
-                    object.radius = shapes[shape].radius;
-                    object.reflectivity = shapes[shape].reflectivity;
-                    if (shapes[shape].kind == BLOCK) {
-                        object.half = vec2<f32>(shapes[shape].half_length, shapes[shape].half_width);
-                        object.views = shapes[shape].views;
-                        object.own = within(shape, vec2<f32>(pose.x, pose.y));
-                    }
-                }
-                in_reach++;
+    var flats = vec2<u32>(0u);
+    var rounds = vec2<u32>(0u);
+    for (var index = 0u; index < count; index++) {
+        let shape = first + index;
+        let squared = squared_length(toward(shape, vec2<f32>(pose.x, pose.y)));
+        let gap = squared * reciprocal_root(max(squared, 0x1p-60f)) - shapes[shape].contact;
+        let bit = select(0u, 1u << (index & 31u), row_of(world, gap) < worlds[world].rows);
+        let bits = select(vec2<u32>(0u, bit), vec2<u32>(bit, 0u), index < 32u);
+        if (shapes[shape].kind == ROUND) {
+            rounds |= bits;
+        } else {
+            flats |= bits;
+        }
+    }
+    var sums = vec4<u32>(0u);
+    for (var turn = 0u; turn < count; turn++) {
+        let next_flat = lowest(flats);
+        let next_round = lowest(rounds);
+        let is_flat = (next_flat.x | next_flat.y) != 0u;
+        let is_round = (next_round.x | next_round.y) != 0u;
+        if (!is_flat & !is_round) {
+            break;
+        }
+        var flat = thing(first);
+        var round = thing(first);
+        var no_flat = true;
+        var no_round = true;
+        for (var index = 0u; index < count; index++) {
+            let object = thing(first + index);
+            if (object.kind == ROUND) {
+                round = chosen(round, object, is_near(next_round, index) | no_round);
+                no_round = false;
+            } else {
+                flat = chosen(flat, object, is_near(next_flat, index) | no_flat);
+                no_flat = false;
             }
         }
-        if (turn < in_reach) {
-            let bearing = bearing_of(world, pose.z, to, inverse);
-            object.normal = cosine_sine(-f32(bearing) * reciprocal(worlds[world].bearings_per_turn));
-            object.distance = contact + (worlds[world].nearest + f32(row) * spacing);
-            if (object.kind == BLOCK) {
-                object = viewed(object);
-            }
-            let reading = lone_reading(world, object, gain);
-            sums = Sums(sums.first + reading.first, sums.last + reading.last);
-        }
+        sums += lone_reading(world, seen_alone(world, flat, pose), is_flat, seen_alone(world, round, pose), is_round, gain);
+        flats ^= next_flat;
+        rounds ^= next_round;
     }
     return sums;
 }
@@ -376,7 +533,7 @@ fn sense_by_rays(life: Life, step: u32, pose: vec3<f32>) -> Readings {
     let world = life.world;
     let strength = sensing_of(world);
     let gain = illumination(world, vec2<f32>(pose.x, pose.y));
-    var lone = Sums(vec4<u32>(0u), vec4<u32>(0u));
+    var lone = vec4<u32>(0u);
     var traced = lone;
     if (strength.geometry != 1.0f) {
         lone = lone_readings(world, pose, gain);
@@ -388,18 +545,18 @@ fn sense_by_rays(life: Life, step: u32, pose: vec3<f32>) -> Readings {
     let b = random_words(life.key, STREAM_SENSOR, step, 1u);
     let scale = worlds[world].reading_scale;
     return Readings(
-        four_read_out(lone.first, traced.first, strength, a, scale),
-        four_read_out(lone.last, traced.last, strength, b, scale),
+        four_read_out(lone.xy, traced.xy, strength, a, scale),
+        four_read_out(lone.zw, traced.zw, strength, b, scale),
         SensorReadings(),
     );
 }
 
-// Four of them, as activations.
-fn four_read_out(lone: vec4<u32>, traced: vec4<u32>, strength: SensingCell, words: vec4<u32>, scale: f32) -> vec4<f32> {
+// Four of them, two in a word, as activations.
+fn four_read_out(lone: vec2<u32>, traced: vec2<u32>, strength: SensingCell, words: vec4<u32>, scale: f32) -> vec4<f32> {
     return vec4<f32>(
-        activation(read_out(lone.x, traced.x, strength, words.x), scale),
-        activation(read_out(lone.y, traced.y, strength, words.y), scale),
-        activation(read_out(lone.z, traced.z, strength, words.z), scale),
-        activation(read_out(lone.w, traced.w, strength, words.w), scale),
+        activation(read_out(lone.x & 0xffffu, traced.x & 0xffffu, strength, words.x), scale),
+        activation(read_out(lone.x >> 16u, traced.x >> 16u, strength, words.y), scale),
+        activation(read_out(lone.y & 0xffffu, traced.y & 0xffffu, strength, words.z), scale),
+        activation(read_out(lone.y >> 16u, traced.y >> 16u, strength, words.w), scale),
     );
 }
