@@ -20,7 +20,7 @@ say "a hundred thousand lives by specialised kernels"
 long --test gpu a_hundred_thousand -- --include-ignored --nocapture
 
 say "machine code for cards of AMD, NVIDIA and Intel"
-tests/machine-code.sh --release --workspace --features oneiro-host/parquet
+tests/machine-code.sh --release
 
 say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test random --test mutants

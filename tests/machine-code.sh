@@ -95,4 +95,5 @@ END
     mv "$folder/run.new" "$folder/run"
 fi
 
-ONEIRO_MESA=$folder cargo test --locked "$@" --test machine_code of_other_vendors -- --include-ignored --nocapture
+# With the features of all tests, which then have built it already.
+ONEIRO_MESA=$folder cargo test --locked --workspace --features oneiro-host/parquet "$@" --test machine_code of_other_vendors -- --include-ignored --nocapture
