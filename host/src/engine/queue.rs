@@ -1,5 +1,6 @@
 //! Work on its way to the device and back, and reasons for ending early.
 
+use std::panic::{self, AssertUnwindSafe};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
@@ -140,7 +141,9 @@ impl<'a> Queue<'a> {
             let outcome = match self.held.take() {
                 Some(work) => {
                     self.waiting += 1;
-                    Ok(self.engine.done(&work))
+                    // A panic ends this one as it ends the other thread's; the engine does nothing more after it.
+                    panic::catch_unwind(AssertUnwindSafe(|| self.engine.done(&work)))
+                        .map_err(|_| RecvTimeoutError::Disconnected)
                 }
                 None => self.outcomes.recv_timeout(BLINK),
             };
