@@ -204,7 +204,12 @@ impl<'a> Source<'a> {
     }
 
     /// Checks the range of a value.
-    pub(crate) fn within<T: PartialOrd + Display>(&self, key: &str, value: T, allowed: &RangeInclusive<T>) -> Result {
+    pub(crate) fn within<T: PartialOrd + Display + Copy>(
+        &self,
+        key: &str,
+        value: T,
+        allowed: &RangeInclusive<T>,
+    ) -> Result {
         if allowed.contains(&value) {
             return Ok(());
         }

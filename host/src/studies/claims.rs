@@ -141,6 +141,8 @@ pub(crate) struct Preregistered {
 /// Evidence found for or against a claim.
 #[derive(Debug, Default)]
 pub(crate) struct Finding {
+    /// Whether its criterion holds; `None` if the runs it needs are missing.
+    pub(crate) holds: Option<bool>,
     /// What its criterion needs and was not measured, and why, if so.
     pub(crate) missing: Option<&'static str>,
     pub(crate) effects: Vec<Effect>,
@@ -150,6 +152,11 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
+    /// The verdict by the claim's criterion, unless something is missing that it needs.
+    pub(crate) fn verdict(&self) -> Verdict {
+        self.missing.map_or_else(|| self.holds.into(), |_| Verdict::NotMeasured)
+    }
+
     /// Adds a figure. The paper's own figure comes from the table of claims.
     pub(crate) fn note(&mut self, name: impl Into<String>, value: f64) {
         self.estimate(name, value, None);

@@ -8,7 +8,7 @@ use crate::statistics::{
     anova, cohens_d, holm, mean, median, paired_t, quantile, random_intercept, student_t, subset, variance,
 };
 use crate::studies::MIGLINO1995_CLAIMS;
-use crate::studies::claims::{Claim, Effect, Finding, Preregistered, Table, Test, Verdict, over_runs};
+use crate::studies::claims::{Claim, Effect, Finding, Preregistered, Table, Test, over_runs};
 
 use Condition::{Conservative, None as Without, Sensor};
 
@@ -39,14 +39,12 @@ pub(crate) fn judge(results: &Results, sensors: &SensorTables) -> Vec<Claim> {
                 sensors,
                 criterion,
             };
-            let mut finding = Finding::default();
-            let holds = judged.holds(&mut finding);
-            let verdict = finding.missing.map_or_else(|| holds.into(), |_| Verdict::NotMeasured);
+            let finding = judged.finding();
             let missing = finding.missing.unwrap_or_default();
             let remarks = [criterion.remark(), &finding.remark, missing];
             let remarks: Vec<&str> = remarks.into_iter().filter(|remark| !remark.is_empty()).collect();
             let remark = remarks.join(". ");
-            criterion.judged(verdict, finding, remark)
+            criterion.judged(finding.verdict(), finding, remark)
         })
         .collect();
     correct(&mut claims);
@@ -122,21 +120,20 @@ struct Judged<'a> {
 }
 
 impl Judged<'_> {
-    /// Whether the claim's criterion holds, with the evidence for it; `None` if the runs it needs are missing.
-    fn holds(&self, finding: &mut Finding) -> Option<bool> {
+    fn finding(&self) -> Finding {
         match self.criterion.id() {
-            "C1" => self.sensors_differ(finding),
-            "C2" => self.quick_rise(finding),
-            "C3" => self.transfer_gap(finding),
-            "C4" => self.peak_and_average(finding),
-            "C5" => self.conservative(finding),
-            "C6" => self.evolving_on(finding),
-            "C7" => self.recovery(finding),
-            "C8" => self.paths(finding),
-            "C9" => self.behaviour(finding),
-            "C10" => self.deceptive_optimum(finding),
-            "C11" => self.parameters(finding),
-            "C12" => self.cost(finding),
+            "C1" => self.sensors_differ(),
+            "C2" => self.quick_rise(),
+            "C3" => self.transfer_gap(),
+            "C4" => self.peak_and_average(),
+            "C5" => self.conservative(),
+            "C6" => self.evolving_on(),
+            "C7" => self.recovery(),
+            "C8" => self.paths(),
+            "C9" => self.behaviour(),
+            "C10" => self.deceptive_optimum(),
+            "C11" => self.parameters(),
+            "C12" => self.cost(),
             id => unreachable!("no claim is called {id}"),
         }
     }
@@ -289,7 +286,8 @@ impl Judged<'_> {
         Some(Test::t(format!("{one} against {other}, {name}{RUNS}t"), test))
     }
 
-    fn sensors_differ(&self, finding: &mut Finding) -> Option<bool> {
+    fn sensors_differ(&self) -> Finding {
+        let mut finding = Finding::default();
         let wall = self.sensors.class("wall");
         let gaps = wall
             .map(|wall| half_gaps(&self.sensors.classes[wall]))
@@ -308,11 +306,13 @@ impl Judged<'_> {
         finding
             .tests
             .extend(paired_t(&own, &other).ok().map(|test| Test::t(name, test)));
+        finding.holds = Some(ratio >= 1.4 && loss > 0.0);
         finding.missing = self.on_a_wire("Not measured: fitness in another robot, since there is only one on a wire");
-        Some(ratio >= 1.4 && loss > 0.0)
+        finding
     }
 
-    fn quick_rise(&self, finding: &mut Finding) -> Option<bool> {
+    fn quick_rise(&self) -> Finding {
+        let mut finding = Finding::default();
         let mut holds = true;
         for condition in Condition::ALL {
             let rises = self
@@ -336,32 +336,36 @@ impl Judged<'_> {
                 );
             }
         }
-        Some(holds)
+        finding.holds = Some(holds);
+        finding
     }
 
-    fn transfer_gap(&self, finding: &mut Finding) -> Option<bool> {
+    fn transfer_gap(&self) -> Finding {
+        let mut finding = Finding::default();
         let ds = Condition::ALL.map(|condition| {
             let title = condition.title();
             let name = format!("d, {title}, noise on in simulation");
-            let d = self.d(finding, name, condition, [SIMULATED, REAL]);
+            let d = self.d(&mut finding, name, condition, [SIMULATED, REAL]);
             let name = format!("d, {title}, noise off in both");
-            self.d(finding, name, condition, [QUIET, REAL]);
+            self.d(&mut finding, name, condition, [QUIET, REAL]);
             let tests = self.compared(condition, "simulated and real", SIMULATED, REAL);
             finding.tests.extend(tests);
             d
         });
         for condition in Condition::ALL {
-            self.paper_sized(finding, condition, SIMULATED, REAL);
+            self.paper_sized(&mut finding, condition, SIMULATED, REAL);
         }
-        self.power(finding);
+        self.power(&mut finding);
         for condition in [Sensor, Conservative] {
             let tests = self.compared(condition, "simulated without noise and real", QUIET, REAL);
             finding.tests.extend(tests);
         }
-        Some(in_order_and_small(ds.map(f64::abs)))
+        finding.holds = Some(in_order_and_small(ds.map(f64::abs)));
+        finding
     }
 
-    fn peak_and_average(&self, finding: &mut Finding) -> Option<bool> {
+    fn peak_and_average(&self) -> Finding {
+        let mut finding = Finding::default();
         let fall = |figure: Figure| {
             move |run: &Run| match (run.simulated.last(), run.real.first()) {
                 (Some(simulated), Some(real)) => figure(simulated) - figure(real),
@@ -384,10 +388,12 @@ impl Judged<'_> {
         );
         finding.mean("the same, sensor noise", &again(Sensor));
         let [[peak_without, peak_sensor], [average_without, average_sensor]] = falls;
-        Some(peak_sensor < peak_without && average_sensor > average_without)
+        finding.holds = Some(peak_sensor < peak_without && average_sensor > average_without);
+        finding
     }
 
-    fn conservative(&self, finding: &mut Finding) -> Option<bool> {
+    fn conservative(&self) -> Finding {
+        let mut finding = Finding::default();
         let [simulated, real] = [("in simulation", SIMULATED), ("in reality", REAL)].map(|(name, lives)| {
             Condition::ALL.map(|condition| {
                 let name = format!("average of generation 200 {name}, {}", condition.title());
@@ -402,10 +408,11 @@ impl Judged<'_> {
         }
         let lower = simulated[2] < simulated[0] && simulated[2] < simulated[1];
         let higher = real[2] > real[0] && real[2] > real[1];
-        Some(lower && higher)
+        finding.holds = Some(lower && higher);
+        finding
     }
 
-    fn evolving_on(&self, finding: &mut Finding) -> Option<bool> {
+    fn evolving_on(&self) -> Finding {
         const CONTROLS: [(&str, Control); 3] = [
             ("had all generations been simulated", |controls| controls.simulated_on),
             ("had the last parents been drawn by lot", |controls| controls.neutral),
@@ -413,15 +420,16 @@ impl Judged<'_> {
                 controls.from_random
             }),
         ];
+        let mut finding = Finding::default();
         let ds = Condition::ALL.map(|condition| {
             let name = format!("d of generation 219 over 200, {}", condition.title());
-            let d = self.d(finding, name, condition, [LAST, REAL]);
+            let d = self.d(&mut finding, name, condition, [LAST, REAL]);
             let tests = self.compared(condition, "generations 219 and 200 in reality", LAST, REAL);
             finding.tests.extend(tests);
             d
         });
         for condition in Condition::ALL {
-            self.paper_sized(finding, condition, LAST, REAL);
+            self.paper_sized(&mut finding, condition, LAST, REAL);
         }
         let are_there = self.results.runs.iter().any(|run| run.controls.is_some());
         for condition in Condition::ALL.into_iter().filter(|_| are_there) {
@@ -434,10 +442,12 @@ impl Judged<'_> {
             let own = self.each(condition, |run| mean_of(LAST(run)));
             finding.mean(format!("real fitness of generation 219 as it is, {title}"), &own);
         }
-        Some(ds.iter().all(|d| *d > 0.0))
+        finding.holds = Some(ds.iter().all(|d| *d > 0.0));
+        finding
     }
 
-    fn recovery(&self, finding: &mut Finding) -> Option<bool> {
+    fn recovery(&self) -> Finding {
+        let mut finding = Finding::default();
         let share = |condition, figure: Figure| {
             let at =
                 |levels: fn(&Run) -> Option<&Level>| self.mean(condition, |run| levels(run).map_or(f64::NAN, figure));
@@ -458,10 +468,11 @@ impl Judged<'_> {
         finding.note("loss of the peak at the transfer, sensor noise", sensor_peak.0);
         finding.note("rise of the average in reality, conservative noise", rise);
         let no_gap = none.0 <= 0.0 || sensor.0 <= 0.0;
-        (!no_gap).then_some(none.1 > sensor.1 && sensor_peak.1 > sensor.1 && rise > 0.0)
+        finding.holds = (!no_gap).then_some(none.1 > sensor.1 && sensor_peak.1 > sensor.1 && rise > 0.0);
+        finding
     }
 
-    fn paths(&self, finding: &mut Finding) -> Option<bool> {
+    fn paths(&self) -> Finding {
         const FIGURES: [(&str, Sums); 4] = [
             ("one start", |run| &run.champion.discrepancy.paper),
             ("100 starts", STARTS),
@@ -470,6 +481,7 @@ impl Judged<'_> {
                 &run.champion.discrepancy.unrelated
             }),
         ];
+        let mut finding = Finding::default();
         let whole = |sums: Sums| move |run: &Run| sums(run).last().copied().unwrap_or(f64::NAN);
         let ends = Condition::ALL.map(|condition| {
             let title = condition.title();
@@ -488,13 +500,15 @@ impl Judged<'_> {
             let test = self.between("D from 100 starts", [Conservative, other], whole(STARTS));
             finding.tests.extend(test);
         }
+        finding.holds = Some(ends[2] < 0.5 * ends[0].min(ends[1]));
         if self.results.is_wired {
             PATHS_ON_A_WIRE.clone_into(&mut finding.remark);
         }
-        Some(ends[2] < 0.5 * ends[0].min(ends[1]))
+        finding
     }
 
-    fn behaviour(&self, finding: &mut Finding) -> Option<bool> {
+    fn behaviour(&self) -> Finding {
+        let mut finding = Finding::default();
         // No interval: the share of a few runs is far from normal.
         let share = |which: fn(&Run) -> bool| self.mean(Without, |run| f64::from(u8::from(which(run))));
         let stuck_real = share(|run| run.champion.real.stuck_in_corner);
@@ -521,17 +535,19 @@ impl Judged<'_> {
             "speed in reality over speed in simulation, conservative noise",
             speed(Conservative),
         );
-        finding.missing =
-            self.on_a_wire("Not measured: collisions in reality, which a robot on a wire does not report");
-        Some(
+        finding.holds = Some(
             stuck_real > stuck_simulated
                 && speed(Sensor) < 1.0
                 && collided_real > collided_simulated
                 && (0.9..=1.1).contains(&speed(Conservative)),
-        )
+        );
+        finding.missing =
+            self.on_a_wire("Not measured: collisions in reality, which a robot on a wire does not report");
+        finding
     }
 
-    fn deceptive_optimum(&self, finding: &mut Finding) -> Option<bool> {
+    fn deceptive_optimum(&self) -> Finding {
+        let mut finding = Finding::default();
         let to_and_fro = mean_of(&self.results.to_and_fro);
         let champions = self.each(Without, |run| {
             let best_life = || widened(SIMULATED(run)).fold(f64::NEG_INFINITY, f64::max);
@@ -547,10 +563,12 @@ impl Judged<'_> {
         };
         finding.note("fitness of going to and fro, mean of 100 lives", to_and_fro);
         finding.note(format!("median champion without noise, {fitness}"), middle);
-        Some(to_and_fro > middle)
+        finding.holds = Some(to_and_fro > middle);
+        finding
     }
 
-    fn parameters(&self, finding: &mut Finding) -> Option<bool> {
+    fn parameters(&self) -> Finding {
+        let mut finding = Finding::default();
         let of = |family| {
             self.results
                 .variants
@@ -583,6 +601,7 @@ impl Judged<'_> {
             );
         }
         let asked = interior.len() == 2;
+        finding.holds = asked.then_some(interior.iter().all(|interior| *interior));
         finding.missing = self
             .on_a_wire("Not measured: other ranges of noise, which only a study of a surrogate runs, with `--full`");
         let remark = match finding.missing {
@@ -591,13 +610,15 @@ impl Judged<'_> {
             None => "Other ranges were not run in this study; `--full` runs them",
         };
         remark.clone_into(&mut finding.remark);
-        asked.then_some(interior.iter().all(|interior| *interior))
+        finding
     }
 
-    fn cost(&self, finding: &mut Finding) -> Option<bool> {
+    fn cost(&self) -> Finding {
+        let mut finding = Finding::default();
         let seconds = f64::from(self.results.cycles) * 0.1;
         finding.note("seconds of a real life of 500 cycles", seconds);
-        Some(self.results.life_within_two_seconds)
+        finding.holds = Some(self.results.life_within_two_seconds);
+        finding
     }
 }
 
@@ -644,6 +665,7 @@ fn half_gaps(table: &SensorTable) -> Vec<f64> {
 mod tests {
     use super::super::report::tests::results;
     use super::*;
+    use crate::studies::claims::Verdict;
 
     fn claims<const N: usize>(results: &Results, ids: [&str; N]) -> [Claim; N] {
         let claims = judge(results, &SensorTables::khepera());

@@ -40,12 +40,8 @@ fn claim(results: &Results, criterion: &Preregistered) -> Claim {
     for combination in &results.combinations {
         let judged = Judged { results, combination };
         let title = combination.title();
-        let mut finding = Finding::default();
-        let holds = judged.holds(criterion.id(), &mut finding);
-        if holds.is_none() {
-            finding = Finding::default();
-        }
-        let scope = holds.map_or(2, usize::from);
+        let finding = judged.finding(criterion.id()).unwrap_or_default();
+        let scope = finding.holds.map_or(2, usize::from);
         scopes[scope].push(title.clone());
         all.effects
             .extend(criterion.beside_the_papers(finding.effects).map(|effect| Effect {
@@ -207,6 +203,12 @@ impl Finding {
             p: corrected[index],
         }))
     }
+
+    #[expect(clippy::unnecessary_wraps, reason = "what ends every claim that has its runs")]
+    fn judged(mut self, holds: bool) -> Option<Self> {
+        self.holds = Some(holds);
+        Some(self)
+    }
 }
 
 /// One combination.
@@ -216,26 +218,26 @@ struct Judged<'a> {
 }
 
 impl Judged<'_> {
-    /// Whether a claim's criterion holds, with the evidence for it; `None` if the runs it needs are missing.
-    fn holds(&self, claim: &str, finding: &mut Finding) -> Option<bool> {
+    /// Evidence for a claim; `None` if the runs it needs are missing.
+    fn finding(&self, claim: &str) -> Option<Finding> {
         match claim {
-            "D1" => self.against_random(finding),
-            "D2" => self.doubles(finding),
-            "D3" => self.order(finding),
-            "D4" => self.no_light(finding),
-            "D5" => self.over(finding),
-            "D6" => self.opposite(finding),
-            "D7" => self.moved_away(finding),
-            "D8" => self.moved_over(finding),
-            "D9" => self.anomaly(finding),
-            "D10" => self.alone(finding),
-            "D11" => Some(self.results.generation_within_34_s),
-            "D12" => self.weak_cue(finding),
-            "D13" => self.informs(finding),
-            "D14" => self.exploration(finding),
-            "D15" => self.stability(finding),
-            "D16" => self.dissociation(finding),
-            "D17" => self.precedence(finding),
+            "D1" => self.against_random(),
+            "D2" => self.doubles(),
+            "D3" => self.order(),
+            "D4" => self.no_light(),
+            "D5" => self.over(),
+            "D6" => self.opposite(),
+            "D7" => self.moved_away(),
+            "D8" => self.moved_over(),
+            "D9" => self.anomaly(),
+            "D10" => self.alone(),
+            "D11" => self.cost(),
+            "D12" => self.weak_cue(),
+            "D13" => self.informs(),
+            "D14" => self.exploration(),
+            "D15" => self.stability(),
+            "D16" => self.dissociation(),
+            "D17" => self.precedence(),
             id => unreachable!("no claim is called {id}"),
         }
     }
@@ -301,7 +303,8 @@ impl Judged<'_> {
         })
     }
 
-    fn against_random(&self, finding: &mut Finding) -> Option<bool> {
+    fn against_random(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let cases = [Over, Opposite, OverThenOpposite, OppositeThenOver];
         let [over, opposite, away, towards] = cases.map(|case| self.by_rate((case, Evolved), (Random, Evolved)));
         let [over_null, opposite_null, away_null, towards_null] = cases.map(|case| self.by_null(case));
@@ -331,17 +334,20 @@ impl Judged<'_> {
         }
         for case in cases {
             let verdict = format!("p < 0.005, {}", case.title());
-            self.power(finding, [case, Random], &verdict, |[own, control]| {
+            self.power(&mut finding, [case, Random], &verdict, |[own, control]| {
                 is_greater(own, control, PAPERS_LEVEL)
             });
         }
-        self.power(finding, [NoLight, Random], "p > 0.5, No Light", |[own, control]| {
-            student_t(own, control).is_ok_and(|test| test.p.value > 0.5)
-        });
+        self.power(
+            &mut finding,
+            [NoLight, Random],
+            "p > 0.5, No Light",
+            |[own, control]| student_t(own, control).is_ok_and(|test| test.p.value > 0.5),
+        );
         let differs = random.iter().all(|compared| compared.is_above(PAPERS_LEVEL));
         let informed = null.iter().all(|compared| compared.is_above(LEVEL));
         let equivalent = interval.low >= 0.9 && interval.high <= 1.1;
-        Some(differs && informed && equivalent)
+        finding.judged(differs && informed && equivalent)
     }
 
     /// With many runs, adds the share of sets of 5 or 10 of them that would reach the verdict on the rates of some
@@ -373,7 +379,8 @@ impl Judged<'_> {
         }
     }
 
-    fn doubles(&self, finding: &mut Finding) -> Option<bool> {
+    fn doubles(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let [null] = finding.compare(&[self.by_null(Over)])?;
         let [to_random, to_opposite] = [("random", Random), ("opposite", Opposite)].map(|(name, other)| {
             let [over, other] = [Over, other].map(|case| self.rates(case, Evolved));
@@ -385,15 +392,16 @@ impl Judged<'_> {
         let doubles = |ratio: f64| (1.5..=2.5).contains(&ratio);
         let verdict = "a ratio of 1.5 to 2.5 to either";
         self.power(
-            finding,
+            &mut finding,
             [Over, Random, Opposite],
             verdict,
             |[over, random, opposite]| doubles(mean(over) / mean(random)) || doubles(mean(over) / mean(opposite)),
         );
-        Some((doubles(to_random) || doubles(to_opposite)) && null.is_above(LEVEL))
+        finding.judged((doubles(to_random) || doubles(to_opposite)) && null.is_above(LEVEL))
     }
 
-    fn order(&self, finding: &mut Finding) -> Option<bool> {
+    fn order(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let all = finding.compare(&[
             self.by_rate((Over, Evolved), (Opposite, Evolved)),
             self.by_rate((Opposite, Evolved), (Random, Evolved)),
@@ -401,7 +409,7 @@ impl Judged<'_> {
         ])?;
         let verdict = "over above opposite above random, p < 0.05";
         self.power(
-            finding,
+            &mut finding,
             [Over, Opposite, Random],
             verdict,
             |[over, opposite, random]| is_greater(over, opposite, LEVEL) && is_greater(opposite, random, LEVEL),
@@ -409,10 +417,11 @@ impl Judged<'_> {
         for case in Case::ALL {
             finding.mean(format!("food per minute, {}", case.title()), &self.rates(case, Evolved));
         }
-        Some(all.iter().all(|compared| compared.is_above(LEVEL)))
+        finding.judged(all.iter().all(|compared| compared.is_above(LEVEL)))
     }
 
-    fn no_light(&self, finding: &mut Finding) -> Option<bool> {
+    fn no_light(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let [share] = finding.compare(&[self.share_by_null(NoLight, Light::Nowhere, SETTLED, "minutes 10 to 50")])?;
         let shares = |kind| self.shares(NoLight, kind, Light::Nowhere, SETTLED);
         finding.mean("share of No Light, minutes 10 to 50", &shares(Evolved));
@@ -424,26 +433,28 @@ impl Judged<'_> {
             stays &= (LOW..HIGH).contains(&middle);
         }
         let wide = self
-            .late_controllers(NoLight, finding)
+            .late_controllers(NoLight, &mut finding)
             .iter()
             .all(|(middle, deviation)| (LOW..HIGH).contains(middle) && *deviation >= WIDE);
-        Some(share.is_above(LEVEL) && stays && wide)
+        finding.judged(share.is_above(LEVEL) && stays && wide)
     }
 
-    fn over(&self, finding: &mut Finding) -> Option<bool> {
+    fn over(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let [share] = finding.compare(&[self.share_by_null(Over, Light::OverNest, LATE, "late")])?;
         let late = self.each(Over, Evolved, |run| run.mean(S0, LATE));
         finding.mean("late mean S0", &late);
         let shares = |kind| self.shares(Over, kind, Light::OverNest, LATE);
         finding.mean("late share of Over", &shares(Evolved));
         finding.mean("the same, fitness shuffled", &shares(Null));
-        let [with, without] = self.late_controllers(Over, finding);
-        let [wide_with, wide_without] = self.late_controllers(NoLight, finding);
+        let [with, without] = self.late_controllers(Over, &mut finding);
+        let [wide_with, wide_without] = self.late_controllers(NoLight, &mut finding);
         let narrow = with.1 < wide_with.1 && without.1 < wide_without.1;
-        Some(with.0 > HIGH && without.0 < LOW && narrow && share.is_above(LEVEL))
+        finding.judged(with.0 > HIGH && without.0 < LOW && narrow && share.is_above(LEVEL))
     }
 
-    fn opposite(&self, finding: &mut Finding) -> Option<bool> {
+    fn opposite(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let [share] = finding.compare(&[self.share_by_null(Opposite, Light::OppositeNest, LATE, "late")])?;
         let late = self.each(Opposite, Evolved, |run| run.mean(S0, LATE));
         let simulator = finding.mean("late mean S0", &late);
@@ -451,13 +462,14 @@ impl Judged<'_> {
         finding.mean("late share of Opposite", &shares(Evolved));
         finding.mean("the same, fitness shuffled", &shares(Null));
         let wide = self
-            .late_controllers(Opposite, finding)
+            .late_controllers(Opposite, &mut finding)
             .iter()
             .all(|(_, deviation)| *deviation >= WIDE);
-        Some(!share.is_above(LEVEL) && (LOW..HIGH).contains(&simulator) && wide)
+        finding.judged(!share.is_above(LEVEL) && (LOW..HIGH).contains(&simulator) && wide)
     }
 
-    fn moved_away(&self, finding: &mut Finding) -> Option<bool> {
+    fn moved_away(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let s0 = |intervals: Range<usize>| self.each(OverThenOpposite, Evolved, |run| run.mean(S0, intervals.clone()));
         let [before, moved] = finding.compare(&[
             self.share_by_null(OverThenOpposite, Light::OverNest, BEFORE_MOVE, "before the move"),
@@ -473,10 +485,11 @@ impl Judged<'_> {
         finding.note("fall of the rate", fall);
         let shares = self.shares(OverThenOpposite, Evolved, Light::OppositeNest, LATE);
         let converged = finding.mean("late share of Opposite", &shares);
-        Some(before.is_above(LEVEL) && fall > 0.25 && moved.is_below(LEVEL) && converged <= 0.5)
+        finding.judged(before.is_above(LEVEL) && fall > 0.25 && moved.is_below(LEVEL) && converged <= 0.5)
     }
 
-    fn moved_over(&self, finding: &mut Finding) -> Option<bool> {
+    fn moved_over(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let half = |case| self.each(case, Evolved, |run| run.rate(SECOND_HALF));
         let share = |intervals| self.shares(OppositeThenOver, Evolved, Light::OverNest, intervals);
         let [rate, share] = finding.compare(&[
@@ -498,10 +511,11 @@ impl Judged<'_> {
             "rate of its second half to Light Over Nest's",
             mean(half(OppositeThenOver)) / mean(half(Over)),
         );
-        Some(rate.is_below(LEVEL) && share.is_above(LEVEL))
+        finding.judged(rate.is_below(LEVEL) && share.is_above(LEVEL))
     }
 
-    fn anomaly(&self, finding: &mut Finding) -> Option<bool> {
+    fn anomaly(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let first = |case| self.each(case, Evolved, |run| run.mean(S0, FIRST_HALF));
         let [compared] = finding.compare(&[pair(
             "mean S0 of the first 25 minutes, cases 3 and 5",
@@ -509,19 +523,25 @@ impl Judged<'_> {
             first(OppositeThenOver),
         )])?;
         finding.note("difference of mean S0", compared.difference);
-        Some(compared.p < LEVEL)
+        finding.judged(compared.p < LEVEL)
     }
 
-    fn alone(&self, finding: &mut Finding) -> Option<bool> {
+    fn alone(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let [compared] = finding.compare(&[pair(
             "late share of Over, one robot, light over the nest and no light",
             self.shares(Over, Alone, Light::OverNest, LATE),
             self.shares(NoLight, Alone, Light::OverNest, LATE),
         )])?;
-        Some(compared.p >= LEVEL)
+        finding.judged(compared.p >= LEVEL)
     }
 
-    fn weak_cue(&self, finding: &mut Finding) -> Option<bool> {
+    fn cost(&self) -> Option<Finding> {
+        Finding::default().judged(self.results.generation_within_34_s)
+    }
+
+    fn weak_cue(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let random = mean(self.rates(Random, Evolved));
         let [over, opposite] = [Over, Opposite].map(|case| mean(self.rates(case, SimulatorRight)) - random);
         if over.is_nan() || opposite.is_nan() {
@@ -529,7 +549,7 @@ impl Judged<'_> {
         }
         finding.note("gain in food per minute, over", over);
         finding.note("gain in food per minute, opposite", opposite);
-        Some(over > 0.0 && opposite < 0.5 * over)
+        finding.judged(over > 0.0 && opposite < 0.5 * over)
     }
 
     /// Area under the curve, for each run, of fitness as a predictor of whether a simulator has the light where it is.
@@ -540,7 +560,8 @@ impl Judged<'_> {
         self.combination.of(case, SimulatorRandom).filter_map(area).collect()
     }
 
-    fn informs(&self, finding: &mut Finding) -> Option<bool> {
+    fn informs(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let chosen = |case: Case| {
             let areas = self.areas(case, |run, interval, robot| run.intervals[interval][robot].chosen_under);
             pair(format!("area under the curve, {}", case.title()), areas, vec![0.5]).kind(Comparison::Number)
@@ -575,18 +596,20 @@ impl Judged<'_> {
             finding.note(format!("F_sim - F_R, simulator right, {}", case.title()), gap(true));
             finding.note(format!("F_sim - F_R, simulator wrong, {}", case.title()), gap(false));
         }
-        Some(holds)
+        finding.judged(holds)
     }
 
-    fn exploration(&self, finding: &mut Finding) -> Option<bool> {
+    fn exploration(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let [null, own] = finding.compare(&[
             self.by_rate((Opposite, Null), (Random, Evolved)),
             self.by_null(Opposite),
         ])?;
-        Some(null.is_above(LEVEL) && !own.is_above(LEVEL))
+        finding.judged(null.is_above(LEVEL) && !own.is_above(LEVEL))
     }
 
-    fn stability(&self, finding: &mut Finding) -> Option<bool> {
+    fn stability(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let spread = |case| self.each(case, Evolved, |run| run.deviation(S0, SECOND_HALF));
         let [share, deviation] = finding.compare(&[
             pair(
@@ -600,23 +623,25 @@ impl Judged<'_> {
                 spread(Over),
             ),
         ])?;
-        Some(share.is_above(LEVEL) && deviation.is_above(LEVEL))
+        finding.judged(share.is_above(LEVEL) && deviation.is_above(LEVEL))
     }
 
-    fn dissociation(&self, finding: &mut Finding) -> Option<bool> {
+    fn dissociation(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let spread = |kind| self.each(NoLight, kind, |run| run.deviation(S0, LATE));
         let [compared] = finding.compare(&[pair(
             "late s.d. of S0, No Light, fitness shuffled and evolved",
             spread(Null),
             spread(Evolved),
         )])?;
-        Some(compared.is_above(LEVEL))
+        finding.judged(compared.is_above(LEVEL))
     }
 
-    fn precedence(&self, finding: &mut Finding) -> Option<bool> {
+    fn precedence(&self) -> Option<Finding> {
+        let mut finding = Finding::default();
         let all = finding
             .compare(&[Over, Opposite].map(|case| self.by_rate((case, SimulatorRight), (case, SimulatorRandom))))?;
-        Some(all.iter().all(|compared| compared.is_above(LEVEL)))
+        finding.judged(all.iter().all(|compared| compared.is_above(LEVEL)))
     }
 }
 
