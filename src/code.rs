@@ -60,8 +60,8 @@ impl LaneCode {
         ahead(true).chain(libraries).chain(native).chain(ahead(false))
     }
 
-    /// For a few rollouts, the narrower code compiled with this program that takes the least time, if that is less than this one takes, by
-    /// an estimate of one call's from a code's name and its number of lanes.
+    /// The narrower code, compiled with this program, that is the fastest for so few rollouts, if it is faster than this one. `cost`
+    /// estimates the time of one call from a code's name and its number of lanes.
     pub(crate) fn for_few(&self, kernel: &'static Kernel, rollouts: usize, cost: fn(&str, u32) -> f32) -> Option<Self> {
         let Self::Ahead(own) = self else { return None };
         let time = |code: &Variant| rollouts.div_ceil(code.lanes as usize) as f32 * cost(code.name, code.lanes);

@@ -254,8 +254,7 @@ impl Cpu {
         code.ok_or_else(|| Error::NoDevice(format!("this CPU has no lane code for the kernel {}", kernel.name)))
     }
 
-    /// Of each group, a lane code for its few rollouts: those that are left over where a world's are no multiple of a group's. Empty if
-    /// there is none for any.
+    /// For each group, narrower lane code if that is faster: a world's last group is rarely full. Empty where the lane code is fixed.
     fn for_few(&self, code: &LaneCode, parts: &[Part<'_>]) -> Vec<Option<LaneCode>> {
         let few = |part: &Part<'_>| code.for_few(part.kernel(), part.rollouts(), cost);
         match self.variant {

@@ -28,7 +28,7 @@ pub(crate) fn npy(shape: &[usize], values: &[f32]) -> Vec<u8> {
     bytes
 }
 
-/// Appends numbers as little-endian f32. One after the other, which is several times as fast as byte by byte.
+/// Appends numbers as little-endian f32. Whole numbers at a time: extending by single bytes is several times slower.
 pub(crate) fn put<'a>(values: impl IntoIterator<Item = &'a f32>, bytes: &mut Vec<u8>) {
     for value in values {
         bytes.extend_from_slice(&value.to_le_bytes());

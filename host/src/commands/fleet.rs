@@ -174,10 +174,10 @@ fn deploy(arguments: &FleetWork, console: Console) -> Result {
     let fleet = any.computers();
     let robots = fleet.chosen(&arguments.file.robots)?;
     let stock = Stock::read(fleet, any.key())?;
-    let outcomes = summed_up(
+    let outcomes = print_outcomes(
         fleet,
         &robots,
-        |robot, remote| said(robot, stock.install(fleet, robot, remote), console),
+        |robot, remote| report_done(robot, stock.install(fleet, robot, remote), console),
         |installed| {
             let sent = match &installed.sent[..] {
                 [] => "as it was".to_owned(),
@@ -202,7 +202,7 @@ fn status(arguments: &FleetStatus, console: Console) -> Result {
     let any = AnyFleet::read(&arguments.file.fleet)?;
     let fleet = any.computers();
     let robots = fleet.chosen(&arguments.file.robots)?;
-    let outcomes = summed_up(
+    let outcomes = print_outcomes(
         fleet,
         &robots,
         |robot, remote| service::state(fleet, robot, remote),
@@ -219,7 +219,7 @@ fn status(arguments: &FleetStatus, console: Console) -> Result {
     enough(&outcomes, None, "status")
 }
 
-/// The last line of a log for readers: the event and the time of day.
+/// The event and the time of day in the last line of a log.
 fn last_event(line: &Value) -> String {
     let word = |key: &str| line[key].as_str().unwrap_or("?").to_owned();
     format!("last event `{}` at {}", word("event"), word("utc"))
@@ -230,7 +230,7 @@ fn stop(arguments: &FleetWork, console: Console) -> Result {
     let any = AnyFleet::read(&arguments.file.fleet)?;
     let fleet = any.computers();
     let robots = fleet.chosen(&arguments.file.robots)?;
-    let outcomes = summed_up(
+    let outcomes = print_outcomes(
         fleet,
         &robots,
         |robot, remote| service::stop(fleet, robot, remote),
@@ -245,10 +245,10 @@ fn collected(arguments: &FleetWork, console: Console) -> Result {
     let any = AnyFleet::read(&arguments.file.fleet)?;
     let fleet = any.computers();
     let robots = fleet.chosen(&arguments.file.robots)?;
-    let outcomes = summed_up(
+    let outcomes = print_outcomes(
         fleet,
         &robots,
-        |robot, remote| said(robot, collect::copy(fleet, robot, remote), console),
+        |robot, remote| report_done(robot, collect::copy(fleet, robot, remote), console),
         |own| {
             let (files, bytes) = (own.files, own.bytes);
             (
@@ -323,25 +323,25 @@ fn replay(record: &Path, console: Console) -> Result {
     console.data(page.display().to_string())
 }
 
-/// Tells that a robot is done with.
-fn said<T>(robot: &Robot, outcome: Result<T>, console: Console) -> Result<T> {
+/// Reports progress: the work for a robot has ended, well or not.
+fn report_done<T>(robot: &Robot, outcome: Result<T>, console: Console) -> Result<T> {
     console.say(format!("robot {}: done with {}", robot.number, robot.host));
     outcome
 }
 
-/// Does something with each robot, and prints a table with what came of it.
-fn summed_up<T: Send>(
+/// Runs `work` for each robot and prints the outcomes, one row per robot. `describe` gives a success in words and as JSON.
+fn print_outcomes<T: Send>(
     fleet: &Computers,
     robots: &[&Robot],
     work: impl Fn(&Robot, Remote<'_>) -> Result<T> + Sync,
-    words: impl Fn(&T) -> (String, Value),
+    describe: impl Fn(&T) -> (String, Value),
     console: Console,
 ) -> Result<Outcomes<T>> {
     let outcomes = on_each(fleet, robots, work);
     let host = |number: u32| fleet.robot(number).map(|robot| robot.host.clone()).unwrap_or_default();
     if console.json() {
         let row = |(number, outcome): &(u32, Result<T>)| match outcome {
-            Ok(own) => json!({ "robot": number, "host": host(*number), "done": words(own).1 }),
+            Ok(own) => json!({ "robot": number, "host": host(*number), "done": describe(own).1 }),
             Err(failure) => json!({ "robot": number, "host": host(*number), "problem": failure.to_string() }),
         };
         console.json_data(&outcomes.iter().map(row).collect::<Vec<_>>())?;
@@ -349,7 +349,7 @@ fn summed_up<T: Send>(
     }
     let row = |(number, outcome): &(u32, Result<T>)| {
         let words = match outcome {
-            Ok(own) => words(own).0,
+            Ok(own) => describe(own).0,
             Err(failure) => format!("FAILED: {failure}"),
         };
         vec![number.to_string(), host(*number), words]

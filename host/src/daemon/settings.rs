@@ -223,7 +223,7 @@ impl Settings {
     }
 }
 
-/// The link of the address that stands at a key.
+/// Parses a robot's address, the value of `key`, which must have a link.
 pub(crate) fn wire(address: &str, key: &str, source: &Source<'_>) -> Result<Wire> {
     match address.parse() {
         Ok(Address::Wire(wire)) => Ok(wire),

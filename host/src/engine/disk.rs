@@ -125,7 +125,7 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
     })
 }
 
-/// Reads the bytes of such a file, if it is there.
+/// Reads the bytes of a file that the program itself has written; `None` if it does not exist.
 pub(crate) fn read_if_there(path: &Path) -> Result<Option<Vec<u8>>> {
     match fs::read(path) {
         Ok(bytes) => Ok(Some(bytes)),
@@ -134,7 +134,7 @@ pub(crate) fn read_if_there(path: &Path) -> Result<Option<Vec<u8>>> {
     }
 }
 
-/// The value of a JSON file that the program itself has written.
+/// Parses the content of a JSON file that the program itself has written.
 pub(crate) fn parsed<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
     serde_json::from_slice(json).map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display())))
 }

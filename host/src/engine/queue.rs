@@ -94,9 +94,9 @@ pub(super) struct Queue<'a> {
     work: Sender<Work>,
     outcomes: Receiver<Result<Outcome, Interruption>>,
     engine: &'a Engine,
-    /// Number of works that were handed over and are not done.
+    /// Batches that were submitted and whose outcomes have not been received.
     waiting: usize,
-    /// Short work that is done on this thread if nothing else is to be done: waking another one takes a share of its time.
+    /// A short batch with nothing in flight: evaluated on this thread, since waking another would take a good part of its time.
     held: Option<Work>,
 }
 
@@ -141,7 +141,7 @@ impl<'a> Queue<'a> {
             let outcome = match self.held.take() {
                 Some(work) => {
                     self.waiting += 1;
-                    // A panic ends this one as it ends the other thread's; the engine does nothing more after it.
+                    // Reported as a panic of the other thread is. The engine is not used again after one.
                     panic::catch_unwind(AssertUnwindSafe(|| self.engine.done(&work)))
                         .map_err(|_| RecvTimeoutError::Disconnected)
                 }

@@ -16,7 +16,7 @@ use crate::exit::{Failure, Result};
 
 /// Target duration of a batch, long enough to hide the cost of handing it over.
 const BATCH: Duration = Duration::from_millis(30);
-/// Duration of a batch that is done at once.
+/// Batches expected to take less than this are evaluated on the scheduler's own thread.
 const SHORT: Duration = Duration::from_millis(5);
 /// Robot-steps of a batch before the device's speed is known, and the fewest and most.
 const FIRST_ROOM: f64 = 4e6;
@@ -503,7 +503,7 @@ impl Room {
         self.steps = (0.75 * self.steps + 0.25 * aim).clamp(ROOM[0], ROOM[1]);
     }
 
-    /// Whether a batch with this load takes so little time that nobody would notice if it could not be stopped.
+    /// Whether a batch with this load is so short that it need not be interruptible.
     fn is_short(&self, load: Load) -> bool {
         load.steps * self.pace < SHORT.as_secs_f64()
     }

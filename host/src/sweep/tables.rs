@@ -98,13 +98,13 @@ pub(crate) fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &All
     for parquet in converted {
         files.extend(parquet?);
     }
-    let hash_of = |path: &PathBuf| {
+    let named_hash = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         Ok((name.into_owned(), hash_of(path)?))
     };
     let sums = Sums {
         hash: hash.clone(),
-        files: files.par_iter().map(hash_of).collect::<Result<_>>()?,
+        files: files.par_iter().map(named_hash).collect::<Result<_>>()?,
     };
     disk::write(&directory.join(SUMS), &disk::json(&sums))?;
     disk::sync_directory(directory)?;
