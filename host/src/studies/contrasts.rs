@@ -1,14 +1,7 @@
 //! What the second editions of the studies share: contrasts with intervals, tests corrected over families, outcomes, and whether
 //! these survive other criteria.
 
-use std::fmt::Display;
-use std::path::{Path, PathBuf};
-
-use ::csv::{Reader, StringRecord};
-
-use crate::contents::{Column, Entry, describe};
-use crate::engine::disk;
-use crate::exit::{Failure, Result};
+use crate::contents::Column;
 use crate::report::csv::{Csv, number};
 use crate::statistics::{Undefined, holm, t_tails, t_within};
 
@@ -35,100 +28,7 @@ macro_rules! figures {
 }
 pub(super) use figures;
 
-/// A run's row of a sweep's table of results.
-pub(super) struct Cells<'a> {
-    path: &'a Path,
-    /// Where the sweeps are whose tables are allowed.
-    allowed: &'a str,
-    head: &'a StringRecord,
-    row: StringRecord,
-    line: usize,
-}
-
-impl Cells<'_> {
-    /// A cell, if the table has its column.
-    pub(super) fn find(&self, column: &str) -> Option<&str> {
-        let place = self.head.iter().position(|own| own == column)?;
-        Some(&self.row[place])
-    }
-
-    /// A cell of a column that the table must have.
-    pub(super) fn cell(&self, column: &str) -> Result<&str> {
-        self.find(column)
-            .ok_or_else(|| lacking(self.path, column, self.allowed))
-    }
-
-    /// A number, of which only those are allowed that `is_allowed` takes, as `words` say.
-    pub(super) fn number(&self, column: &str, is_allowed: fn(&f64) -> bool, words: &str) -> Result<f64> {
-        let cell = self.cell(column)?;
-        let known = cell.parse().ok().filter(is_allowed);
-        known.ok_or_else(|| self.bad(format_args!("{column} is {cell:?}; allowed: {words}")))
-    }
-
-    pub(super) fn seed(&self) -> Result<u64> {
-        let seed = self.cell("seed")?.parse();
-        seed.map_err(|_| self.bad("has no seed; allowed: a whole number"))
-    }
-
-    /// Refuses the row.
-    pub(super) fn bad(&self, problem: impl Display) -> Failure {
-        bad(self.path, self.line, problem)
-    }
-}
-
-/// Refuses a line of a table.
-pub(super) fn bad(path: &Path, line: usize, problem: impl Display) -> Failure {
-    Failure::input(format_args!("{}:{line}: {problem}", path.display()))
-}
-
-fn lacking(path: &Path, column: &str, allowed: &str) -> Failure {
-    let problem = format_args!("has no column {column}; allowed: the table of a sweep of {allowed}");
-    bad(path, 1, problem)
-}
-
-/// Reads all rows of a sweep's table, which must have some columns.
-pub(super) fn each_row(
-    (path, text): (&Path, &str),
-    allowed: &str,
-    columns: &[&str],
-    mut take: impl FnMut(&Cells<'_>) -> Result,
-) -> Result {
-    let mut table = Reader::from_reader(text.as_bytes());
-    let head = &table.headers().map_err(|error| bad(path, 1, error))?.clone();
-    if let Some(column) = columns.iter().find(|column| head.iter().all(|own| own != **column)) {
-        return Err(lacking(path, column, allowed));
-    }
-    for (row, line) in table.records().zip(2..) {
-        let row = row.map_err(|error| bad(path, line, error))?;
-        take(&Cells {
-            path,
-            allowed,
-            head,
-            row,
-            line,
-        })?;
-    }
-    Ok(())
-}
-
-/// Reads the tables of finished sweeps.
-pub(super) fn each_table(sweeps: &[PathBuf], mut parse: impl FnMut(&Path, &str) -> Result) -> Result {
-    sweeps.iter().try_for_each(|directory| {
-        let path = directory.join("results.csv");
-        parse(&path, &disk::read_text(&path)?)
-    })
-}
-
-/// Writes what was judged to a directory.
-pub(super) fn write(out: &Path, what: &str, files: &[(&str, String)], contents: &[Entry]) -> Result {
-    std::fs::create_dir_all(out).map_err(|error| Failure::storage(out, &error))?;
-    for (name, text) in files {
-        disk::write(&out.join(name), text.as_bytes())?;
-    }
-    describe(out, what, contents)
-}
-
-/// A figure of runs, whose mean is to be above 0 or, with a margin, equivalent to 0 within it. `of` gives it.
+/// A figure, computed from runs by `of`, whose mean should be above 0 or, if there is a margin, equivalent to 0 within it.
 pub(super) struct Contrast<F: 'static> {
     pub(super) name: &'static str,
     pub(super) claims: &'static [&'static str],
@@ -246,7 +146,7 @@ pub(super) struct Judged {
 }
 
 /// Judges a family.
-pub(super) fn family(estimates: Vec<Estimate>) -> std::result::Result<Vec<Judged>, Undefined> {
+pub(super) fn family(estimates: Vec<Estimate>) -> Result<Vec<Judged>, Undefined> {
     let p: Vec<f64> = estimates.iter().map(|estimate| estimate.p).collect();
     let judged = estimates.into_iter().zip(holm(&p)?);
     Ok(judged
@@ -315,7 +215,7 @@ pub(super) struct Row {
 }
 
 /// The table of all contrasts, with the outcomes that need all of them.
-pub(super) fn table(columns: &[Column], rows: &[Row]) -> std::result::Result<String, Undefined> {
+pub(super) fn table(columns: &[Column], rows: &[Row]) -> Result<String, Undefined> {
     let p: Vec<f64> = rows.iter().map(|row| row.judged.estimate.p).collect();
     let mut table = Csv::new(columns);
     for (row, one_family) in rows.iter().zip(holm(&p)?) {

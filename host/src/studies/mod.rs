@@ -8,6 +8,7 @@ mod directory;
 pub(crate) mod file;
 pub(crate) mod miglino1995;
 pub(crate) mod odowd2014;
+mod sweep_results;
 mod verdicts;
 
 /// The files of any directory of the 1995 study and of the 2014 study, and of their second editions.

@@ -13,6 +13,7 @@ use crate::exit::{Failure, Result};
 use crate::report::csv::{Csv, number};
 use crate::statistics::{Undefined, mean, nested_mean, one_sample_t, variance};
 use crate::studies::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
+use crate::studies::sweep_results;
 
 const CONTRASTS: &str = "contrasts.csv";
 const CLAIMS: &str = "claims.csv";
@@ -290,7 +291,7 @@ pub(in crate::studies) fn contents() -> Vec<Entry> {
 /// Judges the runs of finished sweeps, prints the claims, and writes all tables to a directory if one is given.
 pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
     let mut found = Found::default();
-    contrasts::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
+    sweep_results::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
     let mut files = Vec::new();
     if !found.all.is_empty() {
         let tables = Tables::of(&found.all).map_err(Failure::input)?;
@@ -309,7 +310,7 @@ pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) ->
     }
     if let Some(out) = out {
         let what = "The second edition of the 1995 study, judged.";
-        contrasts::write(out, what, &files, &contents())?;
+        sweep_results::write(out, what, &files, &contents())?;
     }
     Ok(())
 }
@@ -460,7 +461,7 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
     const MOTION: &str = "reality.motion_severity";
     let needed = ["reality.severity", "robot.collision", "reality.robot", "seed"];
     let mut found: BTreeMap<(String, String), Known> = BTreeMap::new();
-    contrasts::each_row((path, text), "experiments/miglino1995/second", &needed, |row| {
+    sweep_results::each_row((path, text), "experiments/miglino1995/second", &needed, |row| {
         let run = Run::read(|column| row.number(column, |number| number.is_finite(), "a number"))?;
         let severity = row.cell("reality.severity")?;
         let motion = row.find(MOTION).unwrap_or(severity);
@@ -494,7 +495,7 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
             let [Some(none), Some(sensor), Some(conservative)] = trio else {
                 let problem =
                     format_args!("lacks a condition of seed {seed} of {robot}; allowed: a run of each of the three");
-                return Err(contrasts::bad(path, 1, problem));
+                return Err(sweep_results::bad(path, 1, problem));
             };
             own.insert((robot, seed), [none, sensor, conservative]);
         }

@@ -13,6 +13,7 @@ use crate::exit::{Failure, Result};
 use crate::report::csv::{Csv, number};
 use crate::statistics::{Undefined, mean, variance};
 use crate::studies::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
+use crate::studies::sweep_results;
 
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
 use Kind::{Evolved, FitnessShuffled as Null, SimulatorRandom as Drawn, SimulatorRight as Right};
@@ -404,7 +405,7 @@ pub(in crate::studies) fn contents() -> Vec<Entry> {
 /// Judges the runs of finished sweeps, prints the claims, and writes all tables to a directory if one is given.
 pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
     let mut found = Found::default();
-    contrasts::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
+    sweep_results::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
     let tables = Tables::of(&found.complete()?).map_err(Failure::input)?;
     let head: Vec<&str> = CLAIM_COLUMNS.iter().map(|column| column.name.as_ref()).collect();
     console.data(columns(&head, &tables.shown))?;
@@ -415,7 +416,7 @@ pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) ->
             (CLAIMS, tables.claims),
             (CELLS, tables.cells),
         ];
-        contrasts::write(out, what, &files, &contents())?;
+        sweep_results::write(out, what, &files, &contents())?;
     }
     Ok(())
 }
@@ -587,7 +588,7 @@ fn cell(cells: &Cells, case: Case, kind: Kind) -> Vec<String> {
 
 /// Parses the runs of a sweep's table.
 fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
-    contrasts::each_row(
+    sweep_results::each_row(
         (path, text),
         "experiments/odowd2014/second",
         &["swarm.case", "seed"],
