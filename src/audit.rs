@@ -43,19 +43,17 @@ impl Evaluator for Audited {
         let chosen = self.chosen(part);
         let here = self.cpu.run(part.batch(), &chosen, control, false)?;
         let batch = part.batch();
-        let (words, state_words) = (batch.trace_words(), batch.state_words());
+        let in_trace = batch.places("trace", batch.trace_words());
+        let in_state = batch.places("state", batch.state_words());
         for (index, group) in chosen.into_iter().enumerate() {
             for lane in 0..batch.part(group..group + 1).rollouts() {
                 let slot = (group - part.groups().start) as usize * LANES + lane;
                 let own = index * LANES + lane;
-                let pair = |buffer: &str, of: fn(&PartResult) -> &[u32], word, words| {
-                    let at = |result, slot| of(result)[batch.place(buffer, slot, word, words)];
-                    (at(&there, slot), at(&here, own))
-                };
                 let fitness = (there.fitness[slot].to_bits(), here.fitness[own].to_bits());
-                let trace = (0..words).map(|word| pair("trace", |result| &result.trace, word, words));
-                let states =
-                    (0..batch.kept_words()).map(|word| pair("state", |result| &result.states, word, state_words));
+                let trace = (0..batch.trace_words())
+                    .map(|word| (there.trace[in_trace(slot, word)], here.trace[in_trace(own, word)]));
+                let states = (0..batch.kept_words())
+                    .map(|word| (there.states[in_state(slot, word)], here.states[in_state(own, word)]));
                 let differing = std::iter::once(fitness)
                     .chain(trace)
                     .chain(states)

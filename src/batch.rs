@@ -279,23 +279,28 @@ impl Worlds {
         }
         if !states.is_empty() {
             let words = self.0.state_words as usize;
+            let place = self.places("state", words);
             batch.states = vec![0; batch.groups.len() * LANES * words];
             for (state, &slot) in states.iter().zip(&batch.slots) {
                 for (word, &value) in state.iter().enumerate() {
-                    batch.states[self.place("state", slot as usize, word, words)] = value;
+                    batch.states[place(slot as usize, word)] = value;
                 }
             }
         }
         Ok(batch)
     }
 
-    /// Index of a slot's word in the kernel's buffer `state` or `trace` with `words` words per slot. Buffers of structs keep the
-    /// words of a slot together; buffers of single words keep the same word of a group's slots together.
-    fn place(&self, buffer: &str, slot: usize, word: usize, words: usize) -> usize {
-        if self.0.kernel.stride(buffer) == size_of::<u32>() {
-            (slot / LANES * words + word) * LANES + slot % LANES
-        } else {
-            slot * words + word
+    /// Finds words in the kernel's buffer `state` or `trace`, which has `words` words per slot: the index of a slot's word, given both
+    /// numbers. Buffers of structs keep the words of a slot together; buffers of single words keep the same word of a group's slots
+    /// together.
+    fn places(&self, buffer: &str, words: usize) -> impl Fn(usize, usize) -> usize + use<> {
+        let is_together = self.0.kernel.stride(buffer) != size_of::<u32>();
+        move |slot, word| {
+            if is_together {
+                slot * words + word
+            } else {
+                (slot / LANES * words + word) * LANES + slot % LANES
+            }
         }
     }
 
@@ -457,9 +462,9 @@ impl Batch {
         if self.keeps_states { self.state_words() } else { 0 }
     }
 
-    /// Index of a slot's word in a result's `state` or `trace` with `words` words per slot.
-    pub fn place(&self, buffer: &str, slot: usize, word: usize, words: usize) -> usize {
-        self.worlds.place(buffer, slot, word, words)
+    /// Finds words in a result's `state` or `trace`, which has `words` words per slot: the index of a slot's word, given both numbers.
+    pub fn places(&self, buffer: &str, words: usize) -> impl Fn(usize, usize) -> usize + use<> {
+        self.worlds.places(buffer, words)
     }
 
     /// Cycles between records of a trace; 0 without a trace.
@@ -525,10 +530,10 @@ impl Batch {
             let records = last.map_or(0, |last| last / width + 1);
             Trace::read(&lived[..records * width], width)
         };
-        let gathered = |buffer: &str, from: &[u32], slot: u32, words: usize| -> Vec<u32> {
-            (0..words)
-                .map(|word| from[self.place(buffer, slot as usize, word, words)])
-                .collect()
+        let gathered = |buffer, from: &[u32], slots: &[u32], words| -> Vec<Vec<u32>> {
+            let place = self.places(buffer, words);
+            let own = |&slot: &u32| (0..words).map(|word| from[place(slot as usize, word)]).collect();
+            slots.iter().map(own).collect()
         };
         // Worlds of several robots have traces of single words.
         let is_life = self.kernel().stride("trace") > size_of::<u32>();
@@ -536,20 +541,14 @@ impl Batch {
         Outcome {
             fitness: self.slots.iter().map(|&slot| fitness[slot as usize]).collect(),
             traces: each(records > 0 && is_life).iter().map(own_trace).collect(),
-            logs: each(records > 0 && !is_life)
-                .iter()
-                .map(|&slot| gathered("trace", &trace, slot, words))
-                .collect(),
-            states: each(self.keeps_states)
-                .iter()
-                .map(|&slot| gathered("state", &states, slot, state_words))
-                .collect(),
+            logs: gathered("trace", &trace, each(records > 0 && !is_life), words),
+            states: gathered("state", &states, each(self.keeps_states), state_words),
         }
     }
 }
 
 /// Results of a part: one fitness per slot (idle slots hold arbitrary values) and, if requested, traces and states as
-/// words, indexed with [`Batch::place`].
+/// words, found with [`Batch::places`].
 #[derive(Clone, Debug, Default)]
 pub struct PartResult {
     /// `part.slots()` values.

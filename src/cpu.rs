@@ -256,7 +256,10 @@ impl Cpu {
 
     /// For each group, narrower lane code if that is faster: a world's last group is rarely full. Empty where the lane code is fixed.
     fn for_few(&self, code: &LaneCode, parts: &[Part<'_>]) -> Vec<Option<LaneCode>> {
-        let few = |part: &Part<'_>| code.for_few(part.kernel(), part.rollouts(), cost);
+        let few = |part: &Part<'_>| match part.rollouts() {
+            full if full.is_multiple_of(code.lanes() as usize) => None,
+            rollouts => code.for_few(part.kernel(), rollouts, cost),
+        };
         match self.variant {
             None if !self.checks => parts.iter().map(few).collect(),
             _ => Vec::new(),

@@ -138,8 +138,10 @@ pub fn lanes(library: &str, name: &str, function: &str, targets: &[Target]) -> S
             };
             let _ = writeln!(
                 text,
-                "#[cfg({arch_cfg})]\n{enable}unsafe fn {instance}(b: &[Words], w: u32, l: u32) {{ {name}::<{ty}>(b, w, l) }}",
+                "#[cfg({arch_cfg})]\n{enable}unsafe fn {instance}(b: &[Words], w: u32, l: u32) {{\n\
+                 align_frame::<{vector}>();\n{name}::<{ty}>(b, w, l)\n}}",
                 arch_cfg = target.arch,
+                vector = target.vector,
             );
             let _ = writeln!(
                 list,

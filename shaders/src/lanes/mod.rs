@@ -87,6 +87,15 @@ compile_error!("NEON on 32-bit ARM flushes subnormals: build for a target withou
 #[cfg(all(target_arch = "x86", not(target_feature = "sse2")))]
 compile_error!("x87 arithmetic rounds twice: build for x86 with SSE2");
 
+/// Aligns the stack frame of the function that it is called in to a vector.
+///
+/// LLVM aligns a frame only if it knows before it allocates registers of something in it that needs that. Registers that it
+/// spills afterwards would lie across two cache lines, all of them with vectors of 64 bytes.
+#[inline(always)]
+pub fn align_frame<V: Lanes>() {
+    core::hint::black_box(&core::mem::MaybeUninit::<V::F>::uninit());
+}
+
 /// Values of [`Lanes::N`] lanes. Integers are 32 bits, signed or not as the operation says; they wrap.
 ///
 /// # Safety
