@@ -99,10 +99,10 @@ fn wall_from(at: vec2<f32>, wall: Thing) -> WallSeen {
     let normal_x = select(-wall.unit_y, wall.unit_y, across > 0.0f);
     let normal_y = select(wall.unit_x, -wall.unit_x, across > 0.0f);
     let distance = max(abs(across), NEAREST);
-    let start = from_x * wall.scaled_x + from_y * wall.scaled_y;
+    let start = from_x * wall.extent_x + from_y * wall.extent_y;
     return WallSeen(
         vec2<f32>(normal_x, normal_y), distance, reciprocal(distance), start,
-        vec2<f32>(wall.scaled_x, wall.scaled_y), wall.reflectivity,
+        vec2<f32>(wall.extent_x, wall.extent_y), wall.reflectivity,
     );
 }
 
@@ -216,7 +216,8 @@ fn is_near(near: vec2<u32>, index: u32) -> bool {
     return ((bits >> (index & 31u)) & 1u) != 0u;
 }
 
-// An object's numbers, as `Shape` has them.
+// What is needed of an object's numbers. Its extent is its radius if it is round, half its length and width if it is a
+// block, and a wall's direction over its length.
 struct Thing {
     kind: u32,
     x: f32,
@@ -225,50 +226,37 @@ struct Thing {
     unit_y: f32,
     length_x: f32,
     length_y: f32,
-    scaled_x: f32,
-    scaled_y: f32,
-    radius: f32,
+    extent_x: f32,
+    extent_y: f32,
     contact: f32,
-    half_length: f32,
-    half_width: f32,
     views: u32,
     reflectivity: f32,
 }
 
 fn thing(shape: u32) -> Thing {
+    let kind = shapes[shape].kind;
+    let flat_x = select(shapes[shape].scaled_x, shapes[shape].half_length, kind == BLOCK);
+    let flat_y = select(shapes[shape].scaled_y, shapes[shape].half_width, kind == BLOCK);
     return Thing(
-        shapes[shape].kind, shapes[shape].x, shapes[shape].y, shapes[shape].unit_x, shapes[shape].unit_y,
-        shapes[shape].length_x, shapes[shape].length_y, shapes[shape].scaled_x, shapes[shape].scaled_y,
-        shapes[shape].radius, shapes[shape].contact, shapes[shape].half_length, shapes[shape].half_width,
+        kind, shapes[shape].x, shapes[shape].y, shapes[shape].unit_x, shapes[shape].unit_y, shapes[shape].length_x,
+        shapes[shape].length_y, select(flat_x, shapes[shape].radius, kind == ROUND), flat_y, shapes[shape].contact,
         shapes[shape].views, shapes[shape].reflectivity,
     );
 }
 
-fn chosen(a: Thing, b: Thing, is_b: bool) -> Thing {
-    return Thing(
-        select(a.kind, b.kind, is_b), select(a.x, b.x, is_b), select(a.y, b.y, is_b),
-        select(a.unit_x, b.unit_x, is_b), select(a.unit_y, b.unit_y, is_b),
-        select(a.length_x, b.length_x, is_b), select(a.length_y, b.length_y, is_b),
-        select(a.scaled_x, b.scaled_x, is_b), select(a.scaled_y, b.scaled_y, is_b),
-        select(a.radius, b.radius, is_b), select(a.contact, b.contact, is_b),
-        select(a.half_length, b.half_length, is_b), select(a.half_width, b.half_width, is_b),
-        select(a.views, b.views, is_b), select(a.reflectivity, b.reflectivity, is_b),
-    );
-}
-
-// What a fan of rays from a point meets of an object.
-fn meet(fan: Fan, at: vec2<f32>, object: Thing) -> Seen {
-    if (object.kind == ROUND) {
+// What a fan of rays from a point meets of an object of a kind.
+fn meet(fan: Fan, at: vec2<f32>, kind: u32, object: Thing) -> Seen {
+    if (kind == ROUND) {
         let to = vec2<f32>(object.x - at.x, object.y - at.y);
-        let cylinder = cylinder_from(to, object.radius, object.reflectivity);
+        let cylinder = cylinder_from(to, object.extent_x, object.reflectivity);
         return Seen(meet_cylinder(fan.left, cylinder), meet_cylinder(fan.right, cylinder));
     }
-    if (object.kind == BLOCK) {
+    if (kind == BLOCK) {
         let from_x = at.x - object.x;
         let from_y = at.y - object.y;
         let unit = vec2<f32>(object.unit_x, object.unit_y);
         let own = vec2<f32>(from_x * unit.x + from_y * unit.y, from_y * unit.x - from_x * unit.y);
-        let half = vec2<f32>(object.half_length, object.half_width);
+        let half = vec2<f32>(object.extent_x, object.extent_y);
         return Seen(
             meet_block(fan.left, own, unit, half, object.reflectivity),
             meet_block(fan.right, own, unit, half, object.reflectivity),
@@ -280,8 +268,8 @@ fn meet(fan: Fan, at: vec2<f32>, object: Thing) -> Seen {
 
 // What the sensors read at a pose when all rays meet all that is there.
 //
-// From nowhere are two objects of one layer in reach. So rays meet one object a layer, which lanes that stand near
-// different objects then do together.
+// From nowhere are two objects of one layer in reach, and all of a layer are of one kind. So rays meet one object a layer,
+// which lanes that stand near different objects then do together.
 fn traced_readings(world: u32, pose: vec3<f32>, gain: f32) -> vec4<u32> {
     let ahead = cosine_sine(pose.z);
     let first = worlds[world].first_shape;
@@ -303,11 +291,13 @@ fn traced_readings(world: u32, pose: vec3<f32>, gain: f32) -> vec4<u32> {
         for (var index = 0u; index < count; index++) {
             let shape = first + index;
             let is_in_reach = is_near(near, index);
-            object = chosen(object, thing(shape), is_in_reach | begins);
+            if (is_in_reach | begins) {
+                object = thing(shape);
+            }
             found = is_in_reach | (found & !begins);
             begins = shapes[shape].ends_layer != 0u;
             if (begins & found) {
-                seen = nearer_seen(seen, meet(fan, at, object));
+                seen = nearer_seen(seen, meet(fan, at, shapes[shape].kind, object));
             }
         }
         sums = with_reading(sums, sensor, reading_of(world, sensor, returned(seen), gain));
@@ -417,13 +407,13 @@ fn toward_thing(object: Thing, at: vec2<f32>) -> vec2<f32> {
     if (object.kind == BLOCK) {
         let own_x = from_x * object.unit_x + from_y * object.unit_y;
         let own_y = from_y * object.unit_x - from_x * object.unit_y;
-        let beyond_x = own_x - clamp(own_x, -object.half_length, object.half_length);
-        let beyond_y = own_y - clamp(own_y, -object.half_width, object.half_width);
+        let beyond_x = own_x - clamp(own_x, -object.extent_x, object.extent_x);
+        let beyond_y = own_y - clamp(own_y, -object.extent_y, object.extent_y);
         return vec2<f32>(
             beyond_y * object.unit_y - beyond_x * object.unit_x, -(beyond_x * object.unit_y) - beyond_y * object.unit_x,
         );
     }
-    let along = clamp(from_x * object.scaled_x + from_y * object.scaled_y, 0.0f, 1.0f);
+    let along = clamp(from_x * object.extent_x + from_y * object.extent_y, 0.0f, 1.0f);
     return vec2<f32>(along * object.length_x - from_x, along * object.length_y - from_y);
 }
 
@@ -438,10 +428,10 @@ fn seen_alone(world: u32, object: Thing, pose: vec3<f32>) -> Lone {
     own.normal = cosine_sine(-f32(bearing) * reciprocal(worlds[world].bearings_per_turn));
     own.distance = object.contact + (worlds[world].nearest + f32(row) * reciprocal(worlds[world].rows_per_mm));
     own.kind = object.kind;
-    own.radius = object.radius;
+    own.radius = object.extent_x;
     own.reflectivity = object.reflectivity;
     if (object.kind == BLOCK) {
-        own.half = vec2<f32>(object.half_length, object.half_width);
+        own.half = vec2<f32>(object.extent_x, object.extent_y);
         own.views = object.views;
         let from_x = pose.x - object.x;
         let from_y = pose.y - object.y;
@@ -496,10 +486,14 @@ fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> vec4<u32> {
         for (var index = 0u; index < count; index++) {
             let object = thing(first + index);
             if (object.kind == ROUND) {
-                round = chosen(round, object, is_near(next_round, index) | no_round);
+                if (is_near(next_round, index) | no_round) {
+                    round = object;
+                }
                 no_round = false;
             } else {
-                flat = chosen(flat, object, is_near(next_flat, index) | no_flat);
+                if (is_near(next_flat, index) | no_flat) {
+                    flat = object;
+                }
                 no_flat = false;
             }
         }
