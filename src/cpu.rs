@@ -510,6 +510,32 @@ mod tests {
         assert!(kept.eq(all.into_iter().skip(1)));
     }
 
+    /// Of 65 lives in one world, one is left over from a group: it does not pay for a wide call.
+    #[test]
+    fn a_group_with_few_rollouts_takes_narrower_code() {
+        let world = World::new(WorldSpec::miglino1995()).unwrap();
+        let genes = vec![0.5; world.genes()];
+        let rollout = Rollout {
+            world: 0,
+            genes: &genes,
+            key: Key::rollout(1, 0, 0, 0),
+        };
+        let batch = Batch::new(&[world], &[rollout; LANES + 1], None).unwrap();
+        let parts = [batch.part(0..1), batch.part(1..2)];
+        let mut cpu = Cpu::new(Some(1)).unwrap();
+        let code = cpu.choose(batch.kernel(), &parts).unwrap();
+        let [full, few] = &cpu.for_few(&code, &parts)[..] else {
+            panic!("a code for each group")
+        };
+        assert!(full.is_none());
+        assert!(few.as_ref().is_some_and(|few| few.lanes() < code.lanes()));
+        cpu = cpu.with_variant(Cpu::variants()[0]).unwrap();
+        assert!(
+            cpu.for_few(&code, &parts).is_empty(),
+            "a code that was asked for is kept"
+        );
+    }
+
     #[test]
     fn buffers_are_in_the_order_of_the_bindings() {
         const NAMES: [&str; 9] = [
