@@ -343,7 +343,8 @@ pub(super) fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
     let mut walls: Vec<_> = walls.collect();
     let sides = walls.split_off(walls.len() - sides);
     let objects = walls.into_iter().chain(obstacles).chain(blocks).collect();
-    let mut all = layered(objects, spec.surrogate.is_some());
+    let by_rays = spec.surrogate.is_some() && matches!(spec.robot.build, Build::Sampled);
+    let mut all = layered(objects, by_rays);
     all.extend(sides);
     all
 }
@@ -382,22 +383,24 @@ fn shape(spec: &WorldSpec, at: Vec2, radius: f32, class: &str, kind: Object, ind
 }
 
 /// Sorts shapes into layers within which no two are in a robot's reach at once, so that a kernel looks up only one per
-/// layer. Readings are summed as integers, so the order changes no bit. Those that rays meet are of one kind in a layer, so that
-/// all lanes do the same.
-fn layered(shapes: Vec<life::Shape>, are_met_by_rays: bool) -> Vec<life::Shape> {
+/// layer. Readings are summed as integers, so the order changes no bit. If rays meet them instead, a layer also ends where the
+/// next shape is of another kind, so that all lanes do the same for a layer.
+fn layered(shapes: Vec<life::Shape>, by_rays: bool) -> Vec<life::Shape> {
     let mut layers: Vec<Vec<life::Shape>> = Vec::new();
     for shape in shapes {
-        match layers.iter_mut().find(|layer| {
-            let mixes = are_met_by_rays && layer[0].kind != shape.kind;
-            !mixes && layer.iter().all(|other| never_both_in_reach(&shape, other))
-        }) {
+        match layers
+            .iter_mut()
+            .find(|layer| layer.iter().all(|other| never_both_in_reach(&shape, other)))
+        {
             Some(layer) => layer.push(shape),
             None => layers.push(vec![shape]),
         }
     }
     for layer in &mut layers {
-        if let Some(last) = layer.last_mut() {
-            last.ends_layer = 1;
+        for index in 0..layer.len() {
+            let next = layer.get(index + 1);
+            let ends = next.is_none_or(|next| by_rays && next.kind != layer[index].kind);
+            layer[index].ends_layer = u32::from(ends);
         }
     }
     layers.concat()
