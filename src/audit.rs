@@ -1,11 +1,14 @@
 //! Audits: a share of a device's results is computed again on the CPU and compared bit for bit.
 
+use std::panic::resume_unwind;
+use std::thread;
+
 use crate::batch::{Batch, LANES, Part, PartResult};
 use crate::cpu::Cpu;
 use crate::evaluator::{Control, Device, Error, Evaluator};
 use crate::random::pcg4d;
 
-/// An evaluator with audits: in each call a share of the groups of 64 rollouts runs again on the CPU. Only the
+/// An evaluator with audits: in each call a share of the groups of 64 rollouts runs on the CPU too, at the same time. Only the
 /// rollouts' keys decide which.
 pub struct Audited {
     evaluator: Box<dyn Evaluator>,
@@ -39,10 +42,16 @@ impl Evaluator for Audited {
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        let there = self.evaluator.evaluate_part(part, control)?;
         let chosen = self.chosen(part);
-        let here = self.cpu.run(part.batch(), &chosen, control, false)?;
         let batch = part.batch();
+        let Self { evaluator, cpu, .. } = self;
+        let (here, there) = thread::scope(|scope| {
+            let here = scope.spawn(|| cpu.run(batch, &chosen, control, false));
+            let there = evaluator.evaluate_part(part, control);
+            (here.join(), there)
+        });
+        let there = there?;
+        let here = here.unwrap_or_else(|panic| resume_unwind(panic))?;
         let in_trace = batch.places("trace", batch.trace_words());
         let in_state = batch.places("state", batch.state_words());
         for (index, group) in chosen.into_iter().enumerate() {

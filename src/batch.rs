@@ -169,6 +169,14 @@ impl Worlds {
         self.lives(&pieces([rollouts]), 0..u32::MAX, &[], false, trace)
     }
 
+    /// As [`Worlds::batch`], of the first `cycles` cycles of lives that nothing continues.
+    ///
+    /// # Errors
+    /// As [`Worlds::batch`].
+    pub fn beginnings(&self, rollouts: &[Rollout<'_>], cycles: u32) -> Result<Batch, Invalid> {
+        self.lives(&pieces([rollouts]), 0..cycles, &[], false, None)
+    }
+
     /// As [`Worlds::batch`], of rollouts in several lists, one after the other. They are packed at the same time.
     ///
     /// # Errors
@@ -353,10 +361,10 @@ impl Worlds {
         &self.0.packed
     }
 
+    /// Whether they look the same to a kernel, even if they were packed for different batches.
     #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
-    /// Whether these are other worlds packed at the same time.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0, &other.0)
+        Arc::ptr_eq(&self.0, &other.0) || self.0.packed.is_same(&other.0.packed)
     }
 
     /// Words that each rollout keeps between stretches.

@@ -17,7 +17,7 @@ use crate::backend::Specialise;
 use crate::batch::{Part, Worlds};
 use crate::compose;
 
-/// How long compiling takes, until it is known.
+/// How long compiling takes on a processor, until it is known.
 const FIRST: Duration = Duration::from_millis(500);
 /// Most variants of a kernel that are kept.
 const MOST: usize = 64;
@@ -151,8 +151,8 @@ pub(crate) struct Variants<T> {
     /// twice as long as if that had been known beforehand.
     pub(crate) patience: u32,
     kernels: BTreeMap<(&'static str, usize), OfKernel<T>>,
-    /// How long the last one took to make.
-    cost: Option<Duration>,
+    /// How long the last one took to make, or the first is expected to take.
+    pub(crate) cost: Duration,
     /// Why one could not be made.
     pub(crate) problems: Vec<String>,
     /// Steps by variants.
@@ -182,7 +182,7 @@ impl<T> Default for Variants<T> {
             when: Specialise::default(),
             patience: 1,
             kernels: BTreeMap::new(),
-            cost: None,
+            cost: FIRST,
             problems: Vec::new(),
             steps: 0,
         }
@@ -269,7 +269,7 @@ impl<T: Clone + Send + 'static> Variants<T> {
         if self.when != Specialise::Auto {
             return;
         }
-        let worth = self.cost.unwrap_or(FIRST) * self.patience;
+        let worth = self.cost * self.patience;
         let own = self.of(setting.kernel);
         let is_same = |other: &Setting| {
             setting.is_traced == other.is_traced
@@ -338,7 +338,7 @@ impl<T: Clone + Send + 'static> Variants<T> {
                 false
             }
         });
-        self.cost = cost.or(self.cost);
+        self.cost = cost.unwrap_or(self.cost);
         if !problems.is_empty() {
             // The generic kernel does it.
             self.when = Specialise::Never;
@@ -403,4 +403,42 @@ pub(crate) fn program(generic: &Generic, setting: &Setting) -> (Vec<Word>, Progr
     let mut words: Vec<Word> = words.into_inner().into_iter().collect();
     words.retain(|word| reads_worlds || name_of(word.buffer) != "groups");
     (words, program)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::batch::Rollout;
+    use crate::random::Key;
+    use crate::world::{World, WorldSpec};
+
+    /// A world, packed anew.
+    fn setting(cycles: u32) -> Setting {
+        let spec = WorldSpec {
+            cycles,
+            ..WorldSpec::miglino1995()
+        };
+        let worlds = Worlds::new(&[World::new(spec).unwrap()]).unwrap();
+        let rollout = Rollout {
+            world: 0,
+            genes: &[0.0; 18],
+            key: Key::rollout(0, 0, 0, 0),
+        };
+        Setting::of(&worlds.batch(&[rollout], None).unwrap().all(), 0)
+    }
+
+    #[test]
+    fn time_in_a_world_counts_together_however_often_it_was_packed() {
+        let cost = Duration::from_millis(100);
+        let mut variants = Variants::<()>::default();
+        variants.cost = cost;
+        let kernel = setting(500).kernel;
+        let mut begins = |setting| {
+            variants.spend(setting, cost / 2, || |_: &Generic, _: &Setting, _: Program| Ok(()));
+            !variants.of(kernel).underway.is_empty()
+        };
+        assert!(!begins(setting(500)));
+        assert!(!begins(setting(400)), "another world has its own time");
+        assert!(begins(setting(500)));
+    }
 }

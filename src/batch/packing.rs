@@ -99,6 +99,16 @@ pub(crate) struct Packed {
 }
 
 impl Packed {
+    /// Whether a kernel finds the same words.
+    #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        fn words(own: &Packed) -> ([&[u32]; 2], &[[u32; 4]]) {
+            let of_lists = [bytemuck::cast_slice(&own.worlds), bytemuck::cast_slice(&own.shapes)];
+            (of_lists, &own.tables)
+        }
+        words(self) == words(other)
+    }
+
     pub(super) fn new(worlds: &[impl WorldKind]) -> Self {
         let mut buffers = Buffers::default();
         for world in worlds {

@@ -11,6 +11,7 @@ use crate::batch::Part;
 #[derive(Debug, Default)]
 pub(super) struct Variants {
     pub(super) when: Specialise,
+    pub(super) cost: Duration,
     pub(super) problems: Vec<String>,
     pub(super) steps: u64,
 }

@@ -23,12 +23,17 @@ use crate::device::{self, Candidate};
 use crate::exit::{Failure, Result};
 use crate::{files, runs, workload};
 
+/// An H100 has its full clock after half of this.
+const WAKING: Duration = Duration::from_millis(50);
+
 /// Batch sizes, and the time to measure each.
 pub(crate) struct Plan {
     /// Rollouts per batch.
     pub(crate) sizes: Vec<u32>,
     /// Batches that are expected to take longer are left out.
     pub(crate) longest: Duration,
+    /// The same for the reference, whose speed hardly depends on the batch.
+    pub(crate) longest_of_reference: Duration,
     /// Approximate time for all repetitions of one batch size on all devices.
     pub(crate) whole: Duration,
     /// Fewest and most repetitions.
@@ -43,8 +48,9 @@ impl Plan {
         Self {
             sizes: vec![1000, 10_000, 100_000, 1_000_000],
             longest: Duration::from_secs(12),
+            longest_of_reference: Duration::from_secs(2),
             whole: Duration::from_secs(25),
-            repetitions: (3, 15),
+            repetitions: (3, 100),
             specialise: Specialise::Auto,
         }
     }
@@ -54,8 +60,9 @@ impl Plan {
         Self {
             sizes: vec![1000, 10_000],
             longest: Duration::from_secs(4),
+            longest_of_reference: Duration::from_secs(1),
             whole: Duration::from_secs(3),
-            repetitions: (3, 7),
+            repetitions: (3, 100),
             specialise: Specialise::Auto,
         }
     }
@@ -146,7 +153,7 @@ impl Timed {
             .map(|index| workload::genome(genes, 1.0, 1, index))
             .collect();
         let rollouts = workload::rollouts(&genomes);
-        Ok(self.worlds.stretch(&rollouts, 0..self.cycles, &[], None)?)
+        Ok(self.worlds.beginnings(&rollouts, self.cycles)?)
     }
 }
 
@@ -282,6 +289,14 @@ pub(crate) fn measure(
     plan: &Plan,
     console: Console,
 ) -> Result<(Vec<Cell>, Vec<First>)> {
+    let reference = subject
+        .reference()
+        .map(|(lanes, threads)| Candidate::cpu(lanes, threads));
+    let is_reference = |name: &str, threads: Option<usize>| {
+        reference
+            .as_ref()
+            .is_some_and(|own| name == own.name && threads == own.threads)
+    };
     let smallest = subject.batch(plan.sizes.first().copied().unwrap_or(1000))?;
     let mut firsts = Vec::new();
     let mut evaluators = Vec::new();
@@ -308,8 +323,15 @@ pub(crate) fn measure(
         console.say(format!("timing batches of {size} rollouts"));
         let batch = subject.batch(size)?;
         let steps = batch.steps() as f64;
-        let affordable = |pace: &f64| pace * steps <= plan.longest.as_secs_f64();
-        let taking_part: Vec<usize> = (0..candidates.len()).filter(|&i| affordable(&paces[i])).collect();
+        let affordable = |&i: &usize| {
+            let longest = if is_reference(&candidates[i].name, candidates[i].threads) {
+                plan.longest_of_reference
+            } else {
+                plan.longest
+            };
+            paces[i] * steps <= longest.as_secs_f64()
+        };
+        let taking_part: Vec<usize> = (0..candidates.len()).filter(affordable).collect();
         let round: f64 = taking_part.iter().map(|&i| paces[i] * steps).sum();
         let (fewest, most) = plan.repetitions;
         let repetitions = ((plan.whole.as_secs_f64() / round.max(1e-6)) as usize).clamp(fewest, most);
@@ -327,7 +349,11 @@ pub(crate) fn measure(
         let before = specialised(&evaluators);
         for _ in 0..repetitions {
             for &i in &taking_part {
-                times[i].push(time(evaluators[i].as_mut(), &batch)?);
+                let evaluator = evaluators[i].as_mut();
+                if candidates[i].threads.is_none() && taking_part.len() > 1 {
+                    wake(evaluator, &batch)?;
+                }
+                times[i].push(time(evaluator, &batch)?);
             }
         }
         let after = specialised(&evaluators);
@@ -349,16 +375,9 @@ pub(crate) fn measure(
             });
         }
     }
-    let reference = subject
-        .reference()
-        .map(|(lanes, threads)| Candidate::cpu(lanes, threads));
     let references: Vec<(u32, f64)> = cells
         .iter()
-        .filter(|cell| {
-            reference
-                .as_ref()
-                .is_some_and(|own| cell.device == own.name && cell.threads == own.threads)
-        })
+        .filter(|cell| is_reference(&cell.device, cell.threads))
         .map(|cell| (cell.rollouts, cell.steps_per_second))
         .collect();
     for cell in &mut cells {
@@ -367,6 +386,15 @@ pub(crate) fn measure(
         cell.ratio_rollouts = reference.map(|(rollouts, _)| *rollouts);
     }
     Ok((cells, firsts))
+}
+
+/// Keeps a GPU busy until it has left the slow clock that it has when it is idle.
+fn wake(evaluator: &mut dyn Evaluator, batch: &Batch) -> Result {
+    let start = Instant::now();
+    while start.elapsed() < WAKING {
+        time(evaluator, batch)?;
+    }
+    Ok(())
 }
 
 /// Seconds of one evaluation.
