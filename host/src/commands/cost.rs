@@ -167,7 +167,7 @@ mod counted {
              {}\n\
              This world's kernel by lines, the dearest first; a line of a part of your own has all that it calls.\n\n{}\n\
              Billion steps per second of this world's kernel, if a card issued an operation of every lane in every tick of its clock.\n\
-             A card does less: how much less is known once it is measured.\n\n{}",
+             A card does less: an H100 did 0.7 of it with the 1995 experiment (docs/gpu.md).\n\n{}",
             columns(&["", "any world", "this world"], &rows),
             columns(&["operations", "line", ""], &dearest),
             columns(&["card", "at most"], &cards),
