@@ -55,7 +55,7 @@ pub struct Options {
 /// - `cpu` is the processor, `cpu:LANES` one of its [lane codes](Cpu::variants);
 /// - `gpu` is the best real GPU, `gpu:NAME` the adapter of that index or with that text in its name, which may be a
 ///   software one. A GPU that is lost is opened again once; after that the CPU takes over;
-/// - `auto` is the best real GPU if it is exact, else the CPU;
+/// - `auto` is the CPU, and for batches that it does sooner the best real GPU, if that is exact: [`Auto`](crate::auto::Auto);
 /// - `pool` is the CPU and all exact real GPUs, `pool:A+B` any backends of these names.
 ///
 /// ```
@@ -80,10 +80,7 @@ pub fn open(name: &str, options: Options) -> Result<Box<dyn Evaluator>, Error> {
         None => (name, None),
     };
     match (kind.trim(), which) {
-        ("auto", None) => match gpus::best(options) {
-            Some(gpu) => Ok(gpu),
-            None => Ok(Box::new(cpu(options)?)),
-        },
+        ("auto", None) => Ok(gpus::beside(Box::new(cpu(options)?), options)),
         ("cpu", None) => Ok(Box::new(cpu(options)?)),
         ("cpu", Some(variant)) => Ok(Box::new(cpu(options)?.with_variant(variant)?)),
         ("gpu", which) => gpus::named(which, options),
@@ -119,6 +116,7 @@ fn cpu(options: Options) -> Result<Cpu, Error> {
 mod gpus {
     use super::{Error, Evaluator, Options, cpu};
     use crate::audit::Audited;
+    use crate::auto::Auto;
     use crate::gpu::{self, Bounds, Choice, Gpu, Recovering};
 
     /// Opens the adapter with an index or name, or the best real GPU.
@@ -127,10 +125,17 @@ mod gpus {
         guarded(Gpu::open(&choice)?, options)
     }
 
-    /// Opens the best real GPU, if it is exact.
-    pub(super) fn best(options: Options) -> Option<Box<dyn Evaluator>> {
-        let gpu = Gpu::open(&Choice::Hardware).ok().filter(|gpu| gpu.device().exact)?;
-        guarded(gpu, options).ok()
+    /// Joins the CPU and the best real GPU, if there is one that may be exact.
+    pub(super) fn beside(cpu: Box<dyn Evaluator>, options: Options) -> Box<dyn Evaluator> {
+        let Some(adapter) = gpu::find(&Choice::Hardware).ok().filter(gpu::Adapter::takes_spirv) else {
+            return cpu;
+        };
+        let name = adapter.name().to_owned();
+        let open = move || {
+            let gpu = Gpu::open_with(&adapter, gpu::Path::Spirv).ok()?;
+            guarded(gpu, options).ok().filter(|gpu| gpu.device().exact)
+        };
+        Box::new(Auto::new(cpu, name, Box::new(open)))
     }
 
     /// Opens all real GPUs that are exact.
@@ -172,8 +177,8 @@ mod gpus {
         Err(Error::NoDevice(problem.into()))
     }
 
-    pub(super) fn best(_: Options) -> Option<Box<dyn Evaluator>> {
-        None
+    pub(super) fn beside(cpu: Box<dyn Evaluator>, _: Options) -> Box<dyn Evaluator> {
+        cpu
     }
 
     pub(super) fn all(_: Options) -> Vec<Box<dyn Evaluator>> {

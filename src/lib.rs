@@ -5,6 +5,7 @@ pub mod acting;
 pub mod ahead;
 pub mod arena;
 pub mod audit;
+pub mod auto;
 pub mod automode;
 pub mod backend;
 pub mod batch;

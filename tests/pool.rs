@@ -1,6 +1,11 @@
-//! Evaluators made of others: the pool, the audit, and backends by name.
+//! Evaluators made of others: the pool, the audit, the choice between two devices, and backends by name.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use oneiro::audit::Audited;
+use oneiro::auto::Auto;
 use oneiro::backend::{Options, open};
 use oneiro::batch::{Batch, Part, PartResult, Rollout};
 use oneiro::cpu::Cpu;
@@ -316,4 +321,84 @@ fn swarms_live_the_same_on_a_pool() {
     };
     let mut pool = Pool::new(vec![Box::new(cpu()), Box::new(cpu())]).unwrap();
     assert!(lived(&mut pool) == lived(&mut cpu()));
+}
+
+/// A device with the CPU's results that takes a while for every part, and counts them.
+struct Slow {
+    cpu: Cpu,
+    time: Duration,
+    parts: Arc<AtomicUsize>,
+}
+
+/// Such a device, and its count.
+fn slow(milliseconds: u64) -> (Box<dyn Evaluator>, Arc<AtomicUsize>) {
+    let parts = Arc::new(AtomicUsize::new(0));
+    let device = Slow {
+        cpu: cpu(),
+        time: Duration::from_millis(milliseconds),
+        parts: Arc::clone(&parts),
+    };
+    (Box::new(device), parts)
+}
+
+impl Evaluator for Slow {
+    fn device(&self) -> Device {
+        self.cpu.device()
+    }
+
+    fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
+        std::thread::sleep(self.time);
+        self.parts.fetch_add(1, Ordering::Relaxed);
+        self.cpu.evaluate_part(part, control)
+    }
+}
+
+/// How many of some equal batches either device gets, if the GPU is opened.
+fn shared(cpu_time: u64, gpu_time: Option<u64>, batches: usize) -> (usize, usize) {
+    let (here, of_cpu) = slow(cpu_time);
+    let (there, of_gpu) = slow(gpu_time.unwrap_or_default());
+    let is_there = gpu_time.is_some();
+    let mut auto = Auto::new(here, "a card".into(), Box::new(move || is_there.then_some(there)));
+    assert_eq!(auto.device().name, "cpu or a card");
+    let batch = batch(100);
+    let right = fitness(&mut cpu(), &batch).unwrap();
+    for _ in 0..batches {
+        assert_eq!(fitness(&mut auto, &batch).unwrap(), right);
+    }
+    let name = if of_gpu.load(Ordering::Relaxed) == 0 && !is_there {
+        "cpu"
+    } else {
+        "cpu or a card"
+    };
+    assert_eq!(auto.device().name, name);
+    (of_cpu.load(Ordering::Relaxed), of_gpu.load(Ordering::Relaxed))
+}
+
+#[test]
+fn batches_go_where_they_are_done_sooner() {
+    // The GPU is opened after 0.25 s. Its first two batches are not compared with anything.
+    let (here, there) = shared(50, Some(5), 40);
+    assert!((5..=8).contains(&here) && there == 40 - here, "{here} and {there}");
+    // A GPU that is much slower gets no more.
+    assert_eq!(shared(30, Some(600), 45).1, 2);
+    // None is needed.
+    assert_eq!(shared(50, None, 10), (10, 0));
+}
+
+#[test]
+fn short_batches_open_no_gpu_and_long_ones_do_at_once() {
+    let never = || panic!("nothing needs it");
+    let mut auto = Auto::new(Box::new(cpu()), "a card".into(), Box::new(never));
+    let small = batch(1);
+    for _ in 0..2000 {
+        fitness(&mut auto, &small).unwrap();
+    }
+    let (there, parts) = slow(0);
+    let mut auto = Auto::new(Box::new(cpu()), "a card".into(), Box::new(move || Some(there)));
+    let large = batch(200_000);
+    assert_eq!(
+        fitness(&mut auto, &large).unwrap(),
+        fitness(&mut Cpu::new(None).unwrap(), &large).unwrap()
+    );
+    assert_eq!(parts.load(Ordering::Relaxed), 1);
 }

@@ -18,7 +18,7 @@ use crate::exit::{Failure, Result};
 /// Options of the device that evaluates.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct Backend {
-    /// auto (an exact GPU if there is one, else the CPU), cpu, gpu, gpu:NAME, gpu:INDEX or pool (the CPU and all exact GPUs)
+    /// auto (the CPU, and an exact GPU for batches that it does sooner), cpu, gpu, gpu:NAME, gpu:INDEX or pool (the CPU and all exact GPUs)
     #[arg(id = "backend", long = "backend", value_name = "BACKEND", default_value = "auto")]
     pub(crate) name: String,
     /// CPU threads, 1 to 1024 [default: one per processor]
