@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# gpu.sh [ONEIRO [BACKEND [FOLDER]]]: everything that docs/gpu.md says of a card, by the program alone. Takes four minutes on an H100
+# gpu.sh [ONEIRO [BACKEND [FOLDER]]]: everything that docs/gpu.md says of a card, by the program alone. Takes some five minutes on an H100
 # with 16 processors. BACKEND is a name as of `oneiro devices`, such as gpu:0; by default the best GPU. FOLDER, `gpu-figures` by
 # default, gets:
 #   devices.json        what is here, and registers and instructions of all kernels where the driver tells
@@ -50,7 +50,7 @@ for device in "$backend" cpu; do
 done
 rm -rf out
 say "steps per second of the processor"
-"$oneiro" bench --quick --backend cpu --json --rollouts 100000 >cpu.json
+"$oneiro" bench --quick --backend cpu --json --rollouts 10000 >cpu.json
 say "differing bits"
 "$oneiro" selftest --backend "$backend" --rollouts "$lives" --json >selftest.json || say "SOME BITS DIFFER: see selftest.json"
 say "what to send to others"

@@ -14,7 +14,7 @@ const PATIENCE: f64 = 0.25;
 /// Robot-steps of a batch for which the GPU is opened at once. A few processors do them in 0.1 s at best.
 const MANY: u64 = 10_000_000;
 /// Every batch of this number goes to the slower device, to see whether it still is,
-const AGAIN: u32 = 32;
+const AGAIN: u32 = 64;
 /// unless it takes so many times as long.
 const HOPELESS: f64 = 4.0;
 
@@ -221,8 +221,8 @@ mod tests {
 
     #[test]
     fn the_slower_device_gets_another_chance_now_and_then() {
-        assert_eq!(to_gpu(64, 0.020, 0.010), 310);
-        assert_eq!(to_gpu(64, 0.010, 0.020), 10);
+        assert_eq!(to_gpu(64, 0.020, 0.010), 315);
+        assert_eq!(to_gpu(64, 0.010, 0.020), 5);
         assert_eq!(to_gpu(64, 0.010, 0.050), 0, "hopeless");
         assert_eq!(to_gpu(64, 0.050, 0.010), 320, "hopeless");
         assert_eq!(to_gpu(64, 0.0005, 0.0001), 0, "too short");
@@ -231,9 +231,9 @@ mod tests {
     #[test]
     fn batches_of_other_sizes_are_judged_by_what_is_known() {
         // Twice the steps take both twice the time.
-        assert_eq!(to_gpu(128, 0.010, 0.020), 10);
+        assert_eq!(to_gpu(128, 0.010, 0.020), 5);
         // An eighth of them takes the CPU an eighth of its time, and the GPU as long as before.
-        assert_eq!(to_gpu(64, 0.016, 0.005), 310);
-        assert_eq!(to_gpu(8, 0.016, 0.005), 10);
+        assert_eq!(to_gpu(64, 0.016, 0.005), 315);
+        assert_eq!(to_gpu(8, 0.016, 0.005), 5);
     }
 }
