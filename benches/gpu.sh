@@ -42,6 +42,7 @@ bench --rollouts "$members" --specialise always "$experiments/evostick-foraging.
 say "what a cycle costs"
 "$oneiro" check "$experiments/khepera-avoidance.toml" --cost --json >cost.json
 printf 'experiment = "%s"\nseeds = "%s"\n' "$experiments/khepera-avoidance.toml" "$seeds" >sweep.toml
+: >sweep.txt
 for device in "$backend" cpu; do
     say "a sweep on $device"
     rm -rf out

@@ -48,10 +48,9 @@ impl Evaluator for Audited {
         let (here, there) = thread::scope(|scope| {
             let here = scope.spawn(|| cpu.run(batch, &chosen, control, false));
             let there = evaluator.evaluate_part(part, control);
-            (here.join(), there)
+            (here.join().unwrap_or_else(|panic| resume_unwind(panic)), there)
         });
-        let there = there?;
-        let here = here.unwrap_or_else(|panic| resume_unwind(panic))?;
+        let (there, here) = (there?, here?);
         let in_trace = batch.places("trace", batch.trace_words());
         let in_state = batch.places("state", batch.state_words());
         for (index, group) in chosen.into_iter().enumerate() {

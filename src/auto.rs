@@ -1,28 +1,31 @@
-//! The CPU and a GPU that take turns: each batch goes to the one that is expected to be done with it sooner.
+//! The CPU and a GPU side by side: each batch goes to the one that is expected to finish it sooner.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use crate::batch::{Part, PartResult};
-use crate::evaluator::{Control, Device, Error, Evaluator};
+use oneiro_shaders::Kernel;
 
-/// Batches that the CPU does in less time, s, never go to a GPU, which takes about as long for a single life
-/// (`docs/gpu.md`).
-const LEAST: f64 = 0.001;
+use crate::batch::{Part, PartResult};
+use crate::evaluator::{Control, Device, Error, Evaluator, pass_on};
+
+/// A GPU takes about as long for a single life (`docs/gpu.md`), so it gets no batch that the CPU does in less time, s.
+const LEAST_CPU_TIME: f64 = 0.001;
 /// Time that longer batches take on the CPU before the GPU is opened, s: about what opening takes.
 const PATIENCE: f64 = 0.25;
-/// Robot-steps of a batch for which the GPU is opened at once. A few processors do them in 0.1 s at best.
-const MANY: u64 = 10_000_000;
-/// Every batch of this number goes to the slower device, to see whether it still is,
-const AGAIN: u32 = 64;
-/// unless it takes so many times as long.
+/// Robot-steps of a batch for which the GPU is opened at once if nothing is known of the CPU: some 0.1 s on a few processors.
+const MANY_STEPS: u64 = 10_000_000;
+/// Every 64th choice between the two goes to the slower one, to measure it again,
+const MEASURE_AGAIN: u32 = 64;
+/// unless it took at least this many times as long
 const HOPELESS: f64 = 4.0;
+/// in so many measurements.
+const SURE: u32 = 3;
 
-/// Opens a GPU, if it is exact.
-pub type Opener = Box<dyn FnOnce() -> Option<Box<dyn Evaluator>> + Send>;
+/// Opens a GPU, if it is exact; else says why not.
+pub type Opener = Box<dyn FnOnce() -> Result<Box<dyn Evaluator>, String> + Send>;
 
-/// Evaluates each batch on the CPU or on a GPU, which is opened once there is enough to do. What it expects of either is what
-/// batches of the same kernel took there. Results don't depend on the choice.
+/// Evaluates each batch on the CPU or on a GPU, which is opened once there is enough to do. What is expected of either is what batches
+/// of the same kernel took there. Results don't depend on the choice. If the GPU fails, the CPU does its work.
 pub struct Auto {
     cpu: Member,
     gpu: Option<Member>,
@@ -30,18 +33,48 @@ pub struct Auto {
     name: String,
     /// Time that the CPU has worked on batches that a GPU might have done sooner, s.
     spent: f64,
-    batches: u32,
     warnings: Vec<String>,
 }
 
 /// One of the two.
 struct Member {
     evaluator: Box<dyn Evaluator>,
-    /// For each kernel the time of its batches, by the binary logarithm of their robot-steps; empty after its first one, which may
-    /// have included compiling.
-    times: BTreeMap<&'static str, BTreeMap<u32, f64>>,
+    times: BTreeMap<Kind, BTreeMap<u32, Known>>,
     /// Number of its warnings that have been passed on.
     heard: usize,
+}
+
+/// Batches of one kind take similar time for a step: those of a kernel that bring back as much.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Kind {
+    kernel: &'static str,
+    is_traced: bool,
+    keeps_states: bool,
+}
+
+/// What is known of batches of a kind and size on one device.
+#[derive(Clone, Copy, Default)]
+struct Known {
+    /// s
+    time: f64,
+    measurements: u32,
+    /// Of the CPU: how often it was compared with the GPU.
+    choices: u32,
+}
+
+impl Kind {
+    fn of(part: &Part<'_>) -> Self {
+        Self {
+            kernel: part.kernel().name,
+            is_traced: part.trace_every() > 0,
+            keeps_states: part.batch().keeps_states(),
+        }
+    }
+}
+
+/// The binary logarithm of a part's robot-steps.
+fn size(part: &Part<'_>) -> u32 {
+    part.steps().max(1).ilog2()
 }
 
 impl Auto {
@@ -53,34 +86,89 @@ impl Auto {
             opener: Some(opener),
             name,
             spent: 0.0,
-            batches: 0,
             warnings: Vec::new(),
         }
     }
 
-    /// The device for a part.
-    fn choose(&mut self, part: &Part<'_>) -> &mut Member {
-        let expected = self.cpu.expected(part, true);
-        let is_long = part.steps() >= MANY || expected.is_some_and(|time| time >= LEAST);
-        if is_long
-            && (part.steps() >= MANY || self.spent >= PATIENCE)
-            && let Some(open) = self.opener.take()
-        {
-            self.gpu = open().map(Member::new);
+    /// The CPU's description, and the GPU's name if there may be one.
+    fn beside(&self, cpu: Device) -> Device {
+        if self.gpu.is_none() && self.opener.is_none() {
+            return cpu;
         }
-        let Some(gpu) = self.gpu.as_mut().filter(|_| is_long) else {
-            return &mut self.cpu;
+        Device {
+            name: format!("{} or {}", cpu.name, self.name),
+            ..cpu
+        }
+    }
+
+    /// Opens the GPU if that seems worth it for a batch that takes the CPU this long, as far as is known, s.
+    fn open_for(&mut self, part: &Part<'_>, expected: Option<f64>) {
+        let is_worth_it = match expected {
+            None => part.steps() >= MANY_STEPS,
+            Some(time) => time >= PATIENCE || (time >= LEAST_CPU_TIME && self.spent >= PATIENCE),
         };
-        let (Some(there), Some(here)) = (gpu.expected(part, false), expected) else {
-            // Either the GPU has no time yet, or the batch is a large one.
-            return gpu;
+        if is_worth_it && let Some(open) = self.opener.take() {
+            match open() {
+                Ok(gpu) => self.gpu = Some(Member::new(gpu)),
+                Err(problem) => self
+                    .warnings
+                    .push(format!("{}: {problem}; the CPU does all work", self.name)),
+            }
+        }
+    }
+
+    /// Whether the GPU gets a part.
+    fn is_for_gpu(&mut self, part: &Part<'_>) -> bool {
+        let expected = self.cpu.expected(part, |time, ratio| time * ratio);
+        self.open_for(part, expected);
+        let Some(gpu) = &mut self.gpu else {
+            return false;
         };
-        self.batches = self.batches.wrapping_add(1);
-        let is_second_chance = self.batches.is_multiple_of(AGAIN) && there.max(here) < HOPELESS * there.min(here);
-        if (there < here) == is_second_chance {
-            &mut self.cpu
-        } else {
-            gpu
+        let Some(here) = expected else {
+            return part.steps() >= MANY_STEPS;
+        };
+        if here < LEAST_CPU_TIME {
+            return false;
+        }
+        // As long for any number of steps: that is right for few, and lets it try more.
+        let Some(there) = gpu.expected(part, |time, _| time) else {
+            return true;
+        };
+        let is_sooner = there < here;
+        let (Some(there), Some(here)) = (gpu.known(part), self.cpu.known(part)) else {
+            return is_sooner;
+        };
+        here.choices += 1;
+        let is_turn = here.choices.is_multiple_of(MEASURE_AGAIN);
+        let (fast, slow) = if is_sooner { (there, here) } else { (here, there) };
+        let is_hopeless = slow.measurements >= SURE && slow.time >= HOPELESS * fast.time;
+        is_sooner != (is_turn && !is_hopeless)
+    }
+
+    /// Runs a part on the GPU. `None`: it can't, and the CPU must.
+    fn on_gpu(&mut self, part: &Part<'_>, control: &Control) -> Option<Result<PartResult, Error>> {
+        let gpu = self.gpu.as_mut()?;
+        let done = gpu.evaluate(part, control);
+        pass_on(gpu.evaluator.as_ref(), &mut gpu.heard, &mut self.warnings);
+        let is_gone = match &done {
+            Err(error @ Error::TooLarge(_)) => {
+                self.warnings.push(format!("{error}; the CPU does this batch"));
+                return None;
+            }
+            Err(error @ Error::NoDevice(_)) => {
+                self.warnings
+                    .push(format!("{error}; from now on the CPU does all work"));
+                true
+            }
+            // It was lost, and something else does its work already.
+            _ => gpu.evaluator.device().name == self.cpu.evaluator.device().name,
+        };
+        if is_gone {
+            self.gpu = None;
+        }
+        match done {
+            Err(Error::NoDevice(_)) => None,
+            done => Some(done.map(|(result, _)| result)),
         }
     }
 }
@@ -94,16 +182,17 @@ impl Member {
         }
     }
 
-    /// The time that a part is expected to take, s, if anything is known of its kernel. Fewer steps take less time in proportion, or
-    /// as long.
-    fn expected(&self, part: &Part<'_>, in_proportion: bool) -> Option<f64> {
-        let times = self.times.get(part.kernel().name)?;
-        let size = size(part);
-        let smaller = times.range(..=size).next_back();
-        let larger = || times.range(size..).next();
-        let (known, time) = smaller.or_else(larger)?;
-        let ratio = 2.0_f64.powi(size as i32 - *known as i32);
-        Some(time * if in_proportion { ratio } else { ratio.max(1.0) })
+    /// What was measured of batches of the same kind and size.
+    fn known(&mut self, part: &Part<'_>) -> Option<&mut Known> {
+        self.times.get_mut(&Kind::of(part))?.get_mut(&size(part))
+    }
+
+    /// The time that a part is expected to take, s: `scaled` of the time of the batch whose size is nearest, and the ratio of their
+    /// steps. `None` if there was no such batch.
+    fn expected(&self, part: &Part<'_>, scaled: impl Fn(f64, f64) -> f64) -> Option<f64> {
+        let (own, times) = (size(part), self.times.get(&Kind::of(part))?);
+        let (size, known) = times.iter().min_by_key(|(size, _)| size.abs_diff(own))?;
+        Some(scaled(known.time, 2.0_f64.powi(own as i32 - *size as i32)))
     }
 
     /// Runs a part. Also returns how long that took, s.
@@ -111,44 +200,42 @@ impl Member {
         let start = Instant::now();
         let result = self.evaluator.evaluate_part(part, control)?;
         let time = start.elapsed().as_secs_f64();
-        match self.times.get_mut(part.kernel().name) {
-            None => {
-                self.times.insert(part.kernel().name, BTreeMap::new());
-            }
-            Some(times) => {
-                let known = times.entry(size(part)).or_insert(time);
-                // A single slow batch may have had other reasons.
-                *known = time.min(2.0 * *known);
-            }
+        // The first batch of a kind may include compiling, so it only opens the list.
+        let is_first = !self.times.contains_key(&Kind::of(part));
+        let times = self.times.entry(Kind::of(part)).or_default();
+        if !is_first {
+            let known = times.entry(size(part)).or_default();
+            // A single slow batch may have had other reasons.
+            known.time = if known.measurements == 0 {
+                time
+            } else {
+                time.min(2.0 * known.time)
+            };
+            known.measurements += 1;
         }
         Ok((result, time))
     }
 }
 
-/// The binary logarithm of a part's robot-steps.
-fn size(part: &Part<'_>) -> u32 {
-    part.steps().max(1).ilog2()
-}
-
 impl Evaluator for Auto {
     fn device(&self) -> Device {
-        let cpu = self.cpu.evaluator.device();
-        if self.gpu.is_none() && self.opener.is_none() {
-            return cpu;
-        }
-        Device {
-            name: format!("{} or {}", cpu.name, self.name),
-            ..cpu
-        }
+        self.beside(self.cpu.evaluator.device())
+    }
+
+    fn device_for(&self, kernel: &'static Kernel) -> Device {
+        self.beside(self.cpu.evaluator.device_for(kernel))
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        let chosen = self.choose(part);
-        let (result, time) = chosen.evaluate(part, control)?;
-        let news: Vec<String> = chosen.evaluator.warnings()[chosen.heard..].to_vec();
-        chosen.heard += news.len();
-        self.warnings.extend(news);
-        if self.gpu.is_none() && time >= LEAST {
+        if self.is_for_gpu(part)
+            && let Some(done) = self.on_gpu(part, control)
+        {
+            return done;
+        }
+        let done = self.cpu.evaluate(part, control);
+        pass_on(self.cpu.evaluator.as_ref(), &mut self.cpu.heard, &mut self.warnings);
+        let (result, time) = done?;
+        if time >= LEAST_CPU_TIME {
             self.spent += time;
         }
         Ok(result)
@@ -159,12 +246,8 @@ impl Evaluator for Auto {
     }
 
     fn specialised_steps(&self) -> u64 {
-        let members = [Some(&self.cpu), self.gpu.as_ref()];
-        members
-            .into_iter()
-            .flatten()
-            .map(|own| own.evaluator.specialised_steps())
-            .sum()
+        let members = [Some(&self.cpu), self.gpu.as_ref()].into_iter().flatten();
+        members.map(|own| own.evaluator.specialised_steps()).sum()
     }
 }
 
@@ -207,16 +290,28 @@ mod tests {
 
     /// Of 320 batches of `rollouts`, how many go to the GPU, given the time of 64 rollouts on both, s.
     fn to_gpu(rollouts: usize, cpu: f64, gpu: f64) -> usize {
-        let mut auto = Auto::new(Box::new(Named("cpu")), "gpu".into(), Box::new(|| None));
+        let mut auto = Auto::new(
+            Box::new(Named("cpu")),
+            "gpu".into(),
+            Box::new(|| Err("it is there".into())),
+        );
         auto.gpu = Some(Member::new(Box::new(Named("gpu"))));
         let known = batch(64);
-        let of_size = |time| BTreeMap::from([(known.kernel().name, BTreeMap::from([(size(&known.all()), time)]))]);
-        auto.cpu.times = of_size(cpu);
-        auto.gpu.as_mut().unwrap().times = of_size(gpu);
+        let measured = |time| Known {
+            time,
+            measurements: SURE,
+            choices: 0,
+        };
+        let times = |time| {
+            BTreeMap::from([(
+                Kind::of(&known.all()),
+                BTreeMap::from([(size(&known.all()), measured(time))]),
+            )])
+        };
+        auto.cpu.times = times(cpu);
+        auto.gpu.as_mut().unwrap().times = times(gpu);
         let batch = batch(rollouts);
-        (0..320)
-            .filter(|_| auto.choose(&batch.all()).evaluator.device().name == "gpu")
-            .count()
+        (0..320).filter(|_| auto.is_for_gpu(&batch.all())).count()
     }
 
     #[test]
@@ -230,10 +325,11 @@ mod tests {
 
     #[test]
     fn batches_of_other_sizes_are_judged_by_what_is_known() {
-        // Twice the steps take both twice the time.
-        assert_eq!(to_gpu(128, 0.010, 0.020), 5);
+        // Twice the steps take the CPU twice the time. The GPU, which may take as long as before, must try.
+        assert_eq!(to_gpu(128, 0.010, 0.019), 320);
+        assert_eq!(to_gpu(128, 0.010, 0.021), 0);
         // An eighth of them takes the CPU an eighth of its time, and the GPU as long as before.
-        assert_eq!(to_gpu(64, 0.016, 0.005), 315);
-        assert_eq!(to_gpu(8, 0.016, 0.005), 5);
+        assert_eq!(to_gpu(8, 0.016, 0.005), 0);
+        assert_eq!(to_gpu(8, 0.016, 0.001), 320);
     }
 }

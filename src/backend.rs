@@ -91,7 +91,7 @@ pub fn open(name: &str, options: Options) -> Result<Box<dyn Evaluator>, Error> {
         }
         ("pool", Some(names)) => {
             let members = names.split('+').map(|name| match name.trim() {
-                pool if pool.starts_with("pool") => Err(unknown(name)),
+                whole if whole == "auto" || whole.starts_with("pool") => Err(unknown(name)),
                 name => open(name, options),
             });
             Ok(Box::new(Pool::new(members.collect::<Result<_, _>>()?)?))
@@ -132,8 +132,11 @@ mod gpus {
         };
         let name = adapter.name().to_owned();
         let open = move || {
-            let gpu = Gpu::open_with(&adapter, gpu::Path::Spirv).ok()?;
-            guarded(gpu, options).ok().filter(|gpu| gpu.device().exact)
+            let gpu = Gpu::open_with(&adapter, gpu::Path::Spirv).map_err(|error| error.to_string())?;
+            match gpu.why_inexact() {
+                None => guarded(gpu, options).map_err(|error| error.to_string()),
+                Some(why) => Err(format!("it is not exact ({why})")),
+            }
         };
         Box::new(Auto::new(cpu, name, Box::new(open)))
     }

@@ -169,11 +169,14 @@ impl Worlds {
         self.lives(&pieces([rollouts]), 0..u32::MAX, &[], false, trace)
     }
 
-    /// As [`Worlds::batch`], of the first `cycles` cycles of lives that nothing continues.
+    /// As [`Worlds::batch`], of the first `cycles` cycles of each life, whose states are not kept.
     ///
     /// # Errors
-    /// As [`Worlds::batch`].
+    /// As [`Worlds::batch`], and no cycle.
     pub fn beginnings(&self, rollouts: &[Rollout<'_>], cycles: u32) -> Result<Batch, Invalid> {
+        if cycles == 0 {
+            return Err(Invalid::new("cycles", "are 0; allowed: one and more"));
+        }
         self.lives(&pieces([rollouts]), 0..cycles, &[], false, None)
     }
 

@@ -102,7 +102,7 @@ pub enum Error {
 /// The device of an evaluator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Device {
-    /// `cpu` or the adapter's name.
+    /// `cpu` or the adapter's name, or several joined.
     pub name: String,
     /// Instruction set and lanes, or the driver's name and version.
     pub detail: String,
@@ -144,6 +144,13 @@ pub trait Evaluator: Send {
     fn specialised_steps(&self) -> u64 {
         0
     }
+}
+
+/// Appends an evaluator's warnings after the first `heard` to others.
+pub(crate) fn pass_on(evaluator: &dyn Evaluator, heard: &mut usize, warnings: &mut Vec<String>) {
+    let all = evaluator.warnings();
+    warnings.extend(all.iter().skip(*heard).cloned());
+    *heard = all.len();
 }
 
 impl PartResult {

@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use crate::batch::{LANES, Part, PartResult};
-use crate::evaluator::{Control, Device, Error, Evaluator};
+use crate::evaluator::{Control, Device, Error, Evaluator, pass_on};
 
 /// Least duration of a piece in seconds, so that fixed costs don't matter. A piece is never more than the member's
 /// share.
@@ -116,9 +116,7 @@ impl Pool {
     /// Passes on the members' new warnings.
     fn hear(&mut self) {
         for member in &mut self.members {
-            let warnings = member.evaluator.warnings();
-            self.warnings.extend(warnings.iter().skip(member.heard).cloned());
-            member.heard = warnings.len();
+            pass_on(member.evaluator.as_ref(), &mut member.heard, &mut self.warnings);
         }
     }
 }

@@ -18,7 +18,7 @@ use crate::batch::{Part, Worlds};
 use crate::compose;
 
 /// How long compiling takes on a processor, until it is known.
-const FIRST: Duration = Duration::from_millis(500);
+const EXPECTED_COMPILE_TIME: Duration = Duration::from_millis(500);
 /// Most variants of a kernel that are kept.
 const MOST: usize = 64;
 
@@ -152,7 +152,7 @@ pub(crate) struct Variants<T> {
     pub(crate) patience: u32,
     kernels: BTreeMap<(&'static str, usize), OfKernel<T>>,
     /// How long the last one took to make, or the first is expected to take.
-    pub(crate) cost: Duration,
+    pub(crate) compile_time: Duration,
     /// Why one could not be made.
     pub(crate) problems: Vec<String>,
     /// Steps by variants.
@@ -182,7 +182,7 @@ impl<T> Default for Variants<T> {
             when: Specialise::default(),
             patience: 1,
             kernels: BTreeMap::new(),
-            cost: FIRST,
+            compile_time: EXPECTED_COMPILE_TIME,
             problems: Vec::new(),
             steps: 0,
         }
@@ -269,7 +269,7 @@ impl<T: Clone + Send + 'static> Variants<T> {
         if self.when != Specialise::Auto {
             return;
         }
-        let worth = self.cost * self.patience;
+        let worth = self.compile_time * self.patience;
         let own = self.of(setting.kernel);
         let is_same = |other: &Setting| {
             setting.is_traced == other.is_traced
@@ -318,11 +318,11 @@ impl<T: Clone + Send + 'static> Variants<T> {
     /// Takes what has been made.
     fn collect(&mut self, kernel: &'static Kernel) {
         let own = self.of(kernel);
-        let (mut problems, mut cost) = (Vec::new(), None);
+        let (mut problems, mut compile_time) = (Vec::new(), None);
         own.underway.retain(|underway| match underway.made.try_recv() {
             Err(mpsc::TryRecvError::Empty) => true,
             Ok(Ok(variant)) => {
-                cost = Some(underway.began.elapsed());
+                compile_time = Some(underway.began.elapsed());
                 if own.ready.len() == MOST {
                     own.ready.remove(0);
                 }
@@ -338,7 +338,7 @@ impl<T: Clone + Send + 'static> Variants<T> {
                 false
             }
         });
-        self.cost = cost.unwrap_or(self.cost);
+        self.compile_time = compile_time.unwrap_or(self.compile_time);
         if !problems.is_empty() {
             // The generic kernel does it.
             self.when = Specialise::Never;
@@ -429,12 +429,12 @@ mod tests {
 
     #[test]
     fn time_in_a_world_counts_together_however_often_it_was_packed() {
-        let cost = Duration::from_millis(100);
         let mut variants = Variants::<()>::default();
-        variants.cost = cost;
         let kernel = setting(500).kernel;
         let mut begins = |setting| {
-            variants.spend(setting, cost / 2, || |_: &Generic, _: &Setting, _: Program| Ok(()));
+            variants.spend(setting, EXPECTED_COMPILE_TIME / 2, || {
+                |_: &Generic, _: &Setting, _: Program| Ok(())
+            });
             !variants.of(kernel).underway.is_empty()
         };
         assert!(!begins(setting(500)));

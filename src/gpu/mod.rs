@@ -33,8 +33,6 @@ pub use run::Run;
 #[cfg(feature = "compose")]
 pub use specialised::specialised;
 
-use std::time::Duration;
-
 use oneiro_shaders::life::Group;
 
 use device::{Device, Fault};
@@ -46,9 +44,6 @@ use crate::evaluator::{self, Control, Error, Evaluator};
 
 /// Groups of a world that keep a device busy by themselves.
 const GROUPS_OF_A_WORLD: usize = 16;
-
-/// How long a real GPU's driver takes to compile a kernel, until it is known.
-const FIRST_COST: Duration = Duration::from_millis(100);
 
 /// Whether a batch's worlds are simulated one after the other, each by a kernel of its own. Their groups lie together.
 fn divides(when: Specialise, groups: &[Group]) -> bool {
@@ -90,7 +85,7 @@ impl Gpu {
             inexact: None,
         };
         if !adapter.is_software() {
-            gpu.lives.variants.cost = FIRST_COST;
+            specialised::expect_fast(&mut gpu.lives.variants);
         }
         gpu.inexact = trust::verdict(&mut gpu)?;
         Ok(gpu)

@@ -2,7 +2,7 @@
 
 use super::Gpu;
 use crate::batch::{Part, PartResult};
-use crate::evaluator::{Control, Device, Error, Evaluator};
+use crate::evaluator::{Control, Device, Error, Evaluator, pass_on};
 
 /// Evaluates on a GPU. If its device is lost, it is reopened and the part repeated; if that fails too, this part and
 /// all later ones run on the fallback. Results stay the same.
@@ -10,6 +10,8 @@ pub struct Recovering {
     gpu: Option<Gpu>,
     fallback: Box<dyn Evaluator>,
     warnings: Vec<String>,
+    /// Number of the GPU's own warnings among them.
+    heard: usize,
 }
 
 impl Recovering {
@@ -19,6 +21,7 @@ impl Recovering {
             gpu: Some(gpu),
             fallback,
             warnings: Vec::new(),
+            heard: 0,
         }
     }
 
@@ -32,6 +35,7 @@ impl Recovering {
         self.warnings.push(format!("{lost}; it is opened again"));
         let again = gpu.reopen().and_then(|new| {
             *gpu = new;
+            self.heard = 0;
             gpu.evaluate_part(part, control)
         });
         match again {
@@ -55,7 +59,11 @@ impl Evaluator for Recovering {
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        match self.on_gpu(part, control) {
+        let done = self.on_gpu(part, control);
+        if let Some(gpu) = &self.gpu {
+            pass_on(gpu, &mut self.heard, &mut self.warnings);
+        }
+        match done {
             Some(done) => done,
             None => self.fallback.evaluate_part(part, control),
         }

@@ -13,6 +13,14 @@ use crate::variants::{self, Make, Setting, parsed, program, ships};
 pub(super) type Variants = variants::Variants<Arc<Pipeline>>;
 pub(super) type Unrolled = variants::Unrolled<Arc<Pipeline>>;
 
+/// How long a real GPU's driver takes to compile a kernel, until it is known.
+const EXPECTED_COMPILE_TIME: Duration = Duration::from_millis(100);
+
+/// Sets what a real GPU's driver is expected to take.
+pub(super) fn expect_fast(variants: &mut Variants) {
+    variants.compile_time = EXPECTED_COMPILE_TIME;
+}
+
 /// The variant for a world of a part, if it is ready.
 pub(super) fn ready(variants: &mut Variants, device: &Device, part: &Part<'_>, world: u32) -> Option<Arc<Pipeline>> {
     (device.path() == Path::Spirv)

@@ -11,7 +11,6 @@ use crate::batch::Part;
 #[derive(Debug, Default)]
 pub(super) struct Variants {
     pub(super) when: Specialise,
-    pub(super) cost: Duration,
     pub(super) problems: Vec<String>,
     pub(super) steps: u64,
 }
@@ -27,6 +26,8 @@ pub(super) struct Unrolled {
 pub(super) fn unrolled(_: &mut Variants, _: &Device, _: &Part<'_>, _: u32, _: u32) -> Result<Option<Unrolled>, String> {
     Ok(None)
 }
+
+pub(super) fn expect_fast(_: &mut Variants) {}
 
 pub(super) fn ready(_: &mut Variants, _: &Device, _: &Part<'_>, _: u32) -> Option<Arc<Pipeline>> {
     None

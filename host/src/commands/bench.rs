@@ -23,7 +23,7 @@ use crate::device::{self, Candidate};
 use crate::exit::{Failure, Result};
 use crate::{files, runs, workload};
 
-/// An H100 that was idle takes its usual time again after 5 ms.
+/// How long a GPU is kept busy before it is timed. An idle H100 is slow for 5 ms.
 const WAKING: Duration = Duration::from_millis(20);
 
 /// Batch sizes, and the time to measure each.
@@ -32,7 +32,7 @@ pub(crate) struct Plan {
     pub(crate) sizes: Vec<u32>,
     /// Batches that are expected to take longer are left out.
     pub(crate) longest: Duration,
-    /// The same for the reference, whose speed hardly depends on the batch.
+    /// The same for the reference: larger batches tell nothing new of it.
     pub(crate) longest_of_reference: Duration,
     /// Approximate time for all repetitions of one batch size on all devices.
     pub(crate) whole: Duration,
@@ -289,14 +289,7 @@ pub(crate) fn measure(
     plan: &Plan,
     console: Console,
 ) -> Result<(Vec<Cell>, Vec<First>)> {
-    let reference = subject
-        .reference()
-        .map(|(lanes, threads)| Candidate::cpu(lanes, threads));
-    let is_reference = |name: &str, threads: Option<usize>| {
-        reference
-            .as_ref()
-            .is_some_and(|own| name == own.name && threads == own.threads)
-    };
+    let is_reference = |candidate: &Candidate| candidate.lanes().is_some() && candidate.lanes() == subject.reference();
     let smallest = subject.batch(plan.sizes.first().copied().unwrap_or(1000))?;
     let mut firsts = Vec::new();
     let mut evaluators = Vec::new();
@@ -319,12 +312,14 @@ pub(crate) fn measure(
     }
 
     let mut cells: Vec<Cell> = Vec::new();
+    // Rollouts and steps per second.
+    let mut references: Vec<(u32, f64)> = Vec::new();
     for &size in &plan.sizes {
         console.say(format!("timing batches of {size} rollouts"));
         let batch = subject.batch(size)?;
         let steps = batch.steps() as f64;
         let affordable = |&i: &usize| {
-            let longest = if is_reference(&candidates[i].name, candidates[i].threads) {
+            let longest = if is_reference(&candidates[i]) {
                 plan.longest_of_reference
             } else {
                 plan.longest
@@ -332,7 +327,9 @@ pub(crate) fn measure(
             paces[i] * steps <= longest.as_secs_f64()
         };
         let taking_part: Vec<usize> = (0..candidates.len()).filter(affordable).collect();
-        let round: f64 = taking_part.iter().map(|&i| paces[i] * steps).sum();
+        let is_woken = |i: usize| candidates[i].threads.is_none() && taking_part.len() > 1;
+        let waking = |i: usize| if is_woken(i) { WAKING.as_secs_f64() } else { 0.0 };
+        let round: f64 = taking_part.iter().map(|&i| paces[i] * steps + waking(i)).sum();
         let (fewest, most) = plan.repetitions;
         let repetitions = ((plan.whole.as_secs_f64() / round.max(1e-6)) as usize).clamp(fewest, most);
         let mut times = vec![Vec::with_capacity(repetitions); candidates.len()];
@@ -340,26 +337,24 @@ pub(crate) fn measure(
             // The first batch of a size allocates its buffers.
             time(evaluators[i].as_mut(), &batch)?;
         }
-        let specialised = |evaluators: &[Box<dyn Evaluator>]| -> Vec<u64> {
-            evaluators
-                .iter()
-                .map(|evaluator| evaluator.specialised_steps())
-                .collect()
-        };
-        let before = specialised(&evaluators);
+        let mut specialised = vec![0; candidates.len()];
         for _ in 0..repetitions {
             for &i in &taking_part {
                 let evaluator = evaluators[i].as_mut();
-                if candidates[i].threads.is_none() && taking_part.len() > 1 {
-                    wake(evaluator, &batch)?;
+                if is_woken(i) {
+                    wake(evaluator, &smallest)?;
                 }
+                let before = evaluator.specialised_steps();
                 times[i].push(time(evaluator, &batch)?);
+                specialised[i] += evaluator.specialised_steps() - before;
             }
         }
-        let after = specialised(&evaluators);
         for &i in &taking_part {
             let seconds = median(&mut times[i]);
             paces[i] = seconds / steps;
+            if is_reference(&candidates[i]) {
+                references.push((size, steps / seconds));
+            }
             cells.push(Cell {
                 device: candidates[i].name.clone(),
                 threads: candidates[i].threads,
@@ -369,17 +364,12 @@ pub(crate) fn measure(
                 seconds,
                 repetitions,
                 steps_per_second: steps / seconds,
-                specialised: (after[i] - before[i]) as f64 / (steps * repetitions as f64),
+                specialised: specialised[i] as f64 / (steps * repetitions as f64),
                 ratio: None,
                 ratio_rollouts: None,
             });
         }
     }
-    let references: Vec<(u32, f64)> = cells
-        .iter()
-        .filter(|cell| is_reference(&cell.device, cell.threads))
-        .map(|cell| (cell.rollouts, cell.steps_per_second))
-        .collect();
     for cell in &mut cells {
         let reference = references.iter().rfind(|(rollouts, _)| *rollouts <= cell.rollouts);
         cell.ratio = reference.map(|(_, rate)| cell.steps_per_second / rate);

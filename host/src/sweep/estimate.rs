@@ -28,6 +28,8 @@ pub(crate) struct Estimate {
 /// Exit 3 if the first cell is invalid, exit 4 if the named device can't be opened.
 pub(crate) fn estimates(sweep: &Sweep, steps: u64, named: Option<&str>, threads: Option<u16>) -> Result<Vec<Estimate>> {
     let worlds = sweep.cell(0)?.sample()?;
+    // `auto` is whichever of them is faster.
+    let named = named.filter(|name| *name != "auto");
     let names = named.map_or_else(
         || {
             let gpus = device::gpus_here().into_iter().map(|index| format!("gpu:{index}"));
