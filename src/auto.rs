@@ -12,7 +12,7 @@ use crate::evaluator::{Control, Device, Error, Evaluator, pass_on};
 const LEAST_CPU_TIME: f64 = 0.001;
 /// Time that longer batches take on the CPU before the GPU is opened, s: about what opening takes.
 const PATIENCE: f64 = 0.25;
-/// Robot-steps of a batch for which the GPU is opened at once if nothing is known of the CPU: some 0.1 s on a few processors.
+/// Robot-steps of a batch, for each thread of the CPU, for which the GPU is opened at once if nothing is known of the CPU: 0.1 s or more.
 const MANY_STEPS: u64 = 10_000_000;
 /// Every 64th choice between the two goes to the slower one, to measure it again,
 const MEASURE_AGAIN: u32 = 64;
@@ -31,6 +31,8 @@ pub struct Auto {
     gpu: Option<Member>,
     opener: Option<Opener>,
     name: String,
+    /// Robot-steps of a batch that goes to the GPU if nothing is known of the CPU.
+    many_steps: u64,
     /// Time that the CPU has worked on batches that a GPU might have done sooner, s.
     spent: f64,
     warnings: Vec<String>,
@@ -78,9 +80,10 @@ fn size(part: &Part<'_>) -> u32 {
 }
 
 impl Auto {
-    /// Joins the CPU's evaluator and a GPU of this name, which is not opened yet.
-    pub fn new(cpu: Box<dyn Evaluator>, name: String, opener: Opener) -> Self {
+    /// Joins the CPU's evaluator, which has some threads, and a GPU of this name, which is not opened yet.
+    pub fn new(cpu: Box<dyn Evaluator>, threads: usize, name: String, opener: Opener) -> Self {
         Self {
+            many_steps: MANY_STEPS * threads as u64,
             cpu: Member::new(cpu),
             gpu: None,
             opener: Some(opener),
@@ -104,7 +107,7 @@ impl Auto {
     /// Opens the GPU if that seems worth it for a batch that takes the CPU this long, as far as is known, s.
     fn open_for(&mut self, part: &Part<'_>, expected: Option<f64>) {
         let is_worth_it = match expected {
-            None => part.steps() >= MANY_STEPS,
+            None => part.steps() >= self.many_steps,
             Some(time) => time >= PATIENCE || (time >= LEAST_CPU_TIME && self.spent >= PATIENCE),
         };
         if is_worth_it && let Some(open) = self.opener.take() {
@@ -125,7 +128,7 @@ impl Auto {
             return false;
         };
         let Some(here) = expected else {
-            return part.steps() >= MANY_STEPS;
+            return part.steps() >= self.many_steps;
         };
         if here < LEAST_CPU_TIME {
             return false;
@@ -292,6 +295,7 @@ mod tests {
     fn to_gpu(rollouts: usize, cpu: f64, gpu: f64) -> usize {
         let mut auto = Auto::new(
             Box::new(Named("cpu")),
+            1,
             "gpu".into(),
             Box::new(|| Err("it is there".into())),
         );

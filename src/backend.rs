@@ -80,7 +80,7 @@ pub fn open(name: &str, options: Options) -> Result<Box<dyn Evaluator>, Error> {
         None => (name, None),
     };
     match (kind.trim(), which) {
-        ("auto", None) => Ok(gpus::beside(Box::new(cpu(options)?), options)),
+        ("auto", None) => Ok(gpus::beside(cpu(options)?, options)),
         ("cpu", None) => Ok(Box::new(cpu(options)?)),
         ("cpu", Some(variant)) => Ok(Box::new(cpu(options)?.with_variant(variant)?)),
         ("gpu", which) => gpus::named(which, options),
@@ -114,7 +114,7 @@ fn cpu(options: Options) -> Result<Cpu, Error> {
 
 #[cfg(feature = "gpu")]
 mod gpus {
-    use super::{Error, Evaluator, Options, cpu};
+    use super::{Cpu, Error, Evaluator, Options, cpu};
     use crate::audit::Audited;
     use crate::auto::Auto;
     use crate::gpu::{self, Bounds, Choice, Gpu, Recovering};
@@ -126,11 +126,11 @@ mod gpus {
     }
 
     /// Joins the CPU and the best real GPU, if there is one that may be exact.
-    pub(super) fn beside(cpu: Box<dyn Evaluator>, options: Options) -> Box<dyn Evaluator> {
+    pub(super) fn beside(cpu: Cpu, options: Options) -> Box<dyn Evaluator> {
         let Some(adapter) = gpu::find(&Choice::Hardware).ok().filter(gpu::Adapter::takes_spirv) else {
-            return cpu;
+            return Box::new(cpu);
         };
-        let name = adapter.name().to_owned();
+        let (threads, name) = (cpu.threads(), adapter.name().to_owned());
         let open = move || {
             let gpu = Gpu::open_with(&adapter, gpu::Path::Spirv).map_err(|error| error.to_string())?;
             match gpu.why_inexact() {
@@ -138,7 +138,7 @@ mod gpus {
                 Some(why) => Err(format!("it is not exact ({why})")),
             }
         };
-        Box::new(Auto::new(cpu, name, Box::new(open)))
+        Box::new(Auto::new(Box::new(cpu), threads, name, Box::new(open)))
     }
 
     /// Opens all real GPUs that are exact.
@@ -173,15 +173,15 @@ mod gpus {
 /// Without the feature `gpu` there are none.
 #[cfg(not(feature = "gpu"))]
 mod gpus {
-    use super::{Error, Evaluator, Options};
+    use super::{Cpu, Error, Evaluator, Options};
 
     pub(super) fn named(_: Option<&str>, _: Options) -> Result<Box<dyn Evaluator>, Error> {
         let problem = "this program was built without GPUs (the feature `gpu`); allowed: auto, cpu, pool";
         Err(Error::NoDevice(problem.into()))
     }
 
-    pub(super) fn beside(cpu: Box<dyn Evaluator>, _: Options) -> Box<dyn Evaluator> {
-        cpu
+    pub(super) fn beside(cpu: Cpu, _: Options) -> Box<dyn Evaluator> {
+        Box::new(cpu)
     }
 
     pub(super) fn all(_: Options) -> Vec<Box<dyn Evaluator>> {

@@ -370,7 +370,7 @@ fn shared(cpu_time: u64, gpu_time: Option<u64>, batches: usize) -> (usize, usize
             Err("it burnt".to_owned())
         }
     };
-    let mut auto = Auto::new(here, "a card".into(), Box::new(open));
+    let mut auto = Auto::new(here, 1, "a card".into(), Box::new(open));
     assert_eq!(auto.device().name, "cpu or a card");
     let batch = batch(100);
     let right = fitness(&mut cpu(), &batch).unwrap();
@@ -402,7 +402,7 @@ fn batches_go_where_they_are_done_sooner() {
 fn short_batches_open_no_gpu_and_long_ones_do_at_once() {
     let never = || panic!("nothing needs it");
     let (here, _) = slow("cpu", 0);
-    let mut auto = Auto::new(here, "a card".into(), Box::new(never));
+    let mut auto = Auto::new(here, 1, "a card".into(), Box::new(never));
     let small = batch(1);
     let start = Instant::now();
     // A GPU would be opened if such batches counted.
@@ -410,7 +410,7 @@ fn short_batches_open_no_gpu_and_long_ones_do_at_once() {
         fitness(&mut auto, &small).unwrap();
     }
     let (there, parts) = slow("a card", 0);
-    let mut auto = Auto::new(Box::new(cpu()), "a card".into(), Box::new(move || Ok(there)));
+    let mut auto = Auto::new(Box::new(cpu()), 1, "a card".into(), Box::new(move || Ok(there)));
     let large = batch(200_000);
     assert_eq!(
         fitness(&mut auto, &large).unwrap(),
@@ -424,6 +424,7 @@ fn the_cpu_does_what_a_gpu_can_not() {
     let failing = |error: fn() -> Error| -> (Vec<String>, String) {
         let mut auto = Auto::new(
             Box::new(cpu()),
+            1,
             "a card".into(),
             Box::new(move || Ok(Box::new(Failing(error)))),
         );
