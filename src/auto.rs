@@ -10,15 +10,15 @@ use crate::evaluator::{Control, Device, Error, Evaluator, pass_on};
 
 /// A GPU takes about as long for a single life (`docs/gpu.md`), so it gets no batch that the CPU does in less time, s.
 const LEAST_CPU_TIME: f64 = 0.001;
-/// Time that longer batches take on the CPU before the GPU is opened, s: about what opening takes.
+/// Time that longer batches of a kind take on the CPU before the GPU tries one, s: about what opening it or compiling takes.
 const PATIENCE: f64 = 0.25;
-/// Robot-steps of a batch, for each thread of the CPU, for which the GPU is opened at once if nothing is known of the CPU: 0.1 s or more.
+/// Robot-steps of a batch, for each thread of the CPU, that the GPU tries if nothing is known of the CPU: they take 0.1 s or more there.
 const MANY_STEPS: u64 = 10_000_000;
-/// Every 64th choice between the two goes to the slower one, to measure it again,
+/// One in so many choices between the two goes to the slower one, to measure it again.
 const MEASURE_AGAIN: u32 = 64;
-/// unless it took at least this many times as long
+/// A device that takes at least this many times as long is not measured again.
 const HOPELESS: f64 = 4.0;
-/// in so many measurements.
+/// Measurements of a size before a device counts as hopeless.
 const SURE: u32 = 3;
 
 /// Opens a GPU, if it is exact; else says why not.
@@ -33,8 +33,8 @@ pub struct Auto {
     name: String,
     /// Robot-steps of a batch that goes to the GPU if nothing is known of the CPU.
     many_steps: u64,
-    /// Time that the CPU has worked on batches that a GPU might have done sooner, s.
-    spent: f64,
+    /// For each kind the time that the CPU has worked on batches that a GPU might have done sooner, s.
+    spent: BTreeMap<Kind, f64>,
     warnings: Vec<String>,
 }
 
@@ -57,7 +57,7 @@ struct Kind {
 /// What is known of batches of a kind and size on one device.
 #[derive(Clone, Copy, Default)]
 struct Known {
-    /// s
+    /// The last one, s; if it was longer than twice the one before, twice that.
     time: f64,
     measurements: u32,
     /// Of the CPU: how often it was compared with the GPU.
@@ -88,7 +88,7 @@ impl Auto {
             gpu: None,
             opener: Some(opener),
             name,
-            spent: 0.0,
+            spent: BTreeMap::new(),
             warnings: Vec::new(),
         }
     }
@@ -104,39 +104,43 @@ impl Auto {
         }
     }
 
-    /// Opens the GPU if that seems worth it for a batch that takes the CPU this long, as far as is known, s.
-    fn open_for(&mut self, part: &Part<'_>, expected: Option<f64>) {
-        let is_worth_it = match expected {
+    /// Whether the GPU should try a part that is expected to take the CPU this long, s, if that is known.
+    fn is_worth_trying(&self, part: &Part<'_>, expected: Option<f64>) -> bool {
+        let spent = self.spent.get(&Kind::of(part)).copied().unwrap_or_default();
+        match expected {
             None => part.steps() >= self.many_steps,
-            Some(time) => time >= PATIENCE || (time >= LEAST_CPU_TIME && self.spent >= PATIENCE),
-        };
-        if is_worth_it && let Some(open) = self.opener.take() {
-            match open() {
-                Ok(gpu) => self.gpu = Some(Member::new(gpu)),
-                Err(problem) => self
-                    .warnings
-                    .push(format!("{}: {problem}; the CPU does all work", self.name)),
-            }
+            Some(time) => time >= PATIENCE || (time >= LEAST_CPU_TIME && spent >= PATIENCE),
+        }
+    }
+
+    /// Opens the GPU, unless that was done before.
+    fn open(&mut self) {
+        let Some(open) = self.opener.take() else { return };
+        match open() {
+            Ok(gpu) => self.gpu = Some(Member::new(gpu)),
+            Err(problem) => self
+                .warnings
+                .push(format!("{}: {problem}; the CPU does all work", self.name)),
         }
     }
 
     /// Whether the GPU gets a part.
     fn is_for_gpu(&mut self, part: &Part<'_>) -> bool {
         let expected = self.cpu.expected(part, |time, ratio| time * ratio);
-        self.open_for(part, expected);
+        let is_worth_trying = self.is_worth_trying(part, expected);
+        if is_worth_trying {
+            self.open();
+        }
         let Some(gpu) = &mut self.gpu else {
             return false;
         };
-        let Some(here) = expected else {
-            return part.steps() >= self.many_steps;
+        // As long for any number of steps: that is right for few, and lets it try more.
+        let (Some(here), Some(there)) = (expected, gpu.expected(part, |time, _| time)) else {
+            return is_worth_trying;
         };
         if here < LEAST_CPU_TIME {
             return false;
         }
-        // As long for any number of steps: that is right for few, and lets it try more.
-        let Some(there) = gpu.expected(part, |time, _| time) else {
-            return true;
-        };
         let is_sooner = there < here;
         let (Some(there), Some(here)) = (gpu.known(part), self.cpu.known(part)) else {
             return is_sooner;
@@ -239,7 +243,7 @@ impl Evaluator for Auto {
         pass_on(self.cpu.evaluator.as_ref(), &mut self.cpu.heard, &mut self.warnings);
         let (result, time) = done?;
         if time >= LEAST_CPU_TIME {
-            self.spent += time;
+            *self.spent.entry(Kind::of(part)).or_default() += time;
         }
         Ok(result)
     }
