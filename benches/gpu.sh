@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
-# gpu.sh [ONEIRO [BACKEND [FOLDER]]]: everything that docs/gpu.md says of a card, by the program alone. Takes some five minutes on an H100
-# with 16 processors. BACKEND is a name as of `oneiro devices`, such as gpu:0; by default the best GPU. FOLDER, `gpu-figures` by
-# default, gets:
+# gpu.sh [ONEIRO [BACKEND [FOLDER]]]: measures a card's bits and speed as docs/gpu.md has them, by the program alone. Takes minutes on a
+# fast card. BACKEND is a name as of `oneiro devices`, such as gpu:0; by default the best GPU. FOLDER, `gpu-figures` by default, gets:
 #   devices.json        what is here, and registers and instructions of all kernels where the driver tells
 #   selftest.json       differing bits of both kinds of kernels, over lives of all worlds
 #   steps-*.json        steps per second of 10^3 to 10^7 rollouts, by the kernel for any world and by specialised ones

@@ -8,45 +8,49 @@ use oneiro_shaders::Kernel;
 use crate::batch::{Part, PartResult};
 use crate::evaluator::{Control, Device, Error, Evaluator, pass_on};
 
-/// A GPU takes about as long for a single life (`docs/gpu.md`), so it gets no batch that the CPU does in less time, s.
+/// Shortest CPU time, in seconds, of a batch that may go to the GPU, which takes about as long for a single life (`docs/gpu.md`).
 const LEAST_CPU_TIME: f64 = 0.001;
-/// Time that longer batches of a kind take on the CPU before the GPU tries one, s: about what opening it or compiling takes.
+/// CPU time, in seconds, spent on such batches of a kind before the GPU is tried: about as long as opening it or compiling takes.
 const PATIENCE: f64 = 0.25;
-/// Robot-steps of a batch, for each thread of the CPU, that the GPU tries if nothing is known of the CPU: they take 0.1 s or more there.
+/// Robot-steps per CPU thread from which a batch goes to the GPU while the CPU's speed is unknown: at least 0.1 s of its work.
 const MANY_STEPS: u64 = 10_000_000;
-/// One in so many choices between the two goes to the slower one, to measure it again.
-const MEASURE_AGAIN: u32 = 64;
-/// A device that takes at least this many times as long is not measured again.
-const HOPELESS: f64 = 4.0;
-/// Measurements of a size before a device counts as hopeless.
-const SURE: u32 = 3;
+/// Every 64th batch goes to the slower device, to keep its time up to date.
+const REMEASURE_EVERY: u32 = 64;
+/// A device that is slower by at least this factor is not measured again.
+const GIVE_UP_RATIO: f64 = 4.0;
+/// Number of measurements before a device is given up.
+const GIVE_UP_AFTER: u32 = 3;
 
-/// Opens a GPU, if it is exact; else says why not.
+/// Opens the GPU, or returns the reason why it can't be used.
 pub type Opener = Box<dyn FnOnce() -> Result<Box<dyn Evaluator>, String> + Send>;
 
-/// Evaluates each batch on the CPU or on a GPU, which is opened once there is enough to do. What is expected of either is what batches
-/// of the same kernel took there. Results don't depend on the choice. If the GPU fails, the CPU does its work.
+/// Evaluates each batch on the CPU or on a GPU, judging by how long earlier batches of the same kernel took on either. The GPU is opened
+/// once there is enough work for it. Results don't depend on the choice. If the GPU fails, the CPU takes over.
 pub struct Auto {
     cpu: Member,
     gpu: Option<Member>,
     opener: Option<Opener>,
+    /// The GPU's name.
     name: String,
-    /// Robot-steps of a batch that goes to the GPU if nothing is known of the CPU.
+    /// Robot-steps from which a batch goes to the GPU while the CPU's speed is unknown.
     many_steps: u64,
-    /// For each kind the time that the CPU has worked on batches that a GPU might have done sooner, s.
+    /// CPU time spent on batches that may go to the GPU, in seconds.
     spent: BTreeMap<Kind, f64>,
     warnings: Vec<String>,
 }
 
-/// One of the two.
+/// One of the two devices.
 struct Member {
     evaluator: Box<dyn Evaluator>,
-    times: BTreeMap<Kind, BTreeMap<u32, Known>>,
+    /// Whether its time is proportional to the robot-steps of a batch. A GPU takes about as long for one life as for thousands.
+    is_proportional: bool,
+    /// By the binary logarithm of a batch's robot-steps. Empty after the first batch of a kind, which may include compiling.
+    timings: BTreeMap<Kind, BTreeMap<u32, Timing>>,
     /// Number of its warnings that have been passed on.
     heard: usize,
 }
 
-/// Batches of one kind take similar time for a step: those of a kernel that bring back as much.
+/// Batches of one kind take about the same time per step: they have the same kernel and return the same things.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Kind {
     kernel: &'static str,
@@ -54,14 +58,12 @@ struct Kind {
     keeps_states: bool,
 }
 
-/// What is known of batches of a kind and size on one device.
-#[derive(Clone, Copy, Default)]
-struct Known {
-    /// The last one, s; if it was longer than twice the one before, twice that.
-    time: f64,
+/// Time of batches of one kind and size.
+#[derive(Clone, Copy)]
+struct Timing {
+    /// Latest time in seconds, at most twice the one before, since a single slow batch may have had other reasons.
+    seconds: f64,
     measurements: u32,
-    /// Of the CPU: how often it was compared with the GPU.
-    choices: u32,
 }
 
 impl Kind {
@@ -80,21 +82,21 @@ fn size(part: &Part<'_>) -> u32 {
 }
 
 impl Auto {
-    /// Joins the CPU's evaluator, which has some threads, and a GPU of this name, which is not opened yet.
+    /// Combines the CPU's evaluator, which has `threads` threads, and a GPU of this name, which is opened when it is needed.
     pub fn new(cpu: Box<dyn Evaluator>, threads: usize, name: String, opener: Opener) -> Self {
         Self {
-            many_steps: MANY_STEPS * threads as u64,
-            cpu: Member::new(cpu),
+            cpu: Member::new(cpu, true),
             gpu: None,
             opener: Some(opener),
             name,
+            many_steps: MANY_STEPS * threads as u64,
             spent: BTreeMap::new(),
             warnings: Vec::new(),
         }
     }
 
-    /// The CPU's description, and the GPU's name if there may be one.
-    fn beside(&self, cpu: Device) -> Device {
+    /// Adds the GPU's name to the CPU's description, unless it can't be used.
+    fn with_gpu(&self, cpu: Device) -> Device {
         if self.gpu.is_none() && self.opener.is_none() {
             return cpu;
         }
@@ -104,7 +106,7 @@ impl Auto {
         }
     }
 
-    /// Whether the GPU should try a part that is expected to take the CPU this long, s, if that is known.
+    /// Whether to try the GPU on a part, given the CPU's expected time in seconds, if known.
     fn is_worth_trying(&self, part: &Part<'_>, expected: Option<f64>) -> bool {
         let spent = self.spent.get(&Kind::of(part)).copied().unwrap_or_default();
         match expected {
@@ -113,124 +115,118 @@ impl Auto {
         }
     }
 
-    /// Opens the GPU, unless that was done before.
+    /// Opens the GPU, on the first call.
     fn open(&mut self) {
         let Some(open) = self.opener.take() else { return };
         match open() {
-            Ok(gpu) => self.gpu = Some(Member::new(gpu)),
-            Err(problem) => self
+            Ok(gpu) => self.gpu = Some(Member::new(gpu, false)),
+            Err(reason) => self
                 .warnings
-                .push(format!("{}: {problem}; the CPU does all work", self.name)),
+                .push(format!("{}: {reason}; the CPU does all work", self.name)),
         }
     }
 
     /// Whether the GPU gets a part.
     fn is_for_gpu(&mut self, part: &Part<'_>) -> bool {
-        let expected = self.cpu.expected(part, |time, ratio| time * ratio);
+        let expected = self.cpu.expected(part);
         let is_worth_trying = self.is_worth_trying(part, expected);
         if is_worth_trying {
             self.open();
         }
-        let Some(gpu) = &mut self.gpu else {
-            return false;
-        };
-        // As long for any number of steps: that is right for few, and lets it try more.
-        let (Some(here), Some(there)) = (expected, gpu.expected(part, |time, _| time)) else {
+        let Some(gpu) = &self.gpu else { return false };
+        let (Some(here), Some(there)) = (expected, gpu.expected(part)) else {
             return is_worth_trying;
         };
         if here < LEAST_CPU_TIME {
             return false;
         }
         let is_sooner = there < here;
-        let (Some(there), Some(here)) = (gpu.known(part), self.cpu.known(part)) else {
+        let (Some(here), Some(there)) = (self.cpu.timing(part), gpu.timing(part)) else {
             return is_sooner;
         };
-        here.choices += 1;
-        let is_turn = here.choices.is_multiple_of(MEASURE_AGAIN);
         let (fast, slow) = if is_sooner { (there, here) } else { (here, there) };
-        let is_hopeless = slow.measurements >= SURE && slow.time >= HOPELESS * fast.time;
-        is_sooner != (is_turn && !is_hopeless)
+        let is_due = (fast.measurements + slow.measurements).is_multiple_of(REMEASURE_EVERY);
+        let is_given_up = slow.measurements >= GIVE_UP_AFTER && slow.seconds >= GIVE_UP_RATIO * fast.seconds;
+        is_sooner != (is_due && !is_given_up)
     }
 
-    /// Runs a part on the GPU. `None`: it can't, and the CPU must.
+    /// Runs a part on the GPU. `None` if it can't, and the CPU must.
     fn on_gpu(&mut self, part: &Part<'_>, control: &Control) -> Option<Result<PartResult, Error>> {
-        let gpu = self.gpu.as_mut()?;
-        let done = gpu.evaluate(part, control);
-        pass_on(gpu.evaluator.as_ref(), &mut gpu.heard, &mut self.warnings);
-        let is_gone = match &done {
-            Err(error @ Error::TooLarge(_)) => {
-                self.warnings.push(format!("{error}; the CPU does this batch"));
-                return None;
-            }
+        let done = self.gpu.as_mut()?.evaluate(part, control, &mut self.warnings);
+        match done {
+            Err(error @ Error::TooLarge(_)) => self.warnings.push(format!("{error}; the CPU does this batch")),
             Err(error @ Error::NoDevice(_)) => {
                 self.warnings
                     .push(format!("{error}; from now on the CPU does all work"));
-                true
+                self.gpu = None;
             }
-            // It was lost, and something else does its work already.
-            _ => gpu.evaluator.device().name == self.cpu.evaluator.device().name,
-        };
-        if is_gone {
-            self.gpu = None;
+            done => return Some(done.map(|(result, _)| result)),
         }
-        match done {
-            Err(Error::NoDevice(_)) => None,
-            done => Some(done.map(|(result, _)| result)),
-        }
+        None
     }
 }
 
 impl Member {
-    fn new(evaluator: Box<dyn Evaluator>) -> Self {
+    fn new(evaluator: Box<dyn Evaluator>, is_proportional: bool) -> Self {
         Self {
             evaluator,
-            times: BTreeMap::new(),
+            is_proportional,
+            timings: BTreeMap::new(),
             heard: 0,
         }
     }
 
-    /// What was measured of batches of the same kind and size.
-    fn known(&mut self, part: &Part<'_>) -> Option<&mut Known> {
-        self.times.get_mut(&Kind::of(part))?.get_mut(&size(part))
+    /// Timing of batches of the same kind and size.
+    fn timing(&self, part: &Part<'_>) -> Option<Timing> {
+        self.timings.get(&Kind::of(part))?.get(&size(part)).copied()
     }
 
-    /// The time that a part is expected to take, s: `scaled` of the time of the batch whose size is nearest, and the ratio of their
-    /// steps. `None` if there was no such batch.
-    fn expected(&self, part: &Part<'_>, scaled: impl Fn(f64, f64) -> f64) -> Option<f64> {
-        let (own, times) = (size(part), self.times.get(&Kind::of(part))?);
-        let (size, known) = times.iter().min_by_key(|(size, _)| size.abs_diff(own))?;
-        Some(scaled(known.time, 2.0_f64.powi(own as i32 - *size as i32)))
+    /// Expected time of a part in seconds, from batches of the same kind and the nearest size, if there were any.
+    fn expected(&self, part: &Part<'_>) -> Option<f64> {
+        let (own, timings) = (size(part), self.timings.get(&Kind::of(part))?);
+        let (size, timing) = timings.iter().min_by_key(|(size, _)| size.abs_diff(own))?;
+        let ratio = 2.0_f64.powi(own as i32 - *size as i32);
+        Some(timing.seconds * if self.is_proportional { ratio } else { 1.0 })
     }
 
-    /// Runs a part. Also returns how long that took, s.
-    fn evaluate(&mut self, part: &Part<'_>, control: &Control) -> Result<(PartResult, f64), Error> {
+    /// Runs a part, and passes on new warnings. Also returns the time in seconds.
+    fn evaluate(
+        &mut self,
+        part: &Part<'_>,
+        control: &Control,
+        warnings: &mut Vec<String>,
+    ) -> Result<(PartResult, f64), Error> {
         let start = Instant::now();
-        let result = self.evaluator.evaluate_part(part, control)?;
-        let time = start.elapsed().as_secs_f64();
-        // The first batch of a kind may include compiling, so it only opens the list.
-        let is_first = !self.times.contains_key(&Kind::of(part));
-        let times = self.times.entry(Kind::of(part)).or_default();
-        if !is_first {
-            let known = times.entry(size(part)).or_default();
-            // A single slow batch may have had other reasons.
-            known.time = if known.measurements == 0 {
-                time
-            } else {
-                time.min(2.0 * known.time)
-            };
-            known.measurements += 1;
-        }
-        Ok((result, time))
+        let done = self.evaluator.evaluate_part(part, control);
+        let seconds = start.elapsed().as_secs_f64();
+        pass_on(self.evaluator.as_ref(), &mut self.heard, warnings);
+        let result = done?;
+        self.record(part, seconds);
+        Ok((result, seconds))
+    }
+
+    /// Records the time of a part.
+    fn record(&mut self, part: &Part<'_>, seconds: f64) {
+        let Some(timings) = self.timings.get_mut(&Kind::of(part)) else {
+            self.timings.insert(Kind::of(part), BTreeMap::new());
+            return;
+        };
+        let timing = timings.entry(size(part)).or_insert(Timing {
+            seconds,
+            measurements: 0,
+        });
+        timing.seconds = seconds.min(2.0 * timing.seconds);
+        timing.measurements += 1;
     }
 }
 
 impl Evaluator for Auto {
     fn device(&self) -> Device {
-        self.beside(self.cpu.evaluator.device())
+        self.with_gpu(self.cpu.evaluator.device())
     }
 
     fn device_for(&self, kernel: &'static Kernel) -> Device {
-        self.beside(self.cpu.evaluator.device_for(kernel))
+        self.with_gpu(self.cpu.evaluator.device_for(kernel))
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
@@ -239,11 +235,9 @@ impl Evaluator for Auto {
         {
             return done;
         }
-        let done = self.cpu.evaluate(part, control);
-        pass_on(self.cpu.evaluator.as_ref(), &mut self.cpu.heard, &mut self.warnings);
-        let (result, time) = done?;
-        if time >= LEAST_CPU_TIME {
-            *self.spent.entry(Kind::of(part)).or_default() += time;
+        let (result, seconds) = self.cpu.evaluate(part, control, &mut self.warnings)?;
+        if seconds >= LEAST_CPU_TIME {
+            *self.spent.entry(Kind::of(part)).or_default() += seconds;
         }
         Ok(result)
     }
@@ -254,7 +248,7 @@ impl Evaluator for Auto {
 
     fn specialised_steps(&self) -> u64 {
         let members = [Some(&self.cpu), self.gpu.as_ref()].into_iter().flatten();
-        members.map(|own| own.evaluator.specialised_steps()).sum()
+        members.map(|member| member.evaluator.specialised_steps()).sum()
     }
 }
 
@@ -295,49 +289,55 @@ mod tests {
         Batch::new(&[World::new(spec).unwrap()], &vec![rollout; rollouts], None).unwrap()
     }
 
-    /// Of 320 batches of `rollouts`, how many go to the GPU, given the time of 64 rollouts on both, s.
-    fn to_gpu(rollouts: usize, cpu: f64, gpu: f64) -> usize {
-        let mut auto = Auto::new(
-            Box::new(Named("cpu")),
-            1,
-            "gpu".into(),
-            Box::new(|| Err("it is there".into())),
-        );
-        auto.gpu = Some(Member::new(Box::new(Named("gpu"))));
-        let known = batch(64);
-        let measured = |time| Known {
-            time,
-            measurements: SURE,
-            choices: 0,
+    /// A CPU and an open GPU, with the time of 64 rollouts on both in seconds.
+    fn auto(cpu: f64, gpu: f64) -> Auto {
+        let member = |name, is_proportional, seconds| {
+            let mut member = Member::new(Box::new(Named(name)), is_proportional);
+            for _ in 0..=GIVE_UP_AFTER {
+                member.record(&batch(64).all(), seconds);
+            }
+            member
         };
-        let times = |time| {
-            BTreeMap::from([(
-                Kind::of(&known.all()),
-                BTreeMap::from([(size(&known.all()), measured(time))]),
-            )])
-        };
-        auto.cpu.times = times(cpu);
-        auto.gpu.as_mut().unwrap().times = times(gpu);
-        let batch = batch(rollouts);
-        (0..320).filter(|_| auto.is_for_gpu(&batch.all())).count()
+        let opener: Opener = Box::new(|| Err("it is open".into()));
+        Auto {
+            cpu: member("cpu", true, cpu),
+            gpu: Some(member("gpu", false, gpu)),
+            ..Auto::new(Box::new(Named("cpu")), 1, "gpu".into(), opener)
+        }
+    }
+
+    /// Of 320 batches of 64 rollouts, how many go to the GPU.
+    fn to_gpu(cpu: f64, gpu: f64) -> usize {
+        let (mut auto, batch) = (auto(cpu, gpu), batch(64));
+        let part = batch.all();
+        let chosen = (0..320).filter(|_| {
+            let is_for_gpu = auto.is_for_gpu(&part);
+            match &mut auto.gpu {
+                Some(member) if is_for_gpu => member.record(&part, gpu),
+                _ => auto.cpu.record(&part, cpu),
+            }
+            is_for_gpu
+        });
+        chosen.count()
     }
 
     #[test]
-    fn the_slower_device_gets_another_chance_now_and_then() {
-        assert_eq!(to_gpu(64, 0.020, 0.010), 315);
-        assert_eq!(to_gpu(64, 0.010, 0.020), 5);
-        assert_eq!(to_gpu(64, 0.010, 0.050), 0, "hopeless");
-        assert_eq!(to_gpu(64, 0.050, 0.010), 320, "hopeless");
-        assert_eq!(to_gpu(64, 0.0005, 0.0001), 0, "too short");
+    fn the_slower_device_is_measured_again_now_and_then() {
+        assert_eq!(to_gpu(0.020, 0.010), 315);
+        assert_eq!(to_gpu(0.010, 0.020), 5);
+        assert_eq!(to_gpu(0.010, 0.050), 0, "given up");
+        assert_eq!(to_gpu(0.050, 0.010), 320, "given up");
+        assert_eq!(to_gpu(0.0005, 0.0001), 0, "too short");
     }
 
     #[test]
     fn batches_of_other_sizes_are_judged_by_what_is_known() {
-        // Twice the steps take the CPU twice the time. The GPU, which may take as long as before, must try.
-        assert_eq!(to_gpu(128, 0.010, 0.019), 320);
-        assert_eq!(to_gpu(128, 0.010, 0.021), 0);
-        // An eighth of them takes the CPU an eighth of its time, and the GPU as long as before.
-        assert_eq!(to_gpu(8, 0.016, 0.005), 0);
-        assert_eq!(to_gpu(8, 0.016, 0.001), 320);
+        let is_for_gpu = |rollouts, cpu, gpu| auto(cpu, gpu).is_for_gpu(&batch(rollouts).all());
+        // Twice the steps take the CPU twice the time. The GPU may take as long as before.
+        assert!(is_for_gpu(128, 0.010, 0.019));
+        assert!(!is_for_gpu(128, 0.010, 0.021));
+        // An eighth of them takes the CPU an eighth of its time.
+        assert!(is_for_gpu(8, 0.016, 0.001));
+        assert!(!is_for_gpu(8, 0.016, 0.005));
     }
 }

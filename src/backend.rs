@@ -80,7 +80,7 @@ pub fn open(name: &str, options: Options) -> Result<Box<dyn Evaluator>, Error> {
         None => (name, None),
     };
     match (kind.trim(), which) {
-        ("auto", None) => Ok(gpus::beside(cpu(options)?, options)),
+        ("auto", None) => Ok(gpus::auto(cpu(options)?, options)),
         ("cpu", None) => Ok(Box::new(cpu(options)?)),
         ("cpu", Some(variant)) => Ok(Box::new(cpu(options)?.with_variant(variant)?)),
         ("gpu", which) => gpus::named(which, options),
@@ -126,7 +126,7 @@ mod gpus {
     }
 
     /// Joins the CPU and the best real GPU, if there is one that may be exact.
-    pub(super) fn beside(cpu: Cpu, options: Options) -> Box<dyn Evaluator> {
+    pub(super) fn auto(cpu: Cpu, options: Options) -> Box<dyn Evaluator> {
         let Some(adapter) = gpu::find(&Choice::Hardware).ok().filter(gpu::Adapter::takes_spirv) else {
             return Box::new(cpu);
         };
@@ -180,7 +180,7 @@ mod gpus {
         Err(Error::NoDevice(problem.into()))
     }
 
-    pub(super) fn beside(cpu: Cpu, _: Options) -> Box<dyn Evaluator> {
+    pub(super) fn auto(cpu: Cpu, _: Options) -> Box<dyn Evaluator> {
         Box::new(cpu)
     }
 

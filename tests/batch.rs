@@ -265,6 +265,25 @@ fn worlds_serve_many_batches() {
     }
 }
 
+/// The first cycles of lives, without the states that a stretch keeps.
+#[test]
+fn beginnings_keep_no_states() {
+    let worlds = [world(|spec| spec.cycles = 10), world(|spec| spec.cycles = 25)];
+    let packed = Worlds::new(&worlds).unwrap();
+    let crowd = Crowd::new(&worlds, vec![0, 1, 1]);
+    let beginnings = packed.beginnings(&crowd.rollouts(), 20).unwrap();
+    let stretch = packed.stretch(&crowd.rollouts(), 0..20, &[], None).unwrap();
+    assert!(!beginnings.keeps_states() && stretch.keeps_states());
+    assert_eq!(beginnings.steps(), 10 + 20 + 20);
+    assert_eq!(
+        (beginnings.cycles(), beginnings.steps()),
+        (stretch.cycles(), stretch.steps())
+    );
+    assert_eq!(beginnings.all().inputs(), stretch.all().inputs());
+    let refused = packed.beginnings(&crowd.rollouts(), 0).unwrap_err();
+    assert_eq!(refused.to_string(), "cycles: are 0; allowed: one and more");
+}
+
 /// Lists that are packed at the same time make the batch of one list, and its errors.
 #[test]
 fn lists_are_packed_as_one() {

@@ -275,7 +275,7 @@ fn unknown_backends_are_refused_by_name() {
         Err(error) => panic!("{name}: {error}"),
         Ok(_) => panic!("{name} was opened"),
     };
-    for name in ["", "tpu", "auto:1", "CPU", "pool:pool", "pool:cpu+tpu"] {
+    for name in ["", "tpu", "auto:1", "CPU", "pool:pool", "pool:cpu+auto", "pool:cpu+tpu"] {
         let problem = refused(name, Options::default());
         assert!(
             problem.contains("no backend `") && problem.contains("; allowed: auto, cpu"),
@@ -329,6 +329,7 @@ struct Slow {
     cpu: Cpu,
     time: Duration,
     parts: Arc<AtomicUsize>,
+    warnings: Vec<String>,
 }
 
 /// Such a device, and its count.
@@ -339,6 +340,7 @@ fn slow(name: &'static str, milliseconds: u64) -> (Box<dyn Evaluator>, Arc<Atomi
         cpu: cpu(),
         time: Duration::from_millis(milliseconds),
         parts: Arc::clone(&parts),
+        warnings: vec![format!("{name} is slow")],
     };
     (Box::new(device), parts)
 }
@@ -356,20 +358,18 @@ impl Evaluator for Slow {
         self.parts.fetch_add(1, Ordering::Relaxed);
         self.cpu.evaluate_part(part, control)
     }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
 }
 
-/// How many of some equal batches either device gets, if the GPU is opened.
-fn shared(cpu_time: u64, gpu_time: Option<u64>, batches: usize) -> (usize, usize) {
+/// How many of some equal batches the CPU and the GPU get, and the warnings.
+fn shared(cpu_time: u64, gpu_time: Option<u64>, batches: usize) -> (usize, usize, Vec<String>) {
     let (here, of_cpu) = slow("cpu", cpu_time);
-    let (there, of_gpu) = slow("a card", gpu_time.unwrap_or_default());
-    let is_there = gpu_time.is_some();
-    let open = move || {
-        if is_there {
-            Ok(there)
-        } else {
-            Err("it burnt".to_owned())
-        }
-    };
+    let gpu = gpu_time.map(|time| slow("a card", time));
+    let of_gpu = gpu.as_ref().map(|(_, parts)| Arc::clone(parts));
+    let open = move || gpu.map(|(there, _)| there).ok_or_else(|| "it burnt".to_owned());
     let mut auto = Auto::new(here, 1, "a card".into(), Box::new(open));
     assert_eq!(auto.device().name, "cpu or a card");
     let batch = batch(100);
@@ -377,25 +377,27 @@ fn shared(cpu_time: u64, gpu_time: Option<u64>, batches: usize) -> (usize, usize
     for _ in 0..batches {
         assert_eq!(fitness(&mut auto, &batch).unwrap(), right);
     }
-    let name = if of_gpu.load(Ordering::Relaxed) == 0 && !is_there {
-        "cpu"
-    } else {
-        "cpu or a card"
-    };
-    assert_eq!(auto.device().name, name);
-    (of_cpu.load(Ordering::Relaxed), of_gpu.load(Ordering::Relaxed))
+    assert_eq!(
+        auto.device().name,
+        if of_gpu.is_some() { "cpu or a card" } else { "cpu" }
+    );
+    let count = |parts: &Arc<AtomicUsize>| parts.load(Ordering::Relaxed);
+    let warnings = auto.warnings().to_vec();
+    (count(&of_cpu), of_gpu.as_ref().map_or(0, count), warnings)
 }
 
 #[test]
 fn batches_go_where_they_are_done_sooner() {
-    // The GPU is opened after 0.25 s. Its first two batches are not compared with anything.
-    let (here, there) = shared(50, Some(5), 40);
+    // The GPU is opened after 0.25 s.
+    let (here, there, warnings) = shared(50, Some(5), 40);
     assert!((3..=8).contains(&here) && there == 40 - here, "{here} and {there}");
-    // A GPU that is much slower gets no more, but for one that measures it again.
-    let (here, there) = shared(20, Some(300), 100);
+    assert_eq!(warnings, ["cpu is slow", "a card is slow"]);
+    // A GPU that is much slower gets its first two batches and one that measures it again.
+    let (here, there, _) = shared(20, Some(300), 100);
     assert!((2..=3).contains(&there) && here == 100 - there, "{here} and {there}");
-    // It works without one.
-    assert_eq!(shared(50, None, 10), (10, 0));
+    let (here, there, warnings) = shared(50, None, 10);
+    assert_eq!((here, there), (10, 0));
+    assert_eq!(warnings, ["cpu is slow", "a card: it burnt; the CPU does all work"]);
 }
 
 #[test]

@@ -85,7 +85,7 @@ impl Gpu {
             inexact: None,
         };
         if !adapter.is_software() {
-            specialised::expect_fast(&mut gpu.lives.variants);
+            specialised::expect_gpu_compiler(&mut gpu.lives.variants);
         }
         gpu.inexact = trust::verdict(&mut gpu)?;
         Ok(gpu)

@@ -16,8 +16,8 @@ pub(super) type Unrolled = variants::Unrolled<Arc<Pipeline>>;
 /// How long a real GPU's driver takes to compile a kernel, until it is known.
 const EXPECTED_COMPILE_TIME: Duration = Duration::from_millis(100);
 
-/// Sets what a real GPU's driver is expected to take.
-pub(super) fn expect_fast(variants: &mut Variants) {
+/// Sets the time that a real GPU's driver is expected to take.
+pub(super) fn expect_gpu_compiler(variants: &mut Variants) {
     variants.compile_time = EXPECTED_COMPILE_TIME;
 }
 

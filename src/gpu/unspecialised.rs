@@ -27,7 +27,7 @@ pub(super) fn unrolled(_: &mut Variants, _: &Device, _: &Part<'_>, _: u32, _: u3
     Ok(None)
 }
 
-pub(super) fn expect_fast(_: &mut Variants) {}
+pub(super) fn expect_gpu_compiler(_: &mut Variants) {}
 
 pub(super) fn ready(_: &mut Variants, _: &Device, _: &Part<'_>, _: u32) -> Option<Arc<Pipeline>> {
     None
