@@ -8,7 +8,7 @@ use crate::cpu::Cpu;
 use crate::evaluator::{Control, Device, Error, Evaluator};
 use crate::random::pcg4d;
 
-/// An evaluator with audits: in each call a share of the groups of 64 rollouts runs on the CPU too, at the same time. Only the
+/// An evaluator with audits: in each call the CPU runs a share of the groups of 64 rollouts too, at the same time. Only the
 /// rollouts' keys decide which.
 pub struct Audited {
     evaluator: Box<dyn Evaluator>,

@@ -364,7 +364,7 @@ impl Worlds {
         &self.0.packed
     }
 
-    /// Whether they look the same to a kernel, even if they were packed for different batches.
+    /// Whether both have the same packed worlds, even if they were packed separately.
     #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0) || self.0.packed.is_same(&other.0.packed)

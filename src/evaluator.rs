@@ -146,7 +146,7 @@ pub trait Evaluator: Send {
     }
 }
 
-/// Appends an evaluator's warnings after the first `heard` to others.
+/// Appends an evaluator's new warnings, those after the first `heard`, to `warnings`.
 pub(crate) fn pass_on(evaluator: &dyn Evaluator, heard: &mut usize, warnings: &mut Vec<String>) {
     let all = evaluator.warnings();
     warnings.extend(all.iter().skip(*heard).cloned());

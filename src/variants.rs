@@ -151,7 +151,7 @@ pub(crate) struct Variants<T> {
     /// twice as long as if that had been known beforehand.
     pub(crate) patience: u32,
     kernels: BTreeMap<(&'static str, usize), OfKernel<T>>,
-    /// How long the last one took to make, or the first is expected to take.
+    /// How long the latest one took to compile, or the first is expected to take.
     pub(crate) compile_time: Duration,
     /// Why one could not be made.
     pub(crate) problems: Vec<String>,

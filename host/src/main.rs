@@ -7,8 +7,8 @@ compile_error!(
     "the profile `robot` leaves out the tables for unwinding (no-unwinding.ld), so that its panics have to abort"
 );
 
-/// Jobs of a sweep are made by one thread and go on in others. With the system's allocator, threads that free and grow what others
-/// have allocated wait for each other: sweeps of many short runs took a third longer.
+/// One thread creates a sweep's jobs, and others continue them. With the system's allocator, threads that free or grow memory of other
+/// threads wait for each other: sweeps of many short runs took a third longer.
 #[cfg(feature = "mimalloc")]
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;

@@ -99,7 +99,7 @@ pub(crate) struct Packed {
 }
 
 impl Packed {
-    /// Whether a kernel finds the same words.
+    /// Whether both have the same words.
     #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
     pub(super) fn is_same(&self, other: &Self) -> bool {
         fn words(own: &Packed) -> ([&[u32]; 2], &[[u32; 4]]) {

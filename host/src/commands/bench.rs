@@ -32,7 +32,7 @@ pub(crate) struct Plan {
     pub(crate) sizes: Vec<u32>,
     /// Batches that are expected to take longer are left out.
     pub(crate) longest: Duration,
-    /// The same for the reference: larger batches tell nothing new of it.
+    /// The same limit for the reference, about which longer batches say nothing new.
     pub(crate) longest_of_reference: Duration,
     /// Approximate time for all repetitions of one batch size on all devices.
     pub(crate) whole: Duration,
@@ -378,7 +378,7 @@ pub(crate) fn measure(
     Ok((cells, firsts))
 }
 
-/// Keeps a GPU busy until it has left the slow clock that it has when it is idle.
+/// Keeps a GPU busy for long enough to leave its idle clock.
 fn wake(evaluator: &mut dyn Evaluator, batch: &Batch) -> Result {
     let start = Instant::now();
     while start.elapsed() < WAKING {
