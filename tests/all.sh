@@ -4,8 +4,6 @@
 # Skipped tests are listed at the end, and are failures unless ONEIRO_MAY_SKIP names the missing thing: by default the
 # recordings of a real robot, which can't be installed. docs/testing.md has more; tests/long.sh has longer tests.
 set -euo pipefail
-# Where nothing is built a second time, and nobody debugs, nothing is kept for that.
-[ -z "${CI:-}" ] || export CARGO_INCREMENTAL=0 CARGO_PROFILE_DEV_DEBUG=false
 slurm= learning=
 for option in "$@"; do
     case $option in
