@@ -3,8 +3,6 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 pub mod api;
 mod calibrate;
 mod cli;
@@ -27,6 +25,7 @@ mod lives;
 #[path = "../../tests/mutations/mod.rs"]
 mod mutations;
 mod npy;
+mod numbers;
 #[cfg(test)]
 #[path = "../../tests/pinned/mod.rs"]
 mod pinned;
@@ -50,7 +49,7 @@ mod workload;
 /// Does what the command line says, prints what there is to say, and returns the exit code.
 pub fn main() -> ExitCode {
     device::quiet_drivers();
-    let cli = cli::Cli::parse();
+    let cli = cli::Cli::read();
     let console = console::Console::new(cli.output);
     match commands::run(cli.command, console) {
         Ok(()) => ExitCode::SUCCESS,

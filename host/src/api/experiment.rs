@@ -17,6 +17,7 @@ use crate::exit::Failure;
 use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::{self, Files};
 use crate::lives::measures::descriptors;
+use crate::numbers::check_seed;
 use crate::runs::single::job::score;
 use crate::runs::single::trace::TraceTable;
 use crate::{runs, sealed};
@@ -86,7 +87,7 @@ impl Experiment {
                 let written = fs::create_dir_all(parent).and_then(|()| fs::write(&path, bytes));
                 written.map_err(|error| Failure::storage(&path, &error))?;
             }
-            let values = Parsed::new("the experiment".into(), &portable.toml)?;
+            let values = Parsed::new("the experiment".into(), &portable.toml)?.recorded();
             let path = folder.join("experiment.toml");
             runs::of(&path, &values, &Setting::all_typed(set)?, &Files::default(), None)
         })();
@@ -112,7 +113,7 @@ impl Experiment {
         self.0.any.warnings()
     }
 
-    pub(super) fn any(&self) -> &Arc<dyn runs::Experiment> {
+    pub(crate) fn any(&self) -> &Arc<dyn runs::Experiment> {
         &self.0.any
     }
 
@@ -222,8 +223,9 @@ impl Evolution {
     /// Begins the evolution of a run with a seed, by the experiment's optimiser.
     ///
     /// # Errors
-    /// Exit 3 for swarms.
+    /// Exit 3 for swarms, and for a seed above 2^63 - 1.
     pub fn new(experiment: &Experiment, seed: u64) -> Result<Self> {
+        check_seed(seed)?;
         Ok(Self {
             own: experiment.single()?.evolution(seed),
             experiment: experiment.clone(),

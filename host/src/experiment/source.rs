@@ -21,6 +21,8 @@ pub(crate) struct Parsed<'a> {
     name: String,
     text: &'a str,
     values: Spanned<DeTable<'a>>,
+    /// Whether the program has written it.
+    is_recorded: bool,
 }
 
 impl<'a> Parsed<'a> {
@@ -30,7 +32,12 @@ impl<'a> Parsed<'a> {
     /// Exit 3: the place of invalid TOML.
     pub(crate) fn new(name: String, text: &'a str) -> Result<Self> {
         match DeTable::parse(text) {
-            Ok(values) => Ok(Self { name, text, values }),
+            Ok(values) => Ok(Self {
+                name,
+                text,
+                values,
+                is_recorded: false,
+            }),
             Err(error) => {
                 let span = error.span().unwrap_or_default();
                 let place = place(&name, text, span.start);
@@ -40,6 +47,15 @@ impl<'a> Parsed<'a> {
                 };
                 Err(refused(&place, problem))
             }
+        }
+    }
+
+    /// The same file, written by the program itself, maybe by an older version. Its values are not refused for having no
+    /// effect.
+    pub(crate) fn recorded(self) -> Self {
+        Self {
+            is_recorded: true,
+            ..self
         }
     }
 
@@ -73,6 +89,7 @@ struct Text {
     start: usize,
     /// Folder from which files that it names are looked for; `None` for the experiment's.
     folder: Option<PathBuf>,
+    rank: u8,
 }
 
 /// A key or an element of a list.
@@ -95,6 +112,8 @@ pub(crate) struct Setting {
     line: String,
     /// Folder from which files that it names are looked for; `None` for the experiment's.
     folder: Option<PathBuf>,
+    /// The file's is 0. A value that one of a higher rank leaves without effect is left out.
+    rank: u8,
 }
 
 impl Setting {
@@ -112,6 +131,7 @@ impl Setting {
             place: format!("--set {setting}"),
             line: toml_line(&in_toml(key), value),
             folder: Some(PathBuf::new()),
+            rank: 1,
         })
     }
 
@@ -129,7 +149,13 @@ impl Setting {
             place,
             line: format!("{} = {value}", in_toml(key)),
             folder: None,
+            rank: 1,
         }
+    }
+
+    /// Gives it another rank than 1.
+    pub(crate) fn ranked(self, rank: u8) -> Self {
+        Self { rank, ..self }
     }
 
     /// Looks for the files that it names from this folder.
@@ -153,19 +179,37 @@ impl<'a> Source<'a> {
             keys: OnceCell::new(),
         };
         let mut start = file.text.len() + 1;
-        for Setting { place, line, folder } in set {
+        for Setting {
+            place,
+            line,
+            folder,
+            rank,
+        } in set
+        {
             source.set.push(Text {
                 name: place.clone(),
                 content: line.clone(),
                 start,
                 folder: folder.clone(),
+                rank: *rank,
             });
             start += line.len() + 1;
         }
-        let values = T::deserialize(toml::Deserializer::from(source.merged()?));
-        match values {
-            Ok(values) => Ok((values, source)),
-            Err(error) => Err(source.refusal(&error)),
+        let mut unknown = Unknown::default();
+        let mut values = source.merged()?;
+        loop {
+            match T::deserialize(toml::Deserializer::from(values.clone())) {
+                Ok(values) => return unknown.refused().map(|()| (values, source)),
+                Err(error) => {
+                    let failure = source.refusal(&error);
+                    // Without the unknown key, the next one shows.
+                    let is_unknown = error.message().starts_with("unknown field");
+                    match error.span().filter(|_| is_unknown) {
+                        Some(span) if without(values.get_mut(), &span) => unknown.add(failure),
+                        _ => return Err(unknown.and(failure)),
+                    }
+                }
+            }
         }
     }
 
@@ -235,8 +279,8 @@ impl<'a> Source<'a> {
         self.set.iter().rfind(|text| text.start <= at)
     }
 
-    /// Whether a value stands in the file, while a setting has another `kind` for its table or one around it, or another selection
-    /// of parents: what only the file's kind has is left out then.
+    /// Whether a value has a lower rank than the `kind` of its table or of one around it, or than the selection of parents: what
+    /// only a kind of that rank has is left out then.
     pub(crate) fn is_of_replaced_kind(&self, key: &str) -> bool {
         const SELECTION: &str = "evolution.selection.kind";
         let list = key.split('[').next().unwrap_or_default();
@@ -245,11 +289,39 @@ impl<'a> Source<'a> {
         if list.starts_with("evolution.") {
             kinds.push(SELECTION.into());
         }
-        let is_set = |key: &str| {
-            let known = self.keys().iter().find(|known| known.path == key)?;
-            Some(self.setting(known.value.start).is_some())
+        self.is_outranked(key, &kinds)
+    }
+
+    /// Whether one of some other keys has a higher rank than a key that is given.
+    pub(crate) fn is_outranked(&self, key: &str, others: &[impl AsRef<str>]) -> bool {
+        let own = self.rank_of(key);
+        own.is_some() && others.iter().any(|other| self.rank_of(other.as_ref()) > own)
+    }
+
+    /// Whether a setting gives a key.
+    pub(crate) fn is_set(&self, key: &str) -> bool {
+        self.rank_of(key).is_some_and(|rank| rank > 0)
+    }
+
+    /// Rank of the text that gives a key, 0 for the file; `None` if it is not given.
+    fn rank_of(&self, key: &str) -> Option<u8> {
+        let known = self.keys().iter().find(|known| known.path == key)?;
+        Some(self.setting(known.value.start).map_or(0, |text| text.rank))
+    }
+
+    /// The keys at a path or below it, in the order of the texts. A file that the program has written gives none.
+    pub(crate) fn given(&self, path: &str) -> impl Iterator<Item = &str> {
+        let is_below = move |own: &str| {
+            let rest = own.strip_prefix(path);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
-        is_set(key) == Some(false) && kinds.iter().any(|kind| is_set(kind) == Some(true))
+        let keys = self.keys().iter().map(|known| &*known.path);
+        keys.filter(move |own| is_below(own) && !(self.file.is_recorded && self.rank_of(own) == Some(0)))
+    }
+
+    /// Whether all values are those of a file that the program has written.
+    pub(crate) fn is_recorded(&self) -> bool {
+        self.file.is_recorded && self.set.iter().all(|text| text.rank == 0)
     }
 
     /// Error for a key that is given in two places.
@@ -303,6 +375,65 @@ impl<'a> Source<'a> {
             Some(setting) => setting.name.clone(),
             None => place(&self.file.name, self.file.text, at),
         }
+    }
+}
+
+/// Unknown keys of a file, which are refused together.
+#[derive(Debug, Default)]
+pub(crate) struct Unknown {
+    refused: Vec<Failure>,
+    /// Bytes of their messages.
+    length: usize,
+    more: usize,
+}
+
+impl Unknown {
+    /// Adds the refusal of a key. Of many only the first ones are shown.
+    pub(crate) fn add(&mut self, failure: Failure) {
+        const LONGEST: usize = 3_000;
+        self.length += failure.to_string().len();
+        if self.refused.is_empty() || self.length <= LONGEST {
+            self.refused.push(failure);
+        } else {
+            self.more += 1;
+        }
+    }
+
+    /// One failure for all of them.
+    ///
+    /// # Errors
+    /// Exit 3: each key, in a line of its own.
+    pub(crate) fn refused(self) -> Result {
+        let more = (self.more > 0).then(|| Failure::input(format_args!("and {} more unknown keys", self.more)));
+        match self.refused.into_iter().chain(more).reduce(Failure::and) {
+            Some(failure) => Err(failure),
+            None => Ok(()),
+        }
+    }
+
+    /// The same with another failure at the end.
+    fn and(self, last: Failure) -> Failure {
+        match self.refused() {
+            Ok(()) => last,
+            Err(failure) => failure.and(last),
+        }
+    }
+}
+
+/// Removes the key at a place; whether it was there.
+fn without(table: &mut DeTable<'_>, at: &Range<usize>) -> bool {
+    let found = table.keys().find(|key| key.span() == *at).map(|key| key.get_ref().clone());
+    match found {
+        Some(key) => table.remove(&*key).is_some(),
+        None => table.iter_mut().any(|(_, value)| without_within(value.get_mut(), at)),
+    }
+}
+
+fn without_within(value: &mut DeValue<'_>, at: &Range<usize>) -> bool {
+    match value {
+        DeValue::Table(table) => without(table, at),
+        DeValue::Array(list) => list.iter_mut().any(|value| without_within(value.get_mut(), at)),
+        _ => false,
     }
 }
 

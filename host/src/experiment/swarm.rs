@@ -9,13 +9,14 @@ use oneiro::swarm::Swarm;
 use toml::Table;
 
 use super::check::{Checked, invalid, name};
+use super::needs::{self, Need};
 use super::settings::head;
 use super::source::{Parsed, Setting, Source};
 use super::values::{self, Described};
 use super::{Identities, text};
 use crate::exit::Result;
 use crate::swarm::Plan;
-use crate::swarm::record::Kind;
+use crate::swarm::record::{Case, Kind};
 use crate::swarm::settings::{self, Clock, Settings};
 
 /// The key of the control.
@@ -126,13 +127,21 @@ impl SwarmExperiment {
     /// # Errors
     /// As there, and for a control.
     pub(crate) fn of_robots(path: &Path, text: &Parsed<'_>) -> Result<Self> {
-        let own = Self::of(path, text, &[])?;
+        const WHY: &str = "is a control, which needs the evolution of all robots in one program";
+        Self::without_control(path, text, &[], WHY)
+    }
+
+    /// As [`SwarmExperiment::of`], without a control, for this reason.
+    ///
+    /// # Errors
+    /// As there, and for a control.
+    pub(crate) fn without_control(path: &Path, text: &Parsed<'_>, set: &[Setting], why: &str) -> Result<Self> {
+        let own = Self::of(path, text, set)?;
         if own.0.control == Kind::Evolved {
             return Ok(own);
         }
-        let (_, source): (Table, _) = Source::read(text, &[])?;
-        let problem = "is a control, which needs the evolution of all robots in one program; allowed: evolved";
-        Err(source.invalid(CONTROL, problem))
+        let (_, source): (Table, _) = Source::read(text, set)?;
+        Err(source.invalid(CONTROL, format_args!("{why}; allowed: evolved")))
     }
 
     /// Reads the values of an experiment's file.
@@ -141,13 +150,23 @@ impl SwarmExperiment {
     /// Exit 3: the file and the line and column in it (or the setting), the key, the value found, and the values
     /// allowed.
     pub(crate) fn of(path: &Path, text: &Parsed<'_>, set: &[Setting]) -> Result<Self> {
-        let (given, source): (Table, _) = Source::read(text, set)?;
-        let mut file = File::default();
-        values::read(&given, &mut file, &source)?;
+        let (mut given, source): (Table, _) = Source::read(text, set)?;
+        let mut file = loop {
+            let mut file = File::default();
+            values::read(&given, &mut file, &source)?;
+            let needless = needs::check(needs(&file), &given, &mut file, &source)?;
+            if needless.is_empty() {
+                break file;
+            }
+            needless.iter().for_each(|path| values::remove(&mut given, path));
+        };
         if file.name.is_empty() {
             file.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
         check(&file).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
+        if !source.is_recorded() {
+            light(&file.swarm).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
+        }
         Ok(Self(file))
     }
 
@@ -192,6 +211,43 @@ impl SwarmExperiment {
     pub(crate) fn identities(&self) -> Identities {
         Identities::new(&self.resolved_toml(0))
     }
+}
+
+/// Whether the light moves.
+fn is_moving(case: Case) -> bool {
+    matches!(case, Case::OverThenOpposite | Case::OppositeThenOver)
+}
+
+/// Values that have an effect only in some cases.
+fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
+    const CASE: &[&str] = &["swarm.case"];
+    let moves = "with swarm.case = \"over-then-opposite\" or \"opposite-then-over\"";
+    let evolves = "with another swarm.case than \"random\", in which nothing evolves";
+    vec![
+        Need::new(&["swarm.light_moves_minute"], is_moving(swarm.case), moves, CASE),
+        Need::new(
+            &["swarm.controllers", "swarm.simulators", "swarm.clock.installed_s", "swarm.control"],
+            swarm.case != Case::Random,
+            evolves,
+            CASE,
+        ),
+        Need::new(
+            &["swarm.simulators.mutation_scale", "swarm.simulators.boundary"],
+            !matches!(control, Kind::SimulatorRight | Kind::SimulatorWrong | Kind::SimulatorRandom),
+            "with simulators that evolve (swarm.control)",
+            &[CONTROL],
+        ),
+    ]
+}
+
+/// Checks that a light that is to move does so before the end.
+fn light(swarm: &Settings) -> Checked {
+    let (minute, minutes) = (swarm.light_moves_minute, swarm.minutes);
+    if is_moving(swarm.case) && minute >= minutes {
+        let problem = format!("is {minute}; allowed: 0 to {}, less than swarm.minutes, or another swarm.case", minutes - 1);
+        return invalid("swarm.light_moves_minute", problem);
+    }
+    Ok(())
 }
 
 /// Checks what the rows don't.

@@ -276,9 +276,9 @@ pub(crate) fn read(path: &Path, set: &[String]) -> Result<Arc<dyn Experiment>> {
 pub(crate) fn recorded(config: &Path) -> Result<Arc<dyn Experiment>> {
     const FINALISTS: &str = "evolution.finalists";
     let text = files::text(config)?;
-    let values = Parsed::new(config.display().to_string(), &text)?;
+    let values = Parsed::new(config.display().to_string(), &text)?.recorded();
     let is_older = !values.has("swarm") && !values.has(FINALISTS);
-    let none = Setting::at(config.display().to_string(), FINALISTS, &0.into());
+    let none = Setting::at(config.display().to_string(), FINALISTS, &0.into()).ranked(0);
     let missing = if is_older { vec![none] } else { Vec::new() };
     of(config, &values, &missing, &Files::default(), None)
 }

@@ -45,7 +45,7 @@ use settings::{Asked, Calibration, Settings};
 use study::Study;
 
 /// Most runs of a condition.
-const GREATEST_RUNS: u32 = 1000;
+pub(super) const GREATEST_RUNS: u32 = 1000;
 /// Runs of a condition that advance, and are saved, together, where reality is a simulation.
 const COHORT: u32 = 5;
 
