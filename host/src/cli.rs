@@ -332,6 +332,7 @@ pub(crate) struct OnRobot {
         value_name = "LAMBDA",
         requires = "robots",
         conflicts_with = "lives",
+        value_parser = of_key::<f32>("reality.severity"),
         help = format!(
             "How much a surrogate differs from the simulator made from its samples, 0 to 2 [default: {}]",
             SEVERITY
@@ -1103,7 +1104,9 @@ fn seeds(text: &str) -> Result<std::ops::RangeInclusive<u64>, String> {
         let seed = text.trim().parse().ok();
         seed.filter(|seed: &u64| experiment::allows(SEED, seed).0)
     };
-    let ends = text.split_once("..").and_then(|(first, last)| Some((number(first)?, number(last)?)));
+    let ends = text
+        .split_once("..")
+        .and_then(|(first, last)| Some((number(first)?, number(last)?)));
     let range = ends.filter(|(first, last)| first <= last && last - first < 1_000_000);
     range.map(|(first, last)| first..=last).ok_or_else(|| {
         let (_, seed) = experiment::allows(SEED, &0_u64);

@@ -147,9 +147,15 @@ mod tests {
                 } else {
                     "9223372036854775807..9223372036854775808"
                 };
-                let error = command.clone().try_get_matches_from(["oneiro", &format!("--{long}"), beyond]);
+                let error = command
+                    .clone()
+                    .try_get_matches_from(["oneiro", &format!("--{long}"), beyond]);
                 let text = error.unwrap_err().to_string();
-                assert!(text.contains("9223372036854775807"), "{} --{long}: {text}", command.get_name());
+                assert!(
+                    text.contains("9223372036854775807"),
+                    "{} --{long}: {text}",
+                    command.get_name()
+                );
                 *flags += 1;
             }
             for command in command.get_subcommands() {

@@ -281,8 +281,9 @@ fn together(spec: &WorldSpec) -> Result<(), Invalid> {
         );
         return Err(Invalid::new("arena.start_radius_mm", problem));
     }
-    let problem =
-        format!("is {count}, and the arena has room to draw the starts of {most:.0}; allowed: fewer, or a larger arena");
+    let problem = format!(
+        "is {count}, and the arena has room to draw the starts of {most:.0}; allowed: fewer, or a larger arena"
+    );
     Err(Invalid::new("robot.count", problem))
 }
 

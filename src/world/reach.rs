@@ -101,7 +101,13 @@ pub(super) fn unreached(spec: &WorldSpec) -> Vec<String> {
         Start::At { x, y, .. } => [x, y],
     };
     let of_robot = [spec.robot.body_radius, travel(spec)];
-    let numbers = [&[x, y, width, height][..], &start, &of_robot, spec.robot.start_places().as_flattened()].concat();
+    let numbers = [
+        &[x, y, width, height][..],
+        &start,
+        &of_robot,
+        spec.robot.start_places().as_flattened(),
+    ]
+    .concat();
     let mut key: Vec<u32> = numbers.into_iter().map(f32::to_bits).collect();
     key.push(spec.arena.is_field_round.into());
     for (_, shape, distance) in &things {

@@ -100,8 +100,9 @@ pub(super) fn beginnings(settings: &Settings, genes: &[Gene]) -> Checked {
     if let Some([least, greatest]) = limits
         && (low < least || high > greatest)
     {
-        let problem =
-            format!("is [{least}, {greatest}], and evolution.initial is [{low}, {high}]; allowed: limits around that range");
+        let problem = format!(
+            "is [{least}, {greatest}], and evolution.initial is [{low}, {high}]; allowed: limits around that range"
+        );
         return invalid("evolution.limits", problem);
     }
     for (gene, share) in genes.iter().zip(&shares.0) {
@@ -115,7 +116,8 @@ pub(super) fn beginnings(settings: &Settings, genes: &[Gene]) -> Checked {
         let most = (greatest - middle).min(middle - least) / half;
         if *share > most {
             let name = &gene.name;
-            let problem = format!("is {share} for {name}; allowed: up to {most}, where its range [{least}, {greatest}] ends");
+            let problem =
+                format!("is {share} for {name}; allowed: up to {most}, where its range [{least}, {greatest}] ends");
             return invalid("evolution.initial_shares", problem);
         }
     }
@@ -256,16 +258,26 @@ fn outside(settings: &Settings, world: &World) -> Vec<(String, String)> {
         Some(_) => "its origin (0, 0) is that of arena.corners_mm",
         None => "its origin (0, 0) is its lower left corner",
     };
-    let of_arena = format!("the arena has x from {x} to {} and y from {y} to {} mm; {origin}", x + width, y + height);
+    let of_arena = format!(
+        "the arena has x from {x} to {} and y from {y} to {} mm; {origin}",
+        x + width,
+        y + height
+    );
     let listed = |key: &String| {
         let walls = settings.world.arena.walls.len();
-        let wall = key.strip_prefix("arena.walls[").and_then(|rest| rest.trim_end_matches(']').parse().ok());
+        let wall = key
+            .strip_prefix("arena.walls[")
+            .and_then(|rest| rest.trim_end_matches(']').parse().ok());
         wall.is_none_or(|wall: usize| wall < walls)
     };
     let keys = world.unreached().into_iter().filter(listed);
     let of_key = |key: String| {
         let is_start = key == "start" || key == "robot.starts_mm";
-        let is = if is_start { "is outside of the arena" } else { "is where no robot gets near enough to notice it" };
+        let is = if is_start {
+            "is outside of the arena"
+        } else {
+            "is where no robot gets near enough to notice it"
+        };
         (key, format!("{is}: {of_arena}"))
     };
     let mut found: Vec<_> = keys.map(of_key).collect();

@@ -16,11 +16,11 @@ use super::source::{Parsed, Setting};
 use super::tests::Scratch;
 use super::values::{self, Described};
 use super::{Files, settings, swarm};
+use crate::api::experiment as api;
 use crate::engine::handle::Engine;
 use crate::engine::job::{Job, Step};
 use crate::engine::scheduler::{Record, Runs, UnderWay, Waiting};
 use crate::exit::Result;
-use crate::api::experiment as api;
 use crate::runs::{self, Experiment, Recording};
 use crate::sweep::Sweep;
 use bases::BASES;
@@ -86,7 +86,9 @@ impl Runs for Whole {
 /// Hash of the results of a run.
 fn result(experiment: &Arc<dyn Experiment>) -> Result<blake3::Hash> {
     // A few cycles are interpreted sooner than a kernel is compiled.
-    let is_composed = experiment.single().is_some_and(|own| own.world().kernel().variants.is_empty());
+    let is_composed = experiment
+        .single()
+        .is_some_and(|own| own.world().kernel().variants.is_empty());
     let cpu = match is_composed && experiment.steps() < 5_000 {
         true => Cpu::new(Some(1)).unwrap().with_variant("interpretedx1").unwrap(),
         false => Cpu::new(Some(1)).unwrap(),
@@ -117,7 +119,10 @@ fn read(text: &str, set: &[Setting]) -> Result<Arc<dyn Experiment>> {
 /// Keys that have no effect on results, with the reason.
 const NEVER: &[(&str, &str)] = &[
     ("name", "names files"),
-    ("files", "hashes that are only compared: each is of a file that is named, or refused"),
+    (
+        "files",
+        "hashes that are only compared: each is of a file that is named, or refused",
+    ),
     ("record.checkpoint_every", "when a run is saved"),
     ("record.individuals", "whether every individual is recorded"),
     ("robot.sensors[].name", "names a reading"),
@@ -132,27 +137,83 @@ const NEVER: &[(&str, &str)] = &[
 
 /// Keys, or tables with a dot, that have no effect in some bases, or in any for the same reason, and the reason.
 const SAME: &[(&str, &[&str], &str)] = &[
-    ("arena.walls[].class", &[], "an arena is the same whatever robot is in it; only sampled sensors tell classes apart"),
+    (
+        "arena.walls[].class",
+        &[],
+        "an arena is the same whatever robot is in it; only sampled sensors tell classes apart",
+    ),
     ("arena.obstacles[].class", &[], "likewise"),
     ("arena.blocks[].class", &[], "likewise"),
-    ("evolution.limits", &[], "a bound: it has an effect only on genes that would pass it"),
-    ("arena.open", &["khepera", "parametric"], "with listed walls it only says that a robot may leave the arena"),
-    ("evolution.strategy.restarts", &["cma-es", "sep-cma-es"], "a strategy restarts only after many generations"),
-    ("controller.kind", &["files"], "a network without layers is a perceptron"),
-    ("arena.", &["flat", "flat, diagonal"], "in two cycles no robot finds food"),
+    (
+        "evolution.limits",
+        &[],
+        "a bound: it has an effect only on genes that would pass it",
+    ),
+    (
+        "arena.open",
+        &["khepera", "parametric"],
+        "with listed walls it only says that a robot may leave the arena",
+    ),
+    (
+        "evolution.strategy.restarts",
+        &["cma-es", "sep-cma-es"],
+        "a strategy restarts only after many generations",
+    ),
+    (
+        "evolution.finalists",
+        &["khepera"],
+        "the last generation's best is the best of the finalists, too",
+    ),
+    (
+        "evolution.crossover.kind",
+        &["parametric"],
+        "two populations of two generations draw the same cuts",
+    ),
+    (
+        "controller.kind",
+        &["files"],
+        "a network without layers is a perceptron",
+    ),
+    (
+        "arena.",
+        &["flat", "flat, diagonal"],
+        "in two cycles no robot finds food",
+    ),
     ("robot.", &["flat", "flat, diagonal"], "likewise"),
-    ("cycles", &["flat", "flat, diagonal", "forager with a network"], "likewise"),
-    ("evolution.common_random_numbers", &["flat", "flat, diagonal"], "likewise"),
+    (
+        "cycles",
+        &["flat", "flat, diagonal", "forager with a network"],
+        "likewise",
+    ),
+    (
+        "evolution.common_random_numbers",
+        &["flat", "flat, diagonal"],
+        "likewise",
+    ),
     ("robot.contact", &["polygon"], "no robots meet in a few cycles"),
-    ("reality.differences.slip", &["sampled from reality"], "no robot collides in a few cycles"),
+    (
+        "reality.differences.slip",
+        &["sampled from reality"],
+        "no robot collides in a few cycles",
+    ),
 ];
 
 /// Values to try that can't be made up from the row and the value at hand.
 const VALUES: &[(&str, &[&str])] = &[
     ("robot.genomes", &["'heterogeneous'", "'homogeneous'", "[0, 0, 1]"]),
-    ("robot.starts_mm", &["[[70, 60], [150, 60], [60, 150]]", "[[80, 100], [200, 100]]"]),
+    (
+        "robot.starts_mm",
+        &["[[70, 60], [150, 60], [60, 150]]", "[[80, 100], [200, 100]]"],
+    ),
     ("robot.preset", &["'thymio2'", "'kheperax'", "'epuck'"]),
-    ("robot.tables", &["'khepera'", "['surrogate-1/wall.sam', 'surrogate-1/round.sam']", "'reality'"]),
+    (
+        "robot.tables",
+        &[
+            "'khepera'",
+            "['surrogate-1/wall.sam', 'surrogate-1/round.sam']",
+            "'reality'",
+        ],
+    ),
     ("robot.motors", &["'khepera'", "'surrogate-1/motor.sam'", "'reality'"]),
     ("arena.preset", &["'open'", "'octagon'"]),
     ("arena.corners_mm", &["[[0, 0], [600, 0], [600, 600], [0, 600]]"]),
@@ -161,14 +222,24 @@ const VALUES: &[(&str, &[&str])] = &[
     ("robot.sensors[].name", &["'zz'"]),
     ("robot.sensors[].response", &["[[0, 1], [30, 0.2]]"]),
     ("evolution.opponents.first_gene", &["'prey_to_left_1'"]),
-    ("evolution.descriptors[].measure", &["'distance_mm'", "'wall_distance_mm'"]),
+    (
+        "evolution.descriptors[].measure",
+        &["'distance_mm'", "'wall_distance_mm'"],
+    ),
     ("evolution.descriptors[].least", &["-500.0", "100.0"]),
     ("arena.floor", &["0.0", "1.0", "0.4"]),
     ("arena.wall_height_mm", &["10.0", "200.0"]),
     ("robot.body_height_mm", &["10.0", "300.0"]),
     ("sensor.part", &["'road-sign/sensors.wgsl'"]),
     ("controller.part", &["'road-sign/ctrnn.wgsl'"]),
-    ("task.part", &["'phototaxis/task.wgsl'", "'evostick/shelter.wgsl'", "'kheperax/task.wgsl'"]),
+    (
+        "task.part",
+        &[
+            "'phototaxis/task.wgsl'",
+            "'evostick/shelter.wgsl'",
+            "'kheperax/task.wgsl'",
+        ],
+    ),
     ("sensor.values", &["{ lamp = 0.1 }"]),
     ("task.values", &["{ cycles = 50 }"]),
     ("controller.values", &["{ prey_speed = 0.7 }"]),
@@ -210,7 +281,17 @@ fn others<T: Described>(row: &Parameter<T>, now: Option<&Value>) -> Vec<Value> {
         found.retain(|value| Some(value) != now);
         return found;
     }
-    let near = |now: f64| [now * 1.3, now * 0.7, now + 0.1, now - 0.1, now * 3.0, now + 1.0, now + 30.0];
+    let near = |now: f64| {
+        [
+            now * 1.3,
+            now * 0.7,
+            now + 0.1,
+            now - 0.1,
+            now * 3.0,
+            now + 1.0,
+            now + 30.0,
+        ]
+    };
     let number = |value: &Value| value.as_float().or(value.as_integer().map(|number| number as f64));
     let whole = matches!(row.allowed, Allowed::Whole(..) | Allowed::WholeUpTo(..));
     match (now, now.and_then(number)) {
@@ -301,7 +382,9 @@ impl Base {
     /// Changes a row's value, in the elements of a list one after the other, until that has an effect.
     fn walk<T: Described>(&self, row: &Parameter<T>, two: &str) -> Found {
         let count = match row.key.split_once("[]") {
-            Some((list, _)) => values::at(&self.values, list).and_then(Value::as_array).map_or(0, Vec::len),
+            Some((list, _)) => values::at(&self.values, list)
+                .and_then(Value::as_array)
+                .map_or(0, Vec::len),
             None => 1,
         };
         let is_listed = reason(row.key, self.name).is_some();
@@ -318,12 +401,17 @@ impl Base {
                 let next = match read(self.text, &[Setting::at("SET".into(), &path, &value)]) {
                     Err(failure) => {
                         let message = failure.to_string();
-                        assert!(Self::names_a_key::<T>(&message), "{}: {words} names no key: {message}", self.name);
+                        assert!(
+                            Self::names_a_key::<T>(&message),
+                            "{}: {words} names no key: {message}",
+                            self.name
+                        );
                         Found::Refused
                     }
                     Ok(other) if resolved(&other) == self.resolved => continue,
                     Ok(other) => {
-                        let after = result(&other).unwrap_or_else(|failure| panic!("{}: {words}: {failure}", self.name));
+                        let after =
+                            result(&other).unwrap_or_else(|failure| panic!("{}: {words}: {failure}", self.name));
                         if default.as_ref() == Some(&value) {
                             assert_eq!(after, self.result, "{}: {words} is said to be the default", self.name);
                             continue;
@@ -370,7 +458,9 @@ impl Base {
 fn reason(key: &str, base: &str) -> Option<&'static str> {
     let never = NEVER.iter().find(|(own, _)| *own == key).map(|(_, reason)| *reason);
     let is_of = |own: &str| own == key || own.ends_with('.') && key.starts_with(own);
-    let here = SAME.iter().find(|(own, bases, _)| is_of(own) && (bases.is_empty() || bases.contains(&base)));
+    let here = SAME
+        .iter()
+        .find(|(own, bases, _)| is_of(own) && (bases.is_empty() || bases.contains(&base)));
     never.or(here.map(|(.., reason)| *reason))
 }
 
@@ -403,7 +493,10 @@ fn each<I: Sync, O: Send>(items: &[I], work: impl Fn(&I) -> O + Sync) -> Vec<O> 
 fn what_is_accepted_has_an_effect() {
     const SAMPLED: usize = 30;
     fn walk<T: Described>(bases: &[Base], two: &str, is_long: bool) -> Vec<String> {
-        let rows: Vec<_> = T::rows().iter().filter(|row| !NEVER.iter().any(|(key, _)| *key == row.key)).collect();
+        let rows: Vec<_> = T::rows()
+            .iter()
+            .filter(|row| !NEVER.iter().any(|(key, _)| *key == row.key))
+            .collect();
         let of_row = |(number, row): &(usize, &&Parameter<T>)| {
             let (mut has_effect, mut wrong) = (false, Vec::new());
             for (index, base) in bases.iter().enumerate() {
@@ -413,7 +506,12 @@ fn what_is_accepted_has_an_effect() {
                 let began = std::time::Instant::now();
                 let found = base.walk(row, two);
                 if std::env::var_os("SHOW").is_some() {
-                    eprintln!("{:22}|{:38}|{:6.2}s {found:?}", base.name, row.key, began.elapsed().as_secs_f64());
+                    eprintln!(
+                        "{:22}|{:38}|{:6.2}s {found:?}",
+                        base.name,
+                        row.key,
+                        began.elapsed().as_secs_f64()
+                    );
                 }
                 match found {
                     Found::Effect => has_effect = true,
@@ -432,7 +530,12 @@ fn what_is_accepted_has_an_effect() {
         each(&numbered, of_row).concat()
     }
     let scratch = Scratch::new("effects");
-    let genome = |first: usize| (0..18).map(|gene| format!("0.{}", gene + first)).collect::<Vec<_>>().join(",");
+    let genome = |first: usize| {
+        (0..18)
+            .map(|gene| format!("0.{}", gene + first))
+            .collect::<Vec<_>>()
+            .join(",")
+    };
     let two = scratch.write("two.csv", [genome(3), genome(1)].join("\n"));
     let two = two.to_str().unwrap();
     let only = std::env::var("ONLY").unwrap_or_default();
@@ -460,7 +563,8 @@ fn absolute(value: &Value) -> Value {
 fn each_place_takes_a_key_alike() {
     /// What an experiment becomes: all its values, or the key that its refusal names.
     fn told(read: Result<Arc<dyn Experiment>>) -> std::result::Result<String, String> {
-        read.map(|own| own.resolved_toml(0)).map_err(|failure| failure.to_string())
+        read.map(|own| own.resolved_toml(0))
+            .map_err(|failure| failure.to_string())
     }
 
     fn walk<T: Described>(bases: &[(&str, &str)], two: &str) -> [u32; 2] {
@@ -472,7 +576,11 @@ fn each_place_takes_a_key_alike() {
                 let path = row.name(0);
                 let now = values::at(&values, &path);
                 for value in others(row, now).into_iter().take(3) {
-                    let value = absolute(&if value.as_str() == Some("TWO") { two.into() } else { value });
+                    let value = absolute(&if value.as_str() == Some("TWO") {
+                        two.into()
+                    } else {
+                        value
+                    });
                     let is_taken = read(text, &[Setting::at("SET".into(), &path, &value)]).is_ok();
                     tried = Some((*name, *text, path.clone(), value));
                     if is_taken {
@@ -482,7 +590,10 @@ fn each_place_takes_a_key_alike() {
             }
             tried.map_or(0, |tried| everywhere(&tried))
         };
-        let rows: Vec<_> = T::rows().iter().filter(|row| !["name", "seed"].contains(&row.key)).collect();
+        let rows: Vec<_> = T::rows()
+            .iter()
+            .filter(|row| !["name", "seed"].contains(&row.key))
+            .collect();
         let places = each(&rows, |row| of_row(row));
         [rows.len() as u32, places.into_iter().sum()]
     }
@@ -516,7 +627,9 @@ fn each_place_takes_a_key_alike() {
                 all.push(("file", in_file));
             }
         }
-        let table = |head: &str, value: &str| format!("experiment = 'base.toml'\nseeds = [1]\n{head}\n\"{in_toml}\" = {value}\n");
+        let table = |head: &str, value: &str| {
+            format!("experiment = 'base.toml'\nseeds = [1]\n{head}\n\"{in_toml}\" = {value}\n")
+        };
         for (place, text) in [
             ("set", table("[set]", &value.to_string())),
             ("grid", table("[grid]", &format!("[{value}]"))),
@@ -527,7 +640,12 @@ fn each_place_takes_a_key_alike() {
             all.push((place, told(cell)));
         }
         let python = api::Experiment::load(&own, std::slice::from_ref(&typed));
-        all.push(("Python", python.map(|own| own.any().resolved_toml(0)).map_err(|error| error.to_string())));
+        all.push((
+            "Python",
+            python
+                .map(|own| own.any().resolved_toml(0))
+                .map_err(|error| error.to_string()),
+        ));
         let (_, first) = all[0].clone();
         for (place, told) in &all {
             match (&first, told) {
@@ -546,7 +664,12 @@ fn each_place_takes_a_key_alike() {
     }
 
     let scratch = Scratch::new("places");
-    let genome = |first: usize| (0..18).map(|gene| format!("0.{}", gene + first)).collect::<Vec<_>>().join(",");
+    let genome = |first: usize| {
+        (0..18)
+            .map(|gene| format!("0.{}", gene + first))
+            .collect::<Vec<_>>()
+            .join(",")
+    };
     let two = scratch.write("two.csv", [genome(3), genome(1)].join("\n"));
     let (swarms, single): (Vec<_>, Vec<_>) = BASES.iter().partition(|(_, text)| text.contains("[swarm]"));
     let single: Vec<_> = single.into_iter().filter(|(_, text)| !text.contains("../")).collect();

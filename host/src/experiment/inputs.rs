@@ -234,11 +234,7 @@ impl<'a> Inputs<'a> {
     }
 
     /// Reads the genes that an evolution starts from.
-    pub(super) fn init(
-        &mut self,
-        evolution: &evolution::Settings,
-        layout: &GeneLayout,
-    ) -> Result<Option<Population>> {
+    pub(super) fn init(&mut self, evolution: &evolution::Settings, layout: &GeneLayout) -> Result<Option<Population>> {
         const KEY: &str = "evolution.init";
         let Some(file) = &evolution.init else {
             return Ok(None);

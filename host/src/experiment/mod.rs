@@ -130,7 +130,11 @@ impl Experiment {
         }
         let refused = |invalid: Invalid| source.invalid(&invalid.field, &invalid.problem);
         let has_sides = settings.arena.open != Some(true) && settings.arena.corners.is_none();
-        if has_sides && values::at(given, "arena.walls").and_then(Value::as_array).is_some_and(Vec::is_empty) {
+        if has_sides
+            && values::at(given, "arena.walls")
+                .and_then(Value::as_array)
+                .is_some_and(Vec::is_empty)
+        {
             let allowed = "allowed: walls; no such key, for the four sides; or arena.open = true, for none";
             return Err(source.invalid("arena.walls", format_args!("is empty; {allowed}")));
         }
@@ -438,8 +442,8 @@ fn text(values: &Table) -> String {
 }
 
 #[cfg(test)]
-mod mutants;
-#[cfg(test)]
 mod effects;
+#[cfg(test)]
+mod mutants;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -75,7 +75,10 @@ pub(super) fn check_used(
         for path in source.given(row.key) {
             if let Some(is) = no_default(path, settings) {
                 let is = is.trim_end_matches(", which has no effect");
-                return Err(source.invalid(path, format_args!("{is}, and {by} does not use it; allowed: leave it out")));
+                return Err(source.invalid(
+                    path,
+                    format_args!("{is}, and {by} does not use it; allowed: leave it out"),
+                ));
             }
         }
     }
@@ -120,21 +123,36 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
     let is_centroidal = evolution.archive.cells == Cells::Centroidal;
     let cells = (0..evolution.descriptors.len()).map(|index| format!("evolution.descriptors[{index}].cells"));
     let mut needs = vec![
-        Need::new(&["trial_score"], settings.trials > 1, "with trials of 2 and more", TRIALS),
+        Need::new(
+            &["trial_score"],
+            settings.trials > 1,
+            "with trials of 2 and more",
+            TRIALS,
+        ),
         Need::new(
             &["evolution.finalist_lives"],
             settings.finalists.count > 0,
             "with evolution.finalists of 1 and more",
             &["evolution.finalists"],
         ),
-        Need::new(&["evolution.finalists"], !is_wired, "without a robot on a wire as reality.robot", ROBOT),
+        Need::new(
+            &["evolution.finalists"],
+            !is_wired,
+            "without a robot on a wire as reality.robot",
+            ROBOT,
+        ),
         Need::new(
             &["noise.walk_step_mm"],
             noise.walk_range > 0.0,
             "with noise.walk_range_mm above 0",
             &["noise.walk_range_mm"],
         ),
-        Need::new(&["noise.drawn"], is_noisy, "with other noise than that of the walk", NOISE),
+        Need::new(
+            &["noise.drawn"],
+            is_noisy,
+            "with other noise than that of the walk",
+            NOISE,
+        ),
         Need::new(
             &["evolution.opponents.generations"],
             evolution.opponents.kind == OpponentKind::Recent,
@@ -296,7 +314,7 @@ fn of_robot(settings: &Settings) -> Vec<Need> {
 pub(super) fn of_world(world: &World) -> Vec<Need> {
     let has_range = |gene: &Gene| gene.range.is_some();
     let mut needs = vec![Need::new(
-        &["evolution.limits"],
+        &["evolution.initial", "evolution.limits"],
         !world.gene_layout().all().iter().all(has_range),
         "with a gene that has no range of its own",
         &["controller.kind", "controller.part", "robot.kind"],
@@ -305,7 +323,13 @@ pub(super) fn of_world(world: &World) -> Vec<Need> {
         keys: vec![format!("reality.differences.{}", difference.name())],
         is_met: difference.acts_on(&world.spec().robot),
         only: "with a robot that it changes",
-        by: &["robot.kind", "robot.preset", "robot.sensors", "robot.collision", "robot.motors"],
+        by: &[
+            "robot.kind",
+            "robot.preset",
+            "robot.sensors",
+            "robot.collision",
+            "robot.motors",
+        ],
     }));
     needs
 }

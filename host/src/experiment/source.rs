@@ -422,7 +422,10 @@ impl Unknown {
 
 /// Removes the key at a place; whether it was there.
 fn without(table: &mut DeTable<'_>, at: &Range<usize>) -> bool {
-    let found = table.keys().find(|key| key.span() == *at).map(|key| key.get_ref().clone());
+    let found = table
+        .keys()
+        .find(|key| key.span() == *at)
+        .map(|key| key.get_ref().clone());
     match found {
         Some(key) => table.remove(&*key).is_some(),
         None => table.iter_mut().any(|(_, value)| without_within(value.get_mut(), at)),

@@ -226,14 +226,22 @@ fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
     vec![
         Need::new(&["swarm.light_moves_minute"], is_moving(swarm.case), moves, CASE),
         Need::new(
-            &["swarm.controllers", "swarm.simulators", "swarm.clock.installed_s", "swarm.control"],
+            &[
+                "swarm.controllers",
+                "swarm.simulators",
+                "swarm.clock.installed_s",
+                "swarm.control",
+            ],
             swarm.case != Case::Random,
             evolves,
             CASE,
         ),
         Need::new(
             &["swarm.simulators.mutation_scale", "swarm.simulators.boundary"],
-            !matches!(control, Kind::SimulatorRight | Kind::SimulatorWrong | Kind::SimulatorRandom),
+            !matches!(
+                control,
+                Kind::SimulatorRight | Kind::SimulatorWrong | Kind::SimulatorRandom
+            ),
             "with simulators that evolve (swarm.control)",
             &[CONTROL],
         ),
@@ -244,7 +252,10 @@ fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
 fn light(swarm: &Settings) -> Checked {
     let (minute, minutes) = (swarm.light_moves_minute, swarm.minutes);
     if is_moving(swarm.case) && minute >= minutes {
-        let problem = format!("is {minute}; allowed: 0 to {}, less than swarm.minutes, or another swarm.case", minutes - 1);
+        let problem = format!(
+            "is {minute}; allowed: 0 to {}, less than swarm.minutes, or another swarm.case",
+            minutes - 1
+        );
         return invalid("swarm.light_moves_minute", problem);
     }
     Ok(())

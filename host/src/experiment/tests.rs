@@ -400,7 +400,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[reality.differences]\nlatency = 1.0",
-        "reality.differences: is given; allowed: only with a surrogate as reality.robot",
+        "reality.differences.latency: is given; allowed: only with a surrogate as reality.robot",
     ),
     (
         "[robot]\ntables = []",
@@ -488,7 +488,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[arena]\nwidth_mm = 40\nheight_mm = 40",
-        "arena.field: a robot's body is free in 0 % of it",
+        "arena: a robot's body is free in 0 % of the field",
     ),
     (
         "[controller]\nunits = 3",

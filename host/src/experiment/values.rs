@@ -198,7 +198,9 @@ fn taken(field: &mut dyn Field, datum: &Datum) -> bool {
 /// Whether the row of a key allows a value of its type, and what it allows; `None` without such a row.
 pub(super) fn alone<T: Described>(key: &str, value: &dyn Field) -> Option<(bool, String)> {
     let row = T::rows().iter().find(|row| row.key == key)?;
-    let is_allowed = value.get().is_some_and(|datum| row.allowed.check(&datum, |_| None).is_ok());
+    let is_allowed = value
+        .get()
+        .is_some_and(|datum| row.allowed.check(&datum, |_| None).is_ok());
     Some((is_allowed, allowed(row, value)))
 }
 
@@ -287,12 +289,16 @@ pub(super) fn default_of<T: Described>(row: &Parameter<T>) -> Option<Datum> {
 /// Whether a list of tables has elements.
 pub(super) fn has_elements<T: Described>(list: &Parameter<T>, own: &mut T) -> bool {
     let start = format!("{}[].", list.key);
-    T::rows().iter().any(|row| row.key.starts_with(&start) && row.count(own) > 0)
+    T::rows()
+        .iter()
+        .any(|row| row.key.starts_with(&start) && row.count(own) > 0)
 }
 
 /// Removes the value at a path such as `arena.walls[2].class`.
 pub(super) fn remove(table: &mut Table, path: &str) {
-    let (first, rest) = path.split_once('.').map_or((path, None), |(first, rest)| (first, Some(rest)));
+    let (first, rest) = path
+        .split_once('.')
+        .map_or((path, None), |(first, rest)| (first, Some(rest)));
     let Some(rest) = rest else {
         table.remove(first);
         return;

@@ -33,6 +33,7 @@ pub(super) const BASES: &[(&str, &str)] = &[
     ("forager", FORAGER),
     ("forager with a network", FORAGER_NETWORK),
     ("custom", CUSTOM),
+    ("genes with ranges", RANGED),
     ("flat", FLAT),
     ("flat, diagonal", FLAT_DIAGONAL),
     ("foragers", FORAGERS),
@@ -631,11 +632,33 @@ generations = 2
 finalists = 0
 ";
 
+const RANGED: &str = "
+cycles = 40
+robot.count = 3
+robot.kind = 'differential'
+robot.sensors = [{ name = 'sees', kind = 'sight', range_mm = 100000 }]
+arena = { width_mm = 500, height_mm = 500 }
+[controller]
+kind = 'own'
+part = 'aggregation/controller.wgsl'
+[task]
+kind = 'own'
+part = 'aggregation/mission.wgsl'
+[evolution]
+kind = 'cma-es'
+population = 6
+generations = 3
+finalists = 0
+";
+
 const FORAGERS: &str = "
 [swarm]
 case = 'over'
-robots = 8
+robots = 16
 minutes = 4
+clock.interval_s = 20
+clock.offset_s = 10
+clock.installed_s = 20
 messages = { range_mm = 600, heard = 0.9 }
 simulators.pairs = 2
 arena = { radius_mm = 400, food_items = 8 }

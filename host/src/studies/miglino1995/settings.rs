@@ -249,9 +249,19 @@ pub(crate) struct Settings {
 /// Whether the study uses a key of its conditions' experiments. Its robot is a Khepera, sampled anew; its individuals have one
 /// episode in each generation; its champions are chosen by `champion.lives`.
 fn is_used(key: &str) -> bool {
-    const ALONE: [&str; 4] = ["cycles", "robot.states", "evolution.kind", "evolution.common_random_numbers"];
+    const ALONE: [&str; 4] = [
+        "cycles",
+        "robot.states",
+        "evolution.kind",
+        "evolution.common_random_numbers",
+    ];
     const TABLES: [&str; 5] = ["arena.", "noise.", "task.", "start.", "evolution."];
-    const BUT: [&str; 4] = ["evolution.finalists", "evolution.finalist_lives", "evolution.init", "task.part"];
+    const BUT: [&str; 4] = [
+        "evolution.finalists",
+        "evolution.finalist_lives",
+        "evolution.init",
+        "task.part",
+    ];
     ALONE.contains(&key) || TABLES.iter().any(|table| key.starts_with(table)) && !BUT.contains(&key)
 }
 

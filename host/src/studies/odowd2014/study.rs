@@ -170,8 +170,8 @@ impl Study {
                 ];
                 // The case leaves out what only others need.
                 let rank = |key: &str| if key == "swarm.case" { 3 } else { 1 };
-                let own =
-                    own.map(|(key, value)| Setting::at(format!("{}, {key}", record.arm), key, &value).ranked(rank(key)));
+                let own = own
+                    .map(|(key, value)| Setting::at(format!("{}, {key}", record.arm), key, &value).ranked(rank(key)));
                 let more = more.into_iter().map(|own| own.ranked(2)).collect::<Vec<_>>();
                 let set = [&own[..], &of_all, &more].concat();
                 const WHY: &str = "is a control, which the kinds of [[conditions]] give";
@@ -359,10 +359,14 @@ fn taken(under: &str, table: &Table, source: &Source<'_>) -> Result<Vec<Setting>
 fn check(values: &File, source: &Source<'_>) -> Result {
     let has_light_over = |own: &Conditions| own.cases.contains(&Case::Over) && own.kinds.contains(&Kind::Evolved);
     if !values.conditions.iter().any(has_light_over) {
-        let problem = "lack the case \"over\" of the kind \"evolved\", which others are compared with; allowed: with it";
+        let problem =
+            "lack the case \"over\" of the kind \"evolved\", which others are compared with; allowed: with it";
         return Err(source.invalid("conditions", problem));
     }
-    for (key, is_empty) in [("scales", values.scales.is_empty()), ("credits", values.credits.is_empty())] {
+    for (key, is_empty) in [
+        ("scales", values.scales.is_empty()),
+        ("credits", values.credits.is_empty()),
+    ] {
         if is_empty {
             return Err(source.invalid(key, "is empty; allowed: one and more"));
         }
