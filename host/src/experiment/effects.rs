@@ -190,6 +190,8 @@ const SAME: &[(&str, &[&str], &str)] = &[
         &["flat", "flat, diagonal"],
         "likewise",
     ),
+    ("swarm.messages.line_of_sight", &["two cases", "random case", "right simulators", "no light"], "of few robots none is between others"),
+    ("swarm.simulators.pairs", &["two cases", "right simulators", "no light"], "the best of two and of three pairs is mostly the same"),
     ("robot.contact", &["polygon"], "no robots meet in a few cycles"),
     (
         "reality.differences.slip",

@@ -636,6 +636,8 @@ const RANGED: &str = "
 cycles = 40
 robot.count = 3
 robot.kind = 'differential'
+robot.wheel_base_mm = 51
+robot.greatest_speed_mm_s = 128
 robot.sensors = [{ name = 'sees', kind = 'sight', range_mm = 100000 }]
 arena = { width_mm = 500, height_mm = 500 }
 [controller]
@@ -660,7 +662,7 @@ clock.interval_s = 20
 clock.offset_s = 10
 clock.installed_s = 20
 messages = { range_mm = 600, heard = 0.9 }
-simulators.pairs = 2
+simulators = { pairs = 2, leaves = 'oldest' }
 arena = { radius_mm = 400, food_items = 8 }
 ";
 

@@ -690,6 +690,15 @@ fn check(values: &File, source: &Source<'_>) -> Result {
     for (index, own) in severities.iter().enumerate() {
         severity(&format!("calibration.severities[{index}]"), *own)?;
     }
+    // The study has its arena, its task and its evolution from what all conditions share.
+    for condition in Condition::ALL {
+        for (key, _) in file::leaves(values.conditions.of(condition)) {
+            if !key.starts_with("noise.") {
+                let key = format!("conditions.{}.{key}", condition.name());
+                return Err(source.invalid_key(&key, "is not of the noise; allowed: noise.*, and other keys under [set]"));
+            }
+        }
+    }
     source.within("samples.turns", values.samples.turns, &(1..=100))?;
     source.within("champion.lives", values.champion.lives, &(1..=10_000))?;
     source.within("reality.generations", values.reality.generations, &(1..=10_000))
@@ -900,6 +909,7 @@ mod tests {
             ),
             ("noise.sensor = [0.0, 0.4]", "noise.sensors = [0.0, 0.4]", "own.toml:"),
             ("[selection]", "[selections]", "selections"),
+            ("[conditions.none]", "[conditions.none]\ncycles = 3", "conditions.none.cycles: is not of the noise"),
         ] {
             let refusal = refusal(from, to, "surrogate:3");
             assert!(refusal.contains("own.toml:") && refusal.contains(expected), "{refusal}");
