@@ -119,4 +119,7 @@ done
     exit 1
 }
 
+say "the README's commands on bare machines"
+tests/fresh.sh
+
 say "all is well"
