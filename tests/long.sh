@@ -4,7 +4,7 @@
 # files for half an hour, random bytes for drivers of robots for ten minutes and by radio for another ten (all of them by
 # what processors give, so that a busy machine does no less), a whole robot that is sampled, runs and sweeps that are
 # killed hundreds of times, long lives on every device, the size of the program for a robot, machine code for cards that
-# are not there, and a hundred thousand runs. Some two and a half hours on two cores.
+# are not there, and a hundred thousand runs, and bare machines. Some three and a half hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export ONEIRO_LONG=1
