@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
     let which = Which::All {
         individuals: arguments.individuals,
     };
-    let subjects = Subjects::read(&named, layout, which)?.distinct();
+    let subjects = Subjects::read(&named, layout, which, console)?.distinct();
     let all = Lives {
         worlds: std::slice::from_ref(experiment.world()),
         genomes: &subjects.genomes,

@@ -69,13 +69,13 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     } else {
         Which::Champion
     };
-    let mut subjects = Subjects::read(&named, experiment.world().gene_layout(), which)?;
+    let mut subjects = Subjects::read(&named, experiment.world().gene_layout(), which, console)?;
     if let Some(count) = arguments.random {
         subjects = subjects.with_random(&experiment.random_genomes(count, seed));
     }
     let files = named.len() + usize::from(arguments.random.is_some());
     let worlds = match &arguments.starts {
-        Some(path) => starts::read(path, &spec)?,
+        Some(path) => starts::read(path, &spec, |word| console.say(word))?,
         None => vec![World::new(spec.clone())?],
     };
     let trials = if arguments.starts.is_some() {

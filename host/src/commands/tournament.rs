@@ -93,7 +93,7 @@ impl Played {
         let experiment = run.experiment()?;
         let layout = experiment.world().gene_layout();
         let opponents = &experiment.settings().evolution.opponents;
-        let hall = genomes::read(&run.directory().join(HALL), layout).map_err(Failure::corrupt)?;
+        let hall = genomes::recorded(&run.directory().join(HALL), layout)?;
         let split = opponents
             .split(layout.all())
             .ok_or_else(|| Failure::corrupt("the second population has no genes"))?;

@@ -245,7 +245,8 @@ impl<'a> Inputs<'a> {
             return Ok(None);
         };
         let (path, _) = self.take(KEY, file)?;
-        let genomes = genomes::read(&path, layout).map_err(|failure| self.source.invalid(KEY, failure))?;
+        let genomes = genomes::read(&path, layout, |word| self.warnings.push(format!("{KEY}: {word}")))
+            .map_err(|failure| self.source.invalid(KEY, failure))?;
         if genomes.len() != population as usize {
             let problem = format!(
                 "{} holds {} genomes; allowed: as many as evolution.population, {population}",

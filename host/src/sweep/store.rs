@@ -97,7 +97,8 @@ pub(crate) struct Made {
 }
 
 const FORMAT: &str = "oneiro sweep";
-const VERSION: u32 = 3;
+/// Version 3 had values without names.
+const VERSION: u32 = 4;
 
 /// Keys that every version writes.
 #[derive(Debug, Deserialize)]
@@ -431,8 +432,8 @@ impl Store {
                 )));
             }
             if let Some(other) = all.runs.get(&line.run)
-                && (&other.line.result, &other.line.cells, &other.line.blake3)
-                    != (&line.result, &line.cells, &line.blake3)
+                && (&other.line.result, &other.line.outcomes, &other.line.blake3)
+                    != (&line.result, &line.outcomes, &line.blake3)
             {
                 return Err(Failure::corrupt(format_args!(
                     "run {} has the result {} in {} and {} in {}; one of the machines can't be trusted: \

@@ -212,10 +212,10 @@ fn write_results(table: &mut Table<'_>, sweep: &Sweep, plan: &Plan, finished: &A
             levels.iter().try_for_each(|level| rows.write_field(level))?;
             rows.write_field(sweep.seed_of(run).to_string())?;
             // What only runs of other cells have is empty.
-            let cells = line.cells.iter().map(String::as_str).chain(std::iter::repeat(""));
-            cells
-                .take(plan.outcomes.len())
-                .try_for_each(|cell| rows.write_field(cell))?;
+            let outcome = |column: &Column| line.outcomes.get(&column.name).map_or("", String::as_str);
+            plan.outcomes
+                .iter()
+                .try_for_each(|column| rows.write_field(outcome(column)))?;
             rows.write_field(&line.result)?;
             rows.write_record(None::<&[u8]>)?;
         }

@@ -116,7 +116,7 @@ fn outcome(plan: &Plan, run: RunNumber, mut job: Box<dyn Job>, recorded: &Record
     }
     Ok(Outcome {
         run: run as RunIndex,
-        cells: finished.cells,
+        outcomes: finished.outcomes,
         champion,
         generations: table[plan.table.head.len()..].to_owned(),
         result: result_of(plan.ids[run], &recorded.experiment.results(), &files),

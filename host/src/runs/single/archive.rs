@@ -142,7 +142,7 @@ pub(super) fn elites(run: &Recorded<'_>, experiment: &Experiment, asked: &str) -
     let path = run.directory.join(ARCHIVE);
     let table = disk::read_text(&path)?;
     let layout = experiment.world().gene_layout();
-    let genomes = genomes::read(&run.directory.join(ARCHIVE_GENES), layout).map_err(Failure::corrupt)?;
+    let genomes = genomes::recorded(&run.directory.join(ARCHIVE_GENES), layout)?;
     let descriptors = experiment.settings().evolution.descriptors.len();
     let read = |place: usize, line: &str| {
         let fields: Vec<&str> = line.split(',').collect();

@@ -3,6 +3,7 @@
 //! | file | contents |
 //! |---|---|
 //! | [`job`] | the state machine: generations, reality, the champion's trace |
+//! | [`mod@outcomes`] | what a run gives in a sweep's table |
 //! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
 //! | [`on_board`] | the same evolution beside a robot |
 //! | [`check`], [`replay`] with [`elites`], [`audit`] | the commands of these names for such runs |
@@ -18,6 +19,7 @@ mod individuals;
 pub(crate) mod job;
 #[cfg(all(unix, feature = "compose"))]
 pub(crate) mod on_board;
+mod outcomes;
 mod pictures;
 mod replay;
 mod rows;
@@ -81,77 +83,6 @@ const ARCHIVE_PAGE: &str = "archive.html";
 const LEARNING_CURVE: &str = "learning-curve.svg";
 /// Files of a replay, without the life's number and the extension.
 const REPLAY: &str = "replay";
-
-/// What a run gives in a sweep's table of results.
-static OUTCOMES: [Column; 11] = [
-    Column::number("best", "", "the highest score of any individual in its generation"),
-    Column::whole("best_generation", "", "the generation of that individual, the luckiest"),
-    Column::whole("best_individual", "", "its index in the generation"),
-    Column::number("peak", "", "the mean fitness of the last generation's would-be parents"),
-    Column::number("mean", "", "the mean fitness of the last generation"),
-    Column::whole(
-        "nan",
-        "",
-        "the number of NaN fitness values in the whole run; they ranked last",
-    ),
-    Column::number(
-        CHAMPION_MEAN,
-        "",
-        "the mean of the champion's fresh lives (`evolution.finalist_lives`); empty without finalists, when the champion is the \
-         luckiest",
-    ),
-    Column::number(
-        "champion_low",
-        "",
-        "the lower bound of that mean's 95 % confidence interval, by Student's t",
-    ),
-    Column::number("champion_high", "", "the upper bound of that interval"),
-    Column::whole("champion_generation", "", "the champion's generation"),
-    Column::whole("champion_individual", "", "its index in the generation"),
-];
-/// Of the last offspring, which nobody selected.
-static OUTCOMES_OF_REALITY: [Column; 3] = [
-    Column::number(
-        "simulated",
-        "",
-        "with the sweep's `[reality]`: the mean simulated fitness of the last generation's offspring, before any selection",
-    ),
-    Column::number(
-        "real",
-        "",
-        "with the sweep's `[reality]`: the mean real fitness of the same offspring",
-    ),
-    Column::number(
-        "real_best",
-        "",
-        "with the sweep's `[reality]`: the highest real fitness of the same offspring",
-    ),
-];
-
-/// Of the archive after the last generation.
-static OUTCOMES_OF_ARCHIVE: [Column; 2] = [
-    Column::number(
-        "coverage",
-        "",
-        "with `evolution.kind = \"map-elites\"`: the share of all cells that have an elite; empty with other optimisers",
-    ),
-    Column::number(
-        "qd_score",
-        "",
-        "with it: the sum over all elites of what their fitness is above `evolution.archive.offset`",
-    ),
-];
-
-/// Of the second population's last generation.
-static OUTCOMES_OF_COEVOLUTION: [Column; 2] = [
-    Column::number(
-        "second_peak",
-        "",
-        "with `evolution.kind = \"coevolution\"`: `peak` of the second population; the columns before it are of the first, and of the \
-         last pair",
-    ),
-    Column::number("second_mean", "", "with it: `mean` of the second population"),
-];
 
 /// The files of a run's directory.
 fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: bool) -> Vec<Entry> {
@@ -321,14 +252,7 @@ pub(crate) fn all_steps() -> &'static [Column] {
 /// The columns of what runs give in a sweep's table of results, of any sweep.
 #[cfg(test)]
 pub(crate) fn all_outcomes() -> Vec<Column> {
-    [
-        &OUTCOMES[..],
-        &OUTCOMES_OF_REALITY,
-        &transferred::COLUMNS,
-        &OUTCOMES_OF_ARCHIVE,
-        &OUTCOMES_OF_COEVOLUTION,
-    ]
-    .concat()
+    outcomes::all()
 }
 
 /// An experiment with single robots.
@@ -485,7 +409,7 @@ pub(crate) fn all_genomes(
         all.push((LUCKIEST_GENES, luckiest.alone()));
     }
     if experiment.settings().evolution.has_archive() {
-        let elites = genomes::read(&run.directory.join(ARCHIVE_GENES), layout).map_err(Failure::corrupt)?;
+        let elites = genomes::recorded(&run.directory.join(ARCHIVE_GENES), layout)?;
         all.push((ARCHIVE_GENES, elites));
     }
     all.push(if individuals {
@@ -503,7 +427,7 @@ pub(crate) fn all_genomes(
 /// As [`champion()`].
 pub(crate) fn population(run: &Recorded<'_>, experiment: &Experiment) -> Result<Population> {
     let layout = experiment.world().gene_layout();
-    genomes::read(&run.directory.join(POPULATION), layout).map_err(Failure::corrupt)
+    genomes::recorded(&run.directory.join(POPULATION), layout)
 }
 
 /// Reads a run's table of generations.
@@ -676,22 +600,7 @@ impl super::Experiment for Single {
     }
 
     fn outcomes(&self) -> Vec<Column> {
-        let reality: &[Column] = match self.has_reality() {
-            true => &OUTCOMES_OF_REALITY,
-            false if self.is_compared => &transferred::COLUMNS,
-            false => &[],
-        };
-        let archive: &[Column] = if self.experiment.settings().evolution.has_archive() {
-            &OUTCOMES_OF_ARCHIVE
-        } else {
-            &[]
-        };
-        let coevolution: &[Column] = if self.experiment.settings().evolution.is_coevolution() {
-            &OUTCOMES_OF_COEVOLUTION
-        } else {
-            &[]
-        };
-        [&OUTCOMES[..], reality, archive, coevolution].concat()
+        self.outcome_columns()
     }
 
     fn columns(&self) -> &'static [Column] {

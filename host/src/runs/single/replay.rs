@@ -46,7 +46,10 @@ pub(super) fn run(
         Some(cell) => super::archive::elite(run, experiment, cell)?,
         None => super::champion(run, experiment)?,
     };
-    let other = replay.genome.map(|file| genome(file, experiment)).transpose()?;
+    let other = replay
+        .genome
+        .map(|file| genome(file, experiment, console))
+        .transpose()?;
     let settings = experiment.settings();
     if replay.trial >= settings.trials {
         return Err(Failure::input(format_args!(
@@ -190,8 +193,8 @@ fn differences(replay: &Replay<'_>) -> String {
 }
 
 /// The one genome of a file.
-fn genome(file: &Path, experiment: &Experiment) -> Result<Vec<f32>> {
-    let all = genomes::read(file, experiment.world().gene_layout())?;
+fn genome(file: &Path, experiment: &Experiment, console: Console) -> Result<Vec<f32>> {
+    let all = genomes::read(file, experiment.world().gene_layout(), |word| console.say(word))?;
     if all.len() > 1 {
         let (file, count) = (file.display(), all.len());
         return Err(Failure::input(format_args!(

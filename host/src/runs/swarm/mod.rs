@@ -22,7 +22,7 @@ use crate::experiment::{self, Identities, Input};
 use crate::swarm::job::SwarmJob;
 use crate::swarm::record::{Case, Run};
 use crate::swarm::steps;
-use crate::swarm::tables::{FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS, OUTCOMES};
+use crate::swarm::tables::{FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS, outcomes};
 
 const REPLAY: &str = "replay.html";
 
@@ -41,7 +41,7 @@ pub(crate) fn all_steps() -> &'static [Column] {
 /// The columns of what runs give in a sweep's table of results.
 #[cfg(test)]
 pub(crate) fn all_outcomes() -> Vec<Column> {
-    OUTCOMES.to_vec()
+    outcomes()
 }
 
 fn contents() -> Vec<Entry> {
@@ -168,7 +168,7 @@ impl Experiment for SwarmExperiment {
     }
 
     fn outcomes(&self) -> Vec<Column> {
-        OUTCOMES.to_vec()
+        outcomes()
     }
 
     fn columns(&self) -> &'static [Column] {
