@@ -115,7 +115,7 @@ fn errors(calibration: &Calibration) -> String {
 
 fn summary(calibration: &Calibration) -> String {
     let readings = &calibration.readings;
-    let lives = counted(calibration.lives as u32, "life", "lives");
+    let lives = counted(calibration.lives, "life", "lives");
     let mut text = format!(
         "{lives}, {} cycles; readings are {:.0} ms old\n",
         calibration.cycles,

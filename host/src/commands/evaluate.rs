@@ -113,8 +113,8 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     let mut evaluator = device::open(&arguments.backend)?;
     console.say(format!(
         "{}, {}, seed {seed}, on {}",
-        counted(subjects.genomes.len() as u32, "genome", "genomes"),
-        counted(trials as u32, "trial", "trials"),
+        counted(subjects.genomes.len(), "genome", "genomes"),
+        counted(trials, "trial", "trials"),
         device::name_for(evaluator.as_ref(), worlds[0].kernel())
     ));
     if subjects.genomes.len() > 1 && arguments.starts.is_none() && !arguments.common_starts {

@@ -213,7 +213,7 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
             format!(
                 "shard {shard}: {} done; `oneiro sweep merge {}` joins all shards; name the directories of shards that are \
                  elsewhere after it",
-                counted(*of_shard as u32, "run is", "runs are"),
+                counted(*of_shard, "run is", "runs are"),
                 store.directory().display()
             )
         });
@@ -309,7 +309,7 @@ fn work(
     todo.retain(|run| !begun.finished.contains(run));
     let mut saved = begun.saved;
     saved.retain(|saved| todo.binary_search(&saved.run).is_ok());
-    let runs = counted(todo.len() as u32, "run", "runs");
+    let runs = counted(todo.len(), "run", "runs");
     console.say(format!("{}: {runs} on {}", sweep.name(), engine.name()));
     let until = arguments.time_budget.map(|budget| began + budget);
     let steps = plan.steps(sweep, todo.iter().copied());

@@ -195,7 +195,7 @@ impl Played {
         let mut text = format!(
             "{}: {} of each population, {} a pair\n  {:<12}{:>10}{:>14}{:>14}{:>10}{:>18}\n",
             directory.display(),
-            counted(self.generations.len() as u32, "best one", "best ones"),
+            counted(self.generations.len(), "best one", "best ones"),
             counted(self.contests, "contest", "contests"),
             "population",
             "mean",

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use super::contents::{CHAMPIONS, GENERATIONS, RESULTS, SUMS, columns_of_champions, columns_of_generations};
+use super::contents::{CHAMPIONS, GENERATIONS, RESULTS, RUN, SUMS, columns_of_champions, columns_of_generations};
 use super::journal::Generations;
 use super::store::{AllFinished, Finished};
 use super::{Plan, RunIndex, Sweep};
@@ -177,8 +177,14 @@ pub(crate) fn runs_in(directory: &Path, runs: usize) -> Result<BTreeSet<RunIndex
         return Ok(BTreeSet::new());
     }
     let mut table = csv::Reader::from_path(&path).map_err(|error| Failure::storage(&path, &error.into()))?;
+    let head = table
+        .headers()
+        .map_err(|error| Failure::storage(&path, &error.into()))?;
+    let Some(column) = head.iter().position(|name| name == RUN.name) else {
+        return Ok(BTreeSet::new());
+    };
     let rows = table.records().map_while(csv::Result::ok);
-    let runs_of_rows = rows.filter_map(|row| row.get(0)?.parse::<RunIndex>().ok());
+    let runs_of_rows = rows.filter_map(|row| row.get(column)?.parse::<RunIndex>().ok());
     Ok(runs_of_rows.filter(|run| (*run as usize) < runs).collect())
 }
 

@@ -164,7 +164,11 @@ pub(super) fn elites(run: &Recorded<'_>, experiment: &Experiment, asked: &str) -
             },
         })
     };
-    let lines = table.lines().skip(1).enumerate();
+    let columns = head(&columns(experiment));
+    let lines = table
+        .strip_prefix(&columns)
+        .ok_or_else(|| Failure::corrupt(format_args!("{}:1: is not {}", path.display(), columns.trim_end())))?;
+    let lines = lines.lines().enumerate();
     lines
         .map(|(place, line)| {
             let corrupt = || Failure::corrupt(format_args!("{}:{}: is not an elite", path.display(), place + 2));

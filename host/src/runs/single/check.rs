@@ -299,7 +299,7 @@ fn breeding(evolution: &Settings) -> String {
 fn counted_if_any(count: usize, one: &str, many: &str) -> String {
     match count {
         0 => String::new(),
-        count => format!(", {}", counted(count as u32, one, many)),
+        count => format!(", {}", counted(count, one, many)),
     }
 }
 
@@ -320,9 +320,9 @@ fn arena(spec: &WorldSpec) -> String {
         arena.name,
         arena.field.width,
         arena.field.height,
-        counted(arena.walls.len() as u32, "wall", "walls"),
-        counted(arena.obstacles.len() as u32, "round obstacle", "round obstacles"),
-        counted(arena.blocks.len() as u32, "block", "blocks"),
+        counted(arena.walls.len(), "wall", "walls"),
+        counted(arena.obstacles.len(), "round obstacle", "round obstacles"),
+        counted(arena.blocks.len(), "block", "blocks"),
         counted_if_any(arena.lights.len(), "light", "lights"),
         counted_if_any(arena.patches.len(), "floor patch", "floor patches"),
     )

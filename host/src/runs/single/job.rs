@@ -14,7 +14,7 @@ use super::rows::Row;
 use super::trace::trace_every;
 use super::transferred::{TERM, Transferred, positions};
 use super::{
-    CHAMPION, CHAMPION_GENES, CHAMPION_TEXT, COVERAGE, FITNESS, GENERATIONS, HALL, INDIVIDUALS, LUCKIEST,
+    BEHAVIOUR, CHAMPION, CHAMPION_GENES, CHAMPION_TEXT, COVERAGE, FITNESS, GENERATIONS, HALL, INDIVIDUALS, LUCKIEST,
     LUCKIEST_GENES, LUCKIEST_TEXT, POPULATION, Places, SECOND, Single, pictures,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
@@ -85,8 +85,9 @@ type Generation = (Vec<f32>, Vec<f32>);
 /// What the run's outcome has of its generations so far.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Progressed {
-    /// Number of NaN scores.
+    /// Number of NaN scores, and of individuals with a measure that is NaN.
     nan: u64,
+    unmeasured: u64,
     /// The last generation, and that of the second of two populations.
     last: Option<Row>,
     second: Option<Row>,
@@ -354,13 +355,16 @@ impl Evolving {
     /// Takes the fitness of a generation.
     fn bred(&mut self, results: &Results<'_>) -> Result<Step> {
         let settings = self.single.experiment.settings();
-        let behaviour = match &mut self.behaviour {
+        let (behaviour, unmeasured) = match &mut self.behaviour {
             Some(own) => match own.of(results.traces, settings.trials) {
-                Some(behaviour) => behaviour,
+                Some(behaviour) => {
+                    let unmeasured = own.unmeasured(&behaviour);
+                    (behaviour, Some(unmeasured))
+                }
                 // The generation is asked for again.
                 None => return Ok(Step::default()),
             },
-            None => Vec::new(),
+            None => (Vec::new(), None),
         };
         if self.single.experiment.first_real() == Some(self.evolution.generation()) {
             self.evolution.forget_champion();
@@ -378,17 +382,22 @@ impl Evolving {
             }
             None => (Row::new(&generation, best), None),
         };
-        // A sweep has no table of the second population.
-        let shown = second.as_ref().filter(|_| self.has_directory);
-        let rows = [(GENERATIONS, Some(&row)), (SECOND, shown)].into_iter();
+        let rows = [(GENERATIONS, Some(&row)), (SECOND, second.as_ref())].into_iter();
         let mut added: Vec<Added> = rows
             .filter_map(|(file, row)| {
                 let bytes = row?.line().into_bytes();
                 Some(Added { file, bytes })
             })
             .collect();
+        if let Some(count) = unmeasured.filter(|_| self.has_directory) {
+            added.push(Added {
+                file: BEHAVIOUR,
+                bytes: format!("{},{count}\n", generation.number).into_bytes(),
+            });
+        }
         let own = &mut self.progressed;
         own.nan += u64::from(row.nan);
+        own.unmeasured += unmeasured.map_or(0, u64::from);
         if self.single.experiment.first_real() == Some(generation.number) {
             own.first_real = Some(row.clone());
         }
@@ -633,6 +642,7 @@ impl Job for Evolving {
             last,
             second: generations.second.as_ref(),
             nan: generations.nan,
+            unmeasured: generations.unmeasured,
             simulated: &self.simulated,
             real: &self.real,
             compared: first_real.map(|first| self.transferred.compared(evolution.parents, first, last)),

@@ -27,6 +27,7 @@ mod together;
 pub(crate) mod trace;
 mod transferred;
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -38,7 +39,7 @@ use oneiro::world::{Noise, Start, World, WorldSpec};
 use serde_json::json;
 
 use super::{Audit, CHAMPION_MEAN, Reality, Recorded, Recording, Replay, Robots, Shown, Summary, Table};
-use crate::console::{Console, decimal};
+use crate::console::{Console, counted, decimal};
 use crate::contents::{self, Column, Entry};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
@@ -76,6 +77,7 @@ const FITNESS: &str = "fitness.npy";
 const TRACE: &str = "trace.csv";
 const PATH: &str = "path.svg";
 const COVERAGE: &str = "coverage.csv";
+const BEHAVIOUR: &str = "behaviour.csv";
 const ARCHIVE: &str = "archive.csv";
 const ARCHIVE_GENES: &str = "archive.npy";
 const ARCHIVE_PICTURE: &str = "archive.svg";
@@ -156,6 +158,12 @@ fn archive_files(columns: &[Column]) -> [Entry; 5] {
     ]
 }
 
+/// The file of a run whose optimiser uses behaviour.
+fn behaviour_file() -> Entry {
+    let about = "with `evolution.kind = \"map-elites\"` or `\"novelty\"`: individuals without a behaviour, one row per generation";
+    Entry::table(BEHAVIOUR, about, &behaviour::COLUMNS)
+}
+
 /// The files of a run of two populations.
 fn coevolution_files() -> [Entry; 5] {
     [
@@ -234,6 +242,7 @@ pub(crate) fn all_contents() -> Vec<Entry> {
         &files(&world, true, true, true)[..],
         &texts(true),
         &archive_files(&archive::ELITES),
+        &[behaviour_file()],
         &coevolution_files(),
         &[lives()],
         &replays(false),
@@ -430,6 +439,21 @@ pub(crate) fn population(run: &Recorded<'_>, experiment: &Experiment) -> Result<
     genomes::recorded(&run.directory.join(POPULATION), layout)
 }
 
+/// The number of individuals that have a measure that is NaN. Older runs didn't count them.
+///
+/// # Errors
+/// Exit 5 if the table isn't what was written.
+fn unmeasured(directory: &Path) -> Result<u64> {
+    let path = directory.join(BEHAVIOUR);
+    let Some(bytes) = disk::read_if_there(&path)? else {
+        return Ok(0);
+    };
+    let mut table = csv::Reader::from_reader(&bytes[..]);
+    let rows = table.deserialize::<BTreeMap<String, u64>>();
+    let sum = rows.map(|row| row.ok()?.get("nan").copied()).sum::<Option<u64>>();
+    sum.ok_or_else(|| Failure::corrupt(format_args!("{}: is not what was written", path.display())))
+}
+
 /// Reads a run's table of generations.
 fn rows(directory: &Path) -> Result<Vec<Row>> {
     let path = directory.join(GENERATIONS);
@@ -535,8 +559,7 @@ impl super::Experiment for Single {
             file: GENERATIONS,
             head: contents::head(&rows::COLUMNS).into_bytes(),
         }];
-        let is_coevolution = self.experiment.settings().evolution.is_coevolution();
-        if matches!(recording, Recording::Directory { .. }) && is_coevolution {
+        if self.experiment.settings().evolution.is_coevolution() {
             tables.push(Table {
                 file: SECOND,
                 head: contents::head(&rows::COLUMNS).into_bytes(),
@@ -552,6 +575,12 @@ impl super::Experiment for Single {
             tables.push(Table {
                 file: COVERAGE,
                 head: contents::head(&archive::GROWTH).into_bytes(),
+            });
+        }
+        if matches!(recording, Recording::Directory { .. }) && self.experiment.settings().evolution.uses_behaviour() {
+            tables.push(Table {
+                file: BEHAVIOUR,
+                head: contents::head(&behaviour::COLUMNS).into_bytes(),
             });
         }
         tables
@@ -585,6 +614,9 @@ impl super::Experiment for Single {
         }
         if settings.evolution.has_archive() {
             files.extend(archive_files(&archive::columns(&self.experiment)));
+        }
+        if settings.evolution.uses_behaviour() {
+            files.push(behaviour_file());
         }
         if settings.evolution.is_coevolution() {
             files.extend(coevolution_files());
@@ -637,7 +669,11 @@ impl super::Experiment for Single {
         } = file;
         let nan: u64 = rows(run.directory)?.iter().map(|row| u64::from(row.nan)).sum();
         let bits = format!("{:08x}", fitness.to_bits());
-        let warning = format!("{}: {nan} scores were NaN; they ranked last", run.directory.display());
+        let warning = format!(
+            "{}: {} NaN; they ranked last",
+            run.directory.display(),
+            counted(nan, "score was", "scores were")
+        );
         let mut values = vec![
             ("fitness", decimal(fitness)),
             ("bits", json!(bits)),
@@ -672,6 +708,17 @@ impl super::Experiment for Single {
             cells.insert(0, ("mean", mean));
         }
         let mut warnings = Vec::from_iter((nan > 0).then_some(warning));
+        if self.experiment.settings().evolution.uses_behaviour() {
+            let unmeasured = unmeasured(run.directory)?;
+            values.push(("nan_measures", json!(unmeasured)));
+            warnings.extend((unmeasured > 0).then(|| {
+                let individuals = counted(unmeasured, "individual has", "individuals have");
+                format!(
+                    "{}: {individuals} a measure that is NaN, and so no behaviour: no place in an archive, and no novelty",
+                    run.directory.display()
+                )
+            }));
+        }
         // The trace of a life that ended before its first cycle has only its header.
         let trace = File::open(run.directory.join(TRACE)).map(BufReader::new);
         if trace.is_ok_and(|trace| trace.lines().take(2).count() == 1) {

@@ -22,6 +22,8 @@ pub(super) struct Ended<'a> {
     pub(super) second: Option<&'a Row>,
     /// Number of NaN scores in all generations.
     pub(super) nan: u64,
+    /// Number of individuals that have a measure that is NaN, in all generations.
+    pub(super) unmeasured: u64,
     /// Fitness of the last offspring in the simulator, and of each of their lives in reality.
     pub(super) simulated: &'a [f32],
     pub(super) real: &'a [f32],
@@ -159,9 +161,20 @@ static OF_COEVOLUTION: [Outcome; 2] = [
     ),
 ];
 
+/// Of optimisers that use behaviour.
+static OF_BEHAVIOUR: [Outcome; 1] = [OutcomeColumn::new(
+    Column::whole(
+        "nan_measures",
+        "",
+        "with `evolution.kind = \"map-elites\"` or `\"novelty\"`: the number of individuals in the whole run that have a measure that is \
+         not a number (NaN): they had no behaviour",
+    ),
+    |run| Some(run.unmeasured.to_string()),
+)];
+
 impl Single {
     /// What its runs give, apart from the comparison with reality.
-    fn own_outcomes(&self) -> [&'static [Outcome]; 4] {
+    fn own_outcomes(&self) -> [&'static [Outcome]; 5] {
         let evolution = &self.experiment.settings().evolution;
         [
             &OF_ALL,
@@ -172,6 +185,7 @@ impl Single {
             } else {
                 &[]
             },
+            if evolution.uses_behaviour() { &OF_BEHAVIOUR } else { &[] },
         ]
     }
 
@@ -192,7 +206,7 @@ impl Single {
     }
 }
 
-fn columns([all, reality, archive, coevolution]: [&[Outcome]; 4], is_compared: bool) -> Vec<Column> {
+fn columns([all, reality, archive, coevolution, behaviour]: [&[Outcome]; 5], is_compared: bool) -> Vec<Column> {
     let columns = |outcomes: &[Outcome]| outcomes.iter().map(|outcome| outcome.column.clone()).collect();
     let compared = transferred::OUTCOMES.iter().filter(|_| is_compared);
     let compared: Vec<Column> = compared.map(|outcome| outcome.column.clone()).collect();
@@ -202,6 +216,7 @@ fn columns([all, reality, archive, coevolution]: [&[Outcome]; 4], is_compared: b
         compared,
         columns(archive),
         columns(coevolution),
+        columns(behaviour),
     ]
     .concat()
 }
@@ -209,7 +224,10 @@ fn columns([all, reality, archive, coevolution]: [&[Outcome]; 4], is_compared: b
 /// The columns of what runs of any experiment give.
 #[cfg(test)]
 pub(super) fn all() -> Vec<Column> {
-    columns([&OF_ALL, &OF_REALITY, &OF_ARCHIVE, &OF_COEVOLUTION], true)
+    columns(
+        [&OF_ALL, &OF_REALITY, &OF_ARCHIVE, &OF_COEVOLUTION, &OF_BEHAVIOUR],
+        true,
+    )
 }
 
 fn mean_of(fitness: &[f32]) -> f64 {

@@ -58,7 +58,8 @@ fn food(directory: &Path) -> Result<Vec<u32>> {
     let path = directory.join(FOOD);
     let text = disk::read_text(&path)?;
     let of_line = |line: &str| line.split_once(',')?.1.parse().ok();
-    let seconds: Option<Vec<u32>> = text.lines().skip(1).map(of_line).collect();
+    let lines = text.strip_prefix(&head(&FOOD_COLUMNS));
+    let seconds: Option<Vec<u32>> = lines.and_then(|lines| lines.lines().map(of_line).collect());
     seconds.ok_or_else(|| Failure::corrupt(format_args!("{}: is not a table of food", path.display())))
 }
 
