@@ -112,12 +112,13 @@ pub(crate) fn listed<S: AsRef<str>>(names: &[S], most: usize) -> String {
 }
 
 /// Positions of the wanted columns.
-struct Layout {
+pub(crate) struct Layout {
     /// Number of cells in a row.
     cells: usize,
     /// Indices of the wanted columns, in the order of their names.
-    columns: Vec<usize>,
-    word: Option<String>,
+    pub(crate) columns: Vec<usize>,
+    /// As [`Columns::word`].
+    pub(crate) word: Option<String>,
 }
 
 impl Layout {
@@ -130,7 +131,11 @@ impl Layout {
         }
     }
 
-    fn named<S: AsRef<str>>(head: &[&str], names: &[S]) -> Result<Self, String> {
+    /// Finds columns by a line of names.
+    ///
+    /// # Errors
+    /// A wanted name is missing there, or stands there twice.
+    pub(crate) fn named<S: AsRef<str>>(head: &[&str], names: &[S]) -> Result<Self, String> {
         let places = places(head, names)?;
         let mut others = head.to_vec();
         for place in places.iter().flatten() {
