@@ -11,6 +11,7 @@ use serde::de::DeserializeOwned;
 use super::assumptions::Assumption;
 use super::claims::Claim;
 use super::file::{Arm, StudyFile};
+use super::verdict::brief;
 use super::verdicts::{Assumed, Sensitivity};
 use crate::console::{Console, columns};
 use crate::contents::{Column, Entry, describe};
@@ -262,12 +263,12 @@ pub(super) fn check_runs(runs: u32, allowed: &RangeInclusive<u32>) -> Result {
 fn tell(claims: &[Claim], directory: &Path, console: Console) -> Result {
     let verdicts: Vec<Vec<String>> = claims
         .iter()
-        .map(|claim| vec![claim.id.clone(), claim.verdict.to_string()])
+        .map(|claim| vec![claim.id.clone(), claim.verdict.to_string(), brief(&claim.reasons)])
         .collect();
     if console.json() {
         console.json_data(&claims)?;
     } else {
-        console.data(columns(&["claim", "verdict"], &verdicts))?;
+        console.data(columns(&["claim", "verdict", "reason"], &verdicts))?;
     }
     console.say(format!("wrote {}", directory.display()));
     Ok(())

@@ -54,7 +54,11 @@ pub(crate) struct Part {
 impl Part {
     /// Something that was counted or measured without an error.
     pub(crate) fn fact(what: &str, holds: bool) -> Self {
-        let (verdict, no) = if holds { (Verdict::Holds, "") } else { (Verdict::Opposed, "not: ") };
+        let (verdict, no) = if holds {
+            (Verdict::Holds, "")
+        } else {
+            (Verdict::Opposed, "not: ")
+        };
         Self {
             verdict,
             reason: format!("{no}{what}"),
@@ -82,7 +86,10 @@ impl Part {
     /// Whether it is within a range.
     pub(crate) fn within(what: &str, samples: &[(f64, &[f64])], range: [f64; 2]) -> Self {
         let runs = samples.iter().map(|(_, sample)| sample.len()).min().unwrap_or(0);
-        if samples.iter().any(|(_, sample)| sample.iter().any(|value| !value.is_finite())) {
+        if samples
+            .iter()
+            .any(|(_, sample)| sample.iter().any(|value| !value.is_finite()))
+        {
             return Self::undecided(format!("{what}: is no number in some runs"));
         }
         match contrast_interval(samples, LEVEL) {
@@ -98,16 +105,29 @@ impl Part {
         let (verdict, reason) = if low > from && high < to {
             (Verdict::Holds, format!("{what}: {start} to {end}"))
         } else if high < from {
-            (Verdict::Opposed, format!("{what}: {start} to {end}, below {}", shown(from)))
+            (
+                Verdict::Opposed,
+                format!("{what}: {start} to {end}, below {}", shown(from)),
+            )
         } else if low > to {
-            (Verdict::Opposed, format!("{what}: {start} to {end}, above {}", shown(to)))
+            (
+                Verdict::Opposed,
+                format!("{what}: {start} to {end}, above {}", shown(to)),
+            )
         } else {
             let bound = if low <= from { from } else { to };
-            let few = if runs < FEW { format!("too few runs ({runs}): ") } else { String::new() };
-            let reason = format!("{few}{what}: the 95 % interval {start} to {end} spans {}", shown(bound));
+            let reason = format!("{what}: the 95 % interval {start} to {end} spans {}", shown(bound));
             (Verdict::Undecided, reason)
         };
-        Self { verdict, reason }
+        Self { verdict, reason }.of_runs(runs)
+    }
+
+    /// The same, which if it is undecided says that it is of few runs.
+    pub(crate) fn of_runs(self, runs: usize) -> Self {
+        if self.verdict != Verdict::Undecided || runs >= FEW {
+            return self;
+        }
+        Self::undecided(format!("too few runs ({runs}): {}", self.reason))
     }
 
     /// Fewer runs than an interval needs.
@@ -128,12 +148,29 @@ impl Part {
     }
 }
 
-/// The verdict of a criterion by its parts, and why it does not hold if it doesn't.
-pub(crate) fn of_parts(parts: &[Part]) -> (Verdict, String) {
-    let verdict = parts.iter().map(|part| part.verdict).max().unwrap_or(Verdict::Undecided);
-    let own = parts.iter().filter(|part| part.verdict == verdict && verdict != Verdict::Holds);
-    let reasons: Vec<&str> = own.map(|part| part.reason.as_str()).collect();
-    (verdict, reasons.join("; "))
+/// A verdict, and the reasons why a criterion doesn't hold; none if it does.
+pub(crate) type Judged = (Verdict, Vec<String>);
+
+/// The verdict of a criterion by its parts: the worst of them.
+pub(crate) fn of_parts(parts: Vec<Part>) -> Judged {
+    let verdict = parts
+        .iter()
+        .map(|part| part.verdict)
+        .max()
+        .unwrap_or(Verdict::Undecided);
+    let own = parts
+        .into_iter()
+        .filter(|part| part.verdict == verdict && verdict != Verdict::Holds);
+    (verdict, own.map(|part| part.reason).collect())
+}
+
+/// The first reason, and how many others there are, for a line on a terminal.
+pub(crate) fn brief(reasons: &[String]) -> String {
+    match reasons {
+        [] => String::new(),
+        [reason] => reason.clone(),
+        [reason, others @ ..] => format!("{reason}; {} more", others.len()),
+    }
 }
 
 #[cfg(test)]
@@ -151,20 +188,33 @@ mod tests {
         let (verdict, reason) = above(&[-4.0, -5.0, -6.0, -4.0, -6.0]);
         assert_eq!((verdict, &*reason), (Verdict::Opposed, "x: -6.24 to -3.76, below 0"));
         let (verdict, reason) = above(&[4.0, 5.0, 6.0, -4.0, 6.0]);
-        assert_eq!((verdict, &*reason), (Verdict::Undecided, "x: the 95 % interval -1.81 to 8.61 spans 0"));
+        assert_eq!(
+            (verdict, &*reason),
+            (Verdict::Undecided, "x: the 95 % interval -1.84 to 8.64 spans 0")
+        );
         let (verdict, reason) = above(&[198.0, 198.0 - 2.0 * 56.5]);
         assert_eq!(verdict, Verdict::Undecided);
-        assert!(reason.starts_with("too few runs (2): x: the 95 % interval -576 to 859 spans 0"), "{reason}");
-        assert_eq!(above(&[1.0]), (Verdict::Undecided, "too few runs (1): x: an interval needs 2".into()));
-        assert_eq!(above(&[]), (Verdict::Undecided, "too few runs (0): x: an interval needs 2".into()));
-        assert_eq!(above(&[1.0, f64::NAN]), (Verdict::Undecided, "x: is no number in some runs".into()));
+        assert!(
+            reason.starts_with("too few runs (2): x: the 95 % interval -576 to 859 spans 0"),
+            "{reason}"
+        );
+        assert_eq!(
+            above(&[1.0]),
+            (Verdict::Undecided, "too few runs (1): x: an interval needs 2".into())
+        );
+        assert_eq!(
+            above(&[]),
+            (Verdict::Undecided, "too few runs (0): x: an interval needs 2".into())
+        );
+        assert_eq!(
+            above(&[1.0, f64::NAN]),
+            (Verdict::Undecided, "x: is no number in some runs".into())
+        );
     }
 
     #[test]
     fn ranges_have_two_sides() {
-        let within = |low: f64, high: f64| {
-            Part::of_interval("x", Interval { low, high }, [0.9, 1.1], 20)
-        };
+        let within = |low: f64, high: f64| Part::of_interval("x", Interval { low, high }, [0.9, 1.1], 20);
         assert_eq!(within(0.95, 1.05).verdict, Verdict::Holds);
         assert_eq!(within(0.8, 1.05).reason, "x: the 95 % interval 0.8 to 1.05 spans 0.9");
         assert_eq!(within(0.95, 1.2).reason, "x: the 95 % interval 0.95 to 1.2 spans 1.1");
@@ -179,10 +229,14 @@ mod tests {
             reason: verdict.word().into(),
         };
         let [holds, undecided, opposed] = [Verdict::Holds, Verdict::Undecided, Verdict::Opposed].map(part);
-        let of = |parts: &[&Part]| of_parts(&parts.iter().map(|part| (*part).clone()).collect::<Vec<_>>());
-        assert_eq!(of(&[&holds, &holds]), (Verdict::Holds, String::new()));
-        assert_eq!(of(&[&undecided, &holds, &undecided]), (Verdict::Undecided, "undecided; undecided".into()));
-        assert_eq!(of(&[&undecided, &opposed]), (Verdict::Opposed, "opposed".into()));
+        let of = |parts: &[&Part]| of_parts(parts.iter().map(|part| (*part).clone()).collect());
+        assert_eq!(of(&[&holds, &holds]), (Verdict::Holds, Vec::new()));
+        let twice = vec!["undecided".to_owned(); 2];
+        assert_eq!(of(&[&undecided, &holds, &undecided]), (Verdict::Undecided, twice));
+        assert_eq!(
+            of(&[&undecided, &opposed]),
+            (Verdict::Opposed, vec!["opposed".to_owned()])
+        );
         assert_eq!(of(&[]).0, Verdict::Undecided);
         for (one, other, expected) in [
             (&holds, &opposed, Verdict::Holds),

@@ -476,7 +476,9 @@ mod tests {
         let line = Line {
             run: 5,
             id: "ab".into(),
-            cells: vec!["1.5".into(), "NaN".into()],
+            outcomes: [("best", "1.5"), ("mean", "NaN")]
+                .map(|(name, value)| (name.into(), value.into()))
+                .into(),
             champion: "0.1,-340282350000000000000000000000000000000".into(),
             result: "cd".into(),
             from: 10,
