@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::console::counted;
+
 /// Names that a message lists, and those that it lists of what is allowed.
 pub(crate) const LISTED: usize = 4;
 const ALLOWED: usize = 32;
@@ -51,7 +53,8 @@ pub(crate) fn read<S: AsRef<str>>(
         if cells.len() != known.cells {
             let (count, allowed) = (cells.len(), known.cells);
             return Err(at_line(format!(
-                "has {count} numbers; allowed: {allowed}, one a column"
+                "has {}; allowed: {allowed}, one a column",
+                counted(count, "number", "numbers")
             )));
         }
         for &index in &known.columns {
@@ -92,7 +95,10 @@ pub(crate) fn places<S: AsRef<str>, T: AsRef<str>>(found: &[S], wanted: &[T]) ->
         match known.get(name).or_else(by_case).map(Vec::as_slice) {
             None => Ok(None),
             Some([place]) => Ok(Some(*place)),
-            Some(several) => Err(format!("{} names are `{name}`; allowed: each name once", several.len())),
+            Some(several) => Err(format!(
+                "{} `{name}`; allowed: each name once",
+                counted(several.len(), "name is", "names are")
+            )),
         }
     };
     wanted.iter().map(place).collect()
@@ -153,9 +159,9 @@ impl Layout {
             });
         }
         Err(format!(
-            "names {} columns, but none is called {}; allowed: all of {}, in any order and among any others, or no line of names and \
+            "names {}, but none is called {}; allowed: all of {}, in any order and among any others, or no line of names and \
              these columns in this order",
-            head.len(),
+            counted(head.len(), "column", "columns"),
             listed(&missing, LISTED),
             listed(names, ALLOWED)
         ))

@@ -2,6 +2,7 @@
 
 mod npy;
 
+use crate::console::counted;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -116,9 +117,9 @@ fn order(names: &[String], layout: &GeneLayout) -> std::result::Result<Vec<usize
     let differences = [words(&missing, "it lacks"), words(&others, "the controller has no")];
     let differences: Vec<String> = differences.into_iter().flatten().collect();
     Err(format!(
-        "has genomes of {} genes with other names than the experiment's: {}; allowed: {}, all those of the experiment's controller, in any \
+        "has genomes of {} with other names than the experiment's: {}; allowed: {}, all those of the experiment's controller, in any \
          order; a .npy file has no names, and its genes are taken in the controller's order",
-        names.len(),
+        counted(names.len(), "gene", "genes"),
         differences.join(", "),
         layout.genes()
     ))
@@ -152,7 +153,10 @@ fn from_json(bytes: &[u8], layout: &GeneLayout) -> Found {
         gene_names: Vec<String>,
     }
     let genes = layout.genes();
-    let allowed = format!("allowed: an object with the key genome, a list of {genes} numbers, as champion.json is");
+    let allowed = format!(
+        "allowed: an object with the key genome, a list of {}, as champion.json is",
+        counted(genes, "number", "numbers")
+    );
     let Champion { genome, gene_names } =
         serde_json::from_slice(bytes).map_err(|error| format!("{error}; {allowed}"))?;
     let place =
@@ -166,14 +170,18 @@ fn from_json(bytes: &[u8], layout: &GeneLayout) -> Found {
         if gene_names.len() != genome.len() {
             let (names, genes) = (gene_names.len(), genome.len());
             return Err(format!(
-                "gene_names: has {names} names; allowed: {genes}, one for each number of genome"
+                "gene_names: has {}; allowed: {genes}, one for each number of genome",
+                counted(names, "name", "names")
             ));
         }
         let order = order(&gene_names, layout)?;
         return Ok((order.into_iter().map(|place| checked[place]).collect(), None));
     }
     if genome.len() != genes {
-        return Err(format!("genome: has {} numbers; {allowed}", genome.len()));
+        return Err(format!(
+            "genome: has {}; {allowed}",
+            counted(genome.len(), "number", "numbers")
+        ));
     }
     Ok((checked, Some(in_order(layout))))
 }
@@ -187,8 +195,8 @@ fn from_text(form: Form, bytes: &[u8], layout: &GeneLayout) -> Found {
     let controllers = layout.genes() / layout.controller().len();
     if genomes.len() % controllers != 0 {
         return Err(format!(
-            "has {} lines; allowed: {controllers} for each genome, one for each robot or team with genes of its own",
-            genomes.len()
+            "has {}; allowed: {controllers} for each genome, one for each robot or team with genes of its own",
+            counted(genomes.len(), "line", "lines")
         ));
     }
     let word = (controllers > 1)
@@ -261,7 +269,7 @@ mod tests {
             other.contains("it lacks `bias_right`, the controller has no `bias`; allowed: 18"),
             "{other}"
         );
-        assert!(refusal(&reversed(|names| names.truncate(1))).contains("gene_names: has 1 names; allowed: 18"));
+        assert!(refusal(&reversed(|names| names.truncate(1))).contains("gene_names: has 1 name; allowed: 18"));
         let twice = refusal(&reversed(|names| names[1] = names[0].clone()));
         assert!(twice.contains("2 names are `bias_right`"), "{twice}");
     }

@@ -70,7 +70,7 @@ pub(crate) fn probability(p: f64) -> String {
 /// Formats a share in per cent, to a tenth.
 pub(crate) fn percent(share: f64) -> String {
     if share.is_finite() {
-        format!("{:.1}", 100.0 * share)
+        fixed(100.0 * share, 1)
     } else {
         NONE.to_owned()
     }

@@ -226,7 +226,8 @@ impl Directory {
         make: impl FnOnce() -> Result<T>,
     ) -> Result<T> {
         const NAME: &str = "part of a study";
-        const VERSION: u32 = 1;
+        /// Version 1 had means of ratios of paths.
+        const VERSION: u32 = 2;
         let path = self.join(name);
         if let Ok(bytes) = fs::read(&path) {
             return sealed::open(NAME, VERSION, &self.owner, &bytes).map_err(|problem| match problem {

@@ -1,6 +1,7 @@
 //! A study's claims as its report has them: an abstract, a section for each question with the evidence for each verdict, the
 //! verdicts under other assumptions, and a glossary.
 
+use crate::console::counted;
 use std::fmt::Write;
 
 use crate::report::figures::escaped;
@@ -46,12 +47,12 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
         rows.extend(own.into_iter().map(|claim| Row::from(line(claim))));
     }
     let introduction = paragraph(&format!(
-        "{} of the paper's {} claims hold, {} are opposed, and {} are undecided: the 95 % intervals over runs decide whether a \
-         criterion that was fixed before anything was evolved is met. By question:",
-        count(Verdict::Holds),
-        claims.len(),
-        count(Verdict::Opposed),
-        count(Verdict::Undecided),
+        "Of the paper's {}, {}, {} and {}: the 95 % intervals over runs decide whether a criterion that was fixed before \
+         anything was evolved is met. By question:",
+        counted(claims.len(), "claim", "claims"),
+        counted(count(Verdict::Holds), "holds", "hold"),
+        counted(count(Verdict::Opposed), "is opposed", "are opposed"),
+        counted(count(Verdict::Undecided), "is undecided", "are undecided"),
     ));
     let caption = "All claims with their main effects, beside the paper's own figure where it prints one or one follows from \
                    what it prints. Intervals are over runs.";

@@ -8,6 +8,7 @@
 //! | `shard-I-of-N/` | a process's [journal](super::journal) |
 //! | `results.csv`, `generations.csv`, `champions.csv` | the [tables](super::tables) of all runs, once all are done |
 
+use crate::console::counted;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fmt;
@@ -157,8 +158,11 @@ impl Made {
         }
         if (self.runs, self.cells) != (other.runs, other.cells) {
             return Some(format!(
-                "is of another sweep, of {} runs in {} cells; this one has {} in {}",
-                other.runs, other.cells, self.runs, self.cells
+                "is of another sweep, of {} in {}; this one has {} in {}",
+                counted(other.runs, "run", "runs"),
+                counted(other.cells, "cell", "cells"),
+                self.runs,
+                self.cells
             ));
         }
         (self.identity != other.identity).then(|| {

@@ -1,6 +1,7 @@
 //! Tables of a sweep: one row per run, in long form one row per generation of each run, and the champions' genes.
 //! Whichever processes did the runs, in whatever order, the files have the same bytes.
 
+use crate::console::counted;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -342,7 +343,8 @@ impl AllFinished {
         let more = if count > shown.len() { ", ..." } else { "" };
         let are = if count == 1 { "is" } else { "are" };
         Err(Failure::failed(format_args!(
-            "{count} of {all} runs {are} missing: {}{more}; `oneiro sweep run` does them",
+            "{count} of {} {are} missing: {}{more}; `oneiro sweep run` does them",
+            counted(all, "run", "runs"),
             shown.join(", ")
         )))
     }

@@ -693,10 +693,11 @@ impl super::Experiment for Single {
             let shown = |number: Option<f64>| number.map_or_else(|| "NaN".to_owned(), |number| significant(number, 6));
             let [low, high] = interval.map_or([None; 2], |bounds| bounds.map(Some)).map(shown);
             let mean = shown(mean);
+            let lives = counted(lives, "life", "lives");
             let appraised = if mean == "NaN" {
-                format!("no mean of {lives} lives: the fitness of some is not a number (NaN)")
+                format!("no mean of {lives}: the fitness of some is not a number (NaN)")
             } else {
-                format!("mean {mean} of {lives} lives (95 %: {low} to {high})")
+                format!("mean {mean} of {lives} (95 %: {low} to {high})")
             };
             line = format!(
                 "{appraised}, {who}\nluckiest  fitness {}, individual {} of \

@@ -1,5 +1,6 @@
 //! `oneiro replay`: repeats a champion's life, or lets it live another one.
 
+use crate::report::numbers::significant;
 use std::fs;
 use std::path::Path;
 
@@ -108,10 +109,11 @@ pub(super) fn run(
     let traced = Batch::new(worlds, &[shown], Some(TraceRequest { every }))?;
     let trace = engine.evaluate(&traced)?.traces.into_iter().next().unwrap_or_default();
     let life = lives.fitness[replay.trial as usize];
+    let shown_life = significant(life.into(), 6);
     let title = match replay.genome {
-        Some(file) => format!("{}: {}, fitness {life:.1}", experiment.name(), file.display()),
+        Some(file) => format!("{}: {}, fitness {shown_life}", experiment.name(), file.display()),
         None => format!(
-            "{}, seed {}: generation {}, fitness {life:.1}",
+            "{}, seed {}: generation {}, fitness {shown_life}",
             experiment.name(),
             run.seed,
             champion.generation

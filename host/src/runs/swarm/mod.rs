@@ -2,6 +2,7 @@
 
 mod replay;
 
+use crate::console::counted;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -216,12 +217,12 @@ impl Experiment for SwarmExperiment {
             }));
         }
         console.data(format!(
-            "{} is valid\n  case        {}\n  robots      {}, for {} minutes\n  arena       radius {} mm\n  work        \
+            "{} is valid\n  case        {}\n  robots      {}, for {}\n  arena       radius {} mm\n  work        \
              {:.1} million robot-steps a run",
             self.name(),
             settings.case.title(),
             settings.world.robots,
-            settings.minutes,
+            counted(settings.minutes, "minute", "minutes"),
             settings.world.forager.arena_radius,
             Experiment::steps(self) as f64 / 1e6
         ))

@@ -5,7 +5,7 @@
 use oneiro::tables::{GREATEST_READING, SENSORS, SensorTable, SensorTables};
 use rand_pcg::Pcg64;
 
-use super::results::{Condition, Controls, Family, Level, Results, Run};
+use super::results::{Condition, Controls, Discrepancy, Family, Level, Results, Run};
 use crate::console::counted;
 use crate::statistics::{
     Interval, anova, cohens_d, holm, mean, mean_interval, median, median_interval, paired_t, pseudo_values, quantile,
@@ -622,10 +622,13 @@ impl Judged<'_> {
                 let name = format!("D after 500 cycles, {name}, {title}, mm");
                 finding.mean(name, &self.each(condition, whole(sums)))
             });
-            let over_length = self.each(condition, |run| run.champion.discrepancy.per_length);
-            finding.mean(
-                format!("D over the length of the path, 100 starts, {title}"),
-                &over_length,
+            let all: Vec<&Discrepancy> = self.runs(condition).map(|run| &run.champion.discrepancy).collect();
+            let per_length = |kept: &[usize]| Discrepancy::per_length(kept.iter().map(|&run| all[run]));
+            let values = pseudo_values(all.len(), per_length);
+            finding.estimate(
+                format!("D over the length of the path, ratio of sums, 100 starts, {title}"),
+                Discrepancy::per_length(all.iter().copied()),
+                mean_interval(&values, verdict::LEVEL).ok(),
             );
             means[0]
         });

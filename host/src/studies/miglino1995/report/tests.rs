@@ -115,7 +115,7 @@ impl Numbers {
                 discrepancy: Discrepancy {
                     paper: self.sums(apart),
                     starts: self.sums(1.2 * apart),
-                    per_length: apart / 1500.0,
+                    length: 1500.0,
                     repeated: self.sums(9.0),
                     unrelated: self.sums(180.0),
                 },
