@@ -831,6 +831,12 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
                 place.text(format!("{out}/behaviour.csv")),
                 "generation,nan\n".to_owned() + &rows.collect::<String>()
             );
+            if kind == "map-elites" {
+                // The sum over no elites has no sign.
+                let last = if expected > 0 { "2,0,0,0,NaN" } else { "2,1,0.05," };
+                let coverage = place.text(format!("{out}/coverage.csv"));
+                assert!(coverage.lines().last().unwrap().starts_with(last), "{coverage}");
+            }
             let sweep = format!("{out}-sweep");
             place.write(
                 format!("{sweep}.toml"),

@@ -407,7 +407,7 @@ fn rows(text: &str) -> Vec<BTreeMap<&str, &str>> {
         .collect()
 }
 
-/// What a run's own files say that it gave.
+/// The outcome of a run by the files of its directory.
 fn given_by(place: &Place, run: &str) -> BTreeMap<&'static str, String> {
     let mut given = BTreeMap::new();
     let of = |file: &str| {
@@ -529,7 +529,7 @@ fn a_sweep_of_all_kinds_has_each_value_under_its_name() {
             assert_eq!(row["result"], done["result"], "{kind}");
         }
         kinds.reverse();
-        // Reports take the tables as they are.
+        // A report can be made of these tables.
         place.good(&["sweep", "report", sweep]);
     }
 }

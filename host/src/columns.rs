@@ -71,7 +71,7 @@ pub(crate) fn read<S: AsRef<str>>(
     Ok(Columns { values, lines, word })
 }
 
-/// Finds each wanted name among others: the same letters first, else the only name that differs in nothing but upper and lower case.
+/// Finds each wanted name among others: the same letters first, else the only name that differs only in upper and lower case.
 ///
 /// # Errors
 /// A wanted name stands there twice.
@@ -183,7 +183,7 @@ mod tests {
         read(bytes, &["a", "b"], check).map(|columns| columns.values)
     }
 
-    /// What is said of a file whose columns are `a` and `b`.
+    /// The message about a file whose columns are `a` and `b`.
     fn word(text: &str) -> String {
         let columns = read(text.as_bytes(), &["a", "b"], |value, _| Ok(value)).unwrap();
         columns.word.unwrap_or_default()

@@ -21,7 +21,7 @@ use crate::lives::measures::{Descriptor, Measures, descriptors};
 use crate::lives::{Keys, LifeIndex, Lives, scores, starts};
 use crate::npy::npy;
 use crate::report::csv::Csv;
-use crate::report::numbers::significant;
+use crate::report::numbers::{significant, unsigned_zero};
 use crate::runs::single::trace::TraceTable;
 use crate::{device, files, progress};
 
@@ -324,7 +324,7 @@ impl Table {
         let lives = &self.results[genome * self.trials..][..self.trials];
         self.measures.iter().map(move |own| {
             let sum: f64 = lives.iter().map(|(_, measures)| own.value(measures)).sum();
-            sum / lives.len() as f64
+            unsigned_zero(sum / lives.len() as f64)
         })
     }
 
@@ -355,9 +355,9 @@ impl Table {
             let mut row = json!({
                 "genome": genome,
                 "lives": own.lives,
-                "mean": own.mean,
+                "mean": unsigned_zero(own.mean),
                 "deviation": own.deviation,
-                "interval": own.interval(),
+                "interval": own.interval().map(unsigned_zero),
             });
             for (column, mean) in columns.iter().zip(self.means(genome)) {
                 row[&*column.name] = mean.into();
@@ -499,6 +499,10 @@ mod tests {
             "mean fitness of 2 genomes: median 1.1, greatest 1.5 (genome 1)"
         );
         assert_eq!(summary(true).json()[1]["mean"], 1.5);
+        let mut zero = summary(true);
+        zero.results.iter_mut().for_each(|own| own.0 = -0.0);
+        assert_eq!(zero.json()[0]["mean"].to_string(), "0.0");
+        assert!(zero.csv().contains("\n0,2,0,0,0,0,"));
         assert_eq!(summary(true).json()[1]["source"], "a, b.npy[3]");
         assert_eq!(table(true).json()[3]["distance_mm"], 1234.57);
         assert_eq!(table(true).json()[3]["collisions"], 3);

@@ -213,7 +213,7 @@ pub(crate) struct Progress {
     pub(crate) best: f32,
 }
 
-/// Values as they stand in tables, by the names of their columns. Values that there are not are left out.
+/// Table cells by the names of their columns. Missing values are left out.
 pub(crate) type Named = BTreeMap<Cow<'static, str>, String>;
 
 /// Results of a finished job.

@@ -25,7 +25,7 @@ use crate::files;
 /// - `.txt`, of state machines and behaviour trees: one on each line, in `AutoMoDe`'s form; empty lines are ignored. A genome with
 ///   a controller for each robot or team has a line for each.
 ///
-/// `say` hears of genes that are taken by their position, since the file has no names, and of columns that are ignored.
+/// `say` receives a message if the file has no names, so that genes go by position, and about ignored columns.
 ///
 /// # Errors
 /// Exit 3: there is no such file, no genome in it, another shape, other names of genes, or a gene that isn't a number or is beyond
@@ -195,7 +195,7 @@ fn from_text(form: Form, bytes: &[u8], layout: &GeneLayout) -> Found {
     let controllers = layout.genes() / layout.controller().len();
     if genomes.len() % controllers != 0 {
         return Err(format!(
-            "has {}; allowed: {controllers} for each genome, one for each robot or team with genes of its own",
+            "has {}; allowed: {controllers} for each genome, one for each robot or team",
             counted(genomes.len(), "line", "lines")
         ));
     }

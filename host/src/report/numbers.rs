@@ -24,13 +24,18 @@ pub(crate) fn significant(x: f64, digits: usize) -> String {
     }
 }
 
-/// Formats a number with a number of decimal places. What rounds to zero has no sign.
+/// Formats a number with fixed decimal places. Zero has no sign, even if a negative number rounds to it.
 pub(crate) fn fixed(x: f64, places: usize) -> String {
     let text = format!("{x:.places$}");
     match text.strip_prefix('-') {
         Some(zero) if !zero.contains(|digit: char| digit != '0' && digit != '.') => zero.to_owned(),
         _ => text,
     }
+}
+
+/// The same number, with no sign if it is zero.
+pub(crate) fn unsigned_zero(x: f64) -> f64 {
+    x + 0.0
 }
 
 /// Rounds a number to six decimal places, as in tables.
@@ -148,7 +153,7 @@ mod tests {
         ] {
             assert_eq!(fixed(number, places), text);
         }
-        assert!(to_six_places(-1e-9).is_sign_positive());
+        assert!(to_six_places(-1e-9).is_sign_positive() && unsigned_zero(-0.0).is_sign_positive());
         assert_eq!(significant(-0.0, 6), "0");
     }
 

@@ -206,7 +206,7 @@ fn decided(claim: &Claim) -> String {
         None => "can't be asked",
     };
     format!(
-        "<b>Verdict: {}.</b> {}. By the estimates alone, as it was registered, the criterion {registered}.",
+        "<b>Verdict: {}.</b> {}. By the estimates alone, the registered criterion {registered}.",
         claim.verdict,
         escaped(&reasons)
     )

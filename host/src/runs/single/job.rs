@@ -82,7 +82,7 @@ enum Elsewhere {
 /// Genomes and scores of a generation.
 type Generation = (Vec<f32>, Vec<f32>);
 
-/// What the run's outcome has of its generations so far.
+/// Summary of the generations so far, for the run's outcome.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Progressed {
     /// Number of NaN scores, and of individuals with a measure that is NaN.

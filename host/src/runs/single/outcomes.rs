@@ -1,4 +1,4 @@
-//! What a run gives in a sweep's table of results: each column once, with the function that gives its value.
+//! A run's values in a sweep's table of results: each column once, with the function that gives its value.
 
 use super::rows::Row;
 use super::transferred::{self, Compared};

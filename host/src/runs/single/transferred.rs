@@ -25,7 +25,7 @@ pub(super) struct Transferred {
     pub(super) real_paths: Vec<Vec<f32>>,
 }
 
-/// What a sweep's table has of the comparison.
+/// The comparison's numbers for a sweep's table.
 #[derive(Debug)]
 pub(super) struct Compared {
     /// The first generation in reality: in the simulator, there without its noise, and in reality.

@@ -150,7 +150,7 @@ fn study(combinations: Vec<Combination>) -> Vec<Claim> {
     })
 }
 
-/// What the registered criteria say, and the verdicts.
+/// Outcomes of the registered criteria, and the verdicts.
 fn judged(claims: &[Claim]) -> Vec<(&str, Option<bool>, Verdict)> {
     let all = claims.iter();
     all.map(|claim| (claim.id.as_str(), claim.registered, claim.verdict))
