@@ -11,8 +11,9 @@ use crate::statistics::{Interval, contrast_interval};
 
 /// Level of the intervals.
 pub(crate) const LEVEL: f64 = 0.95;
-/// Runs from which on an undecided part isn't said to have too few: those of a condition of the 1995 paper. No verdict depends on it.
-const FEW: usize = 5;
+/// Runs that an interval or a test must have to decide anything: those of a condition of the 1995 paper, the smaller of the studies that
+/// were registered.
+const FEWEST: usize = 5;
 /// Significant digits in reasons.
 const DIGITS: usize = 3;
 
@@ -94,7 +95,7 @@ impl Part {
         }
         match contrast_interval(samples, LEVEL) {
             Ok(interval) => Self::of_interval(what, interval, range, runs),
-            Err(_) => Self::too_few(what, runs, 2),
+            Err(_) => Self::undecided(format!("{what}: has no interval")).of_runs(runs),
         }
     }
 
@@ -122,17 +123,12 @@ impl Part {
         Self { verdict, reason }.of_runs(runs)
     }
 
-    /// The same, which if it is undecided says that it is of few runs.
+    /// The same, undecided if it is of too few runs.
     pub(crate) fn of_runs(self, runs: usize) -> Self {
-        if self.verdict != Verdict::Undecided || runs >= FEW {
+        if runs >= FEWEST {
             return self;
         }
-        Self::undecided(format!("too few runs ({runs}): {}", self.reason))
-    }
-
-    /// Fewer runs than an interval needs.
-    pub(crate) fn too_few(what: &str, runs: usize, needed: usize) -> Self {
-        Self::undecided(format!("too few runs ({runs}): {what}: an interval needs {needed}"))
+        Self::undecided(format!("too few runs ({runs} of at least {FEWEST}): {}", self.reason))
     }
 
     /// Whether either of two holds.
@@ -195,16 +191,28 @@ mod tests {
         let (verdict, reason) = above(&[198.0, 198.0 - 2.0 * 56.5]);
         assert_eq!(verdict, Verdict::Undecided);
         assert!(
-            reason.starts_with("too few runs (2): x: the 95 % interval -576 to 859 spans 0"),
+            reason.starts_with("too few runs (2 of at least 5): x: the 95 % interval -576 to 859 spans 0"),
             "{reason}"
         );
         assert_eq!(
             above(&[1.0]),
-            (Verdict::Undecided, "too few runs (1): x: an interval needs 2".into())
+            (
+                Verdict::Undecided,
+                "too few runs (1 of at least 5): x: has no interval".into()
+            )
         );
         assert_eq!(
             above(&[]),
-            (Verdict::Undecided, "too few runs (0): x: an interval needs 2".into())
+            (
+                Verdict::Undecided,
+                "too few runs (0 of at least 5): x: has no interval".into()
+            )
+        );
+        // Four runs decide nothing, however clear they are.
+        let (verdict, reason) = above(&[5.0, 5.1, 5.0, 5.1]);
+        assert_eq!(
+            (verdict, &*reason),
+            (Verdict::Undecided, "too few runs (4 of at least 5): x: 4.96 to 5.14")
         );
         assert_eq!(
             above(&[1.0, f64::NAN]),

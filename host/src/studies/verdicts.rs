@@ -116,7 +116,7 @@ pub(super) fn judging() -> String {
             .to_owned(),
         "A verdict rests on intervals, not on the sign of an estimate. Each part of a criterion compares a figure with a bound. It holds if \
          the figure's 95 % interval over runs lies on the asked side. It is opposed if the interval lies on the other side. It is undecided \
-         if the interval spans the bound, or if there are too few runs for one. Comparisons that were registered as tests hold by their p \
+         if the interval spans the bound, or if there are fewer than five runs. Comparisons that were registered as tests hold by their p \
          after Holm's correction, and are opposed if the difference has the other sign. A claim holds if all parts hold, and is opposed if \
          one part is. Each claim also says whether the registered criterion is met by the estimates alone."
             .to_owned(),

@@ -338,7 +338,7 @@ impl Judged<'_> {
             let what = format!("the peak rises in every run, {}", condition.title());
             finding.parts.push(match is_run {
                 true => Part::fact(&what, rises),
-                false => Part::too_few(&what, 0, 1),
+                false => Part::undecided(format!("{what}: there is no run")),
             });
             for (name, figure) in [("peak", PEAK), ("average", AVERAGE)] {
                 let at = |generation: usize| {
@@ -702,8 +702,8 @@ impl Judged<'_> {
         let stuck = match median_interval(&stuck, verdict::LEVEL) {
             Ok(interval) => Part::of_interval(what, interval, [0.0, f64::INFINITY], stuck.len()),
             Err(_) => Part::undecided(format!(
-                "too few runs: {} stick in just one of both, no noise: an interval needs {OF_A_MEDIAN}",
-                counted(stuck.len(), "champion", "champions")
+                "too few runs: {} in just one of both, no noise: an interval needs {OF_A_MEDIAN}",
+                counted(stuck.len(), "champion sticks", "champions stick")
             )),
         };
         // How much faster a champion is in reality than a factor times its speed in simulation.
@@ -769,7 +769,13 @@ impl Judged<'_> {
                 let (low, high) = (own.low - others.high, own.high - others.low);
                 Part::of_interval(what, Interval { low, high }, [0.0, f64::INFINITY], champions.len())
             }
-            _ => Part::too_few(what, champions.len(), OF_A_MEDIAN),
+            (Err(_), _) => Part::undecided(format!("{what}: going to and fro has no interval")),
+            (_, Err(_)) => {
+                let champions = counted(champions.len(), "champion", "champions");
+                Part::undecided(format!(
+                    "too few runs ({champions}): {what}: an interval needs {OF_A_MEDIAN}"
+                ))
+            }
         }];
         finding
     }
@@ -979,6 +985,104 @@ mod tests {
         assert_eq!(by_life.verdict, Verdict::Undecided);
         assert!(by_mean.effects[1].value == 290.0 && by_mean.effects[1].name.ends_with("chosen by"));
         assert_eq!(by_mean.verdict, Verdict::Undecided);
+    }
+
+    fn all(results: &Results) -> Vec<Claim> {
+        judge(results, &SensorTables::khepera())
+    }
+
+    /// Fewer runs than the paper has decide nothing, whatever their intervals say; that a life is fast is no matter of runs.
+    #[test]
+    fn few_runs_decide_nothing() {
+        for runs in 1..5 {
+            let mut results = results(runs);
+            results.to_and_fro = vec![299.0, 300.0, 301.0];
+            for claim in all(&results) {
+                let expected = if claim.id == "C12" {
+                    Verdict::Holds
+                } else {
+                    Verdict::Undecided
+                };
+                assert_eq!(claim.verdict, expected, "{} of {runs}", claim.id);
+                assert_eq!(claim.registered.is_none(), claim.id == "C11", "{}", claim.id);
+                let says_so = claim.reasons.iter().all(|reason| reason.contains("too few runs"));
+                assert!(says_so || claim.id == "C11", "{}: {:?}", claim.id, claim.reasons);
+            }
+        }
+    }
+
+    /// More runs may decide a claim, but not the other way round.
+    #[test]
+    fn no_verdict_turns_round_with_more_runs() {
+        let counts = [5, 8, 12].map(|runs| all(&results(runs)));
+        let mut decided = 0;
+        for (few, (more, many)) in counts[0].iter().zip(counts[1].iter().zip(&counts[2])) {
+            let found = [few.verdict, more.verdict, many.verdict];
+            assert!(
+                !(found.contains(&Verdict::Holds) && found.contains(&Verdict::Opposed)),
+                "{}: {found:?}",
+                few.id
+            );
+            decided += usize::from(many.verdict != Verdict::Undecided);
+        }
+        assert!(decided >= 6, "{decided}");
+    }
+
+    /// Means that differ in the right direction, by much less than runs do.
+    #[test]
+    fn a_criterion_that_is_met_by_signs_alone_is_undecided() {
+        let mut results = results(5);
+        let of_none: Vec<Vec<f32>> = results
+            .runs
+            .iter()
+            .filter(|run| run.condition == Without)
+            .map(|run| run.transferred.real.clone())
+            .collect();
+        for (condition, more) in [(Without, 0.0), (Sensor, -0.1), (Conservative, 0.1)] {
+            let own = results.runs.iter_mut().filter(|run| run.condition == condition);
+            for (run, (number, real)) in own.zip((0_u8..).zip(&of_none)) {
+                run.transferred.real = real.iter().map(|life| life + 20.0 * f32::from(number) + more).collect();
+            }
+        }
+        let conservative = claim(&results, "C5");
+        assert_eq!(
+            (conservative.registered, conservative.verdict),
+            (Some(true), Verdict::Undecided)
+        );
+        let reasons = &conservative.reasons;
+        assert!(
+            reasons
+                .iter()
+                .all(|reason| reason.contains("average in reality") && reason.contains(" spans 0")),
+            "{reasons:?}"
+        );
+    }
+
+    /// Each part of each claim has its condition the right way round: what the paper says holds, and its contrary is opposed.
+    #[test]
+    fn contraries_are_opposed() {
+        let as_published = results(8);
+        let mut contrary = as_published.clone();
+        // None and conservative noise change places.
+        for run in &mut contrary.runs {
+            run.condition = match run.condition {
+                Without => Conservative,
+                Sensor => Sensor,
+                Conservative => Without,
+            };
+        }
+        let ids = ["C3", "C5", "C8"];
+        for claim in claims(&as_published, ids) {
+            assert_eq!(claim.verdict, Verdict::Holds, "{}: {:?}", claim.id, claim.reasons);
+        }
+        for Claim {
+            id, verdict, reasons, ..
+        } in claims(&contrary, ids)
+        {
+            assert_eq!(verdict, Verdict::Opposed, "{id}: {reasons:?}");
+            let is_beyond = |reason: &String| reason.contains(", below 0") || reason.contains(", above 0.2");
+            assert!(reasons.iter().all(is_beyond), "{id}: {reasons:?}");
+        }
     }
 
     #[test]
