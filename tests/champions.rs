@@ -950,6 +950,12 @@ fn the_best_of_what_was_recorded_has_the_best_mean() {
     let (names, lines) = table(&trace);
     let fitness = names.iter().position(|name| *name == "fitness").unwrap();
     assert_eq!(lines[299][fitness].parse::<f64>().ok(), one[0]["fitness"].as_f64());
+    // The picture's title has the fitness to six digits, however small it is.
+    let picture = place.text("again/replay-0-genome-best-seed-9.svg");
+    let (_, title) = picture.split_once("fitness ").unwrap();
+    let shown: f64 = title[..title.find('<').unwrap()].parse().unwrap();
+    let lived = one[0]["fitness"].as_f64().unwrap();
+    assert!((shown - lived).abs() <= 5e-6 * lived.abs(), "{shown}, {lived}");
     assert_ne!(replay(&[])["bits"], drawn["bits"]);
     let again = best(&place, &["best.json", "runs/run-10", "--lives", "30", "--seed", "4"]);
     assert_eq!(again["best"]["source"], "best.json");

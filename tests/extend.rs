@@ -783,6 +783,89 @@ fn random_genomes_are_evaluated_and_summed_up() {
     noted.says(&["each genome has starts and random numbers of its own; --common-starts gives all the same"]);
 }
 
+/// An optimiser that uses behaviour counts individuals that have none, in its run, in its list and in a sweep's table.
+#[test]
+fn measures_that_are_not_a_number_are_counted() {
+    let place = Place::new("nan-measures");
+    let task = "struct TaskState { mark: f32, }
+fn task_begin(life: Life, pose: vec3<f32>) -> TaskState { return TaskState(0.0f); }
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    let infinite = reciprocal(0.0f * now.end.x);
+    return Reward(1.0f, TaskState(MARK));
+}
+";
+    let experiment = |part: &str| {
+        format!(
+            "cycles = 10\ntrials = 2\n[task]\nkind = \"own\"\npart = \"{part}\"\n[evolution]\npopulation = 12\nparents = 3\n\
+             generations = 3\nfinalists = 2\nfinalist_lives = 2\ndescriptors = [{{ measure = \"end_task_mark\", least = 0.0, greatest = 1.0 }}]\n"
+        )
+    };
+    for (name, mark) in [("nan", "0.0f * infinite"), ("number", "0.5f")] {
+        place.write(format!("{name}.wgsl"), task.replace("MARK", mark));
+        place.write(format!("{name}.toml"), experiment(&format!("{name}.wgsl")));
+    }
+    for kind in ["map-elites", "novelty"] {
+        for (name, expected) in [("nan", 36), ("number", 0)] {
+            let (file, out, set) = (
+                format!("{name}.toml"),
+                format!("{name}-{kind}"),
+                format!("evolution.kind=\"{kind}\""),
+            );
+            let run = [
+                "run",
+                &file,
+                "--set",
+                &set,
+                "--seed",
+                "1",
+                "--out",
+                &out,
+                "--backend",
+                "cpu",
+            ];
+            let said = place.run(&run).exits(0).stderr;
+            let warning = format!("warning: {out}: 36 individuals have a measure that is NaN, and so no behaviour");
+            assert_eq!(said.contains(&warning), expected > 0, "{said}");
+            let rows = (0..3).map(|generation| format!("{generation},{}\n", expected / 3));
+            assert_eq!(
+                place.text(format!("{out}/behaviour.csv")),
+                "generation,nan\n".to_owned() + &rows.collect::<String>()
+            );
+            if kind == "map-elites" {
+                // The sum over no elites has no sign.
+                let last = if expected > 0 { "2,0,0,0,NaN" } else { "2,1,0.05," };
+                let coverage = place.text(format!("{out}/coverage.csv"));
+                assert!(coverage.lines().last().unwrap().starts_with(last), "{coverage}");
+            }
+            let sweep = format!("{out}-sweep");
+            place.write(
+                format!("{sweep}.toml"),
+                format!(
+                    "experiment = \"{file}\"\nseeds = [1]\n[set]\n{}\n",
+                    set.replace('=', " = ")
+                ),
+            );
+            let run = [
+                "sweep",
+                "run",
+                &format!("{sweep}.toml"),
+                "--out",
+                &sweep,
+                "--yes",
+                "--backend",
+                "cpu",
+                "--quiet",
+            ];
+            place.good(&run);
+            let table = place.text(format!("{sweep}/results.csv"));
+            let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+            let (head, row) = (lines.next().unwrap(), lines.next().unwrap());
+            let column = head.iter().position(|name| *name == "nan_measures").unwrap();
+            assert_eq!(row[column], expected.to_string(), "{sweep}");
+        }
+    }
+}
+
 #[test]
 fn parts_are_shown_and_what_hardly_is_meant_is_told() {
     let place = Place::new("shown-parts");

@@ -218,8 +218,9 @@ pub(crate) struct Evaluate {
     /// The experiment's TOML file, given before --genomes [default: that of the runs in --genomes]
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: Option<PathBuf>,
-    /// .npy (f4 or f8, rows x genes), .csv (a genome per row; a header is optional), a run's champion.json, a run's
-    /// directory (its champion), a directory of runs, or a sweep's directory (its champions). Any number of them
+    /// .npy (f4 or f8, rows x genes), .csv (a genome per row), a run's champion.json, a run's directory (its champion), a
+    /// directory of runs, or a sweep's directory (its champions). Any number of them. Genes are found by name; without names,
+    /// as in .npy, they are in the controller's order
     #[arg(long, value_name = "FILE|DIR", required_unless_present = "random", num_args = 1.., value_hint = ValueHint::AnyPath)]
     pub(crate) genomes: Vec<PathBuf>,
     /// Add N random genomes, each gene drawn by --seed from the range that an evolution's first generation has
@@ -239,7 +240,8 @@ pub(crate) struct Evaluate {
     /// Give all genomes the same starts and the same random numbers, so that they can be compared trial by trial
     #[arg(long)]
     pub(crate) common_starts: bool,
-    /// Start one rollout of each genome at each of these poses, one pose per line: x and y in mm, heading in turns
+    /// Start one rollout of each genome at each of these poses, one per line: x and y in mm, heading in turns. A header names
+    /// its columns (x_mm, y_mm, heading_turns) in any order
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
     pub(crate) starts: Option<PathBuf>,
     /// The experiment's noise, or none: neither that of the table `noise` nor that of wheels and light. What a part of your

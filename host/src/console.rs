@@ -1,5 +1,6 @@
 //! Output: data to standard output, messages to standard error.
 
+use std::fmt::Display;
 use std::io::{self, Write};
 
 use clap::Args;
@@ -79,7 +80,7 @@ impl Console {
     }
 
     /// Prints warnings as messages.
-    pub(crate) fn warn(self, warnings: impl IntoIterator<Item = impl std::fmt::Display>) {
+    pub(crate) fn warn(self, warnings: impl IntoIterator<Item = impl Display>) {
         for warning in warnings {
             self.say(format!("warning: {warning}"));
         }
@@ -95,8 +96,8 @@ pub(crate) fn decimal(value: f32) -> serde_json::Value {
 }
 
 /// A count with its noun, singular or plural.
-pub(crate) fn counted(count: u32, one: &str, many: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { many })
+pub(crate) fn counted<N: Copy + Display + PartialEq + From<u8>>(count: N, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == N::from(1) { one } else { many })
 }
 
 /// Rows as text in columns: words aligned left, numbers right.

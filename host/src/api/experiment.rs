@@ -10,8 +10,9 @@ use std::sync::{Arc, OnceLock};
 use oneiro::batch::{GREATEST_GENE, Worlds};
 use oneiro::world::World;
 
-use super::Result;
 use super::evaluate::TraceColumn;
+use super::{Error, Result};
+use crate::columns;
 use crate::evolve::{self, SavedEvolution};
 use crate::exit::Failure;
 use crate::experiment::source::{Parsed, Setting};
@@ -146,6 +147,17 @@ impl Experiment {
     /// Exit 3 for swarms.
     pub fn gene_names(&self) -> Result<Vec<String>> {
         Ok(self.world()?.gene_layout().names())
+    }
+
+    /// The place of each gene among the names of a table's columns, which are in any order and in upper or lower case, and what there is
+    /// to say of other columns.
+    ///
+    /// # Errors
+    /// Exit 3 for swarms, and for names that lack a gene.
+    pub fn gene_columns(&self, names: &[&str]) -> Result<(Vec<usize>, Option<String>)> {
+        let layout = columns::Layout::named(names, &self.gene_names()?);
+        let layout = layout.map_err(|problem| Error::input(format_args!("genomes: {problem}")))?;
+        Ok((layout.columns, layout.word.map(|word| format!("genomes: {word}"))))
     }
 
     /// Least and greatest value of each gene: its own range, or else `evolution.limits`, or else that of all genes.

@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
     let which = Which::All {
         individuals: arguments.individuals,
     };
-    let subjects = Subjects::read(&named, layout, which)?.distinct();
+    let subjects = Subjects::read(&named, layout, which, console)?.distinct();
     let all = Lives {
         worlds: std::slice::from_ref(experiment.world()),
         genomes: &subjects.genomes,
@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
     let mut evaluator = device::open(&arguments.backend)?;
     console.say(format!(
         "{}, {lives} lives each, seed {seed}, on {}",
-        counted(subjects.genomes.len() as u32, "genome", "genomes"),
+        counted(subjects.genomes.len(), "genome", "genomes"),
         device::name(evaluator.as_ref())
     ));
     let control = Control::new();

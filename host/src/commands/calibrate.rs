@@ -115,10 +115,10 @@ fn errors(calibration: &Calibration) -> String {
 
 fn summary(calibration: &Calibration) -> String {
     let readings = &calibration.readings;
-    let lives = counted(calibration.lives as u32, "life", "lives");
+    let lives = counted(calibration.lives, "life", "lives");
     let mut text = format!(
-        "{lives}, {} cycles; readings are {:.0} ms old\n",
-        calibration.cycles,
+        "{lives}, {}; readings are {:.0} ms old\n",
+        counted(calibration.cycles, "cycle", "cycles"),
         1000.0 * readings.age
     );
     for sensor in &readings.sensors {

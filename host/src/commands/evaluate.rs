@@ -21,7 +21,7 @@ use crate::lives::measures::{Descriptor, Measures, descriptors};
 use crate::lives::{Keys, LifeIndex, Lives, scores, starts};
 use crate::npy::npy;
 use crate::report::csv::Csv;
-use crate::report::numbers::significant;
+use crate::report::numbers::{significant, unsigned_zero};
 use crate::runs::single::trace::TraceTable;
 use crate::{device, files, progress};
 
@@ -69,13 +69,13 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     } else {
         Which::Champion
     };
-    let mut subjects = Subjects::read(&named, experiment.world().gene_layout(), which)?;
+    let mut subjects = Subjects::read(&named, experiment.world().gene_layout(), which, console)?;
     if let Some(count) = arguments.random {
         subjects = subjects.with_random(&experiment.random_genomes(count, seed));
     }
     let files = named.len() + usize::from(arguments.random.is_some());
     let worlds = match &arguments.starts {
-        Some(path) => starts::read(path, &spec)?,
+        Some(path) => starts::read(path, &spec, |word| console.say(word))?,
         None => vec![World::new(spec.clone())?],
     };
     let trials = if arguments.starts.is_some() {
@@ -113,8 +113,8 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     let mut evaluator = device::open(&arguments.backend)?;
     console.say(format!(
         "{}, {}, seed {seed}, on {}",
-        counted(subjects.genomes.len() as u32, "genome", "genomes"),
-        counted(trials as u32, "trial", "trials"),
+        counted(subjects.genomes.len(), "genome", "genomes"),
+        counted(trials, "trial", "trials"),
         device::name_for(evaluator.as_ref(), worlds[0].kernel())
     ));
     if subjects.genomes.len() > 1 && arguments.starts.is_none() && !arguments.common_starts {
@@ -324,7 +324,7 @@ impl Table {
         let lives = &self.results[genome * self.trials..][..self.trials];
         self.measures.iter().map(move |own| {
             let sum: f64 = lives.iter().map(|(_, measures)| own.value(measures)).sum();
-            sum / lives.len() as f64
+            unsigned_zero(sum / lives.len() as f64)
         })
     }
 
@@ -355,9 +355,9 @@ impl Table {
             let mut row = json!({
                 "genome": genome,
                 "lives": own.lives,
-                "mean": own.mean,
+                "mean": unsigned_zero(own.mean),
                 "deviation": own.deviation,
-                "interval": own.interval(),
+                "interval": own.interval().map(unsigned_zero),
             });
             for (column, mean) in columns.iter().zip(self.means(genome)) {
                 row[&*column.name] = mean.into();
@@ -499,6 +499,10 @@ mod tests {
             "mean fitness of 2 genomes: median 1.1, greatest 1.5 (genome 1)"
         );
         assert_eq!(summary(true).json()[1]["mean"], 1.5);
+        let mut zero = summary(true);
+        zero.results.iter_mut().for_each(|own| own.0 = -0.0);
+        assert_eq!(zero.json()[0]["mean"].to_string(), "0.0");
+        assert!(zero.csv().contains("\n0,2,0,0,0,0,"));
         assert_eq!(summary(true).json()[1]["source"], "a, b.npy[3]");
         assert_eq!(table(true).json()[3]["distance_mm"], 1234.57);
         assert_eq!(table(true).json()[3]["collisions"], 3);

@@ -69,12 +69,39 @@ pub(crate) fn sorted_out(
 
 /// Says how many of all runs need not be done again.
 pub(super) fn already_done(done: usize, all: usize, console: Console) {
-    let are = if done == 1 { "is" } else { "are" };
-    console.say(format!("{done} of {all} runs {are} already done"));
+    console.say(done_of(done, all, "already done"));
+}
+
+/// How many of all runs are in a state, such as `1 of 3 runs is done`.
+pub(super) fn done_of(count: usize, all: usize, state: &str) -> String {
+    match (count, all) {
+        (1, 1) => format!("the run is {state}"),
+        (0, 1) => format!("the run is not {state}"),
+        (1, _) => format!("1 of {all} runs is {state}"),
+        _ => format!("{count} of {all} runs are {state}"),
+    }
 }
 
 /// A random seed below 2^53, so that every JSON reader reads it right.
 fn drawn_seed() -> u64 {
     // The operating system draws the keys of this hasher.
     std::hash::RandomState::new().hash_one(SystemTime::now()) >> 11
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_run_is_no_fraction() {
+        for (count, all, words) in [
+            (1, 1, "the run is done"),
+            (0, 1, "the run is not done"),
+            (1, 3, "1 of 3 runs is done"),
+            (2, 3, "2 of 3 runs are done"),
+            (0, 3, "0 of 3 runs are done"),
+        ] {
+            assert_eq!(done_of(count, all, "done"), words);
+        }
+    }
 }

@@ -101,7 +101,7 @@ fn described(path: &Path, arguments: &Sample, console: Console) -> Result {
     let count = counted(sensors.sensors(), "sensor", "sensors");
     console.say(format!(
         "wrote {} of {count}{} to {}; their columns: {}",
-        counted(sensors.classes.len() as u32, "table", "tables"),
+        counted(sensors.classes.len(), "table", "tables"),
         if motors.is_some() { " and one of motors" } else { "" },
         arguments.out.display(),
         robot.names().join(", ")
@@ -162,7 +162,7 @@ fn wired(wire: Wire, arguments: &Sample, console: Console) -> Result {
     }
     console.say(format!(
         "wrote {}{} to {}",
-        counted(tables.len() as u32, "table of sensors", "tables of sensors"),
+        counted(tables.len(), "table of sensors", "tables of sensors"),
         if motors.is_some() { " and one of motors" } else { "" },
         arguments.out.display()
     ));

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::cost::{self, Ceiling};
-use super::places::already_done;
+use super::places::{already_done, done_of};
 use super::report::Report;
 use super::run::run_all;
 use super::slurm;
@@ -141,11 +141,12 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
         format!("on robots: {time}; they take no sweeps, but each run with `oneiro run`\n\n")
     });
     console.data(format!(
-        "{}: {all} runs, {} cells from {} each; {:.4} billion robot-steps; {} of memory for each run in progress\n\n\
+        "{}: {}, {} from {} each; {:.4} billion robot-steps; {} of memory for each run in progress\n\n\
          {}{more}\n{robots}{here}{elsewhere}",
         sweep.name(),
-        sweep.file().cells(),
-        counted(sweep.file().seeds.len() as u32, "seed", "seeds"),
+        counted(all, "run", "runs"),
+        counted(sweep.file().cells(), "cell", "cells"),
+        counted(sweep.file().seeds.len(), "seed", "seeds"),
         steps as f64 / 1e9,
         size(plan.bytes),
         columns(&head, &runs),
@@ -213,7 +214,7 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
             format!(
                 "shard {shard}: {} done; `oneiro sweep merge {}` joins all shards; name the directories of shards that are \
                  elsewhere after it",
-                counted(*of_shard as u32, "run is", "runs are"),
+                counted(*of_shard, "run is", "runs are"),
                 store.directory().display()
             )
         });
@@ -309,7 +310,7 @@ fn work(
     todo.retain(|run| !begun.finished.contains(run));
     let mut saved = begun.saved;
     saved.retain(|saved| todo.binary_search(&saved.run).is_ok());
-    let runs = counted(todo.len() as u32, "run", "runs");
+    let runs = counted(todo.len(), "run", "runs");
     console.say(format!("{}: {runs} on {}", sweep.name(), engine.name()));
     let until = arguments.time_budget.map(|budget| began + budget);
     let steps = plan.steps(sweep, todo.iter().copied());
@@ -342,7 +343,7 @@ fn print_written(written: &Written, specialised: Option<f64>, console: Console) 
         &json!({"runs": runs, "hash": hash, "files": files, "specialised": specialised}),
         || {
             let files: Vec<String> = files.iter().map(|file| format!("  {}", file.display())).collect();
-            format!("{runs} runs, hash {hash}\n{}", files.join("\n"))
+            format!("{}, hash {hash}\n{}", counted(*runs, "run", "runs"), files.join("\n"))
         },
     )
 }
@@ -416,9 +417,9 @@ fn status(dir: &Path, console: Console) -> Result {
             _ => "",
         };
         format!(
-            "{}: {done} of {} runs are done{rest}\n\n{}",
+            "{}: {}{rest}\n\n{}",
             made.name,
-            made.runs,
+            done_of(done, made.runs, "done"),
             columns(
                 &["shard", "done", "runs", "in progress", "generations of these", "state"],
                 &rows

@@ -1,5 +1,6 @@
 //! `oneiro tables`: shows, converts and exports sampled sensor and motor tables.
 
+use crate::report::numbers::fixed;
 use std::path::Path;
 
 use oneiro::tables::{self, Format, GREATEST_READING, MotorSamples, SensorTable, SensorTables};
@@ -209,18 +210,18 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
             "sensors": moments,
         }));
     }
-    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.1}"));
+    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| fixed(value, 1));
     let rows: Vec<Vec<String>> = moments
         .iter()
         .map(|moments| {
             let mut row = vec![
                 moments.view.to_string(),
                 moments.sensor.to_string(),
-                format!("{:.0}", moments.bearing_degrees),
+                fixed(moments.bearing_degrees, 0),
                 number(moments.half_mm),
                 number(moments.twentieth_mm),
             ];
-            row.extend(moments.width_degrees.iter().map(|width| format!("{width:.0}")));
+            row.extend(moments.width_degrees.iter().map(|width| fixed(*width, 0)));
             row
         })
         .collect();

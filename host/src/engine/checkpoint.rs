@@ -12,8 +12,8 @@ use crate::exit::{Failure, Result};
 use crate::sealed::{self, Problem};
 
 const FORMAT: &str = "oneiro checkpoint";
-/// Version 1 had two formats, of runs and of sweeps.
-const VERSION: u32 = 2;
+/// Version 1 had two formats, of runs and of sweeps; version 2 had no outcomes of runs.
+const VERSION: u32 = 3;
 const PREFIX: &str = "checkpoint-";
 
 /// Explains why a checkpoint can't be used; `owner` is the run or sweep that it should belong to.

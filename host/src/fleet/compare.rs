@@ -140,13 +140,13 @@ fn rows(plan: &Plan, job: &SwarmJob) -> Vec<Row> {
 pub(crate) struct Compared {
     /// Its name, with its unit.
     pub(crate) figure: &'static str,
-    /// Mean and standard deviation of the fleet's runs, and of the batched ones.
+    /// Mean and standard deviation of the fleet's runs, and of the batched ones; a single run has no deviation (NaN, null in JSON).
     pub(crate) fleet: [f64; 2],
     pub(crate) batched: [f64; 2],
     /// How much more the fleet has: a share of the batched runs' mean if `is_share`.
     /// None where that is 0.
     pub(crate) difference: Option<f64>,
-    /// The ends of its interval; none where there is no share of a mean that may be 0.
+    /// The ends of its interval; none where there is no share of a mean that may be 0, and where one side has a single run.
     pub(crate) interval: Option<[f64; 2]>,
     pub(crate) is_share: bool,
 }
@@ -168,16 +168,15 @@ pub(crate) fn compare(fleet: &[Figures], batched: &[Figures]) -> Vec<Compared> {
         let mut random = Pcg64::seed_from_u64(0);
         let of_both = |both: &[Vec<f64>]| difference(&both[0], &both[1]);
         let interval = bootstrap_interval(&[&fleet, &batched], of_both, LEVEL, RESAMPLES, &mut random);
-        let side = |sample: &[f64]| {
-            let spread = if sample.len() > 1 { variance(sample).sqrt() } else { 0.0 };
-            [mean(sample), spread]
-        };
+        // One run says nothing of how runs differ.
+        let interval = interval.ok().filter(|_| fleet.len().min(batched.len()) > 1);
+        let side = |sample: &[f64]| [mean(sample), variance(sample).sqrt()];
         Compared {
             figure,
             fleet: side(&fleet),
             batched: side(&batched),
             difference: Some(difference(&fleet, &batched)).filter(|difference| difference.is_finite()),
-            interval: interval.ok().map(|Interval { low, high }| [low, high]),
+            interval: interval.map(|Interval { low, high }| [low, high]),
             is_share,
         }
     };

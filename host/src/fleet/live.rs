@@ -1,6 +1,7 @@
 //! A fleet's life: the operator waits for the robots, lets them live by the beacon until the experiment is over, and starts the daemons of
 //! robots again that have fallen silent.
 
+use crate::console::counted;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -163,8 +164,9 @@ fn absent(ears: &Ears, options: Options) -> Failure {
     Failure::of(
         Code::Device,
         format_args!(
-            "after {seconds} s {present} robots are ready, and {} are needed (--min N begins with fewer): {}",
-            options.min,
+            "after {seconds} s {}, and {} needed (--min N begins with fewer): {}",
+            counted(present, "robot is ready", "robots are ready"),
+            counted(options.min, "is", "are"),
             why.join("; ")
         ),
     )

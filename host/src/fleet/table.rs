@@ -1,5 +1,7 @@
 //! What is known of a fleet's robots while they live, as a table for a terminal and as a line of JSON.
 
+use crate::console::counted;
+use crate::report::numbers::significant;
 use serde_json::{Value, json};
 
 use super::live::AWAY;
@@ -35,12 +37,13 @@ pub(crate) fn text(ears: &Ears, time: Option<i64>) -> String {
     });
     let refused: u64 = ears.refused.values().sum();
     let refused = if refused > 0 {
-        format!(", {refused} datagrams refused")
+        format!(", {} refused", counted(refused, "datagram", "datagrams"))
     } else {
         String::new()
     };
     let table = columns(&HEAD, &rows);
-    format!("{time}food {food}; {here} of {all} robots here{refused}\n\n{table}")
+    let robots = counted(all, "robot", "robots");
+    format!("{time}food {food}; {here} of {robots} here{refused}\n\n{table}")
 }
 
 fn row(number: u32, known: &Known) -> Vec<String> {
@@ -53,8 +56,8 @@ fn row(number: u32, known: &Known) -> Vec<String> {
         Some(status) => cells.extend([
             status.interval.to_string(),
             format!("{:.2}", status.simulator),
-            format!("{:.1}", status.real),
-            known_value(status.simulated).map_or_else(String::new, |fitness| format!("{fitness:.1}")),
+            significant(status.real.into(), 4),
+            known_value(status.simulated).map_or_else(String::new, |fitness| significant(fitness.into(), 4)),
             format!("{}{}", status.brought, if status.carries { "+" } else { "" }),
             known_value(status.volts).map_or_else(String::new, |volts| format!("{volts:.2}")),
         ]),

@@ -9,6 +9,7 @@
 
 mod solve;
 
+use crate::report::numbers::fixed;
 use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
@@ -171,7 +172,7 @@ impl Clock {
     /// Its row in the table of clocks.
     pub(crate) fn row(&self) -> String {
         let known = self.by != By::Nothing;
-        let number = |value: f64, known: bool| if known { format!("{value:.3}") } else { String::new() };
+        let number = |value: f64, known: bool| if known { fixed(value, 3) } else { String::new() };
         let is_fit = self.by == By::Contacts || self.by == By::Reference;
         let cells = [
             self.robot.to_string(),

@@ -27,6 +27,7 @@ use super::wander::{WALK, wanderer};
 use super::{Life, Lived, Reality, Trouble};
 use crate::console::Console;
 use crate::exit::{Failure, Result};
+use crate::report::numbers::fixed;
 use crate::robots::vehicle::late::Late;
 use crate::robots::vehicle::{Moment, Profile, Vehicle};
 use crate::robots::{Kind, tracker};
@@ -388,8 +389,10 @@ impl Lives {
         };
         let [x, y, heading] = start;
         vehicle.ask(&format!(
-            "put the robot at x = {x:.0} mm and y = {y:.0} mm, {:.0} degrees counter-clockwise from the x axis",
-            360.0 * heading
+            "put the robot at x = {} mm and y = {} mm, {} degrees counter-clockwise from the x axis",
+            fixed(x.into(), 0),
+            fixed(y.into(), 0),
+            fixed((360.0 * heading).into(), 0)
         ))?;
         self.pose = vehicle.seen().unwrap_or(start.map(f64::from));
         Ok(self.pose.map(|number| number as f32))

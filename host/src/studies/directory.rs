@@ -11,6 +11,7 @@ use serde::de::DeserializeOwned;
 use super::assumptions::Assumption;
 use super::claims::Claim;
 use super::file::{Arm, StudyFile};
+use super::verdict::brief;
 use super::verdicts::{Assumed, Sensitivity};
 use crate::console::{Console, columns};
 use crate::contents::{Column, Entry, describe};
@@ -225,7 +226,8 @@ impl Directory {
         make: impl FnOnce() -> Result<T>,
     ) -> Result<T> {
         const NAME: &str = "part of a study";
-        const VERSION: u32 = 1;
+        /// Version 1 had means of ratios of paths.
+        const VERSION: u32 = 2;
         let path = self.join(name);
         if let Ok(bytes) = fs::read(&path) {
             return sealed::open(NAME, VERSION, &self.owner, &bytes).map_err(|problem| match problem {
@@ -262,12 +264,12 @@ pub(super) fn check_runs(runs: u32, allowed: &RangeInclusive<u32>) -> Result {
 fn tell(claims: &[Claim], directory: &Path, console: Console) -> Result {
     let verdicts: Vec<Vec<String>> = claims
         .iter()
-        .map(|claim| vec![claim.id.clone(), claim.verdict.to_string()])
+        .map(|claim| vec![claim.id.clone(), claim.verdict.to_string(), brief(&claim.reasons)])
         .collect();
     if console.json() {
         console.json_data(&claims)?;
     } else {
-        console.data(columns(&["claim", "verdict"], &verdicts))?;
+        console.data(columns(&["claim", "verdict", "reason"], &verdicts))?;
     }
     console.say(format!("wrote {}", directory.display()));
     Ok(())

@@ -45,13 +45,11 @@ impl Champions {
     /// All of them, for a controller.
     ///
     /// # Errors
-    /// Exit 3 when a run's controller takes another number of genes, and when the file is not what was written.
+    /// Exit 3 when a run's controller has other genes, and when the file is not what was written.
     pub(crate) fn genomes(&self, layout: &GeneLayout) -> Result<Population> {
-        let genes = layout.genes();
-        let mut others = self.plan.layouts.iter().flatten().map(GeneLayout::genes);
-        match others.find(|other| *other != genes) {
-            Some(other) => Err(genomes::other_size(&self.path, other, genes)),
-            None => genomes::read(&self.path, layout),
+        for own in self.plan.layouts.iter().flatten() {
+            genomes::check_names(&self.path, own, layout)?;
         }
+        genomes::read(&self.path, layout, drop)
     }
 }

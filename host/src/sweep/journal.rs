@@ -19,6 +19,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::RunIndex;
+use crate::engine::job::Named;
 use crate::engine::{checkpoint, disk};
 use crate::exit::{Failure, Result};
 use crate::record::Session;
@@ -36,8 +37,8 @@ const TAG: usize = 16;
 pub(crate) struct Line {
     pub(crate) run: RunIndex,
     pub(crate) id: String,
-    /// Row of the table of results.
-    pub(crate) cells: Vec<String>,
+    /// Its values in the table of results.
+    pub(crate) outcomes: Named,
     /// Its champion's genes as text, with commas between them; empty if it has no champion.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub(crate) champion: String,
@@ -177,8 +178,8 @@ impl Generations {
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
     pub(crate) run: RunIndex,
-    /// Cells of the table of results.
-    pub(crate) cells: Vec<String>,
+    /// Its values in the table of results.
+    pub(crate) outcomes: Named,
     /// Its champion's genes, with commas between them; empty if it has no champion.
     pub(crate) champion: String,
     /// Table of steps without its first line.
@@ -385,7 +386,7 @@ impl Writer {
                     let line = Line {
                         run: outcome.run,
                         id: id.to_hex().to_string(),
-                        cells: outcome.cells,
+                        outcomes: outcome.outcomes,
                         champion: outcome.champion,
                         result: outcome.result,
                         from: self.generations.bytes,
@@ -475,7 +476,9 @@ mod tests {
         let line = Line {
             run: 5,
             id: "ab".into(),
-            cells: vec!["1.5".into(), "NaN".into()],
+            outcomes: [("best", "1.5"), ("mean", "NaN")]
+                .map(|(name, value)| (name.into(), value.into()))
+                .into(),
             champion: "0.1,-340282350000000000000000000000000000000".into(),
             result: "cd".into(),
             from: 10,

@@ -67,7 +67,7 @@ pub(crate) struct Plan {
     pub(crate) kernels: Vec<&'static str>,
     /// Most bytes that a run of any cell needs.
     pub(crate) bytes: u64,
-    /// Columns of the results of a run.
+    /// Columns of the results of runs: those of the first cell, then those that only others have.
     pub(crate) outcomes: Vec<Column>,
     /// Each run's table of steps, and its columns.
     pub(crate) table: Table,
@@ -280,9 +280,10 @@ impl Sweep {
             if let Some(time) = robots {
                 plan.robot_time = Some(plan.robot_time.unwrap_or_default().and(ids.len(), time));
             }
-            if outcomes.len() > plan.outcomes.len() {
-                // What only some cells have comes last.
-                plan.outcomes = outcomes;
+            for column in outcomes {
+                if plan.outcomes.iter().all(|known| known.name != column.name) {
+                    plan.outcomes.push(column);
+                }
             }
             if shown.by != plan.shown.by && !shown.needs_finalists() {
                 // Not all cells have the outcome of the first.

@@ -8,6 +8,7 @@
 //! | `shard-I-of-N/` | a process's [journal](super::journal) |
 //! | `results.csv`, `generations.csv`, `champions.csv` | the [tables](super::tables) of all runs, once all are done |
 
+use crate::console::counted;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fmt;
@@ -97,7 +98,8 @@ pub(crate) struct Made {
 }
 
 const FORMAT: &str = "oneiro sweep";
-const VERSION: u32 = 3;
+/// Version 3 had values without names.
+const VERSION: u32 = 4;
 
 /// Keys that every version writes.
 #[derive(Debug, Deserialize)]
@@ -156,8 +158,11 @@ impl Made {
         }
         if (self.runs, self.cells) != (other.runs, other.cells) {
             return Some(format!(
-                "is of another sweep, of {} runs in {} cells; this one has {} in {}",
-                other.runs, other.cells, self.runs, self.cells
+                "is of another sweep, of {} in {}; this one has {} in {}",
+                counted(other.runs, "run", "runs"),
+                counted(other.cells, "cell", "cells"),
+                self.runs,
+                self.cells
             ));
         }
         (self.identity != other.identity).then(|| {
@@ -431,8 +436,8 @@ impl Store {
                 )));
             }
             if let Some(other) = all.runs.get(&line.run)
-                && (&other.line.result, &other.line.cells, &other.line.blake3)
-                    != (&line.result, &line.cells, &line.blake3)
+                && (&other.line.result, &other.line.outcomes, &other.line.blake3)
+                    != (&line.result, &line.outcomes, &line.blake3)
             {
                 return Err(Failure::corrupt(format_args!(
                     "run {} has the result {} in {} and {} in {}; one of the machines can't be trusted: \

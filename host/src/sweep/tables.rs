@@ -1,6 +1,7 @@
 //! Tables of a sweep: one row per run, in long form one row per generation of each run, and the champions' genes.
 //! Whichever processes did the runs, in whatever order, the files have the same bytes.
 
+use crate::console::counted;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use super::contents::{CHAMPIONS, GENERATIONS, RESULTS, SUMS, columns_of_champions, columns_of_generations};
+use super::contents::{CHAMPIONS, GENERATIONS, RESULTS, RUN, SUMS, columns_of_champions, columns_of_generations};
 use super::journal::Generations;
 use super::store::{AllFinished, Finished};
 use super::{Plan, RunIndex, Sweep};
@@ -177,8 +178,14 @@ pub(crate) fn runs_in(directory: &Path, runs: usize) -> Result<BTreeSet<RunIndex
         return Ok(BTreeSet::new());
     }
     let mut table = csv::Reader::from_path(&path).map_err(|error| Failure::storage(&path, &error.into()))?;
+    let head = table
+        .headers()
+        .map_err(|error| Failure::storage(&path, &error.into()))?;
+    let Some(column) = head.iter().position(|name| name == RUN.name) else {
+        return Ok(BTreeSet::new());
+    };
     let rows = table.records().map_while(csv::Result::ok);
-    let runs_of_rows = rows.filter_map(|row| row.get(0)?.parse::<RunIndex>().ok());
+    let runs_of_rows = rows.filter_map(|row| row.get(column)?.parse::<RunIndex>().ok());
     Ok(runs_of_rows.filter(|run| (*run as usize) < runs).collect())
 }
 
@@ -212,10 +219,10 @@ fn write_results(table: &mut Table<'_>, sweep: &Sweep, plan: &Plan, finished: &A
             levels.iter().try_for_each(|level| rows.write_field(level))?;
             rows.write_field(sweep.seed_of(run).to_string())?;
             // What only runs of other cells have is empty.
-            let cells = line.cells.iter().map(String::as_str).chain(std::iter::repeat(""));
-            cells
-                .take(plan.outcomes.len())
-                .try_for_each(|cell| rows.write_field(cell))?;
+            let outcome = |column: &Column| line.outcomes.get(&column.name).map_or("", String::as_str);
+            plan.outcomes
+                .iter()
+                .try_for_each(|column| rows.write_field(outcome(column)))?;
             rows.write_field(&line.result)?;
             rows.write_record(None::<&[u8]>)?;
         }
@@ -336,7 +343,8 @@ impl AllFinished {
         let more = if count > shown.len() { ", ..." } else { "" };
         let are = if count == 1 { "is" } else { "are" };
         Err(Failure::failed(format_args!(
-            "{count} of {all} runs {are} missing: {}{more}; `oneiro sweep run` does them",
+            "{count} of {} {are} missing: {}{more}; `oneiro sweep run` does them",
+            counted(all, "run", "runs"),
             shown.join(", ")
         )))
     }

@@ -292,7 +292,7 @@ fn show(outcome: &Outcome, console: Console) -> Result {
         return console.json_data(outcome);
     }
     let brought: u32 = outcome.brought.iter().sum();
-    let robots = counted(outcome.brought.len() as u32, "robot", "robots");
+    let robots = counted(outcome.brought.len(), "robot", "robots");
     let (seconds, hash) = (outcome.seconds, &outcome.hash);
     console.data(format!("{robots}, {seconds} s: {brought} items brought; record {hash}"))
 }

@@ -1,5 +1,6 @@
 //! `oneiro robot watch`: shows a robot's sensors live.
 
+use crate::report::numbers::fixed;
 use std::io::{self, IsTerminal};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -168,7 +169,7 @@ pub(super) fn row(name: &str, unit: &str, (least, greatest): (f64, f64), value: 
     let shown = if value.fract() == 0.0 {
         value.to_string()
     } else {
-        format!("{value:.2}")
+        fixed(value, 2)
     };
     format!("{name:22} {bar:·<WIDTH$} {shown:>8} {unit}")
         .trim_end()

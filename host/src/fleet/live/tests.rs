@@ -199,8 +199,7 @@ fn a_fleet_lives_with_those_that_may_take_part() {
     };
     let failure = run(2).unwrap_err();
     assert_eq!(failure.code(), 4);
-    let words =
-        "1 robots are ready, and 2 are needed (--min N begins with fewer): robot 1 has oneiro 0.0.1, and this is";
+    let words = "1 robot is ready, and 2 are needed (--min N begins with fewer): robot 1 has oneiro 0.0.1, and this is";
     assert!(failure.to_string().contains(words), "{failure}");
     let began = Instant::now();
     let End::Stopped(at) = run(1).unwrap() else {

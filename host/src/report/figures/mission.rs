@@ -2,6 +2,7 @@
 //! machines, whom each hears, and the readings of the robot that is followed. Readings are rounded to 1/65535 of their range in
 //! this life.
 
+use crate::console::counted;
 use std::collections::BTreeMap;
 
 use oneiro::arena::{Arena, Block, Patch};
@@ -58,10 +59,10 @@ const SPEEDS: [&str; 2] = ["speed_left", "speed_right"];
 pub(crate) fn mission_page(replay: &MissionReplay<'_>) -> String {
     let MissionReplay { robots, every, .. } = replay;
     let lead = format!(
-        "{} robots live together for {} s: {} lines, one each {} s.",
-        robots.len(),
+        "{} for {} s: {}, one each {} s.",
+        counted(robots.len(), "robot lives alone", "robots live together"),
         number(f64::from(replay.cycles) * CYCLE),
-        robots[0].len(),
+        counted(robots[0].len(), "line", "lines"),
         number(f64::from(*every) * CYCLE),
     );
     player::page(&Player {

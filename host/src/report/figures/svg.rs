@@ -1,5 +1,6 @@
 //! Just enough SVG: elements with attributes, numbers with two decimals, escaped text.
 
+use crate::report::numbers::fixed;
 use std::fmt::Write;
 
 /// Fonts of all text.
@@ -144,9 +145,8 @@ pub(super) fn number(x: f64) -> String {
     if !x.is_finite() {
         return "0".to_owned();
     }
-    let text = format!("{x:.2}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+    let text = fixed(x, 2);
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Escapes text for use in an element.
