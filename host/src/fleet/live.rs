@@ -168,7 +168,7 @@ fn absent(ears: &Ears, options: Options) -> Failure {
     let why = ears
         .robots
         .iter()
-        .filter_map(|(number, known)| match (known.refused(), known.heard) {
+        .filter_map(|(number, known)| match (known.refusal(), known.heard) {
             (Some(refused), _) => Some(format!("robot {number} {refused}")),
             (None, None) if known.is_stale => Some(format!(
                 "robot {number} was heard and does not answer this start: it does not hear this machine, or old datagrams are sent again"
@@ -206,7 +206,7 @@ impl Revivals {
     fn look(&mut self, fleet: &Arc<Fleet>, ears: &Ears) {
         for (&number, known) in &ears.robots {
             let silent = known.heard.is_none_or(|at| at.elapsed() > SILENT);
-            if !silent || known.refused().is_some() {
+            if !silent || known.refusal().is_some() {
                 self.0.remove(&number);
                 continue;
             }

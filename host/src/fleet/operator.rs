@@ -223,9 +223,9 @@ pub(crate) struct Known {
     /// Its last status.
     pub(crate) status: Option<Status>,
     /// Why it can't take part: another version of the program.
-    refused: Option<String>,
+    pub(crate) refused: Option<String>,
     /// What may be wrong with it, by datagrams that may be old or anybody's: they count for nothing else.
-    doubt: Option<String>,
+    pub(crate) doubt: Option<String>,
     /// Whether datagrams of another start have come in its name.
     pub(crate) is_stale: bool,
 }
@@ -237,18 +237,9 @@ impl Known {
     }
 
     /// Why it can't take part, if that is known.
-    pub(crate) fn refused(&self) -> Option<&str> {
+    pub(crate) fn refusal(&self) -> Option<&str> {
         let doubt = self.doubt.as_deref().filter(|_| !self.is_here());
         self.refused.as_deref().or(doubt)
-    }
-
-    /// A robot that was refused, for tests.
-    #[cfg(test)]
-    pub(crate) fn refused_for(refused: &str) -> Self {
-        Self {
-            refused: Some(refused.to_owned()),
-            ..Self::default()
-        }
     }
 }
 
@@ -365,7 +356,7 @@ impl Ears {
 
     /// Robots that said something of late, and may take part.
     pub(crate) fn present(&self) -> usize {
-        let may_take_part = |known: &&Known| known.is_here() && known.refused().is_none();
+        let may_take_part = |known: &&Known| known.is_here() && known.refusal().is_none();
         self.robots.values().filter(may_take_part).count()
     }
 

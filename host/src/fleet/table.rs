@@ -66,7 +66,7 @@ fn row(number: u32, known: &Known) -> Vec<String> {
 
 /// What a robot does, in a word.
 pub(super) fn state(known: &Known) -> String {
-    match (known.refused(), &known.status, known.heard) {
+    match (known.refusal(), &known.status, known.heard) {
         (Some(_), ..) => "refused".to_owned(),
         (None, _, None) => "silent".to_owned(),
         (None, _, Some(_)) if !known.is_here() => "away".to_owned(),
@@ -82,7 +82,7 @@ pub(super) fn state(known: &Known) -> String {
 pub(super) fn problems(known: &Known) -> Vec<String> {
     let bits = known.status.as_ref().map_or(0, |status| status.problems);
     let own = Problems::of(bits).words().into_iter().map(str::to_owned);
-    known.refused().map(str::to_owned).into_iter().chain(own).collect()
+    known.refusal().map(str::to_owned).into_iter().chain(own).collect()
 }
 
 /// A value of a status that may be unknown.

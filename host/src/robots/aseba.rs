@@ -564,6 +564,11 @@ fn event(message: &Message) -> Option<String> {
     message.reader().text().filter(|name| !name.is_empty())
 }
 
+/// The bytes of messages that set words of a node by their addresses.
+pub(crate) fn set(id: u16, values: &[(u16, i16)]) -> Vec<u8> {
+    sets(id, values).flat_map(|message| message.frame()).collect()
+}
+
 /// Messages that set words by their addresses, one for words that follow one another.
 fn sets(id: u16, values: &[(u16, i16)]) -> impl Iterator<Item = Message> + '_ {
     let set = move |words: &[(u16, i16)]| {

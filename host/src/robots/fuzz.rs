@@ -55,12 +55,12 @@ pub(crate) fn for_seeds_within(long: Duration, seeds: u64, mut call: impl FnMut(
 }
 
 /// What a robot answers to bytes that it has heard at a time.
-type Answer = Box<dyn FnMut(&[u8], Duration) -> Vec<Vec<u8>> + Send>;
+pub(super) type Answer = Box<dyn FnMut(&[u8], Duration) -> Vec<Vec<u8>> + Send>;
 
 /// What a working robot sends: its answers to the bytes that it receives, and what it sends unasked every 20 ms.
-struct Valid {
-    answer: Answer,
-    unasked: Option<Box<dyn FnMut() -> Vec<u8> + Send>>,
+pub(super) struct Valid {
+    pub(super) answer: Answer,
+    pub(super) unasked: Option<Box<dyn FnMut() -> Vec<u8> + Send>>,
 }
 
 impl Valid {
@@ -248,7 +248,7 @@ impl Link for Hostile {
 }
 
 /// The emulated Khepera.
-fn khepera(seed: u64) -> Valid {
+pub(super) fn khepera(seed: u64) -> Valid {
     let mut robot = Khepera::new(Rolling::default(), Firmware::ALL[seed as usize % 4], 115_200);
     Valid::new(move |bytes, now| {
         robot.receive(bytes, now);
@@ -312,7 +312,7 @@ fn epuck_chain(heard: &[u8], speeds: &mut [i16; 2]) -> Option<(usize, Vec<u8>)> 
 }
 
 /// An e-puck, or an e-puck2, whose firmware understands binary commands or not.
-fn epuck(version: &'static str, is_binary: bool) -> Valid {
+pub(super) fn epuck(version: &'static str, is_binary: bool) -> Valid {
     let (mut heard, mut speeds) = (Vec::new(), [0; 2]);
     Valid::new(move |bytes, _| {
         heard.extend_from_slice(bytes);
@@ -342,7 +342,7 @@ fn epuck(version: &'static str, is_binary: bool) -> Valid {
 }
 
 /// An e-puck2 on Wi-Fi.
-fn wifi() -> Valid {
+pub(super) fn wifi() -> Valid {
     Valid {
         unasked: Some(Box::new(|| epuck2::tests::answer([1, 2]))),
         ..Valid::new(|_, _| Vec::new())
@@ -350,7 +350,7 @@ fn wifi() -> Valid {
 }
 
 /// A Thymio II that describes itself whole, or a variable at a time.
-fn thymio_of(version: u16) -> Valid {
+pub(super) fn thymio_of(version: u16) -> Valid {
     const NAMES: [(&str, u16); 9] = [
         ("_id", 1),
         ("_vbat", 2),

@@ -7,7 +7,7 @@ mod fuse;
 
 use std::ops::Range;
 
-use super::aseba::{Network, Node};
+use super::aseba::{self, Network, Node};
 use super::epuck;
 use super::error::{Error, Result};
 use super::link::Link;
@@ -291,6 +291,14 @@ fn describe(node: &Node, body: &Body) -> Description {
 impl Robot for Thymio {
     fn description(&self) -> &Description {
         &self.description
+    }
+
+    fn halt(&self) -> Vec<u8> {
+        let out = match self.fuse {
+            Some(Armed::With(fuse)) => fuse.out().into(),
+            _ => Vec::new(),
+        };
+        aseba::set(self.node.id, &[&out[..], &self.targets([0; 2])].concat())
     }
 
     fn sense(&mut self, kinds: &[Kind]) -> Result<Reading> {

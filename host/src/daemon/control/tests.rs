@@ -16,6 +16,8 @@ use crate::swarm::record::{Case, Kind};
 use crate::swarm::settings::Settings as Swarm;
 
 const KEY: &str = "00112233445566778899aabbccddeeff00112233445566778899aabbccddeeff";
+/// The number of the operator's start.
+const START_NUMBER: u64 = 77;
 /// When the experiment begins on the daemon's clock.
 const START: Duration = Duration::from_secs(2);
 
@@ -52,7 +54,11 @@ impl World {
             }
             if (self.operates)(self.now) {
                 let milliseconds = self.now.as_millis() as i64 - START.as_millis() as i64;
-                let beacon = self.operator.seal(&Packet::Beacon { milliseconds, go: true });
+                let beacon = self.operator.seal(&Packet::Beacon {
+                    milliseconds,
+                    go: true,
+                    start: START_NUMBER,
+                });
                 self.coming.push_back((Channel::Radio, beacon));
             }
             if (self.sees)(self.now) {
@@ -232,7 +238,8 @@ impl Place {
             has_odometers: false,
         };
         let bench = Bench(Arc::new(Mutex::new(world)), profile);
-        let daemon = Daemon::new(&settings, Box::new(bench.clone()), Box::new(bench.clone()), true).unwrap();
+        let files = Files::open(&settings).unwrap();
+        let daemon = Daemon::new(&settings, files, Box::new(bench.clone()), Box::new(bench.clone()), true).unwrap();
         (daemon.live(&stop), bench)
     }
 
@@ -366,10 +373,12 @@ fn others_are_refused_by_name() {
         let hello = other.seal(&Packet::Hello {
             program: "0.9".into(),
             experiment: [7; 32],
+            start: 0,
         });
         let mut version = other.seal(&Packet::Beacon {
             milliseconds: 0,
             go: true,
+            start: 0,
         });
         version[4] = 9;
         world
@@ -382,5 +391,5 @@ fn others_are_refused_by_name() {
         log.contains("sender 0 lives another experiment, 0707070707070707, with program 0.9"),
         "{log}"
     );
-    assert!(log.contains("has version 9 of datagrams; allowed: 1"), "{log}");
+    assert!(log.contains("has version 9 of datagrams; allowed: 2"), "{log}");
 }

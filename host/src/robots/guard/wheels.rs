@@ -158,11 +158,11 @@ impl Shared {
         self.order.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The order, with the brake released for as long as a call for it may take; none at the end.
-    fn take(&self, limit: impl Fn(Order) -> Option<Duration>) -> Option<Order> {
+    /// The order, with the brake released; none at the end.
+    fn take(&self) -> Option<Order> {
         // Locked until the brake is released, so that the guard presses it before that or after.
         let order = self.lock();
-        self.brake.release(limit((*order)?).map(|limit| wall() + limit));
+        order.is_some().then(|| self.brake.release(None));
         *order
     }
 }
@@ -251,8 +251,8 @@ pub(super) struct Hands<P, T> {
     told: Option<([f64; 2], Duration)>,
     /// Whether the last call was for an order: then it is the sensors' turn.
     was_order: bool,
-    /// Attempts to stop that have failed.
-    attempts: usize,
+    /// Whether the last stop is not confirmed yet.
+    is_stopping: bool,
     /// The stop that was confirmed last.
     stopped: u64,
 }
@@ -261,7 +261,7 @@ impl<T: Fn(Event)> Hands<Arc<Shared>, T> {
     /// Works until the end is ordered. One call for each order that is taken: a new one is never kept waiting by two.
     fn work(mut self, shared: &Shared) {
         loop {
-            let Some(order) = shared.take(|order| self.limit(order)) else {
+            let Some(order) = shared.take() else {
                 return self.leave();
             };
             self.turn(order);
@@ -275,15 +275,10 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
     /// Time after which a wheel that gains speed is told so: a command at every moment of it would leave the link no time for
     /// sensors.
     const GAIN: Duration = Duration::from_millis(20);
-    /// How long attempts to stop may take, in turn: an attempt begins by sending the stop, and ends by getting back in step,
-    /// for which two have no time.
-    const ATTEMPTS: [Duration; 3] = [
-        Duration::from_millis(250),
-        Duration::from_millis(250),
-        Duration::from_secs(1),
-    ];
-    /// Time after which a link that couldn't be opened is tried again.
-    const PAUSE: Duration = Duration::from_millis(200);
+    /// Time that a last stop has when the guard ends.
+    const FAREWELL: Duration = Duration::from_millis(250);
+    /// Least time of an attempt to stop that fails, and of one to open the link again: less than between two stops.
+    const PAUSE: Duration = Duration::from_millis(100);
 
     pub(super) fn new(robot: Box<dyn Robot>, wanted: Wanted, pace: P, brake: Brake, tell: T) -> Self {
         let mut hands = Self {
@@ -295,7 +290,7 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
             tell,
             told: None,
             was_order: false,
-            attempts: 0,
+            is_stopping: false,
             stopped: 0,
         };
         let now = hands.pace.now();
@@ -324,52 +319,49 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
         !matches!(outcome, Err(Error::Unsupported { .. }))
     }
 
-    /// How long a call for an order may take, if it has a limit.
-    pub(super) fn limit(&self, order: Order) -> Option<Duration> {
-        match order {
-            Order::Stop(number) if number != self.stopped => Some(Self::ATTEMPTS[self.attempts % Self::ATTEMPTS.len()]),
-            _ => None,
-        }
-    }
-
     /// Makes one call for an order, or rests if there is nothing to do.
     pub(super) fn turn(&mut self, order: Order) {
         match order {
             Order::Stop(number) if number != self.stopped => self.stop(number),
             Order::Stop(_) => self.keep([0.0; 2]),
-            Order::Drive(speeds) => self.keep(speeds),
+            Order::Drive(speeds) => {
+                self.brake.rest();
+                self.keep(speeds);
+            }
         }
     }
 
     /// Closes the robot, if its wheels stand.
     pub(super) fn leave(self) {
-        if self.attempts == 0 {
-            self.brake.release(Some(self.pace.now() + Self::ATTEMPTS[0]));
+        if !self.is_stopping {
+            self.brake.release(Some(self.pace.now() + Self::FAREWELL));
             // It stands: nothing depends on it.
             let _ = self.robot.close();
         }
     }
 
-    /// Attempts to stop.
+    /// Attempts to stop. The brake repeats the stop, however long this takes.
     fn stop(&mut self, number: u64) {
-        self.told = None;
+        let began = self.pace.now();
+        (self.told, self.is_stopping) = (None, true);
+        self.brake.repeat(self.robot.halt(), began);
         match self.robot.stop_briefly() {
             Ok(()) => {
-                (self.stopped, self.attempts) = (number, 0);
+                self.brake.rest();
+                (self.stopped, self.is_stopping) = (number, false);
                 self.say(News::Answered);
                 self.say(News::Stopped(number));
             }
-            // The guard has a newer order, or the attempt has taken its time.
-            Err(Error::Interrupted) => self.attempts += 1,
+            // The guard has a newer order.
+            Err(Error::Interrupted) => {}
             Err(Error::Restarted) => {
                 self.odometer.begin_anew();
                 self.say(News::Failed(Error::Restarted));
+                self.pause_since(began);
             }
             Err(error) => {
-                self.attempts += 1;
-                if !error.may_pass() || self.attempts.is_multiple_of(Self::ATTEMPTS.len()) {
-                    self.reconnect();
-                }
+                self.say(News::NotStopped(error.clone()));
+                self.reconnect();
                 self.say(News::NotStopped(error));
             }
         }
@@ -377,12 +369,22 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
 
     /// Opens the link again, which stops the wheels too.
     fn reconnect(&mut self) {
+        let began = self.pace.now();
         self.brake.release(None);
         self.odometer.begin_anew();
-        if let Err(error) = self.robot.reconnect() {
-            self.say(News::NotStopped(error));
-            self.pace.pause(Self::PAUSE);
+        match self.robot.reconnect() {
+            Ok(()) | Err(Error::Interrupted) => {}
+            Err(error) => {
+                self.say(News::NotStopped(error));
+                self.pause_since(began);
+            }
         }
+    }
+
+    /// Waits where something has failed at once, and may do so again.
+    fn pause_since(&self, began: Duration) {
+        let spent = self.pace.now().saturating_sub(began);
+        self.pace.pause(Self::PAUSE.saturating_sub(spent));
     }
 
     /// Keeps the wheels at these speeds, and reads sensors in turn.

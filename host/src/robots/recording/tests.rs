@@ -202,7 +202,7 @@ fn an_event_before_the_first_link_is_refused() {
 #[cfg(target_os = "linux")]
 fn a_full_disk_does_not_hold_the_robot() {
     let file = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let recording = Recording::to(file, Path::new("/dev/full"));
+    let recording = Recording::to(file, Path::new("/dev/full"), 1 << 20);
     let outcomes = used(recording.of(Box::new(Scripted::new(eventful()))));
     assert!(outcomes.contains("Ok([1.0"));
     let problem = recording.finish().unwrap();
