@@ -165,7 +165,9 @@ impl Member {
     /// Whether the robot can have brought so many items by a cycle: since its last sighting, and since the experiment began.
     pub(crate) fn can_have_brought(&self, items: u32, cycle: u32) -> bool {
         let before = self.state.brought.unwrap_or_default();
-        let since = self.sighted.map_or(cycle, |sighted| cycle.saturating_sub(sighted).max(1));
+        let since = self
+            .sighted
+            .map_or(cycle, |sighted| cycle.saturating_sub(sighted).max(1));
         items <= most_items(cycle).min(before.saturating_add(most_items(since)))
     }
 

@@ -323,9 +323,7 @@ impl Radio {
         match packet {
             Packet::Hello {
                 program, experiment, ..
-            } if is_other || experiment != self.experiment => {
-                Err(other(Some(program)))
-            }
+            } if is_other || experiment != self.experiment => Err(other(Some(program))),
             packet => {
                 self.limits.check(&packet, sender, second)?;
                 Ok(Received {

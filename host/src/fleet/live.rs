@@ -55,7 +55,10 @@ impl Record {
             Self::default()
         };
         let next = Self {
-            boots: last.boots.checked_add(1).ok_or_else(|| Failure::corrupt(format_args!("{}: boots is {}", path.display(), last.boots)))?,
+            boots: last
+                .boots
+                .checked_add(1)
+                .ok_or_else(|| Failure::corrupt(format_args!("{}: boots is {}", path.display(), last.boots)))?,
             ..last
         };
         disk::write(&path, &disk::json(&next))?;

@@ -344,7 +344,8 @@ impl Ears {
             Refusal::OtherVersion(version) => {
                 let sender = self.addresses.iter().find(|(address, _)| *address == from);
                 let own = radio::VERSION;
-                let doubt = format!("sends datagrams of version {version}, and this machine of version {own}: deploy again");
+                let doubt =
+                    format!("sends datagrams of version {version}, and this machine of version {own}: deploy again");
                 (sender.map(|(_, number)| *number), doubt)
             }
             _ => return,

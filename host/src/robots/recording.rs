@@ -55,7 +55,9 @@ impl Recording {
                 for line in queue {
                     let written = match left.checked_sub(line.len() as u64) {
                         Some(rest) => file.write_all(line.as_bytes()).map(|()| left = rest),
-                        None => Err(std::io::Error::other(format!("has {longest} bytes, as many as are recorded"))),
+                        None => Err(std::io::Error::other(format!(
+                            "has {longest} bytes, as many as are recorded"
+                        ))),
                     };
                     if let Err(error) = written {
                         set(

@@ -89,7 +89,10 @@ impl Limits {
                     ("simulated", simulated == UNKNOWN || self.is_fitness(simulated)),
                     ("controller", controller.into_iter().all(is_gene)),
                     ("brought", brought <= self.food),
-                    ("pose", [x, y].into_iter().all(|own| own.abs() <= FARTHEST) && (0.0..=1.0).contains(&heading)),
+                    (
+                        "pose",
+                        [x, y].into_iter().all(|own| own.abs() <= FARTHEST) && (0.0..=1.0).contains(&heading),
+                    ),
                     ("volts", volts == UNKNOWN || (0.0..=VOLTS).contains(&volts)),
                 ]
             }

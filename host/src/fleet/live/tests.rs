@@ -98,10 +98,7 @@ fn loopback() -> UdpSocket {
 
 /// A fleet of two robots on loopback, and their sockets.
 pub(in crate::fleet) fn fleet(name: &str) -> (Arc<Fleet>, [UdpSocket; 2]) {
-    let (operator, robots) = (
-        loopback().local_addr().unwrap(),
-        [loopback(), loopback()],
-    );
+    let (operator, robots) = (loopback().local_addr().unwrap(), [loopback(), loopback()]);
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("..")
         .canonicalize()
@@ -336,21 +333,32 @@ fn what_was_recorded_before_a_start_shows_no_robot() {
         }
         let socket = Arc::new(Socket::open(&fleet).unwrap());
         let mut sent = recorded.iter().cycle();
-        let failure = live(&fleet, record, (&socket, &station), options, &AtomicBool::new(false), |ears, time| {
-            for datagram in sent.by_ref().take(20) {
-                robots[0].socket.send_to(datagram, fleet.operator).unwrap();
-            }
-            assert_eq!((ears.present(), time, ears.farthest()), (0, None, None));
-            shown += ears.refused.get("of_another_start").copied().unwrap_or_default();
-            Ok(())
-        });
+        let failure = live(
+            &fleet,
+            record,
+            (&socket, &station),
+            options,
+            &AtomicBool::new(false),
+            |ears, time| {
+                for datagram in sent.by_ref().take(20) {
+                    robots[0].socket.send_to(datagram, fleet.operator).unwrap();
+                }
+                assert_eq!((ears.present(), time, ears.farthest()), (0, None, None));
+                shown += ears.refused.get("of_another_start").copied().unwrap_or_default();
+                Ok(())
+            },
+        );
         let failure = failure.unwrap_err();
         let words = "robot 0 was heard and does not answer this start: it does not hear this machine, or old datagrams are sent again";
         assert!(failure.code() == 4 && failure.to_string().contains(words), "{failure}");
     }
     assert!(shown > 0);
     robots.iter_mut().for_each(Robot::listen);
-    assert_eq!(robots.each_ref().map(|robot| robot.heard.len()), beacons, "no beacon was sent");
+    assert_eq!(
+        robots.each_ref().map(|robot| robot.heard.len()),
+        beacons,
+        "no beacon was sent"
+    );
 }
 
 /// What nobody has authenticated, or what is old, is no reason to refuse a robot that answers this start.
@@ -366,7 +374,10 @@ fn who_answers_is_not_refused_by_what_others_say() {
     robot.socket.send_to(&older, fleet.operator).unwrap();
     hear_until(&mut ears, |ears| ears.robots[&0].refusal().is_some());
     let refused = ears.robots[&0].refusal().unwrap().to_owned();
-    assert_eq!(refused, "sends datagrams of version 1, and this machine of version 2: deploy again");
+    assert_eq!(
+        refused,
+        "sends datagrams of version 1, and this machine of version 2: deploy again"
+    );
     assert_eq!(table::json(&ears, None)["robots"][0]["state"], "refused");
     ears.call();
     while robot.start == 0 {
@@ -388,10 +399,21 @@ fn who_answers_is_not_refused_by_what_others_say() {
 fn a_record_of_an_earlier_version_is_read() {
     let (fleet, _) = fleet("earlier");
     std::fs::create_dir_all(&fleet.directory).unwrap();
-    std::fs::write(fleet.directory.join(Record::FILE), r#"{"milliseconds": 1234, "boots": 7}"#).unwrap();
+    std::fs::write(
+        fleet.directory.join(Record::FILE),
+        r#"{"milliseconds": 1234, "boots": 7}"#,
+    )
+    .unwrap();
     let next = Record::next(&fleet).unwrap();
-    assert_eq!((next.milliseconds, next.boots, next.windows), (1234, 8, Windows::default()));
-    std::fs::write(fleet.directory.join(Record::FILE), r#"{"milliseconds": 1, "boots": 4294967295}"#).unwrap();
+    assert_eq!(
+        (next.milliseconds, next.boots, next.windows),
+        (1234, 8, Windows::default())
+    );
+    std::fs::write(
+        fleet.directory.join(Record::FILE),
+        r#"{"milliseconds": 1, "boots": 4294967295}"#,
+    )
+    .unwrap();
     assert_eq!(Record::next(&fleet).unwrap_err().code(), 5);
 }
 

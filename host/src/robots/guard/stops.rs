@@ -47,7 +47,18 @@ const BANNERS: [&[u8]; 2] = [
 
 fn modes() -> Vec<Mode> {
     let slow = [20, 90, 140, 160, 210, 260, 400, 700].map(|ms| Mode::Slow(Duration::from_millis(ms)));
-    let endless = [&b"d\r\n"[..], b"\r", b"e,5,5\r\n", &[0], &[3], &[1], &[2], &[255], BANNERS[0], BANNERS[1]];
+    let endless = [
+        &b"d\r\n"[..],
+        b"\r",
+        b"e,5,5\r\n",
+        &[0],
+        &[3],
+        &[1],
+        &[2],
+        &[255],
+        BANNERS[0],
+        BANNERS[1],
+    ];
     let others = [Mode::Silent, Mode::Mad, Mode::Full, Mode::Gone, Mode::Away];
     slow.into_iter()
         .chain(endless.map(Mode::Endless))
@@ -255,9 +266,19 @@ fn cases() -> [Case; 7] {
     };
     [
         case("Khepera", lines, || fuzz::khepera(0), is_line),
-        case("e-puck, text", lines, || fuzz::epuck(epuck::tests::VERSION_1, false), is_line),
+        case(
+            "e-puck, text",
+            lines,
+            || fuzz::epuck(epuck::tests::VERSION_1, false),
+            is_line,
+        ),
         case("e-puck", lines, || fuzz::epuck(epuck::tests::VERSION_1, true), is_line),
-        case("e-puck2, serial", lines, || fuzz::epuck(epuck::tests::VERSION_2, true), is_line),
+        case(
+            "e-puck2, serial",
+            lines,
+            || fuzz::epuck(epuck::tests::VERSION_2, true),
+            is_line,
+        ),
         case(
             "e-puck2, Wi-Fi",
             |link| Ok(Box::new(epuck2::EPuck2::connect(link)?.unwrap())),
@@ -394,7 +415,10 @@ fn stops_are_repeated_whatever_the_robot_answers() {
                 line.mode = Mode::Well;
                 line.coming.clear();
             }
-            assert!(is_confirmed || held.stops(2, LONG), "{what}: not confirmed by a robot that is well");
+            assert!(
+                is_confirmed || held.stops(2, LONG),
+                "{what}: not confirmed by a robot that is well"
+            );
         }
         let ms = 1000.0 * worst.0.as_secs_f64();
         writeln!(table, "{}: {ms:.1}, {:?}", case.name, worst.1).unwrap();

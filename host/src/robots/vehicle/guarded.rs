@@ -597,8 +597,11 @@ impl Drop for Guarded {
         let ignored = ignored.into_iter().flatten().filter(|(_, count)| *count > 0);
         let ignored: Vec<String> = ignored.map(|(reason, count)| format!("{count} x {reason}")).collect();
         if !ignored.is_empty() {
-            self.console
-                .say(format!("{}lines of the tracker that were ignored: {}", self.label, ignored.join(", ")));
+            self.console.say(format!(
+                "{}lines of the tracker that were ignored: {}",
+                self.label,
+                ignored.join(", ")
+            ));
         }
         if let Some(message) = self.guard.take().and_then(|guard| guard.leave(self.console)) {
             self.request(&message);
