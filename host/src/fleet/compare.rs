@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::daemon::intervals::INTERVALS;
 use crate::engine::handle::Engine;
+use crate::evolve::encapsulated::GREATEST;
 use crate::exit::{Failure, Result};
 use crate::statistics::{Interval, bootstrap_interval, mean, variance};
 use crate::swarm::Plan;
@@ -89,7 +90,16 @@ pub(crate) fn of_directory(plan: &Plan, directory: &Path) -> Result<Figures> {
         let damaged = |error: csv::Error| Failure::corrupt(format_args!("{}: {error}", path.display()));
         let mut table = csv::Reader::from_path(path).map_err(damaged)?;
         for row in table.deserialize() {
-            rows.push(row.map_err(damaged)?);
+            let row: Row = row.map_err(damaged)?;
+            let (food, genes) = (plan.settings.limits().food, 0.0..=GREATEST as f32);
+            if row.brought > food || !genes.contains(&row.s0) {
+                let (path, Row { brought, s0, .. }) = (path.display(), row);
+                return Err(Failure::corrupt(format_args!(
+                    "{path}: interval {}: brought is {brought} and s0 {s0}; allowed: up to {food}, and 0 to {GREATEST}",
+                    row.interval
+                )));
+            }
+            rows.push(row);
         }
     }
     if rows.is_empty() {

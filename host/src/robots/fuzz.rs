@@ -529,6 +529,31 @@ fn a_network_without_an_end_is_given_up() {
     assert!(air.now() < Duration::from_secs(100) + LIMIT);
 }
 
+/// A node that describes itself without an end: a thousand variables, of which each has to be asked for three times.
+#[test]
+fn a_description_without_an_end_is_given_up() {
+    let mut asked = 0_u32;
+    let valid = Valid::new(move |bytes, _| {
+        let heard = Messages::default().push(bytes).unwrap_or_default();
+        let kind = heard.first().map_or(0, |message| message.kind);
+        asked += u32::from(kind == 0xa015);
+        match kind {
+            0xa011 => vec![from(1, 0x900c, &words(&[9]))],
+            0xa015 if asked == 1 => vec![head(1, "thymio-II", 9, 2000, [1000, 0, 0])],
+            0xa015 if asked.is_multiple_of(3) => vec![named(1, 1, "x")],
+            _ => Vec::new(),
+        }
+    });
+    let air = Hostile::new(1, valid);
+    let outcome = thymio::Thymio::connect(Box::new(air.clone()), None);
+    assert!(outcome.is_err());
+    let took = air.now() - Duration::from_secs(100);
+    assert!(
+        (Duration::from_secs(30)..Duration::from_secs(40)).contains(&took),
+        "{took:?}"
+    );
+}
+
 /// Addresses that are valid are shown as they were meant.
 #[test]
 fn an_address_may_be_anything() {

@@ -228,10 +228,11 @@ fn find(network: &mut Network, wanted: Option<u16>) -> Result<(Node, &'static Bo
     for (id, _) in &possible {
         network.tell_to_halt(*id)?;
     }
+    let end = network.now() + aseba::DESCRIBING;
     let mut robots = Vec::new();
     let mut others: Vec<String> = others.iter().map(|(id, _)| format!("node {id}")).collect();
     for (id, version) in possible {
-        let node = network.describe(id, version)?;
+        let node = network.describe(id, version, end)?;
         match BODIES.iter().find(|body| body.fits(&node)) {
             Some(body) => robots.push((node, body)),
             None => others.push(format!("node {id}, \"{}\"", node.name)),

@@ -417,6 +417,44 @@ mod tests {
         assert_eq!(seen(&[(0, "{}")]), None);
     }
 
+    /// What is ignored is counted by its reason, and a flood is cut short.
+    #[test]
+    fn ignored_lines_are_counted() {
+        let mut seen = Seen::new(1, 200.0, LIMIT);
+        for (at, line) in FIRST {
+            seen.take(line.as_bytes(), ms(at));
+        }
+        assert_eq!(seen.ignored(), Ignored::default());
+        for line in [
+            r#"{"id":1,"t":5.1,"x":999,"y":100,"heading":0.5}"#,
+            r#"{"id":1,"t":5.0,"x":101,"y":100,"heading":0.5}"#,
+            r#"{"id":1,"t":5.1,"x":1e300,"y":100,"heading":0.5}"#,
+            r#"{"id":1,"t":1e999,"x":101,"y":100,"heading":0.5}"#,
+            r#"{"id":1,"t":5.1,"x":101,"y":100,"heading":0.5,"brought":4294967296}"#,
+            r#"{"id":7,"t":5.1,"x":101,"y":100,"heading":0.5}"#,
+            "nonsense",
+            "",
+            "\r",
+        ] {
+            assert_eq!(seen.take(line.as_bytes(), ms(300)), None, "{line}");
+        }
+        seen.disbelieve();
+        seen.skip();
+        let counts = [
+            ("tracker_unreadable", 4),
+            ("tracker_late", 1),
+            ("tracker_impossible", 2),
+            ("tracker_too_many", 1),
+        ];
+        assert_eq!(seen.ignored().counts(), counts);
+        let mut budget = Budget::default();
+        let taken = |budget: &mut Budget, at| (0..5000).filter(|_| budget.take(ms(at))).count();
+        assert_eq!(
+            [0, 99, 100, 1000].map(|at| taken(&mut budget, at)),
+            [1000, 0, 1000, 1000]
+        );
+    }
+
     /// Three sightings in a row show where a robot is that was lost or put elsewhere; a mistake does not, whenever it comes.
     #[test]
     fn a_mistake_is_no_place() {

@@ -32,6 +32,8 @@ struct World {
     answers: fn(Duration) -> bool,
     /// Food that the robot has brought.
     brought: fn(Duration) -> u32,
+    /// What somebody else sends in the tracker's place.
+    lies: fn(Duration) -> Vec<String>,
     coming: VecDeque<(Channel, Vec<u8>)>,
     /// Speeds of the left wheel from each moment on.
     driven: Vec<(Duration, f64)>,
@@ -68,6 +70,8 @@ impl World {
                 );
                 self.coming.push_back((Channel::Tracker, line.into_bytes()));
             }
+            let lies = (self.lies)(self.now).into_iter();
+            self.coming.extend(lies.map(|lie| (Channel::Tracker, lie.into_bytes())));
         }
         if self.now >= self.end {
             self.stop.store(true, Ordering::Relaxed);
@@ -221,6 +225,7 @@ impl Place {
             sees: |_| true,
             answers: |_| true,
             brought: |_| 0,
+            lies: |_| Vec::new(),
             coming: VecDeque::new(),
             driven: Vec::new(),
             said: Vec::new(),
@@ -285,6 +290,7 @@ fn wheels_turn_only_while_the_operator_and_the_tracker_are_there() {
     }
     let (last, speed) = *world.driven.last().unwrap();
     assert_eq!((seconds(last), speed), (60, 0.0));
+    assert!(world.statuses().all(|status| status.start == START_NUMBER));
     let problems: Vec<u32> = world.statuses().map(|status| status.problems).collect();
     for problem in [Problems::BEACON, Problems::TRACKER, Problems::ROBOT] {
         assert!(problems.contains(&problem), "{problem}");
@@ -292,6 +298,44 @@ fn wheels_turn_only_while_the_operator_and_the_tracker_are_there() {
     drop(world);
     for word in ["\"standing\"", "\"troubled\"", "no answer", "\"event\":\"end\""] {
         assert!(place.log().contains(word), "{word}");
+    }
+}
+
+/// A tracker's lines that can't be true cost little, earn nothing, and are counted: the operator sees how many.
+#[test]
+fn lies_of_a_tracker_are_ignored_and_counted() {
+    let place = Place::new("lies");
+    let (_, bench) = place.lived(80, 1, |world| {
+        world.lies = |now| {
+            let time = now.as_secs_f64() + 0.01;
+            let line =
+                |x: f64, more: &str| format!("{{\"id\":1,\"t\":{time},\"x\":{x},\"y\":20,\"heading\":0.5{more}}}");
+            let food = |brought: u64| line(10.0, &format!(",\"carries\":true,\"brought\":{brought},\"heard\":[]"));
+            match now.as_millis() / 100 % 5 {
+                0 => vec![food(u32::MAX.into())],
+                1 => vec![food(1_000_000)],
+                2 => vec![line(1e4, "")],
+                3 => vec![food(u64::MAX), line(f64::MAX, ""), "{".repeat(2000)],
+                _ => vec!["\n".repeat(2000), ["{}"; 600].join("\n")],
+            }
+        };
+        world.brought = |now| u32::from(seconds(now) >= 30);
+    });
+    let intervals = place.intervals();
+    let row: Vec<&str> = intervals[0].split(',').collect();
+    let (real, brought): (f32, u32) = (row[6].parse().unwrap(), row[7].parse().unwrap());
+    assert!(brought == 1 && (30.0..40.0).contains(&real), "{row:?}");
+    let world = bench.lock();
+    assert!(world.statuses().all(|status| status.brought <= 1 && !status.carries));
+    assert!(world.turned(70.0, 79.9), "they don't keep it from driving");
+    let ignored: Vec<u32> = world.statuses().map(|status| status.ignored).collect();
+    assert!(ignored.is_sorted() && ignored.last() > Some(&500), "{ignored:?}");
+    drop(world);
+    let log = place.log();
+    let losses = log.lines().rfind(|line| line.contains("\"event\":\"losses\"")).unwrap();
+    let losses: serde_json::Value = serde_json::from_str(losses).unwrap();
+    for reason in ["tracker_impossible", "tracker_unreadable"] {
+        assert!(losses[reason].as_u64() > Some(200), "{losses}");
     }
 }
 

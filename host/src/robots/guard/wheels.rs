@@ -222,14 +222,18 @@ struct Odometer {
 }
 
 impl Odometer {
-    /// Takes the robot's counts. Returns those since the first.
-    fn add(&mut self, counts: [i64; 2]) -> [i64; 2] {
-        if let Some(last) = self.last.replace(counts) {
-            for (total, (now, last)) in self.total.iter_mut().zip(counts.into_iter().zip(last)) {
-                *total += now - last;
-            }
+    /// Takes the robot's counts, which can have changed by so many since the last ones. Returns those since the first; none if they
+    /// have changed by more.
+    fn add(&mut self, counts: [i64; 2], most: f64) -> Option<[i64; 2]> {
+        let last = self.last.replace(counts).unwrap_or(counts);
+        let change = [0, 1].map(|wheel| counts[wheel].saturating_sub(last[wheel]));
+        if change.iter().any(|change| change.unsigned_abs() as f64 > most) {
+            return None;
         }
-        self.total
+        for (total, change) in self.total.iter_mut().zip(change) {
+            *total += change;
+        }
+        Some(self.total)
     }
 
     /// Notes that the robot's counters restart. Whatever its wheels turn until the next reading is lost.
@@ -247,6 +251,8 @@ pub(super) struct Hands<P, T> {
     /// What is read, and when next.
     senses: Vec<(Sense, Duration)>,
     odometer: Odometer,
+    /// When the odometers were read last.
+    travelled_at: Option<Duration>,
     /// The last command that was sent, and when.
     told: Option<([f64; 2], Duration)>,
     /// Whether the last call was for an order: then it is the sensors' turn.
@@ -275,6 +281,8 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
     /// Time after which a wheel that gains speed is told so: a command at every moment of it would leave the link no time for
     /// sensors.
     const GAIN: Duration = Duration::from_millis(20);
+    /// How much farther wheels may have turned than by their speed, mm.
+    const SLIP: f64 = 20.0;
     /// Time that a last stop has when the guard ends.
     const FAREWELL: Duration = Duration::from_millis(250);
     /// Least time of an attempt to stop that fails, and of one to open the link again: less than between two stops.
@@ -284,6 +292,7 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
         let mut hands = Self {
             senses: Vec::new(),
             odometer: Odometer::default(),
+            travelled_at: None,
             robot,
             pace,
             brake,
@@ -433,7 +442,7 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
         let news = match sense {
             Sense::Kind(kind) => self.robot.sense(&[kind]).map(|reading| News::Read(kind, reading)),
             Sense::Lifted => self.robot.lifted().map(News::Lifted),
-            Sense::Odometry => self.robot.odometry().map(|odometry| self.travelled(odometry)),
+            Sense::Odometry => self.robot.odometry().and_then(|odometry| self.travelled(odometry)),
             Sense::Battery => self.robot.battery().map(News::Battery),
         };
         match news {
@@ -445,13 +454,20 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
         }
     }
 
-    fn travelled(&mut self, Odometry { at, age, counts }: Odometry) -> News {
-        let mm = self.robot.description().wheels.mm_per_count.unwrap_or_default();
-        News::Travelled(Travel {
-            at,
-            age,
-            mm: self.odometer.add(counts).map(|count| count as f64 * mm),
-        })
+    /// How far the wheels have turned, if they can have turned as far since the last reading: three times as fast as they are driven,
+    /// since somebody may push the robot.
+    fn travelled(&mut self, Odometry { at, age, counts }: Odometry) -> Result<News> {
+        let wheels = self.robot.description().wheels;
+        let mm = wheels.mm_per_count.unwrap_or_default();
+        let speed = 3.0 * f64::from(wheels.greatest) * wheels.mm_s;
+        let time = at.saturating_sub(self.travelled_at.replace(at).unwrap_or(at)) + age;
+        let most = (speed * time.as_secs_f64() + Self::SLIP) / mm;
+        let counts = self.odometer.add(counts, most).ok_or_else(|| Error::Garbage {
+            command: "the odometers".into(),
+            received: format!("{counts:?}, farther than the wheels can have turned"),
+        })?;
+        let mm = counts.map(|count| count as f64 * mm);
+        Ok(News::Travelled(Travel { at, age, mm }))
     }
 
     /// Handles a failed call: the robot may be doing anything, so no command counts as sent.
@@ -475,11 +491,17 @@ mod tests {
     #[test]
     fn travel_goes_on_where_the_counts_begin_anew() {
         let mut odometer = Odometer::default();
-        assert_eq!(odometer.add([100, -7]), [0, 0]);
-        assert_eq!(odometer.add([160, -17]), [60, -10]);
+        let mut add = |counts| odometer.add(counts, 70.0);
+        assert_eq!(add([100, -7]), Some([0, 0]));
+        assert_eq!(add([160, -17]), Some([60, -10]));
+        // Farther than wheels can have turned: it goes on from there.
+        assert_eq!(add([160, 54]), None);
+        assert_eq!(add([160, 44]), Some([60, -20]));
+        assert_eq!(add([i64::MAX, i64::MIN]), None);
+        assert_eq!(add([i64::MIN, i64::MIN]), None);
         odometer.begin_anew();
-        assert_eq!(odometer.add([0, 3]), [60, -10]);
-        assert_eq!(odometer.add([-5, 13]), [55, 0]);
+        assert_eq!(odometer.add([0, 3], 70.0), Some([60, -20]));
+        assert_eq!(odometer.add([-5, 13], 70.0), Some([55, -10]));
     }
 
     #[test]
