@@ -37,6 +37,10 @@ const HALF_CYCLE: Duration = Duration::from_millis(50);
 /// Purpose of the random numbers of behaviours, among those of a robot's seed.
 const BEHAVIOUR: u64 = 1;
 
+fn milliseconds_since(tick: Duration, now: Duration) -> f64 {
+    1000.0 * now.saturating_sub(tick).as_secs_f64()
+}
+
 /// The cycle of a time of the experiment, ms, if it has begun.
 fn cycle_at(milliseconds: i64) -> Option<u32> {
     milliseconds.div_euclid(MILLISECONDS).try_into().ok()
@@ -83,6 +87,8 @@ pub(crate) struct Daemon<'a> {
     /// When the cycle begins that comes next, and how late those of this interval were in which the robot lived, ms.
     tick: Option<Duration>,
     late: Vec<f64>,
+    /// How late those of this interval began at most, whatever the robot did, ms.
+    begins: f64,
     began: Duration,
 }
 
@@ -183,6 +189,7 @@ impl<'a> Daemon<'a> {
             speeds: [0.0; 2],
             tick: None,
             late: Vec::new(),
+            begins: 0.0,
             began,
             settings,
             vehicle,
@@ -227,6 +234,9 @@ impl<'a> Daemon<'a> {
     /// One cycle.
     fn cycle(&mut self) -> Result {
         let now = self.vehicle.now();
+        self.begins = self
+            .begins
+            .max(self.tick.map_or(0.0, |tick| milliseconds_since(tick, now)));
         self.receive(now);
         let time = self.beacons.time(now);
         self.problems
@@ -255,8 +265,7 @@ impl<'a> Daemon<'a> {
         let driven = self.vehicle.drive(self.speeds);
         self.passed(driven)?;
         if let Some(tick) = self.tick.filter(|_| self.activity == Activity::Living) {
-            self.late
-                .push(1000.0 * self.vehicle.now().saturating_sub(tick).as_secs_f64());
+            self.late.push(milliseconds_since(tick, self.vehicle.now()));
         }
         if before != self.activity {
             let activity = self.activity.word();
@@ -479,15 +488,16 @@ impl<'a> Daemon<'a> {
         self.keeper.save(self.saved.clone());
     }
 
-    /// Logs how late the commands of the interval were; on a clock that waits they never are.
+    /// Logs how late cycles of the interval began at most, and how late the commands of those were in which the robot lived; on a
+    /// clock that waits they never are.
     fn log_lateness(&mut self) {
-        let late = std::mem::take(&mut self.late);
+        let (late, begins) = (std::mem::take(&mut self.late), std::mem::take(&mut self.begins));
         let cycles = late.len();
-        if !self.waits && cycles > 0 {
+        if !self.waits {
             let [_, median, high, greatest] = Late::of_all(late).quantiles();
             self.log(
                 "late",
-                json!({ "cycles": cycles, "median_ms": median, "high_ms": high, "greatest_ms": greatest }),
+                json!({ "cycles": cycles, "median_ms": median, "high_ms": high, "greatest_ms": greatest, "begins_ms": begins }),
             );
         }
     }
