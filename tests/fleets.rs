@@ -486,3 +486,49 @@ fn what_was_recorded_at_one_start_does_nothing_at_the_next() {
     }
     place.run(&["fleet", "stop", "fleet.toml"]);
 }
+
+/// What the operator's machine can check, `fleet start` checks before it starts a daemon, which would connect to its robot.
+#[test]
+fn what_can_not_be_started_starts_no_daemon() {
+    let place = Place::new("fleet-unstarted");
+    let fleet = deployed(&place, 2, 10, &[]);
+    let wheels = fleet.iter().map(|robot| robot.body.wheels().0).collect::<Vec<_>>();
+    let is_untouched = |what: &str| {
+        for (robot, before) in fleet.iter().zip(&wheels) {
+            assert!(
+                !robot.home.join("pid").exists() && robot.body.wheels().0 == *before,
+                "{what}"
+            );
+        }
+    };
+    let start = ["fleet", "start", "fleet.toml"];
+    let mode = |mode| fs::set_permissions(place.at("experiment.key"), fs::Permissions::from_mode(mode)).unwrap();
+    for public in [0o644, 0o640, 0o606] {
+        mode(public);
+        let chmod = ["others than its owner can use this key", "chmod 600"];
+        for arguments in [
+            &start[..],
+            &["fleet", "deploy", "fleet.toml"],
+            &["fleet", "plan", "fleet.toml"],
+            &["fleet", "status", "fleet.toml", "--listen", "1s"],
+            &["fleet", "twin", "fleet.toml", "--out", "twin"],
+        ] {
+            place.run(arguments).exits(3).says(&chmod);
+            is_untouched(&format!("{arguments:?}"));
+        }
+    }
+    mode(0o600);
+    let other = UdpSocket::bind(("127.0.0.1", operator_of(&place))).unwrap();
+    place.run(&start).exits(4).says(&["can't listen at port"]);
+    is_untouched("a port that is taken");
+    drop(other);
+    assert!(!place.at("fleet").exists());
+    fs::create_dir(place.at("fleet")).unwrap();
+    place.write("fleet/operator.json", "{");
+    place.run(&start).exits(5).says(&["operator.json"]);
+    is_untouched("a damaged record");
+    fs::remove_file(place.at("fleet/operator.json")).unwrap();
+    place.write("fleet/statuses.csv", "no table\nat all\n");
+    place.run(&start).exits(5).says(&["statuses.csv"]);
+    is_untouched("a damaged table");
+}

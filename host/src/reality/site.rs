@@ -320,7 +320,9 @@ impl Site {
     pub(crate) fn allows(&self, spec: &WorldSpec) -> Result<(), String> {
         match self {
             Self::Surrogate { .. } => self.world(spec).map(drop).map_err(|failure| failure.to_string()),
-            Self::Wired(_) => wired::kinds(spec).map(drop),
+            Self::Wired(own) => wired::possible(spec, &own.values, &own.guard)
+                .map(drop)
+                .map_err(|failure| failure.to_string()),
         }
     }
 

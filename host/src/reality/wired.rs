@@ -187,17 +187,24 @@ pub(crate) fn kinds(spec: &WorldSpec) -> std::result::Result<Vec<Kind>, String> 
     senses::kinds(spec)
 }
 
-/// Whether lives in a world are possible and can be recorded, as far as that is known without a robot. Returns the kinds of sensors
-/// that they need.
+/// Whether lives in a world are possible, as far as that is known without a robot. Returns the kinds of sensors that they need.
 ///
 /// # Errors
-/// Exit 3: a world that is not valid, a sensor of a kind that no robot on a wire has, a speed that the guard does not allow, or another
-/// directory than one of lives; as the record's.
-pub(crate) fn check(spec: &WorldSpec, values: &Values, guard: &[String]) -> Result<Vec<Kind>> {
+/// Exit 3: a world that is not valid, a sensor of a kind that no robot on a wire has, or a speed that the guard does not allow.
+pub(crate) fn possible(spec: &WorldSpec, values: &Values, guard: &[String]) -> Result<Vec<Kind>> {
     let kinds = kinds(spec).map_err(Failure::input)?;
     let greatest = guard::values::Values::of(guard).map_err(Failure::input)?.speed_mm_s;
     values.speed(spec, greatest, "the guard allows")?;
     Reported::new(spec)?;
+    Ok(kinds)
+}
+
+/// Whether lives in a world are possible, and can be recorded. Returns the kinds of sensors that they need.
+///
+/// # Errors
+/// As [`possible`], and as the record's.
+pub(crate) fn check(spec: &WorldSpec, values: &Values, guard: &[String]) -> Result<Vec<Kind>> {
+    let kinds = possible(spec, values, guard)?;
     Logbook::check(&values.directory)?;
     Ok(kinds)
 }
