@@ -210,6 +210,48 @@ fn a_stop_is_repeated_until_it_is_confirmed() {
     });
 }
 
+/// A robot that reads nothing, behind a port whose buffer is full: the guard says in time that it can't stop it, and the stop is confirmed
+/// once the robot reads again. A Thymio II may not: half a message puts it out of step, and its protocol has no way back.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_robot_that_reads_nothing_does_not_hold_the_guard() {
+    use std::os::unix::fs::OpenOptionsExt;
+
+    use nix::libc::{O_NOCTTY, O_NONBLOCK};
+
+    let no_wait = O_NONBLOCK | O_NOCTTY;
+    for (name, start) in [DRIVERS[0], DRIVERS[2]] {
+        let body = Body::default();
+        let address = start(&body);
+        let path = address.trim_start_matches("serial:").split('@').next().unwrap();
+        // Another hand on the port, which is opened before the guard's.
+        let mut other = File::options().write(true).custom_flags(no_wait).open(path).unwrap();
+        let mut program = Program::start("full", &address, &[]);
+        program.reach_speed(&body);
+        body.is_deaf.store(true, Ordering::SeqCst);
+        let mut filled = 0;
+        while let Ok(count) = other.write(&[0; 64]) {
+            filled += count;
+        }
+        assert!(filled > 1000, "{name}: {filled} bytes");
+        let event = Instant::now();
+        program.send("\"stop\"");
+        program.drive_until("that it can't be stopped", LONG, |program| {
+            program.state()["cannot_stop"] == true
+        });
+        let took = event.elapsed();
+        // Twice what is documented, on a busy machine.
+        assert!(took < Duration::from_secs(1), "{name}: {took:?}");
+        program.drive_until("two seconds", LONG, |_| event.elapsed() > Duration::from_secs(2));
+        body.is_deaf.store(false, Ordering::SeqCst);
+        program.drive_until("a stop that is confirmed", LONG, |program| {
+            program.state()["state"] == "standing"
+        });
+        assert!(body.stands(), "{name}");
+        program.exits(0);
+    }
+}
+
 /// For each kind of robot and each thing that can happen to the program or the guard: the time until the wheels stand.
 #[test]
 fn the_wheels_stand_in_time_whatever_happens_to_the_program() {
