@@ -57,7 +57,7 @@ pub(crate) fn contents() -> Vec<Entry> {
         Entry::file(INTERVALS, "the tables of intervals of all robots, one below the other"),
         Entry::file(
             "operator.json",
-            "written by `oneiro fleet start`: the experiment's time so far, and how often it was started",
+            "written by `oneiro fleet start`: the experiment's time so far, how often it was started, and which datagrams were taken",
         ),
         Entry::table(
             STATUSES,

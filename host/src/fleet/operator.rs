@@ -331,10 +331,11 @@ impl Ears {
         }
     }
 
-    /// Counts a datagram that is refused. One of another version or experiment shows what may be wrong with a robot, as long as that says
-    /// nothing else: nobody has authenticated the first, and either may be old.
+    /// Counts a datagram that is refused. One of another version or experiment, or with a number that was taken before, shows what may be
+    /// wrong with a robot, as long as that says nothing else: anybody can send these.
     fn refuse(&mut self, refusal: &Refusal, from: SocketAddr) {
         *self.refused.entry(refusal.reason()).or_default() += 1;
+        let at = || self.addresses.iter().find(|(address, _)| *address == from).map(|(_, number)| *number);
         let (number, doubt) = match refusal {
             Refusal::OtherExperiment {
                 sender,
@@ -342,11 +343,15 @@ impl Ears {
                 ..
             } => (Some(u32::from(*sender)), format!("{refusal}: deploy again")),
             Refusal::OtherVersion(version) => {
-                let sender = self.addresses.iter().find(|(address, _)| *address == from);
                 let own = radio::VERSION;
                 let doubt =
                     format!("sends datagrams of version {version}, and this machine of version {own}: deploy again");
-                (sender.map(|(_, number)| *number), doubt)
+                (at(), doubt)
+            }
+            Refusal::Replayed => {
+                let doubt = "sends numbers that were taken before: old datagrams are sent again, or it has lost its directory, and all need \
+                             a new key";
+                (at(), doubt.to_owned())
             }
             _ => return,
         };
