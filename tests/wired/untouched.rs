@@ -14,7 +14,7 @@ fn member(address: &str, key: &str, directory: &str, more: &str) -> String {
     )
 }
 
-/// All commands that connect to a robot, each with something that is wrong beside it.
+/// All commands that connect to a robot, each with another mistake.
 #[test]
 fn what_is_wrong_beside_a_robot_does_not_touch_it() {
     let place = placed("untouched", 10);

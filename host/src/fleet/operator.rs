@@ -335,7 +335,12 @@ impl Ears {
     /// wrong with a robot, as long as that says nothing else: anybody can send these.
     fn refuse(&mut self, refusal: &Refusal, from: SocketAddr) {
         *self.refused.entry(refusal.reason()).or_default() += 1;
-        let at = || self.addresses.iter().find(|(address, _)| *address == from).map(|(_, number)| *number);
+        let at = || {
+            self.addresses
+                .iter()
+                .find(|(address, _)| *address == from)
+                .map(|(_, number)| *number)
+        };
         let (number, doubt) = match refusal {
             Refusal::OtherExperiment {
                 sender,

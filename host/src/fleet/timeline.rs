@@ -40,7 +40,7 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// Latest time of a log, either way, ms: some thirty years.
+    /// Latest time of a log, either way, ms: about thirty years.
     const LATEST: f64 = 1e12;
 
     /// Reads a line of a robot's log, unless it is torn or lacks its times.

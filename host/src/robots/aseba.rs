@@ -30,7 +30,7 @@ const ROLL_CALL: Duration = Duration::from_secs(3);
 const TRIES: u32 = 4;
 /// Longest time in which all nodes describe themselves: a radio's dongle takes some seconds for a Thymio II.
 pub(crate) const DESCRIBING: Duration = Duration::from_secs(30);
-/// Most nodes of a network, and most variables, events or functions of one: a Thymio II has some 60 of each.
+/// Most nodes of a network, and most variables, events or functions of one: a Thymio II has about 60 of each.
 const MOST_NODES: usize = 128;
 const MOST_NAMES: u16 = 1000;
 

@@ -250,8 +250,8 @@ pub(crate) trait Robot: Send {
     /// The robot has not: the wheels may be turning.
     fn stop(&mut self) -> Result;
 
-    /// What is sent to stop the wheels, whole, whatever was sent before. It may be sent beside the driver, between two of its writes:
-    /// an answer to it answers nothing else.
+    /// The bytes that stop the wheels, whatever was sent before. The guard also sends them between two of the driver's writes, so
+    /// the driver skips their answer.
     fn halt(&self) -> Vec<u8>;
 
     /// The same as [`Robot::stop`] with a proof that takes no longer than a guard can wait, which may miss wheels that creep.

@@ -3,7 +3,7 @@
 //!
 //! A line for each link says its address, `=`; then there is one for each call to it: seconds, what happened, and the bytes
 //! in hexadecimal. `>` bytes sent, `<` bytes received (none: waited in vain), `o` opened again, `x` failed, with the error in
-//! JSON; `+` a stop that the guard has repeated beside the driver. A file has several links if several are tried, one after the other.
+//! JSON; `+` a stop that the guard has repeated. A file has several links if several are tried, one after the other.
 
 use std::fs::File;
 use std::io::Write;
@@ -88,7 +88,7 @@ impl Recording {
         Box::new(recorded)
     }
 
-    /// What records stops that are sent beside a driver.
+    /// A recorder of the guard's repeated stops.
     pub(crate) fn aside(&self) -> Option<Aside> {
         self.lines.clone().map(Aside)
     }
@@ -116,7 +116,7 @@ fn set(problem: &Mutex<Option<String>>, words: String) {
         .get_or_insert(words);
 }
 
-/// Records stops that are sent beside a driver.
+/// Records the guard's repeated stops.
 #[derive(Debug)]
 pub(crate) struct Aside(SyncSender<String>);
 

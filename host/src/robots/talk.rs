@@ -245,7 +245,7 @@ impl Talk {
         self.line_until(command, self.now() + self.patience)
     }
 
-    /// The next line, without answers to stops, which the guard repeats beside what is asked.
+    /// The next line. Answers to the guard's repeated stops are skipped.
     fn line_until(&mut self, command: &str, until: Duration) -> Result<String> {
         loop {
             let line = self.answer(command, until, Received::line)?;

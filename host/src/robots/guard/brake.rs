@@ -1,9 +1,8 @@
-//! The brake: ends a driver's waiting, so that a stop comes at once, and repeats the stop beside the driver until the robot has
-//! confirmed it.
+//! The brake ends a driver's waiting, so that a stop comes at once, and repeats the stop until the robot has confirmed it.
 //!
 //! A driver waits up to 1.5 s for an answer, and longer while it gets back in step. A stop can't wait for that, and a
-//! driver begins each stop by sending it; so the guard ends the call in progress and calls again. From then on the stop is
-//! repeated by a timer of its own, whatever the driver waits for: all its waiting is here.
+//! driver begins each stop by sending it; so the guard ends the call in progress and calls again. From then on a separate timer
+//! repeats the stop, whatever the driver waits for: all its waiting is here.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -43,7 +42,7 @@ impl Brake {
     /// How long the link may take for a stop.
     const SEND: Duration = Duration::from_millis(200);
 
-    /// A link with this brake. Stops that it repeats are recorded beside what the driver sends.
+    /// A link with this brake. `aside` records the stops that it repeats.
     pub(crate) fn on(&self, link: Box<dyn Link>, aside: Option<Aside>) -> Box<dyn Link> {
         Box::new(Braked {
             link,
@@ -84,8 +83,8 @@ impl Brake {
     }
 }
 
-/// A link with a brake. Only waiting for bytes is ended, never a write: half a command would do harm. For the same reason a stop is
-/// repeated between two writes, whole.
+/// A link with a brake. Only waiting for bytes is ended, never a write: half a command would do harm. For the same reason stops
+/// are repeated whole, between two writes.
 struct Braked {
     link: Box<dyn Link>,
     brake: Brake,

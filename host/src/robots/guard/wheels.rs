@@ -285,7 +285,7 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
     const SLIP: f64 = 20.0;
     /// Time that a last stop has when the guard ends.
     const FAREWELL: Duration = Duration::from_millis(250);
-    /// Least time of an attempt to stop that fails, and of one to open the link again: less than between two stops.
+    /// Minimum time of a failed attempt to stop, or to open the link again: less than between two stops.
     const PAUSE: Duration = Duration::from_millis(100);
 
     pub(super) fn new(robot: Box<dyn Robot>, wanted: Wanted, pace: P, brake: Brake, tell: T) -> Self {
