@@ -85,7 +85,7 @@ fn what_is_wrong_beside_a_robot_does_not_touch_it() {
         (&["on-board"], &["damaged.toml"], 5, &["checkpoint"]),
         (&["on-board"], &["tracked.toml"], 3, &["tracker.listen"]),
         (&["on-board"], &["guarded.toml"], 3, &["speed_mm_s"]),
-        (&["on-board"], &["alone.toml"], 3, &["letter.txt"]),
+        (&["on-board"], &["alone.toml"], 6, &["letter.txt"]),
         (&evaluate, &["mine"], 3, &["--lives mine: has other files"]),
         (&evaluate, &["letter.txt"], 3, &["letter.txt"]),
         (&evaluate, &["new", "--tracker", &udp], 3, &["--tracker udp:", "in use"]),

@@ -65,8 +65,8 @@ fn alone(file: &Path, parsed: &Parsed<'_>, console: Console) -> Result {
     let stop = stopped_by_signals()?;
     // Its files first, for the same reason.
     let options = settings.options()?;
-    wired::check(settings.experiment.world().spec(), &settings.lives, &options.settings)?;
     let daemon = single::Daemon::new(&settings, false)?;
+    wired::check(settings.experiment.world().spec(), &settings.lives, &options.settings)?;
     console.say(settings.time());
     let vehicle = Guarded::open(&options, Arc::clone(&stop), console).map_err(|failure| settings.at(failure))?;
     daemon.live(Box::new(vehicle), console, &stop)

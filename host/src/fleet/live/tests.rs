@@ -429,3 +429,22 @@ fn a_damaged_record_is_refused() {
     std::fs::write(fleet.directory.join(Record::FILE), "{").unwrap();
     assert_eq!(Record::next(&fleet).unwrap_err().code(), 5);
 }
+
+/// A log of a robot's computer may have any number of starts: so many are aligned, the others are left out.
+#[test]
+fn a_log_of_endless_starts_is_cut_short() {
+    let (fleet, _) = fleet("starts");
+    let directory = fleet.collected(0);
+    std::fs::create_dir_all(&directory).unwrap();
+    let line = |boot: u32| format!("{{\"at_ms\":1,\"boot\":{boot},\"event\":\"start\"}}\n");
+    let text: String = (0..10_000).map(line).collect();
+    std::fs::write(directory.join("log.jsonl"), text).unwrap();
+    let merged = super::super::collect::merge(&fleet, &[0]).unwrap();
+    assert_eq!((merged.lines, merged.clocks.len()), (4096, 4096));
+    let words = "5904 lines of logs were left out: daemons have started more than 4096 times";
+    assert!(
+        merged.warnings.iter().any(|warning| warning == words),
+        "{:?}",
+        merged.warnings.last()
+    );
+}

@@ -17,7 +17,7 @@ use crate::robots::{Kind, Robot, epuck, epuck2, recognise, thymio};
 /// What is promised.
 const MOST: Duration = Duration::from_millis(250);
 /// How long a robot goes on as it does.
-const LONG: Duration = Duration::from_secs(10);
+const LONG: Duration = Duration::from_secs(5);
 
 /// What a robot does from a moment on.
 #[derive(Clone, Debug, PartialEq)]
