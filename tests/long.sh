@@ -56,7 +56,7 @@ long --test twins -- --ignored --nocapture
 say "evolution beside a robot that drives"
 long --test real_time_wired evolution_beside -- --ignored --nocapture
 
-say "ten daemons that evolve, in real time"
+say "ten daemons that evolve, in real time; a million hostile datagrams and a hundred thousand lines of a lying tracker"
 long --test real_time_fleets -- --nocapture
 
 say "runs and sweeps that are killed"

@@ -10,7 +10,7 @@ use super::page::{PAGE, REPLAY, SCRIPT};
 use super::remote::Remote;
 use super::sha256_hex;
 use super::statuses::{STATUSES, STATUSES_COLUMNS};
-use super::timeline::{self, By, CLOCKS, CLOCKS_COLUMNS, Clock, Line};
+use super::timeline::{self, By, CLOCKS, CLOCKS_COLUMNS, Clock, Line, MOST_CLOCKS};
 use crate::contents::{Entry, describe, head};
 use crate::engine::disk;
 use crate::exit::{Code, Failure, Result};
@@ -57,7 +57,7 @@ pub(crate) fn contents() -> Vec<Entry> {
         Entry::file(INTERVALS, "the tables of intervals of all robots, one below the other"),
         Entry::file(
             "operator.json",
-            "written by `oneiro fleet start`: the experiment's time so far, and how often it was started",
+            "written by `oneiro fleet start`: the experiment's time so far, how often it was started, and which datagrams were taken",
         ),
         Entry::table(
             STATUSES,
@@ -141,12 +141,17 @@ pub(crate) struct Merged {
 /// Exit 6 when reading or writing fails.
 pub(crate) fn merge(fleet: &Fleet, robots: &[u32]) -> Result<Merged> {
     let (mut lines, mut torn, mut warnings) = (Vec::new(), 0, Vec::new());
+    let (mut starts, mut left_out) = (BTreeSet::new(), 0);
     for &robot in robots {
         for path in logs(&fleet.collected(robot)) {
             let text = disk::read(&path)?;
             for line in String::from_utf8_lossy(&text).lines() {
                 match Line::read(robot, line) {
-                    Some(line) => lines.push(line),
+                    Some(line) if starts.len() < MOST_CLOCKS || starts.contains(&(robot, line.boot)) => {
+                        starts.insert((robot, line.boot));
+                        lines.push(line);
+                    }
+                    Some(_) => left_out += 1,
                     None => torn += 1,
                 }
             }
@@ -171,6 +176,11 @@ pub(crate) fn merge(fleet: &Fleet, robots: &[u32]) -> Result<Merged> {
         )),
         By::Reference | By::Contacts => None,
     }));
+    if left_out > 0 {
+        warnings.push(format!(
+            "{left_out} lines of logs were left out: daemons have started more than {MOST_CLOCKS} times"
+        ));
+    }
     if torn > 0 {
         warnings.push(format!("{torn} torn lines of logs were left out"));
     }

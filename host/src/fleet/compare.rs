@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::daemon::intervals::INTERVALS;
 use crate::engine::handle::Engine;
+use crate::evolve::encapsulated::GREATEST;
 use crate::exit::{Failure, Result};
 use crate::statistics::{Interval, bootstrap_interval, mean, variance};
 use crate::swarm::Plan;
@@ -89,7 +90,16 @@ pub(crate) fn of_directory(plan: &Plan, directory: &Path) -> Result<Figures> {
         let damaged = |error: csv::Error| Failure::corrupt(format_args!("{}: {error}", path.display()));
         let mut table = csv::Reader::from_path(path).map_err(damaged)?;
         for row in table.deserialize() {
-            rows.push(row.map_err(damaged)?);
+            let row: Row = row.map_err(damaged)?;
+            let (food, genes) = (plan.settings.limits().food, 0.0..=GREATEST as f32);
+            if row.brought > food || !genes.contains(&row.s0) {
+                let (path, Row { brought, s0, .. }) = (path.display(), row);
+                return Err(Failure::corrupt(format_args!(
+                    "{path}: interval {}: brought is {brought} and s0 {s0}; allowed: up to {food}, and 0 to {GREATEST}",
+                    row.interval
+                )));
+            }
+            rows.push(row);
         }
     }
     if rows.is_empty() {
@@ -181,4 +191,42 @@ pub(crate) fn compare(fleet: &[Figures], batched: &[Figures]) -> Vec<Compared> {
         }
     };
     all.into_iter().map(compared).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::swarm::record::Kind;
+    use crate::swarm::settings::Settings;
+
+    /// A robot's table has what its computer has written there: numbers that no robot can have are no figures.
+    #[test]
+    fn impossible_numbers_of_a_robot_are_refused() {
+        let plan = Plan {
+            settings: Settings::default(),
+            kind: Kind::Evolved,
+            number: 0,
+            seed: 1,
+        };
+        let directory = std::env::temp_dir().join(format!("oneiro-compare-{}", std::process::id()));
+        std::fs::create_dir_all(&directory).unwrap();
+        for (row, is_valid) in [
+            ("0,0.5,15000,0", true),
+            ("0,0.99,0,1", true),
+            ("4294967295,0.5,7,0", true),
+            ("0,0.5,15001,0", false),
+            ("0,0.5,4294967295,0", false),
+            ("0,NaN,1,0", false),
+            ("0,1.5,1,0", false),
+            ("0,-inf,1,0", false),
+            ("0,0.5,-1,0", false),
+        ] {
+            let text = format!("interval,s0,brought,missed\n{row}\n");
+            std::fs::write(directory.join(INTERVALS), text).unwrap();
+            let outcome = of_directory(&plan, &directory);
+            assert_eq!(outcome.is_ok(), is_valid, "{row}: {:?}", outcome.err());
+            assert!(outcome.err().is_none_or(|refusal| refusal.code() == 5), "{row}");
+        }
+        std::fs::remove_dir_all(&directory).unwrap();
+    }
 }

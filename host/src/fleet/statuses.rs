@@ -9,7 +9,6 @@ use oneiro::swarm::SECOND;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::live::AWAY;
 use super::operator::Known;
 use super::table::{known_value, problems, state};
 use crate::contents::{Column, head};
@@ -82,10 +81,10 @@ impl Row {
             robot,
             state: state(known),
             age_s: age.map(|age| (age.as_secs_f32() * 1000.0).round() / 1000.0),
-            problems: known.refused.clone().unwrap_or_default(),
+            problems: known.refusal().unwrap_or_default().to_owned(),
             ..Self::default()
         };
-        let is_here = age.is_some_and(|age| age <= AWAY) && known.refused.is_none();
+        let is_here = known.is_here() && known.refusal().is_none();
         let Some(status) = known.status.as_ref().filter(|_| is_here) else {
             return empty;
         };

@@ -75,9 +75,8 @@ impl Notebook {
     /// # Errors
     /// Exit 3 if it holds rows of another robot; exit 6 if it can't be written.
     pub(crate) fn open(directory: &Path, robot: &str) -> Result<Self> {
-        let rows = directory.join("rows");
-        fs::create_dir_all(&rows).map_err(|error| Failure::storage(&rows, &error))?;
-        let name = rows.join("robot.txt");
+        let notebook = Self::at(directory)?;
+        let name = directory.join("rows/robot.txt");
         match fs::read_to_string(&name) {
             Ok(known) if known == robot => (),
             Ok(known) => {
@@ -88,6 +87,16 @@ impl Notebook {
             }
             Err(_) => disk::write(&name, robot.as_bytes())?,
         }
+        Ok(notebook)
+    }
+
+    /// The notebook of a directory, whatever robot's it is.
+    ///
+    /// # Errors
+    /// Exit 6 if it can't be written.
+    pub(crate) fn at(directory: &Path) -> Result<Self> {
+        let rows = directory.join("rows");
+        fs::create_dir_all(&rows).map_err(|error| Failure::storage(&rows, &error))?;
         Ok(Self { directory: Some(rows) })
     }
 

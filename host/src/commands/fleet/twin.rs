@@ -170,12 +170,20 @@ impl World for Arena {
     }
 }
 
+/// The number of a twin's one start, which is the same each time.
+const START: u64 = 1;
+
 /// The operator's radio.
 struct Voice(Radio);
 
 impl Operator for Voice {
     fn beacon(&mut self, milliseconds: i64, go: bool) -> Vec<u8> {
-        self.0.seal(&Packet::Beacon { milliseconds, go })
+        let start = START;
+        self.0.seal(&Packet::Beacon {
+            milliseconds,
+            go,
+            start,
+        })
     }
 
     fn hear(&mut self, datagram: &[u8], now: Duration) {

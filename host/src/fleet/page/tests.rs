@@ -13,6 +13,7 @@ fn known(age: u64, brought: u32) -> Known {
     Known {
         heard: Instant::now().checked_sub(Duration::from_millis(age)),
         status: Some(Status {
+            start: 1,
             milliseconds: 0,
             state: 3,
             interval: 2,
@@ -25,8 +26,9 @@ fn known(age: u64, brought: u32) -> Known {
             pose: [100.0, -250.0, 0.25],
             volts: -1.0,
             problems: 0b1000,
+            ignored: 0,
         }),
-        refused: None,
+        ..Known::default()
     }
 }
 

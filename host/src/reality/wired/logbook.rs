@@ -230,12 +230,16 @@ impl Begun {
 }
 
 impl Logbook {
-    /// Opens a directory of lives, or makes one. What was under way when a program ended is cut short.
+    /// Whether lives can be recorded in a directory, as far as that is known without their robot.
     ///
     /// # Errors
-    /// Exit 3 if another process has it, or it has other files and no index; exit 5 if the index is corrupt; exit 6 if it can't be
-    /// read or written.
-    pub(super) fn open(directory: &Path, names: [Vec<String>; 2]) -> Result<Self> {
+    /// As [`Logbook::open`].
+    pub(super) fn check(directory: &Path) -> Result {
+        Self::taken(directory).map(drop)
+    }
+
+    /// Takes a directory of lives, or makes one, and locks it. Returns its rows.
+    fn taken(directory: &Path) -> Result<(Vec<Row>, File)> {
         let index = directory.join(INDEX);
         let mut entries = fs::read_dir(directory).ok().into_iter().flatten();
         if !index.exists() && entries.any(|entry| entry.is_ok_and(|entry| entry.file_name() != disk::LOCK)) {
@@ -251,9 +255,20 @@ impl Logbook {
                 "--lives {directory}: another process records lives there; allowed: one at a time"
             ))
         })?;
+        let rows = if index.exists() { rows(&index)? } else { Vec::new() };
+        Ok((rows, lock))
+    }
+
+    /// Opens a directory of lives, or makes one. What was under way when a program ended is cut short.
+    ///
+    /// # Errors
+    /// Exit 3 if another process has it, or it has other files and no index; exit 5 if the index is corrupt; exit 6 if it can't be
+    /// read or written.
+    pub(super) fn open(directory: &Path, names: [Vec<String>; 2]) -> Result<Self> {
+        let (rows, lock) = Self::taken(directory)?;
         let mut book = Self {
             directory: directory.into(),
-            rows: if index.exists() { rows(&index)? } else { Vec::new() },
+            rows,
             names,
             _lock: lock,
         };
