@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::fs;
+use std::io::{self, Write};
 use std::path::Path;
 use std::process;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,6 +17,7 @@ use crate::evolve::{self, SavedEvolution};
 use crate::exit::Failure;
 use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::{self, Files};
+use crate::files::plain;
 use crate::lives::measures::descriptors;
 use crate::runs::single::job::score;
 use crate::runs::single::trace::TraceTable;
@@ -77,14 +79,26 @@ impl Experiment {
     /// as long as this takes.
     pub fn from_portable(portable: &Portable, set: &[String]) -> Result<Self> {
         static COUNT: AtomicU64 = AtomicU64::new(0);
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let folder = std::env::temp_dir().join(format!("oneiro-{}-{number}", process::id()));
+        let place = || {
+            let number = COUNT.fetch_add(1, Ordering::Relaxed);
+            std::env::temp_dir().join(format!("oneiro-{}-{number}", process::id()))
+        };
+        let mut folder = place();
         let made = (|| {
+            if !portable.files.is_empty() {
+                // A new one: others can write to the system's folder.
+                while let Err(error) = plain::make_new_directory(&folder) {
+                    if error.kind() != io::ErrorKind::AlreadyExists {
+                        return Err(Failure::storage(&folder, &error));
+                    }
+                    folder = place();
+                }
+            }
             for (name, bytes) in &portable.files {
-                let path = folder.join(name);
-                let parent = path.parent().unwrap_or(&folder);
-                let written = fs::create_dir_all(parent).and_then(|()| fs::write(&path, bytes));
-                written.map_err(|error| Failure::storage(&path, &error))?;
+                let name = Path::new(name);
+                let written = plain::make_folder(&folder, name.parent().unwrap_or(Path::new("")))
+                    .and_then(|_| plain::create(&folder.join(name))?.write_all(bytes));
+                written.map_err(|error| Failure::storage(&folder.join(name), &error))?;
             }
             let values = Parsed::new("the experiment".into(), &portable.toml)?;
             let path = folder.join("experiment.toml");

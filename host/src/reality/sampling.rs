@@ -12,6 +12,7 @@ use super::{Driven, Object, Sampled, Trouble, Turned, patiently};
 use crate::console::Console;
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 use crate::progress;
 use crate::report::figures;
 
@@ -75,18 +76,20 @@ impl Notebook {
     /// # Errors
     /// Exit 3 if it holds rows of another robot; exit 6 if it can't be written.
     pub(crate) fn open(directory: &Path, robot: &str) -> Result<Self> {
-        let rows = directory.join("rows");
-        fs::create_dir_all(&rows).map_err(|error| Failure::storage(&rows, &error))?;
+        let rows = plain::make_directory(directory)
+            .and_then(|()| plain::make_folder(directory, "rows"))
+            .map_err(|error| Failure::storage(directory, &error))?;
         let name = rows.join("robot.txt");
-        match fs::read_to_string(&name) {
-            Ok(known) if known == robot => (),
-            Ok(known) => {
+        match disk::read_if_there(&name)? {
+            Some(known) if known == robot.as_bytes() => (),
+            Some(known) => {
                 return Err(Failure::input(format_args!(
-                    "{}: holds samples of another robot, {known}; allowed: {robot}, or another directory",
-                    directory.display()
+                    "{}: holds samples of another robot, {}; allowed: {robot}, or another directory",
+                    directory.display(),
+                    String::from_utf8_lossy(&known)
                 )));
             }
-            Err(_) => disk::write(&name, robot.as_bytes())?,
+            None => disk::write(&name, robot.as_bytes())?,
         }
         Ok(Self { directory: Some(rows) })
     }
@@ -102,8 +105,8 @@ impl Notebook {
     /// Exit 5 if it is corrupt.
     pub(crate) fn read<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>> {
         let Some(path) = self.path(name) else { return Ok(None) };
-        let Ok(bytes) = fs::read(&path) else { return Ok(None) };
-        disk::parsed(&path, &bytes).map(Some)
+        let bytes = disk::read_if_there(&path)?;
+        bytes.map(|bytes| disk::parsed(&path, &bytes)).transpose()
     }
 
     /// Saves a row.

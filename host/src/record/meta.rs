@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::META;
 use crate::engine::disk;
 use crate::exit::Result;
+use crate::files::plain;
 use crate::utc::now;
 
 /// `meta.json`
@@ -110,7 +111,7 @@ impl Meta {
 
     /// Reads a run's metadata; `None` if they can't be read, since nothing depends on them.
     pub(crate) fn read(directory: &Path) -> Option<Self> {
-        serde_json::from_slice(&std::fs::read(directory.join(META)).ok()?).ok()
+        serde_json::from_slice(&plain::read(&directory.join(META), plain::MAXIMUM).ok()?).ok()
     }
 
     /// Writes a run's metadata.

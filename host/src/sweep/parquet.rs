@@ -17,6 +17,7 @@ use parquet::schema::types::{ColumnPath, Type};
 use crate::contents::{self, Holds};
 use crate::engine::disk::write_through;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 
 /// Rows of a row group. Only one group is in memory at a time, whatever the table's length.
 const ROWS: usize = 1 << 17;
@@ -103,7 +104,7 @@ struct Table<'a> {
 
 impl<'a> Table<'a> {
     fn open(path: &'a Path, columns: &'a [contents::Column]) -> Result<Self> {
-        let file = File::open(path).map_err(|error| match error.kind() {
+        let file = plain::open_table(path).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => Failure::corrupt(format_args!("{}: is missing", path.display())),
             _ => Failure::storage(path, &error),
         })?;

@@ -1,7 +1,6 @@
 //! `oneiro replay --elites`: lets all elites of an archive live again, and writes a page that shows the archive and plays their lives.
 
 use std::collections::BTreeMap;
-use std::fs;
 
 use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Record, Rollout, TraceRequest};
@@ -17,6 +16,7 @@ use crate::engine::handle::Engine;
 use crate::evolve::settings::Descriptor;
 use crate::exit::{Failure, Result};
 use crate::experiment::settings::Settings;
+use crate::files::plain;
 use crate::report::figures::{self, escaped, packed, turns};
 use crate::report::numbers::significant;
 use crate::report::page::{Section, document};
@@ -92,7 +92,7 @@ pub(super) fn page(
     }
     let lives: Vec<Lived> = lives.into_values().collect();
 
-    fs::create_dir_all(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
+    plain::make_directory(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
     let path = replay.out.join(ARCHIVE_PAGE);
     let spec = experiment.world().spec();
     let page = Page {

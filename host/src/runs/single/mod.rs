@@ -25,8 +25,7 @@ mod together;
 pub(crate) mod trace;
 mod transferred;
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
@@ -44,6 +43,7 @@ use crate::engine::job::{Job, Place};
 use crate::evolve::{Champion, Population};
 use crate::exit::{Failure, Result};
 use crate::experiment::{Experiment, Identities, Input};
+use crate::files::{self, plain};
 use crate::genomes;
 use crate::reality::site::{LIVES, Site};
 use crate::reality::wired::Time;
@@ -764,7 +764,7 @@ impl super::Experiment for Single {
         }
         let mut warnings = Vec::from_iter((nan > 0).then_some(warning));
         // The trace of a life that ended before its first cycle has only its header.
-        let trace = File::open(run.directory.join(TRACE)).map(BufReader::new);
+        let trace = plain::open(&run.directory.join(TRACE)).map(|trace| BufReader::new(trace.take(1 << 20)));
         if trace.is_ok_and(|trace| trace.lines().take(2).count() == 1) {
             let problem = "the champion's life ended before its first cycle: its task ended it at once";
             warnings.push(format!("{}: {problem}", run.directory.display()));
@@ -778,7 +778,13 @@ impl super::Experiment for Single {
     }
 
     fn progress(&self, run: &Recorded<'_>) -> Result<(u32, Option<f32>)> {
-        let rows = rows(run.directory)?;
+        let rows = if run.is_done {
+            rows(run.directory)?
+        } else {
+            // A run that was killed may be without its table, or without the end of its last line.
+            let text = disk::read_text(&run.directory.join(GENERATIONS)).unwrap_or_default();
+            Row::parse(files::whole_lines(&text)).unwrap_or_default()
+        };
         let numbers = rows.iter().map(|row| row.best).filter(|best| !best.is_nan());
         Ok((rows.len() as u32, numbers.reduce(f32::max)))
     }
