@@ -19,6 +19,17 @@ pub(crate) enum Fault {
     Kill,
 }
 
+impl Fault {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Broken => "EIO",
+            Self::Full => "ENOSPC",
+            Self::Short => "SHORT",
+            Self::Kill => "KILL",
+        }
+    }
+}
+
 /// A call that failed.
 #[derive(Clone, Debug)]
 pub(crate) struct Failed {
@@ -55,15 +66,17 @@ impl Faults {
 
     /// Makes the call with that number, from 1 on, fail.
     pub(crate) fn at(&self, mut command: Command, number: u32, fault: Fault) -> Command {
-        let kind = match fault {
-            Fault::Broken => "EIO",
-            Fault::Full => "ENOSPC",
-            Fault::Short => "SHORT",
-            Fault::Kill => "KILL",
-        };
         self.load(&mut command)
             .env("FAULTS_AT", number.to_string())
-            .env("FAULTS_KIND", kind);
+            .env("FAULTS_KIND", fault.word());
+        command
+    }
+
+    /// Makes all calls fail for files whose path ends with this.
+    pub(crate) fn named(&self, mut command: Command, name: &str, fault: Fault) -> Command {
+        self.load(&mut command)
+            .env("FAULTS_NAME", name)
+            .env("FAULTS_KIND", fault.word());
         command
     }
 

@@ -13,6 +13,7 @@ use oneiro::world::World;
 
 use super::Result;
 use super::evaluate::TraceColumn;
+use crate::engine::disk;
 use crate::evolve::{self, SavedEvolution};
 use crate::exit::Failure;
 use crate::experiment::source::{Parsed, Setting};
@@ -96,8 +97,8 @@ impl Experiment {
             }
             for (name, bytes) in &portable.files {
                 let name = Path::new(name);
-                let written = plain::make_folder(&folder, name.parent().unwrap_or(Path::new("")))
-                    .and_then(|_| plain::create(&folder.join(name))?.write_all(bytes));
+                disk::make_folder(&folder, name.parent().unwrap_or(Path::new("")))?;
+                let written = plain::create(&folder.join(name)).and_then(|mut file| file.write_all(bytes));
                 written.map_err(|error| Failure::storage(&folder.join(name), &error))?;
             }
             let values = Parsed::new("the experiment".into(), &portable.toml)?;

@@ -555,8 +555,7 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &device::Backend,
     );
     let experiment = sweep.experiment_of(sweep.cell_of(run))?;
     if out.is_none() {
-        let folder = plain::make_folder(dir, RUNS);
-        folder.map_err(|error| Failure::storage(dir, &error))?;
+        disk::make_folder(dir, RUNS)?;
     }
     let repeat = |place| {
         let done = run_all(vec![place], sweep.name(), backend, console)?;

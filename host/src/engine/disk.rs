@@ -2,7 +2,7 @@
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
@@ -44,7 +44,10 @@ fn replace(path: &Path, fill: impl FnOnce(&mut File) -> Result, sync: fn(&File) 
     let temporary = PathBuf::from(temporary);
     let storage = |error| Failure::storage(path, &error);
     // One that a kill has left is replaced.
-    let mut file = plain::create_anew(&temporary).map_err(|error| Failure::storage(&temporary, &error))?;
+    let mut file = plain::create_anew(&temporary).map_err(|error| match error {
+        error if plain::is_refusal(&error) => Failure::storage(&temporary, &error),
+        error => storage(error),
+    })?;
     let written = fill(&mut file)
         .and_then(|()| sync(&file).map_err(storage))
         .and_then(|()| fs::rename(&temporary, path).map_err(storage));
@@ -82,6 +85,26 @@ pub(crate) fn json(value: &impl Serialize) -> Vec<u8> {
 /// Waits until a directory's names are on disk.
 pub(crate) fn sync_directory(path: &Path) -> Result {
     plain::sync_directory(path).map_err(|error| Failure::storage(path, &error))
+}
+
+/// Makes a folder below a directory, with those between, and returns its path. Those that are there may not be behind links.
+///
+/// # Errors
+/// Exit 3 if a link or a file has the name of one, or the folder would be elsewhere; exit 6.
+pub(crate) fn make_folder(directory: &Path, folder: impl AsRef<Path>) -> Result<PathBuf> {
+    let mut path = directory.to_owned();
+    for part in folder.as_ref().components() {
+        path.push(part);
+        match part {
+            Component::Normal(_) => plain::make_folder(&path).map_err(|error| Failure::storage(&path, &error))?,
+            Component::CurDir => (),
+            _ => {
+                let (path, directory) = (path.display(), directory.display());
+                return Err(Failure::input(format_args!("{path}: allowed: a folder of {directory}")));
+            }
+        }
+    }
+    Ok(path)
 }
 
 /// The file of a directory that the one process locks which writes there.

@@ -7,10 +7,9 @@
 #![expect(clippy::disallowed_methods, reason = "all other code uses these functions")]
 
 use std::borrow::Cow;
-use std::ffi::OsStr;
 use std::fs::{self, File, FileType, Metadata, OpenOptions};
 use std::io::{self, Read};
-use std::path::{Component, Path, PathBuf};
+use std::path::Path;
 
 /// Maximum size of a file that is read into memory, bytes: the genes of large populations.
 pub(crate) const MAXIMUM: u64 = 16 << 30;
@@ -264,33 +263,21 @@ pub(crate) fn make_new_directory(path: &Path) -> io::Result<()> {
     fs::create_dir(path)
 }
 
-/// Makes a folder below a directory, with those between. What exists of them may not be behind a link: files would be written to
-/// somewhere else. Returns its path.
+/// Makes a folder of a directory, unless it has it. It may not be behind a link: files would be written to somewhere else.
 ///
 /// # Errors
-/// A link or a file has the name of one ([`is_refusal`]), the folder would be elsewhere, or the system's error.
-pub(crate) fn make_folder(directory: &Path, folder: impl AsRef<Path>) -> io::Result<PathBuf> {
-    let mut path = directory.to_owned();
-    for part in folder.as_ref().components() {
-        match part {
-            Component::Normal(name) => path.push(name),
-            Component::CurDir => continue,
-            _ => return Err(refused("would be elsewhere; allowed: a folder of the directory")),
+/// A link or a file has its name ([`is_refusal`]), or the system's error.
+pub(crate) fn make_folder(path: &Path) -> io::Result<()> {
+    match fs::create_dir(path) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            match other_kind(fs::symlink_metadata(path)?.file_type()) {
+                Some("a directory") => Ok(()),
+                kind => Err(refused(format!(
+                    "is {}; allowed: a directory",
+                    kind.unwrap_or("a file")
+                ))),
+            }
         }
-        let problem = match fs::create_dir(&path) {
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
-                match other_kind(fs::symlink_metadata(&path)?.file_type()) {
-                    Some("a directory") => continue,
-                    kind => kind.unwrap_or("a file"),
-                }
-            }
-            made => {
-                made?;
-                continue;
-            }
-        };
-        let name = path.file_name().unwrap_or(OsStr::new("")).display().to_string();
-        return Err(refused(format!("{name} is {problem}; allowed: a directory")));
+        made => made,
     }
-    Ok(path)
 }

@@ -114,8 +114,7 @@ pub(crate) fn copy(fleet: &Computers, robot: &Robot, remote: Remote<'_>) -> Resu
             ));
         }
         let path = own.join(name);
-        let folder = plain::make_folder(&fleet.directory, path.parent().unwrap_or(own));
-        let folder = folder.map_err(|error| Failure::storage(&fleet.directory, &error))?;
+        let folder = disk::make_folder(&fleet.directory, path.parent().unwrap_or(own))?;
         disk::write(&folder.join(path.file_name().unwrap_or_default()), &bytes)?;
     }
     Ok(collected)

@@ -76,9 +76,8 @@ impl Notebook {
     /// # Errors
     /// Exit 3 if it holds rows of another robot; exit 6 if it can't be written.
     pub(crate) fn open(directory: &Path, robot: &str) -> Result<Self> {
-        let rows = plain::make_directory(directory)
-            .and_then(|()| plain::make_folder(directory, "rows"))
-            .map_err(|error| Failure::storage(directory, &error))?;
+        plain::make_directory(directory).map_err(|error| Failure::storage(directory, &error))?;
+        let rows = disk::make_folder(directory, "rows")?;
         let name = rows.join("robot.txt");
         match disk::read_if_there(&name)? {
             Some(known) if known == robot.as_bytes() => (),

@@ -136,7 +136,7 @@ impl Runs for Directories {
         let unborn = self.places.len() - self.stopped.len() - self.done.len();
         if unborn > 0 {
             lines.push(format!(
-                "  the same command, once these are finished, for {unborn} runs that have not begun"
+                "  or all by the same command, with {unborn} that have not begun"
             ));
         }
         format!("stopped; to continue:\n{}", lines.join("\n"))

@@ -15,7 +15,6 @@ use crate::engine::{checkpoint, disk};
 use crate::exit::{Failure, Result};
 use crate::experiment::INPUTS;
 use crate::files::directory::Holds;
-use crate::files::plain;
 use crate::runs::{Experiment, Recording, Table};
 use crate::sealed::Problem;
 
@@ -90,8 +89,7 @@ impl Recorder {
             )));
         }
         if !experiment.inputs().is_empty() {
-            let inputs = plain::make_folder(directory, INPUTS);
-            let inputs = inputs.map_err(|error| Failure::storage(directory, &error))?;
+            let inputs = disk::make_folder(directory, INPUTS)?;
             for input in experiment.inputs() {
                 disk::write(&directory.join(&input.name), &input.content.bytes)?;
             }

@@ -17,7 +17,6 @@ use crate::contents::{Column, Entry, describe};
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
 use crate::files::directory::{Form, Holds};
-use crate::files::plain;
 use crate::report::csv::Csv;
 use crate::sealed::{self, Problem};
 
@@ -119,8 +118,7 @@ pub(super) fn reproduce<S: Reproduction>(
             let mut own = Vec::new();
             for arm in group.arms {
                 console.say(format!("arm {}", arm.name));
-                let folder = plain::make_folder(&out, Path::new(ARMS).join(&arm.name));
-                let folder = folder.map_err(|error| Failure::storage(&out, &error))?;
+                let folder = disk::make_folder(&out, Path::new(ARMS).join(&arm.name))?;
                 let (_, claims) = studied(&under(&arm.name)?, &folder, false, console)?;
                 own.push(Assumed { arm, claims });
             }
@@ -238,7 +236,7 @@ impl Directory {
     /// # Errors
     /// Exit 3 if a link or a file has its name, exit 6.
     pub(super) fn folder(&self, name: impl AsRef<Path>) -> Result<PathBuf> {
-        plain::make_folder(&self.path, name).map_err(|error| Failure::storage(&self.path, &error))
+        disk::make_folder(&self.path, name)
     }
 
     /// Loads a file of the directory, or makes its contents and saves them there.

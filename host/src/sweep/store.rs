@@ -11,6 +11,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::fs;
+use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::str::FromStr;
 
@@ -308,8 +309,10 @@ impl Store {
     /// Origin of a directory, if it is a sweep's.
     fn made(directory: &Path) -> Result<Option<Made>> {
         let path = directory.join(MADE);
-        let Some(bytes) = disk::read_if_there(&path)? else {
-            return Ok(None);
+        let bytes = match plain::read(&path, plain::MAXIMUM) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(Failure::unreadable(&path, &error)),
         };
         let head: Head = disk::parsed(&path, &bytes)?;
         // First of all: files of another version may have other keys.
@@ -370,8 +373,7 @@ impl Store {
     /// # Errors
     /// Exit 3 if a link or a file has its name; exit 6.
     pub(crate) fn make_journal(&self, shard: Shard) -> Result<PathBuf> {
-        plain::make_folder(&self.directory, Self::journal_name(shard))
-            .map_err(|error| Failure::storage(&self.directory, &error))
+        disk::make_folder(&self.directory, Self::journal_name(shard))
     }
 
     /// Existing journals, in the order of their shards.
@@ -497,10 +499,14 @@ fn copied(directory: &Path, root: &str, files: impl Iterator<Item = (PathBuf, Ve
         .max();
     let below = std::iter::repeat_n("below", ups.unwrap_or(0));
     let own: PathBuf = std::iter::once(root).chain(below).collect();
+    if !files.is_empty() {
+        // Names lead up from it.
+        disk::make_folder(directory, &own)?;
+    }
     for (name, bytes) in files {
         let path = own.join(name);
         let folder = inside(path.parent().unwrap_or(Path::new("")));
-        let folder = plain::make_folder(directory, folder).map_err(|error| Failure::storage(directory, &error))?;
+        let folder = disk::make_folder(directory, folder)?;
         disk::write(&folder.join(path.file_name().unwrap_or_default()), &bytes)?;
         disk::sync_directory(&folder)?;
     }

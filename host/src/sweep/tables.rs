@@ -199,13 +199,13 @@ pub(crate) fn table(directory: &Path, name: &str) -> Result<PathBuf> {
     store.finished(None, &mut finished)?;
     let (done, all, directory) = (finished.runs.len(), store.what().runs, directory.display());
     let instead = if done < all {
-        "repeat the `oneiro sweep run` that began it".to_owned()
+        "repeat the `oneiro sweep run` that began it for the rest".to_owned()
     } else {
-        format!("`oneiro sweep merge {directory}` writes them")
+        format!("`oneiro sweep merge {directory}` writes it")
     };
     Err(Failure::input(format_args!(
-        "{directory}: has no tables yet; {done} of {all} runs are done here; {instead}. Of shards in other directories, \
-         `oneiro sweep merge {directory} OTHERS` joins them"
+        "{directory}: has no {name} yet: {done} of {all} runs are done here; {instead}. `oneiro sweep merge {directory} OTHERS` \
+         joins shards in other directories"
     )))
 }
 

@@ -17,6 +17,7 @@ use super::null::Null;
 use crate::cli::Bench;
 use crate::console::{Console, columns};
 use crate::device::NULL;
+use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::engine::job::Progress;
 use crate::engine::scheduler::Times;
@@ -225,7 +226,7 @@ fn evolved(runs: u32, stop: &Arc<AtomicBool>) -> Result<Turn> {
     let mut clock = Clock(Times::default());
     memory::forget_peak();
     let began = Instant::now();
-    let folder = plain::make_folder(&scratch.0, "journal").map_err(|error| Failure::storage(&scratch.0, &error))?;
+    let folder = disk::make_folder(&scratch.0, "journal")?;
     let (journal, _) = Journal::begin(&folder, blake3::hash(b"host"), session)?;
     let mut work = Work::new((&sweep, &plan), Vec::new(), CHECKPOINT_EVERY, &journal);
     let waiting = work.waiting((0..runs).collect());
