@@ -7,6 +7,7 @@
  *                  SHORT: a write takes half of its bytes, and the file's next write fails with ENOSPC
  *                  KILL: the process is killed instead
  *   FAULTS_SPACE   so many bytes can be written there, and then no more, as on a full disk
+ *   FAULTS_COUNT   a file that gets the number of calls when the program ends
  *   FAULTS_REPORT  a file that is written when a call fails: its name, a space, and the path
  *
  * Syncs that don't fail do nothing: what is tested is what the program does, not the disk.
@@ -31,6 +32,15 @@ static const char *below, *kind = "EIO", *name, *report;
 static long at;
 static atomic_long calls, space = LONG_MAX;
 static atomic_int full = -1; /* the file whose next write fails */
+
+/* Writes how many calls there were, if that is asked for. */
+__attribute__((destructor)) static void end(void) {
+    const char *count = getenv("FAULTS_COUNT");
+    FILE *file = count ? fopen(count, "w") : NULL;
+    if (!file) return;
+    fprintf(file, "%ld", atomic_load(&calls));
+    fclose(file);
+}
 
 __attribute__((constructor)) static void begin(void) {
     const char *text;

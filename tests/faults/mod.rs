@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 
 use super::place::Place;
 
@@ -78,6 +78,14 @@ impl Faults {
             .env("FAULTS_NAME", name)
             .env("FAULTS_KIND", fault.word());
         command
+    }
+
+    /// Runs a command of which no call fails, and returns how many there were.
+    pub(crate) fn counted(&self, mut command: Command) -> (Output, u32) {
+        let count = self.report.with_extension("count");
+        let output = self.load(&mut command).env("FAULTS_COUNT", &count).output().unwrap();
+        let calls = fs::read_to_string(&count).map_or(0, |count| count.parse().unwrap());
+        (output, calls)
     }
 
     /// Makes no call fail, but skips waiting for the disk.

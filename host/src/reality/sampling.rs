@@ -128,12 +128,19 @@ impl Notebook {
         }
     }
 
-    /// Reads a row that was saved before, or measures and saves it.
-    fn row<T: Serialize + DeserializeOwned>(&self, name: &str, take: impl FnOnce() -> Result<T>) -> Result<T> {
+    /// Reads a row that was saved before, or measures and saves it. It takes so many turns before an object and drives.
+    fn row<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        robot: &mut dyn Sampled,
+        (turns, drives): (u32, u32),
+        take: impl FnOnce(&mut dyn Sampled) -> Result<T>,
+    ) -> Result<T> {
         if let Some(row) = self.read(name)? {
+            robot.leave_out(turns, drives);
             return Ok(row);
         }
-        let row = take()?;
+        let row = take(robot)?;
         self.save(name, &row)?;
         Ok(row)
     }
@@ -169,14 +176,18 @@ pub(crate) fn sample(
     for object in objects {
         let mut taken = Vec::new();
         for number in 0..object.views() * Grid::USUAL.rows {
-            taken.push(notebook.row(&row_name(object, number), || row(robot, object, number))?);
+            let name = row_name(object, number);
+            taken.push(notebook.row(&name, robot, (1, 0), |robot| row(robot, object, number))?);
             done();
         }
         classes.push(table(object, Grid::USUAL, &taken));
     }
     let mut taken = Vec::new();
     for (number, left) in SPEEDS.enumerate() {
-        taken.push(notebook.row(&motors_name(number), || motors_row(robot, left))?);
+        let drives = SPEEDS.count() as u32;
+        taken.push(notebook.row(&motors_name(number), robot, (0, drives), |robot| {
+            motors_row(robot, left)
+        })?);
         done();
     }
     Ok(Samples {
@@ -301,6 +312,10 @@ impl Sampled for Averaged<'_> {
 
     fn drive(&mut self, speeds: (i32, i32)) -> std::result::Result<Driven, Trouble> {
         self.robot.drive(speeds)
+    }
+
+    fn leave_out(&mut self, turns: u32, drives: u32) {
+        self.robot.leave_out(turns * self.turns, drives);
     }
 }
 
@@ -496,7 +511,7 @@ mod tests {
             troubles: vec![Trouble::Broken("the battery is empty".into())],
         };
         let notebook = Notebook::open(&directory, &robot.describe()).unwrap();
-        let kept = |robot: &mut Wired| notebook.row("wall-00", || row(robot, &wall(), 0));
+        let kept = |robot: &mut Wired| notebook.row("wall-00", robot, (1, 0), |robot| row(robot, &wall(), 0));
         assert!(kept(&mut robot).is_err());
         let first = kept(&mut robot).unwrap();
         robot.troubles = vec![Trouble::Broken("the battery is empty".into())];

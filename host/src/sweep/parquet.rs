@@ -446,8 +446,9 @@ mod tests {
         let csv = scratch.0.join("table.csv");
         fs::write(&csv, "run\n1\n").unwrap();
         assert_eq!(refused(&csv, &scratch.0.join("no/table.parquet")).code(), 6);
-        // A directory can be opened as a file but not read.
-        assert_eq!(refused(&scratch.0, &scratch.table()).code(), 6);
+        let directory = refused(&scratch.0, &scratch.table());
+        assert_eq!(directory.code(), 3);
+        assert!(directory.to_string().ends_with("is a directory; allowed: a file"));
         let full = system(io::Error::from(io::ErrorKind::StorageFull).into());
         assert_eq!(full.kind(), io::ErrorKind::StorageFull);
     }
