@@ -322,8 +322,19 @@ impl Bench {
             ran.exits(0);
         }
         let files = self.files(case);
-        let name = |files: &Files| files.keys().cloned().collect::<Vec<_>>();
-        assert_eq!(name(&files), name(expected), "oneiro {}, {when}", words.join(" "));
+        let more = |files: &Files, than: &Files| {
+            files
+                .keys()
+                .filter(|name| !than.contains_key(*name))
+                .cloned()
+                .collect::<Vec<_>>()
+        };
+        let (new, lost) = (more(&files, expected), more(expected, &files));
+        assert!(
+            new.is_empty() && lost.is_empty(),
+            "oneiro {}, {when}: {new:?} are new, {lost:?} are missing",
+            words.join(" ")
+        );
         for (path, bytes) in &files {
             assert!(
                 *bytes == expected[path],

@@ -42,6 +42,14 @@ pub(crate) fn write(
         &sealed::seal(FORMAT, VERSION, identity, content),
     )?;
     disk::sync_directory(directory)?;
+    prune(directory, kept)
+}
+
+/// Removes all checkpoints but the newest `kept`.
+///
+/// # Errors
+/// Exit 6.
+pub(crate) fn prune(directory: &Path, kept: usize) -> Result {
     for (_, path) in list(directory)?.into_iter().skip(kept) {
         fs::remove_file(&path).map_err(|error| Failure::storage(&path, &error))?;
     }

@@ -18,6 +18,9 @@ use crate::files::directory::Holds;
 use crate::runs::{Experiment, Recording, Table};
 use crate::sealed::Problem;
 
+/// Checkpoints that are kept: if the newest is damaged, there is one before.
+const KEPT: usize = 2;
+
 /// Current contents of a run's directory.
 #[derive(Debug)]
 pub(crate) enum Standing {
@@ -248,7 +251,7 @@ impl Recorder {
             tables: self.sync()?,
             job: job.save(),
         };
-        checkpoint::write(&self.directory, self.progress.done.into(), 2, &self.identity, &saved)
+        checkpoint::write(&self.directory, self.progress.done.into(), KEPT, &self.identity, &saved)
     }
 
     /// Waits until all tables are on disk. Returns their extents.
@@ -271,6 +274,8 @@ impl Recorder {
     /// Writes the results, and `DONE` once all of them are on disk.
     pub(super) fn finish(&mut self, job: &mut dyn Job) -> Result<Done> {
         self.sync()?;
+        // A kill may have left one more.
+        checkpoint::prune(&self.directory, KEPT)?;
         let mut files = vec![CONFIG];
         files.extend(self.tables.iter().map(|(file, _)| *file));
         let experiment = Arc::clone(&self.experiment);
