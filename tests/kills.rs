@@ -731,3 +731,72 @@ fn studies_samples_and_fleets_go_on_after_kills() {
     bench.prepare_others();
     bench.kill_all(|command| !is_of_runs(command));
 }
+
+/// Unfinished files alone are no reason to refuse a directory; anything else is.
+#[test]
+fn what_a_kill_leaves_is_no_others() {
+    let bench = Bench::new("left");
+    bench.prepare();
+    bench.prepare_others();
+    for (words, unfinished) in [
+        (
+            "reproduce odowd2014 --study odowd.toml --runs 2 --only-cases --backend cpu --out out",
+            "study.json.tmp",
+        ),
+        ("run small.toml --seed 1 --backend cpu --out out", "config.toml.tmp"),
+        ("sweep run sweep.toml --backend cpu --out out", "sweep.json.tmp"),
+    ] {
+        let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
+        let ran = || {
+            let arguments: Vec<&str> = words.iter().map(String::as_str).collect();
+            Ran::new(&arguments, &bench.command(&words).output().unwrap())
+        };
+        for (name, code) in [(unfinished, 0), ("notes.tmp", 3), ("README.md", 3), (".hidden", 3)] {
+            bench.fresh();
+            fs::create_dir(bench.work.join("out")).unwrap();
+            fs::write(bench.work.join("out").join(name), "").unwrap();
+            let ran = ran().exits(code);
+            if code == 3 {
+                ran.says(&[
+                    "out: exists and holds other files, and nothing is overwritten",
+                    name,
+                    "--out",
+                ]);
+                assert_eq!(fs::read_dir(bench.work.join("out")).unwrap().count(), 1);
+            }
+        }
+    }
+    // A directory that one command fills is no other command's, and one that fails before leaves nothing.
+    bench.fresh();
+    let evaluate = |count: &str| {
+        let words = [
+            "evaluate",
+            "small.toml",
+            "--random",
+            count,
+            "--backend",
+            "cpu",
+            "--traces",
+            "out",
+        ];
+        let words: Vec<String> = words.into_iter().map(str::to_owned).collect();
+        let arguments: Vec<&str> = words.iter().map(String::as_str).collect();
+        Ran::new(&arguments, &bench.command(&words).output().unwrap())
+    };
+    fs::create_dir(bench.work.join("out")).unwrap();
+    fs::write(
+        bench.work.join("out/unfinished"),
+        "oneiro evaluate small.toml --random 2 --backend cpu --traces out\n",
+    )
+    .unwrap();
+    fs::write(bench.work.join("out/trace-0-0.csv"), "torn").unwrap();
+    evaluate("1")
+        .exits(3)
+        .says(&["--traces out: is unfinished", "`oneiro evaluate small.toml --random 2 "]);
+    evaluate("2").exits(0);
+    assert!(!bench.work.join("out/unfinished").exists());
+    evaluate("2").exits(3).says(&["--traces out: exists and is not empty"]);
+    let words = ["calibrate", "wall.sam", "--lives", "lives", "--out", "calibrated"].map(str::to_owned);
+    assert_eq!(bench.command(&words).output().unwrap().status.code(), Some(3));
+    assert!(!bench.work.join("calibrated").exists());
+}

@@ -6,7 +6,7 @@ pub(crate) mod plain;
 use std::cmp::Ordering;
 use std::fs::{self, File};
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::engine::disk::TEMPORARY;
 use crate::exit::{Failure, Result};
@@ -20,7 +20,7 @@ pub(crate) const GREATEST_TEXT: usize = 1 << 20;
 /// # Errors
 /// Exit 3 if it doesn't exist, isn't text, or has more than [`GREATEST_TEXT`] bytes; exit 6 if reading fails otherwise.
 pub(crate) fn text(path: &Path) -> Result<String> {
-    as_written(path, bytes(path)?)
+    as_text(path, read(path, GREATEST_TEXT as u64)?)
 }
 
 /// Converts the bytes of a file that a user writes to text.
@@ -52,7 +52,11 @@ pub(crate) fn as_text(path: &Path, bytes: Vec<u8>) -> Result<String> {
 /// Exit 3 if it doesn't exist, or is a pipe, a device or a directory, with what to name instead, or is larger than
 /// [`plain::MAXIMUM`]; exit 6 if reading fails otherwise.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>> {
-    plain::read(path, plain::MAXIMUM).map_err(|error| {
+    read(path, plain::MAXIMUM)
+}
+
+fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
+    plain::read(path, most).map_err(|error| {
         if path.is_dir() {
             Failure::input(instead_of_directory(path))
         } else {
@@ -120,6 +124,7 @@ enum Part<'a> {
 /// Exit 3.
 pub(crate) fn must_be_new(path: &Path) -> Result {
     if path.symlink_metadata().is_ok() {
+        tidy(path);
         Err(exists(path))
     } else {
         Ok(())
@@ -147,6 +152,7 @@ pub(crate) fn must_not_be_file(directory: &Path) -> Result {
 pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> Result {
     // A command that was killed when its file was complete goes on.
     if is_already(path, bytes) {
+        tidy(path);
         return Ok(());
     }
     write_as(plain::create_anew, path, bytes)
@@ -165,13 +171,26 @@ pub(crate) fn write_secret(path: &Path, bytes: &[u8]) -> Result {
     write_as(plain::create_secret_anew, path, bytes)
 }
 
-fn write_as(create: fn(&Path) -> io::Result<File>, path: &Path, bytes: &[u8]) -> Result {
-    must_be_new(path)?;
+/// The name of a new file until it is complete. What a kill has left of it is replaced the next time.
+fn unfinished(path: &Path) -> PathBuf {
     let mut name = std::ffi::OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
     name.push(TEMPORARY);
-    // What a kill has left of it is replaced the next time.
-    let temporary = path.with_file_name(name);
+    path.with_file_name(name)
+}
+
+/// Removes the first name of a file that has got its own, if a kill came between.
+fn tidy(path: &Path) {
+    let temporary = unfinished(path);
+    if plain::is_same(&temporary, path) {
+        // Otherwise it is in the way of nobody.
+        let _ = fs::remove_file(temporary);
+    }
+}
+
+fn write_as(create: fn(&Path) -> io::Result<File>, path: &Path, bytes: &[u8]) -> Result {
+    must_be_new(path)?;
+    let temporary = unfinished(path);
     let mut file = create(&temporary).map_err(|error| uncreated(path, &error))?;
     let written = file
         .write_all(bytes)

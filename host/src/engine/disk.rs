@@ -152,6 +152,15 @@ pub(crate) fn read_if_there(path: &Path) -> Result<Option<Vec<u8>>> {
     }
 }
 
+/// Reads a JSON file that the program itself has written; `None` if it does not exist.
+pub(crate) fn json_if_there<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
+    match plain::read(path, plain::MAXIMUM_NOTE) {
+        Ok(bytes) => parsed(path, &bytes).map(Some),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(Failure::storage(path, &error)),
+    }
+}
+
 /// Parses the content of a JSON file that the program itself has written.
 pub(crate) fn parsed<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
     serde_json::from_slice(json).map_err(|error| Failure::corrupt(format_args!("{}: {error}", path.display())))

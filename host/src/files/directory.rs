@@ -118,7 +118,9 @@ fn names(directory: &Path) -> Result<Vec<String>> {
 #[derive(Debug)]
 pub(crate) struct Filling {
     directory: PathBuf,
-    file: File,
+    /// Whether there was no such directory.
+    is_new: bool,
+    _lock: File,
 }
 
 impl Filling {
@@ -143,6 +145,7 @@ impl Filling {
             )));
         }
         let storage = |error| Failure::storage(&path, &error);
+        let is_new = !directory.exists();
         plain::make_directory(directory).map_err(|error| files::uncreated(directory, &error))?;
         let mut file = plain::edit(&path).map_err(storage)?;
         if file.try_lock().is_err() {
@@ -183,7 +186,8 @@ impl Filling {
         }
         Ok(Self {
             directory: directory.to_owned(),
-            file,
+            is_new,
+            _lock: file,
         })
     }
 
@@ -194,8 +198,19 @@ impl Filling {
     pub(crate) fn finish(self) -> Result {
         disk::sync_directory(&self.directory)?;
         let path = self.directory.join(Self::FILE);
-        let removed = fs::remove_file(&path);
-        drop(self.file);
-        removed.map_err(|error| Failure::storage(&path, &error))
+        fs::remove_file(&path).map_err(|error| Failure::storage(&path, &error))
+    }
+}
+
+impl Drop for Filling {
+    /// Leaves nothing of a command that has failed before it wrote anything: another may be right.
+    fn drop(&mut self) {
+        if names(&self.directory).is_ok_and(|names| names == [Self::FILE]) {
+            // What can't be removed tells what began it.
+            let removed = fs::remove_file(self.directory.join(Self::FILE));
+            if self.is_new && removed.is_ok() {
+                let _ = fs::remove_dir(&self.directory);
+            }
+        }
     }
 }

@@ -13,6 +13,8 @@ use std::path::Path;
 
 /// Maximum size of a file that is read into memory, bytes: the genes of large populations.
 pub(crate) const MAXIMUM: u64 = 16 << 30;
+/// Maximum size of a file of JSON that says what a directory is, bytes.
+pub(crate) const MAXIMUM_NOTE: u64 = 64 << 20;
 /// Maximum size of a table that is read piece by piece, bytes.
 pub(crate) const MAXIMUM_TABLE: u64 = 1 << 40;
 
@@ -233,6 +235,18 @@ pub(crate) fn take_name(now: &Path, path: &Path) -> io::Result<()> {
         }
         linked => linked,
     }
+}
+
+/// Whether two names are those of one file.
+pub(crate) fn is_same(a: &Path, b: &Path) -> bool {
+    #[cfg(unix)]
+    if let (Ok(a), Ok(b)) = (a.symlink_metadata(), b.symlink_metadata()) {
+        use std::os::unix::fs::MetadataExt;
+        return a.is_file() && (a.dev(), a.ino()) == (b.dev(), b.ino());
+    }
+    // Elsewhere files have one name.
+    let _ = (a, b);
+    false
 }
 
 /// Waits until a directory's names are on disk.

@@ -15,7 +15,7 @@ use super::remote::Remote;
 use super::service;
 use crate::engine::disk;
 use crate::exit::{Code, Failure, Result};
-use crate::files::{self, plain};
+use crate::files::plain;
 
 /// How often the operator looks at what has come.
 const GLANCE: Duration = Duration::from_millis(20);
@@ -45,11 +45,7 @@ impl Record {
     pub(crate) fn next(fleet: &Fleet) -> Result<Self> {
         plain::make_directory(&fleet.directory).map_err(|error| Failure::storage(&fleet.directory, &error))?;
         let path = fleet.directory.join(Self::FILE);
-        let last = if path.exists() {
-            disk::parsed(&path, &files::bytes(&path)?)?
-        } else {
-            Self::default()
-        };
+        let last: Self = disk::json_if_there(&path)?.unwrap_or_default();
         let next = Self {
             boots: last.boots + 1,
             ..last

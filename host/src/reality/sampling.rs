@@ -104,8 +104,7 @@ impl Notebook {
     /// Exit 5 if it is corrupt.
     pub(crate) fn read<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>> {
         let Some(path) = self.path(name) else { return Ok(None) };
-        let bytes = disk::read_if_there(&path)?;
-        bytes.map(|bytes| disk::parsed(&path, &bytes)).transpose()
+        disk::json_if_there(&path)
     }
 
     /// Saves a row.

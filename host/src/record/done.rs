@@ -65,9 +65,7 @@ impl Done {
 
     /// Reads a run's `DONE`, if it is finished. What it says may not be true: see [`SavedRun::done`].
     pub(super) fn read(directory: &Path) -> Result<Option<Self>> {
-        let path = directory.join(DONE);
-        let known = disk::read_if_there(&path)?;
-        known.map(|bytes| disk::parsed(&path, &bytes)).transpose()
+        disk::json_if_there(&directory.join(DONE))
     }
 
     /// Writes a run's `DONE`.

@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use super::META;
 use crate::engine::disk;
 use crate::exit::Result;
-use crate::files::plain;
 use crate::utc::now;
 
 /// `meta.json`
@@ -111,7 +110,7 @@ impl Meta {
 
     /// Reads a run's metadata; `None` if they can't be read, since nothing depends on them.
     pub(crate) fn read(directory: &Path) -> Option<Self> {
-        serde_json::from_slice(&plain::read(&directory.join(META), plain::MAXIMUM).ok()?).ok()
+        disk::json_if_there(&directory.join(META)).ok()?
     }
 
     /// Writes a run's metadata.

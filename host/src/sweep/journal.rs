@@ -301,8 +301,9 @@ impl Journal {
             received.into_iter().try_for_each(|entry| writer.write(entry))?;
             Ok(writer.lines)
         });
-        let known = plain::read(&directory.join(SESSIONS), plain::MAXIMUM).unwrap_or_default();
-        let mut sessions: Vec<Session> = serde_json::from_slice(&known).unwrap_or_default();
+        // Nothing depends on them.
+        let known = disk::json_if_there(&directory.join(SESSIONS)).ok().flatten();
+        let mut sessions: Vec<Session> = known.unwrap_or_default();
         sessions.push(session);
         disk::note(&directory.join(SESSIONS), &disk::json(&sessions))?;
         let journal = Self {

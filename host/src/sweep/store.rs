@@ -309,7 +309,7 @@ impl Store {
     /// Origin of a directory, if it is a sweep's.
     fn made(directory: &Path) -> Result<Option<Made>> {
         let path = directory.join(MADE);
-        let bytes = match plain::read(&path, plain::MAXIMUM) {
+        let bytes = match plain::read(&path, plain::MAXIMUM_NOTE) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(Failure::unreadable(&path, &error)),

@@ -150,14 +150,13 @@ fn hash_of_both(directory: &Path) -> Result<String> {
 /// Exit 1 if there are none yet, or if they have no hashes; exit 5 with each table that is another now, or missing.
 pub(crate) fn verify(directory: &Path) -> Result<Sums> {
     let path = directory.join(SUMS);
-    let Some(bytes) = disk::read_if_there(&path)? else {
+    let Some(sums) = disk::json_if_there::<Sums>(&path)? else {
         let directory = directory.display();
         return Err(Failure::failed(format_args!(
             "{directory}: has no {SUMS} with the hashes of its tables; `oneiro sweep merge {directory}` writes both once all \
              runs are done"
         )));
     };
-    let sums: Sums = disk::parsed(&path, &bytes)?;
     let mut problems = Vec::new();
     for name in [RESULTS, GENERATIONS] {
         if !sums.files.contains_key(name) {
