@@ -298,7 +298,7 @@ impl Bench {
         files.retain(|path, _| {
             let name = path.file_name().unwrap().to_str().unwrap();
             // A sweep's checkpoints are numbered by the processes that worked on it.
-            !["lock", "sessions.json"].contains(&name)
+            !["lock", "sessions.json", "sessions.json.tmp"].contains(&name)
                 && !(name.starts_with("checkpoint-") && path.to_str().unwrap().contains("shard-"))
         });
         files

@@ -143,7 +143,7 @@ impl Run {
         }
         device::threaded(|| {
             let engine = engine(backend, task)?;
-            let recorded = self.0.known(!matches!(self.0.done(), Ok(None)));
+            let recorded = self.0.recorded()?;
             let audit = self.0.experiment().audit(&recorded, share, &engine, device::quiet())?;
             match audit.problem {
                 None => Ok(audit.value.to_string()),

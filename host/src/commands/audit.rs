@@ -19,13 +19,7 @@ pub(crate) fn run(arguments: &Audit, console: Console) -> Result {
         let run = SavedRun::open(&directory)?;
         let audit = run
             .experiment()
-            // It says more than that a file was changed: what it should be.
-            .audit(
-                &run.known(!matches!(run.done(), Ok(None))),
-                arguments.share,
-                &engine,
-                console,
-            )?;
+            .audit(&run.recorded()?, arguments.share, &engine, console)?;
         if !console.json() {
             console.data(audit.text)?;
         }

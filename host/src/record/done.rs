@@ -127,7 +127,7 @@ impl Done {
             return Ok(());
         }
         Err(Failure::corrupt(format_args!(
-            "{}: was changed after it was finished: {}",
+            "{}: {}; this was changed since the run was finished",
             directory.display(),
             problems.join("; ")
         )))

@@ -125,7 +125,7 @@ impl SavedRun {
     /// Returns the run if it is finished.
     ///
     /// # Errors
-    /// Exit 1 if it isn't; as [`SavedRun::done`].
+    /// Exit 1 if it isn't, exit 5 if the record of that is damaged.
     pub(crate) fn finished(&self) -> Result<Recorded<'_>> {
         let recorded = self.recorded()?;
         if !recorded.is_done {
@@ -140,9 +140,9 @@ impl SavedRun {
     /// Returns the run as far as it is recorded.
     ///
     /// # Errors
-    /// As [`SavedRun::done`].
+    /// Exit 5 if the record that it is finished is damaged.
     pub(crate) fn recorded(&self) -> Result<Recorded<'_>> {
-        Ok(self.known(self.done()?.is_some()))
+        Ok(self.known(Done::read(&self.directory)?.is_some()))
     }
 
     /// The run, of which is known whether it is finished.
