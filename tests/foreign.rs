@@ -14,11 +14,13 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+mod fixtures;
 mod place;
+use fixtures::{SMALL, copy, episode, experiments, fleet, foragers, said, study};
 use place::{Place, Ran};
 
 /// A command that waits for a pipe, or reads without end, is not over then.
-const AT_ONCE: Duration = Duration::from_secs(60);
+const AT_ONCE: Duration = Duration::from_mins(1);
 
 fn is_long() -> bool {
     std::env::var_os("ONEIRO_LONG").is_some()
@@ -94,18 +96,6 @@ fn remove(path: &Path) {
         Ok(known) if known.is_dir() => fs::remove_dir_all(path).unwrap(),
         Ok(_) => fs::remove_file(path).unwrap(),
         Err(_) => (),
-    }
-}
-
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir(to).unwrap();
-    for entry in fs::read_dir(from).unwrap() {
-        let (path, name) = entry.map(|entry| (entry.path(), entry.file_name())).unwrap();
-        if path.is_dir() {
-            copy(&path, &to.join(name));
-        } else {
-            fs::copy(&path, to.join(name)).unwrap();
-        }
     }
 }
 
@@ -248,27 +238,10 @@ fn planted(place: &Place, title: &str, directory: &str, commands: &[&str]) {
     println!("{title}: {tried} commands");
 }
 
-const SMALL: &str = "
-    cycles = 20
-    robot.motors = \"motor.sam\"
-    [evolution]
-    population = 6
-    parents = 2
-    generations = 6
-    finalist_lives = 5
-    [record]
-    checkpoint_every = 1
-    individuals = true
-";
-
-fn experiments() -> PathBuf {
-    fs::canonicalize(Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments")).unwrap()
-}
-
 /// A place with a run of a small experiment.
 fn with_run(name: &str) -> Place {
     let place = Place::new(name);
-    place.write("small.toml", SMALL);
+    place.write("small.toml", format!("robot.motors = \"motor.sam\"\n{SMALL}"));
     place.good(&["tables", "export", "--builtin", "motor", "motor.sam"]);
     place.good(&["run", "small.toml", "--seed", "1", "--backend", "cpu", "--out", "run"]);
     place
@@ -383,12 +356,7 @@ fn a_list_goes_on_with_the_others() {
 #[test]
 fn pipes_and_links_in_swarms_and_studies() {
     let place = Place::new("swarms");
-    let shipped = experiments();
-    let text = fs::read_to_string(shipped.join("odowd2014-over.toml")).unwrap();
-    place.write(
-        "swarm.toml",
-        text.replace("[swarm]\n", "[swarm]\nminutes = 4\nlight_moves_minute = 0\n"),
-    );
+    place.write("swarm.toml", foragers(4, ""));
     place.good(&["run", "swarm.toml", "--seed", "1", "--backend", "cpu", "--out", "run"]);
     planted(
         &place,
@@ -403,11 +371,10 @@ fn pipes_and_links_in_swarms_and_studies() {
         ],
     );
     fs::remove_dir(place.at("victims")).unwrap();
-    let study = fs::read_to_string(shipped.join("odowd2014/study.toml")).unwrap();
-    let study = study
-        .replace("\"../", &format!("\"{}/", shipped.display()))
-        .replace("\n[set]\n", "\n[set]\nswarm.minutes = 4\n");
-    place.write("study.toml", study);
+    place.write(
+        "study.toml",
+        study("odowd2014", &[("\n[set]\n", "\n[set]\nswarm.minutes = 4\n")]),
+    );
     let reproduce = "reproduce odowd2014 --study study.toml --runs 2 --scale 0.2 --credit lagged --only-cases --backend cpu --out DIR";
     place.good(&reproduce.replace("DIR", "study").split_whitespace().collect::<Vec<_>>());
     planted(&place, "The 2014 study", "study", &[reproduce]);
@@ -487,35 +454,11 @@ fn pipes_and_links_in_sweeps_that_go_on() {
 #[test]
 fn pipes_and_links_in_lives_fleets_and_samples() {
     let place = Place::new("others");
-    place.write("small.toml", SMALL.replace("robot.motors = \"motor.sam\"", ""));
-    let names = [
-        "left_90",
-        "left_45",
-        "left_10",
-        "right_10",
-        "right_45",
-        "right_90",
-        "back_right",
-        "back_left",
-    ];
+    place.write("small.toml", SMALL);
     fs::create_dir(place.at("lives")).unwrap();
-    place.write(
-        "lives/lives.csv",
-        "life,status,start_x_mm,start_y_mm,start_heading_turns\n1,complete,400,300,0.25\n",
-    );
-    let mut life = format!(
-        "time_s,left_mm_s,right_mm_s,left_mm,right_mm,x_mm,y_mm,heading_turns,{}\n",
-        names.join(",")
-    );
-    for cycle in 0..20 {
-        life += &format!(
-            "{},20,20,{1},{1},400,300,0.25,{2}\n",
-            f64::from(cycle) / 10.0,
-            cycle + 1,
-            ["0.1"; 8].join(",")
-        );
+    for (name, text) in episode() {
+        place.write(format!("lives/{name}"), text);
     }
-    place.write("lives/life-1.csv", life);
     planted(
         &place,
         "Lives on a robot",
@@ -548,25 +491,13 @@ fn pipes_and_links_in_lives_fleets_and_samples() {
     );
 
     fs::remove_dir(place.at("victims")).unwrap();
-    let tests = fs::canonicalize(Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests")).unwrap();
     fs::create_dir_all(place.at("host-0/oneiro/robot-0/state")).unwrap();
-    place.write(
-        "host-0/oneiro/robot-0/state/log.jsonl",
-        "{\"at_ms\":1,\"experiment_ms\":1,\"robot\":0,\"boot\":1,\"event\":\"said\",\"sequence\":1,\"second\":0}\n",
-    );
-    place.good(&["fleet", "key", "key"]);
+    place.write("host-0/oneiro/robot-0/state/log.jsonl", said(0, 1));
+    place.good(&["fleet", "key", "fleet.key"]);
     fs::copy("/bin/sh", place.at("sh")).unwrap();
-    place.write(
-        "fleet.toml",
-        format!(
-            "experiment = \"{}/odowd2014-over.toml\"\nseed = 1\nkey = \"key\"\noperator = \"10.0.0.1:4711\"\nbinary = \"sh\"\n\
-             service = \"process\"\ndirectory = \"planted\"\n[ssh]\nprogram = \"{}/fleet/ssh\"\noptions = [\"-F\", \"{}\"]\n\
-             [[robots]]\nnumber = 0\nhost = \"host-0\"\nradio = \"10.0.0.10:4711\"\naddress = \"serial:/dev/rfcomm0\"\n",
-            experiments().display(),
-            tests.display(),
-            fs::canonicalize(place.at(".")).unwrap().display(),
-        ),
-    );
+    place.write("fleet.experiment", foragers(1, ""));
+    let hosts = fs::canonicalize(place.at(".")).unwrap();
+    place.write("fleet.toml", fleet("fleet.experiment", 1, &hosts, "planted"));
     fs::create_dir(place.at("record")).unwrap();
     planted(
         &place,
