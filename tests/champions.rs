@@ -1035,7 +1035,7 @@ fn the_best_of_a_sweep() {
     place
         .run(&["best", "shard-1"])
         .exits(3)
-        .says(&["shard-1", "has no champions yet", "sweep merge"]);
+        .says(&["shard-1", "has no champions.csv yet", "sweep merge"]);
     place.good(&["sweep", "merge", "shard-1", "shard-2", "--out", "merged"]);
     assert_eq!(place.text("merged/champions.csv"), champions);
 }

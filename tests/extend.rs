@@ -148,8 +148,9 @@ fn the_five_minutes() {
         let arguments: Vec<&str> = line.split_whitespace().skip(1).collect();
         place.good(&arguments);
     }
-    let task = place.text("corridor-task.wgsl");
+    let task = place.text("corridor-task.wgsl") + "// Changed.\n";
     assert!(task.contains("fn task_cycle"));
+    place.write("corridor-task.wgsl", &task);
     // Neither file is overwritten.
     place
         .run(&["new", "corridor", "--task", "other"])
@@ -511,11 +512,16 @@ fn examples_are_written_with_their_parts() {
         assert_eq!(place.read(&experiment), fs::read(shipped.join(&experiment)).unwrap());
         place.good(&["check", &experiment]);
     }
+    // Files that are as they would be written stay, of all or of some: experiments share parts.
+    place
+        .run(&["new", "--example", "homing"])
+        .exits(0)
+        .says(&["homing.toml is there already, as it would be written"]);
+    place.write("homing.toml", "# Changed.\n");
     place
         .run(&["new", "--example", "homing"])
         .exits(3)
         .says(&["homing.toml: exists already"]);
-    // Parts that are as they would be written stay: experiments share some.
     fs::remove_file(place.at("homing.toml")).unwrap();
     place.good(&["new", "--example", "homing"]);
     // All or none.

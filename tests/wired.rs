@@ -448,7 +448,7 @@ fn what_can_not_be_lived_is_refused() {
         (
             &["--robot", &robot, "--lives", "mine"],
             3,
-            &["--lives mine: has other files"],
+            &["mine: exists and holds other files", "--lives"],
         ),
         (
             &["--robot", &robot, "--lives", "new", "--speed", "300"],

@@ -120,6 +120,12 @@ impl Entry {
         }
     }
 
+    /// Whether a file or folder has its name.
+    #[cfg(all(unix, feature = "twin"))]
+    pub(crate) fn is_called(&self, name: &str) -> bool {
+        self.name == name
+    }
+
     /// A table as CSV.
     pub(crate) fn table<'a>(
         name: &'static str,

@@ -7,6 +7,8 @@ use std::path::Path;
 use oneiro::evaluator;
 use oneiro::parameter::Invalid;
 
+use crate::files::plain;
+
 /// Exit codes other than 0; the README lists them for users.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -81,8 +83,12 @@ impl Failure {
         Self::new(Code::Stopped, message)
     }
 
-    /// Exit 6, for a file that the program failed to write or to read back: the path and the system's message.
+    /// Exit 6, for a file that the program failed to write or to read back: the path and the system's message. Exit 3 if it
+    /// is a pipe, a device, a link or the like, which are refused.
     pub(crate) fn storage(path: &Path, error: &io::Error) -> Self {
+        if plain::is_refusal(error) {
+            return Self::input(format_args!("{}: {error}", path.display()));
+        }
         let full = matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);
         let hint = if full { "; free some space and try again" } else { "" };
         Self::new(

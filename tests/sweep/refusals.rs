@@ -169,7 +169,7 @@ fn of_shards_that_do_not_fit_together_say_why() {
         &place,
         &["sweep", "extract", "one", "0", "--out", "third"],
         3,
-        &["third: exists already", "name another directory"],
+        &["third: exists and holds other files", "name another directory"],
     );
 
     // Two machines disagree about a run.

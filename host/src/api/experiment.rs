@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::fs;
+use std::io::{self, Write};
 use std::path::Path;
 use std::process;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,10 +14,12 @@ use oneiro::world::World;
 use super::evaluate::TraceColumn;
 use super::{Error, Result};
 use crate::columns;
+use crate::engine::disk;
 use crate::evolve::{self, SavedEvolution};
 use crate::exit::Failure;
 use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::{self, Files};
+use crate::files::plain;
 use crate::lives::measures::descriptors;
 use crate::runs::single::job::score;
 use crate::runs::single::trace::TraceTable;
@@ -78,14 +81,26 @@ impl Experiment {
     /// as long as this takes.
     pub fn from_portable(portable: &Portable, set: &[String]) -> Result<Self> {
         static COUNT: AtomicU64 = AtomicU64::new(0);
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let folder = std::env::temp_dir().join(format!("oneiro-{}-{number}", process::id()));
+        let place = || {
+            let number = COUNT.fetch_add(1, Ordering::Relaxed);
+            std::env::temp_dir().join(format!("oneiro-{}-{number}", process::id()))
+        };
+        let mut folder = place();
         let made = (|| {
+            if !portable.files.is_empty() {
+                // A new one: others can write to the system's folder.
+                while let Err(error) = plain::make_new_directory(&folder) {
+                    if error.kind() != io::ErrorKind::AlreadyExists {
+                        return Err(Failure::storage(&folder, &error));
+                    }
+                    folder = place();
+                }
+            }
             for (name, bytes) in &portable.files {
-                let path = folder.join(name);
-                let parent = path.parent().unwrap_or(&folder);
-                let written = fs::create_dir_all(parent).and_then(|()| fs::write(&path, bytes));
-                written.map_err(|error| Failure::storage(&path, &error))?;
+                let name = Path::new(name);
+                disk::make_folder(&folder, name.parent().unwrap_or(Path::new("")))?;
+                let written = plain::create(&folder.join(name)).and_then(|mut file| file.write_all(bytes));
+                written.map_err(|error| Failure::storage(&folder.join(name), &error))?;
             }
             let values = Parsed::new("the experiment".into(), &portable.toml)?;
             let path = folder.join("experiment.toml");

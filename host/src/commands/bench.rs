@@ -6,7 +6,6 @@ mod null;
 
 use crate::console::counted;
 use std::fmt::Write;
-use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -276,7 +275,7 @@ fn share(path: &Path, figures: &Value) -> Result {
 
 /// The processor's name, where the system tells it in a file.
 fn processor() -> Option<String> {
-    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let text = String::from_utf8(files::plain::read(Path::new("/proc/cpuinfo"), files::plain::MAXIMUM).ok()?).ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
     Some(line.split_once(':')?.1.trim().to_owned())
 }

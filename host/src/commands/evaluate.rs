@@ -1,6 +1,5 @@
 //! `oneiro evaluate`: fitness and measures of genomes.
 
-use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -13,10 +12,12 @@ use serde_json::json;
 use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::{Evaluate, Noise};
 use crate::console::{Console, counted, decimal};
-use crate::contents::{Column, Entry, describe};
+use crate::contents::{Column, Entry, README, describe};
 use crate::evolve::appraisal::Appraisal;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
+use crate::files::directory::Filling;
+use crate::files::plain;
 use crate::lives::measures::{Descriptor, Measures, descriptors};
 use crate::lives::{Keys, LifeIndex, Lives, scores, starts};
 use crate::npy::npy;
@@ -121,6 +122,9 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         console.say("each genome has starts and random numbers of its own; --common-starts gives all the same");
     }
 
+    let is_trace = |name: &str| name == README || name.starts_with("trace-");
+    let begin = |directory| Filling::begin("--traces", directory, is_trace);
+    let traces = arguments.traces.as_deref().map(begin).transpose()?;
     let control = Control::new();
     let measures = if arguments.rows.measures {
         descriptors(experiment.world())
@@ -168,10 +172,11 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     };
     device::tell_warnings(evaluator.as_ref(), console);
     sink.take(&table, console)?;
-    if let Some(directory) = &arguments.traces {
+    if let Some((directory, traces)) = arguments.traces.as_deref().zip(traces) {
         let about = "the life of a genome in a trial: one row per cycle";
         let entry = Entry::table("trace-GENOME-TRIAL.csv", about, TraceTable::new(&worlds[0]).columns());
         describe(directory, "Traces of oneiro", &[entry])?;
+        traces.finish()?;
     }
     Ok(())
 }
@@ -195,11 +200,11 @@ fn without_noise(spec: &mut WorldSpec) -> Option<&'static str> {
 fn write_trace(directory: &Path, table: &TraceTable, life: LifeIndex, first: u32, trace: &Trace) -> Result {
     let path = directory.join(format!("trace-{}-{}.csv", life.genome, life.number));
     let lines = table.lines(trace, first, 1);
-    if first == 0 {
-        fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
-        return files::write_new(&path, (table.head() + &lines).as_bytes());
-    }
-    let file = OpenOptions::new().append(true).open(&path);
+    let (file, lines) = if first == 0 {
+        (plain::create(&path), table.head() + &lines)
+    } else {
+        (plain::append(&path), lines)
+    };
     file.and_then(|mut file| file.write_all(lines.as_bytes()))
         .map_err(|error| Failure::storage(&path, &error))
 }
@@ -214,15 +219,6 @@ enum Sink {
 impl Sink {
     /// The destination on the command line; an invalid one is refused before anything is computed.
     fn of(arguments: &Evaluate) -> Result<Self> {
-        if let Some(directory) = &arguments.traces {
-            let is_free = fs::read_dir(directory).map_or(!directory.exists(), |mut entries| entries.next().is_none());
-            if !is_free {
-                return Err(Failure::input(format_args!(
-                    "--traces {}: exists and is not empty, and nothing is overwritten; name another directory",
-                    directory.display()
-                )));
-            }
-        }
         let out = &arguments.out;
         if out.as_os_str() == "-" {
             return Ok(Self::Stdout);

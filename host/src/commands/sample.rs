@@ -165,7 +165,7 @@ fn wired(wire: Wire, arguments: &Sample, console: Console) -> Result {
     let tables: Vec<String> = sensors.classes.iter().map(|table| at(&table.class)).collect();
     if console.json() {
         let motors = motors.map(|_| at("motor"));
-        return console.data(json!({ "tables": tables, "motors": motors }).to_string());
+        return console.json_line(&json!({ "tables": tables, "motors": motors }));
     }
     console.say(format!(
         "wrote {}{} to {}",

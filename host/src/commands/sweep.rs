@@ -18,8 +18,9 @@ use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::engine::watcher::{Watch, Watcher};
 use crate::exit::{Failure, Result};
-use crate::files;
-use crate::record::{RunPlace, Session, is_locked};
+use crate::files::plain;
+use crate::progress::meanwhile;
+use crate::record::{RunPlace, Session, Standing, is_locked, standing};
 use crate::runs::Shown;
 use crate::sweep::contents;
 use crate::sweep::estimate::{Estimate, estimates};
@@ -30,6 +31,8 @@ use crate::sweep::tables::{self, Written};
 use crate::sweep::work::Work;
 use crate::sweep::{Plan, RunIndex, Sweep, report};
 
+/// Where extracted runs are.
+const RUNS: &str = "runs";
 /// Most runs of a sweep that needs no `--yes`.
 const UNASKED: usize = 10_000;
 /// Runs that a plan shows without `--all`.
@@ -49,16 +52,18 @@ pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
 
 fn plan(arguments: &SweepPlan, console: Console) -> Result {
     let sweep = Sweep::read(&arguments.sweep)?;
-    let plan = sweep.plan_on_robots()?;
     let all = sweep.runs();
+    let plan = meanwhile(&format!("checking {all} runs"), console, || sweep.plan_on_robots())?;
     let steps = plan.steps(&sweep, 0..all as RunIndex);
     let devices = if arguments.no_estimate {
         Vec::new()
     } else {
-        estimates(&sweep, steps, arguments.backend.as_deref(), arguments.threads)?
+        let named = (arguments.backend.as_deref(), arguments.threads);
+        estimates(&sweep, steps, named, console)?
     };
     let cards = if arguments.cards {
-        cost::at_most(&sweep.cell(0)?.sample()?)?
+        let worlds = sweep.cell(0)?.sample()?;
+        meanwhile("counting a cycle's operations", console, || cost::at_most(&worlds))?
     } else {
         Vec::new()
     };
@@ -305,7 +310,7 @@ fn work(
 ) -> Result<(Vec<Line>, f64)> {
     let engine = (means.engine)()?;
     let session = Session::new(&arguments.backend.name, engine.description());
-    let (journal, begun) = Journal::begin(&store.journal(shard), store.identity()?, session)?;
+    let (journal, begun) = Journal::begin(&store.make_journal(shard)?, store.identity()?, session)?;
     console.warn(&begun.problems);
     todo.retain(|run| !begun.finished.contains(run));
     let mut saved = begun.saved;
@@ -365,7 +370,8 @@ fn status(dir: &Path, console: Console) -> Result {
     store.finished(None, &mut finished)?;
     // Tables may also have the runs of shards in other directories.
     let mut all = tables::runs_in(dir, made.runs)?;
-    let is_merged = !all.is_empty();
+    // Written after them.
+    let is_merged = dir.join(contents::SUMS).exists();
     if is_merged && let Err(problem) = tables::verify(dir) {
         console.say(format!("warning: {problem}"));
     }
@@ -468,16 +474,9 @@ pub(crate) fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> R
 fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Console) -> Result {
     let store = Store::open(dir)?;
     let (sweep, plan) = store.sweep()?;
-    let [results, generations] = [contents::RESULTS, contents::GENERATIONS].map(|name| dir.join(name));
-    for table in [&results, &generations] {
-        if !table.is_file() {
-            return Err(Failure::input(format_args!(
-                "{}: does not exist yet; `oneiro sweep run` and `oneiro sweep merge` create it",
-                table.display()
-            )));
-        }
-    }
-    if dir.join(contents::SUMS).is_file() {
+    let results = tables::table(dir, contents::RESULTS)?;
+    let generations = tables::table(dir, contents::GENERATIONS)?;
+    if dir.join(contents::SUMS).exists() {
         // Nothing is computed from a table that was changed.
         tables::verify(dir)?;
     }
@@ -524,7 +523,7 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
         value,
     })?;
     let out = out.unwrap_or(dir);
-    std::fs::create_dir_all(out).map_err(|error| Failure::unreadable(out, &error))?;
+    plain::make_directory(out).map_err(|error| Failure::unreadable(out, &error))?;
     let files = [
         (report::PAGE, &page.html),
         (report::CELLS, &page.cells_csv),
@@ -552,18 +551,29 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &device::Backend,
     let known = finished.runs.get(&run).map(|finished| finished.line.result.clone());
     let id = plan.ids[run as usize].to_hex();
     let directory = out.map_or_else(
-        || dir.join("runs").join(format!("{}-{seed}-{}", sweep.name(), &id[..8])),
+        || dir.join(RUNS).join(format!("{}-{seed}-{}", sweep.name(), &id[..8])),
         Path::to_owned,
     );
-    files::directory_must_be_new(&directory)?;
-    let place = RunPlace::New {
-        experiment: sweep.experiment_of(sweep.cell_of(run))?,
-        seed,
-        directory: directory.clone(),
+    let experiment = sweep.experiment_of(sweep.cell_of(run))?;
+    if out.is_none() {
+        disk::make_folder(dir, RUNS)?;
+    }
+    let repeat = |place| {
+        let done = run_all(vec![place], sweep.name(), backend, console)?;
+        let result = done.into_iter().next().map(|Report { result, .. }| result);
+        result.ok_or_else(|| Failure::failed("the run has no result"))
     };
-    let done = run_all(vec![place], sweep.name(), backend, console)?;
-    let Some(Report { result, .. }) = done.into_iter().next() else {
-        return Err(Failure::failed("the run has no result"));
+    let result = match standing(&directory, experiment.identities().of(seed))? {
+        Standing::New => repeat(RunPlace::New {
+            experiment,
+            seed,
+            directory: directory.clone(),
+        })?,
+        Standing::Unfinished(run) => repeat(RunPlace::Saved(run))?,
+        Standing::Done(done) => {
+            already_done(1, 1, console);
+            done.result
+        }
     };
     if let Some(known) = known
         && known != result

@@ -76,18 +76,17 @@ fn refused(error: tables::Error) -> Failure {
 /// Writes a table to a new file.
 fn write(table: &Table, to: &Path, console: Console) -> Result {
     let format = Format::of(to).map_err(refused)?;
-    files::must_be_new(to)?;
-    let written = match table {
-        Table::Sensors(table) => table.write(to),
+    let text = match table {
+        Table::Sensors(table) => table.text_in(format),
         Table::Motors(_) if format != Format::Sam => {
             return Err(Failure::input(format_args!(
                 "{}: motor samples have only one format; allowed: .sam",
                 to.display()
             )));
         }
-        Table::Motors(samples) => samples.write(to),
+        Table::Motors(samples) => samples.text(),
     };
-    written.map_err(Failure::unwritten)?;
+    files::write_new(to, text.as_bytes())?;
     console.say(format!("wrote {}", to.display()));
     Ok(())
 }

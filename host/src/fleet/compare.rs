@@ -12,6 +12,7 @@ use crate::daemon::intervals::INTERVALS;
 use crate::engine::handle::Engine;
 use crate::evolve::encapsulated::GREATEST;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 use crate::statistics::{Interval, bootstrap_interval, mean, variance};
 use crate::swarm::Plan;
 use crate::swarm::clock::Clock;
@@ -88,7 +89,8 @@ pub(crate) fn of_directory(plan: &Plan, directory: &Path) -> Result<Figures> {
     let mut rows = Vec::new();
     for path in tables.iter().filter(|path| path.is_file()) {
         let damaged = |error: csv::Error| Failure::corrupt(format_args!("{}: {error}", path.display()));
-        let mut table = csv::Reader::from_path(path).map_err(damaged)?;
+        let table = plain::open_table(path).map_err(|error| Failure::storage(path, &error))?;
+        let mut table = csv::Reader::from_reader(table);
         for row in table.deserialize() {
             let row: Row = row.map_err(damaged)?;
             let (food, genes) = (plan.settings.limits().food, 0.0..=GREATEST as f32);

@@ -17,7 +17,7 @@ use super::service;
 use crate::engine::disk;
 use crate::exchange::radio::Windows;
 use crate::exit::{Code, Failure, Result};
-use crate::files;
+use crate::files::plain;
 
 /// How often the operator looks at what has come.
 const GLANCE: Duration = Duration::from_millis(20);
@@ -48,13 +48,9 @@ impl Record {
     /// # Errors
     /// Exit 5 if the record is damaged: without it, robots would take old numbers for replayed ones. Exit 6 if it can't be written.
     pub(crate) fn next(fleet: &Fleet) -> Result<Self> {
-        std::fs::create_dir_all(&fleet.directory).map_err(|error| Failure::storage(&fleet.directory, &error))?;
+        plain::make_directory(&fleet.directory).map_err(|error| Failure::storage(&fleet.directory, &error))?;
         let path = fleet.directory.join(Self::FILE);
-        let last = if path.exists() {
-            disk::parsed(&path, &files::bytes(&path)?)?
-        } else {
-            Self::default()
-        };
+        let last: Self = disk::json_if_there(&path)?.unwrap_or_default();
         let next = Self {
             boots: last
                 .boots

@@ -137,7 +137,7 @@ impl Runs for Directories {
         let unborn = self.places.len() - self.stopped.len() - self.done.len();
         if unborn > 0 {
             lines.push(format!(
-                "  the same command, once these are finished, for {}",
+                "  or all by the same command, with {}",
                 counted(unborn, "run that has not begun", "runs that have not begun")
             ));
         }

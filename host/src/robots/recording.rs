@@ -17,6 +17,7 @@ use serde_json::json;
 
 use super::error::Result;
 use super::link::{Clock, Link};
+use crate::files::plain;
 
 const TITLE: &str = "oneiro link recording 1";
 
@@ -39,7 +40,7 @@ impl Recording {
     /// # Errors
     /// The file exists, or can't be written.
     pub(crate) fn create(path: &Path) -> std::io::Result<Self> {
-        let mut file = File::create_new(path)?;
+        let mut file = plain::create(path)?;
         writeln!(file, "{TITLE}")?;
         Ok(Self::to(file, path, Self::LONGEST))
     }

@@ -10,7 +10,6 @@
 
 use crate::console::counted;
 use std::collections::BTreeMap;
-use std::ffi::OsString;
 use std::fmt;
 use std::fs;
 use std::io;
@@ -22,16 +21,23 @@ use serde::{Deserialize, Serialize};
 use super::file::{Reality, Robots};
 use super::journal::{Line, Logged};
 use super::{Plan, RunIndex, Sweep};
-use crate::contents::README;
 use crate::engine::disk::{self, LOCK};
 use crate::exit::{Failure, Result};
-use crate::files;
+use crate::files::directory::{Form, Holds};
+use crate::files::{self, plain};
 
 const MADE: &str = "sweep.json";
 const SWEEP: &str = "sweep.toml";
 const NAMED: &str = "sweep";
 const EXPERIMENT: &str = "experiment";
 const SHARD: &str = "shard-";
+
+/// A sweep's directory.
+const FORM: Form<'_> = Form {
+    mark: MADE,
+    before: &[SWEEP, NAMED, EXPERIMENT],
+    option: "--out",
+};
 
 /// The share of a sweep's runs that one process does: every `of`-th run, beginning with number `index`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -244,7 +250,7 @@ impl Store {
     pub(crate) fn prepare(directory: &Path, sweep: &Sweep, plan: &Plan) -> Result<Self> {
         let made = Made::new(sweep, plan);
         files::must_not_be_file(directory)?;
-        fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+        plain::make_directory(directory).map_err(|error| Failure::unreadable(directory, &error))?;
         if Self::made(directory)?.is_none() {
             Self::make(directory, sweep, plan, made.clone())?;
         }
@@ -263,10 +269,9 @@ impl Store {
     /// Shards may begin at the same time: the first one makes the directory.
     fn make(directory: &Path, sweep: &Sweep, plan: &Plan, made: Made) -> Result {
         // Other people's directories don't even get a lock file.
-        refuse_others(directory).or_else(|refusal| match Self::made(directory)? {
-            Some(_) => Ok(()),
-            None => Err(refusal),
-        })?;
+        if FORM.refuse_others(directory)? == Holds::Mark {
+            return Ok(());
+        }
         let path = directory.join(LOCK);
         let lock = disk::lock_file(&path)?;
         lock.lock().map_err(|error| Failure::storage(&path, &error))?;
@@ -286,7 +291,7 @@ impl Store {
 
     /// Whether a directory is a sweep's.
     pub(crate) fn is_at(directory: &Path) -> bool {
-        directory.join(MADE).is_file()
+        directory.join(MADE).symlink_metadata().is_ok()
     }
 
     /// Opens a sweep's directory.
@@ -309,7 +314,7 @@ impl Store {
     /// Origin of a directory, if it is a sweep's.
     fn made(directory: &Path) -> Result<Option<Made>> {
         let path = directory.join(MADE);
-        let bytes = match fs::read(&path) {
+        let bytes = match plain::read(&path, plain::MAXIMUM_NOTE) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(Failure::unreadable(&path, &error)),
@@ -361,7 +366,19 @@ impl Store {
 
     /// Path of a shard's journal.
     pub(crate) fn journal(&self, shard: Shard) -> PathBuf {
-        self.directory.join(format!("{SHARD}{}-of-{}", shard.index, shard.of))
+        self.directory.join(Self::journal_name(shard))
+    }
+
+    fn journal_name(shard: Shard) -> String {
+        format!("{SHARD}{}-of-{}", shard.index, shard.of)
+    }
+
+    /// Path of a shard's journal, which is made.
+    ///
+    /// # Errors
+    /// Exit 3 if a link or a file has its name; exit 6.
+    pub(crate) fn make_journal(&self, shard: Shard) -> Result<PathBuf> {
+        disk::make_folder(&self.directory, Self::journal_name(shard))
     }
 
     /// Existing journals, in the order of their shards.
@@ -458,27 +475,6 @@ impl Store {
     }
 }
 
-/// Refuses a directory with other contents. A sweep's directory begins with its lock.
-fn refuse_others(directory: &Path) -> Result {
-    let names = fs::read_dir(directory)
-        .map_err(|error| Failure::unreadable(directory, &error))?
-        .map(|entry| entry.map(|entry| entry.file_name()))
-        .collect::<io::Result<Vec<_>>>()
-        .map_err(|error| Failure::storage(directory, &error))?;
-    let is_begun = directory.join(LOCK).is_file();
-    let is_own = |name: &OsString| {
-        [LOCK, SWEEP, NAMED, EXPERIMENT, README].iter().any(|own| name == *own)
-            || name.to_string_lossy().ends_with(disk::TEMPORARY)
-    };
-    if names.iter().all(|name| is_begun && is_own(name)) {
-        return Ok(());
-    }
-    Err(Failure::input(format_args!(
-        "{}: exists and holds other files, and nothing is overwritten; name another directory with --out",
-        directory.display()
-    )))
-}
-
 /// Copies the sweep's file, the experiment's, and the files that they name, so that the directory can be moved. Files
 /// with absolute paths stay where they are. Returns the new paths of the folder from which the sweep's file names files, and
 /// of the experiment's file.
@@ -493,8 +489,7 @@ fn bring(directory: &Path, sweep: &Sweep) -> Result<[PathBuf; 2]> {
     let experiment = copied(directory, EXPERIMENT, std::iter::once(own).chain(named(false)))?.join(name);
     let folder = copied(directory, NAMED, named(true))?;
     let path = sweep.path();
-    let bytes = fs::read(path).map_err(|error| Failure::unreadable(path, &error))?;
-    disk::write(&directory.join(SWEEP), &bytes)?;
+    disk::write(&directory.join(SWEEP), &files::bytes(path)?)?;
     Ok([folder, experiment])
 }
 
@@ -509,14 +504,30 @@ fn copied(directory: &Path, root: &str, files: impl Iterator<Item = (PathBuf, Ve
         .max();
     let below = std::iter::repeat_n("below", ups.unwrap_or(0));
     let own: PathBuf = std::iter::once(root).chain(below).collect();
+    if !files.is_empty() {
+        // Names lead up from it.
+        disk::make_folder(directory, &own)?;
+    }
     for (name, bytes) in files {
-        let path = directory.join(&own).join(name);
-        let parent = path.parent().unwrap_or(directory);
-        fs::create_dir_all(parent).map_err(|error| Failure::storage(parent, &error))?;
-        disk::write(&path, &bytes)?;
-        disk::sync_directory(parent)?;
+        let path = own.join(name);
+        let folder = inside(path.parent().unwrap_or(Path::new("")));
+        let folder = disk::make_folder(directory, folder)?;
+        disk::write(&folder.join(path.file_name().unwrap_or_default()), &bytes)?;
+        disk::sync_directory(&folder)?;
     }
     Ok(own)
+}
+
+/// A path without its steps upwards.
+fn inside(path: &Path) -> PathBuf {
+    let mut inside = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::ParentDir => drop(inside.pop()),
+            part => inside.push(part),
+        }
+    }
+    inside
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! `oneiro fleet start`: lets robots live, and shows how they are.
 
-use std::io::{self, IsTerminal};
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -9,7 +8,7 @@ use indicatif::ProgressBar;
 
 use crate::cli::FleetStart;
 use crate::commands::robot::watch::screen;
-use crate::console::Console;
+use crate::console::{Console, shown};
 use crate::engine::watcher::stop_signal;
 use crate::exchange::radio::key::Key;
 use crate::exit::{Failure, Result};
@@ -85,7 +84,7 @@ fn daemons(fleet: &Computers, min: Option<u32>, console: Console) -> Result {
     let started = on_each(fleet, &fleet.chosen(&[])?, |robot, remote| {
         let outcome = remote.run(&service::start_command(fleet, robot));
         match &outcome {
-            Ok(_) => console.say(format!("robot {}: its daemon runs", robot.number)),
+            Ok(()) => console.say(format!("robot {}: its daemon runs", robot.number)),
             Err(failure) => console.say(format!("robot {}: {failure}", robot.number)),
         }
         outcome
@@ -124,7 +123,7 @@ struct Display {
 
 impl Display {
     fn new(console: Console) -> Self {
-        let is_table = !console.json() && io::stdout().is_terminal();
+        let is_table = console.has_screen();
         Self {
             screen: is_table.then(screen),
             console,
@@ -139,8 +138,8 @@ impl Display {
         }
         self.shown = Some(Instant::now());
         match &self.screen {
-            Some(screen) => screen.set_message(table::text(ears, time)),
-            None => self.console.data(table::json(ears, time).to_string())?,
+            Some(screen) => screen.set_message(shown(&table::text(ears, time)).into_owned()),
+            None => self.console.json_line(&table::json(ears, time))?,
         }
         Ok(())
     }

@@ -201,7 +201,7 @@ fn an_event_before_the_first_link_is_refused() {
 #[test]
 fn a_recording_has_an_end() {
     let path = std::env::temp_dir().join(format!("oneiro-recording-end-{}", std::process::id()));
-    let recording = Recording::to(fs::File::create(&path).unwrap(), &path, 300);
+    let recording = Recording::to(File::create(&path).unwrap(), &path, 300);
     let outcomes = used(recording.of(Box::new(Scripted::new(eventful()))));
     assert!(outcomes.contains("Ok([1.0"));
     let problem = recording.finish().unwrap();

@@ -2,7 +2,6 @@
 
 use crate::console::counted;
 use std::collections::BTreeMap;
-use std::fs;
 
 use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Record, Rollout, TraceRequest};
@@ -18,6 +17,7 @@ use crate::engine::handle::Engine;
 use crate::evolve::settings::Descriptor;
 use crate::exit::{Failure, Result};
 use crate::experiment::settings::Settings;
+use crate::files::plain;
 use crate::report::figures::{self, escaped, packed, turns};
 use crate::report::numbers::significant;
 use crate::report::page::{Section, document};
@@ -93,7 +93,7 @@ pub(super) fn page(
     }
     let lives: Vec<Lived> = lives.into_values().collect();
 
-    fs::create_dir_all(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
+    plain::make_directory(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
     let path = replay.out.join(ARCHIVE_PAGE);
     let spec = experiment.world().spec();
     let page = Page {

@@ -28,8 +28,7 @@ pub(crate) mod trace;
 mod transferred;
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
@@ -47,6 +46,7 @@ use crate::engine::job::{Job, Place};
 use crate::evolve::{Champion, Population};
 use crate::exit::{Failure, Result};
 use crate::experiment::{Experiment, Identities, Input};
+use crate::files::{self, plain};
 use crate::genomes;
 use crate::reality::site::{LIVES, Site};
 use crate::reality::wired::Time;
@@ -721,7 +721,7 @@ impl super::Experiment for Single {
             }));
         }
         // The trace of a life that ended before its first cycle has only its header.
-        let trace = File::open(run.directory.join(TRACE)).map(BufReader::new);
+        let trace = plain::open(&run.directory.join(TRACE)).map(|trace| BufReader::new(trace.take(1 << 20)));
         if trace.is_ok_and(|trace| trace.lines().take(2).count() == 1) {
             let problem = "the champion's life ended before its first cycle: its task ended it at once";
             warnings.push(format!("{}: {problem}", run.directory.display()));
@@ -735,7 +735,13 @@ impl super::Experiment for Single {
     }
 
     fn progress(&self, run: &Recorded<'_>) -> Result<(u32, Option<f32>)> {
-        let rows = rows(run.directory)?;
+        let rows = if true || run.is_done {
+            rows(run.directory)?
+        } else {
+            // A run that was killed may be without its table, or without the end of its last line.
+            let text = disk::read_text(&run.directory.join(GENERATIONS)).unwrap_or_default();
+            Row::parse(files::whole_lines(&text)).unwrap_or_default()
+        };
         let numbers = rows.iter().map(|row| row.best).filter(|best| !best.is_nan());
         Ok((rows.len() as u32, numbers.reduce(f32::max)))
     }

@@ -1,7 +1,5 @@
 //! `oneiro replay`: repeats a champion's life, or lets it live another one.
 
-use crate::report::numbers::significant;
-use std::fs;
 use std::path::Path;
 
 use oneiro::batch::{Batch, Rollout, TraceRequest};
@@ -18,10 +16,12 @@ use crate::console::{Console, decimal};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 use crate::genomes;
 use crate::lives::Keys;
 use crate::reality::site::LIVES;
 use crate::report::figures;
+use crate::report::numbers::significant;
 
 /// Simulates the champion's lives again, compares its score with the recorded one, and writes one life's path and
 /// trace. A life from another start, with other random numbers or of another genome is also written, but not compared.
@@ -123,7 +123,7 @@ pub(super) fn run(
     let picture = figures::life(&spec.arena, spec.robot.body_radius, &title, &trace, every);
 
     let directory = replay.out;
-    fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+    plain::make_directory(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let stem = match settings.trials {
         1 => format!("{REPLAY}{}", differences(replay)),
         _ => format!("{REPLAY}-{}{}", replay.trial, differences(replay)),

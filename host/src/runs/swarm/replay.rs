@@ -1,7 +1,5 @@
 //! `oneiro replay` for a swarm: a page that plays it.
 
-use std::fs;
-
 use oneiro::swarm::SECOND;
 use serde_json::json;
 
@@ -11,6 +9,7 @@ use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::experiment::swarm::SwarmExperiment;
+use crate::files::plain;
 use crate::report::figures::{self, BEHAVIOURS, Genes, SwarmReplay, Teller};
 use crate::runs::{Recorded, Replay};
 use crate::swarm::record::RobotInterval;
@@ -63,7 +62,7 @@ pub(super) fn run(
         genes: &genes,
     });
     let directory = replay.out;
-    fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+    plain::make_directory(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let path = directory.join(REPLAY);
     disk::write(&path, page.as_bytes())?;
     if console.json() {

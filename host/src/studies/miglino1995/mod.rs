@@ -147,7 +147,7 @@ impl Whole<'_> {
         } = self;
         let robot = match &self.recordings {
             Some(robot) => robot.clone(),
-            None => sampled(settings, evaluations, &directory.join("robot"), console)?,
+            None => sampled(settings, evaluations, &directory.folder("robot")?, console)?,
         };
         let study = Study::new(settings, robot.clone(), site, evaluations, console)?;
         let begun = Instant::now();
