@@ -515,7 +515,10 @@ fn directories_in_place_of_files_are_refused_with_what_to_name() {
     for (arguments, words) in [
         (
             &["check", "runs/run-2"][..],
-            &["runs/run-2: is a directory", "runs/run-2/config.toml"][..],
+            &[
+                "runs/run-2: is a run's directory, not an experiment",
+                "runs/run-2/config.toml",
+            ][..],
         ),
         (&["run", "experiments"], &["experiments/mine.toml"]),
         (&["run", "runs/run-10", "--out", "x"], &["runs/run-10/config.toml"]),
@@ -539,7 +542,7 @@ fn directories_in_place_of_files_are_refused_with_what_to_name() {
         ),
         (&["sweep", "plan", "experiments"], &["experiments/mine.toml"]),
         (&["list", "small.toml"], &["small.toml: is a file", "allowed"]),
-        (&["replay", "small.toml"], &["small.toml: is not a run directory"]),
+        (&["replay", "small.toml"], &["small.toml: is a file"]),
     ] {
         place.run(arguments).exits(3).says(words);
     }
@@ -1106,7 +1109,7 @@ fn incomparable_genomes_are_refused_with_the_key() {
             &[
                 "run-2",
                 "quiet",
-                "differ in noise.sensor",
+                "come from different experiments (noise.sensor: ",
                 "[0.0, 0.4]",
                 "--experiment",
                 "--set noise.sensor=VALUE",
@@ -1115,10 +1118,14 @@ fn incomparable_genomes_are_refused_with_the_key() {
         (
             3,
             &["runs", "hidden"],
-            &["differ in controller.kind", "\"perceptron\" and \"hidden\""],
+            &["different experiments (controller.kind: \"perceptron\" / \"hidden\")"],
         ),
-        (3, &["sweep"], &["noise.sensor = [0.0, 0.0]", "differ in noise.sensor"]),
-        (3, &["mixed"], &["differ in controller.kind"]),
+        (
+            3,
+            &["sweep"],
+            &["noise.sensor = [0.0, 0.0]", "different experiments (noise.sensor: "],
+        ),
+        (3, &["mixed"], &["different experiments (controller.kind: "]),
         (
             3,
             &["mixed", "--experiment", "small.toml"],

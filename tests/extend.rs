@@ -156,11 +156,14 @@ fn the_five_minutes() {
         .run(&["new", "corridor", "--task", "other"])
         .exits(3)
         .says(&["exists already"]);
+    // One that is as it would be written stays, and an edited one is in the way.
+    let edited = format!("{task}// Edited.\n");
+    place.write("corridor-task.wgsl", &edited);
     place
         .run(&["new", "other", "--task", "corridor-task"])
         .exits(3)
         .says(&["exists already"]);
-    assert_eq!(place.text("corridor-task.wgsl"), task);
+    assert_eq!(place.text("corridor-task.wgsl"), edited);
     assert!(!place.at("other.wgsl").exists() && !place.at("other.toml").exists());
     place
         .run(&["new", "third", "--task", "../elsewhere"])
@@ -516,12 +519,13 @@ fn examples_are_written_with_their_parts() {
     place
         .run(&["new", "--example", "homing"])
         .exits(0)
-        .says(&["homing.toml is there already, as it would be written"]);
-    place.write("homing.toml", "# Changed.\n");
+        .says(&["homing.toml is already there, as it would be written; next: oneiro check homing.toml"]);
+    place.write("homing.toml", "# another's");
     place
         .run(&["new", "--example", "homing"])
         .exits(3)
         .says(&["homing.toml: exists already"]);
+    assert_eq!(place.text("homing.toml"), "# another's");
     fs::remove_file(place.at("homing.toml")).unwrap();
     place.good(&["new", "--example", "homing"]);
     // All or none.
@@ -724,7 +728,7 @@ fn what_comes_after_a_run_is_as_the_page_says() {
         let found = printed.iter().find(|(line, _)| line.contains(words));
         found.unwrap_or_else(|| panic!("{words}")).1.lines().collect::<Vec<_>>()
     };
-    assert_eq!(of("--genomes runs").len(), 1 + 5);
+    assert_eq!(of("--genomes corridor").len(), 1 + 5);
     let random = of("--random 200");
     assert_eq!(random.len(), 1 + 200);
     assert_eq!(random[0], "genome,lives,mean,deviation,low,high");

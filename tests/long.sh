@@ -64,6 +64,9 @@ long --test kills --test foreign -- --nocapture
 long --test run survives_being_killed
 long --test sweep after_kills
 
+say "whatever pages and experiments tell a user to type"
+long --test documented -- --nocapture
+
 say "robots that another physics engine moves, in crowds too"
 long --features oneiro-tests/rapier --test rapier -- --include-ignored
 

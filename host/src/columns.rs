@@ -37,6 +37,7 @@ pub(crate) fn read<S: AsRef<str>>(
     // Spreadsheets begin a file with a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let (mut values, mut lines) = (Vec::new(), Vec::new());
+    separated(text)?;
     let mut layout: Option<Layout> = None;
     let mut cells = Vec::new();
     for (text, line) in text.lines().zip(1..).filter(|(text, _)| !text.trim().is_empty()) {
@@ -114,6 +115,23 @@ pub(crate) fn listed<S: AsRef<str>>(names: &[S], most: usize) -> String {
     match names.len().saturating_sub(most) {
         0 => shown.join(", "),
         more => format!("{} and {more} more", shown.join(", ")),
+    }
+}
+
+/// Refuses a table that has something else than commas between its cells, as spreadsheets write it in some languages.
+fn separated(text: &str) -> Result<(), String> {
+    let (line, first) = (1..)
+        .zip(text.lines())
+        .find(|(_, line)| !line.trim().is_empty())
+        .unwrap_or_default();
+    match [(';', "semicolons"), ('\t', "tabs")]
+        .iter()
+        .find(|(mark, _)| first.contains(*mark))
+    {
+        Some((_, marks)) => Err(format!(
+            "line {line}: has {marks} between its cells; allowed: commas, and points in numbers"
+        )),
+        None => Ok(()),
     }
 }
 

@@ -42,8 +42,17 @@ pub(crate) fn as_written(path: &Path, bytes: Vec<u8>) -> Result<String> {
 /// # Errors
 /// Exit 3 if they aren't text.
 pub(crate) fn as_text(path: &Path, bytes: Vec<u8>) -> Result<String> {
-    String::from_utf8(bytes)
-        .map_err(|error| Failure::input(format_args!("{}: is not text: {}", path.display(), error.utf8_error())))
+    String::from_utf8(bytes).map_err(|error| {
+        let (path, bytes) = (path.display(), error.as_bytes());
+        if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+            return Failure::input(format_args!("{path}: is UTF-16; allowed: UTF-8, so save it as that"));
+        }
+        let before = &bytes[..error.utf8_error().valid_up_to()];
+        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+        Failure::input(format_args!(
+            "{path}:{line}: is not UTF-8; allowed: text, saved as UTF-8"
+        ))
+    })
 }
 
 /// Reads an input file.
@@ -67,8 +76,8 @@ fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
 
 /// Says that a directory was named instead of a file, and which of its files could be meant.
 fn instead_of_directory(directory: &Path) -> String {
-    /// Extensions that commands read: experiments and sweeps, genomes, tables.
-    const READ: [&str; 6] = ["toml", "npy", "csv", "json", "sam", "sample"];
+    /// Extensions that commands read, except for TOML's: genomes, tables.
+    const READ: [&str; 5] = ["npy", "csv", "json", "sam", "sample"];
     const MOST: usize = 4;
     let is_read = |path: &Path| {
         let extension = path.extension().and_then(|extension| extension.to_str());
@@ -76,7 +85,6 @@ fn instead_of_directory(directory: &Path) -> String {
     };
     let entries = fs::read_dir(directory).into_iter().flatten().flatten();
     let mut files: Vec<_> = entries.map(|entry| entry.path()).filter(|path| is_read(path)).collect();
-    // Experiments first.
     files.sort_by(|a, b| {
         let kind = |path: &Path| {
             READ.iter()
@@ -118,11 +126,57 @@ enum Part<'a> {
     Words(&'a [u8]),
 }
 
-/// Refuses a path that exists.
+/// Refuses a path that exists, or whose directory doesn't.
 ///
 /// # Errors
 /// Exit 3.
 pub(crate) fn must_be_new(path: &Path) -> Result {
+    must_not_exist(path)?;
+    must_have_directory(path)
+}
+
+/// Refuses a file's path whose directory doesn't exist.
+fn must_have_directory(path: &Path) -> Result {
+    let (Some(directory), path) = (missing_directory(path), path.display()) else {
+        return Ok(());
+    };
+    let directory = directory.display();
+    Err(Failure::input(format_args!(
+        "{path}: there is no directory {directory}; allowed: a file in one that exists"
+    )))
+}
+
+/// The directory of a file's path if it isn't there.
+fn missing_directory(path: &Path) -> Option<&Path> {
+    path.parent()
+        .filter(|directory| !directory.as_os_str().is_empty() && !directory.is_dir())
+}
+
+/// Refuses the name of a picture, an option's value, that isn't that of an SVG.
+///
+/// # Errors
+/// Exit 3.
+pub(crate) fn must_be_svg(option: &str, path: &Path) -> Result {
+    must_end_in(option, path, "svg", "the picture is an SVG")
+}
+
+/// Refuses an option's value, a file's name, with another extension; `written` says what is written.
+///
+/// # Errors
+/// Exit 3.
+pub(crate) fn must_end_in(option: &str, path: &Path, extension: &str, written: &str) -> Result {
+    let is_it = |own: &std::ffi::OsStr| own.eq_ignore_ascii_case(extension);
+    if path.extension().is_some_and(is_it) {
+        return Ok(());
+    }
+    let path = path.display();
+    Err(Failure::input(format_args!(
+        "{option} {path}: {written}; allowed: a name that ends in .{extension}"
+    )))
+}
+
+/// Refuses a path that exists.
+fn must_not_exist(path: &Path) -> Result {
     if path.symlink_metadata().is_ok() {
         tidy(path);
         Err(exists(path))
@@ -202,7 +256,9 @@ fn write_as(create: fn(&Path) -> io::Result<File>, path: &Path, bytes: &[u8]) ->
 pub(crate) fn uncreated(path: &Path, error: &io::Error) -> Failure {
     match error.kind() {
         io::ErrorKind::AlreadyExists => exists(path),
-        _ => Failure::unreadable(path, error),
+        _ => must_have_directory(path)
+            .err()
+            .unwrap_or_else(|| Failure::unreadable(path, error)),
     }
 }
 

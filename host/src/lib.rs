@@ -9,8 +9,6 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 pub mod api;
 mod calibrate;
 mod cli;
@@ -28,6 +26,7 @@ mod experiment;
 mod files;
 mod fleet;
 mod genomes;
+mod kinds;
 mod lives;
 #[cfg(test)]
 #[path = "../../tests/mutations/mod.rs"]
@@ -56,12 +55,12 @@ mod workload;
 /// Does what the command line says, prints what there is to say, and returns the exit code.
 pub fn main() -> ExitCode {
     device::quiet_drivers();
-    let cli = match cli::Cli::try_parse() {
-        Ok(cli) => cli,
+    let (output, command) = match cli::Cli::typed() {
+        Ok(typed) => typed,
         Err(error) => return ExitCode::from(console::usage(&error)),
     };
-    let console = console::Console::new(cli.output);
-    match commands::run(cli.command, console) {
+    let console = console::Console::new(output);
+    match command.and_then(|command| commands::run(command, console)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if !matches!(failure, exit::Failure::BrokenPipe) {

@@ -272,7 +272,9 @@ pub(super) fn parse_motors(text: &str, path: &Path) -> Result<MotorSamples, Erro
                            then displacements from -100 to 100 cm, a line a speed of the left wheel each";
     let mut lines = Lines::new(text, path);
     let first = lines.expect(|| ALLOWED.to_owned())?;
-    let count = first.split_ascii_whitespace().count();
+    let count = lines
+        .all_numbers::<f32>(first, ALLOWED, |number| number.is_finite())?
+        .len();
     if !(2..=255).contains(&count) {
         return Err(lines.fault(format!("{count} numbers; allowed: {ALLOWED}")));
     }

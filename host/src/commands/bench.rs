@@ -201,6 +201,7 @@ pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
     };
     plan.specialise = arguments.specialise;
     if let Some(path) = &arguments.share {
+        files::must_end_in("--share", path, "json", "the figures are JSON")?;
         files::must_be_new(path)?;
     }
     if !arguments.rollouts.is_empty() {

@@ -99,12 +99,12 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
 
 /// Refuses a file that can't be written, before anything is computed.
 fn writable(out: &Path) -> Result {
-    if out.extension().is_none_or(|extension| extension != "json") {
-        return Err(Failure::input(format_args!(
-            "--out {}: the best is written in the format of champion.json; allowed: a name that ends in .json",
-            out.display()
-        )));
-    }
+    files::must_end_in(
+        "--out",
+        out,
+        "json",
+        "the best is written in the format of champion.json",
+    )?;
     files::must_be_new(out)
 }
 

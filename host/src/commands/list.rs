@@ -94,6 +94,22 @@ pub(crate) fn runs(directory: &Path) -> Result<Vec<PathBuf>> {
     Ok(runs)
 }
 
+/// The directory of a run.
+///
+/// # Errors
+/// As [`runs`]; exit 3 if it holds runs instead.
+pub(crate) fn one(directory: &Path) -> Result<PathBuf> {
+    let mut runs = runs(directory)?;
+    let first = runs.swap_remove(0);
+    if first == directory {
+        return Ok(first);
+    }
+    let (directory, first) = (directory.display(), first.display());
+    Err(Failure::input(format_args!(
+        "{directory}: holds runs; allowed: the directory of one, such as {first}"
+    )))
+}
+
 /// Summary of a run. Its state says if it can't be read, or was changed after it was finished.
 fn entry(directory: &Path) -> Value {
     let unreadable = |failure: Failure| {

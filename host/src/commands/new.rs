@@ -117,13 +117,12 @@ fn write<Text: AsRef<str>>(all: &[(Text, Text)], console: Console) -> Result {
         })?;
     }
     let path = all[0].0.as_ref();
+    let next = format!("next: oneiro check {path}, then oneiro run {path}");
     let names: Vec<&str> = new.iter().map(|(file, _)| file.as_ref()).collect();
-    let wrote = if names.is_empty() {
-        format!("{path} is there already, as it would be written")
-    } else {
-        format!("wrote {}", names.join(", "))
-    };
-    console.say(format!("{wrote}; next: oneiro check {path}, then oneiro run {path}"));
+    console.say(match &names[..] {
+        [] => format!("{path} is already there, as it would be written; {next}"),
+        names => format!("wrote {}; {next}", names.join(", ")),
+    });
     Ok(())
 }
 

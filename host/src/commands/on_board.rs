@@ -13,7 +13,7 @@ use crate::daemon::settings::Settings;
 use crate::daemon::single;
 use crate::exit::{Failure, Result};
 use crate::experiment::source::Parsed;
-use crate::files;
+use crate::kinds::FileKind;
 #[cfg(feature = "compose")]
 use crate::reality::wired;
 use crate::robots::Kind;
@@ -22,8 +22,8 @@ use crate::robots::vehicle::guarded::{Guarded, Options};
 
 /// Lives on board until the experiment is over, or a signal comes.
 pub(crate) fn run(arguments: &cli::OnBoard, console: Console) -> Result {
-    let text = files::text(&arguments.file)?;
-    let parsed = Parsed::new(arguments.file.display().to_string(), &text)?;
+    let text = FileKind::Robot.text(&arguments.file)?;
+    let parsed = FileKind::Robot.parsed(&arguments.file, &text)?;
     if Settings::is_of_member(&parsed) {
         return member(arguments, &parsed, console);
     }

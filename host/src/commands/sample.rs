@@ -45,9 +45,12 @@ pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
         (_, Ok(Address::Surrogate(seed))) => Some(seed),
         (true, Err(_)) => None,
         (false, Err(invalid)) => {
-            return Err(Failure::input(format_args!(
-                "--robot: {invalid}, or FILE.toml, an experiment with a described robot"
-            )));
+            let or = if invalid.is_no_address() {
+                ", or FILE.toml, an experiment with a described robot"
+            } else {
+                ""
+            };
+            return Err(Failure::input(format_args!("--robot: {invalid}{or}")));
         }
     };
     if let Some(option) = arguments.wired.given() {

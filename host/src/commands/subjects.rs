@@ -139,8 +139,8 @@ impl Common<'_> {
 
     fn refused(self, one: &str, other: &str, Difference { key, values: [a, b] }: &Difference) -> Failure {
         Failure::input(format_args!(
-            "{one} and {other} differ in {key}, which is {a} and {b}; allowed: runs of one experiment, {}, or --set \
-             {key}=VALUE",
+            "{one} and {other} come from different experiments ({key}: {a} / {b}); allowed: runs of one experiment, {}, or \
+             --set {key}=VALUE",
             self.instead
         ))
     }

@@ -190,6 +190,7 @@ fn moments(table: &SensorTable, view: usize, sensor: usize) -> Moments {
 
 fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Result {
     if let Some(path) = out {
+        files::must_be_svg("--out", path)?;
         files::write_new(path, figures::sensor_table(table).as_bytes())?;
         console.say(format!("drew {}", path.display()));
     }

@@ -36,7 +36,7 @@ use crate::contents::Column;
 use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::{self, Content, Files};
-use crate::files;
+use crate::kinds::FileKind;
 use crate::reality::site::Site;
 use crate::reality::wired::Time;
 use crate::runs::{self, Experiment, Reality, Recording, Robots, Shown, Table};
@@ -111,8 +111,12 @@ impl Sweep {
     }
 
     fn of(path: &Path, file: SweepFile, experiment: PathBuf) -> Result<Self> {
-        let text = files::text(&experiment)
-            .map_err(|failure| failure.at(&format!("{}: experiment", file.experiment_place)))?;
+        let at = |failure: Failure| failure.at(&format!("{}: experiment", file.experiment_place));
+        let text = FileKind::Experiment.text(&experiment).map_err(at)?;
+        // Not TOML at all is refused where its values are read.
+        if let Ok(values) = Parsed::new(String::new(), &text) {
+            FileKind::Experiment.must_be(&experiment, &values).map_err(at)?;
+        }
         Ok(Self {
             path: path.to_owned(),
             file,

@@ -25,6 +25,7 @@ use crate::engine::disk::{self, LOCK};
 use crate::exit::{Failure, Result};
 use crate::files::directory::{Form, Holds};
 use crate::files::{self, plain};
+use crate::record;
 
 const MADE: &str = "sweep.json";
 const SWEEP: &str = "sweep.toml";
@@ -299,11 +300,18 @@ impl Store {
     /// # Errors
     /// Exit 3 if it isn't one.
     pub(crate) fn open(directory: &Path) -> Result<Self> {
+        let refused = |problem: &str| Err(Failure::input(format_args!("{}: {problem}", directory.display())));
+        if let Err(error) = fs::metadata(directory) {
+            return Err(Failure::unreadable(directory, &error));
+        }
+        if directory.is_file() {
+            return refused("is a file; allowed: the directory of a sweep");
+        }
+        if record::is_run(directory) {
+            return refused("is a run's directory, not a sweep's; allowed: one that `oneiro sweep run` wrote");
+        }
         let Some(made) = Self::made(directory)? else {
-            return Err(Failure::input(format_args!(
-                "{}: is not a sweep directory: there is no {MADE} in it",
-                directory.display()
-            )));
+            return refused(&format!("is not a sweep directory: there is no {MADE} in it"));
         };
         Ok(Self {
             directory: directory.to_owned(),

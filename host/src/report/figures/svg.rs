@@ -132,7 +132,7 @@ impl Svg {
 }
 
 /// Formats points for the attribute `points`.
-fn joined(points: impl IntoIterator<Item = (f64, f64)>) -> String {
+pub(super) fn joined(points: impl IntoIterator<Item = (f64, f64)>) -> String {
     let points: Vec<String> = points
         .into_iter()
         .map(|(x, y)| format!("{},{}", number(x), number(y)))

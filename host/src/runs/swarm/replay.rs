@@ -22,10 +22,20 @@ pub(super) fn run(
     engine: &Engine,
     console: Console,
 ) -> Result {
-    if replay.start.is_some() || replay.seed.is_some() || replay.genome.is_some() {
-        return Err(Failure::usage(
-            "--start, --seed and --genome: allowed for champions; a swarm has none",
-        ));
+    // A default can't be told from what was typed.
+    let given = [
+        ("--start", replay.start.is_some()),
+        ("--seed", replay.seed.is_some()),
+        ("--genome", replay.genome.is_some()),
+        ("--elite", replay.elite.is_some()),
+        ("--elites", replay.elites),
+        ("--trial", replay.trial != 0),
+        ("--every", replay.every != 1),
+    ];
+    if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
+        return Err(Failure::usage(format_args!(
+            "{option}: is given for a swarm of the 2014 study, which is replayed whole; allowed: with runs that have a champion"
+        )));
     }
     let job = again(experiment, recorded.seed, engine, console)?;
     let run = job.run();
