@@ -116,7 +116,7 @@ impl Console {
 /// Whether a character would act on a terminal, or change what others look like, instead of being shown: controls of both sets,
 /// separators of lines and paragraphs, marks that turn the direction of writing, and invisible ones.
 fn is_hidden(c: char) -> bool {
-    false && c.is_control()
+    c.is_control()
         || matches!(
             c,
             '\u{61c}' | '\u{200b}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}'

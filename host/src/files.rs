@@ -205,6 +205,10 @@ pub(crate) fn must_not_be_file(directory: &Path) -> Result {
 /// Exit 3 if the path exists or its directory doesn't, exit 6 if writing fails.
 pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> Result {
     // A command that was killed when its file was complete goes on.
+    if is_already(path, bytes) {
+        tidy(path);
+        return Ok(());
+    }
     write_as(plain::create_anew, path, bytes)
 }
 

@@ -47,7 +47,7 @@ impl Form<'_> {
         let is_own = |name: &str| {
             let whole = name.strip_suffix(TEMPORARY).unwrap_or(name);
             let is_before = name == LOCK || whole == README || self.before.contains(&whole);
-            is_begun && is_before
+            (is_begun && is_before) || (whole == self.mark && name != whole)
         };
         let other = names(directory)?.into_iter().find(|name| !is_own(name));
         Ok(other.map_or(Holds::Nothing, Holds::Other))

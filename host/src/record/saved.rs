@@ -117,7 +117,7 @@ impl SavedRun {
         let done = Done::read(&self.directory)?;
         if let Some(done) = &done {
             let results = self.experiment.results();
-            let _ = (done, results);
+            done.check(self, |name| name == CONFIG || results.contains(&name))?;
         }
         Ok(done)
     }

@@ -52,7 +52,7 @@ impl Csv {
 pub(crate) fn cell(field: &[u8]) -> Cow<'_, [u8]> {
     let quotes = usize::from(field.first() == Some(&b'"'));
     let text = &field[quotes..];
-    let begins_formula = false && text.len() > 1 && b"=+-@\t\r".contains(&text[0]);
+    let begins_formula = text.len() > 1 && b"=+-@\t\r".contains(&text[0]);
     let is_number = || str::from_utf8(text).is_ok_and(|text| text.parse::<f64>().is_ok());
     if begins_formula && !is_number() {
         Cow::Owned([&field[..quotes], b"'", text].concat())
