@@ -329,8 +329,7 @@ impl Use {
                     Some(("tested", file)) => Ok(Self::Elsewhere(file.to_owned())),
                     Some(("needs", modules)) => Ok(Self::Modules(modules.to_owned())),
                     _ => Err(format!(
-                        "`{word}` is no reason; allowed: {:?}, long, tested=FILE, needs=MODULES",
-                        REASONS
+                        "`{word}` is no reason; allowed: {REASONS:?}, long, tested=FILE, needs=MODULES"
                     )),
                 }
             }
@@ -436,7 +435,7 @@ fn typed_pages() -> Vec<String> {
 }
 
 /// Runs work of several kinds on two threads, and fails with all that went wrong.
-fn each(all: Vec<String>, work: impl Fn(&str) -> Result<(), String> + Sync) {
+fn each(all: &[String], work: impl Fn(&str) -> Result<(), String> + Sync) {
     use rayon::prelude::*;
     let wrong: Vec<String> = all.par_iter().filter_map(|one| work(one).err()).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
@@ -455,7 +454,7 @@ fn pages() {
             "{page}: {long}"
         );
     }
-    each(pages, type_page);
+    each(&pages, type_page);
 }
 
 /// The commands in the comments at the head of each experiment and sweep, from the folder that they name files from.
@@ -480,7 +479,7 @@ fn heads_of_experiments() {
         .collect();
     assert!(with_commands.len() > 30, "{with_commands:?}");
     with_commands.retain(|path| is_long() || !COSTLY.iter().any(|costly| path.contains(costly)));
-    each(with_commands, |path| {
+    each(&with_commands, |path| {
         let is_short = !is_long() || HOURS.iter().any(|hours| path.contains(hours));
         let desk = Desk::new(&path.replace(['/', '.'], "-"), is_short);
         let folder = Path::new(path).parent().unwrap().display().to_string();
@@ -541,7 +540,7 @@ fn new_experiments() {
         assert_eq!(next, [format!("oneiro check {name}"), format!("oneiro run {name}")]);
         let text = place.text(&name);
         let head: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("#     ")).collect();
-        assert_eq!(head, [format!("oneiro run {} --seed 1", name)], "{name}");
+        assert_eq!(head, [format!("oneiro run {name} --seed 1")], "{name}");
         if !is_long() {
             let lines: Vec<String> = text.lines().map(shorter).collect();
             place.write(&name, lines.join("\n") + "\n");

@@ -345,7 +345,7 @@ fn a_flood_does_not_hold_a_daemon_up() {
         scope.spawn(|| track(&fleet, &is_over));
         let machine = scope.spawn(|| machine_is_late(&is_over));
         let mut operator = Operator::start(&place, &is_over);
-        wait("driving", Duration::from_secs(60), || {
+        wait("driving", Duration::from_mins(1), || {
             thread::sleep(Duration::from_millis(50));
             fleet.iter().all(|robot| !robot.body.stands())
         });
@@ -363,7 +363,7 @@ fn a_flood_does_not_hold_a_daemon_up() {
             scope.spawn(|| flood(robot, &recorded, datagrams, time));
             scope.spawn(|| lie(robot, lines, time));
         });
-        wait("the end of an interval", Duration::from_secs(60), || {
+        wait("the end of an interval", Duration::from_mins(1), || {
             thread::sleep(Duration::from_millis(100));
             events(robot, "late").len() > before + seconds as usize / interval_s as usize
         });
@@ -412,7 +412,7 @@ fn what_was_recorded_at_one_start_does_nothing_at_the_next() {
         let begun = Instant::now();
         let mut drives = None;
         while drives.is_none_or(|at: Instant| at.elapsed() < Duration::from_secs(5)) {
-            assert!(begun.elapsed() < Duration::from_secs(60), "robots did not drive");
+            assert!(begun.elapsed() < Duration::from_mins(1), "robots did not drive");
             let mut room = [0; 2048];
             if let Ok(length) = recorder.recv(&mut room) {
                 recorded.push(room[..length].to_vec());
@@ -429,9 +429,9 @@ fn what_was_recorded_at_one_start_does_nothing_at_the_next() {
     let before = time();
 
     // Their computers start nothing that speaks, and what listens in their places hears the operator.
-    fleet
-        .iter()
-        .for_each(|robot| robot.runs("while :; do sleep 0.2; done\n"));
+    for robot in &fleet {
+        robot.runs("while :; do sleep 0.2; done\n");
+    }
     let ears: Vec<UdpSocket> = fleet
         .iter()
         .map(|robot| UdpSocket::bind(("127.0.0.1", robot.radio)).unwrap())

@@ -2,6 +2,7 @@
 //! kinds of evolution.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
@@ -12,7 +13,8 @@ use place::Place;
 fn robot(sensors: &[(&str, f64)]) -> String {
     let mut text = "cycles = 200\ntrials = 2\n\n[robot]\npreset = \"khepera\"\n".to_owned();
     for (name, heading) in sensors {
-        text += &format!(
+        let _ = write!(
+            text,
             "\n[[robot.sensors]]\nname = \"{name}\"\nkind = \"proximity\"\nheading_turns = {heading}\nrange_mm = 60.0\n"
         );
     }
@@ -140,7 +142,7 @@ fn files_of_genomes_are_read_by_name() {
     let with_notes: String = csv(&SHUFFLED, genomes, str::to_owned)
         .lines()
         .zip(["note", "7"])
-        .map(|(line, note)| format!("{line},{note}\n"))
+        .flat_map(|(line, note)| [line, ",", note, "\n"])
         .collect();
     place.write("notes.csv", with_notes);
     let (bits, said) = evaluated(&place, "reversed.toml", &["notes.csv"]);

@@ -170,7 +170,7 @@ fn option_tip(unknown: &str, words: &[String], command: &clap::Command) -> Optio
 /// What to type in place of a command that there isn't at this place: that of the same name elsewhere, one that is much like it, or
 /// this program's word for it.
 fn command_tip(unknown: &str, command: &clap::Command, program: &clap::Command) -> Option<String> {
-    fn of_name<'a>(command: &'a clap::Command, name: &str, path: &str, found: &mut Vec<String>) {
+    fn of_name(command: &clap::Command, name: &str, path: &str, found: &mut Vec<String>) {
         for own in command.get_subcommands().filter(|own| !own.is_hide_set()) {
             let path = format!("{path} {}", own.get_name());
             if own.get_name() == name {
@@ -414,7 +414,7 @@ pub(crate) struct Evaluate {
     #[arg(long)]
     pub(crate) common_starts: bool,
     /// Start one rollout of each genome at each of these poses, one per line: x and y in mm, heading in turns. A header names
-    /// its columns (x_mm, y_mm, heading_turns) in any order
+    /// its columns (`x_mm`, `y_mm`, `heading_turns`) in any order
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
     pub(crate) starts: Option<PathBuf>,
     /// The experiment's noise, or none: neither that of the table `noise` nor that of wheels and light. What a part of your

@@ -115,7 +115,7 @@ impl Failure {
             | io::ErrorKind::InvalidData
             | io::ErrorKind::InvalidInput
             | io::ErrorKind::InvalidFilename
-            | io::ErrorKind::UnexpectedEof => Self::input(format_args!("{name}: {}", error)),
+            | io::ErrorKind::UnexpectedEof => Self::input(format_args!("{name}: {error}")),
             _ => Self::storage(path, error),
         }
     }

@@ -48,7 +48,7 @@ pub(crate) fn as_text(path: &Path, bytes: Vec<u8>) -> Result<String> {
             return Failure::input(format_args!("{path}: is UTF-16; allowed: UTF-8, so save it as that"));
         }
         let before = &bytes[..error.utf8_error().valid_up_to()];
-        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+        let line = before.split(|byte| *byte == b'\n').count();
         Failure::input(format_args!(
             "{path}:{line}: is not UTF-8; allowed: text, saved as UTF-8"
         ))

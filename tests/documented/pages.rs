@@ -99,7 +99,7 @@ pub(crate) fn resolves(texts: &BTreeMap<PathBuf, String>, page: &Path, target: &
         Some(_) if anchor.is_empty() => Ok(()),
         Some(text) if anchors(text).contains(&anchor.to_owned()) => Ok(()),
         Some(_) => Err(format!("{} has no such heading", path.display())),
-        None if typed::root().join(&path).exists() && !path.extension().is_some_and(|own| own == "md") => Ok(()),
+        None if typed::root().join(&path).exists() && path.extension().is_none_or(|own| own != "md") => Ok(()),
         None => Err("there is no such file".into()),
     }
 }

@@ -118,14 +118,14 @@ pub(crate) fn inline(page: &str) -> Vec<(usize, &str)> {
 
 /// The commands of a shell's script as words: without what only a shell sees, and with 1 for its variables.
 pub(crate) fn commands(script: &str) -> Vec<Vec<String>> {
-    let mut commands = vec![Vec::new()];
-    let mut word: Option<String> = None;
-    let mut characters = script.chars().peekable();
     fn end(word: &mut Option<String>, commands: &mut [Vec<String>]) {
         if let (Some(word), Some(command)) = (word.take(), commands.last_mut()) {
             command.push(word);
         }
     }
+    let mut commands = vec![Vec::new()];
+    let mut word: Option<String> = None;
+    let mut characters = script.chars().peekable();
     while let Some(character) = characters.next() {
         match character {
             '\\' if characters.peek() == Some(&'\n') => {

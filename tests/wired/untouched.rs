@@ -76,7 +76,9 @@ fn what_is_wrong_beside_a_robot_does_not_touch_it() {
     let sample = ["sample", "--yes", "--robot", &address, "--out"];
     let udp = format!("udp:{taken}");
     let chmod = ["others than its owner can use this key", "chmod 600"];
-    let cases: [(&[&str], &[&str], i32, &[&str]); 25] = [
+    // A command and what follows its file, the exit code, and what is said.
+    type Case<'a> = (&'a [&'a str], &'a [&'a str], i32, &'a [&'a str]);
+    let cases: [Case<'_>; 25] = [
         (&["on-board"], &["public.toml"], 3, &chmod),
         (&["on-board"], &["group.toml"], 3, &chmod),
         (&["on-board"], &["short-key.toml"], 3, &["line 1: has 4 digits"]),

@@ -70,7 +70,7 @@ fn in_sentence(span: &str) -> Vec<String> {
         _ if !word.contains('[') => word.trim_end_matches(']').to_owned(),
         _ => word,
     };
-    let words = typed::of_program(&span.replace('\n', " ").replace(";", " "));
+    let words = typed::of_program(&span.replace(['\n', ';'], " "));
     let words = words.into_iter().flatten().map(plain);
     words
         .filter(|word| !["..", "...", ""].contains(&word.as_str()))
@@ -212,7 +212,7 @@ fn all() -> Vec<Typed> {
     for path in typed::files(&["md", "toml", "py", "pyi", "ipynb", "rs", "sh", "service"]) {
         let name = path.display().to_string();
         let is_test = path.starts_with("tests") || name.contains("tests") || path.ends_with("documented.rs");
-        if path.ends_with("CHANGELOG.md") || is_test && !name.ends_with(".md") {
+        if path.ends_with("CHANGELOG.md") || is_test && path.extension().is_none_or(|own| own != "md") {
             continue;
         }
         let text = typed::text(&path);
@@ -318,7 +318,7 @@ fn what_is_no_command_line_is_noticed() {
     );
 }
 
-/// Options of other programs that documents name: Cargo's, scripts', and words of AutoMoDe's texts.
+/// Options of other programs that documents name: Cargo's, scripts', and words of `AutoMoDe`'s texts.
 const OTHERS: [&str; 14] = [
     "features",
     "profile",

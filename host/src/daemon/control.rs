@@ -291,9 +291,12 @@ impl<'a> Daemon<'a> {
                 return;
             };
             match channel {
-                Channel::Tracker => lines(&datagram).for_each(|line| match self.lines.take(now) {
-                    true => self.see(line, now),
-                    false => self.seen.skip(),
+                Channel::Tracker => lines(&datagram).for_each(|line| {
+                    if self.lines.take(now) {
+                        self.see(line, now);
+                    } else {
+                        self.seen.skip();
+                    }
                 }),
                 Channel::Radio => match self.radio.open(&datagram, now, self.beacons.second(now)) {
                     Ok(received) => self.hear(received, now),

@@ -82,7 +82,7 @@ fn plain_header(bytes: &[u8]) -> Option<&str> {
     (header.len() <= 4096 && brackets <= 2 && numbers.all(|digits| digits.len() <= 9)).then_some(header)
 }
 
-/// The shape in a plain header as NumPy writes it, unless it has one or two lengths: the library that parses it doesn't check that
+/// The shape in a plain header as `NumPy` writes it, unless it has one or two lengths: the library that parses it doesn't check that
 /// more of them don't overflow.
 fn other_shape(header: &str) -> Option<String> {
     let (_, shape) = header.split_once('(')?;

@@ -94,12 +94,11 @@ impl FromStr for Address {
 
     /// Parses the address of a robot that may be simulated.
     fn from_str(text: &str) -> Result<Self, Invalid> {
-        let parsed = match text.split_once(':') {
-            Some((SURROGATE, seed)) => number(seed, "seed", &(0..=u64::MAX)).map(Self::Surrogate),
-            _ => {
-                let allowed = format!("{}, or {SURROGATE}:SEED for a simulated Khepera", forms());
-                wire(text, &allowed).map(Self::Wire)
-            }
+        let parsed = if let Some((SURROGATE, seed)) = text.split_once(':') {
+            number(seed, "seed", &(0..=u64::MAX)).map(Self::Surrogate)
+        } else {
+            let allowed = format!("{}, or {SURROGATE}:SEED for a simulated Khepera", forms());
+            wire(text, &allowed).map(Self::Wire)
         };
         parsed.map_err(|problem| Invalid::of(text, problem))
     }

@@ -517,7 +517,7 @@ fn kendall_of_known_samples() {
     assert!(kendall(&rising, &[1.0; 3]).is_err() && kendall(&rising, &rising[..2]).is_err());
 }
 
-/// SciPy 1.17's `ttest_ind(equal_var=False).confidence_interval()`, and the same formula with its quantiles for three samples.
+/// `SciPy` 1.17's `ttest_ind(equal_var=False).confidence_interval()`, and the same formula with its quantiles for three samples.
 #[test]
 fn contrasts_of_means_have_welchs_intervals() {
     let (a, b, c) = ([3.1, 4.2, 5.0, 4.4, 3.9], [2.0, 6.5, 4.1, 8.8], [1.0, 1.5, 0.2]);
@@ -541,7 +541,7 @@ fn contrasts_of_means_have_welchs_intervals() {
     assert!(contrast_interval(&[], 0.95).is_err());
 }
 
-/// Values outside the interval on either side: SciPy 1.17's `binom.cdf` with a chance of one half.
+/// Values outside the interval on either side: `SciPy` 1.17's `binom.cdf` with a chance of one half.
 #[test]
 fn medians_have_intervals_between_values() {
     for (count, outside) in [(6, 1), (8, 1), (9, 2), (11, 2), (12, 3), (17, 5), (20, 6), (25, 8)] {

@@ -63,9 +63,12 @@ pub(crate) fn run(arguments: &FleetCompare, console: Console) -> Result {
 fn table(compared: &[Compared]) -> String {
     let head = ["mean ± sd", "fleet", "batched", "difference", "90 % interval"];
     let row = |own: &Compared| {
-        let side = |[mean, spread]: [f64; 2]| match spread.is_nan() {
-            true => rounded(mean),
-            false => format!("{} ± {}", rounded(mean), rounded(spread)),
+        let side = |[mean, spread]: [f64; 2]| {
+            if spread.is_nan() {
+                rounded(mean)
+            } else {
+                format!("{} ± {}", rounded(mean), rounded(spread))
+            }
         };
         let more = |value: f64| {
             let (value, places, unit) = if own.is_share {

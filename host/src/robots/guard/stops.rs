@@ -233,10 +233,12 @@ impl Link for Peer {
     }
 }
 
+type Open = fn(Box<dyn Link>) -> Result<Box<dyn Robot>>;
+
 /// A driver, its robot, and what of its bytes are a stop.
 struct Case {
     name: &'static str,
-    open: fn(Box<dyn Link>) -> Result<Box<dyn Robot>>,
+    open: Open,
     valid: fn() -> Valid,
     is_stop: fn(&[u8]) -> bool,
     /// How late its answers may be for a stop to be confirmed, ms: the guard repeats it meanwhile.
@@ -377,7 +379,11 @@ impl<T: Fn(Event)> Held<T> {
 fn widest(ordered: Duration, stops: &[Duration]) -> Duration {
     let times = std::iter::once(ordered).chain(stops.iter().copied());
     let (times, next) = (times.clone(), times.skip(1));
-    times.zip(next).map(|(one, next)| next - one).max().unwrap()
+    times
+        .zip(next)
+        .map(|(one, next)| next.checked_sub(one).unwrap())
+        .max()
+        .unwrap()
 }
 
 /// For each driver and each thing that its robot may do instead of confirming the stop: the stops go on, at most 250 ms apart, and once

@@ -38,8 +38,11 @@ pub(super) struct Compared {
     paths: [f64; 2],
 }
 
+/// The text of a value.
+type Text = fn(&Compared) -> String;
+
 /// The columns of a sweep's table of results, and their values.
-pub(super) static OUTCOMES: [OutcomeColumn<fn(&Compared) -> String>; 14] = [
+pub(super) static OUTCOMES: [OutcomeColumn<Text>; 14] = [
     OutcomeColumn::new(
         Column::number(
             "simulated",

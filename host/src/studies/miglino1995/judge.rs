@@ -336,9 +336,10 @@ impl Judged<'_> {
             let is_run = self.runs(condition).next().is_some();
             holds &= rises && is_run;
             let what = format!("the peak rises in every run, {}", condition.title());
-            finding.parts.push(match is_run {
-                true => Part::fact(&what, rises),
-                false => Part::undecided(format!("{what}: there is no run")),
+            finding.parts.push(if is_run {
+                Part::fact(&what, rises)
+            } else {
+                Part::undecided(format!("{what}: there is no run"))
             });
             for (name, figure) in [("peak", PEAK), ("average", AVERAGE)] {
                 let at = |generation: usize| {
