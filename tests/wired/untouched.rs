@@ -14,6 +14,9 @@ fn member(address: &str, key: &str, directory: &str, more: &str) -> String {
     )
 }
 
+/// A command, what follows its file, the exit code, and what is said.
+type Case<'a> = (&'a [&'a str], &'a [&'a str], i32, &'a [&'a str]);
+
 /// All commands that connect to a robot, each with another mistake.
 #[test]
 fn what_is_wrong_beside_a_robot_does_not_touch_it() {
@@ -76,8 +79,6 @@ fn what_is_wrong_beside_a_robot_does_not_touch_it() {
     let sample = ["sample", "--yes", "--robot", &address, "--out"];
     let udp = format!("udp:{taken}");
     let chmod = ["others than its owner can use this key", "chmod 600"];
-    // A command and what follows its file, the exit code, and what is said.
-    type Case<'a> = (&'a [&'a str], &'a [&'a str], i32, &'a [&'a str]);
     let cases: [Case<'_>; 25] = [
         (&["on-board"], &["public.toml"], 3, &chmod),
         (&["on-board"], &["group.toml"], 3, &chmod),
