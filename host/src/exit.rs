@@ -7,6 +7,8 @@ use std::path::Path;
 use oneiro::evaluator;
 use oneiro::parameter::Invalid;
 
+use crate::files::plain;
+
 /// Exit codes other than 0; the README lists them for users.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -43,7 +45,7 @@ pub(crate) type Result<T = ()> = std::result::Result<T, Failure>;
 
 impl Failure {
     fn new(code: Code, problem: impl Display) -> Self {
-        Self::Exit(code, anyhow::anyhow!("{problem}"))
+        Self::Exit(code, anyhow::Error::msg(unnumbered(&problem.to_string())))
     }
 
     /// Any exit code.
@@ -81,14 +83,15 @@ impl Failure {
         Self::new(Code::Stopped, message)
     }
 
-    /// Exit 6, for a file that the program failed to write or to read back: the path and the system's message.
+    /// Exit 6, for a file that the program failed to write or to read back: the path and the system's message. Exit 3 if it
+    /// is a pipe, a device, a link or the like, which are refused.
     pub(crate) fn storage(path: &Path, error: &io::Error) -> Self {
+        if plain::is_refusal(error) {
+            return Self::input(format_args!("{}: {error}", path.display()));
+        }
         let full = matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);
         let hint = if full { "; free some space and try again" } else { "" };
-        Self::new(
-            Code::Storage,
-            format_args!("{}: {}{hint}", path.display(), words(error)),
-        )
+        Self::new(Code::Storage, format_args!("{}: {}{hint}", path.display(), error))
     }
 
     /// Exit 6, for a file that a library failed to write: the library's message, which names the path.
@@ -112,7 +115,7 @@ impl Failure {
             | io::ErrorKind::InvalidData
             | io::ErrorKind::InvalidInput
             | io::ErrorKind::InvalidFilename
-            | io::ErrorKind::UnexpectedEof => Self::input(format_args!("{name}: {}", words(error))),
+            | io::ErrorKind::UnexpectedEof => Self::input(format_args!("{name}: {error}")),
             _ => Self::storage(path, error),
         }
     }
@@ -137,6 +140,14 @@ impl Failure {
     pub(crate) fn at(self, place: &str) -> Self {
         match self {
             Self::Exit(code, error) => Self::new(code, format_args!("{place}: {error:#}")),
+            Self::BrokenPipe => self,
+        }
+    }
+
+    /// The same failure, with more words after its message.
+    pub(crate) fn and_say(self, words: &str) -> Self {
+        match self {
+            Self::Exit(code, error) => Self::new(code, format_args!("{error:#}{words}")),
             Self::BrokenPipe => self,
         }
     }
@@ -175,10 +186,18 @@ impl From<evaluator::Error> for Failure {
     }
 }
 
-/// The system's message without the number of its error.
-fn words(error: &io::Error) -> String {
-    let text = error.to_string();
-    text.split(" (os error").next().unwrap_or_default().to_owned()
+/// A message without the numbers of the system's errors in it, which say less than its words.
+fn unnumbered(message: &str) -> String {
+    let mut parts = message.split(" (os error ");
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let digits = part.trim_start_matches(|c: char| c.is_ascii_digit());
+        match digits.strip_prefix(')') {
+            Some(rest) if digits.len() < part.len() => text += rest,
+            _ => text.extend([" (os error ", part]),
+        }
+    }
+    text
 }
 
 #[cfg(test)]

@@ -1,6 +1,12 @@
 //! The program `oneiro`: evolves robot controllers, and evaluates, replays, audits and measures them. Other programs use the
 //! same through [`api`], as the Python package does.
 
+// `clippy.toml` says what has one place only.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
 use std::process::ExitCode;
 
 pub mod api;
@@ -20,6 +26,7 @@ mod experiment;
 mod files;
 mod fleet;
 mod genomes;
+mod kinds;
 mod lives;
 #[cfg(test)]
 #[path = "../../tests/mutations/mod.rs"]
@@ -49,14 +56,16 @@ mod workload;
 /// Does what the command line says, prints what there is to say, and returns the exit code.
 pub fn main() -> ExitCode {
     device::quiet_drivers();
-    let cli = cli::Cli::read();
-    let console = console::Console::new(cli.output);
-    match commands::run(cli.command, console) {
+    let (output, command) = match cli::Cli::typed() {
+        Ok(typed) => typed,
+        Err(error) => return ExitCode::from(console::usage(&error)),
+    };
+    let console = console::Console::new(output);
+    match command.and_then(|command| commands::run(command, console)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if !matches!(failure, exit::Failure::BrokenPipe) {
-                // If standard error is closed, there is nobody to read the message.
-                let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("oneiro: {failure}\n"));
+                console.fail(&failure);
             }
             ExitCode::from(failure.code())
         }

@@ -131,6 +131,12 @@ impl Experiment {
         ok(py, self.0.descriptor_names())
     }
 
+    /// The place of each gene among the names of a table's columns, and a warning.
+    fn _gene_columns(&self, py: Python<'_>, names: Vec<String>) -> PyResult<(Vec<usize>, Option<String>)> {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        ok(py, self.0.gene_columns(&names))
+    }
+
     /// Names and `NumPy`'s types of the columns of traces.
     fn _trace_columns(&self, py: Python<'_>) -> PyResult<Vec<(String, &'static str)>> {
         let kind = |scalar| match scalar {

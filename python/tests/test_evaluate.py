@@ -52,6 +52,26 @@ def test_values_that_are_refused_have_the_programs_messages(tmp_path):
         swarm.genes  # noqa: B018
 
 
+def test_genes_of_tables_are_found_by_name(avoidance):
+    import pandas
+
+    population = genomes(3, avoidance.genes)
+    expected = bits(oneiro.evaluate(avoidance, population, seed=1).fitness)
+    names = list(reversed(avoidance.gene_names))
+    frame = pandas.DataFrame(population, columns=avoidance.gene_names)[names]
+    assert bits(oneiro.evaluate(avoidance, frame, seed=1).fitness) == expected
+    upper = frame.rename(columns=str.upper)
+    assert bits(oneiro.evaluate(avoidance, upper, seed=1).fitness) == expected
+    assert bits(oneiro.evaluate(avoidance, {name: frame[name] for name in names}, seed=1).fitness) == expected
+    assert bits(oneiro.evaluate(avoidance, frame.to_records(index=False), seed=1).fitness) == expected
+    with pytest.warns(UserWarning, match="other columns, which are ignored: `run`"):
+        assert bits(oneiro.evaluate(avoidance, frame.assign(run=7), seed=1).fitness) == expected
+    with pytest.raises(oneiro.InputError, match="none is called `left_90_to_left`"):
+        oneiro.evaluate(avoidance, frame.rename(columns={"left_90_to_left": "other"}), seed=1)
+    with pytest.warns(UserWarning, match="no names"):
+        assert bits(oneiro.evaluate(avoidance, pandas.DataFrame(population), seed=1).fitness) == expected
+
+
 @pytest.mark.parametrize("name", ["avoidance", "own"])
 def test_fitness_has_the_programs_bits(name, request, tmp_path):
     exp = request.getfixturevalue(name)

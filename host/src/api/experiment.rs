@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::fs;
+use std::io::{self, Write};
 use std::path::Path;
 use std::process;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -10,12 +11,15 @@ use std::sync::{Arc, OnceLock};
 use oneiro::batch::{GREATEST_GENE, Worlds};
 use oneiro::world::World;
 
-use super::Result;
 use super::evaluate::TraceColumn;
+use super::{Error, Result};
+use crate::columns;
+use crate::engine::disk;
 use crate::evolve::{self, SavedEvolution};
 use crate::exit::Failure;
 use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::{self, Files};
+use crate::files::plain;
 use crate::lives::measures::descriptors;
 use crate::numbers::check_seed;
 use crate::runs::single::job::score;
@@ -78,14 +82,26 @@ impl Experiment {
     /// as long as this takes.
     pub fn from_portable(portable: &Portable, set: &[String]) -> Result<Self> {
         static COUNT: AtomicU64 = AtomicU64::new(0);
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let folder = std::env::temp_dir().join(format!("oneiro-{}-{number}", process::id()));
+        let place = || {
+            let number = COUNT.fetch_add(1, Ordering::Relaxed);
+            std::env::temp_dir().join(format!("oneiro-{}-{number}", process::id()))
+        };
+        let mut folder = place();
         let made = (|| {
+            if !portable.files.is_empty() {
+                // A new one: others can write to the system's folder.
+                while let Err(error) = plain::make_new_directory(&folder) {
+                    if error.kind() != io::ErrorKind::AlreadyExists {
+                        return Err(Failure::storage(&folder, &error));
+                    }
+                    folder = place();
+                }
+            }
             for (name, bytes) in &portable.files {
-                let path = folder.join(name);
-                let parent = path.parent().unwrap_or(&folder);
-                let written = fs::create_dir_all(parent).and_then(|()| fs::write(&path, bytes));
-                written.map_err(|error| Failure::storage(&path, &error))?;
+                let name = Path::new(name);
+                disk::make_folder(&folder, name.parent().unwrap_or(Path::new("")))?;
+                let written = plain::create(&folder.join(name)).and_then(|mut file| file.write_all(bytes));
+                written.map_err(|error| Failure::storage(&folder.join(name), &error))?;
             }
             let values = Parsed::new("the experiment".into(), &portable.toml)?.recorded();
             let path = folder.join("experiment.toml");
@@ -147,6 +163,17 @@ impl Experiment {
     /// Exit 3 for swarms.
     pub fn gene_names(&self) -> Result<Vec<String>> {
         Ok(self.world()?.gene_layout().names())
+    }
+
+    /// The place of each gene among the names of a table's columns, which are in any order and in upper or lower case, and what there is
+    /// to say of other columns.
+    ///
+    /// # Errors
+    /// Exit 3 for swarms, and for names that lack a gene.
+    pub fn gene_columns(&self, names: &[&str]) -> Result<(Vec<usize>, Option<String>)> {
+        let layout = columns::Layout::named(names, &self.gene_names()?);
+        let layout = layout.map_err(|problem| Error::input(format_args!("genomes: {problem}")))?;
+        Ok((layout.columns, layout.word.map(|word| format!("genomes: {word}"))))
     }
 
     /// Least and greatest value of each gene: its own range, or else `evolution.limits`, or else that of all genes.

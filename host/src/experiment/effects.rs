@@ -68,7 +68,7 @@ impl Runs for Whole {
             for (file, bytes) in &done.files {
                 hasher.update(file.as_bytes()).update(bytes);
             }
-            hasher.update(format!("{:?}", done.cells).as_bytes());
+            hasher.update(format!("{:?}", done.outcomes).as_bytes());
             self.hash = Some(hasher.finalize());
         }
         Ok(())

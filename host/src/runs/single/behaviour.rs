@@ -5,8 +5,19 @@ use std::sync::Arc;
 use oneiro::batch::Trace;
 use rayon::prelude::*;
 
+use crate::contents::Column;
 use crate::experiment::Experiment;
 use crate::lives::measures::{self, Descriptor, Frame, Meter};
+
+/// Columns of the table of individuals without a behaviour.
+pub(super) static COLUMNS: [Column; 2] = [
+    Column::whole("generation", "", "its number, from 0"),
+    Column::whole(
+        "nan",
+        "individuals",
+        "the number of individuals that have a measure that is not a number (NaN): they have no behaviour",
+    ),
+];
 
 /// Measures behaviour by the descriptors of an experiment.
 pub(super) struct Behaviour {
@@ -39,6 +50,14 @@ impl Behaviour {
             every,
             records: (last / every) as usize + 1,
         })
+    }
+
+    /// The number of individuals that have a measure that is not a number, among behaviours of [`Behaviour::of`].
+    pub(super) fn unmeasured(&self, behaviours: &[f64]) -> u32 {
+        let individuals = behaviours.chunks_exact(self.descriptors.len());
+        individuals
+            .filter(|own| own.iter().any(|measure| measure.is_nan()))
+            .count() as u32
     }
 
     /// Cycles between records of the traces that it measures.
