@@ -484,7 +484,8 @@ fn polygon(arena: &Arena) -> Result<(), Invalid> {
         let radius = 0.5 * width;
         let middle = Vec2::new(x + radius, y + radius);
         let room = sides.iter().map(|side| side.room(middle)).fold(f32::INFINITY, f32::min);
-        if radius > room {
+        // The disc is known by its rounded sides.
+        if radius - room > 2.0 * f32::EPSILON * (x.abs() + y.abs() + width) {
             let problem = format!("is {radius}; allowed: up to {room} in this arena");
             return Err(Invalid::new("arena.start_radius_mm", problem));
         }

@@ -442,7 +442,7 @@ fn text(values: &Table) -> String {
 }
 
 #[cfg(test)]
-mod effects;
+pub(crate) mod effects;
 #[cfg(test)]
 mod mutants;
 #[cfg(test)]

@@ -117,7 +117,10 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
     let is_noisy = noise.sensor != (0.0, 0.0)
         || noise.motor > 0.0
         || [noise.gain, noise.veer, noise.delay].into_iter().any(is_some);
-    let site = settings.reality.site().ok().flatten();
+    let site = settings.reality.site();
+    // What is wrong with the robot is refused later.
+    let is_unclear = site.is_err();
+    let site = site.ok().flatten();
     let (is_real, is_wired) = (site.is_some(), site.is_some_and(|site| site.is_wired()));
     let has_archive = evolution.has_archive();
     let is_centroidal = evolution.archive.cells == Cells::Centroidal;
@@ -137,7 +140,7 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
         ),
         Need::new(
             &["evolution.finalists"],
-            !is_wired,
+            !is_wired || settings.finalists.count == 0,
             "without a robot on a wire as reality.robot",
             ROBOT,
         ),
@@ -183,10 +186,15 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
             "without evolution.init",
             &["evolution.init"],
         ),
-        Need::new(&["reality.generations"], is_real, "with reality.robot", ROBOT),
+        Need::new(
+            &["reality.generations"],
+            is_real || is_unclear,
+            "with reality.robot",
+            ROBOT,
+        ),
         Need::new(
             &["reality.severity", "reality.motion_severity", "reality.differences"],
-            is_real && !is_wired,
+            is_unclear || is_real && !is_wired,
             SURROGATE,
             ROBOT,
         ),
@@ -200,7 +208,7 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
                 "reality.tracker_age_ms",
                 "reality.guard",
             ],
-            is_wired,
+            is_unclear || is_wired,
             WIRE,
             ROBOT,
         ),

@@ -316,6 +316,7 @@ impl Settings {
             for (place, family) in values.variants.iter().enumerate().filter(|_| asked.full) {
                 for (index, own) in family.simulators.iter().enumerate() {
                     let under = format!("variants[{place}].simulators[{index}]");
+                    of_simulator(&under, &own.set, source)?;
                     let experiment = experiment(own.condition, file::settings(&under, &own.set, source), &is_used)?;
                     variants.push(Simulator {
                         family: family.family,
@@ -667,6 +668,19 @@ fn on_wire(wire: &Wire, simulated: u32, reality: &Reality, source: &Source<'_>) 
     Ok(own.chain(of_study).collect())
 }
 
+/// Checks that a variant changes its simulator alone: its runs have the evolution of the condition without noise.
+fn of_simulator(under: &str, set: &Table, source: &Source<'_>) -> Result {
+    const TABLES: [&str; 4] = ["noise.", "arena.", "task.", "start."];
+    for (key, _) in file::leaves(set) {
+        if key != "cycles" && !TABLES.iter().any(|table| key.starts_with(table)) {
+            let problem =
+                "is not of a simulator; allowed: noise.*, arena.*, task.*, start.*, cycles; all else under [set]";
+            return Err(source.invalid_key(&format!("{under}.{key}"), problem));
+        }
+    }
+    Ok(())
+}
+
 fn check(values: &File, source: &Source<'_>) -> Result {
     let severity = |key: &str, severity: f32| match experiment::allows("reality.severity", &severity) {
         (true, _) => Ok(()),
@@ -695,7 +709,10 @@ fn check(values: &File, source: &Source<'_>) -> Result {
         for (key, _) in file::leaves(values.conditions.of(condition)) {
             if !key.starts_with("noise.") {
                 let key = format!("conditions.{}.{key}", condition.name());
-                return Err(source.invalid_key(&key, "is not of the noise; allowed: noise.*, and other keys under [set]"));
+                return Err(source.invalid_key(
+                    &key,
+                    "is not of the noise; allowed: noise.*, and other keys under [set]",
+                ));
             }
         }
     }
@@ -725,6 +742,9 @@ fn differences(reality: &Reality, source: &Source<'_>) -> Result<Differences> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::effects::{names_a_key, others};
+    use crate::experiment::tests::Scratch;
+    use crate::experiment::values;
     use crate::reality::site::SEVERITY;
     use crate::studies::file::MIGLINO1995;
 
@@ -881,6 +901,72 @@ mod tests {
         assert_eq!((walk.walk_range, walk.walk_step), (7.5, 0.3));
     }
 
+    /// A changed value of a key changes what the study takes from its experiment, or the key is refused by name.
+    #[test]
+    fn each_key_of_an_experiment_is_used_or_refused() {
+        let shipped = MIGLINO1995
+            .text
+            .replace("experiment = \"../khepera-avoidance.toml\"", "");
+        let scratch = Scratch::new("keys-of-1995");
+        let read = |table: &str, line: &str| {
+            assert!(shipped.contains(table), "{table}");
+            let path = scratch.write("own.toml", shipped.replacen(table, &format!("{table}\n{line}"), 1));
+            let file = StudyFile::open(&MIGLINO1995, Some(&path))?;
+            let asked = Asked {
+                full: false,
+                ..under("main").asked
+            };
+            Settings::new(&file, Arm::MAIN, asked)
+        };
+        let taken = |own: &Settings| {
+            let noise = Condition::ALL.map(|condition| own.noise(condition));
+            format!("{:?}", (own.world(), noise, own.evolution(), own.states()))
+        };
+        let before = read("[set]", "").unwrap();
+        let values = before.experiment(Condition::None).values();
+        let before = taken(&before);
+        let (mut used, mut refused) = (0, 0);
+        for row in settings::Settings::rows().iter().filter(|row| !row.key.contains("[]")) {
+            let key = row.key;
+            let last = key.rsplit('.').next().unwrap_or(key);
+            let mut has_effect = false;
+            for value in others(row, values::at(&values, key)) {
+                let line = format!("{key} = {value}");
+                match read("[set]", &line) {
+                    Ok(own) => {
+                        let after = taken(&own);
+                        let is_default = own.experiment(Condition::None).values() == values;
+                        assert!(is_used(key) || is_default, "{line} is accepted");
+                        assert!(after != before || is_default, "{line} is accepted and has no effect");
+                        has_effect |= after != before;
+                    }
+                    Err(failure) => {
+                        let message = failure.to_string();
+                        let is_named = message.contains(last) || names_a_key::<settings::Settings>(&message);
+                        assert!(failure.code() == 3 && is_named, "{line}: {message}");
+                    }
+                }
+                if has_effect {
+                    break;
+                }
+            }
+            match has_effect {
+                true => used += 1,
+                false => refused += 1,
+            }
+            if is_used(key) || ["name", "seed"].contains(&key) {
+                continue;
+            }
+            // The same of an arm, of a condition, and of another simulator.
+            for table in ["[conditions.none]", "[conditions.sensor]"] {
+                let message = read(table, &format!("{key} = 1")).unwrap_err().to_string();
+                assert!(message.contains(key), "{key} under {table}: {message}");
+            }
+        }
+        println!("{used} keys are used, {refused} refused");
+        assert!(used > 40 && refused > 60, "{used} {refused}");
+    }
+
     #[test]
     fn invalid_studies_name_the_place() {
         let directory = std::env::temp_dir().join(format!("oneiro-study-{}", std::process::id()));
@@ -909,7 +995,21 @@ mod tests {
             ),
             ("noise.sensor = [0.0, 0.4]", "noise.sensors = [0.0, 0.4]", "own.toml:"),
             ("[selection]", "[selections]", "selections"),
-            ("[conditions.none]", "[conditions.none]\ncycles = 3", "conditions.none.cycles: is not of the noise"),
+            (
+                "[conditions.none]",
+                "[conditions.none]\ncycles = 3",
+                "conditions.none.cycles: is not of the noise",
+            ),
+            (
+                "{ name = \"own samples\" }",
+                "{ name = \"own samples\", evolution.population = 50 }",
+                "variants[3].simulators[0].evolution.population: is not of a simulator; allowed: noise.*, ",
+            ),
+            (
+                "{ name = \"own samples\" }",
+                "{ name = \"own samples\", robot.states = \"asymmetric\" }",
+                "variants[3].simulators[0].robot.states: is not of a simulator; allowed: noise.*, ",
+            ),
         ] {
             let refusal = refusal(from, to, "surrogate:3");
             assert!(refusal.contains("own.toml:") && refusal.contains(expected), "{refusal}");
