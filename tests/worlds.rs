@@ -256,9 +256,9 @@ fn invalid_values_are_refused_by_name() {
             with_block(spec);
             spec.arena.blocks[0].width = f32::NAN;
         }),
-        ("arena.blocks[0].heading_turns", "less than 1", |spec| {
+        ("arena.blocks[0].heading_turns", "-1 to 1", |spec| {
             with_block(spec);
-            spec.arena.blocks[0].heading = 1.0;
+            spec.arena.blocks[0].heading = 1.5;
         }),
         ("arena.blocks[0].class", "allowed: wall, round", |spec| {
             spec.arena = Arena::miglino1995_block();

@@ -15,7 +15,7 @@ use crate::device::Backend;
 use crate::exit;
 use crate::experiment::{self, SEED, reference};
 use crate::files;
-use crate::numbers::{number, of_key, seed, whole, with_hyphens};
+use crate::numbers::{number, of_key, out_of_range, seed, whole, with_hyphens};
 use crate::reality::site::SEVERITY;
 use crate::reality::wired::{self, Starts};
 use crate::robots::{Kind, tracker};
@@ -44,7 +44,8 @@ pub(crate) fn command() -> clap::Command {
 }
 
 impl Cli {
-    /// Parses the command line. The command is a refusal if an option names a file where a directory belongs.
+    /// Parses the command line. The command is a refusal if an option names a file where a directory belongs, or has a number
+    /// out of the range of a key.
     ///
     /// # Errors
     /// Help, and mistakes of usage.
@@ -52,7 +53,13 @@ impl Cli {
         let mut command = command();
         let typed = command.try_get_matches_from_mut(std::env::args_os());
         let parsed = typed.and_then(|matches| Ok((Self::from_arg_matches(&matches)?, matches)));
-        let (cli, matches) = parsed.map_err(|error| advised(error, &command))?;
+        let (cli, matches) = match parsed {
+            Ok(parsed) => parsed,
+            Err(error) => {
+                let refusal = out_of_range(&error).ok_or_else(|| advised(error, &command))?;
+                return Ok((Output::default(), Err(refusal)));
+            }
+        };
         Ok((cli.output, directories(&command, &matches).map(|()| cli.command)))
     }
 }
@@ -525,7 +532,7 @@ pub(crate) struct Best {
     pub(crate) recorded: Vec<PathBuf>,
     /// Fresh lives of each genome, the same for all. The best of many genomes was also lucky: another --seed shows its
     /// true mean. At least 2
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = whole::<u32>(2..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = whole::<u32>(0..=u32::MAX.into()))]
     pub(crate) lives: u32,
     /// Seed of the lives' random numbers [default: that of --experiment, else 1]
     #[arg(long, value_name = "N", value_parser = seed())]

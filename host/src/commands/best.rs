@@ -17,6 +17,7 @@ use crate::lives::{Keys, Lives};
 use crate::report::numbers::{significant, to_six_places};
 use crate::{device, files, progress};
 
+const MOST_LIVES: u32 = 1_000_000;
 /// Generation in the keys of the lives, which no run uses for its evolution or its finalists.
 const GENERATION: u64 = (1 << 32) + 1;
 /// Genomes that are shown without `--all`.
@@ -25,6 +26,11 @@ const SHOWN: usize = 20;
 /// Lets all genomes live the same fresh lives, prints them from the best mean to the worst, and writes the best.
 pub(crate) fn run(arguments: &Best, console: Console) -> Result {
     let lives = arguments.lives;
+    if !(2..=MOST_LIVES).contains(&lives) {
+        return Err(Failure::input(format_args!(
+            "--lives {lives}: a confidence interval needs at least two lives; allowed: 2 to {MOST_LIVES}"
+        )));
+    }
     arguments.out.as_deref().map(writable).transpose()?;
     let named = finished(Named::all(&arguments.recorded)?, console)?;
     let common = Common {

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 
-use super::GREATEST_RUNS;
 use crate::device::Backend;
 use crate::numbers::{of_key, seed, whole};
 use crate::studies::file::{ArmParser, MIGLINO1995};
@@ -13,7 +12,7 @@ use crate::studies::file::{ArmParser, MIGLINO1995};
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// Runs of each condition, 2 to 1000, or 1 on a wire [default: 5, as in the paper]
-    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=GREATEST_RUNS.into()))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=u32::MAX.into()))]
     pub(crate) runs: Option<u32>,
     /// Seed of everything random but the robot
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed())]

@@ -46,7 +46,7 @@ use settings::{Asked, Calibration, Settings};
 use study::Study;
 
 /// Most runs of a condition.
-pub(super) const GREATEST_RUNS: u32 = 1000;
+const GREATEST_RUNS: u32 = 1000;
 /// Runs of a condition that advance, and are saved, together, where reality is a simulation.
 const COHORT: u32 = 5;
 

@@ -35,7 +35,7 @@ pub(super) use second::contents as contents_of_second;
 use study::{Asked, Study, combined};
 
 /// Most runs of each case and kind: their figures take two gigabytes of memory.
-pub(super) const GREATEST_RUNS: u32 = 400;
+const GREATEST_RUNS: u32 = 400;
 /// Runs of each case and kind that advance, and are saved, together.
 const COHORT: u32 = 10;
 /// Seconds that the paper's robots needed for the simulations of an interval.
