@@ -89,7 +89,7 @@ pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
     }
 }
 
-/// Checks that genes begin within the limits and their own ranges.
+/// Checks that genes begin within their own ranges, and not all at the same limit.
 pub(super) fn beginnings(settings: &Settings, genes: &[Gene]) -> Checked {
     let optimiser::Settings {
         initial: [low, high],
@@ -98,10 +98,10 @@ pub(super) fn beginnings(settings: &Settings, genes: &[Gene]) -> Checked {
         ..
     } = &settings.evolution;
     if let Some([least, greatest]) = limits
-        && (low < least || high > greatest)
+        && ((low < least && high <= least) || (high > greatest && low >= greatest))
     {
         let problem = format!(
-            "is [{least}, {greatest}], and evolution.initial is [{low}, {high}]; allowed: limits around that range"
+            "is [{least}, {greatest}], and evolution.initial is [{low}, {high}]; allowed: limits that share a part of that range"
         );
         return invalid("evolution.limits", problem);
     }

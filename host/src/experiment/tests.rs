@@ -314,8 +314,8 @@ fn values_that_contradict_each_other_are_refused() {
             "evolution.init: ",
         ),
         (
-            "[evolution]\ninitial = [-5, 5]\nlimits = [-1, 1]".to_owned(),
-            "evolution.limits: is [-1, 1], and evolution.initial is [-5, 5]; allowed: limits around that range",
+            "[evolution]\ninitial = [1, 5]\nlimits = [-1, 1]".to_owned(),
+            "evolution.limits: is [-1, 1], and evolution.initial is [1, 5]; allowed: limits that share a part of that range",
         ),
         (
             "[evolution]\nlimits = [2, 3]".to_owned(),
