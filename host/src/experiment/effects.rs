@@ -90,9 +90,11 @@ fn result(experiment: &Arc<dyn Experiment>) -> Result<blake3::Hash> {
     let is_composed = experiment
         .single()
         .is_some_and(|own| own.world().kernel().variants.is_empty());
-    let cpu = match is_composed && experiment.steps() < 5_000 {
-        true => Cpu::new(Some(1)).unwrap().with_variant("interpretedx1").unwrap(),
-        false => Cpu::new(Some(1)).unwrap(),
+    let cpu = Cpu::new(Some(1)).unwrap();
+    let cpu = if is_composed && experiment.steps() < 5_000 {
+        cpu.with_variant("interpretedx1").unwrap()
+    } else {
+        cpu
     };
     let engine = Engine::new(Box::new(cpu), Arc::new(AtomicBool::new(false)));
     let mut whole = Whole {

@@ -158,7 +158,9 @@ impl SwarmExperiment {
             if needless.is_empty() {
                 break file;
             }
-            needless.iter().for_each(|path| values::remove(&mut given, path));
+            for path in &needless {
+                values::remove(&mut given, path);
+            }
         };
         if file.name.is_empty() {
             file.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -58,9 +58,10 @@ fn is_read_again(experiment: &Arc<dyn Experiment>, seed: u64, scratch: &Scratch)
     let config = scratch.write("config.toml", &text);
     let again = runs::recorded(&config).map_err(|failure| failure.to_string())?;
     let identity = |own: &Arc<dyn Experiment>| own.identities().of(seed).to_hex();
-    match again.resolved_toml(seed) == text && identity(&again) == identity(experiment) {
-        true => Ok(()),
-        false => Err(format!("{text}\nbecomes\n{}", again.resolved_toml(seed))),
+    if again.resolved_toml(seed) == text && identity(&again) == identity(experiment) {
+        Ok(())
+    } else {
+        Err(format!("{text}\nbecomes\n{}", again.resolved_toml(seed)))
     }
 }
 
@@ -173,9 +174,10 @@ fn walk<T: Described>(bases: &[(&str, &str)]) -> ([usize; 2], Vec<String>) {
                 );
                 let mut is_near = false;
                 while let Some(middle) = between(&accepted, &refused) {
-                    match taken(name, text, &path, &middle) {
-                        true => (accepted, is_near) = (middle, true),
-                        false => refused = middle,
+                    if taken(name, text, &path, &middle) {
+                        (accepted, is_near) = (middle, true);
+                    } else {
+                        refused = middle;
                     }
                 }
                 is_near

@@ -950,9 +950,10 @@ mod tests {
                     break;
                 }
             }
-            match has_effect {
-                true => used += 1,
-                false => refused += 1,
+            if has_effect {
+                used += 1;
+            } else {
+                refused += 1;
             }
             if is_used(key) || ["name", "seed"].contains(&key) {
                 continue;

@@ -174,8 +174,8 @@ impl Study {
                     .map(|(key, value)| Setting::at(format!("{}, {key}", record.arm), key, &value).ranked(rank(key)));
                 let more = more.into_iter().map(|own| own.ranked(2)).collect::<Vec<_>>();
                 let set = [&own[..], &of_all, &more].concat();
-                const WHY: &str = "is a control, which the kinds of [[conditions]] give";
-                let own = SwarmExperiment::without_control(&path, &base, &set, WHY)?;
+                let why = "is a control, which the kinds of [[conditions]] give";
+                let own = SwarmExperiment::without_control(&path, &base, &set, why)?;
                 Ok(own.settings().clone())
             };
             let mut combinations = Vec::new();
