@@ -267,6 +267,14 @@ impl Cpu {
     }
 }
 
+impl Cpu {
+    /// Warns of something, once.
+    fn warn(&mut self, warning: Option<String>) {
+        self.warnings
+            .extend(warning.filter(|warning| !self.warnings.contains(warning)));
+    }
+}
+
 impl Drop for Cpu {
     fn drop(&mut self) {
         code::finish();
@@ -293,14 +301,16 @@ impl Evaluator for Cpu {
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        if let Some(problem) = library::problem(part.kernel()) {
-            let warning = format!("{problem}; the kernel is compiled at run time instead, which is slower: {AGAIN}");
-            if !self.warnings.contains(&warning) {
-                self.warnings.push(warning);
-            }
-        }
+        let of_library = library::problem(part.kernel())
+            .map(|problem| format!("{problem}; the kernel is compiled at run time instead, which is slower: {AGAIN}"));
+        self.warn(of_library);
         let groups: Vec<u32> = part.groups().collect();
-        self.run(part.batch(), &groups, control, true)
+        let result = self.run(part.batch(), &groups, control, true);
+        let of_code = code::interpreted_because(part.kernel()).map(|problem| {
+            format!("{problem}; the kernel is interpreted instead, which is slow: make its parts smaller")
+        });
+        self.warn(of_code);
+        result
     }
 
     fn warnings(&self) -> &[String] {

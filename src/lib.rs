@@ -1,5 +1,9 @@
 //! Oneiro evaluates robot controllers in simulated lives, millions at a time, with the same bits on every device.
 
+// Tests of what is not public share worlds with those of what is.
+#[cfg(test)]
+extern crate self as oneiro;
+
 pub mod acting;
 #[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
 pub mod ahead;

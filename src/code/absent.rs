@@ -28,6 +28,11 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     )))
 }
 
+#[allow(dead_code, reason = "of the interpreter nobody asks it")]
+pub(crate) fn problem(_: &'static Kernel) -> Option<String> {
+    None
+}
+
 #[allow(dead_code, reason = "of code compiled at run time nobody asks it")]
 pub(crate) fn checked(kernel: &'static Kernel) -> Result<Code, Error> {
     compiled(kernel)

@@ -35,7 +35,7 @@ mod share;
 mod toolchain;
 
 use cranelift_codegen::isa::OwnedTargetIsa;
-use oneiro_shader_compiler::Trees;
+use oneiro_shader_compiler::{GREATEST_LOCAL, Trees};
 
 pub use cache::{Cache, Key};
 pub use code::Code;
@@ -48,8 +48,13 @@ pub use toolchain::{Toolchain, ToolchainError};
 /// Numbers of lanes that code can be compiled for.
 pub const LANES: [u32; 3] = [4, 8, 16];
 
-/// Most bytes of its thread's stack that a call may use.
-const FRAME: u64 = 1 << 18;
+/// Most bytes that the local arrays of all lanes may take.
+const ARRAYS: u64 = 1 << 18;
+/// Most bytes of its thread's stack that a call may use: arrays, and as much for what no register holds.
+const FRAME: u64 = 2 * ARRAYS;
+
+// With the fewest lanes, whatever the compiler accepts has room.
+const _: () = assert!(LANES[0] as u64 * GREATEST_LOCAL as u64 <= ARRAYS);
 
 /// Reasons why there is no code.
 #[derive(Debug, thiserror::Error)]
@@ -60,8 +65,8 @@ pub enum Error {
     /// A number of lanes that isn't in [`LANES`].
     #[error("{0} lanes; allowed: 4, 8, 16")]
     Lanes(u32),
-    /// The local arrays of all lanes and one element of a buffer don't fit on a thread's stack.
-    #[error("the kernel's local arrays take {0} bytes; allowed: at most {FRAME}")]
+    /// The local arrays of all lanes don't fit on a thread's stack.
+    #[error("the kernel's local arrays take {0} bytes; allowed: at most {ARRAYS}")]
     Arrays(u64),
     /// The kernel is too large for the code generator, or its variables for a thread's stack.
     #[error("the kernel is too large to be compiled, or its local variables take more than {FRAME} bytes")]
@@ -130,17 +135,28 @@ impl Target {
     }
 }
 
+/// The most lanes whose local arrays fit on a thread's stack.
+pub fn most_lanes(trees: &Trees) -> u32 {
+    let fits = |lanes: &u32| check_arrays(trees, *lanes).is_ok();
+    LANES.into_iter().rfind(fits).unwrap_or(LANES[0])
+}
+
 /// Refuses numbers of lanes that there is no code for, and local arrays that a stack doesn't hold.
 fn check_size(trees: &Trees, lanes: u32) -> Result<(), Error> {
     if !LANES.contains(&lanes) {
         return Err(Error::Lanes(lanes));
     }
-    let elements: u64 = trees.tidied.arrays.iter().map(|array| array.init.len() as u64).sum();
-    let bytes = 4 * (elements * u64::from(lanes) + u64::from(longest_element(trees)));
-    if bytes > FRAME {
-        return Err(Error::Arrays(bytes));
+    check_arrays(trees, lanes)
+}
+
+/// Refuses local arrays that a stack doesn't hold.
+fn check_arrays(trees: &Trees, lanes: u32) -> Result<(), Error> {
+    let bytes = trees.array_bytes() * u64::from(lanes);
+    if bytes > ARRAYS {
+        Err(Error::Arrays(bytes))
+    } else {
+        Ok(())
     }
-    Ok(())
 }
 
 /// Words of the longest element of any buffer.
