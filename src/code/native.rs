@@ -114,7 +114,7 @@ impl Compiler {
             }
         }
         let trees = trees_of(self.kernel)?;
-        let most = native::most_lanes(&trees);
+        let most = self.most_lanes(&trees)?;
         let is_long = trees.tidied.values.len() > LONG;
         let lanes = if is_long { FIRST.min(most) } else { most };
         Ok((self.compile(&trees, lanes)?, lanes == most))
@@ -123,9 +123,13 @@ impl Compiler {
     /// The code with all lanes that there is room for; `None` if that has no more than these.
     fn whole(&self, lanes: u32) -> Result<Option<Code>, Error> {
         let trees = trees_of(self.kernel)?;
-        let most = native::most_lanes(&trees);
+        let most = self.most_lanes(&trees)?;
         let code = (most > lanes).then(|| self.compile(&trees, most)).transpose()?;
         Ok(code.filter(|code| code.lanes() > lanes))
+    }
+
+    fn most_lanes(&self, trees: &Trees) -> Result<u32, Error> {
+        native::most_lanes(trees).map_err(|error| refused(self.kernel, &error.to_string()))
     }
 
     /// The code with these lanes, or with fewer where a thread's stack has no room for more.
@@ -192,7 +196,7 @@ pub(crate) fn specialised(generic: &Generic, setting: &Setting, program: Program
         .map_err(|refusals| format!("{kernel}: {}", refusals[0]))?;
     let said = |error: native::Error| format!("{kernel}: {error}");
     let code = native::Target::host()
-        .and_then(|target| target.compile(&trees, native::most_lanes(&trees)))
+        .and_then(|target| target.compile(&trees, native::most_lanes(&trees)?))
         .map_err(said)?;
     let native = Arc::new(native::Native::new(&code).map_err(said)?);
     Ok(Code { native, kernel })

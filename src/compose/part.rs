@@ -52,6 +52,8 @@ pub struct Part {
     kind: Kind,
     path: String,
     text: String,
+    /// Whether Oneiro wrote it.
+    is_of_oneiro: bool,
     /// Declarations that the kernel needs and the part leaves out.
     generated: String,
     values: Vec<Value>,
@@ -97,6 +99,18 @@ impl Part {
         Ok(own)
     }
 
+    /// A controller that Oneiro wrote.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(super) fn of_oneiro(path: &str, text: &str) -> Result<Self, Refused> {
+        let part = Self::new(Kind::Controller, path, text)?;
+        Ok(Self {
+            is_of_oneiro: true,
+            ..part
+        })
+    }
+
     /// Reads a part, and says all that is wrong with its declarations.
     fn read(kind: Kind, part: &compiler::Part) -> (Self, Refusals) {
         let interface = interface::of(kind);
@@ -130,6 +144,7 @@ impl Part {
             kind,
             path: part.path.clone(),
             text: part.text.clone(),
+            is_of_oneiro: false,
             generated,
             values,
             readings,

@@ -41,9 +41,13 @@ pub(crate) enum Setting {
     Forager,
 }
 
+/// Stands for a float that is often a zero with a sign.
+const SIGNED: &str = "-0";
+
 /// The types of a part's memory and how one is made of two floats and an unsigned number.
-const FIELDS: [(&str, &str); 5] = [
+const FIELDS: [(&str, &str); 6] = [
     ("f32", "A"),
+    ("f32", SIGNED),
     ("u32", "U"),
     ("i32", "bitcast<i32>(U)"),
     ("vec2<f32>", "vec2<f32>(A, B)"),
@@ -84,12 +88,14 @@ pub(crate) struct Writer {
     locals: u32,
     /// Branches and loops around this.
     around: u32,
+    /// How deep statements and expressions are, 1 or 2.
+    size: u32,
     /// Elements of an array that all of this passes through; 0 for none. Code has fewer lanes where it is large.
     filler: u32,
 }
 
-/// A part of a kind.
-pub(crate) fn part(kind: Kind, setting: Setting, seed: u32, filler: u32) -> String {
+/// A part of a kind, `size` 1 or 2.
+pub(crate) fn part(kind: Kind, setting: Setting, seed: u32, filler: u32, size: u32) -> String {
     let mut writer = Writer {
         draw: Draw::new(seed),
         kind,
@@ -103,6 +109,7 @@ pub(crate) fn part(kind: Kind, setting: Setting, seed: u32, filler: u32) -> Stri
         locals: 0,
         around: 0,
         filler,
+        size,
     };
     writer.write()
 }
@@ -238,10 +245,10 @@ impl Writer {
             6 => format!("({a} << ({b} & 31u))"),
             7 => format!("{}({a}, {b})", self.draw.pick(&["min", "max"])),
             8 => format!("select({a}, {b}, {})", self.truth(depth - 1)),
-            9 => format!("bitcast<u32>({})", {
-                let float = self.float(depth - 1);
-                self.ranged(&float)
-            }),
+            9 => format!(
+                "u32(bitcast<f32>(({a} & 0x3fffffffu) | 0x20000000u) > {})",
+                self.number()
+            ),
             10 => format!("u32(abs({}))", {
                 let float = self.float(depth - 1);
                 self.ranged(&float)
@@ -266,11 +273,11 @@ impl Writer {
         for _ in 0..1 + self.draw.below(3) {
             match self.draw.below(if depth == 0 { 4 } else { 11 }) {
                 0..3 => {
-                    let value = self.float(2);
+                    let value = self.float(self.size);
                     let _ = writeln!(text, "x = {};", self.ranged(&value));
                 }
                 3 => {
-                    let value = self.unsigned(2);
+                    let value = self.unsigned(self.size);
                     let _ = writeln!(text, "n {} {value};", self.draw.pick(&["=", "+=", "^="]));
                 }
                 4 => {
@@ -296,7 +303,7 @@ impl Writer {
                     let _ = writeln!(text, "if {}_bump(&x, {}) {{ n += 1u; }}", self.word(), self.ranged(&by));
                 }
                 9 => {
-                    let (local, value) = (self.locals, self.float(2));
+                    let (local, value) = (self.locals, self.float(self.size));
                     self.locals += 1;
                     let _ = writeln!(text, "let v{local} = vec2<f32>(x, {});", self.ranged(&value));
                     let _ = writeln!(
@@ -371,7 +378,7 @@ impl Writer {
         let mut text = format!("var x = {};\nvar n = {count};\n", self.ranged(&start));
         self.floats.push("x".to_owned());
         self.unsigned.push("n".to_owned());
-        self.statements(2, &mut text);
+        self.statements(self.size, &mut text);
         text + &self.filled()
     }
 
@@ -410,20 +417,18 @@ impl Writer {
             return before.to_owned();
         }
         let other = self.ranged("x + 0.125f");
-        let of = |field: &usize| {
-            FIELDS[*field]
-                .1
-                .replace('A', "x")
-                .replace('B', &other)
-                .replace('U', "n")
+        let of = |field: &usize| match FIELDS[*field].1 {
+            SIGNED => "(x * select(0.0f, 1.0f, n == 7u))".to_owned(),
+            form => form.replace('A', "x").replace('B', &other).replace('U', "n"),
         };
         let fields: Vec<_> = self.memory.iter().map(of).collect();
         format!("{name}({})", fields.join(", "))
     }
 
     /// Lets `x` pass through the array that is there for its size.
-    fn filled(&self) -> String {
-        match self.filler {
+    fn filled(&mut self) -> String {
+        // Each function would have an array of its own.
+        match std::mem::take(&mut self.filler) {
             0 => String::new(),
             count => format!(
                 "var filler: array<f32, {count}>;
@@ -458,7 +463,7 @@ other: f32, // 3, 0 to 9 mm: of something else
             );
         }
         let filler = std::mem::take(&mut self.filler);
-        for helper in 0..self.draw.below(3) {
+        for helper in 0..self.draw.below(self.size + 1) {
             self.begin(&["a", "b"], &[], true);
             self.floats.extend(values.clone());
             let early = self.truth(1);

@@ -1,11 +1,11 @@
-//! What a user's parts may do with the rest of a kernel, checked on the compiled form: whatever naga takes for a blank, an alias or a
+//! What a user's parts may do with the rest of a kernel and with the bits of floats, checked on the compiled form: whatever naga takes for a blank, an alias or a
 //! name, an expression has a type, and a call has a function.
 
 use std::collections::BTreeSet;
 
 use naga::proc::TypeResolution;
 use naga::valid::{FunctionInfo, ModuleInfo};
-use naga::{Binding, Expression, Function, Handle, Module, Span, Statement, Type, TypeInner};
+use naga::{Binding, Expression, Function, Handle, Module, ScalarKind, Span, Statement, Type, TypeInner};
 
 use crate::rules::Rule;
 use crate::source::{Refusal, Refusals, Source};
@@ -185,7 +185,6 @@ impl<'a> Checker<'a> {
     fn check_function(&mut self, function: &Function, info: &FunctionInfo, allowed: &Allowed<'_>) {
         let module = self.module;
         let name = function.name.as_ref();
-        let place = |handle: Handle<Expression>| function.expressions.get_span(handle);
         let bound: Vec<Option<&Binding>> = function
             .arguments
             .iter()
@@ -211,11 +210,23 @@ impl<'a> Checker<'a> {
             }
             self.check_expression(handle, expression, function, info);
         }
+        let kind = |handle: Handle<Expression>| info[handle].ty.inner_with(&module.types).scalar_kind();
         for (handle, expression) in function.expressions.iter() {
-            if let Expression::GlobalVariable(variable) = expression {
-                let buffer = module.global_variables[*variable].name.as_deref().unwrap_or_default();
-                let message = format!("`{buffer}` is a buffer of the kernel's; no part reads or writes it");
-                self.refuse(place(handle), name, Rule::KernelBuffers, message);
+            let place = function.expressions.get_span(handle);
+            match expression {
+                Expression::GlobalVariable(variable) => {
+                    let buffer = module.global_variables[*variable].name.as_deref().unwrap_or_default();
+                    let message = format!("`{buffer}` is a buffer of the kernel's; no part reads or writes it");
+                    self.refuse(place, name, Rule::KernelBuffers, message);
+                }
+                Expression::As {
+                    expr, convert: None, ..
+                } if kind(*expr) == Some(ScalarKind::Float) && kind(handle) != Some(ScalarKind::Float) => {
+                    let message = "the bits of a float differ between devices, if it is 0 or not a number; write `u32(x)` or `i32(x)` for \
+                                   the number that it is";
+                    self.refuse(place, name, Rule::FloatBits, message.to_owned());
+                }
+                _ => {}
             }
         }
         self.check_block(&function.body, &function.name, Some(allowed));

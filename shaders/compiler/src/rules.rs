@@ -108,6 +108,21 @@ fn length_of(v: vec2<f32>) -> f32 {
         wrong: "const TINY: f32 = 1e-40f;\n"
         right: "const TINY: f32 = 1e-30f;\n"
 
+    FloatBits "float-bits"
+        "`bitcast` gives a part the float of some bits, and not the bits of a float."
+        why: "Devices agree about floats, except about the sign of zero and about which of many bits stand for a result that \
+              is not a number. A driver may drop `x * 0.0f`, and with it the sign. No other operation shows these bits."
+        wrong: "\
+fn is_negative(x: f32) -> bool {
+    return (bitcast<u32>(x) >> 31u) == 1u;
+}
+"
+        right: "\
+fn is_negative(x: f32) -> bool {
+    return x < 0.0f;
+}
+"
+
     SupportedTypes "supported-types"
         "Types are f32, u32, i32, bool, and vectors, arrays and structs of them."
         why: "Not every device has floats of 16 bits. Products of matrices leave open in which order sums are made. \

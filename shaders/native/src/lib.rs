@@ -31,30 +31,26 @@ mod emit;
 mod library;
 mod run;
 mod share;
+mod stack;
 #[cfg(feature = "ahead")]
 mod toolchain;
 
 use cranelift_codegen::isa::OwnedTargetIsa;
-use oneiro_shader_compiler::{GREATEST_LOCAL, Trees};
+use oneiro_shader_compiler::Trees;
 
 pub use cache::{Cache, Key};
 pub use code::Code;
 #[cfg(feature = "ahead")]
 pub use library::{Draft, Instance, Library, LibraryError};
 pub use run::{Native, Stopped, Words};
+pub use stack::most_lanes;
 #[cfg(feature = "ahead")]
 pub use toolchain::{Toolchain, ToolchainError};
 
+use stack::{ARRAYS, FRAME, check_arrays};
+
 /// Numbers of lanes that code can be compiled for.
 pub const LANES: [u32; 3] = [4, 8, 16];
-
-/// Most bytes that the local arrays of all lanes may take.
-const ARRAYS: u64 = 1 << 18;
-/// Most bytes of its thread's stack that a call may use: arrays, and as much for what no register holds.
-const FRAME: u64 = 2 * ARRAYS;
-
-// With the fewest lanes, whatever the compiler accepts has room.
-const _: () = assert!(LANES[0] as u64 * GREATEST_LOCAL as u64 <= ARRAYS);
 
 /// Reasons why there is no code.
 #[derive(Debug, thiserror::Error)]
@@ -125,37 +121,16 @@ impl Target {
     /// # Errors
     /// [`Error::Lanes`], [`Error::Arrays`], [`Error::TooLarge`] or [`Error::Backend`].
     pub fn compile(&self, trees: &Trees, lanes: u32) -> Result<Code, Error> {
-        check_size(trees, lanes)?;
+        if !LANES.contains(&lanes) {
+            return Err(Error::Lanes(lanes));
+        }
+        check_arrays(trees, lanes)?;
         Ok(Code {
             lanes,
             target: self.description(),
             strides: trees.strides.clone(),
             bytes: cranelift::compile(&*self.isa, trees, lanes)?,
         })
-    }
-}
-
-/// The most lanes whose local arrays fit on a thread's stack.
-pub fn most_lanes(trees: &Trees) -> u32 {
-    let fits = |lanes: &u32| check_arrays(trees, *lanes).is_ok();
-    LANES.into_iter().rfind(fits).unwrap_or(LANES[0])
-}
-
-/// Refuses numbers of lanes that there is no code for, and local arrays that a stack doesn't hold.
-fn check_size(trees: &Trees, lanes: u32) -> Result<(), Error> {
-    if !LANES.contains(&lanes) {
-        return Err(Error::Lanes(lanes));
-    }
-    check_arrays(trees, lanes)
-}
-
-/// Refuses local arrays that a stack doesn't hold.
-fn check_arrays(trees: &Trees, lanes: u32) -> Result<(), Error> {
-    let bytes = trees.array_bytes() * u64::from(lanes);
-    if bytes > ARRAYS {
-        Err(Error::Arrays(bytes))
-    } else {
-        Ok(())
     }
 }
 

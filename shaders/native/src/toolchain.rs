@@ -10,8 +10,8 @@ use std::{env, fs, io};
 use oneiro_shader_compiler::Trees;
 use oneiro_shader_compiler::instances::{self, TARGETS};
 
-use crate::check_arrays;
 use crate::library::{Instance, LibraryError, Made};
+use crate::stack::check_arrays;
 
 /// Oldest Rust that compiles lane code.
 const OLDEST: &str = env!("CARGO_PKG_RUST_VERSION");

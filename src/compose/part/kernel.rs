@@ -27,6 +27,12 @@ pub(super) const GENERATED: &str = "what Oneiro adds";
 pub(super) const USER: &str = "lib/user.wgsl";
 const GIVEN: &str = "lib/given.wgsl";
 
+/// The entry of kernels of single robots, and how it takes over what a cycle leaves. Where an episode is cut into pieces, zeros lose their
+/// sign. A user's part may see signs, so in its kernel they lose it after each cycle, wherever the cuts are.
+const ENTRY: &str = "life.wgsl";
+const NEXT: &str = "own = lived.next;";
+const KEPT: &str = "own = kept(lived.next);";
+
 /// Trace details of the shipped sensors; composed kernels generate their own.
 const DETAILS: &str = "sensor/details.wgsl";
 
@@ -274,8 +280,8 @@ fn described(base: &Kernel, parts: &OwnParts, spec: &WorldSpec, lives: Lives) ->
             .file_stem()
             .unwrap_or_default()
             .to_string_lossy();
-        let hash = blake3::hash(own.part.text.as_bytes()).to_hex();
-        let _ = write!(name, "+{stem}-{}", &hash[..16]);
+        let hash = blake3::hash(format!("{} {}", own.part.kind.word(), own.part.text).as_bytes()).to_hex();
+        let _ = write!(name, "+{stem}-{}", &hash[..32]);
     }
     Ok((name, generated))
 }
@@ -481,6 +487,11 @@ fn assembled(base: &Kernel, own: &OwnParts, spec: &WorldSpec, lives: Lives, mut 
     }
     if is_varied(spec, lives) {
         parts = with(parts, shipped(VARIED));
+    }
+    if own.iter().any(|own| !own.part.is_of_oneiro) {
+        for entry in parts.iter_mut().filter(|part| part.path == ENTRY) {
+            entry.text = entry.text.replace(NEXT, KEPT);
+        }
     }
     let mut cells = 0;
     for own in own.iter() {
