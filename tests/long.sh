@@ -26,6 +26,9 @@ say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test random --test mutants
 long -p oneiro-host --lib mutants
 
+say "ten thousand parts drawn or changed at random, by all code"
+long --test one_hash -- --nocapture
+
 say "five minutes of robots that are driven from outside"
 long --test swarm minds_outside
 

@@ -21,13 +21,18 @@ use oneiro::world::{Controller, Noise, Task, World, WorldSpec};
 
 #[path = "one_hash/generator.rs"]
 mod generator;
+#[allow(dead_code, reason = "other tests use the rest")]
 #[path = "hostile/world.rs"]
 mod hostile;
+#[allow(dead_code, reason = "other tests use the rest")]
 mod mutations;
+#[allow(dead_code, reason = "other tests use the rest")]
+mod place;
 
 use generator::{Draw, Setting};
 use hostile::{Hostile, described};
 use mutations::mutant;
+use place::Place;
 
 const KINDS: [Kind; 3] = [Kind::Task, Kind::Controller, Kind::Sensor];
 
@@ -73,7 +78,7 @@ const ODD: [&str; 26] = [
 /// Parts to try in `tests/all.sh`, and where `ONEIRO_LONG` is set.
 const PARTS: [u32; 2] = [300, 10_000];
 /// Of how many parts one is also tried on a GPU, if there is one.
-const GPU_SHARE: [u32; 2] = [12, 50];
+const GPU_SHARE: [u32; 2] = [36, 50];
 
 /// How large parts are: most of the time goes into compiling them.
 fn size() -> u32 {
@@ -334,14 +339,14 @@ fn compare(seed: u32, devices: &mut Devices, gpu_share: u32, tally: &Tally) -> R
         same(&found, &(vec![expected.0[life]], Vec::new()), "alone")?;
     }
     let is_turn = |share: u32, of: u32| seed / 8 % share == of % share;
-    if is_turn(3, 0) {
+    if is_turn(4, 0) {
         same(
             &at(&mut devices.interpreter, &worlds, &few, true)?,
             &traced,
             "interpreted",
         )?;
     }
-    if is_turn(16, 1) {
+    if is_turn(32, 1) {
         same(
             &at(&mut devices.special, &worlds, &all, false)?,
             &expected,
@@ -355,7 +360,7 @@ fn compare(seed: u32, devices: &mut Devices, gpu_share: u32, tally: &Tally) -> R
             "by code from the cache",
         )?;
     }
-    if is_turn(24, 2) && subject.is_drawn {
+    if is_turn(36, 2) && subject.is_drawn {
         // 8 lanes, and 4.
         for filler in [5_000, 16_000] {
             let large = self::subject(seed, filler).worlds("large")?;
@@ -364,7 +369,7 @@ fn compare(seed: u32, devices: &mut Devices, gpu_share: u32, tally: &Tally) -> R
         }
     }
     let is_for_gpu = is_turn(gpu_share, 3);
-    if !is_for_gpu && !is_turn(6, 4) {
+    if !is_for_gpu && !is_turn(12, 4) {
         return Ok(());
     }
     match live(&mut devices.checking, &worlds, &few, false) {
@@ -465,4 +470,52 @@ fn whatever_is_accepted_has_one_result() {
         .map(|(_, texts)| texts.join("\n// The next part:\n"))
         .unwrap_or_default();
     assert!(problems.is_empty(), "{}\nThe first:\n{first}", heads.join("\n"));
+}
+
+/// The results of a sweep by the program, as it writes them: by a number of jobs, in shards, with its cache of kernels empty or filled.
+#[test]
+fn a_sweep_of_drawn_parts_has_one_result() {
+    let place = Place::new("one-hash");
+    let run = |arguments: &[&str], cache: &str| {
+        let all = [&["sweep", "run", "sweep.toml", "--quiet"], arguments].concat();
+        let output = place
+            .command(&all)
+            .env("XDG_CACHE_HOME", place.at(cache))
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{all:?}: {output:?}");
+    };
+    place.write(
+        "sweep.toml",
+        "experiment = \"drawn.toml\"\nseeds = \"1..3\"\n[grid]\ntask.values.weight = [0.5, 1.25]\n",
+    );
+    place.write(
+        "drawn.toml",
+        "cycles = 20\nevolution.generations = 2\n[task]\nkind = \"own\"\npart = \"drawn.wgsl\"\n",
+    );
+    let texts = (0..).map(|seed| generator::part(Kind::Task, Setting::Alone, seed, 0, 1));
+    for (number, text) in texts.filter(|text| text.contains("TaskValues")).take(3).enumerate() {
+        place.write("drawn.wgsl", text);
+        let out = |how: &str| format!("{number}-{how}");
+        let first = out("first");
+        run(&["--out", &first, "--jobs", "1"], &out("cache"));
+        let results = place.read(format!("{first}/results.csv"));
+        for jobs in ["3", "16"] {
+            let again = out(jobs);
+            run(&["--out", &again, "--jobs", jobs], &out("cache"));
+            assert!(
+                place.read(format!("{again}/results.csv")) == results,
+                "part {number}, {jobs} jobs"
+            );
+        }
+        let shards = [out("one"), out("other")];
+        for (shard, out) in ["1/2", "2/2"].iter().zip(&shards) {
+            run(&["--out", out, "--shard", shard], out);
+        }
+        place.good(&["sweep", "merge", &shards[0], &shards[1]]);
+        assert!(
+            place.read(format!("{}/results.csv", shards[0])) == results,
+            "part {number}, in shards"
+        );
+    }
 }
