@@ -10,6 +10,7 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
 use oneiro::world::{Controller, Task, World, WorldSpec};
 
+#[allow(dead_code, reason = "other tests use the rest")]
 #[path = "hostile/world.rs"]
 mod hostile;
 use hostile::described;
@@ -188,29 +189,40 @@ fn what_all_arrays_take_is_said() {
     );
 }
 
-/// As many values that are all needed later as a part may have: more than a thread's stack has room for. The kernel is interpreted,
-/// with a warning.
-#[test]
-fn what_cannot_be_compiled_is_interpreted() {
-    const VALUES: usize = 6_500;
+/// A task that has so many vectors until it needs all of them.
+fn many_values(vectors: u32) -> String {
     let mut body = "let y = vec4<f32>(x, x + 1.0f, x + 2.0f, x + 3.0f);\n".to_owned();
-    for value in 0..VALUES {
-        let _ = writeln!(body, "let v{value} = y * {value}.5f;");
+    body += "let v0 = y + y;\n";
+    for number in 1..vectors {
+        let _ = writeln!(body, "let v{number} = v{} + y;", number - 1);
     }
     body += "var sum = y;\n";
-    for value in (0..VALUES).rev() {
-        let _ = writeln!(body, "sum += v{value};");
+    let names: Vec<_> = (0..vectors).map(|number| format!("v{number}")).collect();
+    for some in names.chunks(100).rev() {
+        let _ = writeln!(body, "sum += {};", some.join(" + "));
     }
     body += "x = clamp(sum.x + sum.y + sum.z + sum.w, -9.0f, 9.0f);";
-    let text = part(Kind::Task, false, &(body, String::new()));
-    let world = world(Kind::Task, false, &text).unwrap_or_else(|refused| panic!("{refused}"));
-    let (found, warnings) = live(Cpu::new(Some(2)).unwrap(), &world);
-    let interpreter = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1").unwrap();
-    assert_eq!(found, live(interpreter, &world).0);
-    assert!(
-        warnings
-            .iter()
-            .any(|warning| warning.contains("the kernel is interpreted instead")),
-        "{warnings:?}"
-    );
+    part(Kind::Task, false, &(body, String::new()))
+}
+
+/// Numbers that are all needed later take room on a thread's stack: the code has fewer lanes. Where there is no room for those of 4
+/// lanes, the kernel is interpreted, with a warning.
+#[test]
+fn what_cannot_be_compiled_is_interpreted() {
+    // There is room for 8,224 numbers of 16 lanes, and for 32,800 of 4.
+    for (vectors, is_compiled) in [(2_100, true), (8_260, false)] {
+        let world =
+            world(Kind::Task, false, &many_values(vectors)).unwrap_or_else(|refused| panic!("{vectors}: {refused}"));
+        let (found, warnings) = live(Cpu::new(Some(2)).unwrap(), &world);
+        let interpreter = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1").unwrap();
+        assert_eq!(found, live(interpreter, &world).0, "{vectors}");
+        match &warnings[..] {
+            [] => assert!(is_compiled, "{vectors}"),
+            [warning] => assert!(
+                !is_compiled && warning.contains("the kernel is interpreted instead"),
+                "{vectors}: {warning}"
+            ),
+            _ => panic!("{vectors}: {warnings:?}"),
+        }
+    }
 }
