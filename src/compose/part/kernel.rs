@@ -647,3 +647,26 @@ fn gene_count(own: &Part) -> Refusal {
     };
     refusal(&place, Rule::GeneCount, message)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::compose::OwnPart;
+
+    /// The entry has the line that is replaced: once in a kernel without users' parts, and never in one with them.
+    #[test]
+    fn the_signs_of_zeros_are_lost_each_cycle() {
+        let text =
+            "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }";
+        let part = Part::new(Kind::Task, "own.wgsl", text).expect("it is valid");
+        let users = OwnParts::from([OwnPart::new(Arc::new(part), &[]).expect("it has no values")]);
+        for (own, lines) in [(OwnParts::default(), [1, 0]), (users, [0, 1])] {
+            let assembled = unchecked(&own, &WorldSpec::miglino1995(), Lives::Simulated);
+            let entry = assembled.parts.iter().find(|part| part.path == ENTRY);
+            let entry = entry.expect("single robots have it");
+            assert_eq!([NEXT, KEPT].map(|line| entry.text.matches(line).count()), lines);
+        }
+    }
+}
