@@ -1,4 +1,4 @@
-// built-in-name: a name of WGSL's that Oneiro's files use
+// built-in-name (harmless): a name of WGSL's that no file of Oneiro's uses here
 fn trunc(x: f32) -> f32 { return x; }
 
 fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {

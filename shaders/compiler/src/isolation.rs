@@ -1,5 +1,5 @@
-//! What a user's parts may do with the rest of a kernel and with the bits of floats, checked on the compiled form: whatever naga takes for a blank, an alias or a
-//! name, an expression has a type, and a call has a function.
+//! What a user's parts may do with the rest of a kernel and with the bits of floats, checked on the compiled form: whatever naga takes
+//! for a blank, an alias or a name, an expression has a type, and a call has a function.
 
 use std::collections::BTreeSet;
 
