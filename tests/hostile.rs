@@ -7,6 +7,7 @@ use std::sync::Arc;
 use oneiro::compose::{OwnPart, OwnParts, Part, Rule};
 use oneiro::world::World;
 
+#[allow(dead_code, reason = "other tests use the rest")]
 #[path = "hostile/world.rs"]
 mod world;
 use world::{Hostile, all};

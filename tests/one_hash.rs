@@ -311,9 +311,12 @@ fn compare(seed: u32, devices: &mut Devices, gpu_share: u32, tally: &Tally) -> R
     let at = |device: &mut dyn Evaluator, worlds: &[World; 2], lives: &[usize], traced| {
         live(device, worlds, lives, traced).map_err(|error| format!("it can't be run: {error}"))
     };
-    let same = |found: &Bits, expected: &Bits, how: &str| match found == expected {
-        true => Ok(()),
-        false => Err(format!("{how}: {found:x?}, not {expected:x?}")),
+    let same = |found: &Bits, expected: &Bits, how: &str| {
+        if found == expected {
+            Ok(())
+        } else {
+            Err(format!("{how}: {found:x?}, not {expected:x?}"))
+        }
     };
     let expected = at(&mut devices.alone, &worlds, &all, false)?;
     let traced = at(&mut devices.alone, &worlds, &few, true)?;

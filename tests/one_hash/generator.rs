@@ -270,7 +270,7 @@ impl Writer {
     /// Statements that change `x` and `n`, which are declared.
     fn statements(&mut self, depth: u32, text: &mut String) {
         self.around += 1;
-        for _ in 0..1 + self.draw.below(3) {
+        for _ in 0..=self.draw.below(3) {
             match self.draw.below(if depth == 0 { 4 } else { 11 }) {
                 0..3 => {
                     let value = self.float(self.size);

@@ -45,11 +45,11 @@ pub(crate) fn check(isolation: &Isolation<'_>, source: &Source, module: &Module,
         let owner = checker.owner(module.functions.get_span(handle));
         match owner {
             Some(allowed) => checker.check_function(function, &info[handle], allowed),
-            None => checker.check_block(&function.body, &function.name, None),
+            None => checker.check_block(&function.body, function.name.as_ref(), None),
         }
     }
     for entry in &module.entry_points {
-        checker.check_block(&entry.function.body, &entry.function.name, None);
+        checker.check_block(&entry.function.body, entry.function.name.as_ref(), None);
     }
     checker.refusals
 }
@@ -229,7 +229,7 @@ impl<'a> Checker<'a> {
                 _ => {}
             }
         }
-        self.check_block(&function.body, &function.name, Some(allowed));
+        self.check_block(&function.body, name, Some(allowed));
     }
 
     /// Refuses an expression that makes an episode, keeps it, or takes it apart.
@@ -280,7 +280,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Refuses calls between a user's part and the others that aren't on the lists: of those that `allowed` belongs to, or of others.
-    fn check_block(&mut self, block: &naga::Block, caller: &Option<String>, allowed: Option<&Allowed<'_>>) {
+    fn check_block(&mut self, block: &naga::Block, caller: Option<&String>, allowed: Option<&Allowed<'_>>) {
         for (statement, span) in block.span_iter() {
             match statement {
                 Statement::Call { function, .. } => self.check_call(*span, caller, *function, allowed),
@@ -307,7 +307,7 @@ impl<'a> Checker<'a> {
     fn check_call(
         &mut self,
         span: Span,
-        caller: &Option<String>,
+        caller: Option<&String>,
         function: Handle<Function>,
         allowed: Option<&Allowed<'_>>,
     ) {
@@ -317,7 +317,7 @@ impl<'a> Checker<'a> {
             (Some(allowed), None) if !allowed.calls.contains(name.as_str()) => {
                 let list: Vec<_> = allowed.calls.iter().copied().collect();
                 let message = format!("`{name}` can't be called from here; allowed: {}", list.join(", "));
-                self.refuse(span, caller.as_ref(), Rule::AllowedCalls, message);
+                self.refuse(span, caller, Rule::AllowedCalls, message);
             }
             (None, Some(user)) if !user.called.contains(name.as_str()) => {
                 let message = format!("Oneiro's files would call this `{name}` for their own; choose another name");

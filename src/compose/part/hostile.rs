@@ -28,7 +28,7 @@ fn refused(hostile: &Hostile) -> Option<String> {
         users: &assembled.users,
     };
     let refusals = check_compiled(&assembled.parts, &isolation).err()?;
-    Some(refusals.iter().map(|refusal| format!("{refusal}\n")).collect())
+    Some(refusals.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
 }
 
 #[test]
