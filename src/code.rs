@@ -146,11 +146,6 @@ impl LaneCode {
     }
 }
 
-/// Waits for code that is being compiled in the background.
-pub(crate) fn finish() {
-    native::finish();
-}
-
 /// Whether kernels composed at run time are interpreted, since they can't be compiled.
 pub(crate) fn interprets() -> bool {
     interpreted::is_available() && !native::is_available()
