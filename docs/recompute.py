@@ -487,6 +487,8 @@ def main():
         for name, table in own.items():
             types = {} if name == "calibration" else words
             program = pd.read_csv(pathlib.Path(directory) / f"{name}.csv", dtype=types, keep_default_na=False, na_values=["NaN", "-"])
+            # Words for readers.
+            program = program.drop(columns="reason", errors="ignore")
             count += differences(name, table, program.set_index(list(table.index.names)))
         verdicts = sum(len(table) for name, table in own.items() if name != "cells")
         print(f"{count} differences from the program in {verdicts} verdicts and their figures")

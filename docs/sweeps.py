@@ -1,5 +1,6 @@
 # %% [markdown]
-# What came of a sweep, with pandas and with Polars: `python docs/sweeps.py SWEEP`, or cell by cell as a notebook.
+# What came of a sweep, with pandas and with Polars: `python3 docs/sweeps.py SWEEP`, or cell by cell as a notebook.
+# It needs `pip install pandas polars pyarrow`.
 
 # %%
 import sys

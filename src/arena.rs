@@ -325,6 +325,17 @@ impl Arena {
         &self.walls[self.walls.len().saturating_sub(self.sides)..]
     }
 
+    /// Corners of the floor in order around it, mm: those of the polygon, or else of the field.
+    pub fn ground(&self) -> Vec<[f32; 2]> {
+        let sides = self.polygon_sides();
+        if !sides.is_empty() {
+            return sides.iter().map(|side| side.from).collect();
+        }
+        let Field { x, y, width, height } = self.field;
+        let (right, top) = (x + width, y + height);
+        vec![[x, y], [right, y], [right, top], [x, top]]
+    }
+
     /// Whether the sides of the polygon hide a lamp from a body of this radius somewhere: a lamp outside, by how far it is beyond a
     /// side, and how much higher.
     #[cfg(feature = "compose")]

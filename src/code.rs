@@ -151,11 +151,6 @@ pub(crate) fn interpreted_because(kernel: &'static Kernel) -> Option<String> {
     native::problem(kernel).filter(|_| interpreted::is_available())
 }
 
-/// Waits for code that is being compiled in the background.
-pub(crate) fn finish() {
-    native::finish();
-}
-
 /// Whether kernels composed at run time are interpreted, since they can't be compiled.
 pub(crate) fn interprets() -> bool {
     interpreted::is_available() && !native::is_available()

@@ -12,6 +12,7 @@ pub mod audit;
 pub mod auto;
 pub mod automode;
 pub mod backend;
+pub mod background;
 pub mod batch;
 mod cells;
 mod code;
@@ -34,6 +35,7 @@ pub mod stepped;
 pub mod surrogate;
 pub mod swarm;
 pub mod tables;
+pub mod threads;
 #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
 mod variants;
 pub mod world;

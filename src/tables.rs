@@ -124,6 +124,11 @@ impl SensorTable {
         sam::print_sensors(self, Format::Sam)
     }
 
+    /// Formats the table as the text of a file of this format.
+    pub fn text_in(&self, format: Format) -> String {
+        sam::print_sensors(self, format)
+    }
+
     /// Readings of all sensors in a cell, see [`SensorTable::readings`].
     pub fn cell(&self, cell: usize) -> &[u16] {
         &self.readings[cell * self.sensors as usize..][..self.sensors as usize]

@@ -515,7 +515,10 @@ fn directories_in_place_of_files_are_refused_with_what_to_name() {
     for (arguments, words) in [
         (
             &["check", "runs/run-2"][..],
-            &["runs/run-2: is a directory", "runs/run-2/config.toml"][..],
+            &[
+                "runs/run-2: is a run's directory, not an experiment",
+                "runs/run-2/config.toml",
+            ][..],
         ),
         (&["run", "experiments"], &["experiments/mine.toml"]),
         (&["run", "runs/run-10", "--out", "x"], &["runs/run-10/config.toml"]),
@@ -539,7 +542,7 @@ fn directories_in_place_of_files_are_refused_with_what_to_name() {
         ),
         (&["sweep", "plan", "experiments"], &["experiments/mine.toml"]),
         (&["list", "small.toml"], &["small.toml: is a file", "allowed"]),
-        (&["replay", "small.toml"], &["small.toml: is not a run directory"]),
+        (&["replay", "small.toml"], &["small.toml: is a file"]),
     ] {
         place.run(arguments).exits(3).says(words);
     }
@@ -950,6 +953,12 @@ fn the_best_of_what_was_recorded_has_the_best_mean() {
     let (names, lines) = table(&trace);
     let fitness = names.iter().position(|name| *name == "fitness").unwrap();
     assert_eq!(lines[299][fitness].parse::<f64>().ok(), one[0]["fitness"].as_f64());
+    // The picture's title has the fitness to six digits, however small it is.
+    let picture = place.text("again/replay-0-genome-best-seed-9.svg");
+    let (_, title) = picture.split_once("fitness ").unwrap();
+    let shown: f64 = title[..title.find('<').unwrap()].parse().unwrap();
+    let lived = one[0]["fitness"].as_f64().unwrap();
+    assert!((shown - lived).abs() <= 5e-6 * lived.abs(), "{shown}, {lived}");
     assert_ne!(replay(&[])["bits"], drawn["bits"]);
     let again = best(&place, &["best.json", "runs/run-10", "--lives", "30", "--seed", "4"]);
     assert_eq!(again["best"]["source"], "best.json");
@@ -1029,7 +1038,7 @@ fn the_best_of_a_sweep() {
     place
         .run(&["best", "shard-1"])
         .exits(3)
-        .says(&["shard-1", "has no champions yet", "sweep merge"]);
+        .says(&["shard-1", "has no champions.csv yet", "sweep merge"]);
     place.good(&["sweep", "merge", "shard-1", "shard-2", "--out", "merged"]);
     assert_eq!(place.text("merged/champions.csv"), champions);
 }
@@ -1100,7 +1109,7 @@ fn incomparable_genomes_are_refused_with_the_key() {
             &[
                 "run-2",
                 "quiet",
-                "differ in noise.sensor",
+                "come from different experiments (noise.sensor: ",
                 "[0.0, 0.4]",
                 "--experiment",
                 "--set noise.sensor=VALUE",
@@ -1109,10 +1118,14 @@ fn incomparable_genomes_are_refused_with_the_key() {
         (
             3,
             &["runs", "hidden"],
-            &["differ in controller.kind", "\"perceptron\" and \"hidden\""],
+            &["different experiments (controller.kind: \"perceptron\" / \"hidden\")"],
         ),
-        (3, &["sweep"], &["noise.sensor = [0.0, 0.0]", "differ in noise.sensor"]),
-        (3, &["mixed"], &["differ in controller.kind"]),
+        (
+            3,
+            &["sweep"],
+            &["noise.sensor = [0.0, 0.0]", "different experiments (noise.sensor: "],
+        ),
+        (3, &["mixed"], &["different experiments (controller.kind: "]),
         (
             3,
             &["mixed", "--experiment", "small.toml"],

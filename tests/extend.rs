@@ -148,18 +148,22 @@ fn the_five_minutes() {
         let arguments: Vec<&str> = line.split_whitespace().skip(1).collect();
         place.good(&arguments);
     }
-    let task = place.text("corridor-task.wgsl");
+    let task = place.text("corridor-task.wgsl") + "// Changed.\n";
     assert!(task.contains("fn task_cycle"));
+    place.write("corridor-task.wgsl", &task);
     // Neither file is overwritten.
     place
         .run(&["new", "corridor", "--task", "other"])
         .exits(3)
         .says(&["exists already"]);
+    // One that is as it would be written stays, and an edited one is in the way.
+    let edited = format!("{task}// Edited.\n");
+    place.write("corridor-task.wgsl", &edited);
     place
         .run(&["new", "other", "--task", "corridor-task"])
         .exits(3)
         .says(&["exists already"]);
-    assert_eq!(place.text("corridor-task.wgsl"), task);
+    assert_eq!(place.text("corridor-task.wgsl"), edited);
     assert!(!place.at("other.wgsl").exists() && !place.at("other.toml").exists());
     place
         .run(&["new", "third", "--task", "../elsewhere"])
@@ -511,11 +515,17 @@ fn examples_are_written_with_their_parts() {
         assert_eq!(place.read(&experiment), fs::read(shipped.join(&experiment)).unwrap());
         place.good(&["check", &experiment]);
     }
+    // Files that are as they would be written stay, of all or of some: experiments share parts.
+    place
+        .run(&["new", "--example", "homing"])
+        .exits(0)
+        .says(&["homing.toml is already there, as it would be written; next: oneiro check homing.toml"]);
+    place.write("homing.toml", "# another's");
     place
         .run(&["new", "--example", "homing"])
         .exits(3)
         .says(&["homing.toml: exists already"]);
-    // Parts that are as they would be written stay: experiments share some.
+    assert_eq!(place.text("homing.toml"), "# another's");
     fs::remove_file(place.at("homing.toml")).unwrap();
     place.good(&["new", "--example", "homing"]);
     // All or none.
@@ -718,7 +728,7 @@ fn what_comes_after_a_run_is_as_the_page_says() {
         let found = printed.iter().find(|(line, _)| line.contains(words));
         found.unwrap_or_else(|| panic!("{words}")).1.lines().collect::<Vec<_>>()
     };
-    assert_eq!(of("--genomes runs").len(), 1 + 5);
+    assert_eq!(of("--genomes corridor").len(), 1 + 5);
     let random = of("--random 200");
     assert_eq!(random.len(), 1 + 200);
     assert_eq!(random[0], "genome,lives,mean,deviation,low,high");
@@ -781,6 +791,89 @@ fn random_genomes_are_evaluated_and_summed_up() {
         .run(&["evaluate", "corridor.toml", "--random", "2", "--trials", "2"])
         .exits(0);
     noted.says(&["each genome has starts and random numbers of its own; --common-starts gives all the same"]);
+}
+
+/// An optimiser that uses behaviour counts individuals that have none, in its run, in its list and in a sweep's table.
+#[test]
+fn measures_that_are_not_a_number_are_counted() {
+    let place = Place::new("nan-measures");
+    let task = "struct TaskState { mark: f32, }
+fn task_begin(life: Life, pose: vec3<f32>) -> TaskState { return TaskState(0.0f); }
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    let infinite = reciprocal(0.0f * now.end.x);
+    return Reward(1.0f, TaskState(MARK));
+}
+";
+    let experiment = |part: &str| {
+        format!(
+            "cycles = 10\ntrials = 2\n[task]\nkind = \"own\"\npart = \"{part}\"\n[evolution]\npopulation = 12\nparents = 3\n\
+             generations = 3\nfinalists = 2\nfinalist_lives = 2\ndescriptors = [{{ measure = \"end_task_mark\", least = 0.0, greatest = 1.0 }}]\n"
+        )
+    };
+    for (name, mark) in [("nan", "0.0f * infinite"), ("number", "0.5f")] {
+        place.write(format!("{name}.wgsl"), task.replace("MARK", mark));
+        place.write(format!("{name}.toml"), experiment(&format!("{name}.wgsl")));
+    }
+    for kind in ["map-elites", "novelty"] {
+        for (name, expected) in [("nan", 36), ("number", 0)] {
+            let (file, out, set) = (
+                format!("{name}.toml"),
+                format!("{name}-{kind}"),
+                format!("evolution.kind=\"{kind}\""),
+            );
+            let run = [
+                "run",
+                &file,
+                "--set",
+                &set,
+                "--seed",
+                "1",
+                "--out",
+                &out,
+                "--backend",
+                "cpu",
+            ];
+            let said = place.run(&run).exits(0).stderr;
+            let warning = format!("warning: {out}: 36 individuals have a measure that is NaN, and so no behaviour");
+            assert_eq!(said.contains(&warning), expected > 0, "{said}");
+            let rows = (0..3).map(|generation| format!("{generation},{}\n", expected / 3));
+            assert_eq!(
+                place.text(format!("{out}/behaviour.csv")),
+                "generation,nan\n".to_owned() + &rows.collect::<String>()
+            );
+            if kind == "map-elites" {
+                // The sum over no elites has no sign.
+                let last = if expected > 0 { "2,0,0,0,NaN" } else { "2,1,0.05," };
+                let coverage = place.text(format!("{out}/coverage.csv"));
+                assert!(coverage.lines().last().unwrap().starts_with(last), "{coverage}");
+            }
+            let sweep = format!("{out}-sweep");
+            place.write(
+                format!("{sweep}.toml"),
+                format!(
+                    "experiment = \"{file}\"\nseeds = [1]\n[set]\n{}\n",
+                    set.replace('=', " = ")
+                ),
+            );
+            let run = [
+                "sweep",
+                "run",
+                &format!("{sweep}.toml"),
+                "--out",
+                &sweep,
+                "--yes",
+                "--backend",
+                "cpu",
+                "--quiet",
+            ];
+            place.good(&run);
+            let table = place.text(format!("{sweep}/results.csv"));
+            let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+            let (head, row) = (lines.next().unwrap(), lines.next().unwrap());
+            let column = head.iter().position(|name| *name == "nan_measures").unwrap();
+            assert_eq!(row[column], expected.to_string(), "{sweep}");
+        }
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::CommandExt;
 use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -19,7 +19,7 @@ mod peers;
 mod place;
 #[path = "guard/robots.rs"]
 mod robots;
-use peers::{Body, EPuck2, wait};
+use peers::{Body, EPuck2, Manner, machine_is_late, wait};
 use place::{Place, Ran};
 
 /// From an event to wheels that stand.
@@ -121,6 +121,135 @@ fn is_alive(id: &str) -> bool {
     let state = Command::new("ps").args(["-o", "stat=", "-p", id]).output().unwrap();
     let state = String::from_utf8(state.stdout).unwrap();
     !state.trim().is_empty() && !state.starts_with('Z')
+}
+
+/// What is promised between two stops of which the robot has confirmed none.
+const BETWEEN: Duration = Duration::from_millis(250);
+
+/// A robot whose wheels turn; returns its address.
+type Starts = fn(&Body) -> String;
+
+/// Every driver, over each kind of link that it has.
+const DRIVERS: [(&str, Starts); 7] = [
+    ("Khepera, serial port", robots::khepera),
+    ("Khepera, TCP", robots::khepera_over_tcp),
+    ("e-puck, serial port", robots::epuck),
+    ("e-puck, TCP", robots::epuck_over_tcp),
+    ("e-puck2, Wi-Fi", |body| EPuck2(body.clone()).start()),
+    ("Thymio II, cable", robots::thymio_at_a_port),
+    ("Thymio II, TCP", robots::thymio),
+];
+
+/// The longest time between an event and another one in which a robot was not told to stop.
+fn longest_pause(body: &Body, event: Instant, end: Instant) -> Duration {
+    let stops = body.stops.lock().unwrap();
+    let between = stops.iter().copied().filter(|at| (event..end).contains(at));
+    let mut times: Vec<Instant> = std::iter::once(event).chain(between).collect();
+    times.push(end);
+    times.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap()
+}
+
+/// Whatever a robot does in place of confirming a stop, the guard repeats it within 250 ms; and once the robot is as before, the stop is
+/// confirmed.
+#[test]
+fn a_stop_is_repeated_until_it_is_confirmed() {
+    const WATCHED: Duration = Duration::from_millis(2500);
+    let is_over = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let machine = scope.spawn(|| {
+            peers::with_a_processor_of_its_own();
+            machine_is_late(&is_over)
+        });
+        let of_driver = |(name, start): (&'static str, Starts)| {
+            let body = Body::default();
+            let mut program = Program::start("repeated", &start(&body), &[]);
+            let mut pauses = Vec::new();
+            for manner in [
+                Some(Manner::Silent),
+                Some(Manner::Late(Duration::from_millis(120))),
+                Some(Manner::Late(Duration::from_millis(400))),
+                Some(Manner::Endless),
+                None,
+            ] {
+                program.reach_speed(&body);
+                match manner {
+                    Some(manner) => body.answer(manner),
+                    None => body.is_mad.store(true, Ordering::SeqCst),
+                }
+                let event = Instant::now();
+                program.send("\"stop\"");
+                // It goes on saying that it wants to drive. A slow robot may confirm the stop.
+                program.drive_until("the end", LONG, |program| {
+                    let has_moved = event.elapsed() > Duration::from_millis(50);
+                    event.elapsed() > WATCHED || has_moved && program.state()["state"] == "standing"
+                });
+                pauses.push((manner, longest_pause(&body, event, Instant::now())));
+                body.answer(Manner::Plain);
+                body.is_mad.store(false, Ordering::SeqCst);
+                wait("a stop that is confirmed", LONG, || {
+                    program.state()["state"] == "standing"
+                });
+                program.stands_in_spite_of_commands(&body);
+                program.send("\"resume\"");
+            }
+            program.exits(0);
+            (name, pauses)
+        };
+        let drivers = DRIVERS.map(|driver| scope.spawn(move || of_driver(driver)));
+        let all = drivers.map(thread::ScopedJoinHandle::join);
+        is_over.store(true, Ordering::Relaxed);
+        let machine = machine.join().unwrap();
+        eprintln!("milliseconds between two stops, at most; a thread that waits was late by {machine:.1?}");
+        for (name, pauses) in all.map(Result::unwrap) {
+            for (manner, pause) in pauses {
+                let manner = manner.map_or("nonsense".to_owned(), |manner| format!("{manner:?}"));
+                eprintln!("{name}, {manner}: {}", pause.as_millis());
+                assert!(pause <= BETWEEN + machine, "{name}, {manner}: {pause:?}, {machine:?}");
+            }
+        }
+    });
+}
+
+/// A robot that reads nothing, behind a port whose buffer is full: the guard says in time that it can't stop it, and the stop is confirmed
+/// once the robot reads again. A Thymio II may not: half a message puts it out of step, and its protocol has no way back.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_robot_that_reads_nothing_does_not_hold_the_guard() {
+    use std::os::unix::fs::OpenOptionsExt;
+
+    use nix::libc::{O_NOCTTY, O_NONBLOCK};
+
+    let no_wait = O_NONBLOCK | O_NOCTTY;
+    for (name, start) in [DRIVERS[0], DRIVERS[2]] {
+        let body = Body::default();
+        let address = start(&body);
+        let path = address.trim_start_matches("serial:").split('@').next().unwrap();
+        // Another hand on the port, which is opened before the guard's.
+        let mut other = File::options().write(true).custom_flags(no_wait).open(path).unwrap();
+        let mut program = Program::start("full", &address, &[]);
+        program.reach_speed(&body);
+        body.is_deaf.store(true, Ordering::SeqCst);
+        let mut filled = 0;
+        while let Ok(count) = other.write(&[0; 64]) {
+            filled += count;
+        }
+        assert!(filled > 1000, "{name}: {filled} bytes");
+        let event = Instant::now();
+        program.send("\"stop\"");
+        program.drive_until("that it can't be stopped", LONG, |program| {
+            program.state()["cannot_stop"] == true
+        });
+        let took = event.elapsed();
+        // Twice what is documented, on a busy machine.
+        assert!(took < Duration::from_secs(1), "{name}: {took:?}");
+        program.drive_until("two seconds", LONG, |_| event.elapsed() > Duration::from_secs(2));
+        body.is_deaf.store(false, Ordering::SeqCst);
+        program.drive_until("a stop that is confirmed", LONG, |program| {
+            program.state()["state"] == "standing"
+        });
+        assert!(body.stands(), "{name}");
+        program.exits(0);
+    }
 }
 
 /// For each kind of robot and each thing that can happen to the program or the guard: the time until the wheels stand.

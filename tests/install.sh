@@ -20,13 +20,13 @@ install() {
     as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "$@" >/dev/null
 }
 
-# python_with MODULES PACKAGE...: sets $python to one in the build folder that imports the modules, a comma between them, and
-# installs packages for that. Kept between calls, except for leftovers of an interrupted call. Fails with the reason in
-# $problem.
+# python_with MODULES PACKAGE...: sets $python to one in the build folder, in $python_folder there if that is set, that imports the
+# modules, a comma between them, and installs packages for that. Kept between calls, except for leftovers of an interrupted call.
+# Fails with the reason in $problem.
 python_with() {
     local modules=$1 folder
     shift
-    folder=$(realpath -m "${CARGO_TARGET_DIR:-target}/python")
+    folder=$(realpath -m "${CARGO_TARGET_DIR:-target}/${python_folder:-python}")
     python=$folder/bin/python
     "$python" -c "import $modules" 2>/dev/null && return
     python3 -c 'import venv, ensurepip' 2>/dev/null || {

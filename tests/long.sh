@@ -3,8 +3,8 @@
 # parts, large swarms compared with another physics engine, champions that live in Aseba's simulator, random kernels and
 # files for half an hour, random bytes for drivers of robots for ten minutes and by radio for another ten (all of them by
 # what processors give, so that a busy machine does no less), a whole robot that is sampled, runs and sweeps that are
-# killed hundreds of times, long lives on every device, the size of the program for a robot, machine code for cards that
-# are not there, and a hundred thousand runs. Some two and a half hours on two cores.
+# killed thousands of times, long lives on every device, the size of the program for a robot, machine code for cards that
+# are not there, a hundred thousand runs, and bare machines. Some three and a half hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export ONEIRO_LONG=1
@@ -18,6 +18,12 @@ long --test goldens --test program_goldens --test parity -- --include-ignored
 
 say "a hundred thousand lives by specialised kernels"
 long --test gpu a_hundred_thousand -- --include-ignored --nocapture
+
+say "all experiments and sweeps begin on a software driver, and unequal swarms end as on the CPU"
+long -p oneiro-host --test shipped -- --nocapture
+
+say "every command under little memory and few descriptors"
+long -p oneiro-host --test ends -- --nocapture
 
 say "machine code for cards of AMD, NVIDIA and Intel"
 tests/machine-code.sh --release
@@ -59,12 +65,16 @@ long --test twins -- --ignored --nocapture
 say "evolution beside a robot that drives"
 long --test real_time_wired evolution_beside -- --ignored --nocapture
 
-say "ten daemons that evolve, in real time"
+say "ten daemons that evolve, in real time; a million hostile datagrams and a hundred thousand lines of a lying tracker"
 long --test real_time_fleets -- --nocapture
 
-say "runs and sweeps that are killed"
+say "every command that writes, killed at each change of a file and thousands of times beside; foreign files behind every name"
+long --test kills --test foreign -- --nocapture
 long --test run survives_being_killed
 long --test sweep after_kills
+
+say "whatever pages and experiments tell a user to type"
+long --test documented -- --nocapture
 
 say "robots that another physics engine moves, in crowds too"
 long --features oneiro-tests/rapier --test rapier -- --include-ignored
@@ -121,5 +131,8 @@ done
     echo "there are not a hundred thousand runs" >&2
     exit 1
 }
+
+say "the README's commands on bare machines"
+tests/fresh.sh
 
 say "all is well"

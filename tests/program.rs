@@ -192,7 +192,10 @@ fn experiments_that_are_not_allowed_exit_with_3_and_say_where() {
         ),
         (
             "experiment = \"small.toml\"\nseeds = \"1..3\"\n",
-            &["bad.toml: is a sweep, not an experiment: oneiro sweep run bad.toml --out DIR"],
+            &[
+                "bad.toml: is a sweep's file, not an experiment; ",
+                "`oneiro sweep run bad.toml` runs it",
+            ],
         ),
         ("cycles = \n", &["bad.toml:1:"]),
         ("[noise\n", &["bad.toml:1:"]),
@@ -215,7 +218,10 @@ fn experiments_that_are_not_allowed_exit_with_3_and_say_where() {
         .exits(3)
         .says(&["--set noise.wind=1", "wind"]);
     let none = place.run(&["check", "none.toml"]).exits(3);
-    assert_eq!(none.stderr, "oneiro: none.toml: No such file or directory\n");
+    assert_eq!(
+        none.stderr,
+        "oneiro: none.toml: No such file or directory; `oneiro new NAME` writes an experiment\n"
+    );
     place
         .run(&["check", "part.wgsl"])
         .exits(3)
@@ -223,7 +229,10 @@ fn experiments_that_are_not_allowed_exit_with_3_and_say_where() {
     place
         .run(&["sweep", "run", "small.toml", "--out", "sweep"])
         .exits(3)
-        .says(&["small.toml: is an experiment, not a sweep", "oneiro run small.toml"]);
+        .says(&[
+            "small.toml: is an experiment, not a sweep's file",
+            "`oneiro run small.toml` runs it",
+        ]);
     place
         .run(&["evaluate", "--genomes", "genes.npy", "small.toml"])
         .exits(3)
@@ -352,7 +361,7 @@ fn genomes_that_are_not_allowed_exit_with_3_and_say_where() {
     for (file, words) in [
         ("nan.npy", &["nan.npy", "row 2, gene 6", "NaN", "allowed"][..]),
         ("nan.csv", &["nan.csv", "line 2, column 6", "NaN", "allowed"]),
-        ("narrow.npy", &["narrow.npy", "[6, 9]", "18"]),
+        ("narrow.npy", &["narrow.npy", "(6, 9)", "18"]),
         ("ragged.csv", &["ragged.csv", "line 4", "3 numbers", "18"]),
         ("huge.csv", &["huge.csv", "line 1, column 1", "allowed"]),
         ("cut.npy", &["cut.npy", "215 bytes", "216"]),
@@ -755,7 +764,10 @@ fn damage_is_found() {
     place.run(&["verify", "run"]).exits(1).says(&["not finished"]);
 
     place.run(&["verify", "nowhere"]).exits(3);
-    place.run(&["replay", "."]).exits(3).says(&["is not a run directory"]);
+    place
+        .run(&["replay", "."])
+        .exits(3)
+        .says(&[".: holds runs; allowed: the directory of one, such as ./run"]);
     fs::create_dir(place.at("empty")).unwrap();
     place.run(&["list", "empty"]).exits(3).says(&["is not a run directory"]);
 }

@@ -19,7 +19,12 @@ no_python() {
     exit 0
 }
 
-python_with pandas,polars,pyarrow pandas polars pyarrow || no_python "$problem"
+# What its head says is all that it needs: an environment with nothing else.
+packages=$(sed -n 's/^# It needs `pip install \(.*\)`.*/\1/p' docs/sweeps.py)
+[ -n "$packages" ] || fail "docs/sweeps.py does not say what it needs"
+python_folder=python-sweeps
+# shellcheck disable=SC2086 # Words.
+python_with pandas,polars,pyarrow $packages || no_python "$problem"
 
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT

@@ -167,7 +167,10 @@ fn invalid_studies_are_refused() {
     for (arguments, words) in [
         (&["--severity=-1"][..], "allowed: 0 to 2"),
         (&["--robot", "mine"], "or surrogate:SEED for a simulated Khepera"),
-        (&["--out", "full"], "is not empty and does not hold a study"),
+        (
+            &["--out", "full"],
+            "full: exists and holds other files, and nothing is overwritten",
+        ),
         (&["--tables", "wall.sam,none.sam"], "wall.sam"),
         (&["--tables", "none.sam"], "none.sam"),
     ] {

@@ -11,6 +11,10 @@ use serde_json::Value;
 mod place;
 use place::Place;
 
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[allow(dead_code, reason = "only named files fail here")]
+mod faults;
+
 /// A small experiment that checkpoints often.
 const EXPERIMENT: &str = "
     cycles = 40
@@ -318,7 +322,6 @@ fn wait_for(mut is_so: impl FnMut() -> bool) {
 #[cfg(unix)]
 mod unix {
     use super::*;
-    use std::os::unix::fs::symlink;
 
     fn signal(child: &Child, name: &str) {
         let sent = Command::new("kill")
@@ -368,10 +371,25 @@ mod unix {
             place.assert_same(&whole, &stopped);
         }
     }
+}
 
-    /// Unfinished files are gone and take no space.
-    fn assert_gone(unfinished: &Path) {
-        assert!(unfinished.symlink_metadata().is_err(), "{}", unfinished.display());
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+mod disks {
+    use super::*;
+    use faults::{Fault, Faults};
+    use place::Ran;
+
+    /// Runs a command on a disk that is full for a file, which must be said.
+    fn full(place: &Place, faults: &Faults, arguments: &[&str], file: &str) {
+        let mut command = faults.named(place.command(arguments), file, Fault::Full);
+        let words = format!("{}: No space left on device", file.strip_suffix(".tmp").unwrap_or(file));
+        Ran::new(arguments, &command.output().unwrap())
+            .exits(6)
+            .says(&[words.trim_start_matches('/')]);
+    }
+
+    fn faults(place: &Place) -> Faults {
+        Faults::below(place, &fs::canonicalize(place.at(".")).unwrap())
     }
 
     /// A damaged checkpoint is reported and skipped in favour of the one before; without a good one, exit 5.
@@ -379,12 +397,12 @@ mod unix {
     fn a_damaged_checkpoint_is_not_used() {
         let place = Place::with("damaged", EXPERIMENT);
         place.good(&["run", "small.toml", "--seed", "1", "--out", "whole"]);
-        // Makes every write after the run's last checkpoint fail.
+        let faults = faults(&place);
+        // Nothing can be written after the run's last checkpoint.
         let interrupted = |name: &str| {
-            fs::create_dir(place.at(name)).unwrap();
-            symlink("/dev/full", place.at(name).join("champion.json.tmp")).unwrap();
-            place.run(&["run", "small.toml", "--seed", "1", "--out", name]).exits(6);
-            assert_gone(&place.at(name).join("champion.json.tmp"));
+            let out = fs::canonicalize(place.at(".")).unwrap().join(name);
+            let run = ["run", "small.toml", "--seed", "1", "--out", out.to_str().unwrap()];
+            full(&place, &faults, &run, "/champion.json.tmp");
             let checkpoints = place.checkpoints(name);
             assert_eq!(checkpoints.len(), 2);
             checkpoints
@@ -431,6 +449,7 @@ mod unix {
     #[test]
     fn a_full_disk_costs_nothing_but_time() {
         let place = Place::with("full", EXPERIMENT);
+        let faults = faults(&place);
         place.good(&["run", "small.toml", "--seed", "1", "--out", "whole"]);
         let files = ["config.toml", "meta.json", "checkpoint-4", "checkpoint-28"];
         for file in files.into_iter().chain(RESULTS.into_iter().filter(|file| {
@@ -438,21 +457,20 @@ mod unix {
             !["config.toml", "generations.csv", "individuals.npy"].contains(file)
         })) {
             let name = format!("run-{file}");
-            let full = place.at(&name).join(format!("{file}.tmp"));
-            fs::create_dir(place.at(&name)).unwrap();
-            symlink("/dev/full", &full).unwrap();
-            let run = ["run", "small.toml", "--seed", "1", "--out", &name];
-            place
-                .run(&run)
-                .exits(6)
-                .says(&[&format!("{file}: No space left on device")]);
-            assert_gone(&full);
-            let resume = ["resume", &name];
-            place.good(if place.at(&name).join("config.toml").exists() {
-                &resume
-            } else {
-                &run
-            });
+            let out = fs::canonicalize(place.at(".")).unwrap().join(&name);
+            let run = ["run", "small.toml", "--seed", "1", "--out", out.to_str().unwrap()];
+            full(&place, &faults, &run, &format!("/{file}.tmp"));
+            assert!(!out.join(format!("{file}.tmp")).exists());
+            let is_run = out.join("config.toml").exists();
+            if is_run {
+                assert!(place.good(&["list", &name]).contains(" interrupted "));
+                place
+                    .run(&["verify", &name])
+                    .exits(1)
+                    .says(&["is not finished", "oneiro resume"]);
+            }
+            let resume = ["resume", &*name];
+            place.good(if is_run { &resume[..] } else { &run });
             place.assert_same("whole", &name);
         }
         // And if append-only files can't be written.
@@ -460,12 +478,9 @@ mod unix {
             let name = format!("run-{file}");
             fs::create_dir(place.at(&name)).unwrap();
             fs::copy(place.at("whole/config.toml"), place.at(&name).join("config.toml")).unwrap();
-            symlink("/dev/full", place.at(&name).join(file)).unwrap();
-            place
-                .run(&["resume", &name])
-                .exits(6)
-                .says(&[&format!("{file}: No space left on device")]);
-            fs::remove_file(place.at(&name).join(file)).unwrap();
+            let out = fs::canonicalize(place.at(&name)).unwrap();
+            full(&place, &faults, &["resume", out.to_str().unwrap()], &format!("/{file}"));
+            assert!(place.good(&["list", &name]).contains(" interrupted "));
             place.good(&["resume", &name]);
             place.assert_same("whole", &name);
         }

@@ -325,8 +325,6 @@ fn what_can_not_be_sampled_is_refused() {
     place
         .run(&[&sample[..], &["--robot", &address, "--yes", "--full-speed", "250"]].concat())
         .exits(3)
-        .says(&[
-            "--full-speed 250: is beyond the greatest speed of the Khepera under the guard; allowed: up to 200 mm/s",
-        ]);
+        .says(&["--full-speed 250: is more than the guard allows; allowed: up to 200 mm/s"]);
     assert_eq!(robot.speeds(), [0, 0]);
 }

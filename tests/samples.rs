@@ -266,11 +266,9 @@ fn a_robot_made_from_tables_runs() {
     place.good(&[&["run", "twin.toml"], &run[..], &["run"]].concat());
     #[cfg(unix)]
     {
-        // Its last file can't be written.
-        fs::create_dir(place.at("stopped")).unwrap();
-        std::os::unix::fs::symlink("/dev/full", place.at("stopped/DONE.tmp")).unwrap();
-        let stopped = [&["run", "twin.toml"], &run[..], &["stopped"]].concat();
-        place.run(&stopped).exits(6);
+        // As it is before its last file is written.
+        place.good(&[&["run", "twin.toml"], &run[..], &["stopped"]].concat());
+        fs::remove_file(place.at("stopped/DONE")).unwrap();
     }
     fs::remove_dir_all(place.at("tables")).unwrap();
     #[cfg(unix)]

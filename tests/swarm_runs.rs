@@ -82,11 +82,13 @@ fn stopped_runs_are_repeated_and_changed_ones_are_detected() {
         fs::remove_file(place.at(format!("runs/seed-2/{name}"))).unwrap();
     }
     place
+        .run(&["verify", "runs/seed-2"])
+        .exits(1)
+        .says(&["oneiro resume runs/seed-2"]);
+    place
         .run(&[&["run", &file][..], &short].concat())
-        .exits(3)
-        .says(&["oneiro resume"]);
-    place.run(&["verify", "runs/seed-2"]).exits(1);
-    place.good(&["resume", "runs", "--backend", "cpu"]);
+        .exits(0)
+        .says(&["2 of 3 runs are already done", "1 of 3 runs was begun before"]);
     place.good(&["verify", "runs"]);
     place.good(&[&["run", &file][..], &short].concat());
 

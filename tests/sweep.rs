@@ -16,6 +16,7 @@ use place::{Place, Ran};
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod disk;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[allow(dead_code, reason = "calls fail by their number here")]
 mod faults;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod skips;

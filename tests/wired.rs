@@ -33,6 +33,8 @@ mod several;
 mod study;
 #[path = "place/table.rs"]
 mod table;
+#[path = "wired/untouched.rs"]
+mod untouched;
 use peers::{Body, wait};
 use place::Place;
 use table::Table;
@@ -446,12 +448,12 @@ fn what_can_not_be_lived_is_refused() {
         (
             &["--robot", &robot, "--lives", "mine"],
             3,
-            &["--lives mine: has other files"],
+            &["mine: exists and holds other files", "--lives"],
         ),
         (
             &["--robot", &robot, "--lives", "new", "--speed", "300"],
             3,
-            &["the greatest speed is 300 mm/s, and that of the Khepera 200.0 mm/s with its guard"],
+            &["the greatest speed is 300 mm/s, and the guard allows 200.0 mm/s"],
         ),
         (
             &["--robot", &robot, "--lives", "new", "--sensor", "left_90=prox_5"],

@@ -1,15 +1,20 @@
 //! The command line: its commands, arguments and help texts. What they do is in `commands`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum, ValueHint};
 use oneiro::backend::Specialise;
+use oneiro::parameter;
 
 use crate::commands::rules;
 use crate::console::Output;
 use crate::device::Backend;
+use crate::exit;
+use crate::experiment::reference;
+use crate::files;
 use crate::reality::site::SEVERITY;
 use crate::reality::wired::{self, Starts};
 use crate::robots::{Kind, tracker};
@@ -19,7 +24,7 @@ use crate::sweep::store::Shard;
 /// Evolves robot controllers in simulated lives, bit for bit the same on every device.
 ///
 /// Data go to standard output, messages to standard error. Exit codes: 0 done, 1 failed, 2 usage,
-/// 3 configuration or input invalid, 4 no usable device or robot, 5 data corrupt, 6 disk full or I/O,
+/// 3 configuration or input invalid, 4 no usable device or robot, 5 data corrupt, 6 disk full or I/O, 7 not enough memory, 70 a mistake in Oneiro,
 /// 75 stopped early and resumable, 130 aborted.
 #[derive(Debug, Parser)]
 #[command(name = "oneiro", version, propagate_version = true)]
@@ -30,6 +35,174 @@ pub(crate) struct Cli {
     /// The command.
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+impl Cli {
+    /// Parses the command line. The command is a refusal if an option names a file where a directory belongs.
+    ///
+    /// # Errors
+    /// Help, and mistakes of usage.
+    pub(crate) fn typed() -> Result<(Output, exit::Result<Command>), clap::Error> {
+        let mut command = <Self as CommandFactory>::command();
+        let typed = command.try_get_matches_from_mut(std::env::args_os());
+        let parsed = typed.and_then(|matches| Ok((Self::from_arg_matches(&matches)?, matches)));
+        let (cli, matches) = parsed.map_err(|error| advised(error, &command))?;
+        Ok((cli.output, directories(&command, &matches).map(|()| cli.command)))
+    }
+}
+
+/// Checks all directories that the options of a command line name.
+fn directories(command: &clap::Command, matches: &ArgMatches) -> exit::Result {
+    if let Some((name, matches)) = matches.subcommand()
+        && let Some(command) = command.find_subcommand(name)
+    {
+        return directories(command, matches);
+    }
+    for argument in command
+        .get_opts()
+        .filter(|own| own.get_value_hint() == ValueHint::DirPath)
+    {
+        for path in matches.get_raw(argument.get_id().as_str()).into_iter().flatten() {
+            let option = argument.get_long().unwrap_or_default();
+            let refused = |failure: exit::Failure| exit::Failure::input(format_args!("--{option} {failure}"));
+            files::must_not_be_file(Path::new(path)).map_err(refused)?;
+        }
+    }
+    Ok(())
+}
+
+/// Words that other programs have for this one's options, and for its commands.
+const OTHER_WORDS: [(&str, &str); 16] = [
+    ("device", "--backend NAME"),
+    ("gpu", "--backend gpu"),
+    ("cuda", "--backend gpu"),
+    ("cpu", "--backend cpu"),
+    ("output", "--out PATH"),
+    ("runs", "--seeds 1..N"),
+    ("workers", "--threads N"),
+    ("evolve", "run"),
+    ("train", "run"),
+    ("optimize", "run"),
+    ("validate", "check"),
+    ("init", "new"),
+    ("create", "new"),
+    ("plot", "replay"),
+    ("draw", "replay"),
+    ("version", "--version"),
+];
+
+/// An error of the parser with tips that lead further than its own: these are by another measure of likeness, and to pass an unknown
+/// option as a value, which no command takes.
+fn advised(mut error: clap::Error, program: &clap::Command) -> clap::Error {
+    let (unknown, theirs) = match error.kind() {
+        ErrorKind::UnknownArgument => (ContextKind::InvalidArg, ContextKind::SuggestedArg),
+        ErrorKind::InvalidSubcommand => (ContextKind::InvalidSubcommand, ContextKind::SuggestedSubcommand),
+        _ => return error,
+    };
+    error.remove(ContextKind::Suggested);
+    error.remove(theirs);
+    let words: Vec<String> = std::env::args_os()
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect();
+    let mut command = program;
+    for word in words.iter().skip(1).filter(|word| !word.starts_with('-')) {
+        match command.find_subcommand(word) {
+            Some(own) => command = own,
+            None => break,
+        }
+    }
+    let tip = match error.get(unknown) {
+        Some(ContextValue::String(word)) if unknown == ContextKind::InvalidArg => option_tip(word, &words, command),
+        Some(ContextValue::String(word)) => command_tip(word, command, program),
+        _ => None,
+    };
+    if let Some(tip) = tip {
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
+    error
+}
+
+/// What to type in place of a word that a command doesn't know.
+fn option_tip(unknown: &str, words: &[String], command: &clap::Command) -> Option<String> {
+    let is_apart = |words: &&[String]| words[0] == "--set" && !words[1].contains('=') && words[2] == unknown;
+    if let Some([_, key, value]) = words.windows(3).find(is_apart) {
+        return Some(format!("a key and its value are one word: '--set {key}={value}'"));
+    }
+    let name = unknown.strip_prefix("--")?;
+    let has = |name: &str| {
+        command
+            .get_arguments()
+            .any(|own| own.get_id() == name || own.get_long() == Some(name))
+    };
+    if has("sweep") && ["set", "seed", "seeds"].contains(&name) {
+        return Some("a sweep's seeds and values are in its file: seeds, [set] and [grid] (docs/sweeps.md)".to_owned());
+    }
+    let meant = |option: &str| format!("did you mean '{option}'?");
+    if let Some(own) = parameter::nearest(command.get_arguments().filter_map(clap::Arg::get_long), name) {
+        return Some(meant(&format!("--{own}")));
+    }
+    let is_own = |option: &str| {
+        option
+            .strip_prefix("--")
+            .and_then(|own| own.split(' ').next())
+            .is_some_and(has)
+    };
+    if let Some((_, option)) = OTHER_WORDS
+        .iter()
+        .find(|(other, option)| *other == name && is_own(option))
+    {
+        return Some(meant(option));
+    }
+    let name = name.replace('-', "_");
+    let keys = reference::single()
+        .into_iter()
+        .chain(reference::swarm())
+        .map(|entry| entry.key);
+    let keys: Vec<&str> = keys.filter(|key| key.rsplit('.').next() == Some(&name)).collect();
+    let key = keys
+        .iter()
+        .find(|key| key.starts_with("evolution."))
+        .or(keys.first())
+        .filter(|_| has("set"))?;
+    Some(format!("a value of the experiment is set by '--set {key}=VALUE'"))
+}
+
+/// What to type in place of a command that there isn't at this place: that of the same name elsewhere, one that is much like it, or
+/// this program's word for it.
+fn command_tip(unknown: &str, command: &clap::Command, program: &clap::Command) -> Option<String> {
+    fn of_name(command: &clap::Command, name: &str, path: &str, found: &mut Vec<String>) {
+        for own in command.get_subcommands().filter(|own| !own.is_hide_set()) {
+            let path = format!("{path} {}", own.get_name());
+            if own.get_name() == name {
+                found.push(path.clone());
+            }
+            of_name(own, name, &path, found);
+        }
+    }
+    let mut found = Vec::new();
+    of_name(program, unknown, program.get_name(), &mut found);
+    if found.is_empty() {
+        let shown = command.get_subcommands().filter(|own| !own.is_hide_set());
+        let names: Vec<&str> = shown.map(clap::Command::get_name).collect();
+        let begun = names
+            .iter()
+            .copied()
+            .find(|name| unknown.len() > 2 && name.starts_with(unknown));
+        let other = || {
+            OTHER_WORDS
+                .iter()
+                .find(|(other, _)| *other == unknown)
+                .map(|(_, own)| *own)
+        };
+        let name = begun
+            .or_else(|| parameter::nearest(names.into_iter(), unknown))
+            .or_else(other)?;
+        found.push(format!(
+            "{} {name}",
+            command.get_bin_name().unwrap_or_else(|| command.get_name())
+        ));
+    }
+    Some(format!("did you mean '{}'?", found.join("' or '")))
 }
 
 /// The commands.
@@ -146,7 +319,7 @@ pub(crate) struct Check {
     #[arg(conflicts_with_all = ["experiment", "set", "out"])]
     pub(crate) explain: Option<String>,
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
     /// Draw the arena into this file (SVG)
     #[arg(long, value_name = "FILE.svg", value_hint = ValueHint::FilePath)]
@@ -169,7 +342,7 @@ pub(crate) struct Compile {
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: PathBuf,
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
     /// Compile it even if this version of Rust has compiled it before
     #[arg(long)]
@@ -192,7 +365,7 @@ pub(crate) struct Run {
     #[command(flatten)]
     pub(crate) backend: Backend,
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
     /// The run's directory, or with --seeds the directory of the runs [default: runs/NAME-SEED-HASH]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
@@ -218,8 +391,9 @@ pub(crate) struct Evaluate {
     /// The experiment's TOML file, given before --genomes [default: that of the runs in --genomes]
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: Option<PathBuf>,
-    /// .npy (f4 or f8, rows x genes), .csv (a genome per row; a header is optional), a run's champion.json, a run's
-    /// directory (its champion), a directory of runs, or a sweep's directory (its champions). Any number of them
+    /// .npy (f4 or f8, rows x genes), .csv (a genome per row), a run's champion.json, a run's directory (its champion), a
+    /// directory of runs, or a sweep's directory (its champions). Any number of them. Genes are found by name; without names,
+    /// as in .npy, they are in the controller's order
     #[arg(long, value_name = "FILE|DIR", required_unless_present = "random", num_args = 1.., value_hint = ValueHint::AnyPath)]
     pub(crate) genomes: Vec<PathBuf>,
     /// Add N random genomes, each gene drawn by --seed from the range that an evolution's first generation has
@@ -239,7 +413,8 @@ pub(crate) struct Evaluate {
     /// Give all genomes the same starts and the same random numbers, so that they can be compared trial by trial
     #[arg(long)]
     pub(crate) common_starts: bool,
-    /// Start one rollout of each genome at each of these poses, one pose per line: x and y in mm, heading in turns
+    /// Start one rollout of each genome at each of these poses, one per line: x and y in mm, heading in turns. A header names
+    /// its columns (`x_mm`, `y_mm`, `heading_turns`) in any order
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
     pub(crate) starts: Option<PathBuf>,
     /// The experiment's noise, or none: neither that of the table `noise` nor that of wheels and light. What a part of your
@@ -259,7 +434,7 @@ pub(crate) struct Evaluate {
     #[command(flatten)]
     pub(crate) on_robot: OnRobot,
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
     /// Write the results to this file (.csv or .npy, never overwritten); - is standard output
     #[arg(long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
@@ -361,7 +536,7 @@ pub(crate) struct Best {
     #[command(flatten)]
     pub(crate) backend: Backend,
     /// Change a value of the experiments, such as noise.sensor=[0.0,0.4]. May be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
     /// Write the best genome into this file (.json, never overwritten), as champion.json has it
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -490,7 +665,7 @@ pub(crate) struct Bench {
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: Option<PathBuf>,
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE", requires = "experiment")]
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting, requires = "experiment")]
     pub(crate) set: Vec<String>,
     /// Batch sizes [default: 1000,10000,100000,1000000, without those that take too long]
     #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
@@ -655,7 +830,7 @@ pub(crate) struct Calibrate {
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
     /// The device that evaluates.
     #[command(flatten)]
@@ -1149,6 +1324,14 @@ fn walk(text: &str) -> Result<f64, String> {
     within(text, 0.0, wired::LONGEST_WALK_S)
 }
 
+/// Checks that a setting has a key and a value.
+fn setting(text: &str) -> Result<String, String> {
+    match text.split_once('=') {
+        Some(_) => Ok(text.to_owned()),
+        None => Err("allowed: KEY=VALUE, such as noise.motor=0.1".to_owned()),
+    }
+}
+
 /// Parses two names.
 fn pair(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
@@ -1166,9 +1349,11 @@ fn share(text: &str) -> Result<f64, String> {
 }
 
 #[cfg(test)]
+mod documented;
+
+#[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn command_line_is_consistent() {

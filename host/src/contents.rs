@@ -82,6 +82,19 @@ impl Column {
     }
 }
 
+/// A column of a sweep's table of results, and the function that gives a finished run's value.
+#[derive(Debug)]
+pub(crate) struct OutcomeColumn<F> {
+    pub(crate) column: Column,
+    pub(crate) value: F,
+}
+
+impl<F> OutcomeColumn<F> {
+    pub(crate) const fn new(column: Column, value: F) -> Self {
+        Self { column, value }
+    }
+}
+
 /// The first line of a table.
 pub(crate) fn head<'a>(columns: impl IntoIterator<Item = &'a Column>) -> String {
     let names: Vec<&str> = columns.into_iter().map(|column| &*column.name).collect();
@@ -105,6 +118,12 @@ impl Entry {
             about: about.into(),
             columns: Vec::new(),
         }
+    }
+
+    /// Whether a file or folder has its name.
+    #[cfg(all(unix, feature = "twin"))]
+    pub(crate) fn is_called(&self, name: &str) -> bool {
+        self.name == name
     }
 
     /// A table as CSV.

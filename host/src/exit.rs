@@ -7,6 +7,9 @@ use std::path::Path;
 use oneiro::evaluator;
 use oneiro::parameter::Invalid;
 
+use crate::ending::complete;
+use crate::files::plain;
+
 /// Exit codes other than 0; the README lists them for users.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -23,6 +26,10 @@ pub(crate) enum Code {
     Corrupt = 5,
     /// The disk is full, or reading or writing failed.
     Storage = 6,
+    /// Not enough memory, or no thread can be started.
+    Memory = 7,
+    /// A mistake in Oneiro, or a crash in a library.
+    Broken = 70,
     /// Stopped early; the run can be resumed.
     Stopped = 75,
     /// A second Ctrl-C.
@@ -38,12 +45,15 @@ pub(crate) enum Failure {
     BrokenPipe,
 }
 
+/// What is said where work was stopped of which nothing was recorded.
+const NOT_RECORDED: &str = "stopped; nothing of this was recorded, and the same command begins it anew";
+
 /// The result of a command.
 pub(crate) type Result<T = ()> = std::result::Result<T, Failure>;
 
 impl Failure {
     fn new(code: Code, problem: impl Display) -> Self {
-        Self::Exit(code, anyhow::anyhow!("{problem}"))
+        Self::Exit(code, anyhow::Error::msg(unnumbered(&problem.to_string())))
     }
 
     /// Any exit code.
@@ -76,19 +86,40 @@ impl Failure {
         Self::new(Code::Corrupt, problem)
     }
 
+    /// Exit 70: a part of the program panicked, whose message has been printed.
+    pub(crate) fn broken(part: &str) -> Self {
+        Self::new(
+            Code::Broken,
+            format_args!(
+                concat!(
+                    "{} panicked, which is a mistake in Oneiro. Please report it with the command and the line above. ",
+                    complete!()
+                ),
+                part
+            ),
+        )
+    }
+
     /// Exit 75: stopped early; the run can be resumed.
     pub(crate) fn stopped(message: impl Display) -> Self {
         Self::new(Code::Stopped, message)
     }
 
-    /// Exit 6, for a file that the program failed to write or to read back: the path and the system's message.
+    /// Exit 6, for a file that the program failed to write or to read back: the path and the system's message. Exit 7 if that is for
+    /// want of memory; exit 3 if it is a pipe, a device, a link or the like, which are refused.
     pub(crate) fn storage(path: &Path, error: &io::Error) -> Self {
-        let full = matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);
-        let hint = if full { "; free some space and try again" } else { "" };
-        Self::new(
-            Code::Storage,
-            format_args!("{}: {}{hint}", path.display(), words(error)),
-        )
+        if plain::is_refusal(error) {
+            return Self::input(format_args!("{}: {error}", path.display()));
+        }
+        let (code, hint) = match error.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+                (Code::Storage, "; free some space and try again")
+            }
+            io::ErrorKind::OutOfMemory => (Code::Memory, "; allow more memory (ulimit -v) and try again"),
+            _ if is_file_limit(error) => (Code::Storage, "; allow more (ulimit -n 64) and try again"),
+            _ => (Code::Storage, ""),
+        };
+        Self::new(code, format_args!("{}: {error}{hint}", path.display()))
     }
 
     /// Exit 6, for a file that a library failed to write: the library's message, which names the path.
@@ -112,7 +143,7 @@ impl Failure {
             | io::ErrorKind::InvalidData
             | io::ErrorKind::InvalidInput
             | io::ErrorKind::InvalidFilename
-            | io::ErrorKind::UnexpectedEof => Self::input(format_args!("{name}: {}", words(error))),
+            | io::ErrorKind::UnexpectedEof => Self::input(format_args!("{name}: {error}")),
             _ => Self::storage(path, error),
         }
     }
@@ -137,6 +168,14 @@ impl Failure {
     pub(crate) fn at(self, place: &str) -> Self {
         match self {
             Self::Exit(code, error) => Self::new(code, format_args!("{place}: {error:#}")),
+            Self::BrokenPipe => self,
+        }
+    }
+
+    /// The same failure, with more words after its message.
+    pub(crate) fn and_say(self, words: &str) -> Self {
+        match self {
+            Self::Exit(code, error) => Self::new(code, format_args!("{error:#}{words}")),
             Self::BrokenPipe => self,
         }
     }
@@ -168,17 +207,35 @@ impl From<Invalid> for Failure {
 impl From<evaluator::Error> for Failure {
     fn from(error: evaluator::Error) -> Self {
         match error {
-            evaluator::Error::Cancelled => Self::stopped("stopped; run the same command again to continue"),
+            evaluator::Error::Cancelled => Self::stopped(NOT_RECORDED),
             evaluator::Error::NoDevice(_) | evaluator::Error::TooLarge(_) => Self::device(error),
+            evaluator::Error::Short(_) => Self::new(Code::Memory, error),
             _ => Self::failed(error),
         }
     }
 }
 
-/// The system's message without the number of its error.
-fn words(error: &io::Error) -> String {
-    let text = error.to_string();
-    text.split(" (os error").next().unwrap_or_default().to_owned()
+/// A message without the numbers of the system's errors in it, which say less than its words.
+fn unnumbered(message: &str) -> String {
+    let mut parts = message.split(" (os error ");
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let digits = part.trim_start_matches(|c: char| c.is_ascii_digit());
+        match digits.strip_prefix(')') {
+            Some(rest) if digits.len() < part.len() => text += rest,
+            _ => text.extend([" (os error ", part]),
+        }
+    }
+    text
+}
+
+/// Whether it is for want of descriptors.
+fn is_file_limit(error: &io::Error) -> bool {
+    #[cfg(unix)]
+    let limits = [nix::libc::EMFILE, nix::libc::ENFILE];
+    #[cfg(not(unix))]
+    let limits = [];
+    error.raw_os_error().is_some_and(|code| limits.contains(&code))
 }
 
 #[cfg(test)]
@@ -196,6 +253,11 @@ mod tests {
             Failure::storage(Path::new("a"), &io::ErrorKind::StorageFull.into()).code(),
             6
         );
+        assert_eq!(
+            Failure::storage(Path::new("a"), &io::ErrorKind::OutOfMemory.into()).code(),
+            7
+        );
+        assert_eq!(Failure::broken("").code(), 70);
         assert_eq!(Failure::stopped("").code(), 75);
         assert_eq!(Code::Aborted as u8, 130);
         assert_eq!(Failure::stdout(&io::ErrorKind::BrokenPipe.into()).code(), 0);

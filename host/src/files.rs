@@ -1,10 +1,14 @@
 //! Files named by the user: read completely, and never overwritten; directories in the order of their numbers.
 
-use std::cmp::Ordering;
-use std::fs::{self, OpenOptions};
-use std::io::{self, Write};
-use std::path::Path;
+pub(crate) mod directory;
+pub(crate) mod plain;
 
+use std::cmp::Ordering;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::engine::disk::TEMPORARY;
 use crate::exit::{Failure, Result};
 
 /// Most bytes of a file that a user writes: an experiment, a sweep, or a part. Reading one takes up to 300 times as much
@@ -16,7 +20,7 @@ pub(crate) const GREATEST_TEXT: usize = 1 << 20;
 /// # Errors
 /// Exit 3 if it doesn't exist, isn't text, or has more than [`GREATEST_TEXT`] bytes; exit 6 if reading fails otherwise.
 pub(crate) fn text(path: &Path) -> Result<String> {
-    as_written(path, bytes(path)?)
+    as_text(path, read(path, GREATEST_TEXT as u64)?)
 }
 
 /// Converts the bytes of a file that a user writes to text.
@@ -38,20 +42,30 @@ pub(crate) fn as_written(path: &Path, bytes: Vec<u8>) -> Result<String> {
 /// # Errors
 /// Exit 3 if they aren't text.
 pub(crate) fn as_text(path: &Path, bytes: Vec<u8>) -> Result<String> {
-    String::from_utf8(bytes)
-        .map_err(|error| Failure::input(format_args!("{}: is not text: {}", path.display(), error.utf8_error())))
+    String::from_utf8(bytes).map_err(|error| {
+        let (path, bytes) = (path.display(), error.as_bytes());
+        if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+            return Failure::input(format_args!("{path}: is UTF-16; allowed: UTF-8, so save it as that"));
+        }
+        let before = &bytes[..error.utf8_error().valid_up_to()];
+        let line = before.split(|byte| *byte == b'\n').count();
+        Failure::input(format_args!(
+            "{path}:{line}: is not UTF-8; allowed: text, saved as UTF-8"
+        ))
+    })
 }
 
 /// Reads an input file.
 ///
 /// # Errors
-/// Exit 3 if it doesn't exist, or is a device or a directory, with what to name instead; exit 6 if reading fails otherwise.
+/// Exit 3 if it doesn't exist, or is a pipe, a device or a directory, with what to name instead, or is larger than
+/// [`plain::MAXIMUM`]; exit 6 if reading fails otherwise.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>> {
-    if is_device(path) {
-        let path = path.display();
-        return Err(Failure::input(format_args!("{path}: is a device; allowed: a file")));
-    }
-    fs::read(path).map_err(|error| {
+    read(path, plain::MAXIMUM)
+}
+
+fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
+    plain::read(path, most).map_err(|error| {
         if path.is_dir() {
             Failure::input(instead_of_directory(path))
         } else {
@@ -60,21 +74,10 @@ pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>> {
     })
 }
 
-/// Whether a path is that of a device, which may have no end.
-fn is_device(path: &Path) -> bool {
-    #[cfg(unix)]
-    if let Ok(metadata) = fs::metadata(path) {
-        use std::os::unix::fs::FileTypeExt;
-        return metadata.file_type().is_char_device() || metadata.file_type().is_block_device();
-    }
-    let _ = path;
-    false
-}
-
 /// Says that a directory was named instead of a file, and which of its files could be meant.
 fn instead_of_directory(directory: &Path) -> String {
-    /// Extensions that commands read: experiments and sweeps, genomes, tables.
-    const READ: [&str; 6] = ["toml", "npy", "csv", "json", "sam", "sample"];
+    /// Extensions that commands read, except for TOML's: genomes, tables.
+    const READ: [&str; 5] = ["npy", "csv", "json", "sam", "sample"];
     const MOST: usize = 4;
     let is_read = |path: &Path| {
         let extension = path.extension().and_then(|extension| extension.to_str());
@@ -82,7 +85,6 @@ fn instead_of_directory(directory: &Path) -> String {
     };
     let entries = fs::read_dir(directory).into_iter().flatten().flatten();
     let mut files: Vec<_> = entries.map(|entry| entry.path()).filter(|path| is_read(path)).collect();
-    // Experiments first.
     files.sort_by(|a, b| {
         let kind = |path: &Path| {
             READ.iter()
@@ -124,25 +126,60 @@ enum Part<'a> {
     Words(&'a [u8]),
 }
 
-/// Refuses a path that exists.
+/// Refuses a path that exists, or whose directory doesn't.
 ///
 /// # Errors
 /// Exit 3.
 pub(crate) fn must_be_new(path: &Path) -> Result {
-    must_be_new_as(path, "file")
+    must_not_exist(path)?;
+    must_have_directory(path)
 }
 
-/// Refuses a directory's path that exists.
+/// Refuses a file's path whose directory doesn't exist.
+fn must_have_directory(path: &Path) -> Result {
+    let (Some(directory), path) = (missing_directory(path), path.display()) else {
+        return Ok(());
+    };
+    let directory = directory.display();
+    Err(Failure::input(format_args!(
+        "{path}: there is no directory {directory}; allowed: a file in one that exists"
+    )))
+}
+
+/// The directory of a file's path if it isn't there.
+fn missing_directory(path: &Path) -> Option<&Path> {
+    path.parent()
+        .filter(|directory| !directory.as_os_str().is_empty() && !directory.is_dir())
+}
+
+/// Refuses the name of a picture, an option's value, that isn't that of an SVG.
 ///
 /// # Errors
 /// Exit 3.
-pub(crate) fn directory_must_be_new(path: &Path) -> Result {
-    must_be_new_as(path, "directory")
+pub(crate) fn must_be_svg(option: &str, path: &Path) -> Result {
+    must_end_in(option, path, "svg", "the picture is an SVG")
 }
 
-fn must_be_new_as(path: &Path, what: &str) -> Result {
+/// Refuses an option's value, a file's name, with another extension; `written` says what is written.
+///
+/// # Errors
+/// Exit 3.
+pub(crate) fn must_end_in(option: &str, path: &Path, extension: &str, written: &str) -> Result {
+    let is_it = |own: &std::ffi::OsStr| own.eq_ignore_ascii_case(extension);
+    if path.extension().is_some_and(is_it) {
+        return Ok(());
+    }
+    let path = path.display();
+    Err(Failure::input(format_args!(
+        "{option} {path}: {written}; allowed: a name that ends in .{extension}"
+    )))
+}
+
+/// Refuses a path that exists.
+fn must_not_exist(path: &Path) -> Result {
     if path.symlink_metadata().is_ok() {
-        Err(exists(path, what))
+        tidy(path);
+        Err(exists(path))
     } else {
         Ok(())
     }
@@ -162,45 +199,83 @@ pub(crate) fn must_not_be_file(directory: &Path) -> Result {
     Ok(())
 }
 
-/// Writes a new file.
+/// Writes a new file: completely or not at all. One that has these bytes already stays.
 ///
 /// # Errors
-/// Exit 3 if the path exists or its directory doesn't, exit 6 if writing fails; a partial file is removed.
+/// Exit 3 if the path exists or its directory doesn't, exit 6 if writing fails.
 pub(crate) fn write_new(path: &Path, bytes: &[u8]) -> Result {
-    write_as(&mut OpenOptions::new(), path, bytes)
+    // A command that was killed when its file was complete goes on.
+    if is_already(path, bytes) {
+        tidy(path);
+        return Ok(());
+    }
+    write_as(plain::create_anew, path, bytes)
 }
 
-/// Like [`write_new`], for a file that on Unix only its owner can read.
+/// Whether a file has these bytes.
+pub(crate) fn is_already(path: &Path, bytes: &[u8]) -> bool {
+    plain::read(path, bytes.len() as u64).is_ok_and(|known| known == bytes)
+}
+
+/// Writes a new file that on Unix only its owner can read: completely or not at all.
+///
+/// # Errors
+/// As [`write_new`].
 pub(crate) fn write_secret(path: &Path, bytes: &[u8]) -> Result {
-    let mut options = OpenOptions::new();
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    write_as(&mut options, path, bytes)
+    write_as(plain::create_secret_anew, path, bytes)
 }
 
-fn write_as(options: &mut OpenOptions, path: &Path, bytes: &[u8]) -> Result {
-    let file = options.write(true).create_new(true).open(path);
-    let mut file = file.map_err(|error| uncreated(path, &error))?;
-    file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|error| {
-        // If this fails too, the error that follows names the file.
-        let _ = fs::remove_file(path);
-        Failure::storage(path, &error)
-    })
+/// The name of a new file until it is complete. What a kill has left of it is replaced the next time.
+fn unfinished(path: &Path) -> PathBuf {
+    let mut name = std::ffi::OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(TEMPORARY);
+    path.with_file_name(name)
+}
+
+/// Removes the first name of a file that has got its own, if a kill came between.
+fn tidy(path: &Path) {
+    let temporary = unfinished(path);
+    if plain::is_same(&temporary, path) {
+        // Otherwise it is in the way of nobody.
+        let _ = fs::remove_file(temporary);
+    }
+}
+
+fn write_as(create: fn(&Path) -> io::Result<File>, path: &Path, bytes: &[u8]) -> Result {
+    must_be_new(path)?;
+    let temporary = unfinished(path);
+    let mut file = create(&temporary).map_err(|error| uncreated(path, &error))?;
+    let written = file
+        .write_all(bytes)
+        .and_then(|()| file.sync_all())
+        .map_err(|error| Failure::storage(path, &error))
+        .and_then(|()| plain::take_name(&temporary, path).map_err(|error| uncreated(path, &error)));
+    // It may have been renamed.
+    let _ = fs::remove_file(&temporary);
+    written
 }
 
 /// For a new file that the user named and that can't be created: exit 3 if it exists or its directory doesn't, else exit 6.
 pub(crate) fn uncreated(path: &Path, error: &io::Error) -> Failure {
     match error.kind() {
-        io::ErrorKind::AlreadyExists => exists(path, "file"),
-        _ => Failure::unreadable(path, error),
+        io::ErrorKind::AlreadyExists => exists(path),
+        _ => must_have_directory(path)
+            .err()
+            .unwrap_or_else(|| Failure::unreadable(path, error)),
     }
 }
 
-fn exists(path: &Path, what: &str) -> Failure {
+fn exists(path: &Path) -> Failure {
     Failure::input(format_args!(
-        "{}: exists already, and nothing is overwritten; name another {what}",
+        "{}: exists already, and nothing is overwritten; name another file",
         path.display()
     ))
+}
+
+/// The lines of a text that have an end.
+pub(crate) fn whole_lines(text: &str) -> &str {
+    &text[..text.rfind('\n').map_or(0, |end| end + 1)]
 }
 
 /// Quotes a word for a shell.

@@ -1,9 +1,14 @@
 //! The program `oneiro`: evolves robot controllers, and evaluates, replays, audits and measures them. Other programs use the
 //! same through [`api`], as the Python package does.
 
-use std::process::ExitCode;
+// `clippy.toml` says what has one place only.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
 
-use clap::Parser;
+pub use ending::Ending;
+use std::process::ExitCode;
 
 pub mod api;
 mod calibrate;
@@ -14,6 +19,7 @@ mod console;
 mod contents;
 mod daemon;
 mod device;
+mod ending;
 mod engine;
 mod evolve;
 mod exchange;
@@ -22,6 +28,7 @@ mod experiment;
 mod files;
 mod fleet;
 mod genomes;
+mod kinds;
 mod lives;
 #[cfg(test)]
 #[path = "../../tests/mutations/mod.rs"]
@@ -44,22 +51,20 @@ mod statistics;
 mod studies;
 mod swarm;
 mod sweep;
+mod threads;
 mod utc;
 mod workload;
 
 /// Does what the command line says, prints what there is to say, and returns the exit code.
 pub fn main() -> ExitCode {
+    ending::prepare();
     device::quiet_drivers();
-    let cli = cli::Cli::parse();
-    let console = console::Console::new(cli.output);
-    match commands::run(cli.command, console) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            if !matches!(failure, exit::Failure::BrokenPipe) {
-                // If standard error is closed, there is nobody to read the message.
-                let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("oneiro: {failure}\n"));
-            }
-            ExitCode::from(failure.code())
-        }
-    }
+    let (output, command) = match cli::Cli::typed() {
+        Ok(typed) => typed,
+        Err(error) => return ExitCode::from(console::usage(&error)),
+    };
+    let console = console::Console::new(output);
+    ending::end(ending::code_of(console, || {
+        command.and_then(|command| commands::run(command, console))
+    }))
 }

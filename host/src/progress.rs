@@ -2,12 +2,12 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use oneiro::evaluator::Control;
 
-use crate::console::Console;
+use crate::console::{Console, shown};
 
 /// Time between two redraws of a bar.
 const TICK: Duration = Duration::from_millis(100);
@@ -20,7 +20,7 @@ pub(crate) fn bar(steps: u64, label: &str, console: Console) -> ProgressBar {
         ProgressDrawTarget::stderr()
     };
     let style = ProgressStyle::with_template("{prefix} {bar:32} {percent:>3} %  {per_sec}  {eta} left");
-    let bar = ProgressBar::with_draw_target(Some(steps.max(1)), target).with_prefix(label.to_owned());
+    let bar = ProgressBar::with_draw_target(Some(steps.max(1)), target).with_prefix(shown(label).into_owned());
     match style {
         Ok(style) => bar.with_style(style.with_key("per_sec", rate)),
         Err(_) => bar,
@@ -60,6 +60,44 @@ pub(crate) fn watched<T>(steps: u64, label: &str, console: Console, control: &Co
         done.store(true, Ordering::Relaxed);
         watcher.thread().unpark();
         bar.finish_and_clear();
+        result
+    })
+}
+
+/// Does work whose end is not known, and says from time to time how long it has taken: in place on a terminal, else in lines.
+pub(crate) fn meanwhile<T>(label: &str, console: Console, work: impl FnOnce() -> T) -> T {
+    /// Before it is said for the first time, and between two times in lines.
+    const SHORT: Duration = Duration::from_secs(2);
+    const LINES: Duration = Duration::from_secs(30);
+    if console.quiet() {
+        return work();
+    }
+    let began = Instant::now();
+    let done = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let watcher = scope.spawn(|| {
+            let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+            let style = ProgressStyle::with_template("{msg}");
+            let bar = style.map_or(bar.clone(), |style| bar.with_style(style));
+            let mut next = SHORT;
+            while !done.load(Ordering::Relaxed) {
+                thread::park_timeout(TICK);
+                if began.elapsed() < next || done.load(Ordering::Relaxed) {
+                    continue;
+                }
+                let text = format!("{label}, {} s so far", began.elapsed().as_secs());
+                if bar.is_hidden() {
+                    console.say(text);
+                    next = began.elapsed() + LINES;
+                } else {
+                    bar.set_message(shown(&text).into_owned());
+                }
+            }
+            bar.finish_and_clear();
+        });
+        let result = work();
+        done.store(true, Ordering::Relaxed);
+        watcher.thread().unpark();
         result
     })
 }

@@ -2,7 +2,7 @@
 # # A first evolution
 #
 # A Khepera learns to avoid walls with the algorithm of its experiment, asked for genomes and told their fitness. Run from the
-# repository's root, with `pip install oneiro matplotlib`.
+# repository's root, with `pip install matplotlib` and the package (docs/python.md says how to build it).
 
 # %%
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 # # An optimiser of your own
 #
 # `cma` evolves obstacle avoidance, every generation is recorded, and fresh lives judge what it found. Run from the repository's
-# root, with `pip install oneiro cma`. Bits are promised of the lives only: what `cma` makes of them may differ between its
-# versions and NumPy's.
+# root, with `pip install cma` and the package (docs/python.md says how to build it). Bits are promised of the lives only: what
+# `cma` makes of them may differ between its versions and NumPy's.
 
 # %%
 import tempfile

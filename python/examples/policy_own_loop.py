@@ -2,8 +2,9 @@
 # # PPO in one file
 #
 # The loop in full, in the manner of CleanRL, on Gymnasium's vector interface: for those who change the algorithm. Run from the
-# repository's root, with `pip install oneiro gymnasium torch`. The algorithm and its constants are those of Schulman et al.,
-# "Proximal policy optimization algorithms", arXiv:1707.06347, with generalised advantage estimation (arXiv:1506.02438).
+# repository's root, with `pip install gymnasium torch` and the package (docs/python.md says how to build it). The algorithm and
+# its constants are those of Schulman et al., "Proximal policy optimization algorithms", arXiv:1707.06347, with generalised
+# advantage estimation (arXiv:1506.02438).
 
 # %%
 import numpy as np

@@ -2,7 +2,8 @@
 # # A policy by PPO against the evolved champion
 #
 # Stable-Baselines3 trains a network on the steps of lives; evolution has as many steps. Both are judged on the same fresh starts.
-# Run from the repository's root, with `pip install oneiro "stable-baselines3>=2.6"` (which brings torch).
+# Run from the repository's root, with `pip install "stable-baselines3>=2.6"` (which brings torch) and the package
+# (docs/python.md says how to build it).
 
 # %%
 import numpy as np

@@ -2,8 +2,9 @@
 # # Quality diversity, with a picture of the archive
 #
 # `ribs` fills an archive of the places where lives in Kheperax's maze end (CMA-ME). Run from the repository's root, with
-# `pip install oneiro "ribs[visualize]"`. Bits are promised of the lives only: what `ribs` makes of them may differ between its
-# versions and NumPy's. (`map-elites` is also among Oneiro's own optimisers, whose bits are promised.)
+# `pip install "ribs[visualize]"` and the package (docs/python.md says how to build it). Bits are promised of the lives only: what
+# `ribs` makes of them may differ between its versions and NumPy's. (`map-elites` is also among Oneiro's own optimisers, whose
+# bits are promised.)
 
 # %%
 import matplotlib.pyplot as plt

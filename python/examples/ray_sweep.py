@@ -2,8 +2,9 @@
 # # A sweep on a Ray cluster
 #
 # Each shard of the sweep is a task. Shards merge into the tables that a single process makes, byte for byte, however many there
-# are. Run from the repository's root, with `pip install oneiro ray`. Here the cluster is this machine's; on another one the folder
-# must be shared, or each shard gets a folder of its own and `oneiro.merge` all of them.
+# are. Run from the repository's root, with `pip install ray` and the package (docs/python.md says how to build it). Here the
+# cluster is this machine's; on another one the folder must be shared, or each shard gets a folder of its own and `oneiro.merge`
+# all of them.
 
 # %%
 import tempfile

@@ -2,7 +2,7 @@
 # # A sweep's statistics
 #
 # A small sweep over mutation and population sizes, its table in pandas, and intervals by the bootstrap. Run from the repository's
-# root, with `pip install oneiro pandas scipy`.
+# root, with `pip install pandas scipy` and the package (docs/python.md says how to build it).
 
 # %%
 import tempfile

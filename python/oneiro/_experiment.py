@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from . import _native
 from ._errors import InputError
@@ -56,6 +56,32 @@ def whole(name: str, value: Any, least: int = 0) -> int:
     return number
 
 
+class Table(Protocol):
+    """Columns by their names: a data frame, a structured array, or a mapping of arrays."""
+
+    def __getitem__(self, name: Any, /) -> Any: ...
+
+
+def in_order(exp: Experiment, genomes: ArrayLike | Table) -> NDArray[np.float32]:
+    """Genomes in the order of an experiment's genes. A table's are found by name; an array has no names."""
+    import numpy as np
+
+    names: Any = getattr(getattr(genomes, "dtype", None), "names", None)
+    if names is None:
+        names = genomes.keys() if isinstance(genomes, Mapping) else getattr(genomes, "columns", None)
+    if names is None:
+        return np.ascontiguousarray(genomes, dtype=np.float32)
+    names = list(names)
+    if not any(isinstance(name, str) for name in names):
+        warnings.warn("genomes: the columns have no names, so they are taken in the order of gene_names", stacklevel=3)
+        return np.ascontiguousarray(genomes, dtype=np.float32)
+    places, warning = exp._gene_columns([str(name) for name in names])
+    if warning is not None:
+        warnings.warn(warning, stacklevel=3)
+    table: Any = genomes
+    return np.stack([np.asarray(table[names[place]], dtype=np.float32) for place in places], axis=-1)
+
+
 class Outcome(NamedTuple):
     """Results of lives: of each genome, and of each of its lives."""
 
@@ -75,7 +101,7 @@ class Outcome(NamedTuple):
 
 def evaluate(
     exp: Experiment,
-    genomes: ArrayLike,
+    genomes: ArrayLike | Table,
     *,
     seed: int,
     keys: ArrayLike | None = None,
@@ -87,19 +113,21 @@ def evaluate(
 ) -> Outcome:
     """Lets genomes, `[n, genes]`, live in the experiment's world, `lives` times each.
 
+    Genomes of an array are in the order of `exp.gene_names`. Those of a table, such as a data frame, are found by the names of its columns.
+
     The random numbers of a life, its start among them, are made from `seed`, the genome's key and the life's number. By default a
     genome's key is its index, so that results are those of `oneiro evaluate`. `keys`, `[n]`, names other ones: parts of a
     population that keep their keys have the results that they have in the whole. With `[n, 2]` the first number is a generation:
-    with `Evolution.keys` the lives are those of `oneiro run`. `common_starts` gives all genomes the random numbers of the first.
+    with `Evolution.keys` the lives are those of `oneiro run`, and measured as there: without the end of their last cycle. `common_starts` gives all genomes the random numbers of the first.
     """
     import numpy as np
 
-    genomes = np.ascontiguousarray(genomes, dtype=np.float32)
+    genomes = in_order(exp, genomes)
     if genomes.ndim == 1:
         genomes = genomes[None]
     if genomes.ndim != 2 or len(genomes) == 0:
         raise InputError(f"genomes: have the shape {list(genomes.shape)}; allowed: [n, genes], n from 1")
-    numbers = None
+    numbers, as_in_run = None, False
     if keys is not None:
         given = np.asarray(keys)
         if given.dtype.kind not in "iu" or (given.size and given.min() < 0):
@@ -109,6 +137,7 @@ def evaluate(
             raise InputError(f"keys: have the shape {shape}; allowed: [{len(genomes)}] or [{len(genomes)}, 2]")
         numbers = np.zeros((len(genomes), 2), np.uint64)
         numbers[:, 2 - given.ndim :] = given.reshape(len(genomes), -1)
+        as_in_run = given.ndim == 2
     if traces not in (None, False, True):
         raise InputError(f"traces: is {traces!r}; allowed: True, False or None")
     with bar("evaluating") as progress:
@@ -117,6 +146,7 @@ def evaluate(
             genomes,
             whole("seed", seed),
             numbers,
+            as_in_run,
             whole("lives", lives, 1),
             common_starts,
             backend,

@@ -63,6 +63,7 @@ class Experiment:
         """It as TOML with every default written out. Files have the names that a run's directory gives them."""
 
     def _with(self, set: list[str]) -> Experiment: ...
+    def _gene_columns(self, names: list[str]) -> tuple[list[int], str | None]: ...
     def _trace_columns(self) -> list[tuple[str, str]]: ...
 
 @final
@@ -143,6 +144,7 @@ def evaluate(
     genomes: NDArray[np.float32],
     seed: int,
     numbers: NDArray[np.uint64] | None,
+    as_in_run: bool,
     lives: int,
     common_starts: bool,
     backend: str,

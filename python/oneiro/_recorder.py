@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _native
 from ._errors import CorruptError, FailedError, InputError, StorageError
-from ._experiment import Outcome, evaluate, whole
+from ._experiment import Outcome, evaluate, in_order, whole
 from ._native import Experiment
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from ._evolution import Luckiest
+    from ._experiment import Table
 
 _ABOUT = "recorder.json"
 _EXPERIMENT = "experiment.pickle"
@@ -98,12 +99,12 @@ class Recorder:
         """Number of the generation that is evaluated next, from 0."""
         return len(self._files())
 
-    def evaluate(self, genomes: ArrayLike, *, descriptors: bool = False) -> Outcome:
+    def evaluate(self, genomes: ArrayLike | Table, *, descriptors: bool = False) -> Outcome:
         """Lets the next generation's genomes, `[n, genes]`, live, and records them with their fitness."""
         import numpy as np
 
         generation = self.generation
-        genomes = np.ascontiguousarray(genomes, dtype=np.float32)
+        genomes = in_order(self.experiment, genomes)
         if genomes.ndim != 2:
             raise InputError(f"genomes: have the shape {list(genomes.shape)}; allowed: [n, genes]")
         outcome = self._lives(generation, genomes, np.arange(len(genomes)), descriptors)

@@ -131,6 +131,12 @@ impl Experiment {
         ok(py, self.0.descriptor_names())
     }
 
+    /// The place of each gene among the names of a table's columns, and a warning.
+    fn _gene_columns(&self, py: Python<'_>, names: Vec<String>) -> PyResult<(Vec<usize>, Option<String>)> {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        ok(py, self.0.gene_columns(&names))
+    }
+
     /// Names and `NumPy`'s types of the columns of traces.
     fn _trace_columns(&self, py: Python<'_>) -> PyResult<Vec<(String, &'static str)>> {
         let kind = |scalar| match scalar {
@@ -149,13 +155,18 @@ impl Experiment {
 
 /// Fitness, measures and traces of genomes, and what they were computed by.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "they are those of `oneiro.evaluate`")]
+#[expect(
+    clippy::too_many_arguments,
+    clippy::fn_params_excessive_bools,
+    reason = "they are those of `oneiro.evaluate`"
+)]
 pub(crate) fn evaluate<'py>(
     py: Python<'py>,
     experiment: &Bound<'py, Experiment>,
     genomes: PyReadonlyArray2<'py, f32>,
     seed: u64,
     numbers: Option<PyReadonlyArray2<'py, u64>>,
+    as_in_run: bool,
     lives: usize,
     common_starts: bool,
     backend: &str,
@@ -181,6 +192,7 @@ pub(crate) fn evaluate<'py>(
         common_starts,
         backend,
         descriptors,
+        as_in_run,
         traces,
     };
     let task = Task::default();

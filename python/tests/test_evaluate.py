@@ -52,6 +52,26 @@ def test_values_that_are_refused_have_the_programs_messages(tmp_path):
         swarm.genes  # noqa: B018
 
 
+def test_genes_of_tables_are_found_by_name(avoidance):
+    import pandas
+
+    population = genomes(3, avoidance.genes)
+    expected = bits(oneiro.evaluate(avoidance, population, seed=1).fitness)
+    names = list(reversed(avoidance.gene_names))
+    frame = pandas.DataFrame(population, columns=avoidance.gene_names)[names]
+    assert bits(oneiro.evaluate(avoidance, frame, seed=1).fitness) == expected
+    upper = frame.rename(columns=str.upper)
+    assert bits(oneiro.evaluate(avoidance, upper, seed=1).fitness) == expected
+    assert bits(oneiro.evaluate(avoidance, {name: frame[name] for name in names}, seed=1).fitness) == expected
+    assert bits(oneiro.evaluate(avoidance, frame.to_records(index=False), seed=1).fitness) == expected
+    with pytest.warns(UserWarning, match="other columns, which are ignored: `run`"):
+        assert bits(oneiro.evaluate(avoidance, frame.assign(run=7), seed=1).fitness) == expected
+    with pytest.raises(oneiro.InputError, match="none is called `left_90_to_left`"):
+        oneiro.evaluate(avoidance, frame.rename(columns={"left_90_to_left": "other"}), seed=1)
+    with pytest.warns(UserWarning, match="no names"):
+        assert bits(oneiro.evaluate(avoidance, pandas.DataFrame(population), seed=1).fitness) == expected
+
+
 @pytest.mark.parametrize("name", ["avoidance", "own"])
 def test_fitness_has_the_programs_bits(name, request, tmp_path):
     exp = request.getfixturevalue(name)
@@ -204,8 +224,8 @@ exp = oneiro.Experiment.load(sys.argv[1], set={"cycles": 1_000_000})
 print("begun", flush=True)
 try:
     oneiro.evaluate(exp, np.zeros((100_000, exp.genes)), seed=1, backend="cpu")
-except KeyboardInterrupt:
-    print("stopped", flush=True)
+except KeyboardInterrupt as stopped:
+    print(*getattr(stopped, "__notes__", ["begins it anew"]), flush=True)
 # It can go on.
 exp = oneiro.Experiment.load(sys.argv[1])
 print(oneiro.evaluate(exp, np.zeros((1, exp.genes)), seed=1, backend="cpu").fitness.shape)
@@ -214,5 +234,6 @@ print(oneiro.evaluate(exp, np.zeros((1, exp.genes)), seed=1, backend="cpu").fitn
 
 def test_control_c_stops():
     rest, seconds = interrupted(LONG, AVOIDANCE, after=1)
-    assert rest == "stopped\n(1, 1)\n"
+    note, shape = rest.splitlines()
+    assert note.endswith("begins it anew") and "command" not in note and shape == "(1, 1)"
     assert seconds < 20

@@ -10,9 +10,6 @@ pub(crate) const NAME: &str = "";
 #[allow(dead_code, reason = "of the interpreter nobody asks it")]
 pub(crate) const LANES: u32 = 1;
 
-#[allow(dead_code, reason = "the interpreter has nothing to finish")]
-pub(crate) fn finish() {}
-
 /// Code; there is none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Code {}

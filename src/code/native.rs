@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::thread;
 
 use oneiro_shader_compiler::tree::Program;
 use oneiro_shader_compiler::{Generic, Part, Trees, trees};
 use oneiro_shader_native as native;
 use oneiro_shaders::{Kernel, Words};
 
+use crate::background;
 use crate::evaluator::Error;
 use crate::variants::Setting;
 
@@ -44,20 +45,8 @@ pub(crate) fn problem(kernel: &'static Kernel) -> Option<String> {
     known().get(kernel.name)?.clone().err()
 }
 
-/// Code that is being compiled in the background.
-static UNDERWAY: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
-
-/// Held by the one of these that compiles.
+/// Held by the one of the threads in the background that compiles.
 static TURN: Mutex<()> = Mutex::new(());
-
-/// Waits for code that is being compiled, so that it is in the cache the next time.
-pub(crate) fn finish() {
-    let underway = std::mem::take(&mut *UNDERWAY.lock().unwrap_or_else(PoisonError::into_inner));
-    for thread in underway {
-        // If it failed, the code with fewer lanes remains.
-        let _ = thread.join();
-    }
-}
 
 /// Returns a kernel's code. That of a long program has fewer lanes at first, until that of all lanes has been compiled in the
 /// background.
@@ -80,14 +69,18 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     known.insert(kernel.name, Ok(code.clone()));
     let lanes = code.lanes();
     if !is_whole {
-        let thread = thread::spawn(move || {
+        let whole = move || {
             // What waits has no memory yet: compiling the longest kernels that ship takes 350 MB.
             let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
             if let Ok(Some(code)) = compiler.whole(lanes) {
                 self::known().insert(kernel.name, Ok(code));
             }
-        });
-        UNDERWAY.lock().unwrap_or_else(PoisonError::into_inner).push(thread);
+        };
+        // Without another thread, the code with fewer lanes remains. At its end the process waits for it, so that the code is in the
+        // cache the next time.
+        if let Ok(thread) = thread::Builder::new().spawn(whole) {
+            background::abandon(thread);
+        }
     }
     Ok(code)
 }

@@ -43,7 +43,15 @@ fn fault(path: &Path, line: Option<usize>, problem: impl Into<String>) -> Error 
 }
 
 pub(super) fn load(path: &Path) -> Result<String, Error> {
-    std::fs::read_to_string(path).map_err(|error| fault(path, None, format!("can't be read: {error}")))
+    /// Largest file, bytes: the largest table has some 230 million numbers of up to five characters.
+    const LARGEST: u64 = 2 << 30;
+    let refused = |problem: String| fault(path, None, format!("can't be read: {problem}"));
+    let metadata = std::fs::metadata(path).map_err(|error| refused(error.to_string()))?;
+    // A pipe or a device may have no end.
+    if !metadata.is_file() || metadata.len() > LARGEST {
+        return Err(refused(format!("allowed: a file of up to {LARGEST} bytes")));
+    }
+    std::fs::read_to_string(path).map_err(|error| refused(error.to_string()))
 }
 
 /// Writes a file that must not exist yet.
@@ -264,7 +272,9 @@ pub(super) fn parse_motors(text: &str, path: &Path) -> Result<MotorSamples, Erro
                            then displacements from -100 to 100 cm, a line a speed of the left wheel each";
     let mut lines = Lines::new(text, path);
     let first = lines.expect(|| ALLOWED.to_owned())?;
-    let count = first.split_ascii_whitespace().count();
+    let count = lines
+        .all_numbers::<f32>(first, ALLOWED, |number| number.is_finite())?
+        .len();
     if !(2..=255).contains(&count) {
         return Err(lines.fault(format!("{count} numbers; allowed: {ALLOWED}")));
     }

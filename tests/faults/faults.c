@@ -2,10 +2,12 @@
  *
  *   FAULTS_BELOW   the directory, as a path without links; nothing happens without it
  *   FAULTS_AT      which of the calls there fails, counted from 1; 0 for none
+ *   FAULTS_NAME    all calls fail whose path ends with this
  *   FAULTS_KIND    EIO or ENOSPC: the call fails with it, and changes nothing
  *                  SHORT: a write takes half of its bytes, and the file's next write fails with ENOSPC
  *                  KILL: the process is killed instead
  *   FAULTS_SPACE   so many bytes can be written there, and then no more, as on a full disk
+ *   FAULTS_COUNT   a file that gets the number of calls when the program ends
  *   FAULTS_REPORT  a file that is written when a call fails: its name, a space, and the path
  *
  * Syncs that don't fail do nothing: what is tested is what the program does, not the disk.
@@ -26,15 +28,25 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
-static const char *below, *kind = "EIO", *report;
+static const char *below, *kind = "EIO", *name, *report;
 static long at;
 static atomic_long calls, space = LONG_MAX;
 static atomic_int full = -1; /* the file whose next write fails */
+
+/* Writes how many calls there were, if that is asked for. */
+__attribute__((destructor)) static void end(void) {
+    const char *count = getenv("FAULTS_COUNT");
+    FILE *file = count ? fopen(count, "w") : NULL;
+    if (!file) return;
+    fprintf(file, "%ld", atomic_load(&calls));
+    fclose(file);
+}
 
 __attribute__((constructor)) static void begin(void) {
     const char *text;
     below = getenv("FAULTS_BELOW");
     report = getenv("FAULTS_REPORT");
+    name = getenv("FAULTS_NAME");
     if ((text = getenv("FAULTS_AT"))) at = atol(text);
     if ((text = getenv("FAULTS_KIND"))) kind = text;
     if ((text = getenv("FAULTS_SPACE"))) space = atol(text);
@@ -68,9 +80,14 @@ static void tell(const char *call, const char *path) {
     close(file);
 }
 
-/* Counts a call. Whether it is the one that fails, with errno set. */
+static int is_named(const char *path) {
+    size_t own = name ? strlen(name) : 0, length = strlen(path);
+    return own && own <= length && strcmp(path + length - own, name) == 0;
+}
+
+/* Counts a call. Whether it is one that fails, with errno set. */
 static int fails(const char *call, const char *path) {
-    if (!is_below(path) || atomic_fetch_add(&calls, 1) + 1 != at) return 0;
+    if (!is_below(path) || (atomic_fetch_add(&calls, 1) + 1 != at && !is_named(path))) return 0;
     tell(call, path);
     if (strcmp(kind, "KILL") == 0) raise(SIGKILL);
     errno = strcmp(kind, "EIO") == 0 ? EIO : ENOSPC;
@@ -171,6 +188,14 @@ CUT(ftruncate64, off64_t)
 
 int rename(const char *from, const char *to) {
     return fails("rename", to) ? -1 : REAL(rename)(from, to);
+}
+
+int link(const char *from, const char *to) {
+    return fails("link", to) ? -1 : REAL(link)(from, to);
+}
+
+int linkat(int old, const char *from, int new, const char *to, int flags) {
+    return fails("link", to) ? -1 : REAL(linkat)(old, from, new, to, flags);
 }
 
 int mkdir(const char *path, mode_t mode) {

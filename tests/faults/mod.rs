@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 
 use super::place::Place;
 
@@ -17,6 +17,17 @@ pub(crate) enum Fault {
     Short,
     /// Kills the process instead.
     Kill,
+}
+
+impl Fault {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Broken => "EIO",
+            Self::Full => "ENOSPC",
+            Self::Short => "SHORT",
+            Self::Kill => "KILL",
+        }
+    }
 }
 
 /// A call that failed.
@@ -55,16 +66,26 @@ impl Faults {
 
     /// Makes the call with that number, from 1 on, fail.
     pub(crate) fn at(&self, mut command: Command, number: u32, fault: Fault) -> Command {
-        let kind = match fault {
-            Fault::Broken => "EIO",
-            Fault::Full => "ENOSPC",
-            Fault::Short => "SHORT",
-            Fault::Kill => "KILL",
-        };
         self.load(&mut command)
             .env("FAULTS_AT", number.to_string())
-            .env("FAULTS_KIND", kind);
+            .env("FAULTS_KIND", fault.word());
         command
+    }
+
+    /// Makes all calls fail for files whose path ends with this.
+    pub(crate) fn named(&self, mut command: Command, name: &str, fault: Fault) -> Command {
+        self.load(&mut command)
+            .env("FAULTS_NAME", name)
+            .env("FAULTS_KIND", fault.word());
+        command
+    }
+
+    /// Runs a command of which no call fails, and returns how many there were.
+    pub(crate) fn counted(&self, mut command: Command) -> (Output, u32) {
+        let count = self.report.with_extension("count");
+        let output = self.load(&mut command).env("FAULTS_COUNT", &count).output().unwrap();
+        let calls = fs::read_to_string(&count).map_or(0, |count| count.parse().unwrap());
+        (output, calls)
     }
 
     /// Makes no call fail, but skips waiting for the disk.

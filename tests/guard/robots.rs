@@ -1,16 +1,53 @@
-//! A Khepera on a pseudo-terminal and a Thymio II over TCP.
+//! A Khepera, an e-puck and a Thymio II, each on a pseudo-terminal or over TCP.
 
-use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::io::{ErrorKind, Read, Write};
 use std::thread;
 use std::time::Duration;
 
 use serialport::{SerialPort, TTYPort};
 
-use crate::peers::{Body, Noise, listen, with_a_processor_of_its_own};
+use crate::peers::{Body, Mouth, listen, with_a_processor_of_its_own};
 
 /// How long a robot waits for bytes before it looks at what is wrong with it.
 const GLANCE: Duration = Duration::from_millis(5);
+
+/// Serves a robot at the end of a pseudo-terminal. Returns its path.
+fn at_a_port(serve: impl FnOnce(TTYPort) + Send + 'static) -> String {
+    let (mut port, slave) = TTYPort::pair().unwrap();
+    let path = slave.name().unwrap();
+    // One at a time can open it; until then, reading fails.
+    drop(slave);
+    thread::spawn(move || {
+        with_a_processor_of_its_own();
+        port.set_timeout(GLANCE).unwrap();
+        serve(port);
+    });
+    path
+}
+
+/// Serves a robot over TCP. Returns its address.
+fn over_tcp(serve: impl Fn(std::net::TcpStream) + Send + 'static) -> String {
+    listen(move |stream| {
+        with_a_processor_of_its_own();
+        stream.set_read_timeout(Some(GLANCE)).unwrap();
+        stream.set_write_timeout(Some(GLANCE)).unwrap();
+        serve(stream);
+    })
+}
+
+/// Reads what has come; none if the other end is gone for good. A port without another end has one again.
+fn heard(link: &mut impl Read, buffer: &mut [u8]) -> Option<usize> {
+    match link.read(buffer) {
+        Ok(0) => None,
+        Ok(count) => Some(count),
+        Err(error) => {
+            if !matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock) {
+                thread::sleep(GLANCE);
+            }
+            Some(0)
+        }
+    }
+}
 
 /// Starts a Khepera with turning wheels. It answers each line with a line.
 pub(crate) fn khepera(body: &Body) -> String {
@@ -19,45 +56,93 @@ pub(crate) fn khepera(body: &Body) -> String {
 
 /// The same at some baud rate. If it is slow, its lines take the time that they have at this rate, with 11 bits for each byte.
 pub(crate) fn khepera_at(baud: u32, is_slow: bool, body: &Body) -> String {
-    let (mut port, slave) = TTYPort::pair().unwrap();
-    let address = format!("serial:{}@{baud}", slave.name().unwrap());
-    // One at a time can open it; until then, reading fails.
-    drop(slave);
     body.set([5, -5]);
     let body = body.clone();
-    thread::spawn(move || {
-        with_a_processor_of_its_own();
-        let (mut heard, mut noise, mut byte) = (Vec::new(), Noise::new(), [0]);
-        port.set_timeout(GLANCE).unwrap();
-        loop {
-            if Body::is(&body.is_deaf) {
-                thread::sleep(GLANCE);
-                continue;
-            }
-            if Body::is(&body.is_mad) {
-                // What nobody takes is lost.
-                let _ = port.write(&noise.bytes(20));
-            }
-            let Ok(1..) = port.read(&mut byte) else {
-                thread::sleep(GLANCE);
-                continue;
-            };
-            if !matches!(byte[0], b'\r' | b'\n') {
-                heard.push(byte[0]);
-                continue;
-            }
-            let line = String::from_utf8_lossy(&std::mem::take(&mut heard)).into_owned();
-            let answer = answer(&body, &line);
-            if is_slow {
-                let bits = 11 * (line.len() + 1 + answer.len());
-                thread::sleep(Duration::from_secs_f64(bits as f64 / f64::from(baud)));
-            }
-            if !Body::is(&body.is_mad) {
-                let _ = port.write_all(answer.as_bytes());
-            }
+    let rate = is_slow.then_some(baud);
+    format!(
+        "serial:{}@{baud}",
+        at_a_port(move |port| lines(&body, port, rate, answer))
+    )
+}
+
+/// The same behind a server that forwards its line.
+pub(crate) fn khepera_over_tcp(body: &Body) -> String {
+    body.set([5, -5]);
+    let body = body.clone();
+    over_tcp(move |stream| lines(&body, stream, None, answer))
+}
+
+/// Starts an e-puck with turning wheels, whose firmware understands text alone.
+pub(crate) fn epuck(body: &Body) -> String {
+    body.set([50, -50]);
+    let body = body.clone();
+    format!(
+        "serial:{}@115200",
+        at_a_port(move |port| lines(&body, port, None, epuck_answer))
+    )
+}
+
+/// The same behind a server that forwards its line.
+pub(crate) fn epuck_over_tcp(body: &Body) -> String {
+    body.set([50, -50]);
+    let body = body.clone();
+    over_tcp(move |stream| lines(&body, stream, None, epuck_answer))
+}
+
+/// Answers lines, each at once or as slowly as its bytes take at a rate.
+fn lines(body: &Body, mut link: impl Read + Write, rate: Option<u32>, answer: fn(&Body, &str) -> String) {
+    let (mut line, mut mouth, mut byte) = (Vec::new(), Mouth::of(body), [0]);
+    loop {
+        if Body::is(&body.is_deaf) {
+            thread::sleep(GLANCE);
+            continue;
         }
-    });
-    address
+        // What nobody takes is lost: a port may have no other end.
+        let _ = mouth.speak(&mut link);
+        match heard(&mut link, &mut byte) {
+            None => return,
+            Some(0) => continue,
+            Some(_) => {}
+        }
+        if !matches!(byte[0], b'\r' | b'\n') {
+            line.push(byte[0]);
+            continue;
+        }
+        let heard = String::from_utf8_lossy(&std::mem::take(&mut line)).into_owned();
+        let answer = answer(body, &heard);
+        if let Some(rate) = rate {
+            let bits = 11 * (heard.len() + 1 + answer.len());
+            thread::sleep(Duration::from_secs_f64(bits as f64 / f64::from(rate)));
+        }
+        mouth.say(answer.as_bytes());
+        let _ = mouth.speak(&mut link);
+    }
+}
+
+/// What an e-puck answers to a line. It skips bytes that are none of a text.
+fn epuck_answer(body: &Body, line: &str) -> String {
+    let line = line.trim_matches(|letter: char| !letter.is_ascii_graphic());
+    let fields: Vec<&str> = line.split(',').collect();
+    let listed = |letter: &str, numbers: &[i16]| {
+        let numbers: Vec<String> = numbers.iter().map(i16::to_string).collect();
+        format!("{letter},{}\r\n", numbers.join(","))
+    };
+    match fields[..] {
+        [""] => String::new(),
+        ["D", left, right] => {
+            body.obey([left, right].map(|speed| speed.parse().unwrap_or_default()));
+            "d\r\n".into()
+        }
+        ["E"] => listed("e", &body.wheels().0),
+        ["V"] => "v,Version 1.2.2 August 2008 GCtronic\r\nHW version: FFFF\r\n".into(),
+        ["N"] => listed("n", &[11, 12, 13, 14, 15, 16, 17, 18]),
+        ["O"] => listed("o", &[3000; 8]),
+        ["A"] => listed("a", &[2048, 2048, 2800]),
+        ["U"] => listed("u", &[12; 3]),
+        ["Q"] => listed("q", &body.turned().map(|turned| turned as i64 as i16)),
+        ["b"] => "b,1\r\n".into(),
+        _ => "z,Command not found\r\n".into(),
+    }
 }
 
 fn answer(body: &Body, line: &str) -> String {
@@ -108,32 +193,33 @@ const FUNCTIONS: [&str; 2] = ["leds.top", "sound.system"];
 pub(crate) fn thymio(body: &Body) -> String {
     body.set([100, -100]);
     let body = body.clone();
-    let address = listen(move |stream| serve(&body, stream));
-    address.replace("tcp:", "aseba:")
+    over_tcp(move |stream| messages(&body, stream)).replace("tcp:", "aseba:")
 }
 
-fn serve(body: &Body, mut stream: TcpStream) {
-    let (mut heard, mut noise, mut buffer) = (Vec::new(), Noise::new(), [0; 512]);
-    stream.set_read_timeout(Some(GLANCE)).unwrap();
+/// The same at a cable.
+pub(crate) fn thymio_at_a_port(body: &Body) -> String {
+    body.set([100, -100]);
+    let body = body.clone();
+    format!("aseba:serial:{}", at_a_port(move |port| messages(&body, port)))
+}
+
+fn messages(body: &Body, mut link: impl Read + Write) {
+    let (mut bytes, mut mouth, mut buffer) = (Vec::new(), Mouth::of(body), [0; 512]);
     loop {
         if Body::is(&body.is_deaf) {
             thread::sleep(GLANCE);
             continue;
         }
-        if Body::is(&body.is_mad) && stream.write_all(&noise.bytes(20)).is_err() {
-            return;
+        let _ = mouth.speak(&mut link);
+        match heard(&mut link, &mut buffer) {
+            None => return,
+            Some(count) => bytes.extend_from_slice(&buffer[..count]),
         }
-        match stream.read(&mut buffer) {
-            Ok(0) => return,
-            Ok(count) => heard.extend_from_slice(&buffer[..count]),
-            Err(_) => continue,
-        }
-        while let Some((kind, words)) = take(&mut heard) {
+        while let Some((kind, words)) = take(&mut bytes) {
             let answer = message(body, kind, &words);
-            if !Body::is(&body.is_mad) && stream.write_all(&answer).is_err() {
-                return;
-            }
+            mouth.say(&answer);
         }
+        let _ = mouth.speak(&mut link);
     }
 }
 

@@ -1,7 +1,8 @@
 //! Robots that are scripted here, by their protocols and firmware. None of them has a time-out: each keeps its last speeds
 //! for ever.
 
-use std::io::{Read, Write};
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -56,6 +57,94 @@ pub(crate) fn wait(what: &str, limit: Duration, mut done: impl FnMut() -> bool) 
     }
 }
 
+/// How late a thread is that waits for its next turn, 10 ms, and does nothing else, until it is over: what the machine itself takes.
+pub(crate) fn machine_is_late(is_over: &AtomicBool) -> Duration {
+    let (mut next, mut late) = (Instant::now(), Duration::ZERO);
+    while !is_over.load(Ordering::Relaxed) {
+        next += Duration::from_millis(10);
+        thread::sleep(next.saturating_duration_since(Instant::now()));
+        late = late.max(next.elapsed());
+        next = next.max(Instant::now());
+    }
+    late
+}
+
+/// How a robot answers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) enum Manner {
+    #[default]
+    Plain,
+    /// It hears and obeys, and says nothing.
+    Silent,
+    /// It answers so much later.
+    Late(Duration),
+    /// It says its last answer again and again.
+    Endless,
+}
+
+/// What a robot says, in its manner.
+pub(crate) struct Mouth {
+    body: Body,
+    due: VecDeque<(Instant, Vec<u8>)>,
+    last: Vec<u8>,
+    noise: Noise,
+    spoke: Instant,
+}
+
+impl Mouth {
+    /// Between two words of nonsense, or of a stream that does not end.
+    const PAUSE: Duration = Duration::from_millis(2);
+
+    pub(crate) fn of(body: &Body) -> Self {
+        Self {
+            body: body.clone(),
+            due: VecDeque::new(),
+            last: Vec::new(),
+            noise: Noise::new(),
+            spoke: Instant::now(),
+        }
+    }
+
+    /// Answers, unless it is mad or silent.
+    pub(crate) fn say(&mut self, bytes: &[u8]) {
+        let late = match self.body.manner() {
+            Manner::Plain => Duration::ZERO,
+            Manner::Late(time) => time,
+            Manner::Silent | Manner::Endless => return,
+        };
+        if !Body::is(&self.body.is_mad) && !bytes.is_empty() {
+            self.due.push_back((Instant::now() + late, bytes.to_vec()));
+            self.last = bytes.to_vec();
+        }
+    }
+
+    /// Says what is due. What nobody takes is lost.
+    ///
+    /// # Errors
+    /// The other end is gone.
+    pub(crate) fn speak(&mut self, link: &mut impl Write) -> io::Result<()> {
+        let may_babble = self.spoke.elapsed() >= Self::PAUSE;
+        let babble = match (Body::is(&self.body.is_mad), self.body.manner()) {
+            (true, _) if may_babble => self.noise.bytes(20),
+            (_, Manner::Endless) if may_babble => self.last.repeat(1 + 200 / self.last.len().max(1)),
+            _ => Vec::new(),
+        };
+        if !babble.is_empty() {
+            self.spoke = Instant::now();
+            self.due.push_back((self.spoke, babble));
+        }
+        while let Some((_, bytes)) = self.due.pop_front_if(|(at, _)| *at <= Instant::now()) {
+            match link.write_all(&bytes) {
+                Err(error) if !matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                    return Err(error);
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
 /// What a robot's wheels do, and what is wrong with it.
 #[derive(Clone)]
 pub(crate) struct Body {
@@ -79,6 +168,10 @@ pub(crate) struct Body {
     pub(crate) restarts: Arc<AtomicBool>,
     /// What its lights were set to, by the bytes of the last command.
     pub(crate) lights: Arc<Mutex<Vec<u8>>>,
+    /// How it answers.
+    manner: Arc<Mutex<Manner>>,
+    /// When it was told to stop.
+    pub(crate) stops: Arc<Mutex<Vec<Instant>>>,
 }
 
 impl Default for Body {
@@ -94,6 +187,8 @@ impl Default for Body {
             is_low: Arc::default(),
             restarts: Arc::default(),
             lights: Arc::default(),
+            manner: Arc::default(),
+            stops: Arc::default(),
         }
     }
 }
@@ -122,9 +217,22 @@ impl Body {
 
     /// Sets the speeds by a command.
     pub(crate) fn obey(&self, speeds: [i16; 2]) {
+        if speeds == [0; 2] {
+            self.stops.lock().unwrap().push(Instant::now());
+        }
         if !self.is_runaway.load(Ordering::SeqCst) {
             self.set(speeds);
         }
+    }
+
+    /// How it answers.
+    pub(crate) fn manner(&self) -> Manner {
+        *self.manner.lock().unwrap()
+    }
+
+    /// Changes how it answers.
+    pub(crate) fn answer(&self, manner: Manner) {
+        *self.manner.lock().unwrap() = manner;
     }
 
     /// Whether the wheels stand.
@@ -163,12 +271,13 @@ impl EPuck2 {
     /// Serves one client, until it is gone.
     fn serve(&self, mut stream: TcpStream) {
         with_a_processor_of_its_own();
-        let (body, mut commands, mut noise) = (&self.0, Vec::new(), Noise::new());
+        let (body, mut commands, mut mouth) = (&self.0, Vec::new(), Mouth::of(&self.0));
         let mut has_begun = false;
         // In 1/1000 of a step.
         let mut counters = [0_i64; 2];
         let mut buffer = [0; 256];
         stream.set_read_timeout(Some(Self::CYCLE)).unwrap();
+        stream.set_write_timeout(Some(Self::CYCLE)).unwrap();
         loop {
             if Body::is(&body.is_deaf) {
                 thread::sleep(Self::CYCLE);
@@ -180,7 +289,7 @@ impl EPuck2 {
                 body.set([50, 50]);
                 counters = [0; 2];
             }
-            let mut block = self.block(counters.map(|counter| (counter / 1000) as i16));
+            let block = self.block(counters.map(|counter| (counter / 1000) as i16));
             match stream.read(&mut buffer) {
                 Ok(0) => return,
                 Ok(count) => commands.extend_from_slice(&buffer[..count]),
@@ -199,10 +308,10 @@ impl EPuck2 {
             for (counter, speed) in counters.iter_mut().zip(body.wheels().0) {
                 *counter += i64::from(speed) * Self::CYCLE.as_millis() as i64;
             }
-            if Body::is(&body.is_mad) {
-                block = noise.bytes(105);
+            if has_begun {
+                mouth.say(&block);
             }
-            if Body::is(&body.is_gone) || has_begun && stream.write_all(&block).is_err() {
+            if Body::is(&body.is_gone) || mouth.speak(&mut stream).is_err() {
                 return;
             }
         }

@@ -52,6 +52,7 @@ fn each_call_fails(place: &Place, pace: &[&str], before: Option<&str>) -> BTreeS
             let what = format!("{fault:?} of call {number}, {failed:?}");
             if fault == Fault::Kill {
                 assert_eq!(result.status.code(), None, "{what}");
+                calls.insert(failed.call);
             } else {
                 let path = failed.path.to_str().unwrap();
                 Ran::new(&arguments, &result)

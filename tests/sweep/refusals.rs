@@ -169,7 +169,7 @@ fn of_shards_that_do_not_fit_together_say_why() {
         &place,
         &["sweep", "extract", "one", "0", "--out", "third"],
         3,
-        &["third: exists already", "name another directory"],
+        &["third: exists and holds other files", "name another directory"],
     );
 
     // Two machines disagree about a run.
@@ -255,7 +255,7 @@ sweep.toml:1:14: experiment: | none.toml: No such file
 "small.toml" => ""
 sweep.toml:1:14: experiment:
 small.toml => sweep.toml
-sweep.toml:1:1: experiment: unknown key
+experiment: sweep.toml: is a sweep's file, not an experiment
 [grid] => [gird]
 sweep.toml:3:2: gird: unknown key `gird`; did you mean grid? (allowed: name, experiment, seeds, 
 + [random] / sample = 2

@@ -124,14 +124,16 @@ fn are_done_again_with_a_directory_that_can_be_verified() {
             .at(format!("out/runs/kinds-{}-{}", seeds[0], &ids[0][..8]))
             .is_dir()
     );
-    // By its id, without overwriting anything, and by an unknown id.
-    assert_eq!(extract(&ids[3][..8], &["--out", "three"])["result"], results[3]);
-    for (run, words) in [
-        ("0", "exists"),
-        ("16", "has no run 16"),
-        ("-1", ""),
-        ("xyzzyx", "has no run xyzzyx"),
-    ] {
+    // By its id, and once more: it is done, and nothing is written.
+    for _ in 0..2 {
+        assert_eq!(extract(&ids[3][..8], &["--out", "three"])["result"], results[3]);
+    }
+    place
+        .run(&["sweep", "extract", "out", "0", "--out", "three"])
+        .exits(3)
+        .says(&["three: holds the run of another experiment or seed"]);
+    // By an unknown id.
+    for (run, words) in [("16", "has no run 16"), ("-1", ""), ("xyzzyx", "has no run xyzzyx")] {
         let ran = place.run(&["sweep", "extract", "out", run, "--backend", "cpu"]);
         let code = if run == "-1" { 2 } else { 3 };
         ran.exits(code).says(&[words]);

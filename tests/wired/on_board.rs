@@ -255,7 +255,7 @@ fn a_fleet_has_robots_that_live_by_themselves() {
     told("stop", &["stopped, wheels confirmed"]);
     assert!(body.stands());
     told("status", &["stopped; last event `end`"]);
-    told("collect", &[" files, "]).says(&["1 robots' records in record"]);
+    told("collect", &[" files, "]).says(&["the records of 1 robot are in record"]);
     let lives = Table::read(&place, "record/robot-1/lives/lives.csv");
     assert_eq!(lives.column("status"), ["stopped"]);
     for command in ["compare", "replay"] {

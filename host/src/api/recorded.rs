@@ -12,7 +12,7 @@ use crate::commands::sweep::{self, Means};
 use crate::device as devices;
 use crate::engine::handle::Engine;
 use crate::exit::Failure;
-use crate::record::{self, Directories, Done, RunPlace, SavedRun, Session, SingleRun};
+use crate::record::{self, Directories, RunPlace, SavedRun, Session, SingleRun};
 use crate::sweep::store::Shard;
 use crate::sweep::tables::Written;
 
@@ -20,21 +20,22 @@ use crate::sweep::tables::Written;
 #[derive(Debug)]
 pub struct Run(SavedRun);
 
-/// Runs an experiment with a seed, as `oneiro run --out` does. A run that is finished there already is left as it is.
+/// Runs an experiment with a seed, as `oneiro run --out` does. A run that was begun there continues, and a finished one stays.
 ///
 /// # Errors
-/// Exit 3 if the directory holds something else or an unfinished run; exit 4 without such a device; exit 6 if the disk is full; exit
-/// 75 if the task was stopped: [`resume`] continues it.
+/// Exit 3 if the directory holds something else; exit 4 without such a device; exit 6 if the disk is full; exit
+/// 75 if the task was stopped: the same call or [`resume`] continues it.
 pub fn run(experiment: &Experiment, seed: u64, out: &Path, backend: &str, task: &Task) -> Result<Run> {
     let identities = experiment.any().identities();
     let places = vec![(seed, out.to_owned())];
-    let Places { new, .. } = sorted_out(places, |seed| identities.of(seed), device::quiet())?;
+    let Places { unfinished, new, .. } = sorted_out(places, |seed| identities.of(seed), device::quiet())?;
     let new = new.into_iter().map(|(seed, directory)| RunPlace::New {
         experiment: Arc::clone(experiment.any()),
         seed,
         directory,
     });
-    all(new.collect(), backend, task)?;
+    let unfinished = unfinished.into_iter().map(RunPlace::Saved);
+    all(unfinished.chain(new).collect(), backend, task)?;
     Run::open(out)
 }
 
@@ -44,7 +45,7 @@ pub fn run(experiment: &Experiment, seed: u64, out: &Path, backend: &str, task: 
 /// As [`run`], and exit 5 if its checkpoints are damaged.
 pub fn resume(directory: &Path, backend: &str, task: &Task) -> Result<Run> {
     let saved = SavedRun::open(directory)?;
-    if Done::read(directory)?.is_none() {
+    if saved.done()?.is_none() {
         all(vec![RunPlace::Saved(saved)], backend, task)?;
     }
     Run::open(directory)
@@ -99,7 +100,7 @@ impl Run {
     /// # Errors
     /// Exit 5 if the record of it is damaged.
     pub fn result(&self) -> Result<Option<String>> {
-        Ok(Done::read(self.directory())?.map(|done| done.result))
+        Ok(self.0.done()?.map(|done| done.result))
     }
 
     /// Its table of steps: `generations.csv`, or a swarm's `intervals.csv`.

@@ -20,6 +20,7 @@ use oneiro::world::World;
 
 use crate::engine::handle::Engine;
 use crate::exit::Result;
+use crate::report::numbers::fixed;
 use moves::Moves;
 use readings::Readings;
 
@@ -74,7 +75,9 @@ impl Calibration {
     pub(crate) fn settings(&self, world: &World) -> String {
         let [low, high] = self.readings.noise();
         let mut text = format!(
-            "# Noise that spreads readings and moves as the robot's are spread around the simulator's.\n[noise]\nsensor = [{low:.3}, {high:.3}]\n"
+            "# Noise that spreads readings and moves as the robot's are spread around the simulator's.\n[noise]\nsensor = [{}, {}]\n",
+            fixed(low, 3),
+            fixed(high, 3)
         );
         let Some(moves) = &self.moves else { return text };
         // Writing to a string can't fail.

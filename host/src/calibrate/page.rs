@@ -25,7 +25,7 @@ pub(crate) fn page(name: &str, calibration: &Calibration, settings: &str) -> Str
     let lead = paragraph(&format!(
         "How well the simulator of {name} predicts the robot, by {cycles} cycles of {}. Errors are what the robot read, \
          as an activation from 0 to 1, minus what the simulator reads at the same place.",
-        counted(*lives as u32, "recorded life", "recorded lives")
+        counted(*lives, "recorded life", "recorded lives")
     ));
     let age = facts(&[
         ("cycles compared", readings.compared.to_string()),

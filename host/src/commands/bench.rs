@@ -4,8 +4,8 @@
 mod host;
 mod null;
 
+use crate::console::counted;
 use std::fmt::Write;
-use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -201,6 +201,7 @@ pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
     };
     plan.specialise = arguments.specialise;
     if let Some(path) = &arguments.share {
+        files::must_end_in("--share", path, "json", "the figures are JSON")?;
         files::must_be_new(path)?;
     }
     if !arguments.rollouts.is_empty() {
@@ -234,10 +235,10 @@ pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
     }
     let mut text = format!(
         "Million robot-steps per second, and times {} on one thread.\n\
-         {}, {} cycles a rollout.\n\n{}\n",
+         {}, {} a rollout.\n\n{}\n",
         subject.reference().map_or("the slowest lane code", |(lanes, _)| lanes),
         subject.text,
-        subject.cycles,
+        counted(subject.cycles, "cycle", "cycles"),
         table(&cells),
     );
     for First {
@@ -250,7 +251,8 @@ pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
         // Writing to a string can't fail.
         let _ = writeln!(
             text,
-            "{device}: first result, of {rollouts} rollouts, {seconds:.2} s after opening it"
+            "{device}: first result, of {}, {seconds:.2} s after opening it",
+            counted(*rollouts, "rollout", "rollouts")
         );
     }
     console.data(text)
@@ -274,7 +276,7 @@ fn share(path: &Path, figures: &Value) -> Result {
 
 /// The processor's name, where the system tells it in a file.
 fn processor() -> Option<String> {
-    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let text = String::from_utf8(files::plain::read(Path::new("/proc/cpuinfo"), files::plain::MAXIMUM).ok()?).ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
     Some(line.split_once(':')?.1.trim().to_owned())
 }
@@ -315,7 +317,7 @@ pub(crate) fn measure(
     // Rollouts and steps per second.
     let mut references: Vec<(u32, f64)> = Vec::new();
     for &size in &plan.sizes {
-        console.say(format!("timing batches of {size} rollouts"));
+        console.say(format!("timing batches of {}", counted(size, "rollout", "rollouts")));
         let batch = subject.batch(size)?;
         let steps = batch.steps() as f64;
         let affordable = |&i: &usize| {
@@ -416,7 +418,7 @@ pub(crate) fn table(cells: &[Cell]) -> String {
             devices.push(device);
         }
     }
-    let heads: Vec<String> = sizes.iter().map(|size| format!("{size} rollouts")).collect();
+    let heads: Vec<String> = sizes.iter().map(|size| counted(*size, "rollout", "rollouts")).collect();
     let mut head = vec!["device", "threads"];
     head.extend(heads.iter().map(String::as_str));
     let rows: Vec<Vec<String>> = devices

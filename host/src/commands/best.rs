@@ -47,7 +47,7 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
     let which = Which::All {
         individuals: arguments.individuals,
     };
-    let subjects = Subjects::read(&named, layout, which)?.distinct();
+    let subjects = Subjects::read(&named, layout, which, console)?.distinct();
     let all = Lives {
         worlds: std::slice::from_ref(experiment.world()),
         genomes: &subjects.genomes,
@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
     let mut evaluator = device::open(&arguments.backend)?;
     console.say(format!(
         "{}, {lives} lives each, seed {seed}, on {}",
-        counted(subjects.genomes.len() as u32, "genome", "genomes"),
+        counted(subjects.genomes.len(), "genome", "genomes"),
         device::name(evaluator.as_ref())
     ));
     let control = Control::new();
@@ -99,12 +99,12 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
 
 /// Refuses a file that can't be written, before anything is computed.
 fn writable(out: &Path) -> Result {
-    if out.extension().is_none_or(|extension| extension != "json") {
-        return Err(Failure::input(format_args!(
-            "--out {}: the best is written in the format of champion.json; allowed: a name that ends in .json",
-            out.display()
-        )));
-    }
+    files::must_end_in(
+        "--out",
+        out,
+        "json",
+        "the best is written in the format of champion.json",
+    )?;
     files::must_be_new(out)
 }
 

@@ -1,7 +1,6 @@
 //! `oneiro calibrate`: how well a simulator predicts a robot.
 
 use std::fmt::Write as _;
-use std::fs;
 
 use serde_json::json;
 
@@ -9,13 +8,14 @@ use crate::calibrate::readings::{Errors, RANGES};
 use crate::calibrate::{Calibration, logged, page};
 use crate::cli::Calibrate;
 use crate::console::{Console, counted};
-use crate::contents::{Column, Entry, describe};
+use crate::contents::{Column, Entry, README, describe};
+use crate::device;
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
+use crate::files::directory::Filling;
 use crate::report::csv::{Csv, known};
 use crate::report::numbers::significant;
-use crate::{device, files};
 
 const PAGE: &str = "calibration.html";
 const ERRORS: &str = "errors.csv";
@@ -40,13 +40,8 @@ static COLUMNS: [Column; 6] = [
 /// Compares, and writes the page, the table and the settings.
 pub(crate) fn run(arguments: &Calibrate, console: Console) -> Result {
     let out = &arguments.out;
-    let is_free = fs::read_dir(out).map_or(!out.exists(), |mut entries| entries.next().is_none());
-    if !is_free {
-        return Err(Failure::input(format_args!(
-            "--out {}: exists and is not empty, and nothing is overwritten; name another directory",
-            out.display()
-        )));
-    }
+    let is_own = |name: &str| [PAGE, ERRORS, SETTINGS, README].contains(&name);
+    let filling = Filling::begin("--out", out, is_own)?;
     let experiment = Experiment::read(&arguments.experiment, &arguments.set)?;
     let world = experiment.world();
     let sensors = world.spec().robot.build.readings();
@@ -63,12 +58,12 @@ pub(crate) fn run(arguments: &Calibrate, console: Console) -> Result {
     let calibration = Calibration::of(world, &lives, &engine)?;
     device::close(engine, console);
     let settings = calibration.settings(world);
-    fs::create_dir_all(out).map_err(|error| files::uncreated(out, &error))?;
     let html = page::page(experiment.name(), &calibration, &settings);
     for (file, text) in [(PAGE, &html), (ERRORS, &errors(&calibration)), (SETTINGS, &settings)] {
         disk::write(&out.join(file), text.as_bytes())?;
     }
     describe(out, "Calibration of a simulator by lives on a robot", &contents())?;
+    filling.finish()?;
     if console.json() {
         return console.json_data(&value(&calibration));
     }
@@ -115,10 +110,10 @@ fn errors(calibration: &Calibration) -> String {
 
 fn summary(calibration: &Calibration) -> String {
     let readings = &calibration.readings;
-    let lives = counted(calibration.lives as u32, "life", "lives");
+    let lives = counted(calibration.lives, "life", "lives");
     let mut text = format!(
-        "{lives}, {} cycles; readings are {:.0} ms old\n",
-        calibration.cycles,
+        "{lives}, {}; readings are {:.0} ms old\n",
+        counted(calibration.cycles, "cycle", "cycles"),
         1000.0 * readings.age
     );
     for sensor in &readings.sensors {

@@ -3,7 +3,8 @@
 use super::{cost, rules};
 use crate::cli::Check;
 use crate::console::Console;
-use crate::exit::{Failure, Result};
+use crate::exit::Result;
+use crate::files;
 use crate::runs;
 
 /// Reads the experiment and prints a summary; without one, explains a rule.
@@ -11,15 +12,8 @@ pub(crate) fn run(arguments: &Check, console: Console) -> Result {
     let Some(experiment) = &arguments.experiment else {
         return rules::explain(arguments.explain.as_deref().unwrap_or(rules::ALL), console);
     };
-    if let Some(out) = &arguments.out
-        && out
-            .extension()
-            .is_none_or(|extension| !extension.eq_ignore_ascii_case("svg"))
-    {
-        let out = out.display();
-        return Err(Failure::input(format_args!(
-            "--out {out}: the picture is an SVG; allowed: a name that ends in .svg"
-        )));
+    if let Some(out) = &arguments.out {
+        files::must_be_svg("--out", out)?;
     }
     let experiment = runs::read(experiment, &arguments.set)?;
     console.warn(experiment.warnings());

@@ -82,6 +82,7 @@ mod counted {
     use super::ceilings;
     use crate::console::{Console, columns};
     use crate::exit::{Failure, Result};
+    use crate::progress::meanwhile;
     use crate::workload;
 
     /// Lives that are counted together: those of a workgroup.
@@ -108,7 +109,7 @@ mod counted {
     }
 
     pub(super) fn run(worlds: &Worlds, console: Console) -> Result {
-        let cost = counted(worlds)?;
+        let cost = meanwhile("counting a cycle's operations", console, || counted(worlds))?;
         let a_cycle = |count: u64| count as f64 / f64::from(cost.cycles);
         let of =
             |counted: &Counted, class: Class| a_cycle(counted.operations.0.get(&class).copied().unwrap_or_default());

@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &Devices, console: Console) -> Result {
     let adapters = adapters(arguments.explain);
     let mut text = format!(
         "cpu: exact; {}; lane codes, widest first: {}\n",
-        counted(threads as u32, "thread", "threads"),
+        counted(threads, "thread", "threads"),
         lanes.join(", ")
     );
     for adapter in &adapters {

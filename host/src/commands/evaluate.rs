@@ -1,6 +1,5 @@
 //! `oneiro evaluate`: fitness and measures of genomes.
 
-use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -13,15 +12,17 @@ use serde_json::json;
 use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::{Evaluate, Noise};
 use crate::console::{Console, counted, decimal};
-use crate::contents::{Column, Entry, describe};
+use crate::contents::{Column, Entry, README, describe};
 use crate::evolve::appraisal::Appraisal;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
+use crate::files::directory::Filling;
+use crate::files::plain;
 use crate::lives::measures::{Descriptor, Measures, descriptors};
 use crate::lives::{Keys, LifeIndex, Lives, scores, starts};
 use crate::npy::npy;
 use crate::report::csv::Csv;
-use crate::report::numbers::significant;
+use crate::report::numbers::{significant, unsigned_zero};
 use crate::runs::single::trace::TraceTable;
 use crate::{device, files, progress};
 
@@ -69,13 +70,13 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     } else {
         Which::Champion
     };
-    let mut subjects = Subjects::read(&named, experiment.world().gene_layout(), which)?;
+    let mut subjects = Subjects::read(&named, experiment.world().gene_layout(), which, console)?;
     if let Some(count) = arguments.random {
         subjects = subjects.with_random(&experiment.random_genomes(count, seed));
     }
     let files = named.len() + usize::from(arguments.random.is_some());
     let worlds = match &arguments.starts {
-        Some(path) => starts::read(path, &spec)?,
+        Some(path) => starts::read(path, &spec, |word| console.say(word))?,
         None => vec![World::new(spec.clone())?],
     };
     let trials = if arguments.starts.is_some() {
@@ -113,14 +114,17 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     let mut evaluator = device::open(&arguments.backend)?;
     console.say(format!(
         "{}, {}, seed {seed}, on {}",
-        counted(subjects.genomes.len() as u32, "genome", "genomes"),
-        counted(trials as u32, "trial", "trials"),
+        counted(subjects.genomes.len(), "genome", "genomes"),
+        counted(trials, "trial", "trials"),
         device::name_for(evaluator.as_ref(), worlds[0].kernel())
     ));
     if subjects.genomes.len() > 1 && arguments.starts.is_none() && !arguments.common_starts {
         console.say("each genome has starts and random numbers of its own; --common-starts gives all the same");
     }
 
+    let is_trace = |name: &str| name == README || name.starts_with("trace-");
+    let begin = |directory| Filling::begin("--traces", directory, is_trace);
+    let traces = arguments.traces.as_deref().map(begin).transpose()?;
     let control = Control::new();
     let measures = if arguments.rows.measures {
         descriptors(experiment.world())
@@ -168,10 +172,11 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     };
     device::tell_warnings(evaluator.as_ref(), console);
     sink.take(&table, console)?;
-    if let Some(directory) = &arguments.traces {
+    if let Some((directory, traces)) = arguments.traces.as_deref().zip(traces) {
         let about = "the life of a genome in a trial: one row per cycle";
         let entry = Entry::table("trace-GENOME-TRIAL.csv", about, TraceTable::new(&worlds[0]).columns());
         describe(directory, "Traces of oneiro", &[entry])?;
+        traces.finish()?;
     }
     Ok(())
 }
@@ -195,11 +200,11 @@ fn without_noise(spec: &mut WorldSpec) -> Option<&'static str> {
 fn write_trace(directory: &Path, table: &TraceTable, life: LifeIndex, first: u32, trace: &Trace) -> Result {
     let path = directory.join(format!("trace-{}-{}.csv", life.genome, life.number));
     let lines = table.lines(trace, first, 1);
-    if first == 0 {
-        fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
-        return files::write_new(&path, (table.head() + &lines).as_bytes());
-    }
-    let file = OpenOptions::new().append(true).open(&path);
+    let (file, lines) = if first == 0 {
+        (plain::create(&path), table.head() + &lines)
+    } else {
+        (plain::append(&path), lines)
+    };
     file.and_then(|mut file| file.write_all(lines.as_bytes()))
         .map_err(|error| Failure::storage(&path, &error))
 }
@@ -214,15 +219,6 @@ enum Sink {
 impl Sink {
     /// The destination on the command line; an invalid one is refused before anything is computed.
     fn of(arguments: &Evaluate) -> Result<Self> {
-        if let Some(directory) = &arguments.traces {
-            let is_free = fs::read_dir(directory).map_or(!directory.exists(), |mut entries| entries.next().is_none());
-            if !is_free {
-                return Err(Failure::input(format_args!(
-                    "--traces {}: exists and is not empty, and nothing is overwritten; name another directory",
-                    directory.display()
-                )));
-            }
-        }
         let out = &arguments.out;
         if out.as_os_str() == "-" {
             return Ok(Self::Stdout);
@@ -324,7 +320,7 @@ impl Table {
         let lives = &self.results[genome * self.trials..][..self.trials];
         self.measures.iter().map(move |own| {
             let sum: f64 = lives.iter().map(|(_, measures)| own.value(measures)).sum();
-            sum / lives.len() as f64
+            unsigned_zero(sum / lives.len() as f64)
         })
     }
 
@@ -355,9 +351,9 @@ impl Table {
             let mut row = json!({
                 "genome": genome,
                 "lives": own.lives,
-                "mean": own.mean,
+                "mean": unsigned_zero(own.mean),
                 "deviation": own.deviation,
-                "interval": own.interval(),
+                "interval": own.interval().map(unsigned_zero),
             });
             for (column, mean) in columns.iter().zip(self.means(genome)) {
                 row[&*column.name] = mean.into();
@@ -499,6 +495,10 @@ mod tests {
             "mean fitness of 2 genomes: median 1.1, greatest 1.5 (genome 1)"
         );
         assert_eq!(summary(true).json()[1]["mean"], 1.5);
+        let mut zero = summary(true);
+        zero.results.iter_mut().for_each(|own| own.0 = -0.0);
+        assert_eq!(zero.json()[0]["mean"].to_string(), "0.0");
+        assert!(zero.csv().contains("\n0,2,0,0,0,0,"));
         assert_eq!(summary(true).json()[1]["source"], "a, b.npy[3]");
         assert_eq!(table(true).json()[3]["distance_mm"], 1234.57);
         assert_eq!(table(true).json()[3]["collisions"], 3);

@@ -5,6 +5,7 @@ mod start;
 #[cfg(all(unix, feature = "twin"))]
 pub(crate) mod twin;
 
+use crate::console::counted;
 use std::path::Path;
 
 use serde_json::{Value, json};
@@ -125,10 +126,10 @@ fn members(fleet: &Fleet, robots: &[&Robot]) -> String {
     };
     let (minutes, battery) = minutes(fleet);
     format!(
-        "{}, seed {}: {} robots for {minutes} min, {} robot-minutes; a battery must last {battery:.0} min{absent}\n\n{table}",
+        "{}, seed {}: {} for {minutes} min, {} robot-minutes; a battery must last {battery:.0} min{absent}\n\n{table}",
         fleet.experiment.name(),
         fleet.seed,
-        robots.len(),
+        counted(robots.len(), "robot", "robots"),
         minutes * robots.len() as f64,
     )
 }
@@ -252,7 +253,7 @@ fn collected(arguments: &FleetWork, console: Console) -> Result {
         |own| {
             let (files, bytes) = (own.files, own.bytes);
             (
-                format!("{files} files, {bytes} bytes"),
+                format!("{}, {bytes} bytes", counted(files, "file", "files")),
                 json!({ "files": files, "bytes": bytes }),
             )
         },
@@ -279,8 +280,8 @@ fn collected(arguments: &FleetWork, console: Console) -> Result {
             )?;
             let directory = fleet.directory.display();
             console.say(format!(
-                "{} robots' records in {directory}; robot-N/best.npy is robot N's best",
-                numbers.len()
+                "the records of {} are in {directory}; robot-N/best.npy is robot N's best",
+                counted(numbers.len(), "robot", "robots")
             ));
         }
     }
@@ -298,9 +299,9 @@ fn merged(fleet: &Fleet, numbers: &[u32], console: Console) -> Result {
         .map(|clock| clock.residual)
         .fold(0.0, f64::max);
     console.say(format!(
-        "{} lines of {} clocks in {}; clocks agree to {residual:.1} ms (the worst root mean square; {} has all)",
-        merged.lines,
-        merged.clocks.len(),
+        "{} of {} in {}; clocks agree to {residual:.1} ms (the worst root mean square; {} has all)",
+        counted(merged.lines, "line", "lines"),
+        counted(merged.clocks.len(), "clock", "clocks"),
         fleet.directory.join(collect::TIMELINE).display(),
         crate::fleet::timeline::CLOCKS,
     ));

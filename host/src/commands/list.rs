@@ -7,9 +7,9 @@ use serde_json::{Value, json};
 
 use crate::cli::List;
 use crate::console::{Console, columns, decimal};
-use crate::exit::{Failure, Result};
+use crate::exit::{Code, Failure, Result};
 use crate::files;
-use crate::record::{self, Done, SavedRun, State};
+use crate::record::{self, SavedRun, State};
 use crate::sweep::store::Store;
 
 /// The directory of runs that have no other.
@@ -94,34 +94,67 @@ pub(crate) fn runs(directory: &Path) -> Result<Vec<PathBuf>> {
     Ok(runs)
 }
 
-/// Summary of a run. If it can't be read, its state says so.
+/// The directory of a run.
+///
+/// # Errors
+/// As [`runs`]; exit 3 if it holds runs instead.
+pub(crate) fn one(directory: &Path) -> Result<PathBuf> {
+    let mut runs = runs(directory)?;
+    let first = runs.swap_remove(0);
+    if first == directory {
+        return Ok(first);
+    }
+    let (directory, first) = (directory.display(), first.display());
+    Err(Failure::input(format_args!(
+        "{directory}: holds runs; allowed: the directory of one, such as {first}"
+    )))
+}
+
+/// Summary of a run. Its state says if it can't be read, or was changed after it was finished.
 fn entry(directory: &Path) -> Value {
-    let words = |state| match state {
-        State::Done => "done",
-        State::Running => "running",
-        State::Stopped => "stopped",
-        State::Interrupted => "interrupted",
-    };
-    let read = || -> Result<Value> {
-        let run = SavedRun::open(directory)?;
-        let state = words(run.state()?);
-        let (done, best) = run.experiment().progress(&run.recorded()?)?;
-        Ok(json!({
-            "directory": directory.display().to_string(),
-            "name": run.experiment().name(),
-            "seed": run.seed(),
-            "state": state,
-            "generation": done,
-            "generations": run.experiment().length(),
-            "best": best.map(decimal),
-            "result": Done::read(directory)?.map(|done| done.result),
-        }))
-    };
-    read().unwrap_or_else(|failure| {
+    let unreadable = |failure: Failure| {
         json!({
             "directory": directory.display().to_string(),
             "state": "unreadable",
             "problem": failure.to_string(),
         })
-    })
+    };
+    let run = match SavedRun::open(directory) {
+        Ok(run) => run,
+        Err(failure) => return unreadable(failure),
+    };
+    let mut entry = json!({
+        "directory": directory.display().to_string(),
+        "name": run.experiment().name(),
+        "seed": run.seed(),
+        "generation": null,
+        "generations": run.experiment().length(),
+        "best": null,
+        "result": null,
+    });
+    let done = match run.done() {
+        Ok(done) => done,
+        Err(failure) if failure.code() == Code::Corrupt as u8 => {
+            entry["state"] = "changed".into();
+            entry["problem"] = failure.to_string().into();
+            return entry;
+        }
+        Err(failure) => return unreadable(failure),
+    };
+    entry["state"] = match run.state(done.is_some()) {
+        State::Done => "done",
+        State::Running => "running",
+        State::Stopped => "stopped",
+        State::Interrupted => "interrupted",
+    }
+    .into();
+    match run.experiment().progress(&run.known(done.is_some())) {
+        Ok((steps, best)) => {
+            entry["generation"] = steps.into();
+            entry["best"] = best.map(decimal).into();
+        }
+        Err(failure) => return unreadable(failure),
+    }
+    entry["result"] = done.map(|done| done.result).into();
+    entry
 }

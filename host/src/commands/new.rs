@@ -45,11 +45,7 @@ fn example(name: &str, console: Console) -> Result {
             "--example {name}: is unknown{instead}. `oneiro new --swarm NAME` writes the 2014 study's experiment"
         )));
     };
-    // Parts that are there already, as they would be written, stay: experiments share some.
-    let (experiment, parts) = found.files.split_at(1);
-    let is_new = |(file, text): &&(&str, &str)| !fs::read(file).is_ok_and(|own| own == text.as_bytes());
-    let files: Vec<_> = experiment.iter().chain(parts.iter().filter(is_new)).copied().collect();
-    write(&files, console)
+    write(found.files, console)
 }
 
 /// Writes an experiment with every value at its default.
@@ -93,33 +89,40 @@ fn template(arguments: &New, console: Console) -> Result {
     write(&files, console)
 }
 
-/// Writes files, an experiment's first, and says what to do next.
-fn write<Text: AsRef<str>>(files: &[(Text, Text)], console: Console) -> Result {
-    for (index, (file, text)) in files.iter().enumerate() {
+/// Writes files, an experiment's first, and says what to do next. Files that are there already, as they would be written, stay:
+/// experiments share parts, and a command that was killed goes on.
+fn write<Text: AsRef<str>>(all: &[(Text, Text)], console: Console) -> Result {
+    let is_new = |(file, text): &&(Text, Text)| !files::is_already(Path::new(file.as_ref()), text.as_ref().as_bytes());
+    let new: Vec<_> = all.iter().filter(is_new).collect();
+    for (file, _) in &new {
+        files::must_be_new(Path::new(file.as_ref()))?;
+    }
+    for (index, (file, text)) in new.iter().enumerate() {
         let path = Path::new(file.as_ref());
         let folder = path.parent().unwrap_or(path);
         // The current directory has no name.
         let made = if folder.as_os_str().is_empty() {
             Ok(())
         } else {
-            fs::create_dir_all(folder).map_err(|error| files::uncreated(folder, &error))
+            files::plain::make_directory(folder).map_err(|error| files::uncreated(folder, &error))
         };
         let written = made.and_then(|()| files::write_new(path, text.as_ref().as_bytes()));
         written.inspect_err(|_| {
             // All or none; the error that follows says what to do.
-            for (written, _) in &files[..index] {
+            for (written, _) in &new[..index] {
                 let _ = fs::remove_file(written.as_ref());
             }
             // It stays if it holds anything else.
             let _ = fs::remove_dir(folder);
         })?;
     }
-    let names: Vec<&str> = files.iter().map(|(file, _)| file.as_ref()).collect();
-    let path = names[0];
-    console.say(format!(
-        "wrote {}; next: oneiro check {path}, then oneiro run {path}",
-        names.join(", ")
-    ));
+    let path = all[0].0.as_ref();
+    let next = format!("next: oneiro check {path}, then oneiro run {path}");
+    let names: Vec<&str> = new.iter().map(|(file, _)| file.as_ref()).collect();
+    console.say(match &names[..] {
+        [] => format!("{path} is already there, as it would be written; {next}"),
+        names => format!("wrote {}; {next}", names.join(", ")),
+    });
     Ok(())
 }
 

@@ -7,21 +7,23 @@ use std::sync::atomic::AtomicBool;
 use crate::cli;
 use crate::console::Console;
 use crate::daemon::air::Sockets;
-use crate::daemon::control::Daemon;
+use crate::daemon::control::{Daemon, Files};
 use crate::daemon::settings::Settings;
 #[cfg(feature = "compose")]
 use crate::daemon::single;
 use crate::exit::{Failure, Result};
 use crate::experiment::source::Parsed;
-use crate::files;
+use crate::kinds::FileKind;
+#[cfg(feature = "compose")]
+use crate::reality::wired;
 use crate::robots::Kind;
 use crate::robots::guard::wheels::Wanted;
 use crate::robots::vehicle::guarded::{Guarded, Options};
 
 /// Lives on board until the experiment is over, or a signal comes.
 pub(crate) fn run(arguments: &cli::OnBoard, console: Console) -> Result {
-    let text = files::text(&arguments.file)?;
-    let parsed = Parsed::new(arguments.file.display().to_string(), &text)?;
+    let text = FileKind::Robot.text(&arguments.file)?;
+    let parsed = FileKind::Robot.parsed(&arguments.file, &text)?;
     if Settings::is_of_member(&parsed) {
         return member(arguments, &parsed, console);
     }
@@ -32,13 +34,14 @@ pub(crate) fn run(arguments: &cli::OnBoard, console: Console) -> Result {
 fn member(arguments: &cli::OnBoard, parsed: &Parsed<'_>, console: Console) -> Result {
     let settings = Settings::of(&arguments.file, parsed)?;
     let stop = stopped_by_signals()?;
+    // Its files and its sockets first: a daemon that can't read its key, or can't listen, must not wake a robot.
+    let files = Files::open(&settings)?;
     #[cfg(unix)]
     if let Some(path) = &arguments.conductor {
         let (vehicle, air) = crate::fleet::twin::client::connect(path, settings.robot, Arc::clone(&stop))?;
-        return Daemon::new(&settings, vehicle, air, true)?.live(&stop);
+        return Daemon::new(&settings, files, vehicle, air, true)?.live(&stop);
     }
     let Settings { radio, tracker, .. } = &settings;
-    // The sockets first: a daemon that can't listen must not wake a robot.
     let air = Sockets::open(&radio.listen, &radio.peers, Some(&tracker.listen))?;
     let options = Options {
         wire: settings.wire.clone(),
@@ -52,7 +55,7 @@ fn member(arguments: &cli::OnBoard, parsed: &Parsed<'_>, console: Console) -> Re
         number: None,
     };
     let vehicle = Guarded::open(&options, Arc::clone(&stop), console)?;
-    Daemon::new(&settings, Box::new(vehicle), Box::new(air), false)?.live(&stop)
+    Daemon::new(&settings, files, Box::new(vehicle), Box::new(air), false)?.live(&stop)
 }
 
 /// A robot without a swarm.
@@ -61,10 +64,11 @@ fn alone(file: &Path, parsed: &Parsed<'_>, console: Console) -> Result {
     let settings = single::settings::Settings::of(file, parsed)?;
     let stop = stopped_by_signals()?;
     // Its files first, for the same reason.
+    let options = settings.options()?;
     let daemon = single::Daemon::new(&settings, false)?;
+    wired::check(settings.experiment.world().spec(), &settings.lives, &options.settings)?;
     console.say(settings.time());
-    let vehicle =
-        Guarded::open(&settings.options()?, Arc::clone(&stop), console).map_err(|failure| settings.at(failure))?;
+    let vehicle = Guarded::open(&options, Arc::clone(&stop), console).map_err(|failure| settings.at(failure))?;
     daemon.live(Box::new(vehicle), console, &stop)
 }
 

@@ -6,8 +6,8 @@ use std::time::SystemTime;
 
 use crate::cli;
 use crate::console::Console;
-use crate::exit::{Failure, Result};
-use crate::record::{Done, Standing, standing};
+use crate::exit::Result;
+use crate::record::{Done, SavedRun, Standing, standing};
 
 /// The seeds and their runs' directories, and the seed if it was drawn. `own` is the experiment's seed; `name` makes the
 /// default name of a run's directory.
@@ -28,16 +28,17 @@ pub(super) fn seeds_and_places(
     (vec![place], given.is_none().then_some(seed))
 }
 
-/// Runs by their directories: finished ones with their results, and those still to be done with their seeds.
+/// Runs by their directories: finished ones with their results, those that were begun, and new ones with their seeds.
 pub(crate) struct Places {
     pub(crate) done: Vec<(PathBuf, Done)>,
+    pub(crate) unfinished: Vec<SavedRun>,
     pub(crate) new: Vec<(u64, PathBuf)>,
 }
 
 /// Checks all directories before anything begins.
 ///
 /// # Errors
-/// Exit 3 if one holds something else, or an unfinished run.
+/// Exit 3 if one holds something else; exit 5 if one holds a run that was changed after it was finished.
 pub(crate) fn sorted_out(
     places: Vec<(u64, PathBuf)>,
     identity: impl Fn(u64) -> blake3::Hash,
@@ -45,6 +46,7 @@ pub(crate) fn sorted_out(
 ) -> Result<Places> {
     let mut sorted = Places {
         done: Vec::new(),
+        unfinished: Vec::new(),
         new: Vec::new(),
     };
     let all = places.len();
@@ -52,29 +54,57 @@ pub(crate) fn sorted_out(
         match standing(&directory, identity(seed))? {
             Standing::New => sorted.new.push((seed, directory)),
             Standing::Done(result) => sorted.done.push((directory, result)),
-            Standing::Unfinished => {
-                let directory = directory.display();
-                return Err(Failure::input(format_args!(
-                    "{directory}: holds a run that is not finished, and nothing is overwritten; \
-                     go on with it: oneiro resume {directory}"
-                )));
-            }
+            Standing::Unfinished(run) => sorted.unfinished.push(run),
         }
     }
     if !sorted.done.is_empty() {
         already_done(sorted.done.len(), all, console);
+    }
+    if !sorted.unfinished.is_empty() {
+        let are = if sorted.unfinished.len() == 1 { "was" } else { "were" };
+        console.say(format!(
+            "{} of {all} runs {are} begun before, and continue",
+            sorted.unfinished.len()
+        ));
     }
     Ok(sorted)
 }
 
 /// Says how many of all runs need not be done again.
 pub(super) fn already_done(done: usize, all: usize, console: Console) {
-    let are = if done == 1 { "is" } else { "are" };
-    console.say(format!("{done} of {all} runs {are} already done"));
+    console.say(done_of(done, all, "already done"));
+}
+
+/// How many of all runs are in a state, such as `1 of 3 runs is done`.
+pub(super) fn done_of(count: usize, all: usize, state: &str) -> String {
+    match (count, all) {
+        (1, 1) => format!("the run is {state}"),
+        (0, 1) => format!("the run is not {state}"),
+        (1, _) => format!("1 of {all} runs is {state}"),
+        _ => format!("{count} of {all} runs are {state}"),
+    }
 }
 
 /// A random seed below 2^53, so that every JSON reader reads it right.
 fn drawn_seed() -> u64 {
     // The operating system draws the keys of this hasher.
     std::hash::RandomState::new().hash_one(SystemTime::now()) >> 11
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_run_is_no_fraction() {
+        for (count, all, words) in [
+            (1, 1, "the run is done"),
+            (0, 1, "the run is not done"),
+            (1, 3, "1 of 3 runs is done"),
+            (2, 3, "2 of 3 runs are done"),
+            (0, 3, "0 of 3 runs are done"),
+        ] {
+            assert_eq!(done_of(count, all, "done"), words);
+        }
+    }
 }

@@ -1,5 +1,6 @@
 //! `oneiro replay`: evaluates a finished run's best again.
 
+use super::list;
 use crate::cli;
 use crate::console::Console;
 use crate::device;
@@ -9,7 +10,7 @@ use crate::runs::Replay;
 
 /// Evaluates the best again, compares it with the record, and draws it.
 pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
-    let run = SavedRun::open(&arguments.run_dir)?;
+    let run = SavedRun::open(&list::one(&arguments.run_dir)?)?;
     let recorded = run.finished()?;
     let replay = Replay {
         out: arguments.out.as_deref().unwrap_or(run.directory()),

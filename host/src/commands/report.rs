@@ -29,7 +29,7 @@ impl Report {
         Ok(Self {
             directory: directory.to_owned(),
             seed: run.seed(),
-            summary: run.experiment().summary(&run.recorded()?)?,
+            summary: run.experiment().summary(&run.known(true))?,
             result: done.result.clone(),
             specialised: None,
         })

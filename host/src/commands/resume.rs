@@ -18,9 +18,10 @@ pub(crate) fn run(arguments: &cli::Resume, console: Console) -> Result {
     let mut done = Vec::new();
     let mut saved = Vec::new();
     for directory in &directories {
-        match Done::read(directory)? {
+        let run = SavedRun::open(directory)?;
+        match run.done()? {
             Some(result) => done.push((directory.clone(), result)),
-            None => saved.push(RunPlace::Saved(SavedRun::open(directory)?)),
+            None => saved.push(RunPlace::Saved(run)),
         }
     }
     if !done.is_empty() {

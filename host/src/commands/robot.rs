@@ -9,7 +9,7 @@ use crate::cli::{Robot as Arguments, RobotCommand, RobotLight, RobotLink, Switch
 use crate::console::{Console, columns};
 use crate::exit::{Failure, Result};
 use crate::files;
-use crate::robots::address::{self, Address, FORMS, Wire};
+use crate::robots::address::{FORMS, Invalid, Wire};
 use crate::robots::error::{self, Error};
 use crate::robots::link::{self, Port};
 use crate::robots::recording::Recording;
@@ -150,14 +150,7 @@ fn connected<T>(
 /// # Errors
 /// Exit 3: it is not valid, or names none.
 pub(super) fn wire(address: &str) -> Result<Wire> {
-    match address.parse() {
-        Ok(Address::Wire(wire)) => Ok(wire),
-        Ok(Address::Surrogate(_)) => Err(Failure::input(format_args!(
-            "robot {address}: a surrogate has no link; allowed: {}",
-            address::forms()
-        ))),
-        Err(invalid) => Err(Failure::input(invalid)),
-    }
+    address.parse().map_err(|invalid: Invalid| Failure::input(invalid))
 }
 
 /// A recording in a new file.

@@ -21,18 +21,21 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
     let (places, drawn) = seeds_and_places(arguments, experiment.seed(), |seed| {
         format!("{}-{seed}-{}", experiment.name(), &identities.of(seed).to_hex()[..8])
     });
-    let Places { done, new } = sorted_out(places, |seed| identities.of(seed), console)?;
+    let Places { done, unfinished, new } = sorted_out(places, |seed| identities.of(seed), console)?;
     let place = |(seed, directory)| RunPlace::New {
         experiment: Arc::clone(&experiment),
         seed,
         directory,
     };
-    let new = new.into_iter().map(place).collect();
+    let new = unfinished
+        .into_iter()
+        .map(RunPlace::Saved)
+        .chain(new.into_iter().map(place));
     let title = match drawn {
         None => experiment.name().to_owned(),
         Some(seed) => format!("{}, seed {seed} (drawn),", experiment.name()),
     };
-    let new = run_all(new, &title, &arguments.backend, console)?;
+    let new = run_all(new.collect(), &title, &arguments.backend, console)?;
     let read = |(directory, done): &(PathBuf, Done)| Report::read(directory, done);
     let mut reports = done.iter().map(read).collect::<Result<Vec<_>>>()?;
     reports.extend(new);

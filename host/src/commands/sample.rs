@@ -16,6 +16,7 @@ use crate::reality::sampling::{self, Grid, Notebook};
 use crate::reality::site::{SEVERITY, Site};
 use crate::robots::Kind;
 use crate::robots::address::{Address, Wire};
+use crate::robots::guard::values::Values;
 use crate::robots::guard::wheels::Wanted;
 use crate::robots::vehicle::guarded::{Guarded, Options};
 use crate::robots::vehicle::{Profile, Vehicle};
@@ -44,9 +45,12 @@ pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
         (_, Ok(Address::Surrogate(seed))) => Some(seed),
         (true, Err(_)) => None,
         (false, Err(invalid)) => {
-            return Err(Failure::input(format_args!(
-                "--robot: {invalid}, or FILE.toml, an experiment with a described robot"
-            )));
+            let or = if invalid.is_no_address() {
+                ", or FILE.toml, an experiment with a described robot"
+            } else {
+                ""
+            };
+            return Err(Failure::input(format_args!("--robot: {invalid}{or}")));
         }
     };
     if let Some(option) = arguments.wired.given() {
@@ -101,7 +105,7 @@ fn described(path: &Path, arguments: &Sample, console: Console) -> Result {
     let count = counted(sensors.sensors(), "sensor", "sensors");
     console.say(format!(
         "wrote {} of {count}{} to {}; their columns: {}",
-        counted(sensors.classes.len() as u32, "table", "tables"),
+        counted(sensors.classes.len(), "table", "tables"),
         if motors.is_some() { " and one of motors" } else { "" },
         arguments.out.display(),
         robot.names().join(", ")
@@ -136,15 +140,21 @@ fn wired(wire: Wire, arguments: &Sample, console: Console) -> Result {
         tracker: None,
         number: None,
     };
-    let mut vehicle = Guarded::open(&guarded, stop.clone(), console)?;
     let usual = Grid::USUAL;
+    let grid = Grid {
+        nearest: options.nearest.unwrap_or(usual.nearest),
+        spacing: options.spacing.unwrap_or(usual.spacing),
+        rows: options.rows.unwrap_or(usual.rows),
+    };
+    walk::check(&objects, grid, &arguments.out)?;
+    let allowed = Values::of(&options.set).map_err(Failure::input)?.speed_mm_s;
+    if let Some(given) = options.full_speed.filter(|given| *given > allowed) {
+        return Err(too_fast(given, "the guard allows", allowed));
+    }
+    let mut vehicle = Guarded::open(&guarded, stop.clone(), console)?;
     let plan = Plan {
         objects,
-        grid: Grid {
-            nearest: options.nearest.unwrap_or(usual.nearest),
-            spacing: options.spacing.unwrap_or(usual.spacing),
-            rows: options.rows.unwrap_or(usual.rows),
-        },
+        grid,
         turns: options.turns.unwrap_or(1),
         full_mm_s: if options.no_motors {
             None
@@ -158,11 +168,11 @@ fn wired(wire: Wire, arguments: &Sample, console: Console) -> Result {
     let tables: Vec<String> = sensors.classes.iter().map(|table| at(&table.class)).collect();
     if console.json() {
         let motors = motors.map(|_| at("motor"));
-        return console.data(json!({ "tables": tables, "motors": motors }).to_string());
+        return console.json_line(&json!({ "tables": tables, "motors": motors }));
     }
     console.say(format!(
         "wrote {}{} to {}",
-        counted(tables.len() as u32, "table of sensors", "tables of sensors"),
+        counted(tables.len(), "table of sensors", "tables of sensors"),
         if motors.is_some() { " and one of motors" } else { "" },
         arguments.out.display()
     ));
@@ -193,10 +203,13 @@ fn full_speed(profile: &Profile, given: Option<f64>) -> Result<f64> {
         *greatest_mm_s
     };
     match given {
-        Some(given) if given > *greatest_mm_s => Err(Failure::input(format_args!(
-            "--full-speed {given}: is beyond the greatest speed of the {robot} under the guard; allowed: up to \
-             {greatest_mm_s} mm/s, or more by --set speed_mm_s=.."
-        ))),
+        Some(given) if given > *greatest_mm_s => Err(too_fast(given, &format!("the {robot} has"), *greatest_mm_s)),
         given => Ok(given.unwrap_or(usual)),
     }
+}
+
+fn too_fast(given: f64, whose: &str, greatest: f64) -> Failure {
+    Failure::input(format_args!(
+        "--full-speed {given}: is more than {whose}; allowed: up to {greatest} mm/s, or more by --set speed_mm_s=.."
+    ))
 }

@@ -8,6 +8,7 @@ use oneiro::world::GeneLayout;
 use rayon::prelude::*;
 
 use super::list;
+use crate::console::Console;
 use crate::evolve::Population;
 use crate::exit::{Failure, Result};
 use crate::experiment::source::Setting;
@@ -138,46 +139,49 @@ impl Common<'_> {
 
     fn refused(self, one: &str, other: &str, Difference { key, values: [a, b] }: &Difference) -> Failure {
         Failure::input(format_args!(
-            "{one} and {other} differ in {key}, which is {a} and {b}; allowed: runs of one experiment, {}, or --set \
-             {key}=VALUE",
+            "{one} and {other} come from different experiments ({key}: {a} / {b}); allowed: runs of one experiment, {}, or \
+             --set {key}=VALUE",
             self.instead
         ))
     }
 }
 
 impl Subjects {
-    /// Reads the genomes for a controller.
+    /// Reads the genomes for a controller, by the names of their genes where they have any.
     ///
     /// # Errors
-    /// As [`genomes::read`]; exit 3 if a run's controller takes another number of genes; as [`SingleRun::champion`].
-    pub(super) fn read(named: &[Named], layout: &GeneLayout, which: Which) -> Result<Self> {
+    /// As [`genomes::read`]; exit 3 if a run's controller has other genes; as [`SingleRun::champion`].
+    pub(super) fn read(named: &[Named], layout: &GeneLayout, which: Which, console: Console) -> Result<Self> {
         let genes = layout.genes();
         let (mut values, mut sources) = (Vec::new(), Vec::new());
         let mut add = |path: &Path, population: &Population| {
-            if population.genes() != genes {
-                return Err(genomes::other_size(path, population.genes(), genes));
-            }
             let path = path.display();
             match population.len() {
                 1 => sources.push(path.to_string()),
                 rows => sources.extend((0..rows).map(|row| format!("{path}[{row}]"))),
             }
             values.extend_from_slice(population.values());
-            Ok(())
         };
         for named in named {
             match named {
-                Named::File(path) => add(path, &genomes::read(path, layout)?)?,
-                Named::Sweep(champions) => add(champions.path(), &champions.genomes(layout)?)?,
-                Named::Run(run) => match which {
-                    Which::Champion => add(run.directory(), &run.champion()?.alone())?,
-                    Which::LastGeneration => add(run.directory(), &run.population()?)?,
-                    Which::All { individuals } => {
-                        for (file, population) in run.all_genomes(individuals)? {
-                            add(&run.directory().join(file), &population)?;
+                Named::File(path) => add(path, &genomes::read(path, layout, |word| console.say(word))?),
+                Named::Sweep(champions) => add(champions.path(), &champions.genomes(layout)?),
+                Named::Run(run) => {
+                    let directory = run.directory();
+                    let all = match which {
+                        Which::Champion => vec![(directory.to_owned(), run.champion()?.alone())],
+                        Which::LastGeneration => vec![(directory.to_owned(), run.population()?)],
+                        Which::All { individuals } => {
+                            let all = run.all_genomes(individuals)?.into_iter();
+                            all.map(|(file, population)| (directory.join(file), population))
+                                .collect()
                         }
+                    };
+                    let own = run.experiment()?.world().gene_layout();
+                    for (path, population) in all {
+                        add(&path, &genomes::by_name(&path, own, population, layout)?);
                     }
-                },
+                }
             }
         }
         Ok(Self {

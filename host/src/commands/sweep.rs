@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::cost::{self, Ceiling};
-use super::places::already_done;
+use super::places::{already_done, done_of};
 use super::report::Report;
 use super::run::run_all;
 use super::slurm;
@@ -18,8 +18,9 @@ use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::engine::watcher::{Watch, Watcher};
 use crate::exit::{Failure, Result};
-use crate::files;
-use crate::record::{RunPlace, Session, is_locked};
+use crate::files::plain;
+use crate::progress::meanwhile;
+use crate::record::{RunPlace, Session, Standing, is_locked, standing};
 use crate::runs::Shown;
 use crate::sweep::contents;
 use crate::sweep::estimate::{Estimate, estimates};
@@ -30,6 +31,8 @@ use crate::sweep::tables::{self, Written};
 use crate::sweep::work::Work;
 use crate::sweep::{Plan, RunIndex, Sweep, report};
 
+/// Where extracted runs are.
+const RUNS: &str = "runs";
 /// Most runs of a sweep that needs no `--yes`.
 const UNASKED: usize = 10_000;
 /// Runs that a plan shows without `--all`.
@@ -49,16 +52,18 @@ pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
 
 fn plan(arguments: &SweepPlan, console: Console) -> Result {
     let sweep = Sweep::read(&arguments.sweep)?;
-    let plan = sweep.plan_on_robots()?;
     let all = sweep.runs();
+    let plan = meanwhile(&format!("checking {all} runs"), console, || sweep.plan_on_robots())?;
     let steps = plan.steps(&sweep, 0..all as RunIndex);
     let devices = if arguments.no_estimate {
         Vec::new()
     } else {
-        estimates(&sweep, steps, arguments.backend.as_deref(), arguments.threads)?
+        let named = (arguments.backend.as_deref(), arguments.threads);
+        estimates(&sweep, steps, named, console)?
     };
     let cards = if arguments.cards {
-        cost::at_most(&sweep.cell(0)?.sample()?)?
+        let worlds = sweep.cell(0)?.sample()?;
+        meanwhile("counting a cycle's operations", console, || cost::at_most(&worlds))?
     } else {
         Vec::new()
     };
@@ -141,11 +146,12 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
         format!("on robots: {time}; they take no sweeps, but each run with `oneiro run`\n\n")
     });
     console.data(format!(
-        "{}: {all} runs, {} cells from {} each; {:.4} billion robot-steps; {} of memory for each run in progress\n\n\
+        "{}: {}, {} from {} each; {:.4} billion robot-steps; {} of memory for each run in progress\n\n\
          {}{more}\n{robots}{here}{elsewhere}",
         sweep.name(),
-        sweep.file().cells(),
-        counted(sweep.file().seeds.len() as u32, "seed", "seeds"),
+        counted(all, "run", "runs"),
+        counted(sweep.file().cells(), "cell", "cells"),
+        counted(sweep.file().seeds.len(), "seed", "seeds"),
         steps as f64 / 1e9,
         size(plan.bytes),
         columns(&head, &runs),
@@ -213,7 +219,7 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
             format!(
                 "shard {shard}: {} done; `oneiro sweep merge {}` joins all shards; name the directories of shards that are \
                  elsewhere after it",
-                counted(*of_shard as u32, "run is", "runs are"),
+                counted(*of_shard, "run is", "runs are"),
                 store.directory().display()
             )
         });
@@ -304,12 +310,12 @@ fn work(
 ) -> Result<(Vec<Line>, f64)> {
     let engine = (means.engine)()?;
     let session = Session::new(&arguments.backend.name, engine.description());
-    let (journal, begun) = Journal::begin(&store.journal(shard), store.identity()?, session)?;
+    let (journal, begun) = Journal::begin(&store.make_journal(shard)?, store.identity()?, session)?;
     console.warn(&begun.problems);
     todo.retain(|run| !begun.finished.contains(run));
     let mut saved = begun.saved;
     saved.retain(|saved| todo.binary_search(&saved.run).is_ok());
-    let runs = counted(todo.len() as u32, "run", "runs");
+    let runs = counted(todo.len(), "run", "runs");
     console.say(format!("{}: {runs} on {}", sweep.name(), engine.name()));
     let until = arguments.time_budget.map(|budget| began + budget);
     let steps = plan.steps(sweep, todo.iter().copied());
@@ -342,7 +348,7 @@ fn print_written(written: &Written, specialised: Option<f64>, console: Console) 
         &json!({"runs": runs, "hash": hash, "files": files, "specialised": specialised}),
         || {
             let files: Vec<String> = files.iter().map(|file| format!("  {}", file.display())).collect();
-            format!("{runs} runs, hash {hash}\n{}", files.join("\n"))
+            format!("{}, hash {hash}\n{}", counted(*runs, "run", "runs"), files.join("\n"))
         },
     )
 }
@@ -364,7 +370,8 @@ fn status(dir: &Path, console: Console) -> Result {
     store.finished(None, &mut finished)?;
     // Tables may also have the runs of shards in other directories.
     let mut all = tables::runs_in(dir, made.runs)?;
-    let is_merged = !all.is_empty();
+    // Written after them.
+    let is_merged = dir.join(contents::SUMS).exists();
     if is_merged && let Err(problem) = tables::verify(dir) {
         console.say(format!("warning: {problem}"));
     }
@@ -416,9 +423,9 @@ fn status(dir: &Path, console: Console) -> Result {
             _ => "",
         };
         format!(
-            "{}: {done} of {} runs are done{rest}\n\n{}",
+            "{}: {}{rest}\n\n{}",
             made.name,
-            made.runs,
+            done_of(done, made.runs, "done"),
             columns(
                 &["shard", "done", "runs", "in progress", "generations of these", "state"],
                 &rows
@@ -467,16 +474,9 @@ pub(crate) fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> R
 fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Console) -> Result {
     let store = Store::open(dir)?;
     let (sweep, plan) = store.sweep()?;
-    let [results, generations] = [contents::RESULTS, contents::GENERATIONS].map(|name| dir.join(name));
-    for table in [&results, &generations] {
-        if !table.is_file() {
-            return Err(Failure::input(format_args!(
-                "{}: does not exist yet; `oneiro sweep run` and `oneiro sweep merge` create it",
-                table.display()
-            )));
-        }
-    }
-    if dir.join(contents::SUMS).is_file() {
+    let results = tables::table(dir, contents::RESULTS)?;
+    let generations = tables::table(dir, contents::GENERATIONS)?;
+    if dir.join(contents::SUMS).exists() {
         // Nothing is computed from a table that was changed.
         tables::verify(dir)?;
     }
@@ -523,7 +523,7 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
         value,
     })?;
     let out = out.unwrap_or(dir);
-    std::fs::create_dir_all(out).map_err(|error| Failure::unreadable(out, &error))?;
+    plain::make_directory(out).map_err(|error| Failure::unreadable(out, &error))?;
     let files = [
         (report::PAGE, &page.html),
         (report::CELLS, &page.cells_csv),
@@ -551,18 +551,29 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &device::Backend,
     let known = finished.runs.get(&run).map(|finished| finished.line.result.clone());
     let id = plan.ids[run as usize].to_hex();
     let directory = out.map_or_else(
-        || dir.join("runs").join(format!("{}-{seed}-{}", sweep.name(), &id[..8])),
+        || dir.join(RUNS).join(format!("{}-{seed}-{}", sweep.name(), &id[..8])),
         Path::to_owned,
     );
-    files::directory_must_be_new(&directory)?;
-    let place = RunPlace::New {
-        experiment: sweep.experiment_of(sweep.cell_of(run))?,
-        seed,
-        directory: directory.clone(),
+    let experiment = sweep.experiment_of(sweep.cell_of(run))?;
+    if out.is_none() {
+        disk::make_folder(dir, RUNS)?;
+    }
+    let repeat = |place| {
+        let done = run_all(vec![place], sweep.name(), backend, console)?;
+        let result = done.into_iter().next().map(|Report { result, .. }| result);
+        result.ok_or_else(|| Failure::failed("the run has no result"))
     };
-    let done = run_all(vec![place], sweep.name(), backend, console)?;
-    let Some(Report { result, .. }) = done.into_iter().next() else {
-        return Err(Failure::failed("the run has no result"));
+    let result = match standing(&directory, experiment.identities().of(seed))? {
+        Standing::New => repeat(RunPlace::New {
+            experiment,
+            seed,
+            directory: directory.clone(),
+        })?,
+        Standing::Unfinished(run) => repeat(RunPlace::Saved(run))?,
+        Standing::Done(done) => {
+            already_done(1, 1, console);
+            done.result
+        }
     };
     if let Some(known) = known
         && known != result

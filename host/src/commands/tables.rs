@@ -1,5 +1,6 @@
 //! `oneiro tables`: shows, converts and exports sampled sensor and motor tables.
 
+use crate::report::numbers::fixed;
 use std::path::Path;
 
 use oneiro::tables::{self, Format, GREATEST_READING, MotorSamples, SensorTable, SensorTables};
@@ -75,18 +76,17 @@ fn refused(error: tables::Error) -> Failure {
 /// Writes a table to a new file.
 fn write(table: &Table, to: &Path, console: Console) -> Result {
     let format = Format::of(to).map_err(refused)?;
-    files::must_be_new(to)?;
-    let written = match table {
-        Table::Sensors(table) => table.write(to),
+    let text = match table {
+        Table::Sensors(table) => table.text_in(format),
         Table::Motors(_) if format != Format::Sam => {
             return Err(Failure::input(format_args!(
                 "{}: motor samples have only one format; allowed: .sam",
                 to.display()
             )));
         }
-        Table::Motors(samples) => samples.write(to),
+        Table::Motors(samples) => samples.text(),
     };
-    written.map_err(Failure::unwritten)?;
+    files::write_new(to, text.as_bytes())?;
     console.say(format!("wrote {}", to.display()));
     Ok(())
 }
@@ -190,6 +190,7 @@ fn moments(table: &SensorTable, view: usize, sensor: usize) -> Moments {
 
 fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Result {
     if let Some(path) = out {
+        files::must_be_svg("--out", path)?;
         files::write_new(path, figures::sensor_table(table).as_bytes())?;
         console.say(format!("drew {}", path.display()));
     }
@@ -209,18 +210,18 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
             "sensors": moments,
         }));
     }
-    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.1}"));
+    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| fixed(value, 1));
     let rows: Vec<Vec<String>> = moments
         .iter()
         .map(|moments| {
             let mut row = vec![
                 moments.view.to_string(),
                 moments.sensor.to_string(),
-                format!("{:.0}", moments.bearing_degrees),
+                fixed(moments.bearing_degrees, 0),
                 number(moments.half_mm),
                 number(moments.twentieth_mm),
             ];
-            row.extend(moments.width_degrees.iter().map(|width| format!("{width:.0}")));
+            row.extend(moments.width_degrees.iter().map(|width| fixed(*width, 0)));
             row
         })
         .collect();

@@ -1,6 +1,7 @@
 //! `oneiro tournament`: plays the best of each generation of one population against the best of each generation of the other
 //! (Floreano and Nolfi 1997), writes all results and pictures of them, and says whether later generations are better.
 
+use crate::report::numbers::fixed;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -93,7 +94,7 @@ impl Played {
         let experiment = run.experiment()?;
         let layout = experiment.world().gene_layout();
         let opponents = &experiment.settings().evolution.opponents;
-        let hall = genomes::read(&run.directory().join(HALL), layout).map_err(Failure::corrupt)?;
+        let hall = genomes::recorded(&run.directory().join(HALL), layout)?;
         let split = opponents
             .split(layout.all())
             .ok_or_else(|| Failure::corrupt("the second population has no genes"))?;
@@ -195,7 +196,7 @@ impl Played {
         let mut text = format!(
             "{}: {} of each population, {} a pair\n  {:<12}{:>10}{:>14}{:>14}{:>10}{:>18}\n",
             directory.display(),
-            counted(self.generations.len() as u32, "best one", "best ones"),
+            counted(self.generations.len(), "best one", "best ones"),
             counted(self.contests, "contest", "contests"),
             "population",
             "mean",
@@ -205,11 +206,15 @@ impl Played {
             "best generation"
         );
         for (name, own) in ["first", "second"].iter().zip(self.progress()) {
-            let tau = own.tau.map_or_else(|| "-".to_owned(), |tau| format!("{tau:.3}"));
+            let tau = own.tau.map_or_else(|| "-".to_owned(), |tau| fixed(tau, 3));
             let _ = writeln!(
                 text,
-                "  {name:<12}{:>10.3}{:>14.3}{:>14.3}{tau:>10}{:>10} ({:.3})",
-                own.mean, own.first, own.last, self.generations[own.best], own.means[own.best]
+                "  {name:<12}{:>10}{:>14}{:>14}{tau:>10}{:>10} ({})",
+                fixed(own.mean, 3),
+                fixed(own.first, 3),
+                fixed(own.last, 3),
+                self.generations[own.best],
+                fixed(own.means[own.best], 3)
             );
         }
         text

@@ -34,10 +34,7 @@ pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
     if console.json() {
         console.json_data(&verified)?;
     }
-    console.say(format!(
-        "{} intact",
-        counted(verified.len() as u32, "run is", "runs are")
-    ));
+    console.say(format!("{} intact", counted(verified.len(), "run is", "runs are")));
     Ok(())
 }
 
@@ -52,9 +49,6 @@ fn sweep(directory: &Path, console: Console) -> Result {
         }]));
     }
     console.data(format!("{hash}  {}", directory.display()))?;
-    console.say(format!(
-        "{} intact",
-        counted(files.len() as u32, "table is", "tables are")
-    ));
+    console.say(format!("{} intact", counted(files.len(), "table is", "tables are")));
     Ok(())
 }

@@ -26,7 +26,7 @@ use crate::exchange::radio::beacon::Beacons;
 use crate::exchange::radio::key::Key as Secret;
 use crate::exchange::radio::{Packet, Radio, Received, Refusal, Status};
 use crate::exit::{Failure, Result};
-use crate::robots::tracker::{Seen, lines};
+use crate::robots::tracker::{Budget, Seen, lines};
 use crate::robots::vehicle::Vehicle;
 use crate::robots::vehicle::late::Late;
 use crate::robots::vehicle::trouble::Trouble;
@@ -36,6 +36,15 @@ const MILLISECONDS: i64 = 100;
 const HALF_CYCLE: Duration = Duration::from_millis(50);
 /// Purpose of the random numbers of behaviours, among those of a robot's seed.
 const BEHAVIOUR: u64 = 1;
+
+fn milliseconds_since(tick: Duration, now: Duration) -> f64 {
+    1000.0 * now.saturating_sub(tick).as_secs_f64()
+}
+
+/// The cycle of a time of the experiment, ms, if it has begun.
+fn cycle_at(milliseconds: i64) -> Option<u32> {
+    milliseconds.div_euclid(MILLISECONDS).try_into().ok()
+}
 
 /// A daemon at work.
 pub(crate) struct Daemon<'a> {
@@ -54,6 +63,10 @@ pub(crate) struct Daemon<'a> {
     seen: Seen,
     /// The newest sighting, until a cycle has taken it.
     sighted: Option<Sighted>,
+    /// Lines of the tracker that are looked at in a cycle.
+    lines: Budget,
+    /// The number of the operator's start that was heard last, and of the datagram that told it.
+    call: Option<(u64, u64)>,
     keeper: Keeper<Saved>,
     saved: Saved,
     log: Log,
@@ -74,21 +87,24 @@ pub(crate) struct Daemon<'a> {
     /// When the cycle begins that comes next, and how late those of this interval were in which the robot lived, ms.
     tick: Option<Duration>,
     late: Vec<f64>,
+    /// How late those of this interval began at most, whatever the robot did, ms.
+    begins: f64,
     began: Duration,
 }
 
-impl<'a> Daemon<'a> {
-    /// Prepares all: takes up what was saved, and counts this start. With `waits`, the daemon waits for its evolution and its disk,
-    /// on a clock that stands still meanwhile.
+/// What a daemon reads before it connects to its robot: its key, and what was saved.
+pub(crate) struct Files {
+    radio: Radio,
+    keeper: Keeper<Saved>,
+    saved: Saved,
+}
+
+impl Files {
+    /// Reads them, and counts this start.
     ///
     /// # Errors
     /// Exit 3: a key or a directory that can't be used; exit 5: what was saved is damaged; exit 6: the disk.
-    pub(crate) fn new(
-        settings: &'a Settings,
-        vehicle: Box<dyn Vehicle>,
-        air: Box<dyn Air>,
-        waits: bool,
-    ) -> Result<Self> {
+    pub(crate) fn open(settings: &Settings) -> Result<Self> {
         let Settings {
             plan,
             robot,
@@ -112,18 +128,35 @@ impl<'a> Daemon<'a> {
         };
         // A start that is not counted on disk could seal numbers that it has sealed before.
         keeper.save_now(&saved)?;
+        let limits = plan.settings.limits();
+        let mut radio = Radio::new(*robot as u16, limits, &key, *experiment.as_bytes(), saved.boots);
+        radio.restore(saved.windows.clone());
+        Ok(Self { radio, keeper, saved })
+    }
+}
+
+impl<'a> Daemon<'a> {
+    /// Prepares all. With `waits`, the daemon waits for its evolution and its disk, on a clock that stands still meanwhile.
+    ///
+    /// # Errors
+    /// The evolution can't be computed.
+    pub(crate) fn new(
+        settings: &'a Settings,
+        files: Files,
+        vehicle: Box<dyn Vehicle>,
+        air: Box<dyn Air>,
+        waits: bool,
+    ) -> Result<Self> {
+        let Settings { plan, robot, .. } = settings;
+        let Files {
+            radio,
+            mut keeper,
+            saved,
+        } = files;
+        let (number, boots) = (*robot as usize, saved.boots);
         if !waits {
             keeper.start();
         }
-        let boots = saved.boots;
-        let mut radio = Radio::new(
-            *robot as u16,
-            plan.settings.limits(),
-            &key,
-            *experiment.as_bytes(),
-            boots,
-        );
-        radio.restore(saved.windows.clone());
         let began = vehicle.now();
         Ok(Self {
             member: Member::at(plan.clone(), number, settings.radio.contact, saved.state.clone()),
@@ -140,6 +173,8 @@ impl<'a> Daemon<'a> {
                 settings.tracker.age(),
             ),
             sighted: None,
+            lines: Budget::default(),
+            call: None,
             keeper,
             saved,
             log: Log::open(&settings.directory, *robot, boots, log::Limits::default()),
@@ -154,6 +189,7 @@ impl<'a> Daemon<'a> {
             speeds: [0.0; 2],
             tick: None,
             late: Vec::new(),
+            begins: 0.0,
             began,
             settings,
             vehicle,
@@ -198,6 +234,9 @@ impl<'a> Daemon<'a> {
     /// One cycle.
     fn cycle(&mut self) -> Result {
         let now = self.vehicle.now();
+        self.begins = self
+            .begins
+            .max(self.tick.map_or(0.0, |tick| milliseconds_since(tick, now)));
         self.receive(now);
         let time = self.beacons.time(now);
         self.problems
@@ -206,11 +245,11 @@ impl<'a> Daemon<'a> {
             .set(Problems::TRACKER, time.is_some() && self.seen.place(now).is_none());
         self.problems.set(Problems::DISK, self.keeper.problem().is_some());
         let before = self.activity;
-        match time.map(|time| u32::try_from(time.div_euclid(MILLISECONDS))) {
+        match time.map(cycle_at) {
             None => self.activity = Activity::Waiting,
-            Some(Err(_)) => self.activity = Activity::Off,
+            Some(None) => self.activity = Activity::Off,
             // Otherwise the time has stood still: nothing new is decided.
-            Some(Ok(cycle)) if self.cycle.is_none_or(|last| cycle > last) => {
+            Some(Some(cycle)) if self.cycle.is_none_or(|last| cycle > last) => {
                 self.cycle = Some(cycle);
                 self.evolve()?;
                 let deeds = self.member.cycle(cycle, self.sighted.take());
@@ -218,7 +257,7 @@ impl<'a> Daemon<'a> {
                 self.say(&deeds);
                 self.record(deeds);
             }
-            Some(Ok(_)) => {}
+            Some(Some(_)) => {}
         }
         if self.activity != Activity::Living || self.problems.any() {
             self.speeds = [0.0; 2];
@@ -226,8 +265,7 @@ impl<'a> Daemon<'a> {
         let driven = self.vehicle.drive(self.speeds);
         self.passed(driven)?;
         if let Some(tick) = self.tick.filter(|_| self.activity == Activity::Living) {
-            self.late
-                .push(1000.0 * self.vehicle.now().saturating_sub(tick).as_secs_f64());
+            self.late.push(milliseconds_since(tick, self.vehicle.now()));
         }
         if before != self.activity {
             let activity = self.activity.word();
@@ -253,7 +291,13 @@ impl<'a> Daemon<'a> {
                 return;
             };
             match channel {
-                Channel::Tracker => lines(&datagram).for_each(|line| self.see(line, now)),
+                Channel::Tracker => lines(&datagram).for_each(|line| {
+                    if self.lines.take(now) {
+                        self.see(line, now);
+                    } else {
+                        self.seen.skip();
+                    }
+                }),
                 Channel::Radio => match self.radio.open(&datagram, now, self.beacons.second(now)) {
                     Ok(received) => self.hear(received, now),
                     Err(refusal) => self.refuse(&refusal),
@@ -273,7 +317,12 @@ impl<'a> Daemon<'a> {
             self.member.meet(second, heard);
         }
         if let (Some(carries), Some(brought)) = (sighting.carries, sighting.brought) {
-            self.sighted = Some(Sighted { carries, brought });
+            let cycle = self.beacons.time(now).and_then(cycle_at);
+            if cycle.is_none_or(|cycle| self.member.can_have_brought(brought, cycle)) {
+                self.sighted = Some(Sighted { carries, brought });
+            } else {
+                self.seen.disbelieve();
+            }
         }
     }
 
@@ -296,10 +345,30 @@ impl<'a> Daemon<'a> {
                     );
                 }
             }
-            Packet::Beacon { milliseconds, go } => self.beacons.hear(sequence, milliseconds, go, now),
+            Packet::Beacon {
+                milliseconds,
+                go,
+                start,
+            } => {
+                self.beacons.hear(sequence, milliseconds, go, now);
+                self.called(sequence, start);
+            }
+            Packet::Call { start } => self.called(sequence, start),
             // These are for the operator.
             Packet::Status(_) | Packet::Hello { .. } => {}
         }
+    }
+
+    /// Notes the number of the operator's start, unless a newer datagram has told it.
+    fn called(&mut self, sequence: u64, start: u64) {
+        if self.call.is_none_or(|(newest, _)| newest < sequence) {
+            self.call = Some((sequence, start));
+        }
+    }
+
+    /// The number of the operator's start; 0 if none was heard.
+    fn start(&self) -> u64 {
+        self.call.map_or(0, |(_, start)| start)
     }
 
     /// Logs who is refused by name, once; other datagrams that were refused are counted.
@@ -422,15 +491,16 @@ impl<'a> Daemon<'a> {
         self.keeper.save(self.saved.clone());
     }
 
-    /// Logs how late the commands of the interval were; on a clock that waits they never are.
+    /// Logs how late cycles of the interval began at most, and how late the commands of those were in which the robot lived; on a
+    /// clock that waits they never are.
     fn log_lateness(&mut self) {
-        let late = std::mem::take(&mut self.late);
+        let (late, begins) = (std::mem::take(&mut self.late), std::mem::take(&mut self.begins));
         let cycles = late.len();
-        if !self.waits && cycles > 0 {
+        if !self.waits {
             let [_, median, high, greatest] = Late::of_all(late).quantiles();
             self.log(
                 "late",
-                json!({ "cycles": cycles, "median_ms": median, "high_ms": high, "greatest_ms": greatest }),
+                json!({ "cycles": cycles, "median_ms": median, "high_ms": high, "greatest_ms": greatest, "begins_ms": begins }),
             );
         }
     }
@@ -446,13 +516,17 @@ impl<'a> Daemon<'a> {
             self.keeper.save(self.saved.clone());
         }
         let losses = self.air.losses();
-        let own = [
+        let here = [
             ("unsent", losses.unsent),
-            ("too_long", losses.too_long),
             ("socket_errors", losses.errors),
             ("not_logged", self.log.lost()),
         ];
-        let all = self.radio.refused().counts().chain(own);
+        let ignored = self.radio.refused().counts().chain([("too_long", losses.too_long)]);
+        let ignored: Vec<(&str, u64)> = ignored.chain(self.seen.ignored().counts()).collect();
+        // Its own come back by a broadcast.
+        let others = ignored.iter().filter(|(reason, _)| *reason != Refusal::Own.reason());
+        let total: u64 = others.map(|(_, count)| count).sum();
+        let all = ignored.into_iter().chain(here);
         let counts: Vec<(&str, u64)> = all.filter(|(_, count)| *count > 0).collect();
         if counts != self.refused {
             self.log(
@@ -468,8 +542,12 @@ impl<'a> Daemon<'a> {
             None => Packet::Hello {
                 program: env!("CARGO_PKG_VERSION").into(),
                 experiment: *self.settings.experiment.as_bytes(),
+                start: self.start(),
             },
-            Some(milliseconds) => Packet::Status(self.status(milliseconds, now)),
+            Some(milliseconds) => Packet::Status(Status {
+                ignored: total.try_into().unwrap_or(u32::MAX),
+                ..self.status(milliseconds, now)
+            }),
         };
         self.send(&packet);
         let words = format!(
@@ -485,6 +563,7 @@ impl<'a> Daemon<'a> {
         let own = self.member.evolution();
         let second = self.cycle.unwrap_or_default() / SECOND;
         Status {
+            start: self.start(),
             milliseconds,
             state: self.activity as u8,
             interval: own.interval(),
@@ -506,6 +585,7 @@ impl<'a> Daemon<'a> {
                 .map(|number| number as f32),
             volts: self.vehicle.volts().map_or(-1.0, |volts| volts as f32),
             problems: self.problems.bits(),
+            ignored: 0,
         }
     }
 

@@ -13,6 +13,7 @@ use serde::de::DeserializeOwned;
 
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 use crate::sealed;
 
 /// The file of the checkpoint, and its version.
@@ -79,7 +80,7 @@ impl<S: Kept> Keeper<S> {
     /// Exit 3: another daemon has the directory; exit 5: what was saved is damaged, or is of another robot or experiment; exit 6: it
     /// can't be read.
     pub(crate) fn open(directory: &Path, owner: blake3::Hash) -> Result<(Self, Option<S>)> {
-        fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
+        plain::make_directory(directory).map_err(|error| Failure::storage(directory, &error))?;
         let lock = disk::try_lock(directory)?;
         let lock = lock.ok_or_else(|| {
             Failure::input(format_args!(

@@ -12,7 +12,7 @@
 //!
 //! `oneiro fleet collect` and `stop` read these; other events have what describes them.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,6 +23,8 @@ use std::time::Duration;
 
 use serde_json::{Map, Value, json};
 
+use crate::console::shown_in_json;
+use crate::files::plain;
 use crate::utc;
 
 /// The file that is written; those before it are `log-1.jsonl`, `log-2.jsonl` and so on.
@@ -138,10 +140,11 @@ fn line((robot, boot): (u32, u32), at: Duration, experiment_ms: Option<i64>, eve
     if let Value::Object(fields) = fields {
         values.extend(fields);
     }
-    Value::Object(values).to_string() + "\n"
+    shown_in_json(&Value::Object(values).to_string()).into_owned() + "\n"
 }
 
 /// Standard error, if it is systemd's journal: `JOURNAL_STREAM` has its device and inode (systemd.exec(5)).
+#[expect(clippy::disallowed_methods, reason = "it is asked what it is")]
 fn journal() -> Option<Box<dyn Write + Send>> {
     use std::os::fd::AsFd;
     use std::os::unix::fs::MetadataExt;
@@ -252,7 +255,7 @@ impl Pages {
     fn opened(&mut self) -> io::Result<&mut File> {
         if self.file.is_none() {
             let path = self.directory.join(FILE);
-            let mut file = OpenOptions::new().create(true).append(true).open(&path)?;
+            let mut file = plain::append_or_create(&path)?;
             self.length = file.metadata()?.len();
             if self.length > 0 && !ends_a_line(&path)? {
                 file.write_all(b"\n")?;
@@ -279,7 +282,7 @@ impl Pages {
 
 fn ends_a_line(path: &Path) -> io::Result<bool> {
     use std::io::{Read, Seek, SeekFrom};
-    let mut file = File::open(path)?;
+    let mut file = plain::open(path)?;
     file.seek(SeekFrom::End(-1))?;
     let mut last = [0];
     file.read_exact(&mut last)?;

@@ -9,6 +9,7 @@ use crate::exchange::contact::{Contact, Heard};
 use crate::exchange::{Exchange, Message};
 use crate::swarm::Plan;
 use crate::swarm::on_board::OnBoard;
+use crate::swarm::settings::most_items;
 
 /// A cycle in s, as kernels count it.
 const CYCLE_S: f32 = 0.1;
@@ -81,6 +82,8 @@ pub(crate) struct Member {
     brought: u32,
     /// Whether it carries food.
     carries: bool,
+    /// The cycle of the last sighting; none since its program has begun.
+    sighted: Option<u32>,
 }
 
 /// What is saved of a robot between two intervals.
@@ -117,6 +120,7 @@ impl Member {
             earned: 0.0,
             brought: 0,
             carries: false,
+            sighted: None,
         }
     }
 
@@ -158,11 +162,20 @@ impl Member {
         self.heard.meet(second, robots);
     }
 
+    /// Whether the robot can have brought so many items by a cycle: since its last sighting, and since the experiment began.
+    pub(crate) fn can_have_brought(&self, items: u32, cycle: u32) -> bool {
+        let before = self.state.brought.unwrap_or_default();
+        let since = self
+            .sighted
+            .map_or(cycle, |sighted| cycle.saturating_sub(sighted).max(1));
+        items <= most_items(cycle).min(before.saturating_add(most_items(since)))
+    }
+
     /// Lives through a cycle of the experiment, which must be later than the one before. Until then `sighted` was seen of the
-    /// robot, if the tracker saw it.
+    /// robot, if the tracker saw it. A sighting of more items than it can have brought is ignored.
     pub(crate) fn cycle(&mut self, cycle: u32, sighted: Option<Sighted>) -> Deeds {
         let mut deeds = Deeds::default();
-        if let Some(sighted) = sighted {
+        if let Some(sighted) = sighted.filter(|sighted| self.can_have_brought(sighted.brought, cycle)) {
             self.see(sighted, cycle);
         }
         let (second, last) = (cycle / SECOND, self.plan.settings.seconds());
@@ -206,13 +219,20 @@ impl Member {
     /// Takes a sighting at the beginning of a cycle.
     fn see(&mut self, sighted: Sighted, cycle: u32) {
         self.carries = sighted.carries;
+        self.sighted = Some(cycle);
         let before = self.state.brought.replace(sighted.brought).unwrap_or_default();
+        let most = self.plan.settings.limits().fitness;
         // Equation 1 of O'Dowd, Studley and Winfield (2014), with the kernel's arithmetic. A tracker that has begun anew counts from 0.
         let seconds = (cycle - self.began.min(cycle)) as f32 * CYCLE_S;
         let worth = (self.plan.settings.clock.interval_s as f32 - seconds).max(0.0);
-        for _ in before..sighted.brought {
-            self.earned += worth;
-            self.brought += 1;
+        let items = sighted.brought.saturating_sub(before);
+        self.brought = self.brought.saturating_add(items);
+        // No interval earns more, whenever its items are seen: so these turns are few, whatever the tracker says.
+        for _ in 0..items {
+            if worth == 0.0 || self.earned >= most {
+                break;
+            }
+            self.earned = (self.earned + worth).min(most);
         }
     }
 

@@ -42,7 +42,8 @@ use crate::experiment::GREATEST_SEED;
 use crate::experiment::source::{Parsed, Source};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::files;
-use crate::robots::address::{Address, Wire, forms};
+use crate::kinds::FileKind;
+use crate::robots::address::{Invalid, Wire};
 use crate::robots::guard::values::Values;
 use crate::robots::tracker;
 use crate::swarm::Plan;
@@ -197,7 +198,7 @@ impl Settings {
         let directory = path.parent().unwrap_or(Path::new(""));
         let experiment = directory.join(&file.experiment);
         let text = files::text(&experiment)?;
-        let parsed = Parsed::new(experiment.display().to_string(), &text)?;
+        let parsed = FileKind::Experiment.parsed(&experiment, &text)?;
         if !parsed.has("swarm") {
             let problem = format!(
                 "is {}, which has no swarm; allowed: an experiment with a table [swarm]",
@@ -225,14 +226,7 @@ impl Settings {
 
 /// Parses a robot's address, the value of `key`, which must have a link.
 pub(crate) fn wire(address: &str, key: &str, source: &Source<'_>) -> Result<Wire> {
-    match address.parse() {
-        Ok(Address::Wire(wire)) => Ok(wire),
-        Ok(Address::Surrogate(_)) => {
-            let problem = format!("is \"{address}\", which has no link; allowed: {}", forms());
-            Err(source.invalid(key, problem))
-        }
-        Err(invalid) => Err(source.invalid(key, invalid)),
-    }
+    address.parse().map_err(|invalid: Invalid| source.invalid(key, invalid))
 }
 
 /// The guard's values as settings, each written `KEY=VALUE`.
@@ -326,7 +320,7 @@ speed_mm_s = 128
                 "address",
                 "serial:/dev/rfcomm0",
                 "surrogate:1",
-                "which has no link; allowed: serial:PATH",
+                "a surrogate has no link; allowed: serial:PATH",
             ),
             (
                 "guard",

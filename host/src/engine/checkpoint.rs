@@ -9,11 +9,12 @@ use serde::de::DeserializeOwned;
 
 use super::disk;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 use crate::sealed::{self, Problem};
 
 const FORMAT: &str = "oneiro checkpoint";
-/// Version 1 had two formats, of runs and of sweeps.
-const VERSION: u32 = 2;
+/// Version 1 had two formats, of runs and of sweeps; version 2 had no outcomes of runs.
+const VERSION: u32 = 3;
 const PREFIX: &str = "checkpoint-";
 
 /// Explains why a checkpoint can't be used; `owner` is the run or sweep that it should belong to.
@@ -41,6 +42,14 @@ pub(crate) fn write(
         &sealed::seal(FORMAT, VERSION, identity, content),
     )?;
     disk::sync_directory(directory)?;
+    prune(directory, kept)
+}
+
+/// Removes all checkpoints but the newest `kept`.
+///
+/// # Errors
+/// Exit 6.
+pub(crate) fn prune(directory: &Path, kept: usize) -> Result {
     for (_, path) in list(directory)?.into_iter().skip(kept) {
         fs::remove_file(&path).map_err(|error| Failure::storage(&path, &error))?;
     }
@@ -50,7 +59,7 @@ pub(crate) fn write(
 /// Reads a checkpoint, or returns the reason why it can't be used.
 pub(crate) fn read<T: DeserializeOwned>(path: &Path, identity: &blake3::Hash) -> std::result::Result<T, Problem> {
     // A file that can't be read is as useless as a damaged one.
-    let bytes = fs::read(path).map_err(|_| Problem::Damaged)?;
+    let bytes = plain::read(path, plain::MAXIMUM).map_err(|_| Problem::Damaged)?;
     sealed::open(FORMAT, VERSION, identity, &bytes)
 }
 

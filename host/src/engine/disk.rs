@@ -1,8 +1,8 @@
 //! Writing files that survive a power cut intact.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
@@ -10,6 +10,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 
 /// Suffix of unfinished files.
 pub(crate) const TEMPORARY: &str = ".tmp";
@@ -42,7 +43,11 @@ fn replace(path: &Path, fill: impl FnOnce(&mut File) -> Result, sync: fn(&File) 
     temporary.push(TEMPORARY);
     let temporary = PathBuf::from(temporary);
     let storage = |error| Failure::storage(path, &error);
-    let mut file = File::create(&temporary).map_err(storage)?;
+    // One that a kill has left is replaced.
+    let mut file = plain::create_anew(&temporary).map_err(|error| match error {
+        error if plain::is_refusal(&error) => Failure::storage(&temporary, &error),
+        error => storage(error),
+    })?;
     let written = fill(&mut file)
         .and_then(|()| sync(&file).map_err(storage))
         .and_then(|()| fs::rename(&temporary, path).map_err(storage));
@@ -60,7 +65,7 @@ fn replace(path: &Path, fill: impl FnOnce(&mut File) -> Result, sync: fn(&File) 
 pub(crate) fn at_once<T: Send>(tasks: impl Iterator<Item = impl FnOnce() -> Result<T> + Send>) -> Result<Vec<T>> {
     thread::scope(|scope| {
         let threads: Vec<_> = tasks.map(|task| scope.spawn(task)).collect();
-        let crashed = |_| Err(Failure::failed("a writer of results crashed"));
+        let crashed = |_| Err(Failure::broken("a writer of results"));
         let results: Vec<_> = threads
             .into_iter()
             .map(|thread| thread.join().unwrap_or_else(crashed))
@@ -79,13 +84,27 @@ pub(crate) fn json(value: &impl Serialize) -> Vec<u8> {
 
 /// Waits until a directory's names are on disk.
 pub(crate) fn sync_directory(path: &Path) -> Result {
-    // Elsewhere a directory can't be opened as a file, and the file system's journal takes care of renames.
-    if cfg!(unix) {
-        File::open(path)
-            .and_then(|directory| directory.sync_all())
-            .map_err(|error| Failure::storage(path, &error))?;
+    plain::sync_directory(path).map_err(|error| Failure::storage(path, &error))
+}
+
+/// Makes a folder below a directory, with those between, and returns its path. Those that are there may not be behind links.
+///
+/// # Errors
+/// Exit 3 if a link or a file has the name of one, or the folder would be elsewhere; exit 6.
+pub(crate) fn make_folder(directory: &Path, folder: impl AsRef<Path>) -> Result<PathBuf> {
+    let mut path = directory.to_owned();
+    for part in folder.as_ref().components() {
+        path.push(part);
+        match part {
+            Component::Normal(_) => plain::make_folder(&path).map_err(|error| Failure::storage(&path, &error))?,
+            Component::CurDir => (),
+            _ => {
+                let (path, directory) = (path.display(), directory.display());
+                return Err(Failure::input(format_args!("{path}: allowed: a folder of {directory}")));
+            }
+        }
     }
-    Ok(())
+    Ok(path)
 }
 
 /// The file of a directory that the one process locks which writes there.
@@ -113,13 +132,12 @@ pub(crate) fn try_lock(directory: &Path) -> Result<Option<File>> {
 
 /// Opens a file for locking, and creates it if it isn't there.
 pub(crate) fn lock_file(path: &Path) -> Result<File> {
-    let file = OpenOptions::new().create(true).truncate(false).write(true).open(path);
-    file.map_err(|error| Failure::storage(path, &error))
+    plain::append_or_create(path).map_err(|error| Failure::storage(path, &error))
 }
 
 /// Reads the bytes of a file that the program itself has written.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
-    fs::read(path).map_err(|error| match error.kind() {
+    plain::read(path, plain::MAXIMUM).map_err(|error| match error.kind() {
         io::ErrorKind::NotFound => Failure::corrupt(format_args!("{}: is missing", path.display())),
         _ => Failure::storage(path, &error),
     })
@@ -127,8 +145,17 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
 
 /// Reads the bytes of a file that the program itself has written; `None` if it does not exist.
 pub(crate) fn read_if_there(path: &Path) -> Result<Option<Vec<u8>>> {
-    match fs::read(path) {
+    match plain::read(path, plain::MAXIMUM) {
         Ok(bytes) => Ok(Some(bytes)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(Failure::storage(path, &error)),
+    }
+}
+
+/// Reads a JSON file that the program itself has written; `None` if it does not exist.
+pub(crate) fn json_if_there<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
+    match plain::read(path, plain::MAXIMUM_NOTE) {
+        Ok(bytes) => parsed(path, &bytes).map(Some),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(error) => Err(Failure::storage(path, &error)),
     }

@@ -19,6 +19,8 @@
 //! A job's results depend only on its experiment and its seed: never on the batches it shared, the number of threads,
 //! or where it was saved and restored.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -211,13 +213,16 @@ pub(crate) struct Progress {
     pub(crate) best: f32,
 }
 
+/// Table cells by the names of their columns. Missing values are left out.
+pub(crate) type Named = BTreeMap<Cow<'static, str>, String>;
+
 /// Results of a finished job.
 #[derive(Debug, Default)]
 pub(crate) struct Finished {
     /// Files that are written once, with their contents; tables aren't among them.
     pub(crate) files: Vec<(&'static str, Vec<u8>)>,
-    /// Row in a sweep's table of results: one cell for each column that its kind of experiment names.
-    pub(crate) cells: Vec<String>,
+    /// Its values in a sweep's table of results, by the names of the columns.
+    pub(crate) outcomes: Named,
     /// The champion's genes; none where there is no champion.
     pub(crate) champion: Vec<f32>,
 }

@@ -1,13 +1,13 @@
 //! An append-only file that can be cut back to its length at a checkpoint.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 
 /// Length of a log and its hash.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,10 +26,11 @@ pub(crate) struct Prefix {
 impl Prefix {
     /// Reads the beginning of a log, if it is still there.
     pub(crate) fn of(path: &Path, extent: &Extent) -> Option<Self> {
-        let bytes = fs::read(path).ok()?;
+        let file = plain::open_table(path).ok()?;
+        let is_long_enough = file.metadata().is_ok_and(|file| file.len() >= extent.bytes);
         let mut hasher = blake3::Hasher::new();
-        hasher.update(bytes.get(..usize::try_from(extent.bytes).ok()?)?);
-        let is_same = hasher.finalize().to_hex().as_str() == extent.blake3;
+        hasher.update_reader(file.take(extent.bytes)).ok()?;
+        let is_same = is_long_enough && hasher.finalize().to_hex().as_str() == extent.blake3;
         is_same.then_some(Self {
             bytes: extent.bytes,
             hasher,
@@ -52,7 +53,7 @@ pub(crate) struct Log {
 impl Log {
     /// Starts an empty log.
     pub(crate) fn create(path: PathBuf) -> Result<Self> {
-        File::create(&path).map_err(|error| Failure::storage(&path, &error))?;
+        plain::create_anew(&path).map_err(|error| Failure::storage(&path, &error))?;
         Ok(Self::new(path, 0, blake3::Hasher::new()))
     }
 
@@ -68,10 +69,7 @@ impl Log {
 
     /// Cuts a log back to its beginning and continues from there.
     pub(crate) fn cut_back(path: PathBuf, prefix: Prefix) -> Result<Self> {
-        let cut = OpenOptions::new()
-            .write(true)
-            .open(&path)
-            .and_then(|file| file.set_len(prefix.bytes));
+        let cut = plain::append(&path).and_then(|file| file.set_len(prefix.bytes));
         cut.map_err(|error| Failure::storage(&path, &error))?;
         Ok(Self::new(path, prefix.bytes, prefix.hasher))
     }
@@ -99,7 +97,7 @@ impl Log {
 
     fn flush(&mut self, sync: bool) -> Result {
         let write = || -> io::Result<()> {
-            let mut file = OpenOptions::new().append(true).open(&self.path)?;
+            let mut file = plain::append(&self.path)?;
             file.write_all(&self.waiting)?;
             if sync { file.sync_all() } else { Ok(()) }
         };

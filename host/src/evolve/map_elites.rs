@@ -146,7 +146,10 @@ impl Archive {
 
     /// The sum of what the elites' fitness is above `offset`.
     pub(crate) fn quality(&self, offset: f64) -> f64 {
-        self.elites.values().map(|elite| elite.fitness - offset).sum()
+        // The sum of nothing would be minus zero.
+        self.elites
+            .values()
+            .fold(0.0, |sum, elite| sum + (elite.fitness - offset))
     }
 
     /// Puts a genome into its cell if that is empty or its elite is worse; of equals, who is there stays.

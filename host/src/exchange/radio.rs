@@ -22,6 +22,9 @@
 //!   only if the operator's real ones are kept from it at the same time, and for no longer than those recorded since then last.
 //! - After a restart of the receiver without its windows: the same, for all that was recorded since the key was made. So a
 //!   robot that has lost its directory needs an experiment with a new key.
+//! - After a new start of the operator: nothing. The operator keeps its windows, and counts only what has the number of its
+//!   start, which is drawn anew each time: robots repeat it in each [`Status`] and [`Packet::Hello`]. A hello of another experiment
+//!   under the same key, and a datagram of another version, show a person what may be wrong with a robot that says nothing else.
 //! - After a restart of the sender: no more than before. Its numbers begin with the count of its starts, so they are never used
 //!   again, and all of the earlier ones are old once one of the new has been taken. A sender that has lost
 //!   count is refused as replayed by everybody who has heard it, until its count is as high as before.
@@ -53,7 +56,7 @@ pub(crate) use replay::Windows;
 /// The operator's number; robots have 0 to robots - 1.
 pub(crate) const OPERATOR: u16 = 0xffff;
 /// Version of the datagrams. All robots and the operator must have the same.
-pub(crate) const VERSION: u16 = 1;
+pub(crate) const VERSION: u16 = 2;
 
 /// What a datagram says.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,6 +74,13 @@ pub(crate) enum Packet {
         milliseconds: i64,
         /// Whether robots live; otherwise they stand.
         go: bool,
+        /// The number of the operator's start.
+        start: u64,
+    },
+    /// The operator has started, and asks who is there. It says no time yet, and lets nobody move.
+    Call {
+        /// The number of the operator's start.
+        start: u64,
     },
     /// How a robot is.
     Status(Status),
@@ -80,12 +90,17 @@ pub(crate) enum Packet {
         program: String,
         /// Hash of the experiment.
         experiment: [u8; 32],
+        /// The number of the operator's start, as in [`Status::start`].
+        start: u64,
     },
 }
 
 /// How a robot is, for the operator.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Status {
+    /// The number of the operator's start that the robot has heard last; 0 if it has heard none. It is drawn anew at each start, so a
+    /// status that was recorded before a start says nothing after it.
+    pub(crate) start: u64,
     /// The experiment's time, ms.
     pub(crate) milliseconds: i64,
     /// What the robot does, by the daemon's numbers.
@@ -110,6 +125,8 @@ pub(crate) struct Status {
     pub(crate) volts: f32,
     /// Problems, a bit each, by the daemon's numbers.
     pub(crate) problems: u32,
+    /// Datagrams and lines of the tracker that the robot has refused or ignored since its daemon began.
+    pub(crate) ignored: u32,
 }
 
 /// A datagram that has been accepted.
@@ -304,9 +321,9 @@ impl Radio {
         }
         let packet = datagram.packet()?;
         match packet {
-            Packet::Hello { program, experiment } if is_other || experiment != self.experiment => {
-                Err(other(Some(program)))
-            }
+            Packet::Hello {
+                program, experiment, ..
+            } if is_other || experiment != self.experiment => Err(other(Some(program))),
             packet => {
                 self.limits.check(&packet, sender, second)?;
                 Ok(Received {

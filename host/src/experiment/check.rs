@@ -219,7 +219,7 @@ pub(super) fn memory(settings: &Settings, genes: usize) -> Checked {
     let gigabytes = |bytes: u64| bytes as f64 / f64::from(1 << 30);
     let problem = format!(
         "is {population}, of {} with {}: {:.1} GB of memory; allowed: up to {} GB",
-        counted(genes as u32, "gene", "genes"),
+        counted(genes, "gene", "genes"),
         counted(trials, "life", "lives"),
         gigabytes(bytes),
         gigabytes(MOST)
@@ -266,7 +266,7 @@ pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)
     let is_light = |sensor: &&Sensor| sensor.kind == SensorKind::Light;
     let blind = spec.robot.described_sensors().iter().filter(is_light).count();
     if blind > 0 && spec.arena.lights.is_empty() {
-        let sensors = counted(blind as u32, "light sensor reads", "light sensors read");
+        let sensors = counted(blind, "light sensor reads", "light sensors read");
         doubts.push(("arena.lights".into(), format!("is empty: the robot's {sensors} 0")));
     }
     doubts

@@ -1,5 +1,6 @@
 //! Files that an experiment names: found, read, and hashed, so that a run can keep copies.
 
+use crate::console::counted;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -245,12 +246,13 @@ impl<'a> Inputs<'a> {
             return Ok(None);
         };
         let (path, _) = self.take(KEY, file)?;
-        let genomes = genomes::read(&path, layout).map_err(|failure| self.source.invalid(KEY, failure))?;
+        let genomes = genomes::read(&path, layout, |word| self.warnings.push(format!("{KEY}: {word}")))
+            .map_err(|failure| self.source.invalid(KEY, failure))?;
         if genomes.len() != population as usize {
             let problem = format!(
-                "{} holds {} genomes; allowed: as many as evolution.population, {population}",
+                "{} holds {}; allowed: as many as evolution.population, {population}",
                 path.display(),
-                genomes.len()
+                counted(genomes.len(), "genome", "genomes")
             );
             return Err(self.source.invalid(KEY, problem));
         }

@@ -19,7 +19,7 @@ use toml::{Table, Value};
 use crate::evolve::settings::Kind;
 use crate::evolve::{self, Evolution, Population};
 use crate::exit::{Failure, Result};
-use crate::files;
+use crate::kinds::FileKind;
 use crate::reality::site::Site;
 use crate::reality::wired::Time;
 pub(crate) use inputs::DIRECTORY as INPUTS;
@@ -50,8 +50,8 @@ impl Experiment {
     /// Exit 3: the file and the line and column in it (or the setting), the key, the value found, and the values
     /// allowed.
     pub(crate) fn read(path: &Path, set: &[String]) -> Result<Self> {
-        let text = files::text(path)?;
-        let file = Parsed::new(path.display().to_string(), &text)?;
+        let text = FileKind::Experiment.text(path)?;
+        let file = FileKind::Experiment.parsed(path, &text)?;
         if file.has("swarm") {
             let path = path.display();
             return Err(Failure::input(format_args!(
@@ -328,7 +328,7 @@ fn difference(key: &str, one: Option<&Value>, other: Option<&Value>) -> Option<D
             .into_iter()
             .find_map(|key| difference(&inner(key), one.get(key), other.get(key)));
     }
-    let shown = |value: Option<&Value>| value.map_or_else(|| "not given".to_owned(), ToString::to_string);
+    let shown = |value: Option<&Value>| value.map_or_else(|| "not set".to_owned(), ToString::to_string);
     Some(Difference {
         key: key.to_owned(),
         values: [shown(one), shown(other)],

@@ -174,10 +174,9 @@ impl<'a> Source<'a> {
         let mut whole = self.file.values.clone();
         for text in &self.set {
             let table = DeTable::parse(&text.content).map_err(|error| {
-                refused(
-                    &text.name,
-                    format_args!("{}; allowed: KEY = VALUE in TOML", error.message()),
-                )
+                let at = error.span().unwrap_or_default().start;
+                let problem = unparsed(error.message(), &text.content, at);
+                refused(&text.name, format_args!("{problem}; allowed: KEY=VALUE, as in TOML"))
             })?;
             merge(whole.get_mut(), moved_table(table.into_inner(), text.start))
                 .map_err(|problem| refused(&text.name, problem))?;
@@ -281,6 +280,10 @@ impl<'a> Source<'a> {
         let Some(span) = error.span() else {
             return refused(&self.file.name, plain(error.message()));
         };
+        // What the file as a whole lacks, no key does, also not the one that stands first.
+        if span.is_empty() && span.start == 0 {
+            return refused(&self.place(0), plain(error.message()));
+        }
         // The innermost key around the place.
         let holds = |range: &Range<usize>| range.start <= span.start && span.end <= range.end;
         let around = self
@@ -339,12 +342,39 @@ fn repeated(text: &str, at: &Range<usize>) -> String {
 /// The parser's message for what stands at a byte, with what to write instead where that shows.
 fn unparsed(message: &str, text: &str, at: usize) -> String {
     let rest = text.get(at..).unwrap_or_default().lines().next().unwrap_or_default();
+    let line = text
+        .get(..at)
+        .unwrap_or_default()
+        .lines()
+        .next_back()
+        .unwrap_or_default();
     let value = rest.split('#').next().unwrap_or_default().trim();
     match value.strip_suffix(';') {
         Some("") => "a line of TOML ends without `;`; leave it out".to_owned(),
         Some(value) => format!("a line of TOML ends without `;`; write `{}`", value.trim_end()),
-        None if message.starts_with("string values must be quoted") && !value.is_empty() => {
+        None if message.starts_with("string values must be quoted") && value.is_empty() => "has no value".to_owned(),
+        None if message.starts_with("string values must be quoted")
+            && value.starts_with(|c: char| c.is_ascii_digit()) =>
+        {
+            format!("`{value}` is no number; words are quoted")
+        }
+        None if message.starts_with("string values must be quoted") => {
             format!("words are quoted; write `\"{value}\"`")
+        }
+        None if text.trim_start().starts_with('{') => "is JSON; allowed: TOML, lines such as `cycles = 500`".to_owned(),
+        None if message.starts_with("key with no value") && line.contains(':') => {
+            "a key and its value have `=` between them in TOML, such as `cycles = 500`".to_owned()
+        }
+        None if message.starts_with("key with no value") => format!("{message}; allowed: KEY = VALUE"),
+        None if message.starts_with("invalid boolean") => "true and false are written in small letters".to_owned(),
+        None if message.starts_with("invalid float") || message.starts_with("invalid integer") => {
+            "is no number; words are quoted, and what has no value is left out".to_owned()
+        }
+        None if message.starts_with("unexpected key or value") && value.starts_with(',') => {
+            "a line of TOML ends without `,`; leave it out".to_owned()
+        }
+        None if message.starts_with("missing comma between array elements") => {
+            "a list lacks a comma, or its end, `]`".to_owned()
         }
         None => message.to_owned(),
     }
@@ -376,7 +406,9 @@ fn place(name: &str, text: &str, at: usize) -> String {
 fn toml_line(key: &str, value: &str) -> String {
     let line = format!("{key}={value}");
     let is_word = value.starts_with(|first: char| first.is_ascii_alphabetic() || "./_".contains(first))
-        && value.chars().all(|c| c.is_ascii_alphanumeric() || "._-/".contains(c));
+        && value
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || "._-/:@#+ ".contains(c));
     if is_word && DeTable::parse(&line).is_err() {
         format!("{key}='{value}'")
     } else {

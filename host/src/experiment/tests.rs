@@ -730,9 +730,9 @@ fn long_values_are_shown_in_part() {
         message.contains("é .. (") && message.contains(" characters) .. é"),
         "{message}"
     );
-    let message = refusal(&scratch, &"#".repeat(files::GREATEST_TEXT + 1), &[]);
+    let message = refusal(&scratch, &"#".repeat(crate::files::GREATEST_TEXT + 1), &[]);
     assert_eq!(message, "test.toml: has 1048577 bytes; allowed: up to 1048576");
-    assert!(read(&scratch, &"#".repeat(files::GREATEST_TEXT), &[]).is_ok());
+    assert!(read(&scratch, &"#".repeat(crate::files::GREATEST_TEXT), &[]).is_ok());
 }
 
 /// What only the file's optimiser has is left out where a setting has another one.

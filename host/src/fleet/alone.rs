@@ -16,6 +16,7 @@ use serde::Deserialize;
 use super::file::{Computers, Robot, Service, Ssh, check_host, directory, remote};
 use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Source};
+use crate::kinds::FileKind;
 
 /// Keys of the file.
 #[derive(Debug, Deserialize)]
@@ -72,8 +73,8 @@ fn of_file(path: &Path, number: u32, host: String) -> Result<Robot> {
     use crate::daemon::single::settings::Settings;
 
     let refused = |problem: &str| Failure::input(format_args!("{}: {problem}", path.display()));
-    let text = crate::files::text(path)?;
-    let parsed = Parsed::new(path.display().to_string(), &text)?;
+    let text = FileKind::Robot.text(path)?;
+    let parsed = FileKind::Robot.parsed(path, &text)?;
     if Member::is_of_member(&parsed) {
         return Err(refused(
             "is of a member of a swarm; allowed: a file without robot, key and [radio], or `experiment` of a swarm in the fleet's file",

@@ -4,23 +4,30 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use super::file::{Computers, Fleet, Robot, STATE};
 use super::page::{PAGE, REPLAY, SCRIPT};
 use super::remote::Remote;
 use super::sha256_hex;
 use super::statuses::{STATUSES, STATUSES_COLUMNS};
-use super::timeline::{self, By, CLOCKS, CLOCKS_COLUMNS, Clock, Line};
+use super::timeline::{self, By, CLOCKS, CLOCKS_COLUMNS, Clock, Line, MOST_CLOCKS};
 use crate::contents::{Entry, describe, head};
 use crate::engine::disk;
 use crate::exit::{Code, Failure, Result};
-use crate::files::by_numbers;
+use crate::files::{by_numbers, plain};
 use crate::swarm::tables::INTERVALS;
 
 /// All logs as one.
 pub(crate) const TIMELINE: &str = "timeline.jsonl";
 /// Attempts at a file that changes while it is read.
 const ATTEMPTS: u32 = 3;
+/// Maximum of what is copied of a robot: bytes of a file (a daemon's log has at most 16 MiB), of all, files, and time. A computer that
+/// is not what it was can fill neither the memory nor the disk.
+const FILE: usize = 64 << 20;
+const RECORD: usize = 512 << 20;
+const FILES: usize = 10_000;
+const TIME: Duration = Duration::from_hours(1);
 
 /// What came of a robot's record.
 #[derive(Debug)]
@@ -57,7 +64,7 @@ pub(crate) fn contents() -> Vec<Entry> {
         Entry::file(INTERVALS, "the tables of intervals of all robots, one below the other"),
         Entry::file(
             "operator.json",
-            "written by `oneiro fleet start`: the experiment's time so far, and how often it was started",
+            "written by `oneiro fleet start`: the experiment's time so far, how often it was started, and which datagrams were taken",
         ),
         Entry::table(
             STATUSES,
@@ -79,33 +86,45 @@ pub(crate) fn contents() -> Vec<Entry> {
 /// Copies a robot's directory. What is here already of it is replaced file by file.
 ///
 /// # Errors
-/// Exit 4: the computer can't be reached or has no record; a file changes faster than it can be read. Exit 6: it can't be
-/// written here.
+/// Exit 4: the computer can't be reached or has no record; a file changes faster than it can be read; or there is more than a robot's
+/// record has at most. Exit 3: a link is in the way here. Exit 6: it can't be written here.
 pub(crate) fn copy(fleet: &Computers, robot: &Robot, remote: Remote<'_>) -> Result<Collected> {
     let there = format!("{}/{STATE}", fleet.place(robot));
     let list = remote.text(&format!("cd {there} && find . -type f"))?;
     let here = fleet.collected(robot.number);
+    plain::make_directory(&fleet.directory).map_err(|error| Failure::storage(&fleet.directory, &error))?;
+    let own = here.strip_prefix(&fleet.directory).unwrap_or(&here);
+    let began = Instant::now();
     let mut collected = Collected { files: 0, bytes: 0 };
     for name in list.lines().filter_map(|line| line.trim().strip_prefix("./")) {
-        let Some(path) = below(&here, name) else {
+        if !is_of_daemon(name) {
             continue;
-        };
-        let bytes = file(remote, &there, name)?;
-        let folder = path.parent().unwrap_or(&here);
-        fs::create_dir_all(folder).map_err(|error| Failure::storage(folder, &error))?;
-        disk::write(&path, &bytes)?;
+        }
+        let bytes = file(remote, &there, name).map_err(|failure| failure.at(name))?;
         collected.files += 1;
         collected.bytes += bytes.len();
+        if collected.files > FILES || collected.bytes > RECORD || began.elapsed() > TIME {
+            return Err(Failure::of(
+                Code::Device,
+                format_args!(
+                    "has more than a robot's record; allowed: {FILES} files, {RECORD} bytes and {} min. Copied: {} files",
+                    TIME.as_secs() / 60,
+                    collected.files - 1
+                ),
+            ));
+        }
+        let path = own.join(name);
+        let folder = disk::make_folder(&fleet.directory, path.parent().unwrap_or(own))?;
+        disk::write(&folder.join(path.file_name().unwrap_or_default()), &bytes)?;
     }
     Ok(collected)
 }
 
-/// A file's place here; none for a name that a daemon doesn't write, or that is being written.
-fn below(here: &Path, name: &str) -> Option<PathBuf> {
+/// Whether a daemon writes a file of this name; one that is being written is none.
+fn is_of_daemon(name: &str) -> bool {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "._-/".contains(c);
     let is_name = |part: &str| !part.is_empty() && part != ".." && !part.starts_with('-');
-    let is_written = name.chars().all(is_plain) && name.split('/').all(is_name) && !name.ends_with(disk::TEMPORARY);
-    is_written.then(|| here.join(name))
+    name.chars().all(is_plain) && name.split('/').all(is_name) && !name.ends_with(disk::TEMPORARY)
 }
 
 /// Reads a file and its hash. A log may grow meanwhile, so both are of its length at the start.
@@ -114,15 +133,15 @@ fn file(remote: Remote<'_>, directory: &str, name: &str) -> Result<Vec<u8>> {
         "cd {directory} && n=$(wc -c < {name}) && h=$(head -c $n {name} | sha256sum) && echo \"${{h%% *}}\" && head -c $n {name}"
     );
     for _ in 0..ATTEMPTS {
-        let answer = remote.run(&command)?;
+        let mut answer = remote.bytes(&command, FILE)?;
         let end = answer.iter().position(|byte| *byte == b'\n').unwrap_or(answer.len());
-        let (hash, bytes) = answer.split_at(end);
-        let bytes = bytes.get(1..).unwrap_or_default();
-        if sha256_hex(bytes).as_bytes() == hash.trim_ascii() {
-            return Ok(bytes.to_owned());
+        let hash = answer[..end].trim_ascii().to_owned();
+        answer.drain(..answer.len().min(end + 1));
+        if sha256_hex(&answer).as_bytes() == hash {
+            return Ok(answer);
         }
     }
-    let problem = format!("{name} arrived {ATTEMPTS} times with another hash than it has there");
+    let problem = format!("arrived {ATTEMPTS} times with another hash than it has there");
     Err(Failure::of(Code::Device, problem))
 }
 
@@ -141,12 +160,17 @@ pub(crate) struct Merged {
 /// Exit 6 when reading or writing fails.
 pub(crate) fn merge(fleet: &Fleet, robots: &[u32]) -> Result<Merged> {
     let (mut lines, mut torn, mut warnings) = (Vec::new(), 0, Vec::new());
+    let (mut starts, mut left_out) = (BTreeSet::new(), 0);
     for &robot in robots {
         for path in logs(&fleet.collected(robot)) {
             let text = disk::read(&path)?;
             for line in String::from_utf8_lossy(&text).lines() {
                 match Line::read(robot, line) {
-                    Some(line) => lines.push(line),
+                    Some(line) if starts.len() < MOST_CLOCKS || starts.contains(&(robot, line.boot)) => {
+                        starts.insert((robot, line.boot));
+                        lines.push(line);
+                    }
+                    Some(_) => left_out += 1,
                     None => torn += 1,
                 }
             }
@@ -171,6 +195,11 @@ pub(crate) fn merge(fleet: &Fleet, robots: &[u32]) -> Result<Merged> {
         )),
         By::Reference | By::Contacts => None,
     }));
+    if left_out > 0 {
+        warnings.push(format!(
+            "{left_out} lines of logs were left out: daemons have started more than {MOST_CLOCKS} times"
+        ));
+    }
     if torn > 0 {
         warnings.push(format!("{torn} torn lines of logs were left out"));
     }
@@ -213,16 +242,32 @@ fn write_timeline(directory: &Path, lines: &[Line], clocks: &[Clock]) -> Result 
     disk::write(&directory.join(TIMELINE), text.as_bytes())
 }
 
+/// Whether a cell is empty or a number.
+fn is_number(cell: &str) -> bool {
+    cell.is_empty() || cell.parse::<f64>().is_ok()
+}
+
 /// Joins the robots' tables of intervals. Returns a warning for each robot whose table is missing, or has other columns than the first.
 fn intervals(fleet: &Fleet, robots: &[u32]) -> Result<Vec<String>> {
     let (mut warnings, mut table, mut heads) = (Vec::new(), String::new(), BTreeSet::new());
     for &robot in robots {
         let path = fleet.collected(robot).join(INTERVALS);
-        let Ok(text) = fs::read_to_string(&path) else {
+        let Some(text) = disk::read_if_there(&path)? else {
             warnings.push(format!("robot {robot}: has no {INTERVALS}"));
             continue;
         };
+        let text = String::from_utf8_lossy(&text);
         let (head, rows) = text.split_once('\n').unwrap_or((&text, ""));
+        // What a spreadsheet would take for a formula is none of a daemon's.
+        let is_name = |name: &str| name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
+        let strange = rows.lines().find(|row| !row.split(',').all(is_number));
+        if let Some(row) = strange.or((!head.split(',').all(is_name)).then_some(head)) {
+            let row: String = row.chars().take(40).collect();
+            warnings.push(format!(
+                "robot {robot}: its {INTERVALS} has a row of other than numbers, {row}; it was left out"
+            ));
+            continue;
+        }
         if heads.is_empty() {
             table = format!("{head}\n");
         }

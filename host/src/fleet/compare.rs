@@ -10,7 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::daemon::intervals::INTERVALS;
 use crate::engine::handle::Engine;
+use crate::evolve::encapsulated::GREATEST;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 use crate::statistics::{Interval, bootstrap_interval, mean, variance};
 use crate::swarm::Plan;
 use crate::swarm::clock::Clock;
@@ -87,9 +89,19 @@ pub(crate) fn of_directory(plan: &Plan, directory: &Path) -> Result<Figures> {
     let mut rows = Vec::new();
     for path in tables.iter().filter(|path| path.is_file()) {
         let damaged = |error: csv::Error| Failure::corrupt(format_args!("{}: {error}", path.display()));
-        let mut table = csv::Reader::from_path(path).map_err(damaged)?;
+        let table = plain::open_table(path).map_err(|error| Failure::storage(path, &error))?;
+        let mut table = csv::Reader::from_reader(table);
         for row in table.deserialize() {
-            rows.push(row.map_err(damaged)?);
+            let row: Row = row.map_err(damaged)?;
+            let (food, genes) = (plan.settings.limits().food, 0.0..=GREATEST as f32);
+            if row.brought > food || !genes.contains(&row.s0) {
+                let (path, Row { brought, s0, .. }) = (path.display(), row);
+                return Err(Failure::corrupt(format_args!(
+                    "{path}: interval {}: brought is {brought} and s0 {s0}; allowed: up to {food}, and 0 to {GREATEST}",
+                    row.interval
+                )));
+            }
+            rows.push(row);
         }
     }
     if rows.is_empty() {
@@ -140,13 +152,13 @@ fn rows(plan: &Plan, job: &SwarmJob) -> Vec<Row> {
 pub(crate) struct Compared {
     /// Its name, with its unit.
     pub(crate) figure: &'static str,
-    /// Mean and standard deviation of the fleet's runs, and of the batched ones.
+    /// Mean and standard deviation of the fleet's runs, and of the batched ones; a single run has no deviation (NaN, null in JSON).
     pub(crate) fleet: [f64; 2],
     pub(crate) batched: [f64; 2],
     /// How much more the fleet has: a share of the batched runs' mean if `is_share`.
     /// None where that is 0.
     pub(crate) difference: Option<f64>,
-    /// The ends of its interval; none where there is no share of a mean that may be 0.
+    /// The ends of its interval; none where there is no share of a mean that may be 0, and where one side has a single run.
     pub(crate) interval: Option<[f64; 2]>,
     pub(crate) is_share: bool,
 }
@@ -168,18 +180,55 @@ pub(crate) fn compare(fleet: &[Figures], batched: &[Figures]) -> Vec<Compared> {
         let mut random = Pcg64::seed_from_u64(0);
         let of_both = |both: &[Vec<f64>]| difference(&both[0], &both[1]);
         let interval = bootstrap_interval(&[&fleet, &batched], of_both, LEVEL, RESAMPLES, &mut random);
-        let side = |sample: &[f64]| {
-            let spread = if sample.len() > 1 { variance(sample).sqrt() } else { 0.0 };
-            [mean(sample), spread]
-        };
+        // One run says nothing of how runs differ.
+        let interval = interval.ok().filter(|_| fleet.len().min(batched.len()) > 1);
+        let side = |sample: &[f64]| [mean(sample), variance(sample).sqrt()];
         Compared {
             figure,
             fleet: side(&fleet),
             batched: side(&batched),
             difference: Some(difference(&fleet, &batched)).filter(|difference| difference.is_finite()),
-            interval: interval.ok().map(|Interval { low, high }| [low, high]),
+            interval: interval.map(|Interval { low, high }| [low, high]),
             is_share,
         }
     };
     all.into_iter().map(compared).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::swarm::record::Kind;
+    use crate::swarm::settings::Settings;
+
+    /// A robot's table has what its computer has written there: numbers that no robot can have are no figures.
+    #[test]
+    fn impossible_numbers_of_a_robot_are_refused() {
+        let plan = Plan {
+            settings: Settings::default(),
+            kind: Kind::Evolved,
+            number: 0,
+            seed: 1,
+        };
+        let directory = std::env::temp_dir().join(format!("oneiro-compare-{}", std::process::id()));
+        std::fs::create_dir_all(&directory).unwrap();
+        for (row, is_valid) in [
+            ("0,0.5,15000,0", true),
+            ("0,0.99,0,1", true),
+            ("4294967295,0.5,7,0", true),
+            ("0,0.5,15001,0", false),
+            ("0,0.5,4294967295,0", false),
+            ("0,NaN,1,0", false),
+            ("0,1.5,1,0", false),
+            ("0,-inf,1,0", false),
+            ("0,0.5,-1,0", false),
+        ] {
+            let text = format!("interval,s0,brought,missed\n{row}\n");
+            std::fs::write(directory.join(INTERVALS), text).unwrap();
+            let outcome = of_directory(&plan, &directory);
+            assert_eq!(outcome.is_ok(), is_valid, "{row}: {:?}", outcome.err());
+            assert!(outcome.err().is_none_or(|refusal| refusal.code() == 5), "{row}");
+        }
+        std::fs::remove_dir_all(&directory).unwrap();
+    }
 }

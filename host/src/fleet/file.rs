@@ -31,6 +31,7 @@ use crate::experiment::GREATEST_SEED;
 use crate::experiment::source::{Parsed, Source};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::files;
+use crate::kinds::FileKind;
 use crate::robots::guard;
 use crate::robots::tracker;
 
@@ -527,8 +528,8 @@ impl AnyFleet {
     /// # Errors
     /// Exit 3, as those.
     pub(crate) fn read(path: &Path) -> Result<Self> {
-        let text = files::text(path)?;
-        let file = Parsed::new(path.display().to_string(), &text)?;
+        let text = FileKind::Fleet.text(path)?;
+        let file = FileKind::Fleet.parsed(path, &text)?;
         if ["experiment", "seed", "key", "operator"]
             .iter()
             .any(|key| file.has(key))
@@ -558,7 +559,7 @@ impl AnyFleet {
 fn experiment(path: &Path, source: &Source<'_>) -> Result<(SwarmExperiment, String)> {
     let refused = |problem: Failure| source.invalid("experiment", problem);
     let text = files::text(path).map_err(refused)?;
-    let values = Parsed::new(path.display().to_string(), &text).map_err(refused)?;
+    let values = FileKind::Experiment.parsed(path, &text).map_err(refused)?;
     if !values.has("swarm") {
         let problem = format!(
             "{} has no table [swarm]; allowed: an experiment with a swarm",
@@ -735,7 +736,7 @@ mod tests {
             ),
             (
                 ROBOT_0.replace("serial:/dev/rfcomm0", "surrogate:1"),
-                "robots[0].address: is \"surrogate:1\", which has no link; allowed: serial:PATH",
+                "robots[0].address: robot surrogate:1: a surrogate has no link; allowed: serial:PATH",
             ),
             (
                 robot("radio = \"10.0.0.9\"\n"),

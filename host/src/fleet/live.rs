@@ -1,6 +1,7 @@
 //! A fleet's life: the operator waits for the robots, lets them live by the beacon until the experiment is over, and starts the daemons of
 //! robots again that have fallen silent.
 
+use crate::console::counted;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,12 +11,13 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use super::file::Fleet;
-use super::operator::{Beacon, Ears, Shared, Socket, Time};
+use super::operator::{Beacon, Ears, Socket, Station, Time};
 use super::remote::Remote;
 use super::service;
 use crate::engine::disk;
+use crate::exchange::radio::Windows;
 use crate::exit::{Code, Failure, Result};
-use crate::files;
+use crate::files::plain;
 
 /// How often the operator looks at what has come.
 const GLANCE: Duration = Duration::from_millis(20);
@@ -27,12 +29,15 @@ const SILENT: Duration = Duration::from_secs(15);
 const ATTEMPTS: u32 = 5;
 
 /// The operator's own record.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Record {
     /// The experiment's time so far, ms.
     pub(crate) milliseconds: i64,
     /// How often the operator has begun: no number of a datagram is used twice.
     pub(crate) boots: u32,
+    /// Which datagrams were taken: none is taken twice, in no start.
+    #[serde(default)]
+    pub(crate) windows: Windows,
 }
 
 impl Record {
@@ -43,15 +48,14 @@ impl Record {
     /// # Errors
     /// Exit 5 if the record is damaged: without it, robots would take old numbers for replayed ones. Exit 6 if it can't be written.
     pub(crate) fn next(fleet: &Fleet) -> Result<Self> {
-        std::fs::create_dir_all(&fleet.directory).map_err(|error| Failure::storage(&fleet.directory, &error))?;
+        plain::make_directory(&fleet.directory).map_err(|error| Failure::storage(&fleet.directory, &error))?;
         let path = fleet.directory.join(Self::FILE);
-        let last = if path.exists() {
-            disk::parsed(&path, &files::bytes(&path)?)?
-        } else {
-            Self::default()
-        };
+        let last: Self = disk::json_if_there(&path)?.unwrap_or_default();
         let next = Self {
-            boots: last.boots + 1,
+            boots: last
+                .boots
+                .checked_add(1)
+                .ok_or_else(|| Failure::corrupt(format_args!("{}: boots is {}", path.display(), last.boots)))?,
             ..last
         };
         disk::write(&path, &disk::json(&next))?;
@@ -59,8 +63,18 @@ impl Record {
         Ok(next)
     }
 
-    fn save(self, fleet: &Fleet) -> Result {
-        disk::note(&fleet.directory.join(Self::FILE), &disk::json(&self))
+    /// Saves what has come since: whole or not at all, at the end also through a power cut.
+    ///
+    /// # Errors
+    /// Exit 6.
+    pub(crate) fn save(&mut self, fleet: &Fleet, station: &Station, is_last: bool) -> Result {
+        self.windows = station.windows();
+        let (path, json) = (fleet.directory.join(Self::FILE), disk::json(self));
+        if is_last {
+            disk::write(&path, &json)
+        } else {
+            disk::note(&path, &json)
+        }
     }
 }
 
@@ -82,7 +96,7 @@ pub(crate) enum End {
     Stopped(i64),
 }
 
-/// Lets a fleet live until the experiment is over or `stop` is set. `show` sees all that is known, with the experiment's time in ms, at each
+/// Lets a fleet live until the experiment is over or `stop` is set. `ears` have its robots' radio. `show` sees all that is known, with the experiment's time in ms, at each
 /// glance; before the experiment's time runs it is `None`.
 ///
 /// # Errors
@@ -90,21 +104,23 @@ pub(crate) enum End {
 pub(crate) fn live(
     fleet: &Arc<Fleet>,
     mut record: Record,
-    radio: &Shared,
+    (socket, station): (&Arc<Socket>, &Arc<Station>),
     options: Options,
     stop: &AtomicBool,
     mut show: impl FnMut(&Ears, Option<i64>) -> Result,
 ) -> Result<End> {
-    let socket = Arc::new(Socket::open(fleet)?);
-    let mut ears = Ears::new(fleet, Arc::clone(&socket), Arc::clone(radio));
+    let mut ears = Ears::new(fleet, Arc::clone(socket), Arc::clone(station));
     let began = Instant::now();
-    while ears.present(AWAY) < options.min {
+    while ears.present() < options.min {
+        ears.call();
         ears.listen();
         show(&ears, None)?;
         if stop.load(Ordering::Relaxed) {
+            record.save(fleet, station, true)?;
             return Ok(End::Stopped(record.milliseconds));
         }
         if began.elapsed() > options.wait {
+            record.save(fleet, station, true)?;
             return Err(absent(&ears, options));
         }
         thread::sleep(GLANCE);
@@ -113,7 +129,7 @@ pub(crate) fn live(
     let time = Time::from(record.milliseconds.max(ears.farthest().unwrap_or(0)));
     ears.time = Some(time);
     let over = 1000 * i64::from(fleet.experiment.settings().seconds());
-    let beacon = Beacon::begin(Arc::clone(&socket), Arc::clone(radio), time)?;
+    let beacon = Beacon::begin(Arc::clone(socket), Arc::clone(station), time)?;
     let mut revivals = Revivals::default();
     let mut saved = record.milliseconds;
     let end = loop {
@@ -121,7 +137,7 @@ pub(crate) fn live(
         beacon.renew();
         record.milliseconds = time.now();
         if record.milliseconds - saved >= 1000 {
-            record.save(fleet)?;
+            record.save(fleet, station, false)?;
             saved = record.milliseconds;
         }
         show(&ears, Some(record.milliseconds))?;
@@ -135,13 +151,14 @@ pub(crate) fn live(
         thread::sleep(GLANCE);
     };
     beacon.end();
-    record.save(fleet)?;
+    record.save(fleet, station, false)?;
     // What they say to that.
     let until = Instant::now() + Duration::from_millis(1500);
     while Instant::now() < until {
         ears.listen();
         thread::sleep(GLANCE);
     }
+    record.save(fleet, station, true)?;
     show(&ears, Some(record.milliseconds))?;
     Ok(end)
 }
@@ -151,20 +168,24 @@ fn absent(ears: &Ears, options: Options) -> Failure {
     let why = ears
         .robots
         .iter()
-        .filter_map(|(number, known)| match (&known.refused, known.heard) {
+        .filter_map(|(number, known)| match (known.refusal(), known.heard) {
             (Some(refused), _) => Some(format!("robot {number} {refused}")),
+            (None, None) if known.is_stale => Some(format!(
+                "robot {number} was heard and does not answer this start: it does not hear this machine, or old datagrams are sent again"
+            )),
             (None, None) => Some(format!("robot {number} was not heard")),
             (None, Some(_)) => None,
         });
     let why: Vec<String> = why
         .chain(ears.refused.iter().map(|(reason, count)| format!("{count} x {reason}")))
         .collect();
-    let (seconds, present) = (options.wait.as_secs(), ears.present(AWAY));
+    let (seconds, present) = (options.wait.as_secs(), ears.present());
     Failure::of(
         Code::Device,
         format_args!(
-            "after {seconds} s {present} robots are ready, and {} are needed (--min N begins with fewer): {}",
-            options.min,
+            "after {seconds} s {}, and {} needed (--min N begins with fewer): {}",
+            counted(present, "robot is ready", "robots are ready"),
+            counted(options.min, "is", "are"),
             why.join("; ")
         ),
     )
@@ -186,7 +207,7 @@ impl Revivals {
     fn look(&mut self, fleet: &Arc<Fleet>, ears: &Ears) {
         for (&number, known) in &ears.robots {
             let silent = known.heard.is_none_or(|at| at.elapsed() > SILENT);
-            if !silent || known.refused.is_some() {
+            if !silent || known.refusal().is_some() {
                 self.0.remove(&number);
                 continue;
             }

@@ -34,6 +34,7 @@ pub(crate) mod timeline;
 #[cfg(unix)]
 pub(crate) mod twin;
 
+use crate::console::counted;
 use std::fmt::Display;
 
 use sha2::{Digest, Sha256};
@@ -59,7 +60,8 @@ pub(crate) fn enough<T>(outcomes: &Outcomes<T>, min: Option<u32>, what: impl Dis
         return Ok(());
     }
     let needed = min.map_or_else(String::new, |min| format!(", and --min asks for {min}"));
-    let problem = format!("{what}: {failed} of {} robots failed{needed}", outcomes.len());
+    let robots = counted(outcomes.len(), "robot", "robots");
+    let problem = format!("{what}: {failed} of {robots} failed{needed}");
     Err(Failure::of(Code::Device, problem))
 }
 

@@ -3,6 +3,9 @@
 //! The beacon is a dead man's switch. A thread says ten times a second what time it is in the experiment, and that robots may move: as
 //! long as the program that watches the robots renews its leave to do so. If that program ends, hangs or is stopped, or if its machine or
 //! its network is lost, robots hear no beacon any more and stand.
+//!
+//! Each start draws a number, which it calls out until enough robots are there, and says in each beacon. Robots repeat it in all that they
+//! say of themselves. So what was recorded before a start, and is sent again after it, shows no robot.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -13,25 +16,58 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use super::file::{Fleet, Robot};
-use crate::exchange::radio::key::Key;
-use crate::exchange::radio::{LONGEST, OPERATOR, Packet, Radio, Refusal, Status};
+use super::live::{AWAY, Record};
+use crate::exchange::radio::key::{Key, random};
+use crate::exchange::radio::{self, LONGEST, OPERATOR, Packet, Radio, Received, Refusal, Status, Windows};
 use crate::exit::{Code, Failure, Result};
 
 /// Time between two beacons: robots that allow for a silence of 400 ms may lose three in a row.
 const PERIOD: Duration = Duration::from_millis(100);
 /// How long robots may move without the watching program's leave.
 const LEAVE: Duration = Duration::from_secs(1);
-/// A radio that the beacon and the watching program share.
-pub(crate) type Shared = Arc<Mutex<Radio>>;
+/// Time between two calls, ms.
+const CALLS: Duration = Duration::from_millis(200);
 
-/// The operator's radio at its start number `boots`.
-///
-/// # Errors
-/// Exit 3: the key can't be read.
-pub(crate) fn radio(fleet: &Fleet, boots: u32) -> Result<Shared> {
-    let (key, limits) = (Key::read(&fleet.key)?, fleet.experiment.settings().limits());
-    let radio = Radio::new(OPERATOR, limits, &key, fleet.hash(), boots);
-    Ok(Arc::new(Mutex::new(radio)))
+/// The operator's radio in one start, which the beacon and the watching program share.
+pub(crate) struct Station {
+    radio: Mutex<Radio>,
+    /// The number of this start.
+    start: u64,
+}
+
+impl Station {
+    /// The radio of the start that a record has begun: its numbers were never used, and it takes nothing that was taken before.
+    ///
+    /// # Errors
+    /// Exit 1 if the system has no random numbers.
+    pub(crate) fn new(fleet: &Fleet, key: &Key, record: &Record) -> Result<Self> {
+        let limits = fleet.experiment.settings().limits();
+        let mut radio = Radio::new(OPERATOR, limits, key, fleet.hash(), record.boots);
+        radio.restore(record.windows.clone());
+        Ok(Self {
+            radio: Mutex::new(radio),
+            // 0 is what robots say that have heard none.
+            start: u64::from_le_bytes(random()?).max(1),
+        })
+    }
+
+    fn call(&self) -> Vec<u8> {
+        locked(&self.radio).seal(&Packet::Call { start: self.start })
+    }
+
+    fn beacon(&self, milliseconds: i64, go: bool) -> Vec<u8> {
+        let start = self.start;
+        locked(&self.radio).seal(&Packet::Beacon {
+            milliseconds,
+            go,
+            start,
+        })
+    }
+
+    /// Which datagrams it has taken, to be saved.
+    pub(crate) fn windows(&self) -> Windows {
+        locked(&self.radio).windows().clone()
+    }
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -80,11 +116,11 @@ impl Socket {
         }
     }
 
-    /// The next datagram, if one has come.
-    fn receive(&self, room: &mut [u8]) -> Option<usize> {
+    /// The next datagram, if one has come: its length, and where it is from.
+    fn receive(&self, room: &mut [u8]) -> Option<(usize, SocketAddr)> {
         loop {
-            match self.socket.recv(room) {
-                Ok(length) => return Some(length),
+            match self.socket.recv_from(room) {
+                Ok(datagram) => return Some(datagram),
                 // Of a datagram that was sent before: its receiver was not there.
                 Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => (),
                 Err(_) => return None,
@@ -130,7 +166,7 @@ impl Beacon {
     ///
     /// # Errors
     /// Exit 1 if there is no thread for it.
-    pub(crate) fn begin(socket: Arc<Socket>, radio: Shared, time: Time) -> Result<Self> {
+    pub(crate) fn begin(socket: Arc<Socket>, station: Arc<Station>, time: Time) -> Result<Self> {
         let leave = Arc::new(Mutex::new(Instant::now() + LEAVE));
         let ends = Arc::new(AtomicBool::new(false));
         let (until, end) = (Arc::clone(&leave), Arc::clone(&ends));
@@ -138,18 +174,14 @@ impl Beacon {
             let mut next = Instant::now();
             while !end.load(Ordering::Relaxed) {
                 let go = Instant::now() < *locked(&until);
-                let milliseconds = time.now();
-                let beacon = locked(&radio).seal(&Packet::Beacon { milliseconds, go });
-                socket.send(&beacon);
+                socket.send(&station.beacon(time.now(), go));
                 // After a pause of the machine, no beacons are made up for.
                 next = (next + PERIOD).max(Instant::now());
                 thread::sleep(next.saturating_duration_since(Instant::now()));
             }
             // Stand at once, rather than when the silence has lasted long enough; several, since datagrams get lost.
             for _ in 0..5 {
-                let (milliseconds, go) = (time.now(), false);
-                let beacon = locked(&radio).seal(&Packet::Beacon { milliseconds, go });
-                socket.send(&beacon);
+                socket.send(&station.beacon(time.now(), false));
                 thread::sleep(PERIOD / 5);
             }
         };
@@ -186,19 +218,40 @@ impl Drop for Beacon {
 /// What is known of a robot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Known {
-    /// When it last said anything.
+    /// When it last said anything in this start.
     pub(crate) heard: Option<Instant>,
     /// Its last status.
     pub(crate) status: Option<Status>,
-    /// Why it can't take part: another version or another experiment.
+    /// Why it can't take part: another version of the program.
     pub(crate) refused: Option<String>,
+    /// What may be wrong with it, by datagrams that may be old or anybody's: they count for nothing else.
+    pub(crate) doubt: Option<String>,
+    /// Whether datagrams of another start have come in its name.
+    pub(crate) is_stale: bool,
+}
+
+impl Known {
+    /// Whether it has said something of late.
+    pub(crate) fn is_here(&self) -> bool {
+        self.heard.is_some_and(|at| at.elapsed() <= AWAY)
+    }
+
+    /// Why it can't take part, if that is known.
+    pub(crate) fn refusal(&self) -> Option<&str> {
+        let doubt = self.doubt.as_deref().filter(|_| !self.is_here());
+        self.refused.as_deref().or(doubt)
+    }
 }
 
 /// All that robots said.
 pub(crate) struct Ears {
     socket: Arc<Socket>,
-    radio: Shared,
+    station: Arc<Station>,
     began: Instant,
+    /// When it has called for robots last.
+    called: Option<Instant>,
+    /// Where robots send from.
+    addresses: Vec<(SocketAddr, u32)>,
     /// The experiment's time, when it runs.
     pub(crate) time: Option<Time>,
     pub(crate) robots: BTreeMap<u32, Known>,
@@ -211,15 +264,26 @@ pub(crate) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 impl Ears {
     /// Ears for all robots of a fleet.
-    pub(crate) fn new(fleet: &Fleet, socket: Arc<Socket>, radio: Shared) -> Self {
+    pub(crate) fn new(fleet: &Fleet, socket: Arc<Socket>, station: Arc<Station>) -> Self {
         let known = |robot: &Robot| (robot.number, Known::default());
+        let address = |robot: &Robot| robot.radio.map(|address| (address, robot.number));
         Self {
             socket,
-            radio,
+            station,
             began: Instant::now(),
+            called: None,
+            addresses: fleet.robots.iter().filter_map(address).collect(),
             time: None,
             robots: fleet.robots.iter().map(known).collect(),
             refused: BTreeMap::new(),
+        }
+    }
+
+    /// Calls out the number of this start, from time to time, to robots that hear no beacon which says it.
+    pub(crate) fn call(&mut self) {
+        if self.called.is_none_or(|at| at.elapsed() >= CALLS) {
+            self.called = Some(Instant::now());
+            self.socket.send(&self.station.call());
         }
     }
 
@@ -229,23 +293,33 @@ impl Ears {
         // One more, so that what is longer than any datagram shows.
         let mut room = [0; LONGEST + 1];
         for _ in 0..MOST {
-            let Some(length) = self.socket.receive(&mut room) else {
+            let Some((length, from)) = self.socket.receive(&mut room) else {
                 return;
             };
             let second = self.time.and_then(|time| u32::try_from(time.now() / 1000).ok());
-            let opened = locked(&self.radio).open(&room[..length], self.began.elapsed(), second);
+            let opened = locked(&self.station.radio).open(&room[..length], self.began.elapsed(), second);
             match opened {
-                Ok(received) => self.take(received.sender.into(), received.packet),
-                Err(refusal) => self.refuse(&refusal),
+                Ok(received) => self.take(received),
+                Err(refusal) => self.refuse(&refusal, from),
             }
         }
     }
 
-    fn take(&mut self, sender: u32, packet: Packet) {
-        let Some(robot) = self.robots.get_mut(&sender) else {
+    fn take(&mut self, Received { sender, packet, .. }: Received) {
+        let Some(robot) = self.robots.get_mut(&sender.into()) else {
             *self.refused.entry("not_in_the_fleet").or_default() += 1;
             return;
         };
+        let start = match &packet {
+            Packet::Hello { start, .. } | Packet::Status(Status { start, .. }) => *start,
+            // These are for robots.
+            Packet::Pair { .. } | Packet::Beacon { .. } | Packet::Call { .. } => return,
+        };
+        if start != self.station.start {
+            *self.refused.entry("of_another_start").or_default() += 1;
+            robot.is_stale = true;
+            return;
+        }
         robot.heard = Some(Instant::now());
         match packet {
             Packet::Hello { program, .. } => {
@@ -253,26 +327,48 @@ impl Ears {
                 robot.refused = (program != VERSION).then_some(other);
             }
             Packet::Status(status) => robot.status = Some(status),
-            Packet::Pair { .. } | Packet::Beacon { .. } => (),
+            Packet::Pair { .. } | Packet::Beacon { .. } | Packet::Call { .. } => (),
         }
     }
 
-    /// Counts a datagram that is refused; a robot that lives another experiment is named.
-    fn refuse(&mut self, refusal: &Refusal) {
+    /// Counts a datagram that is refused. One of another version or experiment, or with a number that was taken before, shows what may be
+    /// wrong with a robot, as long as that says nothing else: anybody can send these.
+    fn refuse(&mut self, refusal: &Refusal, from: SocketAddr) {
         *self.refused.entry(refusal.reason()).or_default() += 1;
-        if let Refusal::OtherExperiment { sender, program, .. } = refusal
-            && program.is_some()
-            && let Some(robot) = self.robots.get_mut(&u32::from(*sender))
-        {
-            robot.heard = Some(Instant::now());
-            robot.refused = Some(format!("{refusal}: deploy again"));
+        let at = || {
+            self.addresses
+                .iter()
+                .find(|(address, _)| *address == from)
+                .map(|(_, number)| *number)
+        };
+        let (number, doubt) = match refusal {
+            Refusal::OtherExperiment {
+                sender,
+                program: Some(_),
+                ..
+            } => (Some(u32::from(*sender)), format!("{refusal}: deploy again")),
+            Refusal::OtherVersion(version) => {
+                let own = radio::VERSION;
+                let doubt =
+                    format!("sends datagrams of version {version}, and this machine of version {own}: deploy again");
+                (at(), doubt)
+            }
+            Refusal::Replayed => {
+                let doubt = "sends numbers that were taken before: old datagrams are sent again, or it has lost its directory, and all need \
+                             a new key";
+                (at(), doubt.to_owned())
+            }
+            _ => return,
+        };
+        if let Some(robot) = number.and_then(|number| self.robots.get_mut(&number)) {
+            robot.doubt = Some(doubt);
         }
     }
 
-    /// Robots that said something within this time, and may take part.
-    pub(crate) fn present(&self, within: Duration) -> usize {
-        let is_here = |known: &&Known| known.heard.is_some_and(|at| at.elapsed() < within) && known.refused.is_none();
-        self.robots.values().filter(is_here).count()
+    /// Robots that said something of late, and may take part.
+    pub(crate) fn present(&self) -> usize {
+        let may_take_part = |known: &&Known| known.is_here() && known.refusal().is_none();
+        self.robots.values().filter(may_take_part).count()
     }
 
     /// The experiment's time that the farthest of the robots has reached, ms.

@@ -5,7 +5,7 @@
 //! program that gives robots leave to move never waits for the disk on their behalf. What comes while the disk is busy is left out.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::mpsc::{self, SyncSender, TrySendError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime};
@@ -101,17 +101,14 @@ impl Page {
     /// # Errors
     /// Exit 5 for a damaged table of statuses; exit 6; exit 1 if there is no thread for it.
     pub(crate) fn open(fleet: &Fleet, milliseconds: i64) -> Result<Self> {
-        let scene = Scene::of(fleet);
-        let (table, rows) = Table::open(&fleet.directory)?;
-        let mut writer = Writer {
-            story: Story::of(scene.robots.clone(), MOST, rows),
-            script: fleet.directory.join(SCRIPT),
-            scene,
-            table,
-        };
-        writer.begin(&fleet.directory.join(PAGE))?;
-        let (sender, told) = mpsc::sync_channel(WAITING);
-        let write = move || told.into_iter().map(|told| writer.take(told)).fold(Ok(()), Result::and);
+        let mut writer = Writer::begin(fleet)?;
+        Self::written_by(move |told| writer.take(told), milliseconds)
+    }
+
+    /// A page of which `take` writes what it is told.
+    fn written_by(take: impl FnMut(Told) -> Result + Send + 'static, milliseconds: i64) -> Result<Self> {
+        let (sender, told) = mpsc::sync_channel::<Told>(WAITING);
+        let write = move || told.into_iter().map(take).fold(Ok(()), Result::and);
         let thread = thread::Builder::new().name("page".into()).spawn(write);
         Ok(Self {
             sender,
@@ -148,7 +145,7 @@ impl Page {
         // If the thread has crashed, joining it says so.
         let _ = self.sender.send(Told::End(how));
         drop(self.sender);
-        let crashed = |_| Err(Failure::failed("the page's thread crashed"));
+        let crashed = |_| Err(Failure::broken("the page's writer"));
         self.thread.join().unwrap_or_else(crashed)
     }
 }
@@ -168,10 +165,20 @@ struct Writer {
 
 impl Writer {
     /// Writes the page, and what is known at the beginning.
-    fn begin(&mut self, page: &Path) -> Result {
-        let genes = vec![Vec::new(); self.scene.robots.len()];
-        disk::note(page, live_page(&self.scene.replay(&[], &genes), SCRIPT).as_bytes())?;
-        self.write(None)
+    fn begin(fleet: &Fleet) -> Result<Self> {
+        let scene = Scene::of(fleet);
+        let (table, rows) = Table::open(&fleet.directory)?;
+        let writer = Self {
+            story: Story::of(scene.robots.clone(), MOST, rows),
+            script: fleet.directory.join(SCRIPT),
+            scene,
+            table,
+        };
+        let genes = vec![Vec::new(); writer.scene.robots.len()];
+        let page = live_page(&writer.scene.replay(&[], &genes), SCRIPT);
+        disk::note(&fleet.directory.join(PAGE), page.as_bytes())?;
+        writer.write(None)?;
+        Ok(writer)
     }
 
     fn take(&mut self, told: Told) -> Result {

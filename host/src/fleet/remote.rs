@@ -5,9 +5,9 @@
 
 use std::io::{Read, Write};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Receiver};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -20,6 +20,12 @@ use crate::exit::{Code, Failure, Result};
 const OWN: i32 = 255;
 /// What a host may take to answer at all, s.
 const CONNECT_S: u32 = 10;
+/// Maximum length of an answer in text, bytes.
+const TEXT: usize = 1 << 20;
+/// What is kept of messages, from their end, bytes.
+const MESSAGES: usize = 1 << 14;
+/// What is shown of a message, characters.
+const SHOWN: usize = 500;
 
 /// A computer, ready for commands.
 #[derive(Clone, Copy, Debug)]
@@ -53,18 +59,26 @@ impl<'a> Remote<'a> {
         format!("{} '{command}'", words.join(" "))
     }
 
-    /// Runs a command and returns what it wrote to standard output.
+    /// Runs a command and returns what it wrote to standard output, at most `most` bytes.
     ///
     /// # Errors
     /// Exit 4: `ssh` can't reach the host or is refused, with what to do; the command fails, with the last line that it wrote to
-    /// standard error; or it takes too long.
-    pub(crate) fn run(&self, command: &str) -> Result<Vec<u8>> {
-        self.fed(command, &[])
+    /// standard error; or it takes too long or writes more.
+    pub(crate) fn bytes(&self, command: &str, most: usize) -> Result<Vec<u8>> {
+        self.fed(command, &[], most)
     }
 
-    /// Like [`Remote::run`], as text.
+    /// Like [`Remote::bytes`], as text of at most 1 MiB.
     pub(crate) fn text(&self, command: &str) -> Result<String> {
-        Ok(String::from_utf8_lossy(&self.run(command)?).into_owned())
+        Ok(String::from_utf8_lossy(&self.bytes(command, TEXT)?).into_owned())
+    }
+
+    /// Runs a command.
+    ///
+    /// # Errors
+    /// As [`Remote::text`].
+    pub(crate) fn run(&self, command: &str) -> Result {
+        self.text(command).map(|_| ())
     }
 
     /// Writes a file: completely or not at all, and only if its hash there is that of `bytes`.
@@ -79,12 +93,12 @@ impl<'a> Remote<'a> {
              if [ \"${{h%% *}}\" != {hash} ]; then rm -f {new}; echo {name} arrived damaged >&2; exit 1; fi && \
              chmod {mode} {new} && sync && mv -f {new} {name}"
         );
-        self.fed(&command, bytes).map(|_| ())
+        self.fed(&command, bytes, TEXT).map(|_| ())
     }
 
-    fn fed(&self, command: &str, input: &[u8]) -> Result<Vec<u8>> {
+    fn fed(&self, command: &str, input: &[u8], most: usize) -> Result<Vec<u8>> {
         let failed = |problem: String| Failure::of(Code::Device, problem);
-        let ran = self.ran(command, input).map_err(failed)?;
+        let ran = self.ran(command, input, most).map_err(failed)?;
         if ran.status.success() {
             return Ok(ran.stdout);
         }
@@ -94,6 +108,7 @@ impl<'a> Remote<'a> {
             .rfind(|line| !line.trim().is_empty())
             .unwrap_or_default()
             .trim();
+        let last = &last[..last.char_indices().nth(SHOWN).map_or(last.len(), |(end, _)| end)];
         Err(failed(match ran.status.code() {
             Some(OWN) => format!("ssh: {last}{}", hint(&ran.stderr, self.host)),
             Some(code) if last.is_empty() => format!("a command failed there with exit status {code}"),
@@ -102,8 +117,8 @@ impl<'a> Remote<'a> {
         }))
     }
 
-    /// Runs a command until it ends, or kills it when its time is over.
-    fn ran(&self, command: &str, input: &[u8]) -> std::result::Result<Ran, String> {
+    /// Runs a command until it ends, or kills it when its time is over or it has written too much.
+    fn ran(&self, command: &str, input: &[u8], most: usize) -> std::result::Result<Ran, String> {
         let mut ssh = Command::new(&self.ssh.program);
         // Of an option that is given twice, ssh takes the first.
         ssh.args(["-o", "BatchMode=yes"])
@@ -114,8 +129,9 @@ impl<'a> Remote<'a> {
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());
         let mut child = ssh.spawn().map_err(|error| format!("{}: {error}", self.ssh.program))?;
-        let stdout = read(child.stdout.take());
-        let stderr = read(child.stderr.take());
+        let has_too_much = Arc::new(AtomicBool::new(false));
+        let stdout = first(child.stdout.take(), most, &has_too_much);
+        let stderr = last(child.stderr.take());
         if let Some(mut stdin) = child.stdin.take() {
             let input = input.to_owned();
             // It ends when all is written, or when ssh does. A command that doesn't read its input is none of our business.
@@ -124,10 +140,17 @@ impl<'a> Remote<'a> {
         let seconds = self.ssh.timeout_s;
         let late = || format!("took longer than {seconds} s (ssh.timeout_s)");
         let until = Instant::now() + Duration::from_secs(seconds.into());
-        let status = wait(&mut child, until).ok_or_else(late)?;
+        let status = wait(&mut child, until, &has_too_much);
+        if has_too_much.load(Ordering::Relaxed) {
+            return Err(format!("answered with more than {most} bytes; allowed: up to that"));
+        }
+        let status = status.ok_or_else(late)?;
         // What a process that the command left behind still holds open never ends.
         let rest = Duration::from_secs(5);
         let stdout = stdout.recv_timeout(rest).map_err(|_| late())?;
+        if has_too_much.load(Ordering::Relaxed) {
+            return Err(format!("answered with more than {most} bytes; allowed: up to that"));
+        }
         let stderr = stderr.recv_timeout(rest).unwrap_or_default();
         Ok(Ran {
             status,
@@ -137,29 +160,50 @@ impl<'a> Remote<'a> {
     }
 }
 
-/// Reads a stream to its end on a thread of its own.
-fn read(stream: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
+/// Reads a stream on a thread, to its end or up to `most` bytes; `has_too_much` says that there were more.
+fn first(stream: Option<impl Read + Send + 'static>, most: usize, has_too_much: &Arc<AtomicBool>) -> Receiver<Vec<u8>> {
+    let has_too_much = Arc::clone(has_too_much);
+    read(stream, move |stream| {
+        let mut bytes = Vec::new();
+        // What came before an error is what there is.
+        let _ = stream.take(most as u64 + 1).read_to_end(&mut bytes);
+        has_too_much.store(bytes.len() > most, Ordering::Relaxed);
+        bytes
+    })
+}
+
+/// Reads a stream to its end on a thread, and keeps its last bytes.
+fn last(stream: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
+    read(stream, |mut stream| {
+        let (mut bytes, mut piece) = (Vec::new(), [0; 1 << 12]);
+        while let Ok(length @ 1..) = stream.read(&mut piece) {
+            bytes.extend_from_slice(&piece[..length]);
+            bytes.drain(..bytes.len().saturating_sub(MESSAGES));
+        }
+        bytes
+    })
+}
+
+fn read<S: Read + Send + 'static>(
+    stream: Option<S>,
+    take: impl FnOnce(S) -> Vec<u8> + Send + 'static,
+) -> Receiver<Vec<u8>> {
     let (sender, receiver) = mpsc::channel();
-    if let Some(mut stream) = stream {
-        thread::spawn(move || {
-            let mut bytes = Vec::new();
-            // What came before an error is what there is.
-            let _ = stream.read_to_end(&mut bytes);
-            // Nobody may wait for it any more.
-            let _ = sender.send(bytes);
-        });
+    if let Some(stream) = stream {
+        // Nobody may wait for it any more.
+        thread::spawn(move || sender.send(take(stream)));
     }
     receiver
 }
 
-/// Waits for a process, no longer than until then; kills it afterwards and returns nothing.
-fn wait(child: &mut Child, until: Instant) -> Option<ExitStatus> {
+/// Waits for a process, no longer than until then, or until `is_over`; kills it afterwards and returns nothing.
+fn wait(child: &mut Child, until: Instant, is_over: &AtomicBool) -> Option<ExitStatus> {
     let mut pause = Duration::from_millis(2);
     loop {
         if let Ok(Some(status)) = child.try_wait() {
             return Some(status);
         }
-        if Instant::now() >= until {
+        if Instant::now() >= until || is_over.load(Ordering::Relaxed) {
             // If it has ended meanwhile, there is nothing to kill.
             let _ = child.kill();
             let _ = child.wait();

@@ -1,7 +1,7 @@
 //! What robots have said of themselves: the operator's table `statuses.csv`, and all of it as a page needs it.
 
-use std::fs::{File, OpenOptions};
-use std::io::{Seek, SeekFrom, Write};
+use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use csv::{ReaderBuilder, WriterBuilder};
@@ -9,12 +9,12 @@ use oneiro::swarm::SECOND;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::live::AWAY;
 use super::operator::Known;
 use super::table::{known_value, problems, state};
 use crate::contents::{Column, head};
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
+use crate::files::{self, plain};
 use crate::report::figures::{Act, Genes, Moment, Sight};
 
 /// The table.
@@ -82,10 +82,10 @@ impl Row {
             robot,
             state: state(known),
             age_s: age.map(|age| (age.as_secs_f32() * 1000.0).round() / 1000.0),
-            problems: known.refused.clone().unwrap_or_default(),
+            problems: known.refusal().unwrap_or_default().to_owned(),
             ..Self::default()
         };
-        let is_here = age.is_some_and(|age| age <= AWAY) && known.refused.is_none();
+        let is_here = known.is_here() && known.refusal().is_none();
         let Some(status) = known.status.as_ref().filter(|_| is_here) else {
             return empty;
         };
@@ -144,13 +144,11 @@ impl Table {
         } else {
             String::new()
         };
-        let text = whole(&text);
+        let text = files::whole_lines(&text);
         let rows = read(&path, text)?;
         let storage = |error| Failure::storage(&path, &error);
-        let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
-        let mut file = file.map_err(storage)?;
+        let file = plain::append_or_create(&path).map_err(storage)?;
         file.set_len(text.len() as u64).map_err(storage)?;
-        file.seek(SeekFrom::End(0)).map_err(storage)?;
         let mut table = Self { path, file };
         if text.is_empty() {
             table.write(head(&STATUSES_COLUMNS).as_bytes())?;
@@ -177,11 +175,6 @@ impl Table {
     }
 }
 
-/// The lines that have an end.
-pub(super) fn whole(text: &str) -> &str {
-    &text[..text.rfind('\n').map_or(0, |end| end + 1)]
-}
-
 /// The rows of a table whose lines are whole.
 ///
 /// # Errors
@@ -204,7 +197,7 @@ pub(crate) fn rows(directory: &Path) -> Result<Vec<Row>> {
             path.display()
         )));
     }
-    read(&path, whole(&disk::read_text(&path)?))
+    read(&path, files::whole_lines(&disk::read_text(&path)?))
 }
 
 /// The robots' story so far, with a line a second, or fewer: as many as make up a bounded number of robots' lines.

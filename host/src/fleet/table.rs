@@ -1,14 +1,15 @@
 //! What is known of a fleet's robots while they live, as a table for a terminal and as a line of JSON.
 
+use crate::console::counted;
+use crate::report::numbers::significant;
 use serde_json::{Value, json};
 
-use super::live::AWAY;
 use super::operator::{Ears, Known};
 use crate::console::{columns, decimal};
 use crate::daemon::activity::{Activity, Problems};
 use crate::exchange::radio::Status;
 
-const HEAD: [&str; 10] = [
+const HEAD: [&str; 11] = [
     "robot",
     "state",
     "age s",
@@ -18,6 +19,7 @@ const HEAD: [&str; 10] = [
     "simulated",
     "food",
     "V",
+    "ignored",
     "problems",
 ];
 
@@ -28,19 +30,20 @@ pub(crate) fn text(ears: &Ears, time: Option<i64>) -> String {
         .robots
         .values()
         .filter_map(|known| Some(known.status.as_ref()?.brought))
-        .sum();
-    let (here, all) = (ears.present(AWAY), ears.robots.len());
+        .fold(0, u32::saturating_add);
+    let (here, all) = (ears.present(), ears.robots.len());
     let time = time.map_or_else(String::new, |time| {
         format!("{}:{:02} of the experiment, ", time / 60_000, time / 1000 % 60)
     });
     let refused: u64 = ears.refused.values().sum();
     let refused = if refused > 0 {
-        format!(", {refused} datagrams refused")
+        format!(", {} refused", counted(refused, "datagram", "datagrams"))
     } else {
         String::new()
     };
     let table = columns(&HEAD, &rows);
-    format!("{time}food {food}; {here} of {all} robots here{refused}\n\n{table}")
+    let robots = counted(all, "robot", "robots");
+    format!("{time}food {food}; {here} of {robots} here{refused}\n\n{table}")
 }
 
 fn row(number: u32, known: &Known) -> Vec<String> {
@@ -53,10 +56,11 @@ fn row(number: u32, known: &Known) -> Vec<String> {
         Some(status) => cells.extend([
             status.interval.to_string(),
             format!("{:.2}", status.simulator),
-            format!("{:.1}", status.real),
-            known_value(status.simulated).map_or_else(String::new, |fitness| format!("{fitness:.1}")),
+            significant(status.real.into(), 4),
+            known_value(status.simulated).map_or_else(String::new, |fitness| significant(fitness.into(), 4)),
             format!("{}{}", status.brought, if status.carries { "+" } else { "" }),
             known_value(status.volts).map_or_else(String::new, |volts| format!("{volts:.2}")),
+            status.ignored.to_string(),
         ]),
     }
     cells.push(problems(known).join(", "));
@@ -65,10 +69,10 @@ fn row(number: u32, known: &Known) -> Vec<String> {
 
 /// What a robot does, in a word.
 pub(super) fn state(known: &Known) -> String {
-    match (&known.refused, &known.status, known.heard) {
+    match (known.refusal(), &known.status, known.heard) {
         (Some(_), ..) => "refused".to_owned(),
         (None, _, None) => "silent".to_owned(),
-        (None, _, Some(at)) if at.elapsed() > AWAY => "away".to_owned(),
+        (None, _, Some(_)) if !known.is_here() => "away".to_owned(),
         (None, Some(status), Some(_)) => match Activity::of(status.state) {
             Some(activity) => activity.word().to_owned(),
             None => format!("state {}", status.state),
@@ -81,7 +85,7 @@ pub(super) fn state(known: &Known) -> String {
 pub(super) fn problems(known: &Known) -> Vec<String> {
     let bits = known.status.as_ref().map_or(0, |status| status.problems);
     let own = Problems::of(bits).words().into_iter().map(str::to_owned);
-    known.refused.iter().cloned().chain(own).collect()
+    known.refusal().map(str::to_owned).into_iter().chain(own).collect()
 }
 
 /// A value of a status that may be unknown.
@@ -104,6 +108,7 @@ pub(crate) fn json(ears: &Ears, time: Option<i64>) -> Value {
                 "carries": status.carries,
                 "pose": status.pose.map(decimal),
                 "volts": known_value(status.volts).map(decimal),
+                "ignored": status.ignored,
             })
         };
         json!({

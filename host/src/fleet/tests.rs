@@ -283,6 +283,34 @@ fn records_are_copied_and_merged_and_what_was_copied_before_stays() {
     assert_eq!(collect::merge(&fleet, &[0, 1]).unwrap().lines, 40);
 }
 
+/// What a computer answers has a maximum, and takes neither the memory nor more time than a command may.
+#[test]
+fn computers_that_answer_without_end_are_left() {
+    let place = Place::new("endless", 4);
+    let fleet = place.fleet();
+    for robot in 0..4 {
+        fs::create_dir_all(place.there(robot, "state")).unwrap();
+        fs::write(place.there(robot, "state/log.jsonl"), "{}\n").unwrap();
+    }
+    for (robot, state) in [(0, "endless"), (1, "chatty"), (2, "large")] {
+        place.make(robot, state);
+    }
+    let began = Instant::now();
+    let robots = fleet.chosen(&[]).unwrap();
+    let outcomes = on_each(&fleet, &robots, |robot, remote| collect::copy(&fleet, robot, remote));
+    assert!(began.elapsed() < Duration::from_secs(40), "{:?}", began.elapsed());
+    for (robot, words) in [
+        (0, "answered with more than 1048576 bytes"),
+        (1, "took longer than 2 s (ssh.timeout_s)"),
+        (2, "log.jsonl: answered with more than 67108864 bytes"),
+    ] {
+        let problem = problem(&outcomes, robot);
+        assert!(problem.contains(words), "{robot}: {problem}");
+    }
+    assert_eq!(outcomes[3].1.as_ref().unwrap().files, 1);
+    assert!(!fleet.collected(2).join("log.jsonl").exists());
+}
+
 /// A user's own unit has no line of the system's, and both have all names filled in.
 #[test]
 fn units_are_whole() {

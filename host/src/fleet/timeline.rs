@@ -9,6 +9,7 @@
 
 mod solve;
 
+use crate::report::numbers::fixed;
 use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
@@ -40,12 +41,15 @@ pub(crate) struct Line {
 }
 
 impl Line {
+    /// Latest time of a log, either way, ms: about thirty years.
+    const LATEST: f64 = 1e12;
+
     /// Reads a line of a robot's log, unless it is torn or lacks its times.
     pub(crate) fn read(robot: u32, text: &str) -> Option<Self> {
         let Ok(Value::Object(values)) = serde_json::from_str(text) else {
             return None;
         };
-        let number = |key: &str| values.get(key).and_then(Value::as_f64);
+        let number = |key: &str| values.get(key)?.as_f64().filter(|time| time.abs() <= Self::LATEST);
         Some(Self {
             robot,
             boot: u32::try_from(values.get("boot")?.as_u64()?).ok()?,
@@ -171,7 +175,7 @@ impl Clock {
     /// Its row in the table of clocks.
     pub(crate) fn row(&self) -> String {
         let known = self.by != By::Nothing;
-        let number = |value: f64, known: bool| if known { format!("{value:.3}") } else { String::new() };
+        let number = |value: f64, known: bool| if known { fixed(value, 3) } else { String::new() };
         let is_fit = self.by == By::Contacts || self.by == By::Reference;
         let cells = [
             self.robot.to_string(),
@@ -198,7 +202,10 @@ struct Message {
     heard: f64,
 }
 
-/// The clocks of some logs, in the order of robots and starts, aligned to the experiment's time.
+/// Most clocks that are aligned: ten daemons that start again every other minute for half a day.
+pub(crate) const MOST_CLOCKS: usize = 4096;
+
+/// The clocks of some logs, in the order of robots and starts, aligned to the experiment's time. They are no more than [`MOST_CLOCKS`].
 pub(crate) fn aligned(lines: &[Line]) -> Vec<Clock> {
     let mut clocks = clocks(lines);
     let number: BTreeMap<(u32, u32), usize> = (0..)

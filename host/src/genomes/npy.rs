@@ -7,16 +7,26 @@ use super::checked;
 /// Numbers of a `.npy` file, row by row.
 pub(super) fn parse(bytes: &[u8], genes: usize) -> Result<Vec<f32>, String> {
     let allowed = format!("allowed: an array of float32 or float64 with the shape (rows, {genes})");
-    if !has_plain_header(bytes) {
-        return Err(format!("is no .npy file, or not of one plain array; {allowed}"));
-    }
     let refused = |problem: &dyn std::fmt::Display| format!("{problem}; {allowed}");
+    if !bytes.starts_with(b"\x93NUMPY") {
+        return Err(refused(&"is no .npy file"));
+    }
+    let Some(header) = plain_header(bytes) else {
+        return Err(refused(
+            &"has a header that is cut off, damaged or not that of one plain array",
+        ));
+    };
+    if let Some(shape) = other_shape(header) {
+        return Err(refused(&format_args!("has the shape {shape}")));
+    }
     let mut rest = bytes;
     let header = npyz::NpyHeader::from_reader(&mut rest).map_err(|error| refused(&error))?;
     let rows = match *header.shape() {
         [columns] if columns == genes as u64 => 1,
         [rows, columns] if columns == genes as u64 => rows as usize,
-        ref shape => return Err(refused(&format_args!("has the shape {shape:?}"))),
+        [length] => return Err(refused(&format_args!("has the shape ({length},)"))),
+        [rows, columns] => return Err(refused(&format_args!("has the shape ({rows}, {columns})"))),
+        _ => return Err(refused(&"has another shape")),
     };
     let name = header.dtype().descr();
     let size = match name.trim_matches('\'') {
@@ -54,9 +64,9 @@ pub(super) fn parse(bytes: &[u8], genes: usize) -> Result<Vec<f32>, String> {
     Ok(values)
 }
 
-/// Whether a `.npy` header is short and flat with small numbers, as for plain arrays. The library that parses it
-/// doesn't limit nesting, nor check that sizes don't overflow.
-fn has_plain_header(bytes: &[u8]) -> bool {
+/// A `.npy` file's header if it is short and flat with small numbers, as for plain arrays. The library that parses it
+/// doesn't limit nesting.
+fn plain_header(bytes: &[u8]) -> Option<&str> {
     let header = match bytes {
         [0x93, b'N', b'U', b'M', b'P', b'Y', 1, 0, low, high, rest @ ..] => {
             rest.get(..usize::from(u16::from_le_bytes([*low, *high])))
@@ -66,14 +76,21 @@ fn has_plain_header(bytes: &[u8]) -> bool {
         }
         _ => None,
     };
-    header.is_some_and(|header| {
-        let brackets = header.iter().filter(|byte| b"([{".contains(byte)).count();
-        let mut numbers = header
-            .split(|byte| !byte.is_ascii_digit())
-            .filter(|digits| !digits.is_empty());
-        // The type's size and at most two lengths.
-        header.len() <= 4096 && brackets <= 2 && numbers.clone().count() <= 3 && numbers.all(|digits| digits.len() <= 9)
-    })
+    let header = std::str::from_utf8(header?).ok()?;
+    let brackets = header.matches(['(', '[', '{']).count();
+    let mut numbers = header.split(|c: char| !c.is_ascii_digit());
+    (header.len() <= 4096 && brackets <= 2 && numbers.all(|digits| digits.len() <= 9)).then_some(header)
+}
+
+/// The shape in a plain header as `NumPy` writes it, unless it has one or two lengths: the library that parses it doesn't check that
+/// more of them don't overflow.
+fn other_shape(header: &str) -> Option<String> {
+    let (_, shape) = header.split_once('(')?;
+    let lengths: Vec<&str> = shape
+        .split(|c: char| !c.is_ascii_digit())
+        .filter(|digits| !digits.is_empty())
+        .collect();
+    (![1, 2].contains(&lengths.len())).then(|| format!("({})", lengths.join(", ")))
 }
 
 #[cfg(test)]
@@ -111,7 +128,21 @@ mod tests {
     #[test]
     fn npy_that_is_not_allowed_is_refused_with_its_place() {
         let refusal = |bytes: &[u8]| parse(bytes, 2).unwrap_err();
-        assert!(refusal(&npy(&[1.0_f32; 6], &[2, 3], Order::C)).contains("[2, 3]"));
+        assert!(refusal(&npy(&[1.0_f32; 6], &[2, 3], Order::C)).contains("has the shape (2, 3); allowed: "));
+        for (shape, shown) in [
+            (&[3, 1, 2][..], "(3, 1, 2)"),
+            (&[6], "(6,)"),
+            (&[1; 9], "(1, 1, 1, 1, 1, 1, 1, 1, 1)"),
+        ] {
+            let count = shape.iter().product::<u64>() as usize;
+            let refused = refusal(&npy(&vec![1.0_f32; count], shape, Order::C));
+            assert!(
+                refused.starts_with(&format!("has the shape {shown}; allowed: ")),
+                "{refused}"
+            );
+        }
+        assert!(refusal(b"\x93NUMPY\x01\x00\x10\x00{'shape': (), }  ").starts_with("has the shape (); "));
+        assert!(refusal(b"1,2\n").starts_with("is no .npy file; allowed: "));
         assert!(refusal(&npy(&[1_i32; 4], &[2, 2], Order::C)).contains("i4"));
         assert!(refusal(&npy(&[0.0, 1.0, 2.0, f32::NAN], &[2, 2], Order::C)).contains("row 2, gene 2: NaN"));
         assert!(refusal(&npy(&[0.0, 1e300], &[1, 2], Order::C)).contains("row 1, gene 2"));
@@ -133,9 +164,9 @@ mod tests {
         }
         let mut deep = b"\x93NUMPY\x01\x00\xff\xff".to_vec();
         deep.extend(std::iter::repeat_n(b'(', 65535));
-        assert!(!has_plain_header(&deep));
+        assert_eq!(plain_header(&deep), None);
         let mut huge = b"\x93NUMPY\x02\x00\xff\xff\xff\xff".to_vec();
         huge.extend(b"{'descr': '<f4'");
-        assert!(!has_plain_header(&huge));
+        assert_eq!(plain_header(&huge), None);
     }
 }

@@ -168,6 +168,12 @@ pub(crate) trait Sampled {
     /// # Errors
     /// See [`Trouble`].
     fn drive(&mut self, speeds: (i32, i32)) -> std::result::Result<Driven, Trouble>;
+
+    /// Leaves out so many turns before objects and drives, which were measured before: what follows is what it would be after them.
+    fn leave_out(&mut self, turns: u32, drives: u32) {
+        // A real robot remembers nothing of them.
+        let _ = (turns, drives);
+    }
 }
 
 /// Retries a call whose failure may pass.

@@ -12,6 +12,7 @@ use super::{Driven, Object, Sampled, Trouble, Turned, patiently};
 use crate::console::Console;
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 use crate::progress;
 use crate::report::figures;
 
@@ -75,19 +76,29 @@ impl Notebook {
     /// # Errors
     /// Exit 3 if it holds rows of another robot; exit 6 if it can't be written.
     pub(crate) fn open(directory: &Path, robot: &str) -> Result<Self> {
-        let rows = directory.join("rows");
-        fs::create_dir_all(&rows).map_err(|error| Failure::storage(&rows, &error))?;
-        let name = rows.join("robot.txt");
-        match fs::read_to_string(&name) {
-            Ok(known) if known == robot => (),
-            Ok(known) => {
+        let notebook = Self::at(directory)?;
+        let name = directory.join("rows/robot.txt");
+        match disk::read_if_there(&name)? {
+            Some(known) if known == robot.as_bytes() => (),
+            Some(known) => {
                 return Err(Failure::input(format_args!(
-                    "{}: holds samples of another robot, {known}; allowed: {robot}, or another directory",
-                    directory.display()
+                    "{}: holds samples of another robot, {}; allowed: {robot}, or another directory",
+                    directory.display(),
+                    String::from_utf8_lossy(&known)
                 )));
             }
-            Err(_) => disk::write(&name, robot.as_bytes())?,
+            None => disk::write(&name, robot.as_bytes())?,
         }
+        Ok(notebook)
+    }
+
+    /// The notebook of a directory, whatever robot's it is.
+    ///
+    /// # Errors
+    /// Exit 6 if it can't be written.
+    pub(crate) fn at(directory: &Path) -> Result<Self> {
+        plain::make_directory(directory).map_err(|error| Failure::storage(directory, &error))?;
+        let rows = disk::make_folder(directory, "rows")?;
         Ok(Self { directory: Some(rows) })
     }
 
@@ -102,8 +113,7 @@ impl Notebook {
     /// Exit 5 if it is corrupt.
     pub(crate) fn read<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>> {
         let Some(path) = self.path(name) else { return Ok(None) };
-        let Ok(bytes) = fs::read(&path) else { return Ok(None) };
-        disk::parsed(&path, &bytes).map(Some)
+        disk::json_if_there(&path)
     }
 
     /// Saves a row.
@@ -126,12 +136,19 @@ impl Notebook {
         }
     }
 
-    /// Reads a row that was saved before, or measures and saves it.
-    fn row<T: Serialize + DeserializeOwned>(&self, name: &str, take: impl FnOnce() -> Result<T>) -> Result<T> {
+    /// Reads a row that was saved before, or measures and saves it. It takes so many turns before an object and drives.
+    fn row<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        robot: &mut dyn Sampled,
+        (turns, drives): (u32, u32),
+        take: impl FnOnce(&mut dyn Sampled) -> Result<T>,
+    ) -> Result<T> {
         if let Some(row) = self.read(name)? {
+            robot.leave_out(turns, drives);
             return Ok(row);
         }
-        let row = take()?;
+        let row = take(robot)?;
         self.save(name, &row)?;
         Ok(row)
     }
@@ -167,14 +184,18 @@ pub(crate) fn sample(
     for object in objects {
         let mut taken = Vec::new();
         for number in 0..object.views() * Grid::USUAL.rows {
-            taken.push(notebook.row(&row_name(object, number), || row(robot, object, number))?);
+            let name = row_name(object, number);
+            taken.push(notebook.row(&name, robot, (1, 0), |robot| row(robot, object, number))?);
             done();
         }
         classes.push(table(object, Grid::USUAL, &taken));
     }
     let mut taken = Vec::new();
     for (number, left) in SPEEDS.enumerate() {
-        taken.push(notebook.row(&motors_name(number), || motors_row(robot, left))?);
+        let drives = SPEEDS.count() as u32;
+        taken.push(notebook.row(&motors_name(number), robot, (0, drives), |robot| {
+            motors_row(robot, left)
+        })?);
         done();
     }
     Ok(Samples {
@@ -299,6 +320,10 @@ impl Sampled for Averaged<'_> {
 
     fn drive(&mut self, speeds: (i32, i32)) -> std::result::Result<Driven, Trouble> {
         self.robot.drive(speeds)
+    }
+
+    fn leave_out(&mut self, turns: u32, drives: u32) {
+        self.robot.leave_out(turns * self.turns, drives);
     }
 }
 
@@ -494,7 +519,7 @@ mod tests {
             troubles: vec![Trouble::Broken("the battery is empty".into())],
         };
         let notebook = Notebook::open(&directory, &robot.describe()).unwrap();
-        let kept = |robot: &mut Wired| notebook.row("wall-00", || row(robot, &wall(), 0));
+        let kept = |robot: &mut Wired| notebook.row("wall-00", robot, (1, 0), |robot| row(robot, &wall(), 0));
         assert!(kept(&mut robot).is_err());
         let first = kept(&mut robot).unwrap();
         robot.troubles = vec![Trouble::Broken("the battery is empty".into())];

@@ -103,7 +103,7 @@ impl Wired {
 
     /// Connects to all robots, each unless somebody has already, and prepares their lives. Several may lack some that fail.
     fn open(&self, stop: &Arc<AtomicBool>, spec: &WorldSpec) -> Result<WiredRobots, Failure> {
-        let kinds = wired::kinds(spec).map_err(Failure::input)?;
+        let kinds = wired::check(spec, &self.values, &self.guard)?;
         let outcomes: Vec<Result<(), Failure>> = thread::scope(|scope| {
             let connecting: Vec<_> = (0..self.wires.len())
                 .map(|robot| {
@@ -320,7 +320,9 @@ impl Site {
     pub(crate) fn allows(&self, spec: &WorldSpec) -> Result<(), String> {
         match self {
             Self::Surrogate { .. } => self.world(spec).map(drop).map_err(|failure| failure.to_string()),
-            Self::Wired(_) => wired::kinds(spec).map(drop),
+            Self::Wired(own) => wired::possible(spec, &own.values, &own.guard)
+                .map(drop)
+                .map_err(|failure| failure.to_string()),
         }
     }
 

@@ -166,6 +166,11 @@ impl Sampled for SurrogateRobot<'_> {
         Ok((0..trace.len()).map(moment).collect())
     }
 
+    /// The keys of rollouts are counted.
+    fn leave_out(&mut self, turns: u32, drives: u32) {
+        self.sampled += u64::from(turns) + u64::from(drives);
+    }
+
     fn drive(&mut self, speeds: (i32, i32)) -> Result<Driven, Trouble> {
         /// Enough for wheels with any allowed lag to reach their speeds.
         const CYCLES: u32 = 22;

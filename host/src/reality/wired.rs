@@ -27,9 +27,10 @@ use super::wander::{WALK, wanderer};
 use super::{Life, Lived, Reality, Trouble};
 use crate::console::Console;
 use crate::exit::{Failure, Result};
+use crate::report::numbers::fixed;
 use crate::robots::vehicle::late::Late;
 use crate::robots::vehicle::{Moment, Profile, Vehicle};
-use crate::robots::{Kind, tracker};
+use crate::robots::{Kind, guard, tracker};
 
 /// A cycle of a life.
 const CYCLE: Duration = Duration::from_millis(100);
@@ -93,6 +94,26 @@ impl Values {
             Starts::Walk => self.walk,
             Starts::Hand => 0,
         }
+    }
+
+    /// Speed of a wheel at the controller's greatest output, mm/s. `greatest` is the most that there is, and `whose` says where.
+    ///
+    /// # Errors
+    /// Exit 3: it is more.
+    fn speed(&self, spec: &WorldSpec, greatest: f64, whose: &str) -> Result<f64> {
+        let own = match &spec.robot.build {
+            Build::Differential(own) => own.greatest_speed.map_or(SAMPLED_SPEED, f64::from),
+            Build::Sampled | Build::Forager(_) => SAMPLED_SPEED,
+        };
+        let speed = self.speed_mm_s.unwrap_or(own);
+        // An experiment has its speeds in f32, in which 128.8 is more than the e-puck's.
+        if speed as f32 > greatest as f32 {
+            return Err(Failure::input(format_args!(
+                "the greatest speed is {speed} mm/s, and {whose} {greatest:.1} mm/s; allowed: a lower speed_mm_s of its lives \
+                 (--speed), or a higher speed_mm_s of its guard"
+            )));
+        }
+        Ok(speed)
     }
 
     /// The longest time that `lives` lives of `cycles` cycles each can take some robots, in words.
@@ -167,6 +188,28 @@ pub(crate) fn kinds(spec: &WorldSpec) -> std::result::Result<Vec<Kind>, String> 
     senses::kinds(spec)
 }
 
+/// Whether lives in a world are possible, as far as that is known without a robot. Returns the kinds of sensors that they need.
+///
+/// # Errors
+/// Exit 3: a world that is not valid, a sensor of a kind that no robot on a wire has, or a speed that the guard does not allow.
+pub(crate) fn possible(spec: &WorldSpec, values: &Values, guard: &[String]) -> Result<Vec<Kind>> {
+    let kinds = kinds(spec).map_err(Failure::input)?;
+    let greatest = guard::values::Values::of(guard).map_err(Failure::input)?.speed_mm_s;
+    values.speed(spec, greatest, "the guard allows")?;
+    Reported::new(spec)?;
+    Ok(kinds)
+}
+
+/// Whether lives in a world are possible, and can be recorded. Returns the kinds of sensors that they need.
+///
+/// # Errors
+/// As [`possible`], and as the record's.
+pub(crate) fn check(spec: &WorldSpec, values: &Values, guard: &[String]) -> Result<Vec<Kind>> {
+    let kinds = possible(spec, values, guard)?;
+    Logbook::check(&values.directory)?;
+    Ok(kinds)
+}
+
 /// Lives of a robot in a world. Those of several robots share one record.
 #[derive(Debug)]
 pub(crate) struct Lives {
@@ -221,19 +264,7 @@ impl Lives {
             )));
         }
         let senses = Senses::new(spec, profile, &values.sensors).map_err(Failure::input)?;
-        let own = match &spec.robot.build {
-            Build::Differential(own) => own.greatest_speed.map_or(SAMPLED_SPEED, f64::from),
-            Build::Sampled | Build::Forager(_) => SAMPLED_SPEED,
-        };
-        let speed = values.speed_mm_s.unwrap_or(own);
-        // An experiment has its speeds in f32, in which 128.8 is more than the e-puck's.
-        if speed as f32 > profile.greatest_mm_s as f32 {
-            return Err(Failure::input(format_args!(
-                "the greatest speed is {speed} mm/s, and that of the {robot} {:.1} mm/s with its guard; allowed: a lower \
-                 speed_mm_s of its lives (--speed), or a higher speed_mm_s of its guard",
-                profile.greatest_mm_s
-            )));
-        }
+        let speed = values.speed(spec, profile.greatest_mm_s, &format!("the {robot} has"))?;
         let mut cpu = Cpu::new(Some(1)).map_err(Failure::from)?;
         let reported = Reported::new(spec)?;
         warm_up(&reported, &mut cpu)?;
@@ -388,8 +419,10 @@ impl Lives {
         };
         let [x, y, heading] = start;
         vehicle.ask(&format!(
-            "put the robot at x = {x:.0} mm and y = {y:.0} mm, {:.0} degrees counter-clockwise from the x axis",
-            360.0 * heading
+            "put the robot at x = {} mm and y = {} mm, {} degrees counter-clockwise from the x axis",
+            fixed(x.into(), 0),
+            fixed(y.into(), 0),
+            fixed((360.0 * heading).into(), 0)
         ))?;
         self.pose = vehicle.seen().unwrap_or(start.map(f64::from));
         Ok(self.pose.map(|number| number as f32))

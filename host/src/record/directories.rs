@@ -1,5 +1,6 @@
 //! Runs with a directory each, for the engine.
 
+use crate::console::counted;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -136,7 +137,8 @@ impl Runs for Directories {
         let unborn = self.places.len() - self.stopped.len() - self.done.len();
         if unborn > 0 {
             lines.push(format!(
-                "  the same command, once these are finished, for {unborn} runs that have not begun"
+                "  or all by the same command, with {}",
+                counted(unborn, "run that has not begun", "runs that have not begun")
             ));
         }
         format!("stopped; to continue:\n{}", lines.join("\n"))

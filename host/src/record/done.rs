@@ -1,7 +1,6 @@
 //! `DONE`: marks a run as finished, with the hashes of its results.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::path::Path;
 
@@ -10,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{CONFIG, DONE, SavedRun};
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 
 /// The last file of a run. All hashes are BLAKE3.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,18 +55,17 @@ impl Done {
     /// Hashes a run's files on disk.
     pub(super) fn of(directory: &Path, experiment: blake3::Hash, files: &[&str], results: &[&str]) -> Result<Self> {
         let hash = |name: &&str| {
-            let bytes = disk::read(&directory.join(name))?;
-            Ok(((*name).to_owned(), blake3::hash(&bytes).to_hex().to_string()))
+            let path = directory.join(name);
+            let hash = plain::hash(&path).map_err(|error| Failure::storage(&path, &error))?;
+            Ok(((*name).to_owned(), hash.to_hex().to_string()))
         };
         let files = files.iter().map(hash).collect::<Result<_>>()?;
         Ok(Self::new(experiment.to_hex().to_string(), files, results))
     }
 
-    /// Reads a run's `DONE`, if it is finished.
-    pub(crate) fn read(directory: &Path) -> Result<Option<Self>> {
-        let path = directory.join(DONE);
-        let known = disk::read_if_there(&path)?;
-        known.map(|bytes| disk::parsed(&path, &bytes)).transpose()
+    /// Reads a run's `DONE`, if it is finished. What it says may not be true: see [`SavedRun::done`].
+    pub(super) fn read(directory: &Path) -> Result<Option<Self>> {
+        disk::json_if_there(&directory.join(DONE))
     }
 
     /// Writes a run's `DONE`.
@@ -82,42 +81,55 @@ impl Done {
 /// Exit 3 if it isn't a run, exit 1 if it isn't finished, exit 5 with everything that differs.
 pub(crate) fn verify(directory: &Path) -> Result<Done> {
     let run = SavedRun::open(directory)?;
-    let results = run.experiment().results();
-    let identity = run.identity();
     let Some(done) = Done::read(directory)? else {
         return Err(Failure::failed(format_args!(
-            "{}: is not finished, so there is nothing to verify",
+            "{0}: is not finished, so there is nothing to verify; `oneiro resume {0}` continues it",
             directory.display()
         )));
     };
-    let names: Vec<&str> = done.files.keys().map(String::as_str).collect();
-    let missing = results
-        .iter()
-        .copied()
-        .chain([CONFIG])
-        .filter(|name| !names.contains(name))
-        .map(|name| format!("{name} is not listed"));
-    let mut problems: Vec<String> = missing.collect();
-    for name in names {
-        match fs::read(directory.join(name)) {
-            Ok(bytes) if done.files[name] == blake3::hash(&bytes).to_hex().as_str() => (),
-            Ok(_) => problems.push(format!("{name} is not what was recorded")),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => problems.push(format!("{name} is missing")),
-            Err(error) => problems.push(format!("{name}: {error}")),
+    done.check(&run, |_| true)?;
+    Ok(done)
+}
+
+impl Done {
+    /// Checks that it is true of a run: of the files that `is_checked` accepts, the configuration and the results among them.
+    ///
+    /// # Errors
+    /// Exit 5 with everything that differs.
+    pub(super) fn check(&self, run: &SavedRun, is_checked: impl Fn(&str) -> bool) -> Result {
+        let directory = run.directory();
+        let results = run.experiment().results();
+        let mut problems = Vec::new();
+        for name in results.iter().copied().chain([CONFIG]) {
+            if !self.files.contains_key(name) {
+                problems.push(format!("{name} is not listed"));
+            }
         }
+        for (name, hash) in &self.files {
+            if !is_checked(name) {
+                continue;
+            }
+            match plain::hash(&directory.join(name)) {
+                Ok(found) if found.to_hex().as_str() == hash => (),
+                Ok(_) => problems.push(format!("{name} is not what was recorded")),
+                Err(error) if error.kind() == io::ErrorKind::NotFound => problems.push(format!("{name} is missing")),
+                Err(error) => problems.push(format!("{name}: {error}")),
+            }
+        }
+        let identity = run.identity().to_hex();
+        if self.experiment != identity.as_str() {
+            problems.push("the experiment is another".into());
+        }
+        if self.result != Self::new(self.experiment.clone(), self.files.clone(), &results).result {
+            problems.push("the result's hash is another".into());
+        }
+        if problems.is_empty() {
+            return Ok(());
+        }
+        Err(Failure::corrupt(format_args!(
+            "{}: {}; this was changed since the run was finished",
+            directory.display(),
+            problems.join("; ")
+        )))
     }
-    if done.experiment != identity.to_hex().as_str() {
-        problems.push("the experiment is another".into());
-    }
-    if done.result != Done::new(done.experiment.clone(), done.files.clone(), &results).result {
-        problems.push("the result's hash is another".into());
-    }
-    if problems.is_empty() {
-        return Ok(done);
-    }
-    Err(Failure::corrupt(format_args!(
-        "{}: {}",
-        directory.display(),
-        problems.join("; ")
-    )))
 }

@@ -110,7 +110,7 @@ impl Meta {
 
     /// Reads a run's metadata; `None` if they can't be read, since nothing depends on them.
     pub(crate) fn read(directory: &Path) -> Option<Self> {
-        serde_json::from_slice(&std::fs::read(directory.join(META)).ok()?).ok()
+        disk::json_if_there(&directory.join(META)).ok()?
     }
 
     /// Writes a run's metadata.

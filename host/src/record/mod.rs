@@ -20,6 +20,14 @@ pub(crate) use single::SingleRun;
 use crate::contents::Entry;
 use crate::engine::disk::LOCK;
 use crate::experiment::INPUTS;
+use crate::files::directory::Form;
+
+/// A run's directory: with its configuration it is a run, and can be resumed.
+pub(crate) const FORM: Form<'_> = Form {
+    mark: CONFIG,
+    before: &[INPUTS],
+    option: "--out",
+};
 
 const CONFIG: &str = "config.toml";
 const META: &str = "meta.json";

@@ -1,12 +1,12 @@
 //! The one writer of a run's directory.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{CONFIG, Done, Meta, SavedRun, Session, Status};
+use super::{CONFIG, Done, FORM, Meta, SavedRun, Session, Status};
 use crate::console::Console;
 use crate::contents::describe;
 use crate::engine::job::{Job, Progress, Step};
@@ -14,17 +14,20 @@ use crate::engine::log::{Extent, Log, Prefix};
 use crate::engine::{checkpoint, disk};
 use crate::exit::{Failure, Result};
 use crate::experiment::INPUTS;
-use crate::files;
+use crate::files::directory::Holds;
 use crate::runs::{Experiment, Recording, Table};
 use crate::sealed::Problem;
+
+/// Checkpoints that are kept: if the newest is damaged, there is one before.
+const KEPT: usize = 2;
 
 /// Current contents of a run's directory.
 #[derive(Debug)]
 pub(crate) enum Standing {
     /// Nothing.
     New,
-    /// An unfinished run.
-    Unfinished,
+    /// The same run, unfinished.
+    Unfinished(SavedRun),
     /// The same run, finished.
     Done(Done),
 }
@@ -32,39 +35,20 @@ pub(crate) enum Standing {
 /// Examines the directory of a future run.
 ///
 /// # Errors
-/// Exit 3 if it holds something else, which is never overwritten.
+/// Exit 3 if it holds something else, which is never overwritten; exit 5 if it holds the run, finished and changed since.
 pub(crate) fn standing(directory: &Path, identity: blake3::Hash) -> Result<Standing> {
-    let refused = |what: &str| {
-        Err(Failure::input(format_args!(
-            "{}: {what}, and nothing is overwritten; name another directory with --out",
-            directory.display()
-        )))
-    };
-    files::must_not_be_file(directory)?;
-    if !directory
-        .try_exists()
-        .map_err(|error| Failure::unreadable(directory, &error))?
-    {
+    if FORM.refuse_others(directory)? == Holds::Nothing {
         return Ok(Standing::New);
     }
-    if let Some(done) = Done::read(directory)? {
-        if done.experiment == identity.to_hex().as_str() {
-            return Ok(Standing::Done(done));
-        }
-        return refused("holds the run of another experiment or seed");
+    let run = SavedRun::open(directory)?;
+    let done = run.done()?;
+    if run.identity() != identity {
+        return Err(Failure::input(format_args!(
+            "{}: holds the run of another experiment or seed, and nothing is overwritten; name another directory with --out",
+            directory.display()
+        )));
     }
-    if super::is_run(directory) {
-        return Ok(Standing::Unfinished);
-    }
-    // Files of a run that was killed at once are not in the way.
-    let entries = fs::read_dir(directory).map_err(|error| Failure::unreadable(directory, &error))?;
-    for entry in entries {
-        let name = entry.map_err(|error| Failure::storage(directory, &error))?.file_name();
-        if name != disk::LOCK && name != INPUTS && !name.to_string_lossy().ends_with(disk::TEMPORARY) {
-            return refused("exists and holds other files");
-        }
-    }
-    Ok(Standing::New)
+    Ok(done.map_or(Standing::Unfinished(run), Standing::Done))
 }
 
 /// Writer of a run's directory. While it exists, no other process can write there.
@@ -100,18 +84,15 @@ impl Recorder {
         session: Session,
         console: Console,
     ) -> Result<(Self, Box<dyn Job>)> {
-        fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
-        let lock = lock(directory)?;
-        // Another process may have been faster.
-        if !matches!(standing(directory, experiment.identities().of(seed))?, Standing::New) {
+        let (lock, holds) = FORM.take(directory, || is_busy(directory))?;
+        if holds == Holds::Mark {
             return Err(Failure::input(format_args!(
                 "{}: another process has begun this run",
                 directory.display()
             )));
         }
         if !experiment.inputs().is_empty() {
-            let inputs = directory.join(INPUTS);
-            fs::create_dir_all(&inputs).map_err(|error| Failure::storage(&inputs, &error))?;
+            let inputs = disk::make_folder(directory, INPUTS)?;
             for input in experiment.inputs() {
                 disk::write(&directory.join(&input.name), &input.content.bytes)?;
             }
@@ -135,7 +116,7 @@ impl Recorder {
         console: Console,
     ) -> Result<(Self, Box<dyn Job>, Vec<String>)> {
         let (directory, experiment, seed) = (run.directory(), run.experiment(), run.seed());
-        let lock = lock(directory)?;
+        let lock = disk::try_lock(directory)?.ok_or_else(|| is_busy(directory))?;
         let mut problems = Vec::new();
         let mut is_other_version = true;
         for (_, path) in checkpoint::list(directory)? {
@@ -270,7 +251,7 @@ impl Recorder {
             tables: self.sync()?,
             job: job.save(),
         };
-        checkpoint::write(&self.directory, self.progress.done.into(), 2, &self.identity, &saved)
+        checkpoint::write(&self.directory, self.progress.done.into(), KEPT, &self.identity, &saved)
     }
 
     /// Waits until all tables are on disk. Returns their extents.
@@ -293,6 +274,8 @@ impl Recorder {
     /// Writes the results, and `DONE` once all of them are on disk.
     pub(super) fn finish(&mut self, job: &mut dyn Job) -> Result<Done> {
         self.sync()?;
+        // A kill may have left one more.
+        checkpoint::prune(&self.directory, KEPT)?;
         let mut files = vec![CONFIG];
         files.extend(self.tables.iter().map(|(file, _)| *file));
         let experiment = Arc::clone(&self.experiment);
@@ -310,14 +293,11 @@ impl Recorder {
     }
 }
 
-/// Keeps other processes from writing to a run's directory.
-pub(super) fn lock(directory: &Path) -> Result<File> {
-    disk::try_lock(directory)?.ok_or_else(|| {
-        Failure::input(format_args!(
-            "{}: another process is working on this run; allowed: one at a time",
-            directory.display()
-        ))
-    })
+fn is_busy(directory: &Path) -> Failure {
+    Failure::input(format_args!(
+        "{}: another process is working on this run; allowed: one at a time",
+        directory.display()
+    ))
 }
 
 /// A checkpoint that can be resumed from, and the tables at that time.

@@ -1,17 +1,19 @@
 //! A run's directory, read again: to resume, replay, audit, verify or list it.
 
-use std::fs::{File, TryLockError};
+use std::fs::TryLockError;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{CONFIG, Done, Meta, Status};
+use super::{CONFIG, Done, FORM, Meta, Status};
 use crate::engine::disk::LOCK;
 use crate::exit::{Failure, Result};
+use crate::files::directory::Holds;
+use crate::files::plain;
 use crate::runs::{self, Experiment, Recorded};
 
-/// Whether a directory is a run's.
+/// Whether a directory is a run's, readable or not.
 pub(crate) fn is_run(directory: &Path) -> bool {
-    directory.join(CONFIG).is_file()
+    directory.join(CONFIG).symlink_metadata().is_ok()
 }
 
 /// A run on disk.
@@ -37,7 +39,7 @@ pub(crate) enum State {
 
 /// Whether a process writes to a directory.
 pub(crate) fn is_locked(directory: &Path) -> bool {
-    File::open(directory.join(LOCK)).is_ok_and(|lock| matches!(lock.try_lock(), Err(TryLockError::WouldBlock)))
+    plain::open(&directory.join(LOCK)).is_ok_and(|lock| matches!(lock.try_lock(), Err(TryLockError::WouldBlock)))
 }
 
 impl SavedRun {
@@ -47,8 +49,14 @@ impl SavedRun {
     /// Exit 3 if it isn't one, or its configuration is invalid.
     pub(crate) fn open(directory: &Path) -> Result<Self> {
         if !is_run(directory) {
+            let begun = match FORM.look(directory) {
+                Ok(Holds::Nothing) if directory.join(LOCK).exists() => {
+                    "; its process ended before it was one: repeat the command that began it"
+                }
+                _ => "",
+            };
             return Err(Failure::input(format_args!(
-                "{}: is not a run directory: there is no {CONFIG} in it",
+                "{}: is not a run directory: there is no {CONFIG} in it{begun}",
                 directory.display()
             )));
         }
@@ -91,27 +99,40 @@ impl SavedRun {
         self.experiment.identities().of(self.seed)
     }
 
-    /// Progress of the run.
-    pub(crate) fn state(&self) -> Result<State> {
-        if Done::read(&self.directory)?.is_some() {
-            return Ok(State::Done);
-        }
-        Ok(match Meta::read(&self.directory) {
+    /// Progress of the run, of which is known whether it is finished.
+    pub(crate) fn state(&self, is_done: bool) -> State {
+        match Meta::read(&self.directory) {
+            _ if is_done => State::Done,
             _ if is_locked(&self.directory) => State::Running,
             Some(meta) if meta.status == Status::Stopped => State::Stopped,
             _ => State::Interrupted,
-        })
+        }
+    }
+
+    /// The record that it is finished. Its hash of the results is that of the files that are there now.
+    ///
+    /// # Errors
+    /// Exit 5 if the configuration or a result was changed since, with everything that differs.
+    pub(crate) fn done(&self) -> Result<Option<Done>> {
+        let done = Done::read(&self.directory)?;
+        if let Some(done) = &done {
+            let results = self.experiment.results();
+            done.check(self, |name| name == CONFIG || results.contains(&name))?;
+        }
+        Ok(done)
     }
 
     /// Returns the run if it is finished.
     ///
     /// # Errors
-    /// Exit 1 if it isn't.
+    /// Exit 1 if it isn't, exit 5 if the record of that is damaged.
     pub(crate) fn finished(&self) -> Result<Recorded<'_>> {
         let recorded = self.recorded()?;
         if !recorded.is_done {
-            let problem = "is not finished, so it has no champion yet; `oneiro resume` continues it";
-            return Err(Failure::failed(format_args!("{}: {problem}", self.directory.display())));
+            return Err(Failure::failed(format_args!(
+                "{0}: is not finished, so it has no champion yet; `oneiro resume {0}` continues it",
+                self.directory.display()
+            )));
         }
         Ok(recorded)
     }
@@ -121,10 +142,15 @@ impl SavedRun {
     /// # Errors
     /// Exit 5 if the record that it is finished is damaged.
     pub(crate) fn recorded(&self) -> Result<Recorded<'_>> {
-        Ok(Recorded {
+        Ok(self.known(Done::read(&self.directory)?.is_some()))
+    }
+
+    /// The run, of which is known whether it is finished.
+    pub(crate) fn known(&self, is_done: bool) -> Recorded<'_> {
+        Recorded {
             directory: &self.directory,
             seed: self.seed,
-            is_done: Done::read(&self.directory)?.is_some(),
-        })
+            is_done,
+        }
     }
 }

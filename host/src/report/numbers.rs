@@ -24,9 +24,23 @@ pub(crate) fn significant(x: f64, digits: usize) -> String {
     }
 }
 
+/// Formats a number with fixed decimal places. Zero has no sign, even if a negative number rounds to it.
+pub(crate) fn fixed(x: f64, places: usize) -> String {
+    let text = format!("{x:.places$}");
+    match text.strip_prefix('-') {
+        Some(zero) if !zero.contains(|digit: char| digit != '0' && digit != '.') => zero.to_owned(),
+        _ => text,
+    }
+}
+
+/// The same number, with no sign if it is zero.
+pub(crate) fn unsigned_zero(x: f64) -> f64 {
+    x + 0.0
+}
+
 /// Rounds a number to six decimal places, as in tables.
 pub(crate) fn to_six_places(number: f64) -> f64 {
-    format!("{number:.6}").parse().unwrap_or(number)
+    fixed(number, 6).parse().unwrap_or(number)
 }
 
 /// Formats a number for readers, as HTML.
@@ -61,7 +75,7 @@ pub(crate) fn probability(p: f64) -> String {
 /// Formats a share in per cent, to a tenth.
 pub(crate) fn percent(share: f64) -> String {
     if share.is_finite() {
-        format!("{:.1}", 100.0 * share)
+        fixed(100.0 * share, 1)
     } else {
         NONE.to_owned()
     }
@@ -123,6 +137,24 @@ mod tests {
         assert_eq!(significant(9.999_999, 3), "10");
         assert_eq!(significant(0.0, 6), "0");
         assert_eq!(significant(f64::NAN, 6), "NaN");
+    }
+
+    #[test]
+    fn zero_has_no_sign() {
+        for (number, places, text) in [
+            (-0.0, 1, "0.0"),
+            (-0.04, 1, "0.0"),
+            (-0.06, 1, "-0.1"),
+            (-4e-7, 6, "0.000000"),
+            (-0.4, 0, "0"),
+            (2.5, 6, "2.500000"),
+            (f64::NAN, 6, "NaN"),
+            (f64::NEG_INFINITY, 6, "-inf"),
+        ] {
+            assert_eq!(fixed(number, places), text);
+        }
+        assert!(to_six_places(-1e-9).is_sign_positive() && unsigned_zero(-0.0).is_sign_positive());
+        assert_eq!(significant(-0.0, 6), "0");
     }
 
     #[test]

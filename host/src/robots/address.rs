@@ -86,32 +86,83 @@ pub(crate) struct Invalid {
     problem: String,
 }
 
+/// Form of a surrogate's address.
+const SURROGATE: &str = "surrogate";
+
 impl FromStr for Address {
     type Err = Invalid;
 
+    /// Parses the address of a robot that may be simulated.
     fn from_str(text: &str) -> Result<Self, Invalid> {
-        parse(text).map_err(|problem| Invalid {
-            address: text.into(),
+        let parsed = if let Some((SURROGATE, seed)) = text.split_once(':') {
+            number(seed, "seed", &(0..=u64::MAX)).map(Self::Surrogate)
+        } else {
+            let allowed = format!("{}, or {SURROGATE}:SEED for a simulated Khepera", forms());
+            wire(text, &allowed).map(Self::Wire)
+        };
+        parsed.map_err(|problem| Invalid::of(text, problem))
+    }
+}
+
+impl FromStr for Wire {
+    type Err = Invalid;
+
+    /// Parses the address of a robot that has a link.
+    fn from_str(text: &str) -> Result<Self, Invalid> {
+        let parsed = match text.split_once(':') {
+            Some((SURROGATE, _)) => Err(format!("a surrogate has no link; allowed: {}", forms())),
+            _ => wire(text, &forms()),
+        };
+        parsed.map_err(|problem| Invalid::of(text, problem))
+    }
+}
+
+impl Invalid {
+    fn of(address: &str, problem: String) -> Self {
+        Self {
+            address: address.into(),
             problem,
-        })
+        }
+    }
+
+    /// Whether it doesn't even begin as an address does.
+    pub(crate) fn is_no_address(&self) -> bool {
+        let scheme = self.address.split_once(':').map(|(scheme, _)| scheme);
+        scheme.is_none_or(|scheme| ![SURROGATE, "serial", "tcp", "aseba"].contains(&scheme))
     }
 }
 
-fn parse(text: &str) -> Result<Address, String> {
-    let (scheme, rest) = text
-        .split_once(':')
-        .ok_or_else(|| format!("does not say how to reach it; {}", allowed()))?;
-    match scheme {
-        "surrogate" => number(rest, "seed", &(0..=u64::MAX)).map(Address::Surrogate),
-        "serial" => serial(rest).map(|transport| Address::Wire(Wire::Plain(transport))),
-        "tcp" => tcp(rest).map(|transport| Address::Wire(Wire::Plain(transport))),
-        "aseba" => aseba(rest).map(Address::Wire),
-        _ => Err(format!("`{scheme}` is no way to reach a robot; {}", allowed())),
+/// Parses the address of a robot that has a link; `allowed` are the forms that the caller takes.
+fn wire(text: &str, allowed: &str) -> Result<Wire, String> {
+    match text.split_once(':') {
+        Some(("serial", port)) => serial(port).map(Wire::Plain),
+        Some(("tcp", place)) => tcp(place).map(Wire::Plain),
+        Some(("aseba", place)) => aseba(place),
+        scheme => {
+            let problem = match scheme {
+                Some((scheme, _)) => format!("`{scheme}` is no way to reach a robot"),
+                None => "does not say how to reach it".to_owned(),
+            };
+            Err(match meant(text) {
+                Some(meant) => format!("{problem}; did you mean {meant}? (allowed: {allowed})"),
+                None => format!("{problem}; allowed: {allowed}"),
+            })
+        }
     }
 }
 
-fn allowed() -> String {
-    format!("allowed: {}, or surrogate:SEED for a simulated Khepera", forms())
+/// The likely address for a port's or a computer's name alone.
+fn meant(text: &str) -> Option<String> {
+    let is_port = text.starts_with("/dev/") || text.strip_prefix("COM").is_some_and(|port| port.parse::<u8>().is_ok());
+    if is_port {
+        return Some(format!("serial:{text}"));
+    }
+    if text.starts_with("tty") {
+        return Some(format!("serial:/dev/{text}"));
+    }
+    let (host, port) = text.split_once(':')?;
+    let is_host = host == "localhost" || host.contains('.');
+    (is_host && port.parse::<u16>().is_ok()).then(|| format!("tcp:{text}"))
 }
 
 fn aseba(text: &str) -> Result<Wire, String> {
@@ -258,8 +309,18 @@ mod tests {
     fn errors_name_the_wrong_part_and_what_is_allowed() {
         for (text, words) in [
             ("", "allowed: serial:PATH, serial:PATH@BAUD, tcp:HOST:PORT"),
-            ("/dev/ttyUSB0", "does not say how to reach it"),
-            ("usb:1", "`usb` is no way to reach a robot; allowed: serial:PATH"),
+            ("khepera", "does not say how to reach it; allowed: serial:PATH"),
+            (
+                "/dev/ttyUSB0",
+                "does not say how to reach it; did you mean serial:/dev/ttyUSB0? (allowed: serial:PATH, ",
+            ),
+            ("ttyACM1", "did you mean serial:/dev/ttyACM1?"),
+            ("COM3", "did you mean serial:COM3?"),
+            (
+                "192.168.1.7:1000",
+                "`192.168.1.7` is no way to reach a robot; did you mean tcp:192.168.1.7:1000?",
+            ),
+            ("usb:x", "`usb` is no way to reach a robot; allowed: serial:PATH"),
             ("serial:", "names no port"),
             ("serial:@9600", "names no port"),
             (
@@ -287,5 +348,27 @@ mod tests {
             assert!(refusal.starts_with(&format!("robot {text}: ")), "{refusal}");
             assert!(refusal.contains(words), "{refusal}");
         }
+    }
+
+    #[test]
+    fn surrogates_are_offered_only_where_they_are_taken() {
+        for text in ["", "khepera", "usb:1", "/dev/ttyUSB0", "surrogate"] {
+            let refusal = text.parse::<Address>().unwrap_err().to_string();
+            assert!(
+                refusal.contains(", or surrogate:SEED for a simulated Khepera"),
+                "{refusal}"
+            );
+            let refusal = text.parse::<Wire>().unwrap_err().to_string();
+            assert!(
+                refusal.contains("serial:PATH, ") && !refusal.contains("SEED"),
+                "{refusal}"
+            );
+        }
+        let refusal = "surrogate:1".parse::<Wire>().unwrap_err().to_string();
+        assert!(
+            refusal.starts_with("robot surrogate:1: a surrogate has no link; allowed: serial:PATH, "),
+            "{refusal}"
+        );
+        assert!(!refusal.contains("SEED"), "{refusal}");
     }
 }

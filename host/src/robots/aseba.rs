@@ -28,6 +28,11 @@ const BABBLE: Duration = Duration::from_millis(800);
 const ROLL_CALL: Duration = Duration::from_secs(3);
 /// A wireless dongle can lose many messages (Aseba, issue 538).
 const TRIES: u32 = 4;
+/// Longest time in which all nodes describe themselves: a radio's dongle takes some seconds for a Thymio II.
+pub(crate) const DESCRIBING: Duration = Duration::from_secs(30);
+/// Most nodes of a network, and most variables, events or functions of one: a Thymio II has about 60 of each.
+const MOST_NODES: usize = 128;
+const MOST_NAMES: u16 = 1000;
 
 /// A Thymio II sends as many variables in one message.
 const MOST_WORDS: u16 = 47;
@@ -193,12 +198,13 @@ impl Head {
             }
             words
         };
-        let is_whole = reader.0.is_empty() && !name.is_empty();
+        let counts = [variables, events, functions];
+        let is_whole = reader.0.is_empty() && !name.is_empty() && counts.iter().all(|count| *count <= MOST_NAMES);
         is_whole.then_some(Self {
             name,
             version,
             words,
-            counts: [variables, events, functions],
+            counts,
         })
     }
 }
@@ -261,6 +267,9 @@ impl Network {
                 }
             }
             nodes.sort_unstable();
+            if nodes.len() > MOST_NODES {
+                return Err(garbage("the list of nodes", &format!("{} nodes", nodes.len())));
+            }
             if nodes.is_empty() {
                 Err(late("the list of nodes"))
             } else {
@@ -269,19 +278,19 @@ impl Network {
         })
     }
 
-    /// Asks a node for its description. A lost message must not shift the addresses of variables: a node of version 8 or
-    /// later is asked for one after the other; of another, all has to come.
+    /// Asks a node for its description, which must have come by a time. A lost message must not shift the addresses of
+    /// variables: a node of version 8 or later is asked for one after the other; of another, all has to come.
     ///
     /// # Errors
-    /// The node does not answer, or the link fails.
-    pub(crate) fn describe(&mut self, id: u16, version: u16) -> Result<Node> {
+    /// The node does not answer in time, or the link fails.
+    pub(crate) fn describe(&mut self, id: u16, version: u16, end: Duration) -> Result<Node> {
         let (head, variables, events) = if version >= FRAGMENTS {
-            let head = self.fragment(id, -1, DESCRIPTION, Head::read)?;
-            let variables = (0..head.counts[0]).map(|index| self.fragment(id, index as i16, VARIABLE, variable));
+            let head = self.fragment(id, -1, end, DESCRIPTION, Head::read)?;
+            let variables = (0..head.counts[0]).map(|index| self.fragment(id, index as i16, end, VARIABLE, variable));
             let variables = variables.collect::<Result<Vec<_>>>()?;
             (head, variables, Vec::new())
         } else {
-            self.persistently(|network| network.whole(id))?
+            self.persistently(|network| network.whole(id, end))?
         };
         let (mut named, mut next) = (Vec::new(), 0_u16);
         for (size, name) in variables {
@@ -310,37 +319,45 @@ impl Network {
             return Ok(node.events.clone());
         }
         let first = node.variables.len() as i16;
+        let end = self.now() + DESCRIBING;
         (first..first + node.event_count as i16)
-            .map(|index| self.fragment(node.id, index, LOCAL_EVENT, event))
+            .map(|index| self.fragment(node.id, index, end, LOCAL_EVENT, event))
             .collect()
     }
 
     /// A part of a description by its index; -1 is the head.
-    fn fragment<T>(&mut self, id: u16, index: i16, kind: u16, read: impl Fn(&Message) -> Option<T>) -> Result<T> {
+    fn fragment<T>(
+        &mut self,
+        id: u16,
+        index: i16,
+        end: Duration,
+        kind: u16,
+        read: impl Fn(&Message) -> Option<T>,
+    ) -> Result<T> {
         self.persistently(|network| {
             network.send(&[Message::new(GET_FRAGMENT, [id, VERSION, index as u16])])?;
-            network.part(id, kind, &read)
+            network.part(id, end, kind, &read)
         })
     }
 
     /// A whole description: the head, then variables, local events and native functions. Each message resets the time.
-    fn whole(&mut self, id: u16) -> Result<(Head, Vec<Variable>, Vec<String>)> {
+    fn whole(&mut self, id: u16, end: Duration) -> Result<(Head, Vec<Variable>, Vec<String>)> {
         self.send(&[Message::new(GET_DESCRIPTION, [id, VERSION])])?;
-        let head = self.part(id, DESCRIPTION, Head::read)?;
+        let head = self.part(id, end, DESCRIPTION, Head::read)?;
         let [variables, events, functions] = head.counts;
-        let variables = (0..variables).map(|_| self.part(id, VARIABLE, variable));
+        let variables = (0..variables).map(|_| self.part(id, end, VARIABLE, variable));
         let variables = variables.collect::<Result<Vec<_>>>()?;
-        let events = (0..events).map(|_| self.part(id, LOCAL_EVENT, event));
+        let events = (0..events).map(|_| self.part(id, end, LOCAL_EVENT, event));
         let events = events.collect::<Result<Vec<_>>>()?;
         for _ in 0..functions {
-            self.part(id, NATIVE_FUNCTION, |_| Some(()))?;
+            self.part(id, end, NATIVE_FUNCTION, |_| Some(()))?;
         }
         Ok((head, variables, events))
     }
 
     /// The next part of a description, which must be of this type.
-    fn part<T>(&mut self, id: u16, kind: u16, read: impl Fn(&Message) -> Option<T>) -> Result<T> {
-        let until = self.now() + PATIENCE;
+    fn part<T>(&mut self, id: u16, end: Duration, kind: u16, read: impl Fn(&Message) -> Option<T>) -> Result<T> {
+        let until = end.min(self.now() + PATIENCE);
         while let Some(message) = self.message(until)? {
             if message.source == id && (DESCRIPTION..=NATIVE_FUNCTION).contains(&message.kind) {
                 let part = read(&message).filter(|_| message.kind == kind);
@@ -562,6 +579,11 @@ fn variable(message: &Message) -> Option<Variable> {
 /// A local event: its name.
 fn event(message: &Message) -> Option<String> {
     message.reader().text().filter(|name| !name.is_empty())
+}
+
+/// The bytes of messages that set words of a node by their addresses.
+pub(crate) fn set(id: u16, values: &[(u16, i16)]) -> Vec<u8> {
+    sets(id, values).flat_map(|message| message.frame()).collect()
 }
 
 /// Messages that set words by their addresses, one for words that follow one another.

@@ -316,8 +316,12 @@ impl Stepped for EPuck {
     /// line's end the firmware takes what follows for text, binary or not. Where the wheels should stand, a stop comes
     /// before the question: it must also reach a robot whose answers don't arrive.
     fn resynchronise(&mut self) -> Result {
-        let stop = if self.speeds == [0; 2] { STOP } else { "" };
-        self.talk.send(&[FLUSH, b"\r", stop.as_bytes()].concat())?;
+        let begin = if self.speeds == [0; 2] {
+            self.halt()
+        } else {
+            [FLUSH, b"\r"].concat()
+        };
+        self.talk.send(&begin)?;
         self.talk.silence(SILENCE)?;
         self.talk.send(b"V\r")?;
         let line = self.talk.line("V")?;
@@ -330,6 +334,11 @@ impl Stepped for EPuck {
 impl Robot for EPuck {
     fn description(&self) -> &Description {
         &self.description
+    }
+
+    /// The zeros come first: to a half-sent binary command, text would be speeds.
+    fn halt(&self) -> Vec<u8> {
+        [FLUSH, b"\r", STOP.as_bytes()].concat()
     }
 
     fn sense(&mut self, kinds: &[Kind]) -> Result<Reading> {

@@ -340,9 +340,7 @@ impl EPuck2 {
     }
 
     fn set_speeds(&mut self, speeds: [i16; 2]) {
-        for (wheel, speed) in speeds.into_iter().enumerate() {
-            self.command[3 + 2 * wheel..][..2].copy_from_slice(&speed.to_le_bytes());
-        }
+        self.command = with_speeds(self.command, speeds);
     }
 
     /// Sends the command. It is sent even if what has come makes no sense, since it may be a stop; after a restart a stop
@@ -387,6 +385,14 @@ impl EPuck2 {
     }
 }
 
+/// A command with these speeds.
+fn with_speeds(mut command: [u8; 21], speeds: [i16; 2]) -> [u8; 21] {
+    for (wheel, speed) in speeds.into_iter().enumerate() {
+        command[3 + 2 * wheel..][..2].copy_from_slice(&speed.to_le_bytes());
+    }
+    command
+}
+
 fn silent(limit: Duration) -> Error {
     Error::TimedOut {
         command: "a command over Wi-Fi".into(),
@@ -397,6 +403,10 @@ fn silent(limit: Duration) -> Error {
 impl Robot for EPuck2 {
     fn description(&self) -> &Description {
         &self.description
+    }
+
+    fn halt(&self) -> Vec<u8> {
+        with_speeds(self.command, [0; 2]).into()
     }
 
     fn sense(&mut self, kinds: &[Kind]) -> Result<Reading> {

@@ -55,12 +55,12 @@ pub(crate) fn for_seeds_within(long: Duration, seeds: u64, mut call: impl FnMut(
 }
 
 /// What a robot answers to bytes that it has heard at a time.
-type Answer = Box<dyn FnMut(&[u8], Duration) -> Vec<Vec<u8>> + Send>;
+pub(super) type Answer = Box<dyn FnMut(&[u8], Duration) -> Vec<Vec<u8>> + Send>;
 
 /// What a working robot sends: its answers to the bytes that it receives, and what it sends unasked every 20 ms.
-struct Valid {
-    answer: Answer,
-    unasked: Option<Box<dyn FnMut() -> Vec<u8> + Send>>,
+pub(super) struct Valid {
+    pub(super) answer: Answer,
+    pub(super) unasked: Option<Box<dyn FnMut() -> Vec<u8> + Send>>,
 }
 
 impl Valid {
@@ -248,7 +248,7 @@ impl Link for Hostile {
 }
 
 /// The emulated Khepera.
-fn khepera(seed: u64) -> Valid {
+pub(super) fn khepera(seed: u64) -> Valid {
     let mut robot = Khepera::new(Rolling::default(), Firmware::ALL[seed as usize % 4], 115_200);
     Valid::new(move |bytes, now| {
         robot.receive(bytes, now);
@@ -312,7 +312,7 @@ fn epuck_chain(heard: &[u8], speeds: &mut [i16; 2]) -> Option<(usize, Vec<u8>)> 
 }
 
 /// An e-puck, or an e-puck2, whose firmware understands binary commands or not.
-fn epuck(version: &'static str, is_binary: bool) -> Valid {
+pub(super) fn epuck(version: &'static str, is_binary: bool) -> Valid {
     let (mut heard, mut speeds) = (Vec::new(), [0; 2]);
     Valid::new(move |bytes, _| {
         heard.extend_from_slice(bytes);
@@ -342,7 +342,7 @@ fn epuck(version: &'static str, is_binary: bool) -> Valid {
 }
 
 /// An e-puck2 on Wi-Fi.
-fn wifi() -> Valid {
+pub(super) fn wifi() -> Valid {
     Valid {
         unasked: Some(Box::new(|| epuck2::tests::answer([1, 2]))),
         ..Valid::new(|_, _| Vec::new())
@@ -350,7 +350,7 @@ fn wifi() -> Valid {
 }
 
 /// A Thymio II that describes itself whole, or a variable at a time.
-fn thymio_of(version: u16) -> Valid {
+pub(super) fn thymio_of(version: u16) -> Valid {
     const NAMES: [(&str, u16); 9] = [
         ("_id", 1),
         ("_vbat", 2),
@@ -527,6 +527,31 @@ fn a_network_without_an_end_is_given_up() {
     let outcome = thymio::Thymio::connect(Box::new(air.clone()), None);
     assert!(outcome.is_err());
     assert!(air.now() < Duration::from_secs(100) + LIMIT);
+}
+
+/// A node that describes itself without an end: a thousand variables, of which each has to be asked for three times.
+#[test]
+fn a_description_without_an_end_is_given_up() {
+    let mut asked = 0_u32;
+    let valid = Valid::new(move |bytes, _| {
+        let heard = Messages::default().push(bytes).unwrap_or_default();
+        let kind = heard.first().map_or(0, |message| message.kind);
+        asked += u32::from(kind == 0xa015);
+        match kind {
+            0xa011 => vec![from(1, 0x900c, &words(&[9]))],
+            0xa015 if asked == 1 => vec![head(1, "thymio-II", 9, 2000, [1000, 0, 0])],
+            0xa015 if asked.is_multiple_of(3) => vec![named(1, 1, "x")],
+            _ => Vec::new(),
+        }
+    });
+    let air = Hostile::new(1, valid);
+    let outcome = thymio::Thymio::connect(Box::new(air.clone()), None);
+    assert!(outcome.is_err());
+    let took = air.now().checked_sub(Duration::from_secs(100)).unwrap();
+    assert!(
+        (Duration::from_secs(30)..Duration::from_secs(40)).contains(&took),
+        "{took:?}"
+    );
 }
 
 /// Addresses that are valid are shown as they were meant.

@@ -20,6 +20,8 @@ pub(crate) mod client;
 pub(crate) mod message;
 pub(crate) mod process;
 #[cfg(test)]
+mod stops;
+#[cfg(test)]
 mod tests;
 pub(crate) mod values;
 pub(crate) mod wheels;

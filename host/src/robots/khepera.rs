@@ -19,6 +19,8 @@ const PATIENCE: Duration = Duration::from_millis(150);
 const SILENCE: Duration = Duration::from_millis(50);
 /// How long the wheels may take to stand still after a stop.
 const STANDSTILL: Duration = Duration::from_millis(200);
+/// Ends what was half sent, and stops.
+const STOP: &str = "\rD,0,0\r";
 /// A command that can be repeated is tried as often as this.
 const TRIES: u32 = 3;
 
@@ -280,7 +282,7 @@ impl Stepped for Khepera {
     /// Ends a half-sent command, waits for silence, and asks for the version. Where the wheels should stand, a stop comes
     /// before all that: it must also reach a robot whose answers don't arrive.
     fn resynchronise(&mut self) -> Result {
-        let stop = if self.speeds == [0; 2] { "\rD,0,0\r" } else { "\r" };
+        let stop = if self.speeds == [0; 2] { STOP } else { "\r" };
         self.talk.send(stop.as_bytes())?;
         self.description.firmware = self.talk.meet(&Command::Version.line(), SILENCE)?.join(",");
         Ok(())
@@ -290,6 +292,10 @@ impl Stepped for Khepera {
 impl Robot for Khepera {
     fn description(&self) -> &Description {
         &self.description
+    }
+
+    fn halt(&self) -> Vec<u8> {
+        STOP.as_bytes().into()
     }
 
     fn sense(&mut self, kinds: &[Kind]) -> Result<Reading> {

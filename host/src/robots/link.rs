@@ -288,7 +288,13 @@ impl Link for Serial {
             .open();
         let mut port = port.map_err(|error| Error::Unavailable {
             link: self.name.clone(),
-            cause: error.to_string(),
+            // The system's words for files and other devices.
+            cause: match error.to_string() {
+                words if ["Not a typewriter", "Inappropriate ioctl for device"].contains(&words.as_str()) => {
+                    "it is no serial port".to_owned()
+                }
+                words => words,
+            },
             advice: match error.kind {
                 serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
                     "your user needs the right to use serial ports: on Debian and Ubuntu, join the group dialout and \

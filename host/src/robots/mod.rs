@@ -250,7 +250,11 @@ pub(crate) trait Robot: Send {
     /// The robot has not: the wheels may be turning.
     fn stop(&mut self) -> Result;
 
-    /// The same with a proof that takes no longer than a guard can wait, which may miss wheels that creep.
+    /// The bytes that stop the wheels, whatever was sent before. The guard also sends them between two of the driver's writes, so
+    /// the driver skips their answer.
+    fn halt(&self) -> Vec<u8>;
+
+    /// The same as [`Robot::stop`] with a proof that takes no longer than a guard can wait, which may miss wheels that creep.
     ///
     /// # Errors
     /// As [`Robot::stop`].
@@ -372,7 +376,7 @@ pub(crate) fn connect(wire: &Wire, recording: Option<&Recording>) -> Result<Box<
 /// As [`connect`].
 fn connect_braked(wire: &Wire, recording: Option<&Recording>, brake: &Brake) -> Result<Box<dyn Robot>> {
     let open = |transport: &Transport| -> Result<Box<dyn Link>> {
-        let link = brake.on(link::open(transport)?);
+        let link = brake.on(link::open(transport)?, recording.and_then(Recording::aside));
         Ok(match recording {
             Some(recording) => recording.of(link),
             None => link,

@@ -3,7 +3,7 @@
 //!
 //! A line for each link says its address, `=`; then there is one for each call to it: seconds, what happened, and the bytes
 //! in hexadecimal. `>` bytes sent, `<` bytes received (none: waited in vain), `o` opened again, `x` failed, with the error in
-//! JSON. A file has several links if several are tried, one after the other.
+//! JSON; `+` a stop that the guard has repeated. A file has several links if several are tried, one after the other.
 
 use std::fs::File;
 use std::io::Write;
@@ -17,6 +17,7 @@ use serde_json::json;
 
 use super::error::Result;
 use super::link::{Clock, Link};
+use crate::files::plain;
 
 const TITLE: &str = "oneiro link recording 1";
 
@@ -30,27 +31,36 @@ pub(crate) struct Recording {
 
 impl Recording {
     /// Lines that wait for the disk; more are lost.
-    const MOST: usize = 10_000;
+    const MOST: usize = 2000;
+    /// Bytes of a file: days of any robot, and an end for one that sends without end.
+    const LONGEST: u64 = 1 << 30;
 
     /// Starts a recording in a new file.
     ///
     /// # Errors
     /// The file exists, or can't be written.
     pub(crate) fn create(path: &Path) -> std::io::Result<Self> {
-        let mut file = File::create_new(path)?;
+        let mut file = plain::create(path)?;
         writeln!(file, "{TITLE}")?;
-        Ok(Self::to(file, path))
+        Ok(Self::to(file, path, Self::LONGEST))
     }
 
-    /// Starts a recording in a file that has its title.
-    fn to(mut file: File, path: &Path) -> Self {
+    /// Starts a recording of so many bytes in a file that has its title.
+    fn to(mut file: File, path: &Path, longest: u64) -> Self {
         let (lines, queue) = mpsc::sync_channel::<String>(Self::MOST);
         let problem = Arc::default();
         let writer = {
             let (problem, path) = (Arc::clone(&problem), path.to_owned());
             thread::spawn(move || {
+                let mut left = longest;
                 for line in queue {
-                    if let Err(error) = file.write_all(line.as_bytes()) {
+                    let written = match left.checked_sub(line.len() as u64) {
+                        Some(rest) => file.write_all(line.as_bytes()).map(|()| left = rest),
+                        None => Err(std::io::Error::other(format!(
+                            "has {longest} bytes, as many as are recorded"
+                        ))),
+                    };
+                    if let Err(error) = written {
                         set(
                             &problem,
                             format!("{}: {error}; the recording ends here", path.display()),
@@ -79,6 +89,11 @@ impl Recording {
         Box::new(recorded)
     }
 
+    /// A recorder of the guard's repeated stops.
+    pub(crate) fn aside(&self) -> Option<Aside> {
+        self.lines.clone().map(Aside)
+    }
+
     /// Waits until everything is written, once all recorded links are dropped. Returns what went wrong, if anything.
     pub(crate) fn finish(mut self) -> Option<String> {
         self.lines = None;
@@ -100,6 +115,18 @@ fn set(problem: &Mutex<Option<String>>, words: String) {
         .lock()
         .unwrap_or_else(PoisonError::into_inner)
         .get_or_insert(words);
+}
+
+/// Records the guard's repeated stops.
+#[derive(Debug)]
+pub(crate) struct Aside(SyncSender<String>);
+
+impl Aside {
+    /// A stop was sent at a time.
+    pub(crate) fn sent(&self, at: Duration, bytes: &[u8]) {
+        // Where the disk is too slow for it, the driver's own bytes show that.
+        let _ = self.0.try_send(format!("{:.6} + {}\n", at.as_secs_f64(), hex(bytes)));
+    }
 }
 
 /// A link whose bytes are recorded.

@@ -10,6 +10,8 @@ use super::link::Link;
 const SEND: Duration = Duration::from_millis(200);
 /// Answers that can be missing when a robot is met anew: that to the command before, that to its end, and that to a stop.
 const MISSING: usize = 3;
+/// The answer to a stop, and to any other speeds.
+const STOPPED: &str = "d";
 /// Longest wait for a silence.
 const BABBLE: Duration = Duration::from_millis(800);
 
@@ -33,8 +35,13 @@ impl Received {
     /// The next line that is not empty, without its end: CR, LF or both. A byte that is no printable ASCII character is
     /// written `\xNN`. Of a line that is too long only the beginning is returned, with dots at its end.
     pub(crate) fn line(&mut self) -> Option<String> {
+        let is_end = |byte: &u8| matches!(byte, b'\r' | b'\n');
         loop {
-            let end = self.bytes.iter().position(|byte| matches!(byte, b'\r' | b'\n'));
+            if !self.skipping {
+                let empty = self.bytes.iter().take_while(|byte| is_end(byte)).count();
+                self.bytes.drain(..empty);
+            }
+            let end = self.bytes.iter().position(is_end);
             let too_long = end.unwrap_or(self.bytes.len()) > Self::LONGEST;
             let was_skipping = self.skipping;
             let line: Vec<u8> = match end {
@@ -235,7 +242,17 @@ impl Talk {
     /// # Errors
     /// None came in time, the robot has restarted, or the link fails.
     pub(crate) fn line(&mut self, command: &str) -> Result<String> {
-        self.answer(command, self.now() + self.patience, Received::line)
+        self.line_until(command, self.now() + self.patience)
+    }
+
+    /// The next line. Answers to the guard's repeated stops are skipped.
+    fn line_until(&mut self, command: &str, until: Duration) -> Result<String> {
+        loop {
+            let line = self.answer(command, until, Received::line)?;
+            if line != STOPPED || command.starts_with('D') {
+                return Ok(line);
+            }
+        }
     }
 
     /// The next bytes, after which there must be no more.
@@ -279,7 +296,7 @@ impl Talk {
         let until = self.now() + self.patience;
         let mut failure = self.late(question);
         for _ in 0..=MISSING {
-            let line = match self.answer(question, until, Received::line) {
+            let line = match self.line_until(question, until) {
                 Err(Error::TimedOut { .. }) => break,
                 line => line?,
             };

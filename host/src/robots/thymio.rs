@@ -7,7 +7,7 @@ mod fuse;
 
 use std::ops::Range;
 
-use super::aseba::{Network, Node};
+use super::aseba::{self, Network, Node};
 use super::epuck;
 use super::error::{Error, Result};
 use super::link::Link;
@@ -228,10 +228,11 @@ fn find(network: &mut Network, wanted: Option<u16>) -> Result<(Node, &'static Bo
     for (id, _) in &possible {
         network.tell_to_halt(*id)?;
     }
+    let end = network.now() + aseba::DESCRIBING;
     let mut robots = Vec::new();
     let mut others: Vec<String> = others.iter().map(|(id, _)| format!("node {id}")).collect();
     for (id, version) in possible {
-        let node = network.describe(id, version)?;
+        let node = network.describe(id, version, end)?;
         match BODIES.iter().find(|body| body.fits(&node)) {
             Some(body) => robots.push((node, body)),
             None => others.push(format!("node {id}, \"{}\"", node.name)),
@@ -291,6 +292,14 @@ fn describe(node: &Node, body: &Body) -> Description {
 impl Robot for Thymio {
     fn description(&self) -> &Description {
         &self.description
+    }
+
+    fn halt(&self) -> Vec<u8> {
+        let out = match self.fuse {
+            Some(Armed::With(fuse)) => fuse.out().into(),
+            _ => Vec::new(),
+        };
+        aseba::set(self.node.id, &[&out[..], &self.targets([0; 2])].concat())
     }
 
     fn sense(&mut self, kinds: &[Kind]) -> Result<Reading> {

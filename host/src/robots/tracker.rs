@@ -82,6 +82,15 @@ fn mask<'de, D: Deserializer<'de>>(list: D) -> Result<Option<u128>, D::Error> {
 }
 
 impl Sighting {
+    /// Farthest from the origin, mm: a hundred metres.
+    const FARTHEST: f64 = 1e5;
+
+    /// Whether its numbers are of a robot in a room.
+    fn is_in_range(&self) -> bool {
+        let is_near = |part: f64| part.abs() <= Self::FARTHEST;
+        [self.t, self.heading].into_iter().all(f64::is_finite) && is_near(self.x) && is_near(self.y)
+    }
+
     /// x and y in mm, heading in turns, 0 to 1.
     pub(crate) fn pose(&self) -> [f64; 3] {
         [self.x, self.y, self.heading.rem_euclid(1.0)]
@@ -101,6 +110,54 @@ struct Place {
     sightings: u32,
 }
 
+/// How many of a tracker's lines were ignored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Ignored {
+    /// They are no sightings, or have numbers that none has.
+    pub(crate) unreadable: u64,
+    /// They are not newer than the last one.
+    pub(crate) late: u64,
+    /// The robot can't have got there, or can't have brought so much, since the last one.
+    pub(crate) impossible: u64,
+    /// More came than are looked at in the time.
+    pub(crate) too_many: u64,
+}
+
+impl Ignored {
+    /// Each reason and its count.
+    pub(crate) fn counts(self) -> [(&'static str, u64); 4] {
+        [
+            ("tracker_unreadable", self.unreadable),
+            ("tracker_late", self.late),
+            ("tracker_impossible", self.impossible),
+            ("tracker_too_many", self.too_many),
+        ]
+    }
+}
+
+/// How many lines are looked at: as many in 100 ms as a camera sends of ten robots in ten times as long. So a flood of them takes
+/// little time of whoever listens.
+#[derive(Debug, Default)]
+pub(crate) struct Budget {
+    ends: Duration,
+    left: u32,
+}
+
+impl Budget {
+    const LINES: u32 = 1000;
+    const TIME: Duration = Duration::from_millis(100);
+
+    /// Whether one more line is looked at now.
+    pub(crate) fn take(&mut self, now: Duration) -> bool {
+        if now >= self.ends {
+            (self.ends, self.left) = (now + Self::TIME, Self::LINES);
+        }
+        let has_any = self.left > 0;
+        self.left -= u32::from(has_any);
+        has_any
+    }
+}
+
 /// What a robot's sightings were.
 #[derive(Debug)]
 pub(crate) struct Seen {
@@ -113,6 +170,7 @@ pub(crate) struct Seen {
     last: Option<Place>,
     /// Where else it was seen, which may be a mistake.
     other: Option<Place>,
+    ignored: Ignored,
 }
 
 impl Seen {
@@ -120,8 +178,6 @@ impl Seen {
     const NOISE: f64 = 20.0;
     /// A time that goes back by more than this is that of a tracker that has started again, s.
     const RESTART: f64 = 1.0;
-    /// Farthest from the origin, mm: a hundred metres.
-    const FARTHEST: f64 = 1e5;
     /// Sightings in a row, each within reach of the one before, that show where a robot is of which that was not known.
     const CERTAIN: u32 = 3;
 
@@ -134,23 +190,31 @@ impl Seen {
             limit,
             last: None,
             other: None,
+            ignored: Ignored::default(),
         }
     }
 
-    /// Takes a line that has come now. One that is no sighting of the robot is dropped, and so are sightings out of order, beyond
-    /// all rooms, or farther from the last one than the robot can have driven since. Where a robot is that was lost, or was never
-    /// seen, several sightings in a row must show. Returns a sighting that shows where it is.
+    /// The lines that were ignored so far.
+    pub(crate) fn ignored(&self) -> Ignored {
+        self.ignored
+    }
+
+    /// Takes a line that has come now. Of lines that are no sightings of this robot nothing is taken, and nothing of sightings out
+    /// of order, beyond all rooms, or farther from the last one than the robot can have driven since; these are counted. Where a
+    /// robot is that was lost, or was never seen, several sightings in a row must show. Returns a sighting that shows where it is.
     pub(crate) fn take(&mut self, line: &[u8], now: Duration) -> Option<Sighting> {
-        let sighting: Sighting = serde_json::from_slice(line).ok()?;
-        let Sighting {
-            id, t, x, y, heading, ..
-        } = sighting;
-        let is_number = [t, heading].into_iter().all(f64::is_finite) && x.abs().max(y.abs()) <= Self::FARTHEST;
-        if id != self.id || !is_number || x.is_nan() || y.is_nan() {
+        let sighting: Option<Sighting> = serde_json::from_slice(line).ok();
+        let Some(sighting) = sighting.filter(Sighting::is_in_range) else {
+            // A datagram's last line may have an end.
+            self.ignored.unreadable += u64::from(!line.trim_ascii().is_empty());
+            return None;
+        };
+        if sighting.id != self.id {
             return None;
         }
-        let newest = self.other.or(self.last).map(|place| place.sighting.t);
+        let (t, newest) = (sighting.t, self.other.or(self.last).map(|place| place.sighting.t));
         if newest.is_some_and(|newest| t <= newest && t > newest - Self::RESTART) {
+            self.ignored.late += 1;
             return None;
         }
         let known = self.last.filter(|place| !self.is_lost(place, now));
@@ -170,8 +234,19 @@ impl Seen {
             (self.last, self.other) = (Some(other), None);
             return Some(sighting);
         }
+        self.ignored.impossible += u64::from(known.is_some());
         self.other = Some(other);
         None
+    }
+
+    /// Counts a sighting that says what can't be, though the robot may be where it says.
+    pub(crate) fn disbelieve(&mut self) {
+        self.ignored.impossible += 1;
+    }
+
+    /// Counts a line that nobody looks at, since too many have come.
+    pub(crate) fn skip(&mut self) {
+        self.ignored.too_many += 1;
     }
 
     fn is_lost(&self, place: &Place, now: Duration) -> bool {
@@ -235,6 +310,16 @@ impl Tracker {
     pub(crate) fn pose(&self) -> Option<[f64; 3]> {
         Some(lock(&self.seen).place(wall())?.pose())
     }
+
+    /// The robot drives no faster than this, mm/s.
+    pub(crate) fn limit(&self, speed: f64) {
+        lock(&self.seen).speed = speed;
+    }
+
+    /// The lines that were ignored so far.
+    pub(crate) fn ignored(&self) -> Ignored {
+        lock(&self.seen).ignored()
+    }
 }
 
 /// Robots of which sightings are heard, by the address at which a thread listens for them.
@@ -246,14 +331,28 @@ fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// Takes what comes, until nobody needs it any more.
 fn hear(socket: &UdpSocket, listen: &str) {
-    let mut buffer = [0; 2048];
+    let (mut buffer, mut budget) = ([0; 2048], Budget::default());
     while let Some(robots) = listening(listen) {
         match socket.recv(&mut buffer) {
-            Ok(count) => lines(&buffer[..count]).for_each(|line| {
-                for seen in &robots {
-                    lock(seen).take(line, wall());
+            Ok(count) => {
+                let mut is_taken = true;
+                for line in lines(&buffer[..count]) {
+                    let now = wall();
+                    is_taken = budget.take(now);
+                    for seen in &robots {
+                        let mut seen = lock(seen);
+                        if is_taken {
+                            seen.take(line, now);
+                        } else {
+                            seen.skip();
+                        }
+                    }
                 }
-            }),
+                if !is_taken {
+                    // A flood must not take a whole processor: the system drops what comes meanwhile.
+                    thread::sleep(Budget::TIME / 10);
+                }
+            }
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
             Err(_) => thread::sleep(Tracker::GLANCE),
         }
@@ -323,6 +422,44 @@ mod tests {
             assert_eq!(pose != [100.0, 100.0, 0.5], counts, "{line}");
         }
         assert_eq!(seen(&[(0, "{}")]), None);
+    }
+
+    /// What is ignored is counted by its reason, and a flood is cut short.
+    #[test]
+    fn ignored_lines_are_counted() {
+        let mut seen = Seen::new(1, 200.0, LIMIT);
+        for (at, line) in FIRST {
+            seen.take(line.as_bytes(), ms(at));
+        }
+        assert_eq!(seen.ignored(), Ignored::default());
+        for line in [
+            r#"{"id":1,"t":5.1,"x":999,"y":100,"heading":0.5}"#,
+            r#"{"id":1,"t":5.0,"x":101,"y":100,"heading":0.5}"#,
+            r#"{"id":1,"t":5.1,"x":1e300,"y":100,"heading":0.5}"#,
+            r#"{"id":1,"t":1e999,"x":101,"y":100,"heading":0.5}"#,
+            r#"{"id":1,"t":5.1,"x":101,"y":100,"heading":0.5,"brought":4294967296}"#,
+            r#"{"id":7,"t":5.1,"x":101,"y":100,"heading":0.5}"#,
+            "nonsense",
+            "",
+            "\r",
+        ] {
+            assert_eq!(seen.take(line.as_bytes(), ms(300)), None, "{line}");
+        }
+        seen.disbelieve();
+        seen.skip();
+        let counts = [
+            ("tracker_unreadable", 4),
+            ("tracker_late", 1),
+            ("tracker_impossible", 2),
+            ("tracker_too_many", 1),
+        ];
+        assert_eq!(seen.ignored().counts(), counts);
+        let mut budget = Budget::default();
+        let taken = |budget: &mut Budget, at| (0..5000).filter(|_| budget.take(ms(at))).count();
+        assert_eq!(
+            [0, 99, 100, 1000].map(|at| taken(&mut budget, at)),
+            [1000, 0, 1000, 1000]
+        );
     }
 
     /// Three sightings in a row show where a robot is that was lost or put elsewhere; a mistake does not, whenever it comes.

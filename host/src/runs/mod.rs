@@ -24,6 +24,7 @@ use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::experiment::{self, Files, Identities, Input};
 use crate::files;
+use crate::kinds::FileKind;
 use crate::reality::site::Site;
 use crate::reality::wired::Time;
 use oneiro::batch::Worlds;
@@ -252,20 +253,8 @@ pub(crate) enum Robots {
 /// # Errors
 /// Exit 3: the file and the line and column in it (or the setting), the key, the value found, and the values allowed.
 pub(crate) fn read(path: &Path, set: &[String]) -> Result<Arc<dyn Experiment>> {
-    if path.extension().is_some_and(|extension| extension == "wgsl") {
-        let path = path.display();
-        return Err(Failure::input(format_args!(
-            "{path}: is a part, not an experiment; allowed: the TOML file of an experiment that names it (docs/extend.md)"
-        )));
-    }
-    let text = files::text(path)?;
-    let values = Parsed::new(path.display().to_string(), &text)?;
-    if values.has("experiment") {
-        let path = path.display();
-        return Err(Failure::input(format_args!(
-            "{path}: is a sweep, not an experiment: oneiro sweep run {path} --out DIR"
-        )));
-    }
+    let text = FileKind::Experiment.text(path)?;
+    let values = FileKind::Experiment.parsed(path, &text)?;
     of(path, &values, &Setting::all_typed(set)?, &Files::default(), None)
 }
 

@@ -22,10 +22,10 @@ pub(crate) use effects::{cliffs_delta, cohens_d, roc_area, vargha_delaney};
 pub(crate) use holm::holm;
 pub(crate) use mixed::{nested_mean, random_intercept};
 pub(crate) use parametric::{
-    StudentT, anova, mean_interval, one_sample_t, paired_t, ratio_interval, student_t, t_within,
+    StudentT, anova, contrast_interval, mean_interval, one_sample_t, paired_t, ratio_interval, student_t, t_within,
 };
-pub(crate) use ranks::{Method, kendall, kruskal_wallis, mann_whitney};
-pub(crate) use resample::{Interval, bootstrap_interval, subset};
+pub(crate) use ranks::{Method, kendall, kruskal_wallis, mann_whitney, median_interval};
+pub(crate) use resample::{Interval, bootstrap_interval, pseudo_values, subset};
 #[cfg(test)]
 pub(crate) use special::chi_squared_tail;
 pub(crate) use special::{Probability, t_tails};

@@ -151,6 +151,37 @@ pub(crate) fn mean_interval(sample: &[f64], confidence: f64) -> Result<Interval>
     })
 }
 
+/// The confidence interval of a weighted sum of the means of independent samples, each with its weight, by Welch's t: variances may
+/// differ (Welch, "The generalization of 'Student's' problem when several different population variances are involved", Biometrika
+/// 34(1), 1947). Of one sample with the weight 1 it is [`mean_interval`].
+///
+/// # Errors
+///
+/// No sample, or one of fewer than 2 values.
+pub(crate) fn contrast_interval(samples: &[(f64, &[f64])], confidence: f64) -> Result<Interval> {
+    const FIGURE: &str = "interval of a contrast";
+    let all: Vec<&[f64]> = samples.iter().map(|(_, sample)| *sample).collect();
+    check(FIGURE, &all, 2)?;
+    if all.is_empty() {
+        return undefined(FIGURE, "has no sample; allowed: 1 or more");
+    }
+    let value: f64 = samples.iter().map(|(weight, sample)| weight * mean(*sample)).sum();
+    let square = |(weight, sample): &(f64, &[f64])| weight * weight * variance(sample) / sample.len() as f64;
+    let whole: f64 = samples.iter().map(square).sum();
+    if whole == 0.0 {
+        return Ok(Interval {
+            low: value,
+            high: value,
+        });
+    }
+    let parts = samples.iter().map(|own| square(own).powi(2) / (own.1.len() - 1) as f64);
+    let reach = t_within(confidence, whole * whole / parts.sum::<f64>()) * whole.sqrt();
+    Ok(Interval {
+        low: value - reach,
+        high: value + reach,
+    })
+}
+
 /// The t between whose two sides a share of Student's distribution lies, below 1000: such as 1.96 for 0.95 and many
 /// degrees of freedom.
 pub(crate) fn t_within(share: f64, df: f64) -> f64 {

@@ -1,5 +1,6 @@
 //! Tests of ranks, for values of any distribution.
 
+use super::resample::Interval;
 use super::special::{Probability, chi_squared_tail, normal_tails};
 use super::summary::all_equal;
 use super::{Result, check, check_groups, undefined};
@@ -53,6 +54,43 @@ pub(crate) fn mann_whitney(a: &[f64], b: &[f64], method: Method) -> Result<MannW
         }
     };
     Ok(MannWhitney { u, p })
+}
+
+/// The confidence interval of a median, between two values of the sample, whatever its distribution: outside there are as few values on
+/// either side as a fair coin would leave with at most that error (Thompson, "On confidence ranges for the median and other
+/// expectation distributions for populations of unknown distribution form", Annals of Mathematical Statistics 7(3), 1936).
+///
+/// # Errors
+///
+/// Too few values: fewer than 6 for a confidence of 0.95.
+pub(crate) fn median_interval(sample: &[f64], confidence: f64) -> Result<Interval> {
+    const FIGURE: &str = "interval of a median";
+    check(FIGURE, &[sample], 1)?;
+    let mut sorted = sample.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let count = sorted.len();
+    // The chance that so few of the values, or fewer, lie below the median.
+    let (mut ln_chance, mut chance) = (-(count as f64) * std::f64::consts::LN_2, 0.0);
+    let mut outside = 0;
+    while outside < count / 2 {
+        chance += f64::exp(ln_chance);
+        if 1.0 - 2.0 * chance < confidence {
+            break;
+        }
+        ln_chance += ((count - outside) as f64 / (outside + 1) as f64).ln();
+        outside += 1;
+    }
+    if outside == 0 {
+        let needed = (1.0 - f64::log2(1.0 - confidence)).ceil();
+        return undefined(
+            FIGURE,
+            format!("sample 1 has {count} values; allowed: {needed} or more"),
+        );
+    }
+    Ok(Interval {
+        low: sorted[outside - 1],
+        high: sorted[count - outside],
+    })
 }
 
 /// Kendall's tau-b of two rankings of the same things: 1 if they agree, -1 if one is the other's reverse, corrected for ties ("The

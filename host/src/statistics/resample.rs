@@ -58,6 +58,22 @@ pub(crate) fn bootstrap_interval(
     })
 }
 
+/// The jackknife's pseudo-values of a statistic of `count` independent units, computed from the numbers of those that are kept. Their mean
+/// and its interval are those of the statistic, without much bias (Tukey, "Bias and confidence in not-quite large samples", Annals of
+/// Mathematical Statistics 29(2), 1958). A single unit has a single value, and so no interval.
+pub(crate) fn pseudo_values(count: usize, statistic: impl Fn(&[usize]) -> f64) -> Vec<f64> {
+    let all: Vec<usize> = (0..count).collect();
+    let whole = statistic(&all);
+    if count < 2 {
+        return vec![whole; count];
+    }
+    let without = |left: &usize| {
+        let kept: Vec<usize> = all.iter().copied().filter(|unit| unit != left).collect();
+        count as f64 * whole - (count - 1) as f64 * statistic(&kept)
+    };
+    all.iter().map(without).collect()
+}
+
 /// Draws `size` different ones of the numbers below `count`, or all of them if there are fewer; each set has the same
 /// chance. One generator's state gives one set.
 pub(crate) fn subset(count: usize, size: usize, random: &mut (impl Rng + ?Sized)) -> Vec<usize> {

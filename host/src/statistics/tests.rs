@@ -516,3 +516,61 @@ fn kendall_of_known_samples() {
     assert_eq!(kendall(&rising, &[9.0, 6.0, 5.0]), Ok(-1.0));
     assert!(kendall(&rising, &[1.0; 3]).is_err() && kendall(&rising, &rising[..2]).is_err());
 }
+
+/// `SciPy` 1.17's `ttest_ind(equal_var=False).confidence_interval()`, and the same formula with its quantiles for three samples.
+#[test]
+fn contrasts_of_means_have_welchs_intervals() {
+    let (a, b, c) = ([3.1, 4.2, 5.0, 4.4, 3.9], [2.0, 6.5, 4.1, 8.8], [1.0, 1.5, 0.2]);
+    let close = |samples: &[(f64, &[f64])], low: f64, high: f64| {
+        let found = contrast_interval(samples, 0.95).unwrap();
+        assert!(
+            (found.low - low).abs() < 1e-9 && (found.high - high).abs() < 1e-9,
+            "{found:?}"
+        );
+    };
+    close(&[(1.0, &a), (-1.0, &b)], -5.802_806_407_502_463, 3.342_806_407_502_464);
+    close(
+        &[(1.0, &a), (-0.5, &b), (-0.5, &c)],
+        -1.186_805_658_093_243_3,
+        3.176_805_658_093_244,
+    );
+    assert_eq!(contrast_interval(&[(1.0, &a)], 0.95), mean_interval(&a, 0.95));
+    let equal = contrast_interval(&[(2.0, &[1.5, 1.5]), (1.0, &[1.0, 1.0])], 0.95).unwrap();
+    assert_eq!((equal.low, equal.high), (4.0, 4.0));
+    assert!(contrast_interval(&[(1.0, &a), (1.0, &[1.0])], 0.95).is_err());
+    assert!(contrast_interval(&[], 0.95).is_err());
+}
+
+/// Values outside the interval on either side: `SciPy` 1.17's `binom.cdf` with a chance of one half.
+#[test]
+fn medians_have_intervals_between_values() {
+    for (count, outside) in [(6, 1), (8, 1), (9, 2), (11, 2), (12, 3), (17, 5), (20, 6), (25, 8)] {
+        let sample: Vec<f64> = (1..=count).rev().map(f64::from).collect();
+        let Interval { low, high } = median_interval(&sample, 0.95).unwrap();
+        assert_eq!(
+            (low, high),
+            (f64::from(outside), f64::from(count + 1 - outside)),
+            "{count}"
+        );
+    }
+    let few = median_interval(&[1.0, 2.0, 3.0, 4.0, 5.0], 0.95).unwrap_err();
+    assert!(few.problem.contains("has 5 values; allowed: 6 or more"), "{few}");
+    let many: Vec<f64> = (0..3000).map(f64::from).collect();
+    let Interval { low, high } = median_interval(&many, 0.95).unwrap();
+    assert!(
+        (1440.0..1450.0).contains(&low) && (1549.0..1559.0).contains(&high),
+        "{low} {high}"
+    );
+}
+
+/// Of a mean they are the values themselves.
+#[test]
+fn pseudo_values_are_the_shares_of_the_units() {
+    let sample = [1.0, 4.0, 2.0];
+    let values = pseudo_values(3, |kept| mean(kept.iter().map(|&unit| sample[unit])));
+    for (value, own) in values.iter().zip(sample) {
+        assert!((value - own).abs() < 1e-12);
+    }
+    assert_eq!(pseudo_values(1, |kept| kept.len() as f64), [1.0]);
+    assert!(pseudo_values(0, |_| f64::NAN).is_empty());
+}

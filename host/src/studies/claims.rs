@@ -2,44 +2,17 @@
 //! one table per study, `experiments/*/claims.toml`, and nowhere else.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
+use super::verdict::{Judged, LEVEL, Part, Verdict, of_parts};
 use crate::statistics::{Interval, Probability, StudentT, bootstrap_interval, mean, mean_interval};
 
 /// Name of a claim's first effect if the claim is judged separately in several combinations of settings.
-pub(crate) const HOLDS_IN: &str = "combinations in which it holds";
-/// Level of the effects' intervals.
-const LEVEL: f64 = 0.95;
+pub(crate) const MET_IN: &str = "combinations in which the registered criterion is met";
 /// Draws of a bootstrap.
 pub(crate) const RESAMPLES: usize = 2000;
-
-/// Outcome of a claim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum Verdict {
-    /// Its criterion holds.
-    Reproduced,
-    /// Its criterion fails.
-    NotReproduced,
-    /// Too few runs for its test, or its parts disagree.
-    Undecided,
-    /// Something that its criterion needs was not measured.
-    NotMeasured,
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Reproduced => "reproduced",
-            Self::NotReproduced => "not_reproduced",
-            Self::Undecided => "undecided",
-            Self::NotMeasured => "not_measured",
-        })
-    }
-}
 
 /// A figure that a verdict rests on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -105,11 +78,15 @@ pub(crate) struct Claim {
     pub(crate) statement: String,
     /// Where the paper makes it.
     pub(crate) source: String,
-    /// Condition for counting as reproduced, fixed before anything was evolved.
+    /// The registered criterion, fixed before anything was evolved.
     pub(crate) criterion: String,
     /// Unit of analysis of the criterion's figures.
     pub(crate) unit: String,
     pub(crate) verdict: Verdict,
+    /// Why it doesn't hold: the figures whose intervals span or miss a bound, or what is missing. Empty if it holds.
+    pub(crate) reasons: Vec<String>,
+    /// Whether the registered criterion is met, by the figures alone, without their intervals; `None` if it can't be asked.
+    pub(crate) registered: Option<bool>,
     /// Figures that the verdict rests on.
     pub(crate) effects: Vec<Effect>,
     /// Significance tests: the paper's, over individuals, and ours, over runs.
@@ -141,8 +118,10 @@ pub(crate) struct Preregistered {
 /// Evidence found for or against a claim.
 #[derive(Debug, Default)]
 pub(crate) struct Finding {
-    /// Whether its criterion holds; `None` if the runs it needs are missing.
-    pub(crate) holds: Option<bool>,
+    /// Whether its registered criterion is met; `None` if the runs it needs are missing.
+    pub(crate) registered: Option<bool>,
+    /// The parts of its criterion with their verdicts.
+    pub(crate) parts: Vec<Part>,
     /// What its criterion needs and was not measured, and why, if so.
     pub(crate) missing: Option<&'static str>,
     pub(crate) effects: Vec<Effect>,
@@ -152,9 +131,12 @@ pub(crate) struct Finding {
 }
 
 impl Finding {
-    /// The verdict by the claim's criterion, unless something is missing that it needs.
-    pub(crate) fn verdict(&self) -> Verdict {
-        self.missing.map_or_else(|| self.holds.into(), |_| Verdict::NotMeasured)
+    /// The verdict by the intervals of the criterion's parts, and why it doesn't hold, unless something is missing that it needs.
+    pub(crate) fn verdict(&self) -> Judged {
+        match self.missing {
+            Some(missing) => (Verdict::Undecided, vec![missing.to_owned()]),
+            None => of_parts(self.parts.clone()),
+        }
     }
 
     /// Adds a figure. The paper's own figure comes from the table of claims.
@@ -242,7 +224,7 @@ impl Preregistered {
     }
 
     /// The claim with its verdict: effects stand beside the paper's figures, and remarks are joined.
-    pub(crate) fn judged(&self, verdict: Verdict, finding: Finding, remark: String) -> Claim {
+    pub(crate) fn judged(&self, (verdict, reasons): Judged, finding: Finding, remark: String) -> Claim {
         Claim {
             id: self.id.clone(),
             question: self.question.clone(),
@@ -251,6 +233,8 @@ impl Preregistered {
             criterion: self.criterion.clone(),
             unit: self.unit.clone(),
             verdict,
+            reasons,
+            registered: finding.registered.filter(|_| finding.missing.is_none()),
             effects: self.beside_the_papers(finding.effects).collect(),
             tests: finding.tests,
             remark,
@@ -260,16 +244,6 @@ impl Preregistered {
     /// Remark that applies whatever was found.
     pub(crate) fn remark(&self) -> &str {
         &self.remark
-    }
-}
-
-impl From<Option<bool>> for Verdict {
-    fn from(holds: Option<bool>) -> Self {
-        match holds {
-            Some(true) => Self::Reproduced,
-            Some(false) => Self::NotReproduced,
-            None => Self::Undecided,
-        }
     }
 }
 

@@ -3,7 +3,9 @@
 
 use crate::contents::Column;
 use crate::report::csv::{Csv, number};
+use crate::report::numbers::significant;
 use crate::statistics::{Undefined, holm, t_tails, t_within};
+use crate::studies::verdict::{Part, Verdict, of_parts};
 
 /// Level of each family's tests, and of intervals.
 const LEVEL: f64 = 0.05;
@@ -59,24 +61,6 @@ pub(super) const fn equivalent<F>(
     }
 }
 
-/// Outcome of a contrast or of a claim.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Outcome {
-    Holds,
-    Undecided,
-    Opposed,
-}
-
-impl Outcome {
-    pub(super) fn word(self) -> &'static str {
-        match self {
-            Self::Holds => "holds",
-            Self::Undecided => "undecided",
-            Self::Opposed => "opposed",
-        }
-    }
-}
-
 /// A contrast's estimate, with its interval, and its test: of a mean above 0 or, with a margin, of one equivalent to 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Estimate {
@@ -124,15 +108,15 @@ impl Estimate {
     }
 
     /// The outcome by a p that may be corrected.
-    fn outcome(&self, p: f64, level: f64) -> Outcome {
+    fn outcome(&self, p: f64, level: f64) -> Verdict {
         let is_opposed = match self.margin {
             Some(margin) => self.low > margin || self.high < -margin,
             None => p < level && self.value < 0.0,
         };
         match (is_opposed, p < level) {
-            (true, _) => Outcome::Opposed,
-            (false, true) => Outcome::Holds,
-            (false, false) => Outcome::Undecided,
+            (true, _) => Verdict::Opposed,
+            (false, true) => Verdict::Holds,
+            (false, false) => Verdict::Undecided,
         }
     }
 }
@@ -142,7 +126,7 @@ impl Estimate {
 pub(super) struct Judged {
     estimate: Estimate,
     p_holm: f64,
-    pub(super) outcome: Outcome,
+    pub(super) outcome: Verdict,
 }
 
 /// Judges a family.
@@ -158,23 +142,41 @@ pub(super) fn family(estimates: Vec<Estimate>) -> Result<Vec<Judged>, Undefined>
         .collect())
 }
 
-/// The worst outcome of a claim's contrasts, from those of a family.
-pub(super) fn of_claim<F>(claim: &str, judged: &[Judged], contrasts: &[Contrast<F>]) -> Outcome {
+impl Judged {
+    /// The contrast as a part of a claim.
+    fn part(&self, name: &str) -> Part {
+        let Estimate { value, low, high, .. } = self.estimate;
+        if value.is_nan() {
+            return Part::undecided(format!("{name}: too few runs for an interval"));
+        }
+        let [low, high] = [low, high].map(|end| significant(end, 3));
+        let p = significant(self.p_holm, 2);
+        Part {
+            verdict: self.outcome,
+            reason: format!("{name}: {low} to {high}, p = {p} after Holm's correction"),
+        }
+    }
+}
+
+/// The worst outcome of a claim's contrasts, from those of a family, and why it doesn't hold if it doesn't.
+pub(super) fn of_claim<F>(claim: &str, judged: &[Judged], contrasts: &[Contrast<F>]) -> (Verdict, Vec<String>) {
     let own = judged
         .iter()
         .zip(contrasts)
         .filter(|(_, own)| own.claims.contains(&claim));
-    own.map(|(judged, _)| judged.outcome)
-        .max()
-        .unwrap_or(Outcome::Undecided)
+    of_parts(own.map(|(judged, own)| judged.part(own.name)).collect())
 }
 
 /// The last columns of the table of claims.
-pub(super) static CLAIM: [Column; 2] = [
+pub(super) static CLAIM: [Column; 3] = [
     Column::text("claim", "the claim of the paper"),
     Column::text(
         "outcome",
         "`holds` if all of its contrasts do, `opposed` if one is, else `undecided`",
+    ),
+    Column::text(
+        "reason",
+        "why it doesn't hold: the contrasts that are opposed or undecided, each with its 95 % interval and its p",
     ),
 ];
 

@@ -1,7 +1,7 @@
 //! Code shared by all studies: a directory that keeps finished work, the study under each arm, and the files and
 //! messages it produces.
 
-use std::fs;
+use std::fs::File;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -11,11 +11,13 @@ use serde::de::DeserializeOwned;
 use super::assumptions::Assumption;
 use super::claims::Claim;
 use super::file::{Arm, StudyFile};
+use super::verdict::brief;
 use super::verdicts::{Assumed, Sensitivity};
 use crate::console::{Console, columns};
 use crate::contents::{Column, Entry, describe};
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
+use crate::files::directory::{Form, Holds};
 use crate::report::csv::Csv;
 use crate::sealed::{self, Problem};
 
@@ -50,6 +52,7 @@ pub(super) fn contents(own: Vec<Entry>, sensitivity: bool) -> Vec<Entry> {
     all.extend([
         Entry::file(SETTINGS, "the arguments that the study was started with"),
         Entry::file("cohorts/", "finished runs, from which a stopped study continues"),
+        Entry::file(disk::LOCK, "locked by the process that is writing"),
     ]);
     all
 }
@@ -116,7 +119,8 @@ pub(super) fn reproduce<S: Reproduction>(
             let mut own = Vec::new();
             for arm in group.arms {
                 console.say(format!("arm {}", arm.name));
-                let (_, claims) = studied(&under(&arm.name)?, &out.join(ARMS).join(&arm.name), false, console)?;
+                let folder = disk::make_folder(&out, Path::new(ARMS).join(&arm.name))?;
+                let (_, claims) = studied(&under(&arm.name)?, &folder, false, console)?;
                 own.push(Assumed { arm, claims });
             }
             arms.groups.push((group.about, own));
@@ -182,40 +186,58 @@ pub(super) struct Directory {
     path: PathBuf,
     /// Hash of everything that decides the contents of the directory.
     owner: blake3::Hash,
+    _lock: File,
 }
+
+/// A study's directory.
+const FORM: Form<'_> = Form {
+    mark: SETTINGS,
+    before: &[],
+    option: "--out",
+};
 
 impl Directory {
     /// Creates the directory, or checks that an existing one belongs to this study.
+    ///
+    /// # Errors
+    /// Exit 3 if it holds anything else, or if another process works on it; exit 6.
     pub(super) fn open(path: &Path, study: &impl Reproduction) -> Result<Self> {
+        let busy = || {
+            let path = path.display();
+            Failure::input(format_args!(
+                "{path}: another process is working on this study; allowed: one at a time"
+            ))
+        };
+        let (lock, holds) = FORM.take(path, busy)?;
         let settings = path.join(SETTINGS);
-        fs::create_dir_all(path).map_err(|error| Failure::storage(path, &error))?;
         let text = study.record();
-        match fs::read_to_string(&settings) {
-            Ok(known) if known == text => (),
-            Ok(_) => {
-                return Err(Failure::input(format_args!(
-                    "{}: is another study's; allowed: the arguments that it was begun with, or another --out",
-                    settings.display()
-                )));
-            }
-            Err(_) if fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some()) => {
-                return Err(Failure::input(format_args!(
-                    "{}: is not empty and does not hold a study; allowed: a new directory, or one of a study",
-                    path.display()
-                )));
-            }
-            Err(_) => disk::write(&settings, text.as_bytes())?,
+        if holds == Holds::Nothing {
+            disk::write(&settings, text.as_bytes())?;
+        } else if disk::read(&settings)? != text.as_bytes() {
+            return Err(Failure::input(format_args!(
+                "{}: is another study's; allowed: the arguments that it was begun with, or another --out",
+                settings.display()
+            )));
         }
         let decides = format!("{text}{:?}", study.assumptions());
         Ok(Self {
             path: path.to_owned(),
             owner: blake3::hash(decides.as_bytes()),
+            _lock: lock,
         })
     }
 
     /// Path of a file or directory in it.
     pub(super) fn join(&self, name: &str) -> PathBuf {
         self.path.join(name)
+    }
+
+    /// A folder in it, which is made.
+    ///
+    /// # Errors
+    /// Exit 3 if a link or a file has its name, exit 6.
+    pub(super) fn folder(&self, name: impl AsRef<Path>) -> Result<PathBuf> {
+        disk::make_folder(&self.path, name)
     }
 
     /// Loads a file of the directory, or makes its contents and saves them there.
@@ -225,9 +247,10 @@ impl Directory {
         make: impl FnOnce() -> Result<T>,
     ) -> Result<T> {
         const NAME: &str = "part of a study";
-        const VERSION: u32 = 1;
+        /// Version 1 had means of ratios of paths.
+        const VERSION: u32 = 2;
         let path = self.join(name);
-        if let Ok(bytes) = fs::read(&path) {
+        if let Some(bytes) = disk::read_if_there(&path)? {
             return sealed::open(NAME, VERSION, &self.owner, &bytes).map_err(|problem| match problem {
                 Problem::Other(words) => Failure::input(format_args!(
                     "{}: {words}; allowed: finish the study with the program that began it, or begin again in another --out",
@@ -239,9 +262,7 @@ impl Directory {
             });
         }
         let made = make()?;
-        if let Some(folder) = path.parent() {
-            fs::create_dir_all(folder).map_err(|error| Failure::storage(folder, &error))?;
-        }
+        self.folder(Path::new(name).parent().unwrap_or(Path::new("")))?;
         disk::write(&path, &sealed::seal(NAME, VERSION, &self.owner, &made))?;
         Ok(made)
     }
@@ -262,12 +283,12 @@ pub(super) fn check_runs(runs: u32, allowed: &RangeInclusive<u32>) -> Result {
 fn tell(claims: &[Claim], directory: &Path, console: Console) -> Result {
     let verdicts: Vec<Vec<String>> = claims
         .iter()
-        .map(|claim| vec![claim.id.clone(), claim.verdict.to_string()])
+        .map(|claim| vec![claim.id.clone(), claim.verdict.to_string(), brief(&claim.reasons)])
         .collect();
     if console.json() {
         console.json_data(&claims)?;
     } else {
-        console.data(columns(&["claim", "verdict"], &verdicts))?;
+        console.data(columns(&["claim", "verdict", "reason"], &verdicts))?;
     }
     console.say(format!("wrote {}", directory.display()));
     Ok(())

@@ -14,6 +14,7 @@ use super::assumptions::Assumption;
 use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting, Source};
 use crate::files;
+use crate::kinds::FileKind;
 
 /// A compiled-in study and the experiment that it names.
 pub(crate) struct Shipped {
@@ -53,9 +54,14 @@ impl StudyFile {
     /// # Errors
     /// Exit 3 if the file doesn't exist or isn't text.
     pub(crate) fn open(shipped: &'static Shipped, path: Option<&Path>) -> Result<Self> {
-        let text = path.map_or(Ok(Cow::Borrowed(shipped.text)), |path| {
-            files::text(path).map(Cow::Owned)
-        })?;
+        let text = match path {
+            None => Cow::Borrowed(shipped.text),
+            Some(path) => {
+                let text = FileKind::Study.text(path)?;
+                FileKind::Study.parsed(path, &text)?;
+                Cow::Owned(text)
+            }
+        };
         Ok(Self {
             shipped,
             path: path.map(Path::to_owned),

@@ -9,6 +9,7 @@ pub(crate) mod file;
 pub(crate) mod miglino1995;
 pub(crate) mod odowd2014;
 mod sweep_results;
+pub(crate) mod verdict;
 mod verdicts;
 
 /// The files of any directory of the 1995 study and of the 2014 study, and of their second editions.

@@ -8,6 +8,8 @@ use csv::{Reader, StringRecord};
 use crate::contents::{Entry, describe};
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
+use crate::sweep::tables;
 
 /// A run's row in a sweep's table of results.
 pub(super) struct ResultRow<'a> {
@@ -89,14 +91,14 @@ pub(super) fn each_row(
 /// Calls `parse` with the path and text of each finished sweep's table of results.
 pub(super) fn each_table(sweeps: &[PathBuf], mut parse: impl FnMut(&Path, &str) -> Result) -> Result {
     sweeps.iter().try_for_each(|directory| {
-        let path = directory.join("results.csv");
+        let path = tables::table(directory, "results.csv")?;
         parse(&path, &disk::read_text(&path)?)
     })
 }
 
 /// Writes tables to a directory, and describes them there.
 pub(super) fn write(out: &Path, what: &str, files: &[(&str, String)], contents: &[Entry]) -> Result {
-    std::fs::create_dir_all(out).map_err(|error| Failure::storage(out, &error))?;
+    plain::make_directory(out).map_err(|error| Failure::storage(out, &error))?;
     for (name, text) in files {
         disk::write(&out.join(name), text.as_bytes())?;
     }

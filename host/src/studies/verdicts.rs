@@ -1,26 +1,29 @@
 //! A study's claims as its report has them: an abstract, a section for each question with the evidence for each verdict, the
 //! verdicts under other assumptions, and a glossary.
 
+use crate::console::counted;
 use std::fmt::Write;
 
 use crate::report::figures::escaped;
 use crate::report::numbers::{NONE, probability, shown};
 use crate::report::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
-use crate::studies::claims::{Claim, Effect, HOLDS_IN, RESAMPLES, Table, Test, Verdict};
+use crate::studies::claims::{Claim, Effect, MET_IN, RESAMPLES, Table, Test};
 use crate::studies::file::Arm;
+use crate::studies::verdict::Verdict;
 
 /// Significant digits of effects and statistics.
 const DIGITS: usize = 4;
 
-/// The answer first: how many claims are reproduced, which ones by question, and a table of their main effects. `about` is a
+/// All verdicts, from the best to the worst.
+const VERDICTS: [Verdict; 3] = [Verdict::Holds, Verdict::Undecided, Verdict::Opposed];
+
+/// The answer first: how many claims hold, which ones by question, and a table of their main effects. `about` is a
 /// paragraph on the study, as HTML.
 pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Section {
     let count = |verdict| claims.iter().filter(|claim| claim.verdict == verdict).count();
-    let mut verdicts = vec![Verdict::Reproduced, Verdict::NotReproduced, Verdict::Undecided];
-    verdicts.extend(Some(Verdict::NotMeasured).filter(|&verdict| count(verdict) > 0));
-    let tally = joined(&verdicts, |&verdict| {
-        let (count, class, words) = (count(verdict), class(verdict), words(verdict));
-        format!("<span class=\"{class}\"><b>{count}</b>{words}</span>\n")
+    let tally = joined(&VERDICTS, |&verdict| {
+        let count = count(verdict);
+        format!("<span class=\"{verdict}\"><b>{count}</b>{verdict}</span>\n")
     });
     let head = [
         Head::Text("Claim"),
@@ -34,7 +37,7 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
     let (mut answers, mut rows) = (String::new(), Vec::new());
     for (key, question) in table_of.questions() {
         let own: Vec<&Claim> = claims.iter().filter(|claim| claim.question == key).collect();
-        let answer: Vec<String> = verdicts.iter().filter_map(|&verdict| answer(verdict, &own)).collect();
+        let answer: Vec<String> = VERDICTS.iter().filter_map(|&verdict| answer(verdict, &own)).collect();
         let (words, answer) = (escaped(question), answer.join("; "));
         let _ = writeln!(answers, "<li><a href=\"#{key}\">{words}</a> {answer}.</li>");
         rows.push(Row {
@@ -44,10 +47,12 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
         rows.extend(own.into_iter().map(|claim| Row::from(line(claim))));
     }
     let introduction = paragraph(&format!(
-        "{} of the paper's {} claims are reproduced, each by a criterion that was fixed before anything was evolved. By \
-         question:",
-        count(Verdict::Reproduced),
-        claims.len(),
+        "Of the paper's {}, {}, {} and {}: the 95 % intervals over runs decide whether a criterion that was fixed before \
+         anything was evolved is met. By question:",
+        counted(claims.len(), "claim", "claims"),
+        counted(count(Verdict::Holds), "holds", "hold"),
+        counted(count(Verdict::Opposed), "is opposed", "are opposed"),
+        counted(count(Verdict::Undecided), "is undecided", "are undecided"),
     ));
     let caption = "All claims with their main effects, beside the paper's own figure where it prints one or one follows from \
                    what it prints. Intervals are over runs.";
@@ -62,11 +67,11 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
     Section::new("abstract", "Abstract", format!("{about}{answers}"))
 }
 
-/// The claims among some that have a verdict, such as `reproduced: C1, C2`.
+/// The claims among some that have a verdict, such as `holds: C1, C2`.
 fn answer(verdict: Verdict, claims: &[&Claim]) -> Option<String> {
     let own = claims.iter().filter(|claim| claim.verdict == verdict);
     let links: Vec<String> = own.map(|claim| link(claim)).collect();
-    (!links.is_empty()).then(|| format!("{}: {}", words(verdict), links.join(", ")))
+    (!links.is_empty()).then(|| format!("{verdict}: {}", links.join(", ")))
 }
 
 fn link(claim: &Claim) -> String {
@@ -77,14 +82,14 @@ fn line(claim: &Claim) -> Vec<Cell> {
     // A claim judged in several combinations has no single combination as its main effect. Otherwise effects that can
     // be compared with the paper come first.
     let effects = &claim.effects;
-    let scope = effects.first().filter(|effect| effect.name.starts_with(HOLDS_IN));
+    let scope = effects.first().filter(|effect| effect.name.starts_with(MET_IN));
     let main = scope
         .or_else(|| effects.iter().find(|effect| effect.paper.is_some()))
         .or(effects.first());
     let mut cells = vec![
         Cell::html(link(claim)),
         Cell::text(&claim.statement),
-        Cell::html(chip(claim.verdict, words(claim.verdict))),
+        Cell::html(chip(claim.verdict, claim.verdict.word())),
     ];
     cells.extend(main.map_or_else(|| vec![Cell::across(4, NONE)], effect));
     cells
@@ -105,15 +110,29 @@ pub(super) fn by_question(table: &Table, claims: &[Claim], evidence: impl Fn(&st
 
 /// How claims were judged, for the methods of every study.
 pub(super) fn judging() -> String {
+    let paragraphs = [
+        "The criterion of each claim was fixed, word for word, before anything was evolved. A run is the unit of analysis wherever the \
+         paper's own test does not need another: individuals, robots and minutes of one run depend on each other."
+            .to_owned(),
+        "A verdict rests on intervals, not on the sign of an estimate. Each part of a criterion compares a figure with a bound. It holds if \
+         the figure's 95 % interval over runs lies on the asked side. It is opposed if the interval lies on the other side. It is undecided \
+         if the interval spans the bound, or if there are fewer than five runs. Comparisons that were registered as tests hold by their p \
+         after Holm's correction, and are opposed if the difference has the other sign. A claim holds if all parts hold, and is opposed if \
+         one part is. Each claim also says whether the registered criterion is met by the estimates alone."
+            .to_owned(),
+        "The intervals of verdicts are Student's of run means, or Welch's where several conditions enter. A ratio is judged as a difference, \
+         such as half of one mean minus another. Intervals of d and of recovered shares are those of the jackknife's pseudo-values of runs; \
+         intervals of medians lie between order statistics."
+            .to_owned(),
+        format!(
+            "In the tables of effects, the 95 % intervals of means are Student's over runs, those of ratios are by the delta method, and \
+             those of d are percentiles of {RESAMPLES} bootstrap samples of runs. Holm's correction covers the tests that a claim or the \
+             study names as one family."
+        ),
+    ];
     format!(
         "<h3>How claims were judged</h3>\n{}",
-        paragraph(&format!(
-            "The criterion of each claim was fixed, word for word, before anything was evolved. A run is the unit of analysis \
-             wherever the paper's own test does not need another: individuals, robots and minutes of one run depend on each \
-             other. The 95 % intervals of means are Student's over runs, those of ratios are by the delta method, and those of d \
-             are percentiles of {RESAMPLES} bootstrap samples of runs. Holm's correction covers the tests that a claim or the \
-             study names as one family."
-        ))
+        joined(&paragraphs, |text| paragraph(text))
     )
 }
 
@@ -135,15 +154,16 @@ pub(super) fn glossary(table_of: &Table) -> Section {
 fn article(claim: &Claim) -> String {
     let mut text = format!(
         "<article id=\"{}\" class=\"is-{}\">\n<h3>{} {}</h3>\n<blockquote>{}</blockquote>\n\
-         <p><b>Preregistered.</b> {}</p>\n<p class=\"small\">The paper: {}. Unit of analysis: {}.</p>\n",
+         <p><b>Preregistered.</b> {}</p>\n<p class=\"small\">The paper: {}. Unit of analysis: {}.</p>\n{}",
         id(&claim.id),
-        class(claim.verdict),
+        claim.verdict,
         escaped(&claim.id),
-        chip(claim.verdict, words(claim.verdict)),
+        chip(claim.verdict, claim.verdict.word()),
         escaped(&claim.statement),
         escaped(&claim.criterion),
         escaped(&claim.source),
         escaped(&claim.unit),
+        paragraph(&decided(claim)),
     );
     if !claim.effects.is_empty() {
         let head = [
@@ -172,6 +192,24 @@ fn article(claim: &Claim) -> String {
     }
     text.push_str("</article>\n");
     text
+}
+
+/// The verdict with its reason, and what the registered criterion says by itself.
+fn decided(claim: &Claim) -> String {
+    let reasons = match &claim.reasons[..] {
+        [] => "all intervals lie on the asked side".to_owned(),
+        reasons => reasons.join("; "),
+    };
+    let registered = match claim.registered {
+        Some(true) => "is met",
+        Some(false) => "is not met",
+        None => "can't be asked",
+    };
+    format!(
+        "<b>Verdict: {}.</b> {}. By the estimates alone, the registered criterion {registered}.",
+        claim.verdict,
+        escaped(&reasons)
+    )
 }
 
 fn effect(effect: &Effect) -> Vec<Cell> {
@@ -246,12 +284,12 @@ pub(super) fn by_assumption(arms: &Sensitivity) -> String {
     }
     let counts = (0..main.claims.len()).map(|column| {
         let asked = arms.all().filter_map(|one| one.claims.get(column));
-        let asked = asked.filter(|claim| matches!(claim.verdict, Verdict::Reproduced | Verdict::NotReproduced));
-        let reproduced = asked.clone().filter(|claim| claim.verdict == Verdict::Reproduced);
-        Cell::text(&format!("{}/{}", reproduced.count(), asked.count()))
+        let decided = asked.filter(|claim| claim.verdict != Verdict::Undecided);
+        let holds = decided.clone().filter(|claim| claim.verdict == Verdict::Holds);
+        Cell::text(&format!("{}/{}", holds.count(), decided.count()))
     });
     rows.push(Row {
-        cells: std::iter::once(Cell::text("reproduced, of those decided"))
+        cells: std::iter::once(Cell::text("holds, of those decided"))
             .chain(counts)
             .collect(),
         sum: true,
@@ -272,9 +310,9 @@ fn assumed(one: &Assumed) -> Row {
         escaped(&one.arm.words)
     );
     let verdicts = one.claims.iter().map(|claim| match claim.verdict {
-        Verdict::Reproduced => Cell::html(chip(claim.verdict, "yes")),
-        Verdict::NotReproduced => Cell::html(chip(claim.verdict, "no")),
-        Verdict::Undecided | Verdict::NotMeasured => Cell::html(chip(claim.verdict, NONE)),
+        Verdict::Holds => Cell::html(chip(claim.verdict, "yes")),
+        Verdict::Opposed => Cell::html(chip(claim.verdict, "no")),
+        Verdict::Undecided => Cell::html(chip(claim.verdict, NONE)),
     });
     Row {
         cells: std::iter::once(Cell::html(what)).chain(verdicts).collect(),
@@ -284,24 +322,7 @@ fn assumed(one: &Assumed) -> Row {
 
 /// Words on a verdict's background colour.
 fn chip(verdict: Verdict, words: &str) -> String {
-    format!("<span class=\"chip {}\">{words}</span>", class(verdict))
-}
-
-fn class(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Reproduced => "reproduced",
-        Verdict::NotReproduced => "not-reproduced",
-        Verdict::Undecided | Verdict::NotMeasured => "undecided",
-    }
-}
-
-fn words(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Reproduced => "reproduced",
-        Verdict::NotReproduced => "not reproduced",
-        Verdict::Undecided => "undecided",
-        Verdict::NotMeasured => "not measured",
-    }
+    format!("<span class=\"chip {verdict}\">{words}</span>")
 }
 
 #[cfg(test)]
@@ -319,6 +340,8 @@ mod tests {
             criterion: "They do.".into(),
             unit: "runs".into(),
             verdict,
+            reasons: Vec::new(),
+            registered: None,
             effects: Vec::new(),
             tests: Vec::new(),
             remark: String::new(),
@@ -328,20 +351,20 @@ mod tests {
 
     #[test]
     fn claims_stand_by_assumption_below_what_these_are_about() {
-        use Verdict::{NotReproduced, Reproduced, Undecided};
+        use Verdict::{Holds, Opposed, Undecided};
         let assumed = |arm: Arm, first| Assumed {
             arm,
-            claims: claims([first, NotReproduced, Undecided]),
+            claims: claims([first, Opposed, Undecided]),
         };
         let groups = StudyFile::open(&MIGLINO1995, None).unwrap().groups().unwrap();
         let arms = Sensitivity {
-            main: assumed(Arm::main(), Reproduced),
+            main: assumed(Arm::main(), Holds),
             groups: groups
                 .into_iter()
                 .map(|group| {
                     let shown = ["ten-readings", "interpolated", "only-read-noise"];
                     let own = group.arms.into_iter().filter(|arm| shown.contains(&arm.name.as_str()));
-                    (group.about, own.map(|arm| assumed(arm, NotReproduced)).collect())
+                    (group.about, own.map(|arm| assumed(arm, Opposed)).collect())
                 })
                 .collect(),
         };

@@ -388,7 +388,7 @@ impl Job for SwarmJob {
         let run = self.run();
         Ok(Finished {
             files: vec![(tables::FOOD, run.food_table().into_bytes())],
-            cells: run.cells(&self.plan.settings),
+            outcomes: run.outcomes(&self.plan.settings),
             champion: Vec::new(),
         })
     }

@@ -158,6 +158,11 @@ fn own_parameters<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
     ]
 }
 
+/// The most items that a robot can bring in some cycles: one every other cycle, since it has to take each before.
+pub(crate) fn most_items(cycles: u32) -> u32 {
+    cycles.div_ceil(2)
+}
+
 impl Choice for Case {
     const CHOICES: Choices<Self> = &[
         ("no-light", Self::NoLight, "1: no light source"),
@@ -325,8 +330,7 @@ impl Settings {
         }
     }
 
-    /// What robots may say. At most every other cycle a robot brings food, which it has to take before, and that earns
-    /// the seconds that are left.
+    /// What robots may say. An item earns the seconds that are left of the interval.
     pub(crate) fn limits(&self) -> Limits {
         let interval = self.clock.interval_s;
         Limits {
@@ -334,7 +338,9 @@ impl Settings {
             interval,
             offset: self.clock.offset_s,
             lag: u32::from(self.simulators.says == Says::LastWhole),
-            fitness: (swarm::SECOND * interval * interval) as f32 / 4.0,
+            fitness: (most_items(swarm::SECOND * interval) * interval) as f32 / 2.0,
+            seconds: self.seconds(),
+            food: most_items(swarm::SECOND * self.seconds()),
         }
     }
 

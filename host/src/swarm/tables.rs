@@ -3,9 +3,13 @@
 use std::fmt::Write;
 use std::ops::Range;
 
+use oneiro::foraging::Light;
+
 use super::record::{RobotInterval, Run};
 use super::settings::Settings;
-use crate::contents::{Column, head};
+use crate::contents::{Column, OutcomeColumn, head};
+use crate::engine::job::Named;
+use crate::report::numbers::fixed;
 
 /// Columns of an interval that the table of a robot's own daemon has as well.
 pub(crate) const ROBOT: Column = Column::whole("robot", "", "its number, from 0");
@@ -62,78 +66,160 @@ pub(crate) static FOOD_COLUMNS: [Column; 2] = [
     Column::whole("brought", "items", "food that all robots brought in that second"),
 ];
 
+/// A column of a sweep's table of results, and its value.
+type Outcome = OutcomeColumn<fn(&Lived<'_>) -> String>;
+
 /// What a run gives in a sweep's table of results. "Before the move" is before the light may move (`swarm.light_moves_minute`).
-pub(crate) static OUTCOMES: [Column; 21] = [
-    Column::whole("brought", "items", "food that all robots brought"),
-    Column::number("rate", "items a robot-minute", "food brought"),
-    Column::number(
-        "late_rate",
-        "items a robot-minute",
-        "food in the last fifth of the time",
+static OUTCOMES: [Outcome; 21] = [
+    OutcomeColumn::new(
+        Column::whole("brought", "items", "food that all robots brought"),
+        |own| own.run.total().to_string(),
     ),
-    Column::number(
-        "before_rate",
-        "items a robot-minute",
-        "food in the 250 s before the light may move",
+    OutcomeColumn::new(Column::number("rate", "items a robot-minute", "food brought"), |own| {
+        fixed(own.rate(0..own.seconds()), 6)
+    }),
+    OutcomeColumn::new(
+        Column::number(
+            "late_rate",
+            "items a robot-minute",
+            "food in the last fifth of the time",
+        ),
+        |own| fixed(own.rate(late(own.seconds())..own.seconds()), 6),
     ),
-    Column::number("after_rate", "items a robot-minute", "food in the 500 s after that"),
-    Column::number(
-        "second_rate",
-        "items a robot-minute",
-        "food from when the light may move to the end",
+    OutcomeColumn::new(
+        Column::number(
+            "before_rate",
+            "items a robot-minute",
+            "food in the 250 s before the light may move",
+        ),
+        |own| fixed(own.rate(own.moves_at().saturating_sub(BIN)..own.moves_at()), 6),
     ),
-    Column::number(
-        "late_right",
-        "0 to 1",
-        "the share of simulators with the light in its true position, in the last fifth of the intervals",
+    OutcomeColumn::new(
+        Column::number("after_rate", "items a robot-minute", "food in the 500 s after that"),
+        |own| {
+            fixed(
+                own.rate(own.moves_at()..(own.moves_at() + 2 * BIN).min(own.seconds())),
+                6,
+            )
+        },
     ),
-    Column::number(
-        "before_right",
-        "0 to 1",
-        "the same in the ten intervals before the light may move",
+    OutcomeColumn::new(
+        Column::number(
+            "second_rate",
+            "items a robot-minute",
+            "food from when the light may move to the end",
+        ),
+        |own| fixed(own.rate(own.moves_at()..own.seconds()), 6),
     ),
-    Column::number(
-        "before_later",
-        "0 to 1",
-        "in these intervals the share with the light where it is at the end",
+    OutcomeColumn::new(
+        Column::number(
+            "late_right",
+            "0 to 1",
+            "the share of simulators with the light in its true position, in the last fifth of the intervals",
+        ),
+        |own| fixed(own.run.share(own.light_at_the_end(), own.last()), 6),
     ),
-    Column::number(
-        "second_later",
-        "0 to 1",
-        "the share with the light where it is at the end, from when it may move",
+    OutcomeColumn::new(
+        Column::number(
+            "before_right",
+            "0 to 1",
+            "the same in the ten intervals before the light may move",
+        ),
+        |own| fixed(own.run.share(own.light_at_first(), own.before()), 6),
     ),
-    Column::number(
-        "settled_later",
-        "0 to 1",
-        "the share with the light where it is at the end, after the first fifth of the intervals",
+    OutcomeColumn::new(
+        Column::number(
+            "before_later",
+            "0 to 1",
+            "in these intervals the share with the light where it is at the end",
+        ),
+        |own| fixed(own.run.share(own.light_at_the_end(), own.before()), 6),
     ),
-    Column::number(
-        "first_s0",
-        "0 to 0.99",
-        "the mean gene of simulators in the intervals before the light may move",
+    OutcomeColumn::new(
+        Column::number(
+            "second_later",
+            "0 to 1",
+            "the share with the light where it is at the end, from when it may move",
+        ),
+        |own| fixed(own.run.share(own.light_at_the_end(), own.second()), 6),
     ),
-    Column::number("before_s0", "0 to 0.99", "the same in the last ten of them"),
-    Column::number("late_s0", "0 to 0.99", "the same in the last fifth of the intervals"),
-    Column::number(
-        "second_s0_deviation",
-        "",
-        "the standard deviation of that gene over robots and intervals, from when the light may move",
+    OutcomeColumn::new(
+        Column::number(
+            "settled_later",
+            "0 to 1",
+            "the share with the light where it is at the end, after the first fifth of the intervals",
+        ),
+        |own| {
+            fixed(
+                own.run
+                    .share(own.light_at_the_end(), own.intervals() / 5..own.intervals()),
+                6,
+            )
+        },
     ),
-    Column::number("late_s0_deviation", "", "the same in the last fifth of the intervals"),
-    Column::number(
-        "late_g0",
-        "0 to 0.99",
-        "the mean gene of acting controllers for behaviour with food, in the last fifth of the intervals",
+    OutcomeColumn::new(
+        Column::number(
+            "first_s0",
+            "0 to 0.99",
+            "the mean gene of simulators in the intervals before the light may move",
+        ),
+        |own| fixed(own.run.mean(|robot| robot.s0, 0..own.moves()), 6),
     ),
-    Column::number("late_g0_deviation", "", "its standard deviation"),
-    Column::number("late_g1", "0 to 0.99", "the mean gene for behaviour without food"),
-    Column::number("late_g1_deviation", "", "its standard deviation"),
-    Column::number(
-        "chosen_area",
-        "0 to 1",
-        "the area under the curve of real fitness for \"the simulator in which the controller was chosen is right\"; NaN if all or none are",
+    OutcomeColumn::new(
+        Column::number("before_s0", "0 to 0.99", "the same in the last ten of them"),
+        |own| fixed(own.run.mean(|robot| robot.s0, own.before()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("late_s0", "0 to 0.99", "the same in the last fifth of the intervals"),
+        |own| fixed(own.run.mean(|robot| robot.s0, own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "second_s0_deviation",
+            "",
+            "the standard deviation of that gene over robots and intervals, from when the light may move",
+        ),
+        |own| fixed(own.run.deviation(|robot| robot.s0, own.second()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("late_s0_deviation", "", "the same in the last fifth of the intervals"),
+        |own| fixed(own.run.deviation(|robot| robot.s0, own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "late_g0",
+            "0 to 0.99",
+            "the mean gene of acting controllers for behaviour with food, in the last fifth of the intervals",
+        ),
+        |own| fixed(own.run.mean(|robot| robot.g0, own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("late_g0_deviation", "", "its standard deviation"),
+        |own| fixed(own.run.deviation(|robot| robot.g0, own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("late_g1", "0 to 0.99", "the mean gene for behaviour without food"),
+        |own| fixed(own.run.mean(|robot| robot.g1, own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("late_g1_deviation", "", "its standard deviation"),
+        |own| fixed(own.run.deviation(|robot| robot.g1, own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "chosen_area",
+            "0 to 1",
+            "the area under the curve of real fitness for \"the simulator in which the controller was chosen is right\"; NaN if all or none are",
+        ),
+        |own| fixed(own.area(), 6),
     ),
 ];
+
+/// The columns of what runs give in a sweep's table of results.
+pub(crate) fn outcomes() -> Vec<Column> {
+    OUTCOMES.iter().map(|outcome| outcome.column.clone()).collect()
+}
+
 /// Seconds of a bin of the paper's Figure 5.
 const BIN: usize = 250;
 
@@ -182,55 +268,76 @@ impl Run {
         self.brought.iter().map(|&food| u32::from(food)).sum()
     }
 
-    /// Row in a sweep's table of results: [`OUTCOMES`].
-    pub(crate) fn cells(&self, settings: &Settings) -> Vec<String> {
-        let robots = f64::from(settings.world.robots);
-        let seconds = self.brought.len();
-        let rate = |seconds: Range<usize>| {
-            let brought = &self.brought[seconds];
-            let food: f64 = brought.iter().copied().map(f64::from).sum();
-            60.0 * food / (brought.len() as f64 * robots)
-        };
-        let late = |length: usize| length - length / 5;
-        // The second and the interval in which the light may move.
-        let moves_at = (settings.light_moves() as usize).min(seconds);
-        let moves = (settings.light_moves() / settings.clock.interval_s) as usize;
-        let end = self.intervals.len();
-        let (before, second, last) = (moves.saturating_sub(10)..moves, moves..end.max(moves), late(end)..end);
-        let [now, then] = settings.case.lights();
-        let rates = [
-            rate(0..seconds),
-            rate(late(seconds)..seconds),
-            rate(moves_at.saturating_sub(BIN)..moves_at),
-            rate(moves_at..(moves_at + 2 * BIN).min(seconds)),
-            rate(moves_at..seconds),
-        ];
-        let shares = [
-            self.share(then, last.clone()),
-            self.share(now, before.clone()),
-            self.share(then, before.clone()),
-            self.share(then, second.clone()),
-            self.share(then, end / 5..end),
-        ];
-        let genes = [
-            self.mean(|own| own.s0, 0..moves),
-            self.mean(|own| own.s0, before),
-            self.mean(|own| own.s0, last.clone()),
-            self.deviation(|own| own.s0, second),
-            self.deviation(|own| own.s0, last.clone()),
-            self.mean(|own| own.g0, last.clone()),
-            self.deviation(|own| own.g0, last.clone()),
-            self.mean(|own| own.g1, last.clone()),
-            self.deviation(|own| own.g1, last),
-        ];
-        let area = self.area(moves, |interval, robot| self.intervals[interval][robot].chosen_under);
-        let numbers = rates
-            .into_iter()
-            .chain(shares)
-            .chain(genes)
-            .chain([area.unwrap_or(f64::NAN)]);
-        std::iter::once(self.total().to_string())
-            .chain(numbers.map(|number| format!("{number:.6}")))
-            .collect()
+    /// Its values in a sweep's table of results.
+    pub(crate) fn outcomes(&self, settings: &Settings) -> Named {
+        let own = Lived { run: self, settings };
+        let named = |outcome: &Outcome| (outcome.column.name.clone(), (outcome.value)(&own));
+        OUTCOMES.iter().map(named).collect()
     }
+}
+
+/// A run that has ended, for its values in a sweep's table.
+struct Lived<'a> {
+    run: &'a Run,
+    settings: &'a Settings,
+}
+
+impl Lived<'_> {
+    fn seconds(&self) -> usize {
+        self.run.brought.len()
+    }
+
+    fn intervals(&self) -> usize {
+        self.run.intervals.len()
+    }
+
+    /// The second in which the light may move.
+    fn moves_at(&self) -> usize {
+        (self.settings.light_moves() as usize).min(self.seconds())
+    }
+
+    /// The interval in which the light may move.
+    fn moves(&self) -> usize {
+        (self.settings.light_moves() / self.settings.clock.interval_s) as usize
+    }
+
+    /// The ten intervals before that.
+    fn before(&self) -> Range<usize> {
+        self.moves().saturating_sub(10)..self.moves()
+    }
+
+    /// The intervals from then on.
+    fn second(&self) -> Range<usize> {
+        self.moves()..self.intervals().max(self.moves())
+    }
+
+    /// The last fifth of the intervals.
+    fn last(&self) -> Range<usize> {
+        late(self.intervals())..self.intervals()
+    }
+
+    fn light_at_first(&self) -> Light {
+        self.settings.case.lights()[0]
+    }
+
+    fn light_at_the_end(&self) -> Light {
+        self.settings.case.lights()[1]
+    }
+
+    /// Items that a robot brought in a minute, in some seconds.
+    fn rate(&self, seconds: Range<usize>) -> f64 {
+        let brought = &self.run.brought[seconds];
+        let food: f64 = brought.iter().copied().map(f64::from).sum();
+        60.0 * food / (brought.len() as f64 * f64::from(self.settings.world.robots))
+    }
+
+    fn area(&self) -> f64 {
+        let chosen_under = |interval: usize, robot: usize| self.run.intervals[interval][robot].chosen_under;
+        self.run.area(self.moves(), chosen_under).unwrap_or(f64::NAN)
+    }
+}
+
+/// Where the last fifth begins.
+fn late(length: usize) -> usize {
+    length - length / 5
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use oneiro::world::GeneLayout;
 
 use super::store::Store;
-use super::{Plan, Sweep, contents};
+use super::{Plan, Sweep, contents, tables};
 use crate::evolve::Population;
 use crate::exit::{Failure, Result};
 use crate::genomes;
@@ -26,14 +26,11 @@ impl Champions {
     /// Exit 3 when it is none that this program can read, when its runs are of swarms, or when it has no tables yet.
     pub(crate) fn open(directory: &Path) -> Result<Self> {
         let (sweep, plan) = Store::open(directory)?.sweep()?;
-        let path = directory.join(contents::CHAMPIONS);
         let refused = |problem: &str| Err(Failure::input(format_args!("{}: {problem}", directory.display())));
         if plan.layouts.contains(&None) {
             return refused("is of swarms, whose controllers live among others; allowed: sweeps of single robots");
         }
-        if !path.is_file() {
-            return refused("has no champions yet; `oneiro sweep run` and `oneiro sweep merge` make its tables");
-        }
+        let path = tables::table(directory, contents::CHAMPIONS)?;
         Ok(Self { sweep, plan, path })
     }
 
@@ -45,13 +42,11 @@ impl Champions {
     /// All of them, for a controller.
     ///
     /// # Errors
-    /// Exit 3 when a run's controller takes another number of genes, and when the file is not what was written.
+    /// Exit 3 when a run's controller has other genes, and when the file is not what was written.
     pub(crate) fn genomes(&self, layout: &GeneLayout) -> Result<Population> {
-        let genes = layout.genes();
-        let mut others = self.plan.layouts.iter().flatten().map(GeneLayout::genes);
-        match others.find(|other| *other != genes) {
-            Some(other) => Err(genomes::other_size(&self.path, other, genes)),
-            None => genomes::read(&self.path, layout),
+        for own in self.plan.layouts.iter().flatten() {
+            genomes::check_names(&self.path, own, layout)?;
         }
+        genomes::read(&self.path, layout, drop)
     }
 }

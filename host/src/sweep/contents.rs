@@ -32,7 +32,7 @@ impl Sweep {
 
 /// What a column of a swept key holds.
 const SWEPT: &str = "the value of this key of the experiment";
-static RUN: Column = Column::whole(
+pub(super) static RUN: Column = Column::whole(
     "run",
     "",
     "its number, from 0: cell by cell, and seed by seed within a cell",

@@ -9,8 +9,10 @@ use oneiro::random::Key;
 use serde::Serialize;
 
 use super::Sweep;
+use crate::console::Console;
 use crate::device::{self, Backend};
 use crate::exit::Result;
+use crate::progress::meanwhile;
 
 /// A device and its speed.
 #[derive(Clone, Debug, Serialize)]
@@ -26,7 +28,12 @@ pub(crate) struct Estimate {
 ///
 /// # Errors
 /// Exit 3 if the first cell is invalid, exit 4 if the named device can't be opened.
-pub(crate) fn estimates(sweep: &Sweep, steps: u64, named: Option<&str>, threads: Option<u16>) -> Result<Vec<Estimate>> {
+pub(crate) fn estimates(
+    sweep: &Sweep,
+    steps: u64,
+    (named, threads): (Option<&str>, Option<u16>),
+    console: Console,
+) -> Result<Vec<Estimate>> {
     let worlds = sweep.cell(0)?.sample()?;
     // `auto` is whichever of them is faster.
     let named = named.filter(|name| *name != "auto");
@@ -51,7 +58,7 @@ pub(crate) fn estimates(sweep: &Sweep, steps: u64, named: Option<&str>, threads:
             // A device that can't be opened can't run the sweep.
             Err(_) => continue,
         };
-        let Some(rate) = rate(evaluator.as_mut(), &worlds) else {
+        let Some(rate) = meanwhile(&format!("timing {name}"), console, || rate(evaluator.as_mut(), &worlds)) else {
             continue;
         };
         found.push(Estimate {

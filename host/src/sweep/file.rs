@@ -40,13 +40,12 @@ use crate::evolve::random::{Stream, Uniform, logarithm, stream};
 use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting, Source};
 use crate::experiment::{GREATEST_SEED, check_name};
-use crate::files;
+use crate::kinds::FileKind;
 use crate::reality::site::SEVERITY;
+use crate::threads;
 
 /// The most runs of a sweep.
 pub(crate) const GREATEST_RUNS: u64 = 10_000_000;
-/// Keys and tables of experiments that tell them from sweeps.
-const OF_EXPERIMENTS: [&str; 7] = ["cycles", "trials", "robot", "arena", "task", "evolution", "swarm"];
 /// Most seeds, and most draws from ranges.
 const GREATEST_COUNT: u64 = 1_000_000;
 
@@ -161,14 +160,10 @@ impl SweepFile {
     /// # Errors
     /// Exit 3: the file, the line and column in it, the problem and the allowed values.
     pub(crate) fn read(path: &Path, folder: &Path) -> Result<Self> {
-        let text = files::text(path)?;
-        let file = Parsed::new(path.display().to_string(), &text)?;
-        if !file.has("experiment") && OF_EXPERIMENTS.iter().any(|key| file.has(key)) {
-            let path = path.display();
-            return Err(Failure::input(format_args!(
-                "{path}: is an experiment, not a sweep, which names one: oneiro run {path}"
-            )));
-        }
+        // All are at work on the cells.
+        threads::prepare();
+        let text = FileKind::Sweep.text(path)?;
+        let file = FileKind::Sweep.parsed(path, &text)?;
         Self::of(&file, &path.file_stem().unwrap_or_default().to_string_lossy(), folder)
     }
 

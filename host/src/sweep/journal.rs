@@ -9,7 +9,7 @@
 //! | `lock` | held by the one process that writes |
 
 use std::collections::BTreeSet;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, SyncSender};
@@ -19,9 +19,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::RunIndex;
+use crate::engine::job::Named;
 use crate::engine::{checkpoint, disk};
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 use crate::record::Session;
+use crate::threads;
 use crate::utc::now;
 
 const RESULTS: &str = "results.log";
@@ -36,8 +39,8 @@ const TAG: usize = 16;
 pub(crate) struct Line {
     pub(crate) run: RunIndex,
     pub(crate) id: String,
-    /// Row of the table of results.
-    pub(crate) cells: Vec<String>,
+    /// Its values in the table of results.
+    pub(crate) outcomes: Named,
     /// Its champion's genes as text, with commas between them; empty if it has no champion.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub(crate) champion: String,
@@ -50,6 +53,11 @@ pub(crate) struct Line {
 }
 
 impl Line {
+    /// Where its generations end.
+    fn end(&self) -> Option<u64> {
+        self.from.checked_add(self.bytes)
+    }
+
     /// Appends it to a file's text.
     fn encode(&self, text: &mut Vec<u8>) {
         let start = text.len();
@@ -100,6 +108,7 @@ impl Logged {
             whole: whole as u64,
             ..Self::default()
         };
+        threads::prepare();
         let lines = text[..whole].par_split_inclusive(|&byte| byte == b'\n');
         let decoded = lines.map(|bytes| {
             let line = std::str::from_utf8(bytes).ok()?;
@@ -107,7 +116,7 @@ impl Logged {
         });
         for (line, number) in decoded.collect::<Vec<_>>().into_iter().zip(1..) {
             match line {
-                Some(line) if line.from + line.bytes <= there => logged.lines.push(line),
+                Some(line) if line.end().is_some_and(|end| end <= there) => logged.lines.push(line),
                 Some(line) => logged.problems.push(format!(
                     "{}:{number}: {GENERATIONS} is shorter than it was; run {} is done again",
                     path.display(),
@@ -135,7 +144,7 @@ impl Generations {
     /// Opens a shard's tables.
     pub(crate) fn open(directory: &Path) -> Result<Self> {
         let path = directory.join(GENERATIONS);
-        let file = File::open(&path).map_err(|error| Failure::storage(&path, &error))?;
+        let file = plain::open_table(&path).map_err(|error| Failure::storage(&path, &error))?;
         Ok(Self {
             path,
             file: BufReader::with_capacity(1 << 16, file),
@@ -177,8 +186,8 @@ impl Generations {
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
     pub(crate) run: RunIndex,
-    /// Cells of the table of results.
-    pub(crate) cells: Vec<String>,
+    /// Its values in the table of results.
+    pub(crate) outcomes: Named,
     /// Its champion's genes, with commas between them; empty if it has no champion.
     pub(crate) champion: String,
     /// Table of steps without its first line.
@@ -245,7 +254,6 @@ impl Journal {
     pub(crate) fn begin(directory: &Path, identity: blake3::Hash, session: Session) -> Result<(Self, Begun)> {
         /// Most entries that may wait for the disk; beyond that, the main loop waits too.
         const WAITING: usize = 4;
-        fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
         let Some(lock) = disk::try_lock(directory)? else {
             return Err(Failure::stopped(format_args!(
                 "{}: another process is working on this shard; run the same command again once it has finished",
@@ -282,12 +290,7 @@ impl Journal {
                 }
             }
         }
-        let end = logged
-            .lines
-            .iter()
-            .map(|line| line.from + line.bytes)
-            .max()
-            .unwrap_or(0);
+        let end = logged.lines.iter().filter_map(Line::end).max().unwrap_or(0);
         let mut writer = Writer {
             results: Appended::cut_back(directory.join(RESULTS), whole)?,
             generations: Appended::cut_back(directory.join(GENERATIONS), end)?,
@@ -301,8 +304,9 @@ impl Journal {
             received.into_iter().try_for_each(|entry| writer.write(entry))?;
             Ok(writer.lines)
         });
-        let known = fs::read(directory.join(SESSIONS)).unwrap_or_default();
-        let mut sessions: Vec<Session> = serde_json::from_slice(&known).unwrap_or_default();
+        // Nothing depends on them.
+        let known = disk::json_if_there(&directory.join(SESSIONS)).ok().flatten();
+        let mut sessions: Vec<Session> = known.unwrap_or_default();
         sessions.push(session);
         disk::note(&directory.join(SESSIONS), &disk::json(&sessions))?;
         let journal = Self {
@@ -345,7 +349,7 @@ impl Journal {
         drop(entries);
         let written = writer
             .join()
-            .unwrap_or_else(|_| Err(Failure::failed("the writer of results crashed")));
+            .unwrap_or_else(|_| Err(Failure::broken("the writer of results")));
         if let Some(session) = self.sessions.last_mut() {
             session.ended = Some(now());
         }
@@ -385,7 +389,7 @@ impl Writer {
                     let line = Line {
                         run: outcome.run,
                         id: id.to_hex().to_string(),
-                        cells: outcome.cells,
+                        outcomes: outcome.outcomes,
                         champion: outcome.champion,
                         result: outcome.result,
                         from: self.generations.bytes,
@@ -430,7 +434,7 @@ impl Appended {
     /// Opens a file and truncates it to `bytes` bytes.
     fn cut_back(path: PathBuf, bytes: u64) -> Result<Self> {
         let open = || -> io::Result<File> {
-            let file = OpenOptions::new().create(true).append(true).open(&path)?;
+            let file = plain::append_or_create(&path)?;
             if file.metadata()?.len() != bytes {
                 file.set_len(bytes)?;
             }
@@ -475,7 +479,9 @@ mod tests {
         let line = Line {
             run: 5,
             id: "ab".into(),
-            cells: vec!["1.5".into(), "NaN".into()],
+            outcomes: [("best", "1.5"), ("mean", "NaN")]
+                .map(|(name, value)| (name.into(), value.into()))
+                .into(),
             champion: "0.1,-340282350000000000000000000000000000000".into(),
             result: "cd".into(),
             from: 10,

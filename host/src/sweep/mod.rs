@@ -36,7 +36,7 @@ use crate::contents::Column;
 use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::{self, Content, Files};
-use crate::files;
+use crate::kinds::FileKind;
 use crate::reality::site::Site;
 use crate::reality::wired::Time;
 use crate::runs::{self, Experiment, Reality, Recording, Robots, Shown, Table};
@@ -67,7 +67,7 @@ pub(crate) struct Plan {
     pub(crate) kernels: Vec<&'static str>,
     /// Most bytes that a run of any cell needs.
     pub(crate) bytes: u64,
-    /// Columns of the results of a run.
+    /// Columns of the results of runs: those of the first cell, then those that only others have.
     pub(crate) outcomes: Vec<Column>,
     /// Each run's table of steps, and its columns.
     pub(crate) table: Table,
@@ -111,8 +111,12 @@ impl Sweep {
     }
 
     fn of(path: &Path, file: SweepFile, experiment: PathBuf) -> Result<Self> {
-        let text = files::text(&experiment)
-            .map_err(|failure| failure.at(&format!("{}: experiment", file.experiment_place)))?;
+        let at = |failure: Failure| failure.at(&format!("{}: experiment", file.experiment_place));
+        let text = FileKind::Experiment.text(&experiment).map_err(at)?;
+        // Not TOML at all is refused where its values are read.
+        if let Ok(values) = Parsed::new(String::new(), &text) {
+            FileKind::Experiment.must_be(&experiment, &values).map_err(at)?;
+        }
         Ok(Self {
             path: path.to_owned(),
             file,
@@ -280,9 +284,10 @@ impl Sweep {
             if let Some(time) = robots {
                 plan.robot_time = Some(plan.robot_time.unwrap_or_default().and(ids.len(), time));
             }
-            if outcomes.len() > plan.outcomes.len() {
-                // What only some cells have comes last.
-                plan.outcomes = outcomes;
+            for column in outcomes {
+                if plan.outcomes.iter().all(|known| known.name != column.name) {
+                    plan.outcomes.push(column);
+                }
             }
             if shown.by != plan.shown.by && !shown.needs_finalists() {
                 // Not all cells have the outcome of the first.

@@ -17,6 +17,7 @@ use parquet::schema::types::{ColumnPath, Type};
 use crate::contents::{self, Holds};
 use crate::engine::disk::write_through;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 
 /// Rows of a row group. Only one group is in memory at a time, whatever the table's length.
 const ROWS: usize = 1 << 17;
@@ -103,7 +104,7 @@ struct Table<'a> {
 
 impl<'a> Table<'a> {
     fn open(path: &'a Path, columns: &'a [contents::Column]) -> Result<Self> {
-        let file = File::open(path).map_err(|error| match error.kind() {
+        let file = plain::open_table(path).map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => Failure::corrupt(format_args!("{}: is missing", path.display())),
             _ => Failure::storage(path, &error),
         })?;
@@ -445,8 +446,9 @@ mod tests {
         let csv = scratch.0.join("table.csv");
         fs::write(&csv, "run\n1\n").unwrap();
         assert_eq!(refused(&csv, &scratch.0.join("no/table.parquet")).code(), 6);
-        // A directory can be opened as a file but not read.
-        assert_eq!(refused(&scratch.0, &scratch.table()).code(), 6);
+        let directory = refused(&scratch.0, &scratch.table());
+        assert_eq!(directory.code(), 3);
+        assert!(directory.to_string().ends_with("is a directory; allowed: a file"));
         let full = system(io::Error::from(io::ErrorKind::StorageFull).into());
         assert_eq!(full.kind(), io::ErrorKind::StorageFull);
     }

@@ -8,8 +8,8 @@
 //! | `shard-I-of-N/` | a process's [journal](super::journal) |
 //! | `results.csv`, `generations.csv`, `champions.csv` | the [tables](super::tables) of all runs, once all are done |
 
+use crate::console::counted;
 use std::collections::BTreeMap;
-use std::ffi::OsString;
 use std::fmt;
 use std::fs;
 use std::io;
@@ -21,16 +21,24 @@ use serde::{Deserialize, Serialize};
 use super::file::{Reality, Robots};
 use super::journal::{Line, Logged};
 use super::{Plan, RunIndex, Sweep};
-use crate::contents::README;
 use crate::engine::disk::{self, LOCK};
 use crate::exit::{Failure, Result};
-use crate::files;
+use crate::files::directory::{Form, Holds};
+use crate::files::{self, plain};
+use crate::record;
 
 const MADE: &str = "sweep.json";
 const SWEEP: &str = "sweep.toml";
 const NAMED: &str = "sweep";
 const EXPERIMENT: &str = "experiment";
 const SHARD: &str = "shard-";
+
+/// A sweep's directory.
+const FORM: Form<'_> = Form {
+    mark: MADE,
+    before: &[SWEEP, NAMED, EXPERIMENT],
+    option: "--out",
+};
 
 /// The share of a sweep's runs that one process does: every `of`-th run, beginning with number `index`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -97,7 +105,8 @@ pub(crate) struct Made {
 }
 
 const FORMAT: &str = "oneiro sweep";
-const VERSION: u32 = 3;
+/// Version 3 had values without names.
+const VERSION: u32 = 4;
 
 /// Keys that every version writes.
 #[derive(Debug, Deserialize)]
@@ -156,8 +165,11 @@ impl Made {
         }
         if (self.runs, self.cells) != (other.runs, other.cells) {
             return Some(format!(
-                "is of another sweep, of {} runs in {} cells; this one has {} in {}",
-                other.runs, other.cells, self.runs, self.cells
+                "is of another sweep, of {} in {}; this one has {} in {}",
+                counted(other.runs, "run", "runs"),
+                counted(other.cells, "cell", "cells"),
+                self.runs,
+                self.cells
             ));
         }
         (self.identity != other.identity).then(|| {
@@ -239,7 +251,7 @@ impl Store {
     pub(crate) fn prepare(directory: &Path, sweep: &Sweep, plan: &Plan) -> Result<Self> {
         let made = Made::new(sweep, plan);
         files::must_not_be_file(directory)?;
-        fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+        plain::make_directory(directory).map_err(|error| Failure::unreadable(directory, &error))?;
         if Self::made(directory)?.is_none() {
             Self::make(directory, sweep, plan, made.clone())?;
         }
@@ -258,10 +270,9 @@ impl Store {
     /// Shards may begin at the same time: the first one makes the directory.
     fn make(directory: &Path, sweep: &Sweep, plan: &Plan, made: Made) -> Result {
         // Other people's directories don't even get a lock file.
-        refuse_others(directory).or_else(|refusal| match Self::made(directory)? {
-            Some(_) => Ok(()),
-            None => Err(refusal),
-        })?;
+        if FORM.refuse_others(directory)? == Holds::Mark {
+            return Ok(());
+        }
         let path = directory.join(LOCK);
         let lock = disk::lock_file(&path)?;
         lock.lock().map_err(|error| Failure::storage(&path, &error))?;
@@ -281,7 +292,7 @@ impl Store {
 
     /// Whether a directory is a sweep's.
     pub(crate) fn is_at(directory: &Path) -> bool {
-        directory.join(MADE).is_file()
+        directory.join(MADE).symlink_metadata().is_ok()
     }
 
     /// Opens a sweep's directory.
@@ -289,11 +300,18 @@ impl Store {
     /// # Errors
     /// Exit 3 if it isn't one.
     pub(crate) fn open(directory: &Path) -> Result<Self> {
+        let refused = |problem: &str| Err(Failure::input(format_args!("{}: {problem}", directory.display())));
+        if let Err(error) = fs::metadata(directory) {
+            return Err(Failure::unreadable(directory, &error));
+        }
+        if directory.is_file() {
+            return refused("is a file; allowed: the directory of a sweep");
+        }
+        if record::is_run(directory) {
+            return refused("is a run's directory, not a sweep's; allowed: one that `oneiro sweep run` wrote");
+        }
         let Some(made) = Self::made(directory)? else {
-            return Err(Failure::input(format_args!(
-                "{}: is not a sweep directory: there is no {MADE} in it",
-                directory.display()
-            )));
+            return refused(&format!("is not a sweep directory: there is no {MADE} in it"));
         };
         Ok(Self {
             directory: directory.to_owned(),
@@ -304,7 +322,7 @@ impl Store {
     /// Origin of a directory, if it is a sweep's.
     fn made(directory: &Path) -> Result<Option<Made>> {
         let path = directory.join(MADE);
-        let bytes = match fs::read(&path) {
+        let bytes = match plain::read(&path, plain::MAXIMUM_NOTE) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(Failure::unreadable(&path, &error)),
@@ -356,7 +374,19 @@ impl Store {
 
     /// Path of a shard's journal.
     pub(crate) fn journal(&self, shard: Shard) -> PathBuf {
-        self.directory.join(format!("{SHARD}{}-of-{}", shard.index, shard.of))
+        self.directory.join(Self::journal_name(shard))
+    }
+
+    fn journal_name(shard: Shard) -> String {
+        format!("{SHARD}{}-of-{}", shard.index, shard.of)
+    }
+
+    /// Path of a shard's journal, which is made.
+    ///
+    /// # Errors
+    /// Exit 3 if a link or a file has its name; exit 6.
+    pub(crate) fn make_journal(&self, shard: Shard) -> Result<PathBuf> {
+        disk::make_folder(&self.directory, Self::journal_name(shard))
     }
 
     /// Existing journals, in the order of their shards.
@@ -431,8 +461,8 @@ impl Store {
                 )));
             }
             if let Some(other) = all.runs.get(&line.run)
-                && (&other.line.result, &other.line.cells, &other.line.blake3)
-                    != (&line.result, &line.cells, &line.blake3)
+                && (&other.line.result, &other.line.outcomes, &other.line.blake3)
+                    != (&line.result, &line.outcomes, &line.blake3)
             {
                 return Err(Failure::corrupt(format_args!(
                     "run {} has the result {} in {} and {} in {}; one of the machines can't be trusted: \
@@ -453,27 +483,6 @@ impl Store {
     }
 }
 
-/// Refuses a directory with other contents. A sweep's directory begins with its lock.
-fn refuse_others(directory: &Path) -> Result {
-    let names = fs::read_dir(directory)
-        .map_err(|error| Failure::unreadable(directory, &error))?
-        .map(|entry| entry.map(|entry| entry.file_name()))
-        .collect::<io::Result<Vec<_>>>()
-        .map_err(|error| Failure::storage(directory, &error))?;
-    let is_begun = directory.join(LOCK).is_file();
-    let is_own = |name: &OsString| {
-        [LOCK, SWEEP, NAMED, EXPERIMENT, README].iter().any(|own| name == *own)
-            || name.to_string_lossy().ends_with(disk::TEMPORARY)
-    };
-    if names.iter().all(|name| is_begun && is_own(name)) {
-        return Ok(());
-    }
-    Err(Failure::input(format_args!(
-        "{}: exists and holds other files, and nothing is overwritten; name another directory with --out",
-        directory.display()
-    )))
-}
-
 /// Copies the sweep's file, the experiment's, and the files that they name, so that the directory can be moved. Files
 /// with absolute paths stay where they are. Returns the new paths of the folder from which the sweep's file names files, and
 /// of the experiment's file.
@@ -488,8 +497,7 @@ fn bring(directory: &Path, sweep: &Sweep) -> Result<[PathBuf; 2]> {
     let experiment = copied(directory, EXPERIMENT, std::iter::once(own).chain(named(false)))?.join(name);
     let folder = copied(directory, NAMED, named(true))?;
     let path = sweep.path();
-    let bytes = fs::read(path).map_err(|error| Failure::unreadable(path, &error))?;
-    disk::write(&directory.join(SWEEP), &bytes)?;
+    disk::write(&directory.join(SWEEP), &files::bytes(path)?)?;
     Ok([folder, experiment])
 }
 
@@ -504,14 +512,30 @@ fn copied(directory: &Path, root: &str, files: impl Iterator<Item = (PathBuf, Ve
         .max();
     let below = std::iter::repeat_n("below", ups.unwrap_or(0));
     let own: PathBuf = std::iter::once(root).chain(below).collect();
+    if !files.is_empty() {
+        // Names lead up from it.
+        disk::make_folder(directory, &own)?;
+    }
     for (name, bytes) in files {
-        let path = directory.join(&own).join(name);
-        let parent = path.parent().unwrap_or(directory);
-        fs::create_dir_all(parent).map_err(|error| Failure::storage(parent, &error))?;
-        disk::write(&path, &bytes)?;
-        disk::sync_directory(parent)?;
+        let path = own.join(name);
+        let folder = inside(path.parent().unwrap_or(Path::new("")));
+        let folder = disk::make_folder(directory, folder)?;
+        disk::write(&folder.join(path.file_name().unwrap_or_default()), &bytes)?;
+        disk::sync_directory(&folder)?;
     }
     Ok(own)
+}
+
+/// A path without its steps upwards.
+fn inside(path: &Path) -> PathBuf {
+    let mut inside = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::ParentDir => drop(inside.pop()),
+            part => inside.push(part),
+        }
+    }
+    inside
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Tables of a sweep: one row per run, in long form one row per generation of each run, and the champions' genes.
 //! Whichever processes did the runs, in whatever order, the files have the same bytes.
 
+use crate::console::counted;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -13,13 +14,15 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use super::contents::{CHAMPIONS, GENERATIONS, RESULTS, SUMS, columns_of_champions, columns_of_generations};
+use super::contents::{CHAMPIONS, GENERATIONS, RESULTS, RUN, SUMS, columns_of_champions, columns_of_generations};
 use super::journal::Generations;
-use super::store::{AllFinished, Finished};
+use super::store::{AllFinished, Finished, Store};
 use super::{Plan, RunIndex, Sweep};
 use crate::contents::Column;
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
+use crate::report::csv::cell;
 
 /// Tables written by [`write()`].
 #[derive(Debug)]
@@ -127,36 +130,51 @@ pub(crate) struct Sums {
 
 /// Hash of a table's file, which may be too large for the memory.
 fn hash_of(path: &Path) -> Result<String> {
-    let read = || -> io::Result<String> {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update_reader(File::open(path)?)?;
-        Ok(hasher.finalize().to_hex().to_string())
-    };
-    read().map_err(|error| Failure::storage(path, &error))
+    let hash = plain::hash(path).map_err(|error| Failure::storage(path, &error))?;
+    Ok(hash.to_hex().to_string())
 }
 
-/// Checks that a sweep's tables are what was written.
+/// Hash of the tables of results and of generations, one after the other.
+fn hash_of_both(directory: &Path) -> Result<String> {
+    let mut hasher = blake3::Hasher::new();
+    for name in [RESULTS, GENERATIONS] {
+        let path = directory.join(name);
+        let hashed = plain::open_table(&path).and_then(|table| hasher.update_reader(table).map(|_| ()));
+        hashed.map_err(|error| Failure::storage(&path, &error))?;
+    }
+    Ok(hasher.finalize().to_hex().to_string())
+}
+
+/// Checks that a sweep's tables are what was written. What it returns was computed from them.
 ///
 /// # Errors
 /// Exit 1 if there are none yet, or if they have no hashes; exit 5 with each table that is another now, or missing.
 pub(crate) fn verify(directory: &Path) -> Result<Sums> {
     let path = directory.join(SUMS);
-    let Some(bytes) = disk::read_if_there(&path)? else {
+    let Some(sums) = disk::json_if_there::<Sums>(&path)? else {
         let directory = directory.display();
         return Err(Failure::failed(format_args!(
             "{directory}: has no {SUMS} with the hashes of its tables; `oneiro sweep merge {directory}` writes both once all \
              runs are done"
         )));
     };
-    let sums: Sums = disk::parsed(&path, &bytes)?;
     let mut problems = Vec::new();
+    for name in [RESULTS, GENERATIONS] {
+        if !sums.files.contains_key(name) {
+            problems.push(format!("{name} is not listed in {SUMS}"));
+        }
+    }
     for (name, hash) in &sums.files {
         let table = directory.join(name);
-        if !table.is_file() {
+        // A name leads to nothing else than a file of the directory.
+        if Path::new(name).file_name() != Some(name.as_ref()) || !table.exists() {
             problems.push(format!("{name} is missing"));
         } else if hash_of(&table)? != *hash {
             problems.push(format!("{name} is not what was written"));
         }
+    }
+    if problems.is_empty() && hash_of_both(directory)? != sums.hash {
+        problems.push(format!("the hash in {SUMS} is another"));
     }
     if problems.is_empty() {
         return Ok(sums);
@@ -167,18 +185,49 @@ pub(crate) fn verify(directory: &Path) -> Result<Sums> {
     )))
 }
 
+/// The path of a table of a sweep's directory.
+///
+/// # Errors
+/// Exit 3 if there is none yet, with how many runs are done and what to do.
+pub(crate) fn table(directory: &Path, name: &str) -> Result<PathBuf> {
+    let path = directory.join(name);
+    if path.exists() {
+        return Ok(path);
+    }
+    let store = Store::open(directory)?;
+    let mut finished = AllFinished::default();
+    store.finished(None, &mut finished)?;
+    let (done, all, directory) = (finished.runs.len(), store.what().runs, directory.display());
+    let instead = if done < all {
+        "repeat the `oneiro sweep run` that began it for the rest".to_owned()
+    } else {
+        format!("`oneiro sweep merge {directory}` writes it")
+    };
+    Err(Failure::input(format_args!(
+        "{directory}: has no {name} yet: {done} of {all} runs are done here; {instead}. `oneiro sweep merge {directory} OTHERS` \
+         joins shards in other directories"
+    )))
+}
+
 /// The runs that are in a directory's table of results; none if there is no table.
 ///
 /// # Errors
 /// Exit 6 if reading fails.
 pub(crate) fn runs_in(directory: &Path, runs: usize) -> Result<BTreeSet<RunIndex>> {
     let path = directory.join(RESULTS);
-    if !path.is_file() {
+    if !path.exists() {
         return Ok(BTreeSet::new());
     }
-    let mut table = csv::Reader::from_path(&path).map_err(|error| Failure::storage(&path, &error.into()))?;
+    let mut table =
+        csv::Reader::from_reader(plain::open_table(&path).map_err(|error| Failure::storage(&path, &error))?);
+    let head = table
+        .headers()
+        .map_err(|error| Failure::storage(&path, &error.into()))?;
+    let Some(column) = head.iter().position(|name| name == RUN.name) else {
+        return Ok(BTreeSet::new());
+    };
     let rows = table.records().map_while(csv::Result::ok);
-    let runs_of_rows = rows.filter_map(|row| row.get(0)?.parse::<RunIndex>().ok());
+    let runs_of_rows = rows.filter_map(|row| row.get(column)?.parse::<RunIndex>().ok());
     Ok(runs_of_rows.filter(|run| (*run as usize) < runs).collect())
 }
 
@@ -201,21 +250,23 @@ fn write_results(table: &mut Table<'_>, sweep: &Sweep, plan: &Plan, finished: &A
     let mut rows = csv::Writer::from_writer(&mut table.rows);
     let mut write = || -> csv::Result<()> {
         rows.write_record(sweep.columns(plan).iter().map(|column| column.name.as_bytes()))?;
-        let (mut cell, mut levels) = (0, sweep.levels(0));
+        let (mut of, mut levels) = (0, sweep.levels(0));
         for (&run, Finished { line, .. }) in &finished.runs {
-            if sweep.cell_of(run) != cell {
-                cell = sweep.cell_of(run);
-                levels = sweep.levels(cell);
+            if sweep.cell_of(run) != of {
+                of = sweep.cell_of(run);
+                levels = sweep.levels(of);
             }
             rows.write_field(run.to_string())?;
             rows.write_field(&line.id)?;
-            levels.iter().try_for_each(|level| rows.write_field(level))?;
+            levels
+                .iter()
+                .try_for_each(|level| rows.write_field(cell(level.as_bytes())))?;
             rows.write_field(sweep.seed_of(run).to_string())?;
             // What only runs of other cells have is empty.
-            let cells = line.cells.iter().map(String::as_str).chain(std::iter::repeat(""));
-            cells
-                .take(plan.outcomes.len())
-                .try_for_each(|cell| rows.write_field(cell))?;
+            let outcome = |column: &Column| line.outcomes.get(&column.name).map_or("", String::as_str);
+            plan.outcomes
+                .iter()
+                .try_for_each(|column| rows.write_field(cell(outcome(column).as_bytes())))?;
             rows.write_field(&line.result)?;
             rows.write_record(None::<&[u8]>)?;
         }
@@ -336,7 +387,8 @@ impl AllFinished {
         let more = if count > shown.len() { ", ..." } else { "" };
         let are = if count == 1 { "is" } else { "are" };
         Err(Failure::failed(format_args!(
-            "{count} of {all} runs {are} missing: {}{more}; `oneiro sweep run` does them",
+            "{count} of {} {are} missing: {}{more}; `oneiro sweep run` does them",
+            counted(all, "run", "runs"),
             shown.join(", ")
         )))
     }

@@ -35,8 +35,8 @@ pub(crate) struct Work<'a> {
 pub(crate) struct Recorded {
     experiment: Arc<dyn Experiment>,
     done: u32,
-    /// The table of steps so far. Individuals are not recorded in sweeps, so there is no other.
-    table: Vec<u8>,
+    /// Its tables so far, by their files, that of steps first. Individuals are not recorded in sweeps.
+    tables: Vec<(&'static str, Vec<u8>)>,
 }
 
 impl<'a> Work<'a> {
@@ -92,7 +92,7 @@ impl<'a> Work<'a> {
         let saved = under_way.into_par_iter().map(|UnderWay { run, job, record }| Saved {
             run: *run as RunIndex,
             done: record.done,
-            tables: vec![record.table.clone()],
+            tables: record.tables.iter().map(|(_, rows)| rows.clone()).collect(),
             job: job.save(),
         });
         // Runs that are still to be resumed from an earlier checkpoint stay in the next one.
@@ -104,10 +104,11 @@ impl<'a> Work<'a> {
 
 /// The outcome of a finished run.
 fn outcome(plan: &Plan, run: RunNumber, mut job: Box<dyn Job>, recorded: &Recorded) -> Result<Outcome> {
-    let table = std::str::from_utf8(&recorded.table).map_err(Failure::failed)?;
+    let table = std::str::from_utf8(&recorded.tables[0].1).map_err(Failure::failed)?;
     let finished = job.finish(table)?;
     let files = finished.files.iter().map(|(file, bytes)| (*file, &bytes[..]));
-    let files: Vec<_> = files.chain([(plan.table.file, table.as_bytes())]).collect();
+    let tables = recorded.tables.iter().map(|(file, rows)| (*file, &rows[..]));
+    let files: Vec<_> = files.chain(tables).collect();
     let mut champion = String::with_capacity(16 * finished.champion.len());
     for gene in &finished.champion {
         let comma = if champion.is_empty() { "" } else { "," };
@@ -116,7 +117,7 @@ fn outcome(plan: &Plan, run: RunNumber, mut job: Box<dyn Job>, recorded: &Record
     }
     Ok(Outcome {
         run: run as RunIndex,
-        cells: finished.cells,
+        outcomes: finished.outcomes,
         champion,
         generations: table[plan.table.head.len()..].to_owned(),
         result: result_of(plan.ids[run], &recorded.experiment.results(), &files),
@@ -127,7 +128,10 @@ impl Record<Box<dyn Job>> for Recorded {
     fn add(&mut self, _: &Box<dyn Job>, step: Step) -> Result {
         self.done = step.progress.map_or(self.done, |progress| progress.done);
         for added in step.added {
-            self.table.extend(added.bytes);
+            let table = self.tables.iter_mut().find(|(file, _)| *file == added.file);
+            let (_, rows) =
+                table.ok_or_else(|| Failure::failed(format_args!("{}: is no table of this run", added.file)))?;
+            rows.extend(added.bytes);
         }
         Ok(())
     }
@@ -141,21 +145,26 @@ impl Runs for Work<'_> {
         let index = run as RunIndex;
         let experiment = self.experiment(self.sweep.cell_of(index))?;
         let seed = self.sweep.seed_of(index);
-        let saved = self.saved.remove(&index).and_then(|mut saved| {
+        let tables = experiment.tables(Recording::Tables).into_iter();
+        let mut tables: Vec<(&'static str, Vec<u8>)> = tables.map(|table| (table.file, table.head)).collect();
+        let saved = self.saved.remove(&index).and_then(|saved| {
             let job = Arc::clone(&experiment).restored(seed, Recording::Tables, &saved.job);
             // A saved run that doesn't fit starts over.
-            Some((job.ok()?, saved.done, saved.tables.pop()?))
+            let job = job.ok().filter(|_| saved.tables.len() == tables.len())?;
+            for ((_, rows), saved) in tables.iter_mut().zip(saved.tables) {
+                *rows = saved;
+            }
+            Some((job, saved.done))
         });
-        let (job, done, table) = if let Some(saved) = saved {
+        let (job, done) = if let Some(saved) = saved {
             saved
         } else {
-            let job = Arc::clone(&experiment).job(seed, Recording::Tables)?;
-            (job, 0, self.plan.table.head.clone())
+            (Arc::clone(&experiment).job(seed, Recording::Tables)?, 0)
         };
         let recorded = Recorded {
             experiment,
             done,
-            table,
+            tables,
         };
         Ok((job, recorded))
     }

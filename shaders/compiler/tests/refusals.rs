@@ -83,11 +83,13 @@ fn float_division() {
         "out[lane] = x * (5.0f % 3.0f);",
         "out[lane] = f32(1) / f32(3);",
         "out[lane] = (vec2<f32>(1.0f, 2.0f) / 3.0f).x;",
+        "out[lane] = f32(7u / 2u);",
+        "out[lane] = f32(7 % 2);",
     ] {
-        refused(folded, "made by a division");
+        refused(folded, "computed with `/` or `%`");
     }
-    refused_outside("const third = 1.0f / 3.0f;", "made by a division");
-    refused_outside("var<private> third: f32 = 1.0f / 3.0f;", "made by a division");
+    refused_outside("const third = 1.0f / 3.0f;", "computed with `/` or `%`");
+    refused_outside("var<private> third: f32 = 1.0f / 3.0f;", "computed with `/` or `%`");
     refused_outside(
         "fn unused(x: f32) -> f32 { return x / 2.0f; }",
         "in `unused`: float division",

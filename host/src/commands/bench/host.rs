@@ -17,11 +17,13 @@ use super::null::Null;
 use crate::cli::Bench;
 use crate::console::{Console, columns};
 use crate::device::NULL;
+use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::engine::job::Progress;
 use crate::engine::scheduler::Times;
 use crate::engine::watcher::{Watch, stop_signal};
 use crate::exit::{Failure, Result};
+use crate::files::{self, plain};
 use crate::record::Session;
 use crate::sweep::Sweep;
 use crate::sweep::journal::Journal;
@@ -201,7 +203,7 @@ fn sweep(processors: usize, runs: u32, stop: &Arc<AtomicBool>) -> Result<Turn> {
     };
     thread::scope(|scope| {
         let ended = scope.spawn(work).join();
-        ended.unwrap_or_else(|_| Err(Failure::failed("the benchmark crashed")))
+        ended.unwrap_or_else(|_| Err(Failure::broken("the benchmark")))
     })
 }
 
@@ -209,7 +211,7 @@ fn sweep(processors: usize, runs: u32, stop: &Arc<AtomicBool>) -> Result<Turn> {
 fn evolved(runs: u32, stop: &Arc<AtomicBool>) -> Result<Turn> {
     let scratch = Scratch::new()?;
     let path = scratch.0.join("host.toml");
-    let write = |path: &Path, text: &str| fs::write(path, text).map_err(|error| Failure::storage(path, &error));
+    let write = |path: &Path, text: &str| files::write_new(path, text.as_bytes());
     write(&scratch.0.join("default.toml"), "")?;
     write(
         &path,
@@ -224,7 +226,8 @@ fn evolved(runs: u32, stop: &Arc<AtomicBool>) -> Result<Turn> {
     let mut clock = Clock(Times::default());
     memory::forget_peak();
     let began = Instant::now();
-    let (journal, _) = Journal::begin(&scratch.0.join("journal"), blake3::hash(b"host"), session)?;
+    let folder = disk::make_folder(&scratch.0, "journal")?;
+    let (journal, _) = Journal::begin(&folder, blake3::hash(b"host"), session)?;
     let mut work = Work::new((&sweep, &plan), Vec::new(), CHECKPOINT_EVERY, &journal);
     let waiting = work.waiting((0..runs).collect());
     let most = work.most();
@@ -262,7 +265,7 @@ struct Scratch(PathBuf);
 impl Scratch {
     fn new() -> Result<Self> {
         let path = std::env::temp_dir().join(format!("oneiro-bench-{}", std::process::id()));
-        fs::create_dir(&path).map_err(|error| Failure::storage(&path, &error))?;
+        plain::make_new_directory(&path).map_err(|error| Failure::storage(&path, &error))?;
         Ok(Self(path))
     }
 }
@@ -294,16 +297,19 @@ fn bind(_: usize) {}
 /// The program's peak memory.
 #[cfg(target_os = "linux")]
 mod memory {
-    use std::fs;
+    use std::io::Write;
+    use std::path::Path;
+
+    use crate::files::plain;
 
     /// Lets the peak begin at what is in use now. If the system refuses, it is that of the whole program.
     pub(super) fn forget_peak() {
-        let _ = fs::write("/proc/self/clear_refs", "5");
+        let _ = plain::append(Path::new("/proc/self/clear_refs")).and_then(|mut file| file.write_all(b"5"));
     }
 
     /// Most bytes in use since then.
     pub(super) fn peak() -> Option<u64> {
-        let status = fs::read_to_string("/proc/self/status").ok()?;
+        let status = String::from_utf8(plain::read(Path::new("/proc/self/status"), plain::MAXIMUM).ok()?).ok()?;
         let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
         let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
         Some(kilobytes << 10)

@@ -1,5 +1,7 @@
 //! `oneiro fleet compare`: what a fleet or its twins did, beside the batched study.
 
+use crate::console::counted;
+use crate::report::numbers::fixed;
 use std::slice;
 
 use serde_json::json;
@@ -48,9 +50,10 @@ pub(crate) fn run(arguments: &FleetCompare, console: Console) -> Result {
     let missed: u32 = records.iter().map(|run| run.missed).sum();
     let (name, seeds) = (fleet.experiment.name(), &arguments.seeds);
     console.data(format!(
-        "{name}: {} records of the fleet ({missed} intervals of robots missed), {} batched runs (seeds {} to {})\n\n{}",
-        records.len(),
-        runs.len(),
+        "{name}: {} of the fleet ({} missed), {} (seeds {} to {})\n\n{}",
+        counted(records.len(), "record", "records"),
+        counted(missed, "interval of a robot", "intervals of robots"),
+        counted(runs.len(), "batched run", "batched runs"),
         seeds.start(),
         seeds.end(),
         table(&compared)
@@ -60,13 +63,22 @@ pub(crate) fn run(arguments: &FleetCompare, console: Console) -> Result {
 fn table(compared: &[Compared]) -> String {
     let head = ["mean ± sd", "fleet", "batched", "difference", "90 % interval"];
     let row = |own: &Compared| {
-        let side = |[mean, spread]: [f64; 2]| format!("{} ± {}", rounded(mean), rounded(spread));
-        let more = |value: f64| {
-            if own.is_share {
-                format!("{:+.1} %", 100.0 * value)
+        let side = |[mean, spread]: [f64; 2]| {
+            if spread.is_nan() {
+                rounded(mean)
             } else {
-                format!("{value:+.3}")
+                format!("{} ± {}", rounded(mean), rounded(spread))
             }
+        };
+        let more = |value: f64| {
+            let (value, places, unit) = if own.is_share {
+                (100.0 * value, 1, " %")
+            } else {
+                (value, 3, "")
+            };
+            let text = fixed(value, places);
+            let sign = if text.starts_with('-') { "" } else { "+" };
+            format!("{sign}{text}{unit}")
         };
         let interval = own.interval.map(|ends| ends.map(more).join(" to "));
         let unknown = || "none".to_owned();
@@ -83,9 +95,5 @@ fn table(compared: &[Compared]) -> String {
 
 /// Four digits or so.
 fn rounded(value: f64) -> String {
-    if value.abs() < 10.0 {
-        format!("{value:.3}")
-    } else {
-        format!("{value:.1}")
-    }
+    fixed(value, if value.abs() < 10.0 { 3 } else { 1 })
 }

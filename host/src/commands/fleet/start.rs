@@ -1,6 +1,5 @@
 //! `oneiro fleet start`: lets robots live, and shows how they are.
 
-use std::io::{self, IsTerminal};
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -9,12 +8,13 @@ use indicatif::ProgressBar;
 
 use crate::cli::FleetStart;
 use crate::commands::robot::watch::screen;
-use crate::console::Console;
+use crate::console::{Console, shown};
 use crate::engine::watcher::stop_signal;
+use crate::exchange::radio::key::Key;
 use crate::exit::{Failure, Result};
 use crate::fleet::file::{AnyFleet, Computers, Fleet};
 use crate::fleet::live::{End, Options, Record, live};
-use crate::fleet::operator::{self, Ears, Socket};
+use crate::fleet::operator::{Ears, Socket, Station};
 use crate::fleet::page::{PAGE, Page};
 use crate::fleet::remote::on_each;
 use crate::fleet::{enough, service, table};
@@ -35,21 +35,24 @@ pub(super) fn run(arguments: &FleetStart, console: Console) -> Result {
         }
     };
     let stop = stop_signal()?;
+    // What may be refused here is refused before any daemon connects to its robot.
+    let key = Key::read(&fleet.key)?;
+    let socket = Arc::new(Socket::open(&fleet)?);
     let record = Record::next(&fleet)?;
-    let radio = operator::radio(&fleet, record.boots)?;
+    let station = Arc::new(Station::new(&fleet, &key, &record)?);
+    let mut page = Page::open(&fleet, record.milliseconds)?;
     daemons(&fleet, arguments.min, console)?;
     let options = Options {
         min: arguments.min.map_or(fleet.robots.len(), |min| min as usize),
         wait: arguments.wait,
     };
-    let mut page = Page::open(&fleet, record.milliseconds)?;
     console.say(format!(
         "{}: open it in a browser to see the robots",
         fleet.directory.join(PAGE).display()
     ));
     console.say("robots move only while this command runs: Ctrl-C, or the end of this terminal, stops them");
     let mut display = Display::new(console);
-    let end = live(&fleet, record, &radio, options, &stop, |ears, time| {
+    let end = live(&fleet, record, (&socket, &station), options, &stop, |ears, time| {
         page.look(&ears.robots, time);
         display.show(ears, time)
     });
@@ -81,7 +84,7 @@ fn daemons(fleet: &Computers, min: Option<u32>, console: Console) -> Result {
     let started = on_each(fleet, &fleet.chosen(&[])?, |robot, remote| {
         let outcome = remote.run(&service::start_command(fleet, robot));
         match &outcome {
-            Ok(_) => console.say(format!("robot {}: its daemon runs", robot.number)),
+            Ok(()) => console.say(format!("robot {}: its daemon runs", robot.number)),
             Err(failure) => console.say(format!("robot {}: {failure}", robot.number)),
         }
         outcome
@@ -92,14 +95,19 @@ fn daemons(fleet: &Computers, min: Option<u32>, console: Console) -> Result {
 /// Shows what robots say for a while, without a beacon.
 pub(super) fn listened(fleet: &Fleet, time: Duration, console: Console) -> Result {
     let stop = stop_signal()?;
+    let key = Key::read(&fleet.key)?;
     let socket = Arc::new(Socket::open(fleet)?);
-    // It says nothing, so it needs no number of its own.
-    let mut ears = Ears::new(fleet, socket, operator::radio(fleet, 0)?);
+    // It is a start of its own, whose number robots repeat: what they said before counts for nothing.
+    let mut record = Record::next(fleet)?;
+    let station = Arc::new(Station::new(fleet, &key, &record)?);
+    let mut ears = Ears::new(fleet, socket, Arc::clone(&station));
     let began = Instant::now();
     while began.elapsed() < time && !stop.load(std::sync::atomic::Ordering::Relaxed) {
+        ears.call();
         ears.listen();
         thread::sleep(Duration::from_millis(20));
     }
+    record.save(fleet, &station, true)?;
     if console.json() {
         return console.json_data(&table::json(&ears, None));
     }
@@ -115,7 +123,7 @@ struct Display {
 
 impl Display {
     fn new(console: Console) -> Self {
-        let is_table = !console.json() && io::stdout().is_terminal();
+        let is_table = console.has_screen();
         Self {
             screen: is_table.then(screen),
             console,
@@ -130,8 +138,8 @@ impl Display {
         }
         self.shown = Some(Instant::now());
         match &self.screen {
-            Some(screen) => screen.set_message(table::text(ears, time)),
-            None => self.console.data(table::json(ears, time).to_string())?,
+            Some(screen) => screen.set_message(shown(&table::text(ears, time)).into_owned()),
+            None => self.console.json_line(&table::json(ears, time))?,
         }
         Ok(())
     }

@@ -1,6 +1,5 @@
 //! `oneiro fleet twin`: the fleet's daemons as processes of this machine, in one simulated arena.
 
-use std::fs::{self, File};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -20,7 +19,10 @@ use crate::exchange::radio::key::Key as Secret;
 use crate::exchange::radio::{OPERATOR, Packet, Radio};
 use crate::exit::{Failure, Result};
 use crate::experiment::GREATEST_SEED;
+use crate::files::directory::Filling;
+use crate::files::{self, plain};
 use crate::fleet::file::{self, Fleet};
+use crate::fleet::twin;
 use crate::fleet::twin::conductor::{Conductor, Daemons, Operator, Outcome, Plan, World};
 use crate::fleet::twin::faults::Faults;
 use crate::progress;
@@ -39,7 +41,7 @@ pub(crate) struct Twin {
     /// Another seed than the fleet's
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=GREATEST_SEED))]
     pub(crate) seed: Option<u64>,
-    /// The twin's directory, which must not exist
+    /// The twin's directory, which must be empty or new
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
     /// How many times faster than in reality time passes at most, 0.1 to 10000 [default: as fast as possible]
@@ -66,9 +68,8 @@ impl Processes {
     /// They run `program`, or this one.
     ///
     /// # Errors
-    /// Exit 3: the directory exists, or the program does not; exit 6.
+    /// Exit 3: the program does not exist; exit 6.
     pub(crate) fn new(directory: &Path, settings: &[String], program: Option<&Path>) -> Result<Self> {
-        crate::files::must_be_new(directory)?;
         let program = match program {
             Some(path) => path
                 .canonicalize()
@@ -82,8 +83,8 @@ impl Processes {
         };
         for (robot, settings) in (0..).zip(settings) {
             let state = own.directory(robot);
-            fs::create_dir_all(&state).map_err(|error| Failure::storage(&state, &error))?;
-            crate::files::write_new(&own.file(robot, "toml"), settings.as_bytes())?;
+            plain::make_directory(&state).map_err(|error| Failure::storage(&state, &error))?;
+            files::write_new(&own.file(robot, "toml"), settings.as_bytes())?;
         }
         Ok(own)
     }
@@ -97,8 +98,7 @@ impl Processes {
 impl Daemons for Processes {
     fn start(&mut self, robot: u32, socket: &Path) -> Result<Option<Child>> {
         let said = self.file(robot, "stderr");
-        let stderr = File::options().create(true).append(true).open(&said);
-        let stderr = stderr.map_err(|error| Failure::storage(&said, &error))?;
+        let stderr = plain::append_or_create(&said).map_err(|error| Failure::storage(&said, &error))?;
         let unstarted =
             |error: std::io::Error| Failure::failed(format_args!("robot {robot}: can't be started: {error}"));
         let mut daemon = Command::new(&self.program);
@@ -170,12 +170,20 @@ impl World for Arena {
     }
 }
 
+/// The number of a twin's one start, which is the same each time.
+const START: u64 = 1;
+
 /// The operator's radio.
 struct Voice(Radio);
 
 impl Operator for Voice {
     fn beacon(&mut self, milliseconds: i64, go: bool) -> Vec<u8> {
-        self.0.seal(&Packet::Beacon { milliseconds, go })
+        let start = START;
+        self.0.seal(&Packet::Beacon {
+            milliseconds,
+            go,
+            start,
+        })
     }
 
     fn hear(&mut self, datagram: &[u8], now: Duration) {
@@ -214,11 +222,12 @@ pub(crate) fn run(arguments: &Twin, console: Console) -> Result {
         .collect();
     let key = Secret::read(&fleet.key)?;
     let mut arena = Arena::new(&plan)?;
+    let filling = Filling::begin("--out", &arguments.out, twin::is_own)?;
     let mut daemons = Processes::new(&arguments.out, &settings, arguments.program.as_deref())?;
     let place = arguments.out.join("robots");
-    crate::files::write_new(&place.join(file::EXPERIMENT), fleet.text.as_bytes())?;
+    files::write_new(&place.join(file::EXPERIMENT), fleet.text.as_bytes())?;
     let own_key = place.join(file::KEY);
-    fs::copy(&fleet.key, &own_key).map_err(|error| Failure::storage(&own_key, &error))?;
+    files::write_secret(&own_key, &files::bytes(&fleet.key)?)?;
     let guard = Settings::read(&daemons.file(0, "toml"))?.guard;
     let limits = plan.settings.limits();
     let of_conductor = Plan {
@@ -231,7 +240,7 @@ pub(crate) fn run(arguments: &Twin, console: Console) -> Result {
         directory: arguments.out.clone(),
     };
     let mut voice = Voice(Radio::new(OPERATOR, limits, &key, fleet.hash(), 1));
-    live(of_conductor, &mut arena, &mut voice, &mut daemons, console)
+    live(of_conductor, &mut arena, &mut voice, &mut daemons, filling, console)
 }
 
 /// The `robot.toml` of a robot's computer for the twin, where each robot has a directory beside the others'.
@@ -251,6 +260,7 @@ fn live(
     world: &mut dyn World,
     operator: &mut dyn Operator,
     daemons: &mut dyn Daemons,
+    filling: Filling,
     console: Console,
 ) -> Result {
     let stop = stop_signal()?;
@@ -261,6 +271,7 @@ fn live(
     let outcome = conductor.run(&stop, |second| bar.set_position(second));
     bar.finish_and_clear();
     let outcome = outcome?;
+    filling.finish()?;
     show(&outcome, console)?;
     if outcome.stopped {
         return Err(Failure::stopped(format_args!(
@@ -292,7 +303,7 @@ fn show(outcome: &Outcome, console: Console) -> Result {
         return console.json_data(outcome);
     }
     let brought: u32 = outcome.brought.iter().sum();
-    let robots = counted(outcome.brought.len() as u32, "robot", "robots");
+    let robots = counted(outcome.brought.len(), "robot", "robots");
     let (seconds, hash) = (outcome.seconds, &outcome.hash);
     console.data(format!("{robots}, {seconds} s: {brought} items brought; record {hash}"))
 }

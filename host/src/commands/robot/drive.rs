@@ -13,7 +13,7 @@ use signal_hook::flag;
 
 use super::{number, watch, wire};
 use crate::cli::{Guard as Guarded, RobotDrive, Speed};
-use crate::console::Console;
+use crate::console::{Console, shown};
 use crate::engine::watcher::stop_signal;
 use crate::exit::{Failure, Result};
 use crate::robots::address::Wire;
@@ -423,7 +423,7 @@ struct Panel {
 
 impl Panel {
     fn new(sensors: &[Sensors], is_script: bool, console: Console) -> Self {
-        let has_screen = !console.json() && io::stdout().is_terminal();
+        let has_screen = console.has_screen();
         Self {
             sensors: sensors.to_vec(),
             values: vec![None; sensors.len()],
@@ -456,7 +456,7 @@ impl Panel {
         self.shown = Some((status.clone(), Instant::now()));
         match &self.screen {
             Some(screen) => {
-                screen.set_message(self.text(status, speed));
+                screen.set_message(shown(&self.text(status, speed)).into_owned());
                 Ok(())
             }
             None => self.console.data(self.line(status).to_string()),

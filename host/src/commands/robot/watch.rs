@@ -1,6 +1,5 @@
 //! `oneiro robot watch`: shows a robot's sensors live.
 
-use std::io::{self, IsTerminal};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -11,9 +10,10 @@ use serde_json::{Map, Value, json};
 
 use super::{connected, milliseconds, number, used};
 use crate::cli::RobotWatch;
-use crate::console::Console;
+use crate::console::{Console, shown};
 use crate::engine::watcher::stop_signal;
 use crate::exit::{Failure, Result};
+use crate::report::numbers::fixed;
 use crate::robots::error::Error;
 use crate::robots::{Group, Kind, Reading, Robot, stopped, unstopped};
 
@@ -98,7 +98,7 @@ impl Display {
         let rows = groups
             .iter()
             .flat_map(|group| group.names.iter().map(|name| (*name, *group)));
-        if console.json() || !io::stdout().is_terminal() {
+        if !console.has_screen() {
             let names = rows.map(|(name, _)| name).collect();
             return Self::Lines { names, first: None };
         }
@@ -118,13 +118,13 @@ impl Display {
                     .collect();
                 let time = reading.at.saturating_sub(first).as_micros() as f64 / 1e6;
                 let line = json!({ "time_s": time, "age_ms": milliseconds(reading.age), "values": values });
-                console.data(line.to_string())
+                console.json_line(&line)
             }
             Self::Table { rows, screen } => {
                 let lines = rows.iter().zip(&reading.values);
                 let lines = lines.map(|((name, group), value)| row(name, group.unit, group.range, *value));
                 let height = usize::from(Term::stdout().size().0);
-                screen.set_message(fitted(lines.collect(), height));
+                screen.set_message(shown(&fitted(lines.collect(), height)).into_owned());
                 Ok(())
             }
         }
@@ -168,7 +168,7 @@ pub(super) fn row(name: &str, unit: &str, (least, greatest): (f64, f64), value: 
     let shown = if value.fract() == 0.0 {
         value.to_string()
     } else {
-        format!("{value:.2}")
+        fixed(value, 2)
     };
     format!("{name:22} {bar:·<WIDTH$} {shown:>8} {unit}")
         .trim_end()

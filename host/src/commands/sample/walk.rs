@@ -69,6 +69,37 @@ impl Plan {
     }
 }
 
+/// One line that says how an object is sampled.
+fn of_object(object: &Object, Grid { nearest, spacing, rows }: Grid) -> String {
+    format!(
+        "{:?}, {rows} rows from {nearest} mm in steps of {spacing} mm",
+        object.shape
+    )
+}
+
+fn object_name(object: &Object) -> String {
+    format!("{}-object", object.class)
+}
+
+/// Whether objects can be sampled into a directory, as far as that is known without the robot.
+///
+/// # Errors
+/// Exit 3 if it has rows of other distances or of another object of the same class; exit 6 if it can't be written.
+pub(super) fn check(objects: &[Object], grid: Grid, directory: &Path) -> Result {
+    let notebook = Notebook::at(directory)?;
+    for object in objects {
+        let known = notebook.read::<String>(&object_name(object))?;
+        if let Some(known) = known.filter(|known| *known != of_object(object, grid)) {
+            return Err(Failure::input(format_args!(
+                "{}: has rows of `{}` as {known}; allowed: the same, or another directory",
+                directory.display(),
+                object.class
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// A sampling in progress.
 pub(super) struct Walk<'a> {
     pub(super) vehicle: &'a mut dyn Vehicle,
@@ -95,24 +126,9 @@ impl<'a> Walk<'a> {
         console: Console,
     ) -> Result<Self> {
         let notebook = Notebook::open(directory, &plan.describe(vehicle))?;
+        check(&plan.objects, plan.grid, directory)?;
         for object in &plan.objects {
-            let name = format!("{}-object", object.class);
-            let Grid { nearest, spacing, rows } = plan.grid;
-            let now = format!(
-                "{:?}, {rows} rows from {nearest} mm in steps of {spacing} mm",
-                object.shape
-            );
-            match notebook.read::<String>(&name)? {
-                None => notebook.save(&name, &now)?,
-                Some(known) if known == now => {}
-                Some(known) => {
-                    return Err(Failure::input(format_args!(
-                        "{}: has rows of `{}` as {known}; allowed: the same, or another directory",
-                        directory.display(),
-                        object.class
-                    )));
-                }
-            }
+            notebook.save(&object_name(object), &of_object(object, plan.grid))?;
         }
         Ok(Self {
             vehicle,

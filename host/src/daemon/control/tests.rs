@@ -16,6 +16,8 @@ use crate::swarm::record::{Case, Kind};
 use crate::swarm::settings::Settings as Swarm;
 
 const KEY: &str = "00112233445566778899aabbccddeeff00112233445566778899aabbccddeeff";
+/// The number of the operator's start.
+const START_NUMBER: u64 = 77;
 /// When the experiment begins on the daemon's clock.
 const START: Duration = Duration::from_secs(2);
 
@@ -30,6 +32,8 @@ struct World {
     answers: fn(Duration) -> bool,
     /// Food that the robot has brought.
     brought: fn(Duration) -> u32,
+    /// What somebody else sends in the tracker's place.
+    lies: fn(Duration) -> Vec<String>,
     coming: VecDeque<(Channel, Vec<u8>)>,
     /// Speeds of the left wheel from each moment on.
     driven: Vec<(Duration, f64)>,
@@ -52,7 +56,11 @@ impl World {
             }
             if (self.operates)(self.now) {
                 let milliseconds = self.now.as_millis() as i64 - START.as_millis() as i64;
-                let beacon = self.operator.seal(&Packet::Beacon { milliseconds, go: true });
+                let beacon = self.operator.seal(&Packet::Beacon {
+                    milliseconds,
+                    go: true,
+                    start: START_NUMBER,
+                });
                 self.coming.push_back((Channel::Radio, beacon));
             }
             if (self.sees)(self.now) {
@@ -62,6 +70,8 @@ impl World {
                 );
                 self.coming.push_back((Channel::Tracker, line.into_bytes()));
             }
+            let lies = (self.lies)(self.now).into_iter();
+            self.coming.extend(lies.map(|lie| (Channel::Tracker, lie.into_bytes())));
         }
         if self.now >= self.end {
             self.stop.store(true, Ordering::Relaxed);
@@ -215,6 +225,7 @@ impl Place {
             sees: |_| true,
             answers: |_| true,
             brought: |_| 0,
+            lies: |_| Vec::new(),
             coming: VecDeque::new(),
             driven: Vec::new(),
             said: Vec::new(),
@@ -232,7 +243,8 @@ impl Place {
             has_odometers: false,
         };
         let bench = Bench(Arc::new(Mutex::new(world)), profile);
-        let daemon = Daemon::new(&settings, Box::new(bench.clone()), Box::new(bench.clone()), true).unwrap();
+        let files = Files::open(&settings).unwrap();
+        let daemon = Daemon::new(&settings, files, Box::new(bench.clone()), Box::new(bench.clone()), true).unwrap();
         (daemon.live(&stop), bench)
     }
 
@@ -278,6 +290,7 @@ fn wheels_turn_only_while_the_operator_and_the_tracker_are_there() {
     }
     let (last, speed) = *world.driven.last().unwrap();
     assert_eq!((seconds(last), speed), (60, 0.0));
+    assert!(world.statuses().all(|status| status.start == START_NUMBER));
     let problems: Vec<u32> = world.statuses().map(|status| status.problems).collect();
     for problem in [Problems::BEACON, Problems::TRACKER, Problems::ROBOT] {
         assert!(problems.contains(&problem), "{problem}");
@@ -285,6 +298,44 @@ fn wheels_turn_only_while_the_operator_and_the_tracker_are_there() {
     drop(world);
     for word in ["\"standing\"", "\"troubled\"", "no answer", "\"event\":\"end\""] {
         assert!(place.log().contains(word), "{word}");
+    }
+}
+
+/// A tracker's lines that can't be true cost little, earn nothing, and are counted: the operator sees how many.
+#[test]
+fn lies_of_a_tracker_are_ignored_and_counted() {
+    let place = Place::new("lies");
+    let (_, bench) = place.lived(80, 1, |world| {
+        world.lies = |now| {
+            let time = now.as_secs_f64() + 0.01;
+            let line =
+                |x: f64, more: &str| format!("{{\"id\":1,\"t\":{time},\"x\":{x},\"y\":20,\"heading\":0.5{more}}}");
+            let food = |brought: u64| line(10.0, &format!(",\"carries\":true,\"brought\":{brought},\"heard\":[]"));
+            match now.as_millis() / 100 % 5 {
+                0 => vec![food(u32::MAX.into())],
+                1 => vec![food(1_000_000)],
+                2 => vec![line(1e4, "")],
+                3 => vec![food(u64::MAX), line(f64::MAX, ""), "{".repeat(2000)],
+                _ => vec!["\n".repeat(2000), ["{}"; 600].join("\n")],
+            }
+        };
+        world.brought = |now| u32::from(seconds(now) >= 30);
+    });
+    let intervals = place.intervals();
+    let row: Vec<&str> = intervals[0].split(',').collect();
+    let (real, brought): (f32, u32) = (row[6].parse().unwrap(), row[7].parse().unwrap());
+    assert!(brought == 1 && (30.0..40.0).contains(&real), "{row:?}");
+    let world = bench.lock();
+    assert!(world.statuses().all(|status| status.brought <= 1 && !status.carries));
+    assert!(world.turned(70.0, 79.9), "they don't keep it from driving");
+    let ignored: Vec<u32> = world.statuses().map(|status| status.ignored).collect();
+    assert!(ignored.is_sorted() && ignored.last() > Some(&500), "{ignored:?}");
+    drop(world);
+    let log = place.log();
+    let losses = log.lines().rfind(|line| line.contains("\"event\":\"losses\"")).unwrap();
+    let losses: serde_json::Value = serde_json::from_str(losses).unwrap();
+    for reason in ["tracker_impossible", "tracker_unreadable"] {
+        assert!(losses[reason].as_u64() > Some(200), "{losses}");
     }
 }
 
@@ -366,10 +417,12 @@ fn others_are_refused_by_name() {
         let hello = other.seal(&Packet::Hello {
             program: "0.9".into(),
             experiment: [7; 32],
+            start: 0,
         });
         let mut version = other.seal(&Packet::Beacon {
             milliseconds: 0,
             go: true,
+            start: 0,
         });
         version[4] = 9;
         world
@@ -382,5 +435,5 @@ fn others_are_refused_by_name() {
         log.contains("sender 0 lives another experiment, 0707070707070707, with program 0.9"),
         "{log}"
     );
-    assert!(log.contains("has version 9 of datagrams; allowed: 1"), "{log}");
+    assert!(log.contains("has version 9 of datagrams; allowed: 2"), "{log}");
 }

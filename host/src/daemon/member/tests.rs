@@ -142,6 +142,46 @@ fn robots_by_themselves_live_as_in_the_batched_study() {
     assert!(heard > 50 && taken > 3, "{heard} heard, {taken} taken");
 }
 
+/// Of food that a robot can't have brought nothing is taken, and an interval earns no more than it can, whenever its food is seen.
+#[test]
+fn food_is_taken_within_what_is_possible() {
+    let plan = plan(|own| own.clock.offset_s = 0);
+    let most = plan.settings.limits().fitness;
+    let seen = |brought| Some(Sighted { carries: true, brought });
+    let mut own = Member::new(plan.clone(), 1, Contact::Tracker);
+    own.cycle(0, seen(0));
+    for items in [0, 1, 50, 51, u32::MAX] {
+        // One every other cycle.
+        assert_eq!(own.can_have_brought(items, 100), items <= 50, "{items}");
+    }
+    own.cycle(100, seen(u32::MAX));
+    assert_eq!((own.earned(), own.state().brought), (0.0, Some(0)));
+    own.cycle(101, seen(3));
+    let worth = own.earned() / 3.0;
+    assert!(
+        own.state().brought == Some(3) && (49.0..50.0).contains(&worth),
+        "{worth}"
+    );
+    // Since the last sighting.
+    assert!(own.can_have_brought(4, 102) && !own.can_have_brought(5, 102));
+    assert!(own.can_have_brought(7, 108) && !own.can_have_brought(8, 108));
+    // A tracker that has begun anew counts from 0.
+    own.cycle(110, seen(0));
+    assert_eq!((own.state().brought, own.earned()), (Some(0), 3.0 * worth));
+    // Its program has begun in the middle of the experiment, and takes what there may be at once.
+    for (cycle, brought) in [(601, 301), (601, 150), (1199, 600)] {
+        let mut own = Member::new(plan.clone(), 1, Contact::Tracker);
+        own.cycle(cycle - 1, None);
+        own.cycle(cycle, seen(brought));
+        assert!(
+            (0.0..=most).contains(&own.earned()),
+            "{cycle} {brought}: {}",
+            own.earned()
+        );
+        assert_eq!(own.state().brought, Some(brought));
+    }
+}
+
 /// A robot whose program is killed goes on from what it saved: the intervals that it did not live through are missed, the one in
 /// which it comes back is too, and all others are lived through.
 #[test]

@@ -36,6 +36,7 @@ use crate::experiment::settings::{Addresses, Transfer};
 use crate::experiment::source::{Parsed, Source};
 use crate::experiment::{Experiment, Files, GREATEST_SEED};
 use crate::files;
+use crate::kinds::FileKind;
 use crate::reality::site::LIVES;
 use crate::reality::wired::{self, Time};
 use crate::robots::address::Wire;
@@ -167,7 +168,7 @@ fn experiment(path: &Path, file: &File, source: &Source<'_>) -> Result<Experimen
         source.invalid("experiment", format_args!("is {name}, {problem}"))
     };
     let text = files::text(path)?;
-    let parsed = Parsed::new(path.display().to_string(), &text)?;
+    let parsed = FileKind::Experiment.parsed(path, &text)?;
     if parsed.has("swarm") {
         let allowed =
             "allowed: an experiment of a single robot, or a member's file with robot, key and [radio] (docs/fleet.md)";

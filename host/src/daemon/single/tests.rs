@@ -288,7 +288,7 @@ fn what_is_not_allowed_is_refused_at_its_place() {
             "serial:/dev/none",
             "surrogate:1",
             EXPERIMENT,
-            "robot.toml:3:11: address: is \"surrogate:1\", which has no link",
+            "robot.toml:3:11: address: robot surrogate:1: a surrogate has no link; allowed: serial:PATH",
         ),
         (
             "guard",

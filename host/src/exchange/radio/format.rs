@@ -5,17 +5,20 @@ use crate::exchange::Message;
 
 const MAGIC: [u8; 4] = *b"1ONE";
 const HEADER: usize = 25;
+/// Bytes of the number of the operator's start.
+const START: usize = 8;
 /// Bytes of a tag.
 pub(super) const TAG: usize = 16;
 /// The longest name of a program, in bytes.
 const PROGRAM: usize = 32;
 /// The longest datagram, in bytes: a hello.
-pub(crate) const LONGEST: usize = HEADER + 1 + PROGRAM + blake3::OUT_LEN + TAG;
+pub(crate) const LONGEST: usize = HEADER + START + 1 + PROGRAM + blake3::OUT_LEN + TAG;
 
 const PAIR: u8 = 1;
 const BEACON: u8 = 2;
 const STATUS: u8 = 3;
 pub(super) const HELLO: u8 = 4;
+const CALL: u8 = 5;
 
 /// What a header has of an experiment's hash.
 pub(super) fn prefix(experiment: &[u8; 32]) -> [u8; 8] {
@@ -47,11 +50,18 @@ pub(super) fn sealed(packet: &Packet, sender: u16, experiment: [u8; 8], sequence
             put(&numbers(&[message.simulator, message.fitness]));
             put(&numbers(&message.controller));
         }
-        Packet::Beacon { milliseconds, go } => {
+        Packet::Beacon {
+            milliseconds,
+            go,
+            start,
+        } => {
             put(&milliseconds.to_le_bytes());
             put(&[(*go).into()]);
+            put(&start.to_le_bytes());
         }
+        Packet::Call { start } => put(&start.to_le_bytes()),
         Packet::Status(status) => {
+            put(&status.start.to_le_bytes());
             put(&status.milliseconds.to_le_bytes());
             put(&[status.state]);
             put(&status.interval.to_le_bytes());
@@ -62,8 +72,14 @@ pub(super) fn sealed(packet: &Packet, sender: u16, experiment: [u8; 8], sequence
             put(&numbers(&status.pose));
             put(&numbers(&[status.volts]));
             put(&status.problems.to_le_bytes());
+            put(&status.ignored.to_le_bytes());
         }
-        Packet::Hello { program, experiment } => {
+        Packet::Hello {
+            program,
+            experiment,
+            start,
+        } => {
+            put(&start.to_le_bytes());
             let program = &program[..program.floor_char_boundary(PROGRAM)];
             put(&[program.len() as u8]);
             put(program.as_bytes());
@@ -79,6 +95,7 @@ fn kind(packet: &Packet) -> u8 {
         Packet::Beacon { .. } => BEACON,
         Packet::Status(_) => STATUS,
         Packet::Hello { .. } => HELLO,
+        Packet::Call { .. } => CALL,
     }
 }
 
@@ -147,8 +164,11 @@ impl<'a> Datagram<'a> {
             BEACON => Packet::Beacon {
                 milliseconds: body.time()?,
                 go: body.flag("go")?,
+                start: body.long()?,
             },
+            CALL => Packet::Call { start: body.long()? },
             STATUS => Packet::Status(Status {
+                start: body.long()?,
                 milliseconds: body.time()?,
                 state: body.byte()?,
                 interval: body.word()?,
@@ -161,8 +181,10 @@ impl<'a> Datagram<'a> {
                 pose: body.numbers()?,
                 volts: body.number()?,
                 problems: body.word()?,
+                ignored: body.word()?,
             }),
             HELLO => Packet::Hello {
+                start: body.long()?,
                 program: body.program()?,
                 experiment: body.array()?,
             },
@@ -199,6 +221,10 @@ impl Fields<'_> {
 
     fn word(&mut self) -> Result<u32, Refusal> {
         self.array().map(u32::from_le_bytes)
+    }
+
+    fn long(&mut self) -> Result<u64, Refusal> {
+        self.array().map(u64::from_le_bytes)
     }
 
     fn time(&mut self) -> Result<i64, Refusal> {

@@ -32,10 +32,7 @@ impl Key {
     /// # Errors
     /// Exit 3 if the file exists or its directory doesn't; exit 6 if it can't be written; exit 1 if the system has no random numbers.
     pub(crate) fn create(path: &Path) -> Result<Self> {
-        let mut key = [0; blake3::KEY_LEN];
-        SysRng
-            .try_fill_bytes(&mut key)
-            .map_err(|error| Failure::failed(format_args!("the system's random numbers: {error}")))?;
+        let key = random()?;
         let line = format!("{}\n", blake3::Hash::from_bytes(key).to_hex());
         files::write_secret(path, line.as_bytes())?;
         Ok(Self(key))
@@ -67,6 +64,18 @@ impl Key {
     pub(crate) fn of(byte: u8) -> Self {
         Self([byte; blake3::KEY_LEN])
     }
+}
+
+/// Random bytes that nobody can guess.
+///
+/// # Errors
+/// Exit 1 if the system has no random numbers.
+pub(crate) fn random<const N: usize>() -> Result<[u8; N]> {
+    let mut bytes = [0; N];
+    SysRng
+        .try_fill_bytes(&mut bytes)
+        .map_err(|error| Failure::failed(format_args!("the system's random numbers: {error}")))?;
+    Ok(bytes)
 }
 
 impl fmt::Debug for Key {

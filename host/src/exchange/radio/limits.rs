@@ -8,8 +8,12 @@ use crate::exchange::Message;
 /// said when its second begins.
 pub(crate) const TOLERANCE: u32 = 2;
 
-/// The earliest and the latest time of an experiment, ms: a day before it begins, and the end of its last second.
-const TIMES: std::ops::Range<i64> = -86_400_000..(1 << 32) * 1000;
+/// The earliest time of an experiment before it begins, and the latest after its end, ms: a day, and an hour.
+const EARLIEST: i64 = -86_400_000;
+const AFTERWARDS: i64 = 3_600_000;
+/// Farthest position from the origin, mm, and the highest voltage of a battery.
+const FARTHEST: f32 = 1e5;
+const VOLTS: f32 = 100.0;
 
 /// What follows from an experiment for the values of packets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +28,10 @@ pub(crate) struct Limits {
     pub(crate) lag: u32,
     /// The greatest fitness that can be earned in an interval.
     pub(crate) fitness: f32,
+    /// Seconds of the experiment.
+    pub(crate) seconds: u32,
+    /// The most items that a robot can bring in them.
+    pub(crate) food: u32,
 }
 
 impl Limits {
@@ -57,27 +65,35 @@ impl Limits {
                 ]
             }
             Packet::Beacon { milliseconds, .. } => {
-                vec![("kind", is_operator), ("milliseconds", TIMES.contains(milliseconds))]
+                vec![("kind", is_operator), ("milliseconds", self.is_time(*milliseconds))]
             }
+            Packet::Call { .. } => vec![("kind", is_operator)],
             Packet::Status(status) => {
                 let Status {
+                    interval,
                     simulator,
                     real,
                     simulated,
                     controller,
-                    pose,
+                    brought,
+                    pose: [x, y, heading],
                     volts,
                     ..
                 } = *status;
                 vec![
                     ("kind", !is_operator),
-                    ("milliseconds", TIMES.contains(&status.milliseconds)),
+                    ("milliseconds", self.is_time(status.milliseconds)),
+                    ("interval", interval <= self.seconds / self.interval),
                     ("simulator", is_gene(simulator)),
                     ("real", self.is_fitness(real)),
                     ("simulated", simulated == UNKNOWN || self.is_fitness(simulated)),
                     ("controller", controller.into_iter().all(is_gene)),
-                    ("pose", pose.into_iter().all(f32::is_finite)),
-                    ("volts", volts == UNKNOWN || (volts.is_finite() && volts >= 0.0)),
+                    ("brought", brought <= self.food),
+                    (
+                        "pose",
+                        [x, y].into_iter().all(|own| own.abs() <= FARTHEST) && (0.0..=1.0).contains(&heading),
+                    ),
+                    ("volts", volts == UNKNOWN || (0.0..=VOLTS).contains(&volts)),
                 ]
             }
             Packet::Hello { .. } => Vec::new(),
@@ -94,6 +110,10 @@ impl Limits {
         let earliest = second.saturating_sub(self.offset) / self.interval;
         let present = interval.checked_add(self.lag);
         present.is_some_and(|present| (earliest..=latest).contains(&present))
+    }
+
+    fn is_time(&self, milliseconds: i64) -> bool {
+        (EARLIEST..=1000 * i64::from(self.seconds) + AFTERWARDS).contains(&milliseconds)
     }
 
     fn is_fitness(&self, fitness: f32) -> bool {

@@ -13,8 +13,12 @@ const LIMITS: Limits = Limits {
     offset: 5,
     lag: 0,
     fitness: 9000.0,
+    seconds: 50_100,
+    food: 1000,
 };
 const EXPERIMENT: [u8; 32] = [0xe1; 32];
+/// The number of the operator's start.
+const START: u64 = 0x0807_0605_0403_0201;
 const NOW: Duration = Duration::from_secs(1000);
 
 fn radio(own: u16, boots: u32) -> Radio {
@@ -39,18 +43,24 @@ fn pair(sender: u16, second: u32, interval: u32) -> Packet {
 }
 
 fn beacon(milliseconds: i64) -> Packet {
-    Packet::Beacon { milliseconds, go: true }
+    Packet::Beacon {
+        milliseconds,
+        go: true,
+        start: START,
+    }
 }
 
 fn hello() -> Packet {
     Packet::Hello {
         program: "0.2.0".into(),
         experiment: EXPERIMENT,
+        start: START,
     }
 }
 
 fn status() -> Status {
     Status {
+        start: START,
         milliseconds: 200_123,
         state: 3,
         interval: 3,
@@ -63,6 +73,7 @@ fn status() -> Status {
         pose: [-350.0, 20.5, 0.75],
         volts: 3.75,
         problems: 0b101,
+        ignored: 9,
     }
 }
 
@@ -88,7 +99,11 @@ fn packets_arrive_as_they_were_sealed() {
         assert_eq!(received.packet, packet);
     }
     for go in [true, false] {
-        let packet = Packet::Beacon { milliseconds: -1, go };
+        let packet = Packet::Beacon {
+            milliseconds: -1,
+            go,
+            start: START,
+        };
         let received = receiver.open(&operator.seal(&packet), NOW, None).unwrap();
         assert_eq!((received.sender, received.packet), (OPERATOR, packet));
     }
@@ -96,6 +111,7 @@ fn packets_arrive_as_they_were_sealed() {
     let long = Packet::Hello {
         program: "\u{e9}".repeat(20),
         experiment: EXPERIMENT,
+        start: u64::MAX,
     };
     let datagram = robot.seal(&long);
     assert_eq!(datagram.len(), LONGEST);
@@ -116,13 +132,14 @@ fn bytes_are_as_described() {
     let hex = in_hex(&datagram[..datagram.len() - TAG]);
     let expected = [
         "314f4e45",
-        "0100",
+        "0200",
         "02",
         "ffff",
         "e1e1e1e1e1e1e1e1",
         "0100000002000000",
         "0403020100000000",
         "01",
+        "0102030405060708",
     ];
     assert_eq!(hex, expected.concat());
     let datagram = radio(7, 0).seal(&pair(7, 0x0201, 8));
@@ -149,6 +166,7 @@ fn each_refusal_names_its_reason() {
     let says_hello = Packet::Hello {
         program: "0.3.0".into(),
         experiment: [0xe2; 32],
+        start: 0,
     };
     // Their own header says this experiment's, and only the rest of the hash shows that it is another.
     let mut twin = EXPERIMENT;
@@ -156,13 +174,14 @@ fn each_refusal_names_its_reason() {
     let twin_hello = Packet::Hello {
         program: "0.2.0".into(),
         experiment: twin,
+        start: 0,
     };
-    let newer = [&good[..4], &[2, 0], &good[6..]].concat();
+    let newer = [&good[..4], &[3, 0], &good[6..]].concat();
     let cases = [
         (b"1ONF and more".to_vec(), Refusal::NotOurs),
         (good[..30].to_vec(), Refusal::NotOurs),
         ([&good[..], &[0; LONGEST]].concat(), Refusal::NotOurs),
-        (newer, Refusal::OtherVersion(2)),
+        (newer, Refusal::OtherVersion(3)),
         (b"1ONE\x07\x00".to_vec(), Refusal::OtherVersion(7)),
         (elsewhere.seal(&pair(300, 200, 3)), there(None)),
         (elsewhere.seal(&says_hello), there(Some("0.3.0"))),
@@ -193,8 +212,8 @@ fn each_refusal_names_its_reason() {
         "sender 300 lives another experiment, e2e2e2e2e2e2e2e2, with program 0.3.0"
     );
     assert_eq!(
-        Refusal::OtherVersion(2).to_string(),
-        "has version 2 of datagrams; allowed: 1"
+        Refusal::OtherVersion(1).to_string(),
+        "has version 1 of datagrams; allowed: 2"
     );
 }
 
@@ -218,6 +237,8 @@ fn out_of_range() -> Vec<(u16, Packet, &'static str)> {
         (OPERATOR, beacon(i64::MAX), "milliseconds"),
         (OPERATOR, beacon(i64::MIN), "milliseconds"),
         (OPERATOR, beacon(-86_400_001), "milliseconds"),
+        (OPERATOR, beacon(50_100_000 + 3_600_001), "milliseconds"),
+        (3, Packet::Call { start: START }, "kind"),
         (3, pair(3, 203, 3), "second"),
         (3, pair(3, 197, 3), "second"),
         (3, pair(3, u32::MAX, 3), "second"),
@@ -256,7 +277,16 @@ fn out_of_range() -> Vec<(u16, Packet, &'static str)> {
         statuses("pose", &|status| status.pose[2] = number);
         statuses("volts", &|status| status.volts = number);
     }
-    statuses("volts", &|status| status.volts = -0.5);
+    for volts in [-0.5, 100.5] {
+        statuses("volts", &|status| status.volts = volts);
+    }
+    statuses("interval", &|status| status.interval = 836);
+    for brought in [1001, u32::MAX] {
+        statuses("brought", &|status| status.brought = brought);
+    }
+    for (part, number) in [(0, 1e6), (1, -1.1e5), (0, f32::NAN), (1, f32::NAN), (2, -0.1), (2, 1.5)] {
+        statuses("pose", &|status| status.pose[part] = number);
+    }
     all
 }
 
@@ -266,7 +296,7 @@ type Change = fn(&mut Vec<u8>);
 fn unreadable(radio: &Radio, datagram: &[u8], choice: usize) -> Vec<u8> {
     retagged(radio, datagram, |bytes| match choice {
         0 => bytes[6] = 0,
-        1 => bytes[6] = 5,
+        1 => bytes[6] = 6,
         2 => drop(bytes.pop()),
         3 => bytes.push(0),
         _ => bytes.truncate(25),
@@ -316,11 +346,11 @@ fn values_out_of_range_are_refused_by_their_names() {
     }
     let hello = sender.seal(&hello());
     let spoilt: [(&[u8], &str, Change); 5] = [
-        (&status, "carries", |bytes| bytes[25 + 37] = 2),
-        (&hello, "program", |bytes| bytes[26] = b'\x1b'),
-        (&hello, "program", |bytes| bytes[26] = 0xff),
-        (&hello, "program", |bytes| bytes[25] = 33),
-        (&hello, "length", |bytes| bytes[25] = 4),
+        (&status, "carries", |bytes| bytes[25 + 45] = 2),
+        (&hello, "program", |bytes| bytes[34] = b'\x1b'),
+        (&hello, "program", |bytes| bytes[34] = 0xff),
+        (&hello, "program", |bytes| bytes[33] = 33),
+        (&hello, "length", |bytes| bytes[33] = 4),
     ];
     for (datagram, name, change) in spoilt {
         let opened = radio(5, 0).open(&retagged(&sender, datagram, change), NOW, None);
@@ -475,14 +505,16 @@ impl Attack {
             0 => Packet::Hello {
                 program: "0.2.0".into(),
                 experiment: EXPERIMENT,
+                start: START,
             },
             _ if sender == OPERATOR => Packet::Beacon {
                 milliseconds: self.now.as_millis() as i64,
                 go: random.below(2) == 0,
+                start: random.next(),
             },
             1 => Packet::Status(Status {
                 simulator: gene,
-                brought: random.next() as u32,
+                brought: random.below(1001) as u32,
                 ..status()
             }),
             _ => Packet::Pair {
@@ -591,7 +623,7 @@ impl Attack {
         self.refuse("random bytes", &random, "forged");
         self.refuse(
             "other version",
-            &[&good[..4], &[2, 0], &good[6..]].concat(),
+            &[&good[..4], &[1, 0], &good[6..]].concat(),
             "other_version",
         );
         let retagged = retagged(&self.senders[index], &good, |bytes| bytes[4] = 0);
@@ -701,7 +733,7 @@ fn anything_may_come_by_radio() {
             }),
             _ => retagged(&senders[sender], &sealed, |bytes| {
                 bytes.truncate(25);
-                bytes[6] = 1 + random.below(5) as u8;
+                bytes[6] = 1 + random.below(6) as u8;
                 bytes.extend(random.bytes(LONGEST - 25 - TAG));
             }),
         };

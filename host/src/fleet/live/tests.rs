@@ -1,7 +1,7 @@
 use std::fmt::Write;
 use std::net::UdpSocket;
 
-use super::super::operator::{self, VERSION};
+use super::super::operator::{Station, VERSION};
 use super::super::table;
 use super::*;
 use crate::exchange::radio::key::Key;
@@ -13,6 +13,10 @@ struct Robot {
     radio: Radio,
     operator: std::net::SocketAddr,
     heard: Vec<(Instant, i64, bool)>,
+    /// The number of the operator's start that it has heard last.
+    start: u64,
+    /// All that it has said.
+    said: Vec<Vec<u8>>,
 }
 
 impl Robot {
@@ -25,6 +29,8 @@ impl Robot {
             radio: Radio::new(number, limits, &key, experiment, 1),
             operator: fleet.operator,
             heard: Vec::new(),
+            start: 0,
+            said: Vec::new(),
         }
     }
 
@@ -33,25 +39,40 @@ impl Robot {
         while let Ok(length) = self.socket.recv(&mut room) {
             let now = self.heard.first().map_or(Duration::ZERO, |(first, ..)| first.elapsed());
             let received = self.radio.open(&room[..length], now, None).unwrap();
-            let Packet::Beacon { milliseconds, go } = received.packet else {
-                panic!("{received:?}")
-            };
-            self.heard.push((Instant::now(), milliseconds, go));
+            match received.packet {
+                Packet::Call { start } => self.start = start,
+                Packet::Beacon {
+                    milliseconds,
+                    go,
+                    start,
+                } => {
+                    self.start = start;
+                    self.heard.push((Instant::now(), milliseconds, go));
+                }
+                other => panic!("{other:?}"),
+            }
         }
     }
 
     fn say(&mut self, packet: &Packet) {
         let datagram = self.radio.seal(packet);
         self.socket.send_to(&datagram, self.operator).unwrap();
+        self.said.push(datagram);
     }
 
     fn hello(&mut self, program: &str, experiment: [u8; 32]) {
         let program = program.to_owned();
-        self.say(&Packet::Hello { program, experiment });
+        let start = self.start;
+        self.say(&Packet::Hello {
+            program,
+            experiment,
+            start,
+        });
     }
 
     fn status(&mut self, milliseconds: i64) {
         self.say(&Packet::Status(Status {
+            start: self.start,
             milliseconds,
             state: 4,
             interval: 1,
@@ -64,11 +85,12 @@ impl Robot {
             pose: [1.5, -2.0, 0.25],
             volts: -1.0,
             problems: 0b101,
+            ignored: 12,
         }));
     }
 }
 
-fn socket() -> UdpSocket {
+fn loopback() -> UdpSocket {
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     socket.set_read_timeout(Some(Duration::from_millis(5))).unwrap();
     socket
@@ -76,7 +98,7 @@ fn socket() -> UdpSocket {
 
 /// A fleet of two robots on loopback, and their sockets.
 pub(in crate::fleet) fn fleet(name: &str) -> (Arc<Fleet>, [UdpSocket; 2]) {
-    let (operator, robots) = (socket().local_addr().unwrap(), [socket(), socket()]);
+    let (operator, robots) = (loopback().local_addr().unwrap(), [loopback(), loopback()]);
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("..")
         .canonicalize()
@@ -98,6 +120,14 @@ pub(in crate::fleet) fn fleet(name: &str) -> (Arc<Fleet>, [UdpSocket; 2]) {
     (Arc::new(Fleet::read(&place.join("fleet.toml")).unwrap()), robots)
 }
 
+/// A start of the operator: its record and its radio.
+fn station(fleet: &Fleet) -> (Record, Arc<Station>) {
+    let record = Record::next(fleet).unwrap();
+    let key = Key::read(&fleet.key).unwrap();
+    let station = Station::new(fleet, &key, &record).unwrap();
+    (record, Arc::new(station))
+}
+
 /// Robots may move while the operator's program lives, and no longer: not when it hangs, nor after its end.
 #[test]
 fn a_program_that_hangs_gives_no_leave_to_move() {
@@ -105,7 +135,7 @@ fn a_program_that_hangs_gives_no_leave_to_move() {
     let mut robot = Robot::of(&fleet, 0, fleet.hash(), own);
     let socket = Arc::new(Socket::open(&fleet).unwrap());
     let began = Instant::now();
-    let beacon = Beacon::begin(socket, operator::radio(&fleet, 1).unwrap(), Time::from(5000)).unwrap();
+    let beacon = Beacon::begin(socket, station(&fleet).1, Time::from(5000)).unwrap();
     while began.elapsed() < Duration::from_millis(600) {
         beacon.renew();
         robot.listen();
@@ -143,18 +173,18 @@ fn a_fleet_lives_with_those_that_may_take_part() {
     let (fleet, [first, second]) = fleet("live");
     let hash = fleet.hash();
     let mut robots = [Robot::of(&fleet, 0, hash, first), Robot::of(&fleet, 1, hash, second)];
-    let mut stranger = Robot::of(&fleet, 7, hash, socket());
+    let mut stranger = Robot::of(&fleet, 7, hash, loopback());
     let stop = AtomicBool::new(false);
     let mut run = |min: usize| {
-        let record = Record::next(&fleet).unwrap();
-        let radio = operator::radio(&fleet, record.boots).unwrap();
+        let (record, station) = station(&fleet);
+        let socket = Arc::new(Socket::open(&fleet).unwrap());
         let options = Options {
             min,
             wait: Duration::from_millis(500),
         };
         let began = Instant::now();
         let mut spoken = 0;
-        live(&fleet, record, &radio, options, &stop, |ears, time| {
+        live(&fleet, record, (&socket, &station), options, &stop, |ears, time| {
             robots.iter_mut().for_each(Robot::listen);
             if began.elapsed() >= Duration::from_millis(300) * spoken {
                 spoken += 1;
@@ -165,6 +195,7 @@ fn a_fleet_lives_with_those_that_may_take_part() {
                 let mut forged = robots[0].radio.seal(&Packet::Beacon {
                     milliseconds: 0,
                     go: true,
+                    start: 0,
                 });
                 *forged.last_mut().unwrap() ^= 1;
                 robots[0].socket.send_to(&forged, fleet.operator).unwrap();
@@ -190,6 +221,7 @@ fn a_fleet_lives_with_those_that_may_take_part() {
                 );
                 let json = table::json(ears, time);
                 assert_eq!(json["robots"][0]["status"]["brought"], 3);
+                assert_eq!(json["robots"][0]["status"]["ignored"], 12);
                 assert_eq!(json["robots"][0]["status"]["volts"], serde_json::Value::Null);
                 assert_eq!(json["robots"][1]["state"], "refused");
                 stop.store(true, Ordering::Relaxed);
@@ -199,8 +231,7 @@ fn a_fleet_lives_with_those_that_may_take_part() {
     };
     let failure = run(2).unwrap_err();
     assert_eq!(failure.code(), 4);
-    let words =
-        "1 robots are ready, and 2 are needed (--min N begins with fewer): robot 1 has oneiro 0.0.1, and this is";
+    let words = "1 robot is ready, and 2 are needed (--min N begins with fewer): robot 1 has oneiro 0.0.1, and this is";
     assert!(failure.to_string().contains(words), "{failure}");
     let began = Instant::now();
     let End::Stopped(at) = run(1).unwrap() else {
@@ -228,19 +259,167 @@ fn a_robot_of_another_experiment_is_refused_by_name() {
     let other = [7; 32];
     let mut robot = Robot::of(&fleet, 0, other, first);
     let socket = Arc::new(Socket::open(&fleet).unwrap());
-    let mut ears = Ears::new(&fleet, socket, operator::radio(&fleet, 1).unwrap());
+    let mut ears = Ears::new(&fleet, socket, station(&fleet).1);
     robot.hello(VERSION, other);
-    let until = Instant::now() + Duration::from_secs(5);
-    while ears.refused.is_empty() && Instant::now() < until {
-        ears.listen();
-        thread::sleep(GLANCE);
-    }
-    assert_eq!(ears.present(AWAY), 0);
-    let refused = ears.robots[&0].refused.clone().unwrap();
+    hear_until(&mut ears, |ears| !ears.refused.is_empty());
+    assert_eq!(ears.present(), 0);
+    let refused = ears.robots[&0].refusal().unwrap().to_owned();
     assert!(
         refused.contains("lives another experiment, 0707070707070707, with program"),
         "{refused}"
     );
+}
+
+/// Lets ears hear until something is so, for 5 s at most.
+#[track_caller]
+fn hear_until(ears: &mut Ears, is_so: impl Fn(&Ears) -> bool) {
+    let until = Instant::now() + Duration::from_secs(5);
+    while !is_so(ears) {
+        assert!(Instant::now() < until, "{:?} {:?}", ears.robots, ears.refused);
+        ears.listen();
+        thread::sleep(GLANCE);
+    }
+}
+
+/// Who has recorded all that a fleet said in one start, and sends it again at the next one, shows no robot: not with what the operator has
+/// taken, and not with what it has not.
+#[test]
+fn what_was_recorded_before_a_start_shows_no_robot() {
+    let (fleet, [first, second]) = fleet("replayed");
+    let hash = fleet.hash();
+    let mut robots = [Robot::of(&fleet, 0, hash, first), Robot::of(&fleet, 1, hash, second)];
+    let stop = AtomicBool::new(false);
+    let options = Options {
+        min: 2,
+        wait: Duration::from_millis(1500),
+    };
+    let (record, yesterday) = station(&fleet);
+    let socket = Arc::new(Socket::open(&fleet).unwrap());
+    let began = Instant::now();
+    let mut spoken = 0;
+    let end = live(&fleet, record, (&socket, &yesterday), options, &stop, |_, time| {
+        robots.iter_mut().for_each(Robot::listen);
+        if began.elapsed() >= Duration::from_millis(100) * spoken {
+            spoken += 1;
+            for robot in &mut robots {
+                robot.hello(VERSION, hash);
+                robot.status(1000);
+            }
+        }
+        if time.is_some_and(|time| time > 600) {
+            stop.store(true, Ordering::Relaxed);
+        }
+        Ok(())
+    });
+    assert!(matches!(end, Ok(End::Stopped(_))));
+    // What the operator has not heard any more.
+    for robot in &mut robots {
+        robot.listen();
+        robot.status(70_000);
+    }
+    drop(socket);
+    let recorded: Vec<Vec<u8>> = robots.iter().flat_map(|robot| robot.said.clone()).collect();
+    assert!(recorded.len() > 12, "{}", recorded.len());
+    let beacons = robots.each_ref().map(|robot| robot.heard.len());
+
+    let mut shown = Vec::new();
+    for has_windows in [true, false] {
+        let (mut record, mut station) = station(&fleet);
+        assert!(record.windows != Windows::default() && record.milliseconds < 60_000);
+        if !has_windows {
+            record.windows = Windows::default();
+            station = Arc::new(Station::new(&fleet, &Key::read(&fleet.key).unwrap(), &record).unwrap());
+        }
+        let socket = Arc::new(Socket::open(&fleet).unwrap());
+        let (mut sent, mut old) = (recorded.iter().cycle(), 0);
+        let failure = live(
+            &fleet,
+            record,
+            (&socket, &station),
+            options,
+            &AtomicBool::new(false),
+            |ears, time| {
+                for datagram in sent.by_ref().take(20) {
+                    robots[0].socket.send_to(datagram, fleet.operator).unwrap();
+                }
+                assert_eq!((ears.present(), time, ears.farthest()), (0, None, None));
+                old = ears.refused.get("of_another_start").copied().unwrap_or_default();
+                Ok(())
+            },
+        );
+        shown.push(old);
+        let failure = failure.unwrap_err();
+        let words = if has_windows {
+            "robot 0 sends numbers that were taken before: old datagrams are sent again"
+        } else {
+            "robot 1 was heard and does not answer this start: it does not hear this machine, or old datagrams are sent again"
+        };
+        assert!(failure.code() == 4 && failure.to_string().contains(words), "{failure}");
+    }
+    // With its windows the operator takes none a second time: only what it had not heard any more, six datagrams, is of another start.
+    assert!((1..=6).contains(&shown[0]) && shown[1] > shown[0], "{shown:?}");
+    robots.iter_mut().for_each(Robot::listen);
+    assert_eq!(
+        robots.each_ref().map(|robot| robot.heard.len()),
+        beacons,
+        "no beacon was sent"
+    );
+}
+
+/// What nobody has authenticated, or what is old, is no reason to refuse a robot that answers this start.
+#[test]
+fn who_answers_is_not_refused_by_what_others_say() {
+    let (fleet, [first, _second]) = fleet("doubts");
+    let hash = fleet.hash();
+    let socket = Arc::new(Socket::open(&fleet).unwrap());
+    let mut ears = Ears::new(&fleet, socket, station(&fleet).1);
+    let mut robot = Robot::of(&fleet, 0, hash, first);
+    // A robot's own address shows which it is.
+    let older = [&b"1ONE"[..], &[1, 0], &[0; 60]].concat();
+    robot.socket.send_to(&older, fleet.operator).unwrap();
+    hear_until(&mut ears, |ears| ears.robots[&0].refusal().is_some());
+    let refused = ears.robots[&0].refusal().unwrap().to_owned();
+    assert_eq!(
+        refused,
+        "sends datagrams of version 1, and this machine of version 2: deploy again"
+    );
+    assert_eq!(table::json(&ears, None)["robots"][0]["state"], "refused");
+    ears.call();
+    while robot.start == 0 {
+        robot.listen();
+    }
+    robot.status(0);
+    hear_until(&mut ears, |ears| ears.present() == 1);
+    let mut elsewhere = Robot::of(&fleet, 0, [7; 32], loopback());
+    elsewhere.hello(VERSION, [7; 32]);
+    robot.socket.send_to(&older, fleet.operator).unwrap();
+    hear_until(&mut ears, |ears| {
+        ears.refused.get("other_experiment") == Some(&1) && ears.refused["other_version"] == 2
+    });
+    assert_eq!(ears.present(), 1);
+}
+
+/// A record of an earlier version goes on: it has no windows.
+#[test]
+fn a_record_of_an_earlier_version_is_read() {
+    let (fleet, _) = fleet("earlier");
+    std::fs::create_dir_all(&fleet.directory).unwrap();
+    std::fs::write(
+        fleet.directory.join(Record::FILE),
+        r#"{"milliseconds": 1234, "boots": 7}"#,
+    )
+    .unwrap();
+    let next = Record::next(&fleet).unwrap();
+    assert_eq!(
+        (next.milliseconds, next.boots, next.windows),
+        (1234, 8, Windows::default())
+    );
+    std::fs::write(
+        fleet.directory.join(Record::FILE),
+        r#"{"milliseconds": 1, "boots": 4294967295}"#,
+    )
+    .unwrap();
+    assert_eq!(Record::next(&fleet).unwrap_err().code(), 5);
 }
 
 /// A record that is damaged is none to begin from: its numbers would be used again.
@@ -250,4 +429,23 @@ fn a_damaged_record_is_refused() {
     assert_eq!(Record::next(&fleet).unwrap().boots, 1);
     std::fs::write(fleet.directory.join(Record::FILE), "{").unwrap();
     assert_eq!(Record::next(&fleet).unwrap_err().code(), 5);
+}
+
+/// A log of a robot's computer may have any number of starts: so many are aligned, the others are left out.
+#[test]
+fn a_log_of_endless_starts_is_cut_short() {
+    let (fleet, _) = fleet("starts");
+    let directory = fleet.collected(0);
+    std::fs::create_dir_all(&directory).unwrap();
+    let line = |boot: u32| format!("{{\"at_ms\":1,\"boot\":{boot},\"event\":\"start\"}}\n");
+    let text: String = (0..10_000).map(line).collect();
+    std::fs::write(directory.join("log.jsonl"), text).unwrap();
+    let merged = super::super::collect::merge(&fleet, &[0]).unwrap();
+    assert_eq!((merged.lines, merged.clocks.len()), (4096, 4096));
+    let words = "5904 lines of logs were left out: daemons have started more than 4096 times";
+    assert!(
+        merged.warnings.iter().any(|warning| warning == words),
+        "{:?}",
+        merged.warnings.last()
+    );
 }

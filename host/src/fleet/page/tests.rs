@@ -13,6 +13,7 @@ fn known(age: u64, brought: u32) -> Known {
     Known {
         heard: Instant::now().checked_sub(Duration::from_millis(age)),
         status: Some(Status {
+            start: 1,
             milliseconds: 0,
             state: 3,
             interval: 2,
@@ -25,8 +26,9 @@ fn known(age: u64, brought: u32) -> Known {
             pose: [100.0, -250.0, 0.25],
             volts: -1.0,
             problems: 0b1000,
+            ignored: 0,
         }),
-        refused: None,
+        ..Known::default()
     }
 }
 
@@ -213,15 +215,13 @@ fn a_long_life_is_thinned() {
 #[test]
 fn a_slow_disk_keeps_nobody_waiting() {
     let fleet = with_directory("slow");
-    let mut page = Page::open(&fleet, 0).unwrap();
-    let pipe = fleet.directory.join(format!("{SCRIPT}{}", disk::TEMPORARY));
-    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
-    assert!(made.is_ok_and(|status| status.success()));
-    // Opening a pipe for writing waits until somebody reads.
-    let reader = thread::spawn(move || {
-        thread::sleep(Duration::from_secs(2));
-        std::fs::read(pipe).map(|bytes| bytes.len())
-    });
+    let mut writer = Writer::begin(&fleet).unwrap();
+    let mut wait = Duration::from_secs(2);
+    let slow = move |told| {
+        thread::sleep(std::mem::take(&mut wait));
+        writer.take(told)
+    };
+    let mut page = Page::written_by(slow, 0).unwrap();
     let began = Instant::now();
     for second in 1..=20 {
         page.look(
@@ -232,7 +232,6 @@ fn a_slow_disk_keeps_nobody_waiting() {
     let waited = began.elapsed();
     assert!(waited < Duration::from_secs(1), "{waited:?}");
     page.end("The end.".to_owned()).unwrap();
-    assert!(reader.join().unwrap().unwrap() > 100);
     let rows = statuses::rows(&fleet.directory).unwrap();
     assert!(
         (2 * WAITING..=2 * WAITING + 4).contains(&rows.len()),

@@ -220,3 +220,25 @@ fn no_lines_and_torn_lines_are_no_clocks() {
         assert_eq!(Line::read(0, text), None, "{text}");
     }
 }
+
+/// Times beyond a computer's life are none.
+#[test]
+fn impossible_times_are_torn_lines() {
+    let line = |at: &str, boot: &str| {
+        Line::read(
+            0,
+            &format!("{{\"at_ms\":{at},\"boot\":{boot},\"experiment_ms\":1e300}}"),
+        )
+    };
+    assert_eq!(line("1000000000000", "1").unwrap().experiment_ms, None);
+    for (at, boot) in [
+        ("1e13", "1"),
+        ("-1e300", "1"),
+        ("1e999", "1"),
+        ("null", "1"),
+        ("1", "4294967296"),
+        ("1", "-1"),
+    ] {
+        assert_eq!(line(at, boot), None, "{at} {boot}");
+    }
+}

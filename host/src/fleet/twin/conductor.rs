@@ -26,6 +26,7 @@ use super::record::{Record, Stop};
 use super::wire::{Port, Time, Up, VERSION};
 use crate::daemon::epuck::{Activations, readings};
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 use crate::robots::guard::values::Values;
 
 /// A cycle of the arena, ns, and the time between two beacons.
@@ -314,7 +315,7 @@ impl<'a> Conductor<'a> {
         daemons: &'a mut dyn Daemons,
     ) -> Result<Self> {
         let directory = &plan.directory;
-        std::fs::create_dir_all(directory).map_err(|error| crate::files::uncreated(directory, &error))?;
+        plain::make_directory(directory).map_err(|error| crate::files::uncreated(directory, &error))?;
         let record = Record::new(directory)?;
         crate::contents::describe(directory, "A twin", &super::record::CONTENTS)?;
         // Names of sockets are short, and those of directories need not be.
@@ -378,7 +379,9 @@ impl<'a> Conductor<'a> {
             }
         }
         let tables = (0..self.plan.robots).map(|robot| self.daemons.directory(robot).join("intervals.csv"));
-        let tables: Vec<Vec<u8>> = tables.filter_map(|path| std::fs::read(path).ok()).collect();
+        let tables: Vec<Vec<u8>> = tables
+            .filter_map(|path| plain::read(&path, plain::MAXIMUM).ok())
+            .collect();
         self.outcome.hash = self.record.finish(&tables)?;
         Ok(std::mem::take(&mut self.outcome))
     }

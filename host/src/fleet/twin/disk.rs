@@ -1,11 +1,12 @@
 //! A disk that is small enough to be filled.
 
-use std::fs::{self, OpenOptions};
+use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 
 /// A file system in memory at a directory.
 pub(super) struct SmallDisk {
@@ -23,7 +24,7 @@ impl SmallDisk {
     /// # Errors
     /// Exit 4: that is not allowed; exit 6: the directory can't be made.
     pub(super) fn mount(directory: &Path) -> Result<Self> {
-        fs::create_dir_all(directory).map_err(|error| Failure::storage(directory, &error))?;
+        plain::make_directory(directory).map_err(|error| Failure::storage(directory, &error))?;
         let mount = Command::new("mount")
             .args(["-t", "tmpfs", "-o", &format!("size={}m", Self::SIZE), "tmpfs"])
             .arg(directory)
@@ -45,7 +46,7 @@ impl SmallDisk {
 
     /// Fills what is free.
     pub(super) fn fill(&self) {
-        let ballast = OpenOptions::new().create(true).append(true).open(self.ballast());
+        let ballast = plain::append_or_create(&self.ballast());
         if let Ok(mut ballast) = ballast {
             while ballast.write_all(&[0; 4096]).is_ok() {}
             // Smaller than a block.
@@ -89,13 +90,13 @@ impl Drop for SmallDisk {
 }
 
 fn copied(from: &Path, to: &Path) -> std::io::Result<()> {
-    fs::create_dir(to)?;
+    plain::make_new_directory(to)?;
     for entry in fs::read_dir(from)? {
         let (path, name) = entry.map(|entry| (entry.path(), entry.file_name()))?;
         if path.is_dir() {
             copied(&path, &to.join(name))?;
         } else if path.is_file() {
-            fs::copy(&path, to.join(name))?;
+            std::io::copy(&mut plain::open(&path)?, &mut plain::create(&to.join(name))?)?;
         }
     }
     Ok(())

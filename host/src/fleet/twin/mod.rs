@@ -26,6 +26,12 @@ pub(crate) mod replay;
 mod tests;
 mod wire;
 
+/// Whether a twin writes a file or a folder of this name.
+#[cfg(feature = "twin")]
+pub(crate) fn is_own(name: &str) -> bool {
+    name == crate::contents::README || record::CONTENTS.iter().any(|entry| entry.is_called(name))
+}
+
 /// The files of any twin's directory.
 #[cfg(all(test, feature = "twin"))]
 pub(crate) fn all_contents() -> Vec<crate::contents::Entry> {

@@ -14,6 +14,7 @@ use super::super::page::REPLAY;
 use super::faults::{Event, Fate, SECOND};
 use crate::contents::{Column, Entry, head};
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 
 /// The files.
 pub(super) const ARENA: &str = "twin.csv";
@@ -117,7 +118,7 @@ struct Growing {
 impl Growing {
     fn create(directory: &Path, name: &str, first: &str) -> Result<Self> {
         let path = directory.join(name);
-        let file = File::create_new(&path).map_err(|error| crate::files::uncreated(&path, &error))?;
+        let file = plain::create(&path).map_err(|error| crate::files::uncreated(&path, &error))?;
         let file = BufWriter::new(file);
         let mut growing = Self { path, file };
         growing.add(first)?;

@@ -6,12 +6,13 @@ use oneiro::swarm::SECOND;
 use serde::Deserialize;
 
 use super::super::page::REPLAY;
-use super::super::statuses::{read, whole};
+use super::super::statuses::read;
 use super::record::{ARENA, Row};
 use crate::daemon::intervals::INTERVALS;
 use crate::daemon::settings::Settings;
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
+use crate::files::whole_lines;
 use crate::report::figures::{Act, Genes, Moment, Sight, SwarmReplay, Teller, swarm_page};
 use crate::swarm::Plan;
 
@@ -78,7 +79,7 @@ fn name(directory: &Path) -> String {
 
 /// The arena second by second, without a second that is torn at the end.
 fn moments(path: &Path, robots: u32) -> Result<Vec<Moment>> {
-    let rows: Vec<Row> = read(path, whole(&disk::read_text(path)?))?;
+    let rows: Vec<Row> = read(path, whole_lines(&disk::read_text(path)?))?;
     let mut totals = vec![0; robots as usize];
     let mut moments: Vec<Moment> = Vec::new();
     for (index, seconds) in rows.chunks_exact(robots as usize).enumerate() {
@@ -122,7 +123,7 @@ fn genes(plan: &Plan, robots: &Path) -> Result<Vec<Vec<Genes>>> {
         } else {
             String::new()
         };
-        let intervals: Vec<Lived> = read(&path, whole(&text))?;
+        let intervals: Vec<Lived> = read(&path, whole_lines(&text))?;
         let genes = |own: Lived| Genes {
             cycle: SECOND * clock.seconds_of(own.interval).start,
             s0: own.s0,

@@ -4,8 +4,8 @@
 //! life is lived again, and what is left of another is marked as cut short.
 
 use std::fmt::Display;
-use std::fs::{self, File};
-use std::io::{BufRead, BufReader, Write};
+use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use oneiro::random::Key;
@@ -13,7 +13,8 @@ use oneiro::random::Key;
 use crate::contents::{Column, Entry, describe};
 use crate::engine::disk;
 use crate::exit::{Failure, Result};
-use crate::files;
+use crate::files::directory::{Form, Holds};
+use crate::files::plain;
 use crate::npy::npy;
 use crate::report::csv::{Csv, known};
 use crate::robots::vehicle::late::Late;
@@ -24,6 +25,12 @@ pub(crate) const INDEX: &str = "lives.csv";
 /// The status there of a life that was lived to its end.
 pub(crate) const COMPLETE: &str = "complete";
 const UNDER_WAY: &str = "under way";
+/// A directory of lives.
+const FORM: Form<'_> = Form {
+    mark: INDEX,
+    before: &[],
+    option: "--lives",
+};
 
 /// What makes a life the same when it is asked for again.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -230,30 +237,48 @@ impl Begun {
 }
 
 impl Logbook {
+    /// Whether lives can be recorded in a directory, as far as that is known without their robot.
+    ///
+    /// # Errors
+    /// As [`Logbook::open`].
+    pub(super) fn check(directory: &Path) -> Result {
+        Self::taken(directory).map(drop)
+    }
+
+    /// Takes a directory of lives, or makes one, and locks it. Returns its rows.
+    fn taken(directory: &Path) -> Result<(Vec<Row>, File)> {
+        let busy = || {
+            let directory = directory.display();
+            Failure::input(format_args!(
+                "--lives {directory}: another process records lives there; allowed: one at a time"
+            ))
+        };
+        // Often it is a folder of a run's directory, which may be somebody else's.
+        if directory.is_symlink() {
+            let directory = directory.display();
+            return Err(Failure::input(format_args!(
+                "{directory}: is a link; allowed: a directory"
+            )));
+        }
+        let (lock, holds) = FORM.take(directory, busy)?;
+        let rows = if holds == Holds::Mark {
+            rows(&directory.join(INDEX))?
+        } else {
+            Vec::new()
+        };
+        Ok((rows, lock))
+    }
+
     /// Opens a directory of lives, or makes one. What was under way when a program ended is cut short.
     ///
     /// # Errors
     /// Exit 3 if another process has it, or it has other files and no index; exit 5 if the index is corrupt; exit 6 if it can't be
     /// read or written.
     pub(super) fn open(directory: &Path, names: [Vec<String>; 2]) -> Result<Self> {
-        let index = directory.join(INDEX);
-        let mut entries = fs::read_dir(directory).ok().into_iter().flatten();
-        if !index.exists() && entries.any(|entry| entry.is_ok_and(|entry| entry.file_name() != disk::LOCK)) {
-            return Err(Failure::input(format_args!(
-                "--lives {}: has other files and no {INDEX}; allowed: a new directory, or one of lives",
-                directory.display()
-            )));
-        }
-        fs::create_dir_all(directory).map_err(|error| files::uncreated(directory, &error))?;
-        let lock = disk::try_lock(directory)?.ok_or_else(|| {
-            let directory = directory.display();
-            Failure::input(format_args!(
-                "--lives {directory}: another process records lives there; allowed: one at a time"
-            ))
-        })?;
+        let (rows, lock) = Self::taken(directory)?;
         let mut book = Self {
             directory: directory.into(),
-            rows: if index.exists() { rows(&index)? } else { Vec::new() },
+            rows,
             names,
             _lock: lock,
         };
@@ -263,7 +288,7 @@ impl Logbook {
         for row in cut {
             let path = book.table(book.rows[row].number);
             // It may have no table yet, and half a line at the end.
-            let lines = File::open(path).map_or(0, |file| BufReader::new(file).lines().count());
+            let lines = disk::read_if_there(&path)?.map_or(0, |text| String::from_utf8_lossy(&text).lines().count());
             book.rows[row].cycles = lines.saturating_sub(1) as u32;
             book.rows[row].status = "the program ended".into();
         }
@@ -303,7 +328,7 @@ impl Logbook {
         self.save()?;
         let path = self.table(number);
         let storage = |error| Failure::storage(&path, &error);
-        let mut file = File::create_new(&path).map_err(storage)?;
+        let mut file = plain::create(&path).map_err(storage)?;
         file.write_all(Csv::new(&self.columns()).text().as_bytes())
             .map_err(storage)?;
         Ok(Begun {

@@ -7,7 +7,7 @@ use oneiro::differential::{Sensor, SensorKind};
 use oneiro::parameter::Choice;
 use oneiro::world::Start;
 
-use super::svg::{Anchor, BOLD, INK, SOFT, SOFT_INK, Svg, number, ramp, tick_step};
+use super::svg::{Anchor, BOLD, INK, SOFT, SOFT_INK, Svg, joined, number, ramp, tick_step};
 
 /// Longer side of the arena in a picture, in pixels.
 const SIDE: f64 = 880.0;
@@ -220,19 +220,22 @@ impl Sheet {
 
     /// Draws floor, obstacles and walls of the given width.
     pub(super) fn ground(&self, svg: &mut Svg, arena: &Arena, wall_width: f64) {
-        let field = arena.field;
-        let corner = self.place((f64::from(field.x), f64::from(field.y + field.height)));
-        let size = (
-            f64::from(field.width) * self.scale,
-            f64::from(field.height) * self.scale,
-        );
+        let ground = arena.ground().into_iter();
+        let ground = joined(ground.map(|corner| self.place(corner.map(f64::from).into())));
         // Black is a dark grey, so that paths are seen.
         let grey = |share: f32| {
             let grey = (70.0 + 185.0 * share) as u8;
             format!("fill=\"rgb({grey} {grey} {grey})\"")
         };
         let floor = arena.floor.map_or_else(|| "fill=\"#f5f3ee\"".into(), grey);
-        svg.rectangle(corner, size, &floor);
+        svg.raw(&format!("<polygon points=\"{ground}\" {floor}/>"));
+        // Beyond the walls there is no floor. A page may have many pictures: equal names are equal shapes.
+        let clip = format!("ground-{}", &blake3::hash(ground.as_bytes()).to_hex()[..8]);
+        if !arena.patches.is_empty() {
+            svg.raw(&format!(
+                "<clipPath id=\"{clip}\"><polygon points=\"{ground}\"/></clipPath>\n<g clip-path=\"url(#{clip})\">"
+            ));
+        }
         for patch in &arena.patches {
             let style = grey(patch.grey);
             let at = self.place((f64::from(patch.x), f64::from(patch.y)));
@@ -240,6 +243,9 @@ impl Sheet {
                 Some(corners) => svg.polygon(corners.map(|corner| self.place(corner.as_dvec2().into())), &style),
                 None => svg.circle(at, f64::from(patch.radius.unwrap_or(0.0)) * self.scale, &style, ""),
             }
+        }
+        if !arena.patches.is_empty() {
+            svg.raw("</g>");
         }
         for light in &arena.lights {
             let at = self.place((f64::from(light.x), f64::from(light.y)));
@@ -425,6 +431,8 @@ fn number_mm(x: f32) -> String {
 
 #[cfg(test)]
 mod tests {
+    use oneiro::arena::Patch;
+
     use super::*;
 
     fn trace(points: &[(f32, f32, f32)]) -> Vec<Record> {
@@ -458,13 +466,59 @@ mod tests {
     #[test]
     fn a_block_is_drawn_where_it_stands() {
         let miglino = Arena::miglino1995_block();
-        assert_eq!(arena(&miglino, 27.5, &[], Start::Random).matches("<polygon").count(), 1);
+        let text = arena(&miglino, 27.5, &[], Start::Random);
+        assert_eq!(text.matches("<polygon").count(), 1 + 1, "the floor and the block");
         // The block's long axis is tilted by 30 degrees and passes through (300, 175).
         let along = |mm: f64| (300.0 + mm * 0.75_f64.sqrt(), 175.0 + 0.5 * mm);
         for (mm, expected) in [(75.0, 20.0), (-75.0, 20.0), (0.0, -27.5), (50.0, -5.0)] {
             let room = clearance(&miglino, along(mm));
             assert!((room - expected).abs() < 1e-4, "{room} at {mm} mm along it");
         }
+    }
+
+    /// A polygon's field is the square around the disc in which robots start: its corners lie beyond the walls.
+    #[test]
+    fn the_floor_ends_at_the_walls() {
+        let corners = [[440.0, 0.0], [880.0, 440.0], [440.0, 880.0], [0.0, 440.0]];
+        let diamond = Arena::polygon(&corners, None);
+        // A pixel is a millimetre.
+        let walls = "468,936 908,496 468,56 28,496";
+        let text = arena(&diamond, 40.0, &[], Start::Random);
+        assert!(
+            text.contains(&format!("<polygon points=\"{walls}\" fill=\"#f5f3ee\"/>")),
+            "{text}"
+        );
+        // The sheet and the wheels.
+        assert_eq!(text.matches("<rect").count(), 1 + 2, "{text}");
+        let patch = Patch {
+            x: 0.0,
+            y: 0.0,
+            radius: Some(500.0),
+            ..Patch::default()
+        };
+        let patched = |arena: Arena| Arena {
+            patches: vec![patch.clone()],
+            ..arena
+        };
+        let text = arena(&patched(diamond), 40.0, &[], Start::Random);
+        assert!(
+            text.contains("<clipPath id=\"ground-")
+                && text.contains(&format!("\"><polygon points=\"{walls}\"/></clipPath>"))
+        );
+        let clipped = text.split("<g clip-path=\"url(#ground-").nth(1).unwrap();
+        assert!(clipped.split("</g>").next().unwrap().contains("r=\"500\""), "{text}");
+        // On a page with several pictures equal names are equal shapes.
+        let name = |text: &str| {
+            text.split("<clipPath id=\"")
+                .nth(1)
+                .unwrap()
+                .split('"')
+                .next()
+                .unwrap()
+                .to_owned()
+        };
+        let other = arena(&patched(Arena::rectangle(880.0, 880.0)), 40.0, &[], Start::Random);
+        assert_ne!(name(&text), name(&other));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The round arena of foraging e-pucks drawn to scale: positions of the light, and robots with the range of their
 //! sensors.
 
+use crate::console::counted;
 use oneiro::foraging::{Foraging, Light};
 use oneiro::random::pcg4d;
 use oneiro::swarm::Swarm;
@@ -135,8 +136,8 @@ fn key(svg: &mut Svg, swarm: &Swarm) {
         (
             FOOD,
             format!(
-                "{} items of food, radius {} mm",
-                forager.food_items,
+                "{} of food, radius {} mm",
+                counted(forager.food_items, "item", "items"),
                 mm(forager.food_radius)
             ),
             "taken when a robot's centre is inside",

@@ -2,6 +2,7 @@
 //! machines, whom each hears, and the readings of the robot that is followed. Readings are rounded to 1/65535 of their range in
 //! this life.
 
+use crate::console::counted;
 use std::collections::BTreeMap;
 
 use oneiro::arena::{Arena, Block, Patch};
@@ -58,10 +59,10 @@ const SPEEDS: [&str; 2] = ["speed_left", "speed_right"];
 pub(crate) fn mission_page(replay: &MissionReplay<'_>) -> String {
     let MissionReplay { robots, every, .. } = replay;
     let lead = format!(
-        "{} robots live together for {} s: {} lines, one each {} s.",
-        robots.len(),
+        "{} for {} s: {}, one each {} s.",
+        counted(robots.len(), "robot lives alone", "robots live together"),
         number(f64::from(replay.cycles) * CYCLE),
-        robots[0].len(),
+        counted(robots[0].len(), "line", "lines"),
         number(f64::from(*every) * CYCLE),
     );
     player::page(&Player {
@@ -241,14 +242,6 @@ fn halves(word: u32) -> [u16; 2] {
 
 /// The arena's shapes: each has corners, or a middle and a radius.
 fn arena(arena: &Arena) -> Value {
-    let field = arena.field;
-    let [left, bottom, right, top] = [field.x, field.y, field.x + field.width, field.y + field.height];
-    let sides: Vec<_> = arena.polygon_sides().iter().map(|wall| wall.from).collect();
-    let ground = if sides.is_empty() {
-        vec![[left, bottom], [right, bottom], [right, top], [left, top]]
-    } else {
-        sides
-    };
     let round = |x: f32, y: f32, radius: f32| json!({ "middle": [x, y], "radius": radius });
     let patch = |own: &Patch| {
         let mut shape = match own.corners() {
@@ -261,7 +254,7 @@ fn arena(arena: &Arena) -> Value {
     let block = |own: &Block| json!({ "corners": own.corners().map(<[f32; 2]>::from) });
     let obstacles = arena.obstacles.iter().map(|own| round(own.x, own.y, own.radius));
     json!({
-        "ground": { "corners": ground },
+        "ground": { "corners": arena.ground() },
         "open": arena.walls.is_empty(),
         "floor": arena.floor,
         "patches": arena.patches.iter().map(patch).collect::<Vec<_>>(),

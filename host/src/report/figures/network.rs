@@ -1,5 +1,6 @@
 //! A network without hidden units: eight sensors and a bias, two motors, and the weights between them.
 
+use crate::report::numbers::fixed;
 use oneiro::tables::SENSORS;
 
 use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, SOFT_INK, Svg, number};
@@ -56,8 +57,12 @@ pub(crate) fn network(title: &str, weights: &[f32]) -> String {
         for i in 0..=SENSORS {
             let weight = weights.get(output * (SENSORS + 1) + i);
             let (words, colour) = weight.map_or(("\u{2013}".to_owned(), SOFT_INK), |&weight| {
-                let sign = if weight < 0.0 { "\u{2212}" } else { "+" };
-                (format!("{sign}{:.2}", weight.abs()), colour(f64::from(weight)))
+                let text = fixed(weight.into(), 2);
+                let words = match text.strip_prefix('-') {
+                    Some(size) => format!("\u{2212}{size}"),
+                    None => format!("+{text}"),
+                };
+                (words, colour(f64::from(weight)))
             });
             let style = format!("fill=\"{colour}\" font-weight=\"600\"");
             svg.words((input(i), y), 13.0, Anchor::Middle, &style, &words);

@@ -1,6 +1,7 @@
 //! A coordinate system with axes, and lines in it.
 
 use super::svg::{Anchor, PLAIN, SOFT, SOFT_INK, Svg, number, tick_step};
+use crate::report::numbers::fixed;
 
 /// Least distance of two labels, in pixels.
 pub(super) const LABEL_GAP: f64 = 17.0;
@@ -67,7 +68,7 @@ impl Range {
         if decimals == 2 {
             return number(tick);
         }
-        let text = format!("{tick:.*}", decimals as usize);
+        let text = fixed(tick, decimals as usize);
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     }
 

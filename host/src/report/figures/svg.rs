@@ -1,5 +1,6 @@
 //! Just enough SVG: elements with attributes, numbers with two decimals, escaped text.
 
+use crate::report::numbers::fixed;
 use std::fmt::Write;
 
 /// Fonts of all text.
@@ -131,7 +132,7 @@ impl Svg {
 }
 
 /// Formats points for the attribute `points`.
-fn joined(points: impl IntoIterator<Item = (f64, f64)>) -> String {
+pub(super) fn joined(points: impl IntoIterator<Item = (f64, f64)>) -> String {
     let points: Vec<String> = points
         .into_iter()
         .map(|(x, y)| format!("{},{}", number(x), number(y)))
@@ -144,9 +145,8 @@ pub(super) fn number(x: f64) -> String {
     if !x.is_finite() {
         return "0".to_owned();
     }
-    let text = format!("{x:.2}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+    let text = fixed(x, 2);
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Escapes text for use in an element.

@@ -1,5 +1,6 @@
 //! The scores of a tournament of generations.
 
+use crate::report::numbers::significant;
 use std::fmt::Write;
 
 use super::plot::{Plot, Range};
@@ -33,7 +34,11 @@ pub(crate) fn tournament(title: &str, every: u32, count: usize, scores: &[f64]) 
     let (low, high) = (numbers().fold(f64::NAN, f64::min), numbers().fold(f64::NAN, f64::max));
     let mut svg = Svg::new(WIDTH, HEIGHT, title);
     svg.words((LEFT, 28.0), 16.0, Anchor::Start, BOLD, title);
-    let key = format!("score of the first population from {low:.3} (light) to {high:.3} (dark)");
+    let key = format!(
+        "score of the first population from {} (light) to {} (dark)",
+        significant(low, 4),
+        significant(high, 4)
+    );
     svg.words((LEFT, 50.0), 12.0, Anchor::Start, SOFT, &key);
     plot.axes(
         &mut svg,
@@ -81,6 +86,6 @@ mod tests {
         assert_eq!(tournament("t", 1, 2, &[0.0, 1.0, 1.0, 0.0]).matches("<path").count(), 2);
         let text = tournament("t", 1, 2, &[0.0, 0.25, 1.0, 0.0]);
         assert!(text.contains(&format!("fill=\"{}\"", ramp(&HEAT, 1.0))), "{text}");
-        assert!(text.contains("from 0.000 (light) to 1.000 (dark)"), "{text}");
+        assert!(text.contains("from 0 (light) to 1 (dark)"), "{text}");
     }
 }

@@ -139,12 +139,18 @@ fn all_of(id: u16) -> Vec<Vec<u8>> {
     ]
 }
 
+/// The description of a node, for which there is time.
+fn described(network: &mut Network, id: u16, version: u16) -> Result<Node> {
+    let end = network.now() + DESCRIBING;
+    network.describe(id, version, end)
+}
+
 #[test]
 fn addresses_are_the_sums_of_sizes() {
     let ask = hear(Message::new(GET_DESCRIPTION, [1, 5]).frame());
     let other = from(2, VARIABLE, &[]);
     let mut network = network([ask, say(other), say(all_of(1).concat())]);
-    let node = network.describe(1, 5).unwrap();
+    let node = described(&mut network, 1, 5).unwrap();
     assert_eq!(node.name, "thymio-II");
     assert_eq!(node.variable("prox.horizontal"), Some(1..8));
     assert_eq!(node.variable("prox.ground.delta"), Some(8..10));
@@ -159,7 +165,7 @@ fn a_description_with_a_gap_is_asked_for_again() {
         let mut rest = all_of(1);
         rest.remove(lost);
         let mut network = network([ask(), say(rest.concat()), ask(), say(all_of(1).concat())]);
-        let node = network.describe(1, 5).unwrap();
+        let node = described(&mut network, 1, 5).unwrap();
         assert_eq!(node.variable("prox.ground.delta"), Some(8..10), "lost {lost}");
     }
 }
@@ -177,7 +183,7 @@ fn a_node_of_version_8_is_asked_for_one_variable_after_the_other() {
         ask(1),
         say(named(3, 7, "prox.horizontal")),
     ];
-    let node = network(steps).describe(3, 9).unwrap();
+    let node = described(&mut network(steps), 3, 9).unwrap();
     assert_eq!((node.version, node.variable("prox.horizontal")), (9, Some(1..8)));
 }
 
@@ -187,7 +193,19 @@ fn more_variables_than_room_are_refused() {
     let variable = hear(Message::new(GET_FRAGMENT, [3, 5, 0]).frame());
     let answer = say(named(3, 11, "x"));
     let mut network = network([ask(), say(head(3, "x", 9, 10, [1, 0, 0])), variable, answer]);
-    assert!(matches!(network.describe(3, 9), Err(Error::Garbage { received, .. }) if received.contains("room")));
+    assert!(matches!(described(&mut network, 3, 9), Err(Error::Garbage { received, .. }) if received.contains("room")));
+}
+
+/// No robot has so many.
+#[test]
+fn more_names_than_any_robot_has_are_refused() {
+    for counts in [[1001, 0, 0], [0, u16::MAX, 0], [0, 0, 1001]] {
+        // Four attempts.
+        let ask = || hear(Message::new(GET_FRAGMENT, [3, 5, u16::MAX]).frame());
+        let steps = (0..TRIES).flat_map(|_| [ask(), say(head(3, "x", 9, u16::MAX, counts))]);
+        let refusal = described(&mut network(steps), 3, 9).unwrap_err();
+        assert!(matches!(refusal, Error::Garbage { .. }), "{refusal}");
+    }
 }
 
 /// A node may answer in parts, in any order, between other messages.

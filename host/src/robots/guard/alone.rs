@@ -30,6 +30,9 @@ pub(crate) trait Pipe: Clock + Clone {
     fn wait(&self, until: Duration);
 }
 
+/// How long a call may take while the wheels are not to turn.
+const ATTEMPT: Duration = Duration::from_secs(1);
+
 /// The time between two calls.
 struct Turns<P> {
     pipe: P,
@@ -63,7 +66,7 @@ pub(crate) fn guard(link: Box<dyn Link>, pipe: &(impl Pipe + 'static), wanted: &
     let brake = Brake::default();
     let mut keeper = Keeper::new(values.clone(), pipe.now());
     let (tell, told) = mpsc::channel();
-    let connected = connected(brake.on(link), wanted, values);
+    let connected = connected(brake.on(link, None), wanted, values);
     let (robot, kinds) = match connected {
         Ok(connected) => connected,
         Err(error) => {
@@ -105,9 +108,10 @@ pub(crate) fn guard(link: Box<dyn Link>, pipe: &(impl Pipe + 'static), wanted: &
             return hands.leave();
         }
         decides.set(now + keeper.patience());
-        // A speed that is gained in the meantime can wait for an answer, and all else can not.
-        let limit = hands.limit(order).or_else(|| keeper.validity());
-        brake.release(limit.map(|limit| now + limit));
+        // A speed that is gained in the meantime can wait for an answer, and all else can not; a stop is repeated meanwhile, and this
+        // guard has to report.
+        let limit = keeper.validity().unwrap_or(ATTEMPT);
+        brake.release(Some(now + limit));
         hands.turn(order);
     }
 }

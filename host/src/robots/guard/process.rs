@@ -144,6 +144,7 @@ impl Reports {
     /// Reports that wait for the program; more are lost.
     const MOST: usize = 1000;
 
+    #[expect(clippy::disallowed_methods, reason = "it is a pipe to the program that drives")]
     fn start() -> Self {
         let (queue, reports) = mpsc::sync_channel::<Report>(Self::MOST);
         let thread = thread::spawn(move || {
@@ -548,8 +549,7 @@ impl Process {
     /// Says something on standard error, once there is no program that would say it.
     fn warn(&self, message: &str) {
         if self.keeper.heard.lasting.has(Condition::Closed) {
-            // If it is closed as well, there is nobody to hear it.
-            let _ = writeln!(io::stderr(), "oneiro guard: {message}");
+            crate::console::Console::default().ask(format!("oneiro guard: {message}"));
         }
     }
 }

@@ -158,11 +158,11 @@ impl Shared {
         self.order.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The order, with the brake released for as long as a call for it may take; none at the end.
-    fn take(&self, limit: impl Fn(Order) -> Option<Duration>) -> Option<Order> {
+    /// The order, with the brake released; none at the end.
+    fn take(&self) -> Option<Order> {
         // Locked until the brake is released, so that the guard presses it before that or after.
         let order = self.lock();
-        self.brake.release(limit((*order)?).map(|limit| wall() + limit));
+        order.is_some().then(|| self.brake.release(None));
         *order
     }
 }
@@ -222,14 +222,18 @@ struct Odometer {
 }
 
 impl Odometer {
-    /// Takes the robot's counts. Returns those since the first.
-    fn add(&mut self, counts: [i64; 2]) -> [i64; 2] {
-        if let Some(last) = self.last.replace(counts) {
-            for (total, (now, last)) in self.total.iter_mut().zip(counts.into_iter().zip(last)) {
-                *total += now - last;
-            }
+    /// Takes the robot's counts, which can have changed by so many since the last ones. Returns those since the first; none if they
+    /// have changed by more.
+    fn add(&mut self, counts: [i64; 2], most: f64) -> Option<[i64; 2]> {
+        let last = self.last.replace(counts).unwrap_or(counts);
+        let change = [0, 1].map(|wheel| counts[wheel].saturating_sub(last[wheel]));
+        if change.iter().any(|change| change.unsigned_abs() as f64 > most) {
+            return None;
         }
-        self.total
+        for (total, change) in self.total.iter_mut().zip(change) {
+            *total += change;
+        }
+        Some(self.total)
     }
 
     /// Notes that the robot's counters restart. Whatever its wheels turn until the next reading is lost.
@@ -247,12 +251,14 @@ pub(super) struct Hands<P, T> {
     /// What is read, and when next.
     senses: Vec<(Sense, Duration)>,
     odometer: Odometer,
+    /// When the odometers were read last.
+    travelled_at: Option<Duration>,
     /// The last command that was sent, and when.
     told: Option<([f64; 2], Duration)>,
     /// Whether the last call was for an order: then it is the sensors' turn.
     was_order: bool,
-    /// Attempts to stop that have failed.
-    attempts: usize,
+    /// Whether the last stop is not confirmed yet.
+    is_stopping: bool,
     /// The stop that was confirmed last.
     stopped: u64,
 }
@@ -261,7 +267,7 @@ impl<T: Fn(Event)> Hands<Arc<Shared>, T> {
     /// Works until the end is ordered. One call for each order that is taken: a new one is never kept waiting by two.
     fn work(mut self, shared: &Shared) {
         loop {
-            let Some(order) = shared.take(|order| self.limit(order)) else {
+            let Some(order) = shared.take() else {
                 return self.leave();
             };
             self.turn(order);
@@ -275,27 +281,25 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
     /// Time after which a wheel that gains speed is told so: a command at every moment of it would leave the link no time for
     /// sensors.
     const GAIN: Duration = Duration::from_millis(20);
-    /// How long attempts to stop may take, in turn: an attempt begins by sending the stop, and ends by getting back in step,
-    /// for which two have no time.
-    const ATTEMPTS: [Duration; 3] = [
-        Duration::from_millis(250),
-        Duration::from_millis(250),
-        Duration::from_secs(1),
-    ];
-    /// Time after which a link that couldn't be opened is tried again.
-    const PAUSE: Duration = Duration::from_millis(200);
+    /// How much farther wheels may have turned than by their speed, mm.
+    const SLIP: f64 = 20.0;
+    /// Time that a last stop has when the guard ends.
+    const FAREWELL: Duration = Duration::from_millis(250);
+    /// Minimum time of a failed attempt to stop, or to open the link again: less than between two stops.
+    const PAUSE: Duration = Duration::from_millis(100);
 
     pub(super) fn new(robot: Box<dyn Robot>, wanted: Wanted, pace: P, brake: Brake, tell: T) -> Self {
         let mut hands = Self {
             senses: Vec::new(),
             odometer: Odometer::default(),
+            travelled_at: None,
             robot,
             pace,
             brake,
             tell,
             told: None,
             was_order: false,
-            attempts: 0,
+            is_stopping: false,
             stopped: 0,
         };
         let now = hands.pace.now();
@@ -324,52 +328,49 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
         !matches!(outcome, Err(Error::Unsupported { .. }))
     }
 
-    /// How long a call for an order may take, if it has a limit.
-    pub(super) fn limit(&self, order: Order) -> Option<Duration> {
-        match order {
-            Order::Stop(number) if number != self.stopped => Some(Self::ATTEMPTS[self.attempts % Self::ATTEMPTS.len()]),
-            _ => None,
-        }
-    }
-
     /// Makes one call for an order, or rests if there is nothing to do.
     pub(super) fn turn(&mut self, order: Order) {
         match order {
             Order::Stop(number) if number != self.stopped => self.stop(number),
             Order::Stop(_) => self.keep([0.0; 2]),
-            Order::Drive(speeds) => self.keep(speeds),
+            Order::Drive(speeds) => {
+                self.brake.rest();
+                self.keep(speeds);
+            }
         }
     }
 
     /// Closes the robot, if its wheels stand.
     pub(super) fn leave(self) {
-        if self.attempts == 0 {
-            self.brake.release(Some(self.pace.now() + Self::ATTEMPTS[0]));
+        if !self.is_stopping {
+            self.brake.release(Some(self.pace.now() + Self::FAREWELL));
             // It stands: nothing depends on it.
             let _ = self.robot.close();
         }
     }
 
-    /// Attempts to stop.
+    /// Attempts to stop. The brake repeats the stop, however long this takes.
     fn stop(&mut self, number: u64) {
-        self.told = None;
+        let began = self.pace.now();
+        (self.told, self.is_stopping) = (None, true);
+        self.brake.repeat(self.robot.halt(), began);
         match self.robot.stop_briefly() {
             Ok(()) => {
-                (self.stopped, self.attempts) = (number, 0);
+                self.brake.rest();
+                (self.stopped, self.is_stopping) = (number, false);
                 self.say(News::Answered);
                 self.say(News::Stopped(number));
             }
-            // The guard has a newer order, or the attempt has taken its time.
-            Err(Error::Interrupted) => self.attempts += 1,
+            // The guard has a newer order.
+            Err(Error::Interrupted) => {}
             Err(Error::Restarted) => {
                 self.odometer.begin_anew();
                 self.say(News::Failed(Error::Restarted));
+                self.pause_since(began);
             }
             Err(error) => {
-                self.attempts += 1;
-                if !error.may_pass() || self.attempts.is_multiple_of(Self::ATTEMPTS.len()) {
-                    self.reconnect();
-                }
+                self.say(News::NotStopped(error.clone()));
+                self.reconnect();
                 self.say(News::NotStopped(error));
             }
         }
@@ -377,12 +378,22 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
 
     /// Opens the link again, which stops the wheels too.
     fn reconnect(&mut self) {
+        let began = self.pace.now();
         self.brake.release(None);
         self.odometer.begin_anew();
-        if let Err(error) = self.robot.reconnect() {
-            self.say(News::NotStopped(error));
-            self.pace.pause(Self::PAUSE);
+        match self.robot.reconnect() {
+            Ok(()) | Err(Error::Interrupted) => {}
+            Err(error) => {
+                self.say(News::NotStopped(error));
+                self.pause_since(began);
+            }
         }
+    }
+
+    /// Waits where something has failed at once, and may do so again.
+    fn pause_since(&self, began: Duration) {
+        let spent = self.pace.now().saturating_sub(began);
+        self.pace.pause(Self::PAUSE.saturating_sub(spent));
     }
 
     /// Keeps the wheels at these speeds, and reads sensors in turn.
@@ -431,7 +442,7 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
         let news = match sense {
             Sense::Kind(kind) => self.robot.sense(&[kind]).map(|reading| News::Read(kind, reading)),
             Sense::Lifted => self.robot.lifted().map(News::Lifted),
-            Sense::Odometry => self.robot.odometry().map(|odometry| self.travelled(odometry)),
+            Sense::Odometry => self.robot.odometry().and_then(|odometry| self.travelled(odometry)),
             Sense::Battery => self.robot.battery().map(News::Battery),
         };
         match news {
@@ -443,13 +454,20 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
         }
     }
 
-    fn travelled(&mut self, Odometry { at, age, counts }: Odometry) -> News {
-        let mm = self.robot.description().wheels.mm_per_count.unwrap_or_default();
-        News::Travelled(Travel {
-            at,
-            age,
-            mm: self.odometer.add(counts).map(|count| count as f64 * mm),
-        })
+    /// How far the wheels have turned, if they can have turned as far since the last reading: three times as fast as they are driven,
+    /// since somebody may push the robot.
+    fn travelled(&mut self, Odometry { at, age, counts }: Odometry) -> Result<News> {
+        let wheels = self.robot.description().wheels;
+        let mm = wheels.mm_per_count.unwrap_or_default();
+        let speed = 3.0 * f64::from(wheels.greatest) * wheels.mm_s;
+        let time = at.saturating_sub(self.travelled_at.replace(at).unwrap_or(at)) + age;
+        let most = (speed * time.as_secs_f64() + Self::SLIP) / mm;
+        let counts = self.odometer.add(counts, most).ok_or_else(|| Error::Garbage {
+            command: "the odometers".into(),
+            received: format!("{counts:?}, farther than the wheels can have turned"),
+        })?;
+        let mm = counts.map(|count| count as f64 * mm);
+        Ok(News::Travelled(Travel { at, age, mm }))
     }
 
     /// Handles a failed call: the robot may be doing anything, so no command counts as sent.
@@ -473,11 +491,17 @@ mod tests {
     #[test]
     fn travel_goes_on_where_the_counts_begin_anew() {
         let mut odometer = Odometer::default();
-        assert_eq!(odometer.add([100, -7]), [0, 0]);
-        assert_eq!(odometer.add([160, -17]), [60, -10]);
+        let mut add = |counts| odometer.add(counts, 70.0);
+        assert_eq!(add([100, -7]), Some([0, 0]));
+        assert_eq!(add([160, -17]), Some([60, -10]));
+        // Farther than wheels can have turned: it goes on from there.
+        assert_eq!(add([160, 54]), None);
+        assert_eq!(add([160, 44]), Some([60, -20]));
+        assert_eq!(add([i64::MAX, i64::MIN]), None);
+        assert_eq!(add([i64::MIN, i64::MIN]), None);
         odometer.begin_anew();
-        assert_eq!(odometer.add([0, 3]), [60, -10]);
-        assert_eq!(odometer.add([-5, 13]), [55, 0]);
+        assert_eq!(odometer.add([0, 3], 70.0), Some([60, -20]));
+        assert_eq!(odometer.add([-5, 13], 70.0), Some([55, -10]));
     }
 
     #[test]

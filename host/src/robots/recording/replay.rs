@@ -43,6 +43,9 @@ impl Replay {
                     events: VecDeque::new(),
                     now,
                 });
+            } else if what == "+" {
+                // No driver has sent it.
+                bytes(rest).ok_or_else(bad)?;
             } else {
                 let link = links.last_mut().ok_or_else(bad)?;
                 link.events.push_back((now, event(what, rest).ok_or_else(bad)?));

@@ -197,12 +197,29 @@ fn an_event_before_the_first_link_is_refused() {
     assert!(refusal.starts_with("line 2:"), "{refusal}");
 }
 
+/// A robot that sends without end fills no disk.
+#[test]
+fn a_recording_has_an_end() {
+    let path = std::env::temp_dir().join(format!("oneiro-recording-end-{}", std::process::id()));
+    let recording = Recording::to(File::create(&path).unwrap(), &path, 300);
+    let outcomes = used(recording.of(Box::new(Scripted::new(eventful()))));
+    assert!(outcomes.contains("Ok([1.0"));
+    let problem = recording.finish().unwrap();
+    assert!(
+        problem.ends_with("has 300 bytes, as many as are recorded; the recording ends here"),
+        "{problem}"
+    );
+    let length = fs::metadata(&path).unwrap().len();
+    assert!((200..=300).contains(&length), "{length}");
+    fs::remove_file(&path).unwrap();
+}
+
 /// `/dev/full` takes nothing. The robot is driven all the same.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk_does_not_hold_the_robot() {
     let file = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let recording = Recording::to(file, Path::new("/dev/full"));
+    let recording = Recording::to(file, Path::new("/dev/full"), 1 << 20);
     let outcomes = used(recording.of(Box::new(Scripted::new(eventful()))));
     assert!(outcomes.contains("Ok([1.0"));
     let problem = recording.finish().unwrap();

@@ -14,6 +14,7 @@ use crate::exit::Failure;
 use crate::robots::address::Wire;
 use crate::robots::guard::client::{Client, Lost, failure, is_realtime};
 use crate::robots::guard::message::{Report, Request, Status};
+use crate::robots::guard::values::Values;
 use crate::robots::guard::wheels::Wanted;
 use crate::robots::guard::{Condition, State};
 use crate::robots::link::wall;
@@ -177,6 +178,14 @@ impl Guarded {
             tracker,
             number,
         } = options;
+        // An address where nobody can listen is refused before the robot is touched.
+        let tracker = match tracker {
+            Some(tracker) => {
+                let speed = Values::of(settings).map_err(Failure::input)?.speed_mm_s;
+                Some((tracker, Tracker::listen(tracker, speed)?))
+            }
+            None => None,
+        };
         console.say(format!("connecting to {wire}"));
         let client = Client::start(&wire.to_string(), wanted, settings, record.as_deref())?;
         let label = number.map_or_else(String::new, |_| format!("{wire}: "));
@@ -184,8 +193,10 @@ impl Guarded {
         let mut own = Self::behind(Box::new(Process { client, wire }), wanted.odometry, stop, console)?;
         (own.number, own.label) = (*number, label);
         own.is_realtime = is_realtime(settings);
-        if let Some(values) = tracker {
-            own.tracker = Some(seeing(values, own.profile.greatest_mm_s, &own.stop)?);
+        if let Some((values, tracker)) = tracker {
+            tracker.limit(own.profile.greatest_mm_s);
+            seeing(values, &tracker, &own.stop)?;
+            own.tracker = Some(tracker);
         }
         Ok(own)
     }
@@ -582,18 +593,27 @@ impl Vehicle for Guarded {
 impl Drop for Guarded {
     /// Waits until the guard has stopped the robot.
     fn drop(&mut self) {
+        let ignored = self.tracker.as_ref().map(|tracker| tracker.ignored().counts());
+        let ignored = ignored.into_iter().flatten().filter(|(_, count)| *count > 0);
+        let ignored: Vec<String> = ignored.map(|(reason, count)| format!("{count} x {reason}")).collect();
+        if !ignored.is_empty() {
+            self.console.say(format!(
+                "{}lines of the tracker that were ignored: {}",
+                self.label,
+                ignored.join(", ")
+            ));
+        }
         if let Some(message) = self.guard.take().and_then(|guard| guard.leave(self.console)) {
             self.request(&message);
         }
     }
 }
 
-/// A tracker that sees a robot which drives no faster than this, mm/s.
+/// Waits until a tracker sees its robot.
 ///
 /// # Errors
-/// Exit 3: nobody can listen at its address; exit 4: it does not see the robot; exit 75 if `stop` is set.
-fn seeing(values: &tracker::Values, speed: f64, stop: &AtomicBool) -> Result<Tracker, Failure> {
-    let tracker = Tracker::listen(values, speed)?;
+/// Exit 4: it does not; exit 75 if `stop` is set.
+fn seeing(values: &tracker::Values, tracker: &Tracker, stop: &AtomicBool) -> Result<(), Failure> {
     let until = wall() + Guarded::SIGHT;
     while tracker.pose().is_none() {
         if stop.load(Ordering::Relaxed) {
@@ -609,7 +629,7 @@ fn seeing(values: &tracker::Values, speed: f64, stop: &AtomicBool) -> Result<Tra
         }
         thread::sleep(Client::CYCLE);
     }
-    Ok(tracker)
+    Ok(())
 }
 
 /// Whether the guard lets a robot move that stands.

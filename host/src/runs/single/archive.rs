@@ -142,7 +142,7 @@ pub(super) fn elites(run: &Recorded<'_>, experiment: &Experiment, asked: &str) -
     let path = run.directory.join(ARCHIVE);
     let table = disk::read_text(&path)?;
     let layout = experiment.world().gene_layout();
-    let genomes = genomes::read(&run.directory.join(ARCHIVE_GENES), layout).map_err(Failure::corrupt)?;
+    let genomes = genomes::recorded(&run.directory.join(ARCHIVE_GENES), layout)?;
     let descriptors = experiment.settings().evolution.descriptors.len();
     let read = |place: usize, line: &str| {
         let fields: Vec<&str> = line.split(',').collect();
@@ -164,7 +164,11 @@ pub(super) fn elites(run: &Recorded<'_>, experiment: &Experiment, asked: &str) -
             },
         })
     };
-    let lines = table.lines().skip(1).enumerate();
+    let columns = head(&columns(experiment));
+    let lines = table
+        .strip_prefix(&columns)
+        .ok_or_else(|| Failure::corrupt(format_args!("{}:1: is not {}", path.display(), columns.trim_end())))?;
+    let lines = lines.lines().enumerate();
     lines
         .map(|(place, line)| {
             let corrupt = || Failure::corrupt(format_args!("{}:{}: is not an elite", path.display(), place + 2));

@@ -1,5 +1,6 @@
 //! `oneiro audit`: evaluates recorded individuals again on this machine and compares them bit for bit.
 
+use crate::console::counted;
 use oneiro::batch::{Batch, Rollout};
 use oneiro::random::pcg4d;
 use serde_json::{Value, json};
@@ -24,7 +25,10 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, share: f64, engine: &Engi
     Ok(Audit {
         text: report.text(),
         value: report.value(),
-        problem: (different > 0).then(|| format!("{different} individuals have other bits on {}", engine.name())),
+        problem: (different > 0).then(|| {
+            let individuals = counted(different, "individual has", "individuals have");
+            format!("{individuals} other bits on {}", engine.name())
+        }),
     })
 }
 
@@ -134,7 +138,10 @@ impl Report {
         });
         let listed: String = listed.collect();
         let different = differences.len();
-        format!("{directory}: {audited} of {recorded} individuals audited, {different} with other bits\n{listed}")
+        format!(
+            "{directory}: {audited} of {} audited, {different} with other bits\n{listed}",
+            counted(*recorded, "individual", "individuals")
+        )
     }
 
     fn value(&self) -> Value {

@@ -5,8 +5,20 @@ use std::sync::Arc;
 use oneiro::batch::Trace;
 use rayon::prelude::*;
 
+use super::job::means;
+use crate::contents::Column;
 use crate::experiment::Experiment;
 use crate::lives::measures::{self, Descriptor, Frame, Meter};
+
+/// Columns of the table of individuals without a behaviour.
+pub(super) static COLUMNS: [Column; 2] = [
+    Column::whole("generation", "", "its number, from 0"),
+    Column::whole(
+        "nan",
+        "individuals",
+        "the number of individuals that have a measure that is not a number (NaN): they have no behaviour",
+    ),
+];
 
 /// Measures behaviour by the descriptors of an experiment.
 pub(super) struct Behaviour {
@@ -41,6 +53,14 @@ impl Behaviour {
         })
     }
 
+    /// The number of individuals that have a measure that is not a number, among behaviours of [`Behaviour::of`].
+    pub(super) fn unmeasured(&self, behaviours: &[f64]) -> u32 {
+        let individuals = behaviours.chunks_exact(self.descriptors.len());
+        individuals
+            .filter(|own| own.iter().any(|measure| measure.is_nan()))
+            .count() as u32
+    }
+
     /// Cycles between records of the traces that it measures.
     pub(super) fn every(&self) -> u32 {
         self.every
@@ -54,11 +74,13 @@ impl Behaviour {
             self.every = 1;
             return None;
         }
-        let count = f64::from(trials);
         let individual = |lives: &[Trace]| {
-            let measured: Vec<_> = lives.iter().map(|life| self.measured(life)).collect();
-            let mean = |own: &Descriptor| measured.iter().map(|life| own.value(life)).sum::<f64>() / count;
-            self.descriptors.iter().map(mean).collect::<Vec<f64>>()
+            let mut measured = Vec::with_capacity(lives.len() * self.descriptors.len());
+            for life in lives {
+                let life = self.measured(life);
+                measured.extend(self.descriptors.iter().map(|own| own.value(&life)));
+            }
+            means(&measured, self.descriptors.len()).collect::<Vec<f64>>()
         };
         let all = traces.par_chunks_exact(trials as usize).map(individual);
         Some(all.collect::<Vec<_>>().concat())

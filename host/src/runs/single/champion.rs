@@ -119,7 +119,7 @@ impl IndividualFile {
 /// Exit 5 if the files aren't what was written.
 pub(super) fn read(directory: &Path, [file, genes]: [&str; 2], layout: &GeneLayout) -> Result<Champion> {
     let own = read_file(directory, file)?;
-    let genomes = genomes::read(&directory.join(genes), layout).map_err(Failure::corrupt)?;
+    let genomes = genomes::recorded(&directory.join(genes), layout)?;
     Ok(Champion {
         generation: own.generation,
         individual: own.individual,

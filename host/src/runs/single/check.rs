@@ -165,9 +165,9 @@ fn summary(experiment: &Experiment) -> String {
         (
             "controller",
             format!(
-                "{}; {} genes",
+                "{}; {}",
                 part(spec.own.get(Kind::Controller), spec.controller.word()),
-                world.genes()
+                counted(world.genes(), "gene", "genes")
             ),
         ),
         ("task", part(spec.own.get(Kind::Task), spec.task.word())),
@@ -184,8 +184,8 @@ fn summary(experiment: &Experiment) -> String {
         (
             "life",
             format!(
-                "{} cycles of 100 ms, {} for each individual",
-                settings.world.cycles,
+                "{} of 100 ms, {} for each individual",
+                counted(settings.world.cycles, "cycle", "cycles"),
                 counted(settings.trials, "life", "lives")
             ),
         ),
@@ -204,9 +204,9 @@ fn summary(experiment: &Experiment) -> String {
         (
             "evolution",
             format!(
-                "{} individuals, {} generations{}",
-                evolution.population,
-                evolution.generations,
+                "{}, {}{}",
+                counted(evolution.population, "individual", "individuals"),
+                counted(evolution.generations, "generation", "generations"),
                 breeding(evolution)
             ),
         ),
@@ -234,8 +234,11 @@ fn summary(experiment: &Experiment) -> String {
                     format!("the best of both populations in the last generation, with the mean of {lives}")
                 }
                 finalists => {
-                    let lives = settings.finalists.lives;
-                    format!("the best mean of {lives} lives, of {finalists} finalists")
+                    let lives = counted(settings.finalists.lives, "life", "lives");
+                    format!(
+                        "the best mean of {lives}, of {}",
+                        counted(finalists, "finalist", "finalists")
+                    )
                 }
             },
         ),
@@ -299,7 +302,7 @@ fn breeding(evolution: &Settings) -> String {
 fn counted_if_any(count: usize, one: &str, many: &str) -> String {
     match count {
         0 => String::new(),
-        count => format!(", {}", counted(count as u32, one, many)),
+        count => format!(", {}", counted(count, one, many)),
     }
 }
 
@@ -320,9 +323,9 @@ fn arena(spec: &WorldSpec) -> String {
         arena.name,
         arena.field.width,
         arena.field.height,
-        counted(arena.walls.len() as u32, "wall", "walls"),
-        counted(arena.obstacles.len() as u32, "round obstacle", "round obstacles"),
-        counted(arena.blocks.len() as u32, "block", "blocks"),
+        counted(arena.walls.len(), "wall", "walls"),
+        counted(arena.obstacles.len(), "round obstacle", "round obstacles"),
+        counted(arena.blocks.len(), "block", "blocks"),
         counted_if_any(arena.lights.len(), "light", "lights"),
         counted_if_any(arena.patches.len(), "floor patch", "floor patches"),
     )
@@ -375,7 +378,7 @@ fn robot(robot: &Robot, name: Option<&str>) -> String {
     }));
     let states = robot.motors.states;
     parts.extend(own.sampled_motors.then(|| format!("{states} x {states} motor states")));
-    parts.extend((own.speeds > 0).then(|| format!("{} speeds", own.speeds)));
+    parts.extend((own.speeds > 0).then(|| counted(own.speeds, "speed", "speeds")));
     let acceleration = own.acceleration.filter(|acceleration| *acceleration > 0.0);
     parts.extend(acceleration.map(|acceleration| format!("accelerates by up to {acceleration} mm/s^2")));
     let latency = own.latency.filter(|latency| *latency > 0);
@@ -450,7 +453,13 @@ fn sensors(robot: &Robot, own: Option<&OwnPart>) -> String {
         Build::Differential(own) => own.model,
         Build::Sampled | Build::Forager(_) => None,
     };
-    let model = model.map(|model| format!("{} readings of the model {}", model.readings().len(), model.word()));
+    let model = model.map(|model| {
+        format!(
+            "{} of the model {}",
+            counted(model.readings().len(), "reading", "readings"),
+            model.word()
+        )
+    });
     let own = own.map(|own| part(Some(own), ""));
     let all: Vec<String> = kinds.chain(tables).chain(model).chain(own).collect();
     if all.is_empty() {
@@ -486,7 +495,7 @@ fn noise(noise: Noise, robot: &Robot, own: &OwnParts) -> String {
         parts.push(format!("the robot veers by up to {veer} turns a metre"));
     }
     if let Some(delay) = given(noise.delay) {
-        parts.push(format!("commands act up to {delay} cycles late"));
+        parts.push(format!("commands act up to {} late", counted(delay, "cycle", "cycles")));
     }
     if noise.drawn == Some(Drawn::Life) {
         parts.push("all but the walk is drawn once for a life".to_owned());

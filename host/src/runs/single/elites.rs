@@ -1,7 +1,7 @@
 //! `oneiro replay --elites`: lets all elites of an archive live again, and writes a page that shows the archive and plays their lives.
 
+use crate::console::counted;
 use std::collections::BTreeMap;
-use std::fs;
 
 use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Record, Rollout, TraceRequest};
@@ -17,6 +17,7 @@ use crate::engine::handle::Engine;
 use crate::evolve::settings::Descriptor;
 use crate::exit::{Failure, Result};
 use crate::experiment::settings::Settings;
+use crate::files::plain;
 use crate::report::figures::{self, escaped, packed, turns};
 use crate::report::numbers::significant;
 use crate::report::page::{Section, document};
@@ -92,7 +93,7 @@ pub(super) fn page(
     }
     let lives: Vec<Lived> = lives.into_values().collect();
 
-    fs::create_dir_all(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
+    plain::make_directory(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
     let path = replay.out.join(ARCHIVE_PAGE);
     let spec = experiment.world().spec();
     let page = Page {
@@ -116,7 +117,11 @@ pub(super) fn page(
             "device": engine.name(),
         }));
     }
-    console.data(format!("{} elites, as recorded\n{}", elites.len(), path.display()))
+    console.data(format!(
+        "{}, as recorded\n{}",
+        counted(elites.len(), "elite", "elites"),
+        path.display()
+    ))
 }
 
 /// Lets some elites live all their lives again, and traces one of each.
@@ -269,13 +274,13 @@ impl Page<'_> {
          <script type=\"application/json\" id=\"elites\">{data}</script>\n<script>\n{SCRIPT}</script>\n",
             escaped(self.directory)
         );
-        let counted = format!(
-            "<p class=\"lead\">{} elites of {} cells</p>\n",
-            elites.len(),
-            self.cells
+        let lead = format!(
+            "<p class=\"lead\">{} of {}</p>\n",
+            counted(elites.len(), "elite", "elites"),
+            counted(self.cells, "cell", "cells")
         );
         let section = Section::new("archive", "The archive", body);
-        document(&title, &counted, &[section])
+        document(&title, &lead, &[section])
     }
 }
 

@@ -9,11 +9,12 @@ use serde::{Deserialize, Serialize};
 
 use super::behaviour::Behaviour;
 use super::champion::Individual;
+use super::outcomes::Ended;
 use super::rows::Row;
 use super::trace::trace_every;
 use super::transferred::{TERM, Transferred, positions};
 use super::{
-    CHAMPION, CHAMPION_GENES, CHAMPION_TEXT, COVERAGE, FITNESS, GENERATIONS, HALL, INDIVIDUALS, LUCKIEST,
+    BEHAVIOUR, CHAMPION, CHAMPION_GENES, CHAMPION_TEXT, COVERAGE, FITNESS, GENERATIONS, HALL, INDIVIDUALS, LUCKIEST,
     LUCKIEST_GENES, LUCKIEST_TEXT, POPULATION, Places, SECOND, Single, pictures,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
@@ -24,7 +25,6 @@ use crate::exit::{Failure, Result};
 use crate::experiment::settings::{Settings, TrialScore};
 use crate::npy::{self, npy};
 use crate::runs::Recording;
-use crate::statistics::mean;
 
 /// A run of single robots.
 pub(super) struct Evolving {
@@ -44,8 +44,7 @@ pub(super) struct Evolving {
     finalists: Vec<Champion>,
     /// Whether the last contest is over, of two populations.
     is_exhibited: bool,
-    /// `peak` and `mean` of the second of two populations in the last generation so far.
-    second: [f64; 2],
+    progressed: Progressed,
     /// Fitness of each finalist's lives, by finalist.
     appraised: Vec<f32>,
     /// Scores of the last generation's offspring in the simulator, and of each of their lives in reality.
@@ -83,14 +82,30 @@ enum Elsewhere {
 /// Genomes and scores of a generation.
 type Generation = (Vec<f32>, Vec<f32>);
 
+/// Summary of the generations so far, for the run's outcome.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Progressed {
+    /// Number of NaN scores, and of individuals with a measure that is NaN.
+    nan: u64,
+    unmeasured: u64,
+    /// The last generation, and that of the second of two populations.
+    last: Option<Row>,
+    second: Option<Row>,
+    /// The first generation on the robot.
+    first_real: Option<Row>,
+}
+
 /// Saved state. It lacks the trace, which is requested again.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     evolution: SavedEvolution,
     last: Option<Generation>,
+    is_exhibited: bool,
+    progressed: Progressed,
     appraised: Vec<f32>,
     simulated: Vec<f32>,
     real: Vec<f32>,
+    transferred: Transferred,
 }
 
 /// Number of the generation in the keys of finalists' lives, larger than any generation of an evolution.
@@ -115,7 +130,7 @@ impl Evolving {
             last: None,
             finalists: Vec::new(),
             is_exhibited: false,
-            second: [f64::NAN; 2],
+            progressed: Progressed::default(),
             appraised: Vec::new(),
             simulated: Vec::new(),
             real: Vec::new(),
@@ -127,34 +142,36 @@ impl Evolving {
     /// Restores a job from the output of [`Job::save`].
     pub(super) fn restored(mut self, saved: &[u8]) -> Result<Self> {
         let unexpected = |_| Failure::corrupt("a saved run has unexpected contents");
-        let (own, rest) = postcard::take_from_bytes(saved).map_err(unexpected)?;
         let Saved {
             evolution,
             last,
+            is_exhibited,
+            progressed,
             appraised,
             simulated,
             real,
-        } = own;
-        if self.places.compared.is_some() {
-            self.transferred = postcard::from_bytes(rest).map_err(unexpected)?;
-        }
-        if self.is_coevolution() {
-            (self.is_exhibited, self.second) = postcard::from_bytes(rest).map_err(unexpected)?;
-        }
+            transferred,
+        } = postcard::from_bytes(saved).map_err(unexpected)?;
         self.evolution.restore(evolution)?;
         if self.evolution.is_finished() != last.is_some() {
             return Err(Failure::corrupt("a saved run lacks its last generation"));
         }
+        if progressed.last.is_some() != (self.evolution.generation() > 0) {
+            return Err(Failure::corrupt("a saved run lacks its generations"));
+        }
         self.last = last;
+        self.is_exhibited = is_exhibited;
         self.finalists = self.chosen_finalists()?;
         let lives = self.finalists.len() * self.single.experiment.settings().finalists.lives as usize;
         if !appraised.is_empty() && appraised.len() != lives {
             return Err(Failure::corrupt("a saved run has other finalists"));
         }
         Ok(Self {
+            progressed,
             appraised,
             simulated,
             real,
+            transferred,
             ..self
         })
     }
@@ -338,13 +355,16 @@ impl Evolving {
     /// Takes the fitness of a generation.
     fn bred(&mut self, results: &Results<'_>) -> Result<Step> {
         let settings = self.single.experiment.settings();
-        let behaviour = match &mut self.behaviour {
+        let (behaviour, unmeasured) = match &mut self.behaviour {
             Some(own) => match own.of(results.traces, settings.trials) {
-                Some(behaviour) => behaviour,
+                Some(behaviour) => {
+                    let unmeasured = own.unmeasured(&behaviour);
+                    (behaviour, Some(unmeasured))
+                }
                 // The generation is asked for again.
                 None => return Ok(Step::default()),
             },
-            None => Vec::new(),
+            None => (Vec::new(), None),
         };
         if self.single.experiment.first_real() == Some(self.evolution.generation()) {
             self.evolution.forget_champion();
@@ -355,22 +375,33 @@ impl Evolving {
         let best = settings.evolution.best();
         let of = |scores: &Scores| Row::of(generation.number, &scores.fitness, &scores.ranking, best);
         let coevolution = self.evolution.optimizer().coevolution();
-        let [row, second] = match coevolution.map(Coevolution::scores) {
-            Some(scores) => scores.map(|scores| Some(of(scores))),
-            None => [Some(Row::new(&generation, best)), None],
+        let (row, second) = match coevolution.map(Coevolution::scores) {
+            Some(scores) => {
+                let [first, second] = scores.map(of);
+                (first, Some(second))
+            }
+            None => (Row::new(&generation, best), None),
         };
-        if let Some(second) = &second {
-            self.second = [second.peak, second.mean];
-        }
-        // A sweep has no table of the second population.
-        let second = second.filter(|_| self.has_directory);
-        let rows = [(GENERATIONS, row), (SECOND, second)].into_iter();
+        let rows = [(GENERATIONS, Some(&row)), (SECOND, second.as_ref())].into_iter();
         let mut added: Vec<Added> = rows
             .filter_map(|(file, row)| {
                 let bytes = row?.line().into_bytes();
                 Some(Added { file, bytes })
             })
             .collect();
+        if let Some(count) = unmeasured.filter(|_| self.has_directory) {
+            added.push(Added {
+                file: BEHAVIOUR,
+                bytes: format!("{},{count}\n", generation.number).into_bytes(),
+            });
+        }
+        let own = &mut self.progressed;
+        own.nan += u64::from(row.nan);
+        own.unmeasured += unmeasured.map_or(0, u64::from);
+        if self.single.experiment.first_real() == Some(generation.number) {
+            own.first_real = Some(row.clone());
+        }
+        (own.last, own.second) = (Some(row), second);
         if settings.record.individuals && self.has_directory {
             let mut bytes = Vec::new();
             for (genome, fitness) in generation.population.genomes().zip(&generation.fitness) {
@@ -546,15 +577,11 @@ impl Job for Evolving {
             appraised: self.appraised.clone(),
             simulated: self.simulated.clone(),
             real: self.real.clone(),
+            is_exhibited: self.is_exhibited,
+            progressed: self.progressed.clone(),
+            transferred: self.transferred.clone(),
         };
-        let mut bytes = postcard::to_allocvec(&saved).expect("numbers");
-        if self.places.compared.is_some() {
-            bytes.extend(postcard::to_allocvec(&self.transferred).expect("numbers"));
-        }
-        if self.is_coevolution() {
-            bytes.extend(postcard::to_allocvec(&(self.is_exhibited, self.second)).expect("numbers"));
-        }
-        bytes
+        postcard::to_allocvec(&saved).expect("numbers")
     }
 
     fn finish(&mut self, table: &str) -> Result<Finished> {
@@ -587,9 +614,9 @@ impl Job for Evolving {
                 self.has_directory,
             ));
         }
-        let corrupt = |problem| Failure::corrupt(format_args!("{GENERATIONS}: {problem}"));
         if self.has_directory {
-            let rows = Row::parse(table).map_err(corrupt)?;
+            let rows = Row::parse(table);
+            let rows = rows.map_err(|problem| Failure::corrupt(format_args!("{GENERATIONS}: {problem}")))?;
             let trace = self.trace.as_ref();
             files.extend(pictures::all(
                 &self.single.experiment,
@@ -599,50 +626,31 @@ impl Job for Evolving {
                 &rows,
             ));
         }
-        let ([peak, average], nan) = Row::outcome(table).ok_or_else(|| corrupt("there is no generation".into()))?;
-        let mut cells = vec![
-            luckiest.fitness.to_string(),
-            luckiest.generation.to_string(),
-            luckiest.individual.to_string(),
-            peak.to_owned(),
-            average.to_owned(),
-            nan.to_string(),
-        ];
-        cells.extend(match appraisal {
-            Some(appraisal) => {
-                let [low, high] = appraisal.interval();
-                let numbers = [appraisal.mean, low, high].map(|number| format!("{number:.6}"));
-                let who = [champion.generation, champion.individual].map(|number| number.to_string());
-                [&numbers[..], &who].concat()
-            }
-            None => vec![String::new(); 5],
+        let evolution = &self.single.experiment.settings().evolution;
+        let generations = &self.progressed;
+        let last = generations.last.as_ref();
+        let last = last.ok_or_else(|| Failure::failed("a run has no generation"))?;
+        let first_real = generations
+            .first_real
+            .as_ref()
+            .filter(|_| self.places.compared.is_some());
+        let archive = self.evolution.optimizer().archive();
+        let outcomes = self.single.outcomes_of(&Ended {
+            luckiest,
+            champion,
+            appraisal,
+            last,
+            second: generations.second.as_ref(),
+            nan: generations.nan,
+            unmeasured: generations.unmeasured,
+            simulated: &self.simulated,
+            real: &self.real,
+            compared: first_real.map(|first| self.transferred.compared(evolution.parents, first, last)),
+            archive: archive.map(|archive| (archive, evolution.archive.offset)),
         });
-        if self.single.has_reality() {
-            let mean_of = |fitness: &[f32]| mean(fitness.iter().copied().map(f64::from));
-            let best = self.real.iter().copied().fold(f32::NAN, f32::max);
-            cells.push(format!("{:.6}", mean_of(&self.simulated)));
-            cells.push(format!("{:.6}", mean_of(&self.real)));
-            cells.push(best.to_string());
-        }
-        if self.places.compared.is_some() {
-            let rows = Row::parse(table).map_err(corrupt)?;
-            let first = self.single.experiment.first_real().unwrap_or_default();
-            let (Some(first), Some(last)) = (rows.get(first as usize), rows.last()) else {
-                return Err(corrupt("generations are missing".into()));
-            };
-            let parents = self.single.experiment.settings().evolution.parents;
-            cells.extend(self.transferred.cells(parents, first, last));
-        }
-        if let Some(archive) = self.evolution.optimizer().archive() {
-            let offset = self.single.experiment.settings().evolution.archive.offset;
-            cells.extend([archive.coverage(), archive.quality(offset)].map(|number| number.to_string()));
-        }
-        if self.is_coevolution() {
-            cells.extend(self.second.map(|number| format!("{number:.6}")));
-        }
         Ok(Finished {
             files,
-            cells,
+            outcomes,
             champion: champion.genome.clone(),
         })
     }
@@ -669,9 +677,21 @@ pub(crate) fn score(kind: TrialScore, lives: &[f32]) -> f32 {
     })
 }
 
+/// The mean of each of `numbers` numbers over an individual's episodes, given one episode after the other.
+pub(crate) fn means(episodes: &[f64], numbers: usize) -> impl Iterator<Item = f64> {
+    let count = (episodes.len() / numbers) as f64;
+    (0..numbers).map(move |number| episodes.iter().skip(number).step_by(numbers).sum::<f64>() / count)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_of_several_episodes() {
+        assert!(means(&[1.0, 10.0, 2.0, 20.0, 6.0, 60.0], 2).eq([3.0, 30.0]));
+        assert!(means(&[0.1, 0.2], 2).eq([0.1, 0.2]));
+    }
 
     #[test]
     fn scores_of_several_lives() {

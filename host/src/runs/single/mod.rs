@@ -3,6 +3,7 @@
 //! | file | contents |
 //! |---|---|
 //! | [`job`] | the state machine: generations, reality, the champion's trace |
+//! | [`mod@outcomes`] | what a run gives in a sweep's table |
 //! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
 //! | [`on_board`] | the same evolution beside a robot |
 //! | [`check`], [`replay`] with [`elites`], [`audit`] | the commands of these names for such runs |
@@ -18,6 +19,7 @@ mod individuals;
 pub(crate) mod job;
 #[cfg(all(unix, feature = "compose"))]
 pub(crate) mod on_board;
+mod outcomes;
 mod pictures;
 mod replay;
 mod rows;
@@ -25,8 +27,8 @@ mod together;
 pub(crate) mod trace;
 mod transferred;
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
@@ -36,7 +38,7 @@ use oneiro::world::{Noise, Start, World, WorldSpec};
 use serde_json::json;
 
 use super::{Audit, CHAMPION_MEAN, Reality, Recorded, Recording, Replay, Robots, Shown, Summary, Table};
-use crate::console::{Console, decimal};
+use crate::console::{Console, counted, decimal};
 use crate::contents::{self, Column, Entry};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
@@ -44,6 +46,7 @@ use crate::engine::job::{Job, Place};
 use crate::evolve::{Champion, Population};
 use crate::exit::{Failure, Result};
 use crate::experiment::{Experiment, Identities, Input};
+use crate::files::{self, plain};
 use crate::genomes;
 use crate::reality::site::{LIVES, Site};
 use crate::reality::wired::Time;
@@ -74,6 +77,7 @@ const FITNESS: &str = "fitness.npy";
 const TRACE: &str = "trace.csv";
 const PATH: &str = "path.svg";
 const COVERAGE: &str = "coverage.csv";
+const BEHAVIOUR: &str = "behaviour.csv";
 const ARCHIVE: &str = "archive.csv";
 const ARCHIVE_GENES: &str = "archive.npy";
 const ARCHIVE_PICTURE: &str = "archive.svg";
@@ -81,77 +85,6 @@ const ARCHIVE_PAGE: &str = "archive.html";
 const LEARNING_CURVE: &str = "learning-curve.svg";
 /// Files of a replay, without the life's number and the extension.
 const REPLAY: &str = "replay";
-
-/// What a run gives in a sweep's table of results.
-static OUTCOMES: [Column; 11] = [
-    Column::number("best", "", "the highest score of any individual in its generation"),
-    Column::whole("best_generation", "", "the generation of that individual, the luckiest"),
-    Column::whole("best_individual", "", "its index in the generation"),
-    Column::number("peak", "", "the mean fitness of the last generation's would-be parents"),
-    Column::number("mean", "", "the mean fitness of the last generation"),
-    Column::whole(
-        "nan",
-        "",
-        "the number of NaN fitness values in the whole run; they ranked last",
-    ),
-    Column::number(
-        CHAMPION_MEAN,
-        "",
-        "the mean of the champion's fresh lives (`evolution.finalist_lives`); empty without finalists, when the champion is the \
-         luckiest",
-    ),
-    Column::number(
-        "champion_low",
-        "",
-        "the lower bound of that mean's 95 % confidence interval, by Student's t",
-    ),
-    Column::number("champion_high", "", "the upper bound of that interval"),
-    Column::whole("champion_generation", "", "the champion's generation"),
-    Column::whole("champion_individual", "", "its index in the generation"),
-];
-/// Of the last offspring, which nobody selected.
-static OUTCOMES_OF_REALITY: [Column; 3] = [
-    Column::number(
-        "simulated",
-        "",
-        "with the sweep's `[reality]`: the mean simulated fitness of the last generation's offspring, before any selection",
-    ),
-    Column::number(
-        "real",
-        "",
-        "with the sweep's `[reality]`: the mean real fitness of the same offspring",
-    ),
-    Column::number(
-        "real_best",
-        "",
-        "with the sweep's `[reality]`: the highest real fitness of the same offspring",
-    ),
-];
-
-/// Of the archive after the last generation.
-static OUTCOMES_OF_ARCHIVE: [Column; 2] = [
-    Column::number(
-        "coverage",
-        "",
-        "with `evolution.kind = \"map-elites\"`: the share of all cells that have an elite; empty with other optimisers",
-    ),
-    Column::number(
-        "qd_score",
-        "",
-        "with it: the sum over all elites of what their fitness is above `evolution.archive.offset`",
-    ),
-];
-
-/// Of the second population's last generation.
-static OUTCOMES_OF_COEVOLUTION: [Column; 2] = [
-    Column::number(
-        "second_peak",
-        "",
-        "with `evolution.kind = \"coevolution\"`: `peak` of the second population; the columns before it are of the first, and of the \
-         last pair",
-    ),
-    Column::number("second_mean", "", "with it: `mean` of the second population"),
-];
 
 /// The files of a run's directory.
 fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: bool) -> Vec<Entry> {
@@ -223,6 +156,12 @@ fn archive_files(columns: &[Column]) -> [Entry; 5] {
             "written by `oneiro replay --elites`: a page that shows the archive, and plays a life of the elite that is clicked",
         ),
     ]
+}
+
+/// The file of a run whose optimiser uses behaviour.
+fn behaviour_file() -> Entry {
+    let about = "with `evolution.kind = \"map-elites\"` or `\"novelty\"`: individuals without a behaviour, one row per generation";
+    Entry::table(BEHAVIOUR, about, &behaviour::COLUMNS)
 }
 
 /// The files of a run of two populations.
@@ -303,6 +242,7 @@ pub(crate) fn all_contents() -> Vec<Entry> {
         &files(&world, true, true, true)[..],
         &texts(true),
         &archive_files(&archive::ELITES),
+        &[behaviour_file()],
         &coevolution_files(),
         &[lives()],
         &replays(false),
@@ -321,14 +261,7 @@ pub(crate) fn all_steps() -> &'static [Column] {
 /// The columns of what runs give in a sweep's table of results, of any sweep.
 #[cfg(test)]
 pub(crate) fn all_outcomes() -> Vec<Column> {
-    [
-        &OUTCOMES[..],
-        &OUTCOMES_OF_REALITY,
-        &transferred::COLUMNS,
-        &OUTCOMES_OF_ARCHIVE,
-        &OUTCOMES_OF_COEVOLUTION,
-    ]
-    .concat()
+    outcomes::all()
 }
 
 /// An experiment with single robots.
@@ -485,7 +418,7 @@ pub(crate) fn all_genomes(
         all.push((LUCKIEST_GENES, luckiest.alone()));
     }
     if experiment.settings().evolution.has_archive() {
-        let elites = genomes::read(&run.directory.join(ARCHIVE_GENES), layout).map_err(Failure::corrupt)?;
+        let elites = genomes::recorded(&run.directory.join(ARCHIVE_GENES), layout)?;
         all.push((ARCHIVE_GENES, elites));
     }
     all.push(if individuals {
@@ -503,7 +436,22 @@ pub(crate) fn all_genomes(
 /// As [`champion()`].
 pub(crate) fn population(run: &Recorded<'_>, experiment: &Experiment) -> Result<Population> {
     let layout = experiment.world().gene_layout();
-    genomes::read(&run.directory.join(POPULATION), layout).map_err(Failure::corrupt)
+    genomes::recorded(&run.directory.join(POPULATION), layout)
+}
+
+/// The number of individuals that have a measure that is NaN. Older runs didn't count them.
+///
+/// # Errors
+/// Exit 5 if the table isn't what was written.
+fn unmeasured(directory: &Path) -> Result<u64> {
+    let path = directory.join(BEHAVIOUR);
+    let Some(bytes) = disk::read_if_there(&path)? else {
+        return Ok(0);
+    };
+    let mut table = csv::Reader::from_reader(&bytes[..]);
+    let rows = table.deserialize::<BTreeMap<String, u64>>();
+    let sum = rows.map(|row| row.ok()?.get("nan").copied()).sum::<Option<u64>>();
+    sum.ok_or_else(|| Failure::corrupt(format_args!("{}: is not what was written", path.display())))
 }
 
 /// Reads a run's table of generations.
@@ -611,8 +559,7 @@ impl super::Experiment for Single {
             file: GENERATIONS,
             head: contents::head(&rows::COLUMNS).into_bytes(),
         }];
-        let is_coevolution = self.experiment.settings().evolution.is_coevolution();
-        if matches!(recording, Recording::Directory { .. }) && is_coevolution {
+        if self.experiment.settings().evolution.is_coevolution() {
             tables.push(Table {
                 file: SECOND,
                 head: contents::head(&rows::COLUMNS).into_bytes(),
@@ -628,6 +575,12 @@ impl super::Experiment for Single {
             tables.push(Table {
                 file: COVERAGE,
                 head: contents::head(&archive::GROWTH).into_bytes(),
+            });
+        }
+        if matches!(recording, Recording::Directory { .. }) && self.experiment.settings().evolution.uses_behaviour() {
+            tables.push(Table {
+                file: BEHAVIOUR,
+                head: contents::head(&behaviour::COLUMNS).into_bytes(),
             });
         }
         tables
@@ -662,6 +615,9 @@ impl super::Experiment for Single {
         if settings.evolution.has_archive() {
             files.extend(archive_files(&archive::columns(&self.experiment)));
         }
+        if settings.evolution.uses_behaviour() {
+            files.push(behaviour_file());
+        }
         if settings.evolution.is_coevolution() {
             files.extend(coevolution_files());
         }
@@ -676,22 +632,7 @@ impl super::Experiment for Single {
     }
 
     fn outcomes(&self) -> Vec<Column> {
-        let reality: &[Column] = match self.has_reality() {
-            true => &OUTCOMES_OF_REALITY,
-            false if self.is_compared => &transferred::COLUMNS,
-            false => &[],
-        };
-        let archive: &[Column] = if self.experiment.settings().evolution.has_archive() {
-            &OUTCOMES_OF_ARCHIVE
-        } else {
-            &[]
-        };
-        let coevolution: &[Column] = if self.experiment.settings().evolution.is_coevolution() {
-            &OUTCOMES_OF_COEVOLUTION
-        } else {
-            &[]
-        };
-        [&OUTCOMES[..], reality, archive, coevolution].concat()
+        self.outcome_columns()
     }
 
     fn columns(&self) -> &'static [Column] {
@@ -728,7 +669,11 @@ impl super::Experiment for Single {
         } = file;
         let nan: u64 = rows(run.directory)?.iter().map(|row| u64::from(row.nan)).sum();
         let bits = format!("{:08x}", fitness.to_bits());
-        let warning = format!("{}: {nan} scores were NaN; they ranked last", run.directory.display());
+        let warning = format!(
+            "{}: {} NaN; they ranked last",
+            run.directory.display(),
+            counted(nan, "score was", "scores were")
+        );
         let mut values = vec![
             ("fitness", decimal(fitness)),
             ("bits", json!(bits)),
@@ -748,10 +693,11 @@ impl super::Experiment for Single {
             let shown = |number: Option<f64>| number.map_or_else(|| "NaN".to_owned(), |number| significant(number, 6));
             let [low, high] = interval.map_or([None; 2], |bounds| bounds.map(Some)).map(shown);
             let mean = shown(mean);
+            let lives = counted(lives, "life", "lives");
             let appraised = if mean == "NaN" {
-                format!("no mean of {lives} lives: the fitness of some is not a number (NaN)")
+                format!("no mean of {lives}: the fitness of some is not a number (NaN)")
             } else {
-                format!("mean {mean} of {lives} lives (95 %: {low} to {high})")
+                format!("mean {mean} of {lives} (95 %: {low} to {high})")
             };
             line = format!(
                 "{appraised}, {who}\nluckiest  fitness {}, individual {} of \
@@ -763,8 +709,19 @@ impl super::Experiment for Single {
             cells.insert(0, ("mean", mean));
         }
         let mut warnings = Vec::from_iter((nan > 0).then_some(warning));
+        if self.experiment.settings().evolution.uses_behaviour() {
+            let unmeasured = unmeasured(run.directory)?;
+            values.push(("nan_measures", json!(unmeasured)));
+            warnings.extend((unmeasured > 0).then(|| {
+                let individuals = counted(unmeasured, "individual has", "individuals have");
+                format!(
+                    "{}: {individuals} a measure that is NaN, and so no behaviour: no place in an archive, and no novelty",
+                    run.directory.display()
+                )
+            }));
+        }
         // The trace of a life that ended before its first cycle has only its header.
-        let trace = File::open(run.directory.join(TRACE)).map(BufReader::new);
+        let trace = plain::open(&run.directory.join(TRACE)).map(|trace| BufReader::new(trace.take(1 << 20)));
         if trace.is_ok_and(|trace| trace.lines().take(2).count() == 1) {
             let problem = "the champion's life ended before its first cycle: its task ended it at once";
             warnings.push(format!("{}: {problem}", run.directory.display()));
@@ -778,7 +735,13 @@ impl super::Experiment for Single {
     }
 
     fn progress(&self, run: &Recorded<'_>) -> Result<(u32, Option<f32>)> {
-        let rows = rows(run.directory)?;
+        let rows = if run.is_done {
+            rows(run.directory)?
+        } else {
+            // A run that was killed may be without its table, or without the end of its last line.
+            let text = disk::read_text(&run.directory.join(GENERATIONS)).unwrap_or_default();
+            Row::parse(files::whole_lines(&text)).unwrap_or_default()
+        };
         let numbers = rows.iter().map(|row| row.best).filter(|best| !best.is_nan());
         Ok((rows.len() as u32, numbers.reduce(f32::max)))
     }

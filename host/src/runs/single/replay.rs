@@ -1,6 +1,5 @@
 //! `oneiro replay`: repeats a champion's life, or lets it live another one.
 
-use std::fs;
 use std::path::Path;
 
 use oneiro::batch::{Batch, Rollout, TraceRequest};
@@ -17,10 +16,12 @@ use crate::console::{Console, decimal};
 use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 use crate::genomes;
 use crate::lives::Keys;
 use crate::reality::site::LIVES;
 use crate::report::figures;
+use crate::report::numbers::significant;
 
 /// Simulates the champion's lives again, compares its score with the recorded one, and writes one life's path and
 /// trace. A life from another start, with other random numbers or of another genome is also written, but not compared.
@@ -46,7 +47,10 @@ pub(super) fn run(
         Some(cell) => super::archive::elite(run, experiment, cell)?,
         None => super::champion(run, experiment)?,
     };
-    let other = replay.genome.map(|file| genome(file, experiment)).transpose()?;
+    let other = replay
+        .genome
+        .map(|file| genome(file, experiment, console))
+        .transpose()?;
     let settings = experiment.settings();
     if replay.trial >= settings.trials {
         return Err(Failure::input(format_args!(
@@ -105,10 +109,11 @@ pub(super) fn run(
     let traced = Batch::new(worlds, &[shown], Some(TraceRequest { every }))?;
     let trace = engine.evaluate(&traced)?.traces.into_iter().next().unwrap_or_default();
     let life = lives.fitness[replay.trial as usize];
+    let shown_life = significant(life.into(), 6);
     let title = match replay.genome {
-        Some(file) => format!("{}: {}, fitness {life:.1}", experiment.name(), file.display()),
+        Some(file) => format!("{}: {}, fitness {shown_life}", experiment.name(), file.display()),
         None => format!(
-            "{}, seed {}: generation {}, fitness {life:.1}",
+            "{}, seed {}: generation {}, fitness {shown_life}",
             experiment.name(),
             run.seed,
             champion.generation
@@ -118,7 +123,7 @@ pub(super) fn run(
     let picture = figures::life(&spec.arena, spec.robot.body_radius, &title, &trace, every);
 
     let directory = replay.out;
-    fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+    plain::make_directory(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let stem = match settings.trials {
         1 => format!("{REPLAY}{}", differences(replay)),
         _ => format!("{REPLAY}-{}{}", replay.trial, differences(replay)),
@@ -190,8 +195,8 @@ fn differences(replay: &Replay<'_>) -> String {
 }
 
 /// The one genome of a file.
-fn genome(file: &Path, experiment: &Experiment) -> Result<Vec<f32>> {
-    let all = genomes::read(file, experiment.world().gene_layout())?;
+fn genome(file: &Path, experiment: &Experiment, console: Console) -> Result<Vec<f32>> {
+    let all = genomes::read(file, experiment.world().gene_layout(), |word| console.say(word))?;
     if all.len() > 1 {
         let (file, count) = (file.display(), all.len());
         return Err(Failure::input(format_args!(

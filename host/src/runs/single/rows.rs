@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::contents::{Column, head};
 use crate::evolve::Generation;
+use crate::report::numbers::fixed;
 
 /// The table's columns.
 pub(super) static COLUMNS: [Column; 9] = [
@@ -30,7 +31,7 @@ pub(super) static COLUMNS: [Column; 9] = [
 
 /// One row of `generations.csv`: statistics of a generation. NaN scores are counted and left out of the rest;
 /// statistics without any score are NaN.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Row {
     /// Number, from 0.
     pub(crate) generation: u32,
@@ -109,7 +110,10 @@ impl Row {
         // Writing to a string can't fail.
         let _ = writeln!(
             line,
-            "{generation},{best},{peak:.6},{mean:.6},{least},{deviation:.6},{individual},{nan},{bits:08x}"
+            "{generation},{best},{},{},{least},{},{individual},{nan},{bits:08x}",
+            fixed(*peak, 6),
+            fixed(*mean, 6),
+            fixed(*deviation, 6)
         );
         line
     }
@@ -125,15 +129,6 @@ impl Row {
             .zip(2..)
             .map(|(row, number)| row.map_err(|_| format!("line {number}: is not a generation's")));
         rows.collect()
-    }
-
-    /// A table's last peak and mean as they stand there, and the number of NaN scores of all its generations; `None` if it
-    /// has no generation.
-    pub(super) fn outcome(table: &str) -> Option<([&str; 2], u64)> {
-        let rows = || table.lines().skip(1);
-        let mut last = rows().last()?.split(',').skip(2);
-        let nan = rows().map(|line| line.rsplit(',').nth(1)?.parse::<u64>().ok());
-        Some(([last.next()?, last.next()?], nan.sum::<Option<_>>()?))
     }
 }
 
@@ -185,8 +180,6 @@ mod tests {
         assert_eq!(again[0].best, 0.1);
         assert_eq!(again[1].best, 1e-9);
         assert_eq!(again.len(), 2);
-        assert_eq!(Row::outcome(&table), Some((["0.000000", "0.000000"], 0)));
-        assert_eq!(Row::outcome(&head(&COLUMNS)), None);
         assert!(Row::parse("").unwrap_err().contains("line 1"));
         assert!(Row::parse(&(head(&COLUMNS) + "1,2\n")).unwrap_err().contains("line 2"));
     }

@@ -5,8 +5,9 @@ use oneiro::batch::Trace;
 use serde::{Deserialize, Serialize};
 
 use super::rows::Row;
-use crate::contents::Column;
+use crate::contents::{Column, OutcomeColumn};
 use crate::evolve::ranked;
+use crate::report::numbers::fixed;
 
 /// Cycles between the moments at which paths are compared (Miglino et al. 1995, equation 2).
 pub(super) const TERM: u32 = 5;
@@ -14,7 +15,7 @@ pub(super) const TERM: u32 = 5;
 pub(super) const START: [f32; 3] = [100.0, 90.0, 0.125];
 
 /// What the first generation on the robot does elsewhere, as far as it is known.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Transferred {
     /// Fitness in the simulator, and there without its noise.
     pub(super) simulated: Vec<f32>,
@@ -24,43 +25,98 @@ pub(super) struct Transferred {
     pub(super) real_paths: Vec<Vec<f32>>,
 }
 
-/// The columns of a sweep's table of results.
-pub(super) static COLUMNS: [Column; 14] = [
-    Column::number(
-        "simulated",
-        "",
-        "with `robots = \"own\"`: the mean fitness of the first generation that lives in reality, in the simulator",
+/// The comparison's numbers for a sweep's table.
+#[derive(Debug)]
+pub(super) struct Compared {
+    /// The first generation in reality: in the simulator, there without its noise, and in reality.
+    simulated: Row,
+    quiet: Row,
+    real: Row,
+    /// The last generation, in reality.
+    last: Row,
+    /// Distances between paths in the simulator and in reality, and between two in reality.
+    paths: [f64; 2],
+}
+
+/// The text of a value.
+type Text = fn(&Compared) -> String;
+
+/// The columns of a sweep's table of results, and their values.
+pub(super) static OUTCOMES: [OutcomeColumn<Text>; 14] = [
+    OutcomeColumn::new(
+        Column::number(
+            "simulated",
+            "",
+            "with `robots = \"own\"`: the mean fitness of the first generation that lives in reality, in the simulator",
+        ),
+        |own| fixed(own.simulated.mean, 6),
     ),
-    Column::number(
-        "simulated_peak",
-        "",
-        "there the mean of the best, as many as become parents",
+    OutcomeColumn::new(
+        Column::number(
+            "simulated_peak",
+            "",
+            "there the mean of the best, as many as become parents",
+        ),
+        |own| fixed(own.simulated.peak, 6),
     ),
-    Column::number(
-        "simulated_deviation",
-        "",
-        "there the standard deviation over individuals",
+    OutcomeColumn::new(
+        Column::number(
+            "simulated_deviation",
+            "",
+            "there the standard deviation over individuals",
+        ),
+        |own| fixed(own.simulated.deviation, 6),
     ),
-    Column::number(
-        "quiet",
-        "",
-        "the mean fitness of the same generation in the simulator without noise",
+    OutcomeColumn::new(
+        Column::number(
+            "quiet",
+            "",
+            "the mean fitness of the same generation in the simulator without noise",
+        ),
+        |own| fixed(own.quiet.mean, 6),
     ),
-    Column::number("quiet_peak", "", "there the mean of the best"),
-    Column::number("quiet_deviation", "", "there the standard deviation"),
-    Column::number("real", "", "the mean fitness of the same generation in reality"),
-    Column::number("real_peak", "", "there the mean of the best"),
-    Column::number("real_deviation", "", "there the standard deviation"),
-    Column::number("last", "", "the mean fitness of the last generation, in reality"),
-    Column::number("last_peak", "", "there the mean of the best"),
-    Column::number("last_deviation", "", "there the standard deviation"),
-    Column::number(
-        "path_gap_mm",
-        "mm",
-        "the distance between a life in the simulator without noise and one in reality, from one start, of the individual that is \
+    OutcomeColumn::new(Column::number("quiet_peak", "", "there the mean of the best"), |own| {
+        fixed(own.quiet.peak, 6)
+    }),
+    OutcomeColumn::new(
+        Column::number("quiet_deviation", "", "there the standard deviation"),
+        |own| fixed(own.quiet.deviation, 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("real", "", "the mean fitness of the same generation in reality"),
+        |own| fixed(own.real.mean, 6),
+    ),
+    OutcomeColumn::new(Column::number("real_peak", "", "there the mean of the best"), |own| {
+        fixed(own.real.peak, 6)
+    }),
+    OutcomeColumn::new(
+        Column::number("real_deviation", "", "there the standard deviation"),
+        |own| fixed(own.real.deviation, 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("last", "", "the mean fitness of the last generation, in reality"),
+        |own| fixed(own.last.mean, 6),
+    ),
+    OutcomeColumn::new(Column::number("last_peak", "", "there the mean of the best"), |own| {
+        fixed(own.last.peak, 6)
+    }),
+    OutcomeColumn::new(
+        Column::number("last_deviation", "", "there the standard deviation"),
+        |own| fixed(own.last.deviation, 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "path_gap_mm",
+            "mm",
+            "the distance between a life in the simulator without noise and one in reality, from one start, of the individual that is \
          best in the simulator: the sum over every fifth cycle",
+        ),
+        |own| fixed(own.paths[0], 6),
     ),
-    Column::number("path_repeat_mm", "mm", "that distance between two lives in reality"),
+    OutcomeColumn::new(
+        Column::number("path_repeat_mm", "mm", "that distance between two lives in reality"),
+        |own| fixed(own.paths[1], 6),
+    ),
 ];
 
 impl Transferred {
@@ -69,17 +125,19 @@ impl Transferred {
         ranked(&self.simulated)[0]
     }
 
-    /// The cells of [`COLUMNS`]; `first` and `last` are the rows of the generations in reality.
-    pub(super) fn cells(&self, parents: u32, first: &Row, last: &Row) -> Vec<String> {
-        let of_row = |row: &Row| [row.mean, row.peak, row.deviation];
-        let of = |fitness: &[f32]| of_row(&Row::of(0, fitness, &ranked(fitness), parents));
-        let paths = match &self.real_paths[..] {
-            [real, again] => [between(&self.path, real), between(real, again)],
-            _ => [f64::NAN; 2],
-        };
-        let numbers = [of(&self.simulated), of(&self.quiet), of_row(first), of_row(last)];
-        let numbers = numbers.iter().flatten().chain(&paths);
-        numbers.map(|number| format!("{number:.6}")).collect()
+    /// The comparison, with the rows of the first and the last generation in reality.
+    pub(super) fn compared(&self, parents: u32, first: &Row, last: &Row) -> Compared {
+        let of = |fitness: &[f32]| Row::of(0, fitness, &ranked(fitness), parents);
+        Compared {
+            simulated: of(&self.simulated),
+            quiet: of(&self.quiet),
+            real: first.clone(),
+            last: last.clone(),
+            paths: match &self.real_paths[..] {
+                [real, again] => [between(&self.path, real), between(real, again)],
+                _ => [f64::NAN; 2],
+            },
+        }
     }
 }
 
@@ -111,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_are_those_of_the_columns() {
+    fn values_are_those_of_the_columns() {
         let transferred = Transferred {
             simulated: vec![1.0, 3.0],
             quiet: vec![5.0, 5.0],
@@ -120,8 +178,8 @@ mod tests {
         };
         assert_eq!(transferred.best(), 1);
         let row = Row::of(0, &[2.0, 4.0], &[1, 0], 1);
-        let cells = transferred.cells(1, &row, &row);
-        assert_eq!(cells.len(), COLUMNS.len());
+        let compared = transferred.compared(1, &row, &row);
+        let cells: Vec<String> = OUTCOMES.iter().map(|outcome| (outcome.value)(&compared)).collect();
         assert_eq!(
             cells.join(" "),
             "2.000000 3.000000 1.414214 5.000000 5.000000 0.000000 3.000000 4.000000 1.414214 3.000000 4.000000 1.414214 5.000000 \

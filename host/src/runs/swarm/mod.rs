@@ -2,6 +2,7 @@
 
 mod replay;
 
+use crate::console::counted;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -22,7 +23,7 @@ use crate::experiment::{self, Identities, Input};
 use crate::swarm::job::SwarmJob;
 use crate::swarm::record::{Case, Run};
 use crate::swarm::steps;
-use crate::swarm::tables::{FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS, OUTCOMES};
+use crate::swarm::tables::{FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS, outcomes};
 
 const REPLAY: &str = "replay.html";
 
@@ -41,7 +42,7 @@ pub(crate) fn all_steps() -> &'static [Column] {
 /// The columns of what runs give in a sweep's table of results.
 #[cfg(test)]
 pub(crate) fn all_outcomes() -> Vec<Column> {
-    OUTCOMES.to_vec()
+    outcomes()
 }
 
 fn contents() -> Vec<Entry> {
@@ -58,7 +59,8 @@ fn food(directory: &Path) -> Result<Vec<u32>> {
     let path = directory.join(FOOD);
     let text = disk::read_text(&path)?;
     let of_line = |line: &str| line.split_once(',')?.1.parse().ok();
-    let seconds: Option<Vec<u32>> = text.lines().skip(1).map(of_line).collect();
+    let lines = text.strip_prefix(&head(&FOOD_COLUMNS));
+    let seconds: Option<Vec<u32>> = lines.and_then(|lines| lines.lines().map(of_line).collect());
     seconds.ok_or_else(|| Failure::corrupt(format_args!("{}: is not a table of food", path.display())))
 }
 
@@ -168,7 +170,7 @@ impl Experiment for SwarmExperiment {
     }
 
     fn outcomes(&self) -> Vec<Column> {
-        OUTCOMES.to_vec()
+        outcomes()
     }
 
     fn columns(&self) -> &'static [Column] {
@@ -215,12 +217,12 @@ impl Experiment for SwarmExperiment {
             }));
         }
         console.data(format!(
-            "{} is valid\n  case        {}\n  robots      {}, for {} minutes\n  arena       radius {} mm\n  work        \
+            "{} is valid\n  case        {}\n  robots      {}, for {}\n  arena       radius {} mm\n  work        \
              {:.1} million robot-steps a run",
             self.name(),
             settings.case.title(),
             settings.world.robots,
-            settings.minutes,
+            counted(settings.minutes, "minute", "minutes"),
             settings.world.forager.arena_radius,
             Experiment::steps(self) as f64 / 1e6
         ))

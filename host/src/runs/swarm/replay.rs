@@ -1,7 +1,5 @@
 //! `oneiro replay` for a swarm: a page that plays it.
 
-use std::fs;
-
 use oneiro::swarm::SECOND;
 use serde_json::json;
 
@@ -11,6 +9,7 @@ use crate::engine::disk;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::experiment::swarm::SwarmExperiment;
+use crate::files::plain;
 use crate::report::figures::{self, BEHAVIOURS, Genes, SwarmReplay, Teller};
 use crate::runs::{Recorded, Replay};
 use crate::swarm::record::RobotInterval;
@@ -23,10 +22,20 @@ pub(super) fn run(
     engine: &Engine,
     console: Console,
 ) -> Result {
-    if replay.start.is_some() || replay.seed.is_some() || replay.genome.is_some() {
-        return Err(Failure::usage(
-            "--start, --seed and --genome: allowed for champions; a swarm has none",
-        ));
+    // A default can't be told from what was typed.
+    let given = [
+        ("--start", replay.start.is_some()),
+        ("--seed", replay.seed.is_some()),
+        ("--genome", replay.genome.is_some()),
+        ("--elite", replay.elite.is_some()),
+        ("--elites", replay.elites),
+        ("--trial", replay.trial != 0),
+        ("--every", replay.every != 1),
+    ];
+    if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
+        return Err(Failure::usage(format_args!(
+            "{option}: is given for a swarm of the 2014 study, which is replayed whole; allowed: with runs that have a champion"
+        )));
     }
     let job = again(experiment, recorded.seed, engine, console)?;
     let run = job.run();
@@ -63,7 +72,7 @@ pub(super) fn run(
         genes: &genes,
     });
     let directory = replay.out;
-    fs::create_dir_all(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+    plain::make_directory(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let path = directory.join(REPLAY);
     disk::write(&path, page.as_bytes())?;
     if console.json() {

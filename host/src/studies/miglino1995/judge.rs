@@ -1,14 +1,19 @@
-//! Judges the claims of the paper by the criteria of `docs/preregistration-1995.md`.
+//! Judges the claims of the paper by the criteria of `docs/preregistration-1995.md`: whether each registered criterion is met by the
+//! estimates alone, and the verdict by the 95 % intervals of its parts. Runs are the unit of all intervals. Ratios enter as differences, such
+//! as half of one mean minus another, so that no interval divides by a figure near zero.
 
 use oneiro::tables::{GREATEST_READING, SENSORS, SensorTable, SensorTables};
 use rand_pcg::Pcg64;
 
-use super::results::{Condition, Controls, Family, Level, Results, Run};
+use super::results::{Condition, Controls, Discrepancy, Family, Level, Results, Run};
+use crate::console::counted;
 use crate::statistics::{
-    anova, cohens_d, holm, mean, median, paired_t, quantile, random_intercept, student_t, subset, variance,
+    Interval, anova, cohens_d, holm, mean, mean_interval, median, median_interval, paired_t, pseudo_values, quantile,
+    random_intercept, student_t, subset, variance,
 };
 use crate::studies::MIGLINO1995_CLAIMS;
 use crate::studies::claims::{Claim, Effect, Finding, Preregistered, Table, Test, over_runs};
+use crate::studies::verdict::{self, Part, Verdict};
 
 use Condition::{Conservative, None as Without, Sensor};
 
@@ -27,6 +32,8 @@ const PATHS_ON_A_WIRE: &str = "A champion on a wire lives once, from the one sta
      odometers, or of the tracker";
 /// The paper's significance level.
 const LEVEL: f64 = 0.01;
+/// Values that an interval of a median needs.
+const OF_A_MEDIAN: usize = 6;
 
 /// Judges all claims, C1 to C12.
 pub(crate) fn judge(results: &Results, sensors: &SensorTables) -> Vec<Claim> {
@@ -306,7 +313,12 @@ impl Judged<'_> {
         finding
             .tests
             .extend(paired_t(&own, &other).ok().map(|test| Test::t(name, test)));
-        finding.holds = Some(ratio >= 1.4 && loss > 0.0);
+        finding.registered = Some(ratio >= 1.4 && loss > 0.0);
+        let what = "the greatest distance of half readings is at least 1.4 times the least";
+        finding.parts = vec![
+            Part::fact(what, ratio >= 1.4),
+            Part::above("loss of fitness in another robot", &[(1.0, &losses)], 0.0),
+        ];
         finding.missing = self.on_a_wire("Not measured: fitness in another robot, since there is only one on a wire");
         finding
     }
@@ -321,7 +333,14 @@ impl Judged<'_> {
                     (Some(first), Some(last)) => last.peak > first.peak,
                     _ => false,
                 });
-            holds &= rises && self.runs(condition).next().is_some();
+            let is_run = self.runs(condition).next().is_some();
+            holds &= rises && is_run;
+            let what = format!("the peak rises in every run, {}", condition.title());
+            finding.parts.push(if is_run {
+                Part::fact(&what, rises)
+            } else {
+                Part::undecided(format!("{what}: there is no run"))
+            });
             for (name, figure) in [("peak", PEAK), ("average", AVERAGE)] {
                 let at = |generation: usize| {
                     self.mean(condition, |run| run.simulated.get(generation).map_or(f64::NAN, figure))
@@ -330,13 +349,20 @@ impl Judged<'_> {
                 let gained = (at(last / 2) - at(0)) / (at(last) - at(0));
                 holds &= gained > 0.8;
                 let (half, title) = (last / 2, condition.title());
+                // How much more of the gain there is by half of the generations than 80 %.
+                let beyond = self.each(condition, |run| {
+                    let at = |generation: usize| run.simulated.get(generation).map_or(f64::NAN, figure);
+                    at(half) - at(0) - 0.8 * (at(last) - at(0))
+                });
+                let what = format!("the {name}'s gain by generation {half} minus 80 % of its gain, {title}");
+                finding.parts.push(Part::above(&what, &[(1.0, &beyond)], 0.0));
                 finding.note(
                     format!("share of the {name}'s gain by generation {half}, {title}"),
                     gained,
                 );
             }
         }
-        finding.holds = Some(holds);
+        finding.registered = Some(holds);
         finding
     }
 
@@ -360,7 +386,25 @@ impl Judged<'_> {
             let tests = self.compared(condition, "simulated without noise and real", QUIET, REAL);
             finding.tests.extend(tests);
         }
-        finding.holds = Some(in_order_and_small(ds.map(f64::abs)));
+        finding.registered = Some(in_order_and_small(ds.map(f64::abs)));
+        let values = |condition, of: fn(f64) -> f64| {
+            let runs: Vec<&Run> = self.runs(condition).collect();
+            pseudo_values(runs.len(), |kept| {
+                let kept: Vec<&Run> = kept.iter().map(|&run| runs[run]).collect();
+                of(cohens_d(&pooled(&kept, SIMULATED), &pooled(&kept, REAL)).unwrap_or(f64::NAN))
+            })
+        };
+        let [none, sensor, conservative] = Condition::ALL.map(|condition| values(condition, f64::abs));
+        let signed = values(Conservative, |d| d);
+        finding.parts = vec![
+            Part::above("abs(d), sensor minus none", &[(1.0, &sensor), (-1.0, &none)], 0.0),
+            Part::above(
+                "abs(d), none minus conservative",
+                &[(1.0, &none), (-1.0, &conservative)],
+                0.0,
+            ),
+            Part::within("d, conservative noise", &[(1.0, &signed)], [-0.2, 0.2]),
+        ];
         finding
     }
 
@@ -388,7 +432,21 @@ impl Judged<'_> {
         );
         finding.mean("the same, sensor noise", &again(Sensor));
         let [[peak_without, peak_sensor], [average_without, average_sensor]] = falls;
-        finding.holds = Some(peak_sensor < peak_without && average_sensor > average_without);
+        finding.registered = Some(peak_sensor < peak_without && average_sensor > average_without);
+        let of = |condition, figure| self.each(condition, fall(figure));
+        let [none, sensor] = [Without, Sensor].map(|condition| [of(condition, PEAK), of(condition, AVERAGE)]);
+        finding.parts = vec![
+            Part::above(
+                "fall of the peak, none minus sensor",
+                &[(1.0, &none[0]), (-1.0, &sensor[0])],
+                0.0,
+            ),
+            Part::above(
+                "fall of the average, sensor minus none",
+                &[(1.0, &sensor[1]), (-1.0, &none[1])],
+                0.0,
+            ),
+        ];
         finding
     }
 
@@ -408,7 +466,19 @@ impl Judged<'_> {
         }
         let lower = simulated[2] < simulated[0] && simulated[2] < simulated[1];
         let higher = real[2] > real[0] && real[2] > real[1];
-        finding.holds = Some(lower && higher);
+        finding.registered = Some(lower && higher);
+        for (name, lives, sign) in [("simulation", SIMULATED, -1.0), ("reality", REAL, 1.0)] {
+            let own = self.each(Conservative, |run| mean_of(lives(run)));
+            for other in [Without, Sensor] {
+                let others = self.each(other, |run| mean_of(lives(run)));
+                let words = ["conservative noise", other.title()];
+                let [one, less] = if sign > 0.0 { words } else { [words[1], words[0]] };
+                let what = format!("average in {name}, {one} minus {less}");
+                finding
+                    .parts
+                    .push(Part::above(&what, &[(sign, &own), (-sign, &others)], 0.0));
+            }
+        }
         finding
     }
 
@@ -442,7 +512,12 @@ impl Judged<'_> {
             let own = self.each(condition, |run| mean_of(LAST(run)));
             finding.mean(format!("real fitness of generation 219 as it is, {title}"), &own);
         }
-        finding.holds = Some(ds.iter().all(|d| *d > 0.0));
+        finding.registered = Some(ds.iter().all(|d| *d > 0.0));
+        for condition in Condition::ALL {
+            let rises = self.each(condition, |run| mean_of(LAST(run)) - mean_of(REAL(run)));
+            let what = format!("real fitness, generation 219 minus 200, {}", condition.title());
+            finding.parts.push(Part::above(&what, &[(1.0, &rises)], 0.0));
+        }
         finding
     }
 
@@ -468,8 +543,67 @@ impl Judged<'_> {
         finding.note("loss of the peak at the transfer, sensor noise", sensor_peak.0);
         finding.note("rise of the average in reality, conservative noise", rise);
         let no_gap = none.0 <= 0.0 || sensor.0 <= 0.0;
-        finding.holds = (!no_gap).then_some(none.1 > sensor.1 && sensor_peak.1 > sensor.1 && rise > 0.0);
+        finding.registered = (!no_gap).then_some(none.1 > sensor.1 && sensor_peak.1 > sensor.1 && rise > 0.0);
+        finding.parts = self.parts_of_recovery();
         finding
+    }
+
+    /// The parts of C7. A share of a loss is of no meaning unless there is a loss.
+    fn parts_of_recovery(&self) -> Vec<Part> {
+        let runs = |condition| self.runs(condition).collect::<Vec<_>>();
+        let at = |run: &Run, figure: Figure| {
+            let of = |level: Option<&Level>| level.map_or(f64::NAN, figure);
+            [of(run.simulated.last()), of(run.real.first()), of(run.real.last())]
+        };
+        for condition in [Without, Sensor] {
+            let losses = self.each(condition, |run| {
+                let [simulated, first, _] = at(run, AVERAGE);
+                simulated - first
+            });
+            let what = format!("loss of the average at the transfer, {}", condition.title());
+            let part = Part::above(&what, &[(1.0, &losses)], 0.0);
+            if part.verdict != Verdict::Holds {
+                return vec![Part::undecided(format!(
+                    "{}, so that there may be nothing to recover",
+                    part.reason
+                ))];
+            }
+        }
+        let share = |runs: &[&Run], kept: &[usize], figure: Figure| {
+            let mean_at = |place: usize| mean(kept.iter().map(|&run| at(runs[run], figure)[place]));
+            let (simulated, first, last) = (mean_at(0), mean_at(1), mean_at(2));
+            (last - first) / (simulated - first)
+        };
+        let shares = |condition, of: &dyn Fn(&[&Run], &[usize]) -> f64| {
+            let runs = runs(condition);
+            pseudo_values(runs.len(), |kept| of(&runs, kept))
+        };
+        let none = shares(Without, &|runs, kept| share(runs, kept, AVERAGE));
+        let sensor = shares(Sensor, &|runs, kept| share(runs, kept, AVERAGE));
+        let peak = shares(Sensor, &|runs, kept| {
+            share(runs, kept, PEAK) - share(runs, kept, AVERAGE)
+        });
+        let rise = self.each(Conservative, |run| {
+            let [_, first, last] = at(run, AVERAGE);
+            last - first
+        });
+        vec![
+            Part::above(
+                "recovered share of the average, none minus sensor",
+                &[(1.0, &none), (-1.0, &sensor)],
+                0.0,
+            ),
+            Part::above(
+                "recovered share, peak minus average, sensor noise",
+                &[(1.0, &peak)],
+                0.0,
+            ),
+            Part::above(
+                "rise of the average in reality, conservative noise",
+                &[(1.0, &rise)],
+                0.0,
+            ),
+        ]
     }
 
     fn paths(&self) -> Finding {
@@ -489,10 +623,13 @@ impl Judged<'_> {
                 let name = format!("D after 500 cycles, {name}, {title}, mm");
                 finding.mean(name, &self.each(condition, whole(sums)))
             });
-            let over_length = self.each(condition, |run| run.champion.discrepancy.per_length);
-            finding.mean(
-                format!("D over the length of the path, 100 starts, {title}"),
-                &over_length,
+            let all: Vec<&Discrepancy> = self.runs(condition).map(|run| &run.champion.discrepancy).collect();
+            let per_length = |kept: &[usize]| Discrepancy::per_length(kept.iter().map(|&run| all[run]));
+            let values = pseudo_values(all.len(), per_length);
+            finding.estimate(
+                format!("D over the length of the path, ratio of sums, 100 starts, {title}"),
+                Discrepancy::per_length(all.iter().copied()),
+                mean_interval(&values, verdict::LEVEL).ok(),
             );
             means[0]
         });
@@ -500,7 +637,14 @@ impl Judged<'_> {
             let test = self.between("D from 100 starts", [Conservative, other], whole(STARTS));
             finding.tests.extend(test);
         }
-        finding.holds = Some(ends[2] < 0.5 * ends[0].min(ends[1]));
+        finding.registered = Some(ends[2] < 0.5 * ends[0].min(ends[1]));
+        let [none, sensor, conservative] = Condition::ALL.map(|condition| self.each(condition, whole(FIGURES[0].1)));
+        for (other, title) in [(&none, "none"), (&sensor, "sensor")] {
+            let what = format!("D from one start, half of {title} minus conservative, mm");
+            finding
+                .parts
+                .push(Part::above(&what, &[(0.5, other), (-1.0, &conservative)], 0.0));
+        }
         if self.results.is_wired {
             PATHS_ON_A_WIRE.clone_into(&mut finding.remark);
         }
@@ -535,15 +679,66 @@ impl Judged<'_> {
             "speed in reality over speed in simulation, conservative noise",
             speed(Conservative),
         );
-        finding.holds = Some(
+        finding.registered = Some(
             stuck_real > stuck_simulated
                 && speed(Sensor) < 1.0
                 && collided_real > collided_simulated
                 && (0.9..=1.1).contains(&speed(Conservative)),
         );
+        finding.parts = self.parts_of_behaviour();
         finding.missing =
             self.on_a_wire("Not measured: collisions in reality, which a robot on a wire does not report");
         finding
+    }
+
+    /// The parts of C9.
+    fn parts_of_behaviour(&self) -> Vec<Part> {
+        let stuck = self.each(Without, |run| {
+            let stuck = |path: bool| f64::from(u8::from(path));
+            stuck(run.champion.real.stuck_in_corner) - stuck(run.champion.simulated.stuck_in_corner)
+        });
+        // Champions that stick in both or in neither say nothing.
+        let stuck: Vec<f64> = stuck.into_iter().filter(|differs| *differs != 0.0).collect();
+        let what = "champions that stick in just one of both, in reality (1) or in simulation (-1), no noise";
+        let stuck = match median_interval(&stuck, verdict::LEVEL) {
+            Ok(interval) => Part::of_interval(what, interval, [0.0, f64::INFINITY], stuck.len()),
+            Err(_) => Part::undecided(format!(
+                "too few runs: {} in just one of both, no noise: an interval needs {OF_A_MEDIAN}",
+                counted(stuck.len(), "champion sticks", "champions stick")
+            )),
+        };
+        // How much faster a champion is in reality than a factor times its speed in simulation.
+        let faster = |condition, factor: f64| {
+            self.each(condition, |run| {
+                run.champion.real.speed - factor * run.champion.simulated.speed
+            })
+        };
+        let collided = self.each(Sensor, |run| {
+            run.champion.real.collided - run.champion.simulated.collided
+        });
+        vec![
+            stuck,
+            Part::below(
+                "speed, reality minus simulation, sensor noise",
+                &[(1.0, &faster(Sensor, 1.0))],
+                0.0,
+            ),
+            Part::above(
+                "share of cycles colliding, reality minus simulation, sensor noise",
+                &[(1.0, &collided)],
+                0.0,
+            ),
+            Part::above(
+                "speed, reality minus 0.9 of simulation, conservative noise",
+                &[(1.0, &faster(Conservative, 0.9))],
+                0.0,
+            ),
+            Part::below(
+                "speed, reality minus 1.1 of simulation, conservative noise",
+                &[(1.0, &faster(Conservative, 1.1))],
+                0.0,
+            ),
+        ]
     }
 
     fn deceptive_optimum(&self) -> Finding {
@@ -563,7 +758,26 @@ impl Judged<'_> {
         };
         finding.note("fitness of going to and fro, mean of 100 lives", to_and_fro);
         finding.note(format!("median champion without noise, {fitness}"), middle);
-        finding.holds = Some(to_and_fro > middle);
+        finding.registered = Some(to_and_fro > middle);
+        let what = "going to and fro minus the median champion";
+        let lives: Vec<f64> = widened(&self.results.to_and_fro).collect();
+        let intervals = (
+            mean_interval(&lives, verdict::LEVEL),
+            median_interval(&champions, verdict::LEVEL),
+        );
+        finding.parts = vec![match intervals {
+            (Ok(own), Ok(others)) => {
+                let (low, high) = (own.low - others.high, own.high - others.low);
+                Part::of_interval(what, Interval { low, high }, [0.0, f64::INFINITY], champions.len())
+            }
+            (Err(_), _) => Part::undecided(format!("{what}: going to and fro has no interval")),
+            (_, Err(_)) => {
+                let champions = counted(champions.len(), "champion", "champions");
+                Part::undecided(format!(
+                    "too few runs ({champions}): {what}: an interval needs {OF_A_MEDIAN}"
+                ))
+            }
+        }];
         finding
     }
 
@@ -592,6 +806,8 @@ impl Judged<'_> {
             }
             let best = (0..means.len()).max_by(|&a, &b| means[a].total_cmp(&means[b]));
             interior.extend(best.map(|best| best > 0 && best + 1 < means.len()));
+            let ranges: Vec<&[f64]> = of(family).map(|variant| &variant.real[..]).collect();
+            finding.parts.extend(best_is_inside(noise, &ranges));
         }
         for variant in of(Family::Simulator) {
             let name = &variant.name;
@@ -601,7 +817,12 @@ impl Judged<'_> {
             );
         }
         let asked = interior.len() == 2;
-        finding.holds = asked.then_some(interior.iter().all(|interior| *interior));
+        finding.registered = asked.then_some(interior.iter().all(|interior| *interior));
+        if !asked {
+            finding.parts = vec![Part::undecided(
+                "other ranges were not run in this study; `--full` runs them",
+            )];
+        }
         finding.missing = self
             .on_a_wire("Not measured: other ranges of noise, which only a study of a surrogate runs, with `--full`");
         let remark = match finding.missing {
@@ -617,9 +838,31 @@ impl Judged<'_> {
         let mut finding = Finding::default();
         let seconds = f64::from(self.results.cycles) * 0.1;
         finding.note("seconds of a real life of 500 cycles", seconds);
-        finding.holds = Some(self.results.life_within_two_seconds);
+        let is_met = self.results.life_within_two_seconds;
+        finding.registered = Some(is_met);
+        finding.parts = vec![Part::fact("a simulated life takes less than 2 s", is_met)];
         finding
     }
+}
+
+/// Whether the best of several ranges is neither the first nor the last: it must be above both. Opposed if one of these is above all
+/// between them.
+fn best_is_inside(noise: &str, ranges: &[&[f64]]) -> Option<Part> {
+    let [first, inner @ .., last] = ranges else { return None };
+    let best = inner.iter().max_by(|a, b| mean(**a).total_cmp(&mean(**b)))?;
+    let above = |one: &[f64], other: &[f64], words: &str| {
+        let what = format!("real fitness, {words}, {noise}");
+        Part::above(&what, &[(1.0, one), (-1.0, other)], 0.0)
+    };
+    let parts = [
+        above(best, first, "best inner range minus the smallest"),
+        above(best, last, "best inner range minus the largest"),
+    ];
+    let (verdict, reasons) = verdict::of_parts(parts.into());
+    Some(Part {
+        verdict,
+        reason: reasons.join("; "),
+    })
 }
 
 /// Mean gap, simulated minus real, in fresh lives of the individuals with the best simulated fitness.
@@ -665,7 +908,6 @@ fn half_gaps(table: &SensorTable) -> Vec<f64> {
 mod tests {
     use super::super::report::tests::results;
     use super::*;
-    use crate::studies::claims::Verdict;
 
     fn claims<const N: usize>(results: &Results, ids: [&str; N]) -> [Claim; N] {
         let claims = judge(results, &SensorTables::khepera());
@@ -741,9 +983,107 @@ mod tests {
         }
         let [by_life, by_mean] = [by_life, by_mean].map(|results| claim(&results, "C10"));
         assert!(by_life.effects[1].value > 300.0 && by_life.effects[1].name.ends_with("its best life"));
-        assert_eq!(by_life.verdict, Verdict::NotReproduced);
+        assert_eq!(by_life.verdict, Verdict::Undecided);
         assert!(by_mean.effects[1].value == 290.0 && by_mean.effects[1].name.ends_with("chosen by"));
-        assert_eq!(by_mean.verdict, Verdict::Reproduced);
+        assert_eq!(by_mean.verdict, Verdict::Undecided);
+    }
+
+    fn all(results: &Results) -> Vec<Claim> {
+        judge(results, &SensorTables::khepera())
+    }
+
+    /// Fewer runs than the paper has decide nothing, whatever their intervals say; that a life is fast is no matter of runs.
+    #[test]
+    fn few_runs_decide_nothing() {
+        for runs in 1..5 {
+            let mut results = results(runs);
+            results.to_and_fro = vec![299.0, 300.0, 301.0];
+            for claim in all(&results) {
+                let expected = if claim.id == "C12" {
+                    Verdict::Holds
+                } else {
+                    Verdict::Undecided
+                };
+                assert_eq!(claim.verdict, expected, "{} of {runs}", claim.id);
+                assert_eq!(claim.registered.is_none(), claim.id == "C11", "{}", claim.id);
+                let says_so = claim.reasons.iter().all(|reason| reason.contains("too few runs"));
+                assert!(says_so || claim.id == "C11", "{}: {:?}", claim.id, claim.reasons);
+            }
+        }
+    }
+
+    /// More runs may decide a claim, but not the other way round.
+    #[test]
+    fn no_verdict_turns_round_with_more_runs() {
+        let counts = [5, 8, 12].map(|runs| all(&results(runs)));
+        let mut decided = 0;
+        for (few, (more, many)) in counts[0].iter().zip(counts[1].iter().zip(&counts[2])) {
+            let found = [few.verdict, more.verdict, many.verdict];
+            assert!(
+                !(found.contains(&Verdict::Holds) && found.contains(&Verdict::Opposed)),
+                "{}: {found:?}",
+                few.id
+            );
+            decided += usize::from(many.verdict != Verdict::Undecided);
+        }
+        assert!(decided >= 6, "{decided}");
+    }
+
+    /// Means that differ in the right direction, by much less than runs do.
+    #[test]
+    fn a_criterion_that_is_met_by_signs_alone_is_undecided() {
+        let mut results = results(5);
+        let of_none: Vec<Vec<f32>> = results
+            .runs
+            .iter()
+            .filter(|run| run.condition == Without)
+            .map(|run| run.transferred.real.clone())
+            .collect();
+        for (condition, more) in [(Without, 0.0), (Sensor, -0.1), (Conservative, 0.1)] {
+            let own = results.runs.iter_mut().filter(|run| run.condition == condition);
+            for (run, (number, real)) in own.zip((0_u8..).zip(&of_none)) {
+                run.transferred.real = real.iter().map(|life| life + 20.0 * f32::from(number) + more).collect();
+            }
+        }
+        let conservative = claim(&results, "C5");
+        assert_eq!(
+            (conservative.registered, conservative.verdict),
+            (Some(true), Verdict::Undecided)
+        );
+        let reasons = &conservative.reasons;
+        assert!(
+            reasons
+                .iter()
+                .all(|reason| reason.contains("average in reality") && reason.contains(" spans 0")),
+            "{reasons:?}"
+        );
+    }
+
+    /// Each part of each claim has its condition the right way round: what the paper says holds, and its contrary is opposed.
+    #[test]
+    fn contraries_are_opposed() {
+        let as_published = results(8);
+        let mut contrary = as_published.clone();
+        // None and conservative noise change places.
+        for run in &mut contrary.runs {
+            run.condition = match run.condition {
+                Without => Conservative,
+                Sensor => Sensor,
+                Conservative => Without,
+            };
+        }
+        let ids = ["C3", "C5", "C8"];
+        for claim in claims(&as_published, ids) {
+            assert_eq!(claim.verdict, Verdict::Holds, "{}: {:?}", claim.id, claim.reasons);
+        }
+        for Claim {
+            id, verdict, reasons, ..
+        } in claims(&contrary, ids)
+        {
+            assert_eq!(verdict, Verdict::Opposed, "{id}: {reasons:?}");
+            let is_beyond = |reason: &String| reason.contains(", below 0") || reason.contains(", above 0.2");
+            assert!(reasons.iter().all(is_beyond), "{id}: {reasons:?}");
+        }
     }
 
     #[test]

@@ -34,7 +34,7 @@ pub(super) struct Sums {
     starts: Vec<f64>,
     repeated: Vec<f64>,
     unrelated: Vec<f64>,
-    per_length: f64,
+    length: f64,
     count: usize,
 }
 
@@ -52,9 +52,7 @@ impl Sums {
         add(&mut self.starts, &mut discrepancy(&pair.simulated, &pair.real));
         add(&mut self.repeated, &mut discrepancy(&pair.real, again));
         add(&mut self.unrelated, &mut discrepancy(&pair.simulated, &other.real));
-        let whole = discrepancy(&pair.simulated, &pair.real).last().unwrap_or_default();
-        // A robot that doesn't move counts as having gone 1 mm, which avoids a division by zero.
-        self.per_length += whole / path_length(&pair.simulated).max(1.0);
+        self.length += path_length(&pair.simulated);
         self.count += 1;
     }
 
@@ -65,7 +63,7 @@ impl Sums {
         Discrepancy {
             paper: discrepancy(&shared.simulated, &shared.real).collect(),
             starts: mean(self.starts),
-            per_length: self.per_length / count,
+            length: self.length / count,
             repeated: mean(self.repeated),
             unrelated: mean(self.unrelated),
         }

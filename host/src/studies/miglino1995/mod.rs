@@ -15,6 +15,7 @@ mod second;
 pub(crate) mod settings;
 pub(crate) mod study;
 
+use crate::report::numbers::fixed;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -146,7 +147,7 @@ impl Whole<'_> {
         } = self;
         let robot = match &self.recordings {
             Some(robot) => robot.clone(),
-            None => sampled(settings, evaluations, &directory.join("robot"), console)?,
+            None => sampled(settings, evaluations, &directory.folder("robot")?, console)?,
         };
         let study = Study::new(settings, robot.clone(), site, evaluations, console)?;
         let begun = Instant::now();
@@ -374,9 +375,9 @@ fn calibrate(file: &StudyFile, seed: u64, evaluations: &Engine, console: Console
         let row: Vec<String> = [f64::from(severity), mean]
             .iter()
             .chain(&gaps)
-            .map(|value| format!("{value:.3}"))
+            .map(|value| fixed(*value, 3))
             .collect();
-        console.say(format!("severity {severity}: d {mean:.3}"));
+        console.say(format!("severity {severity}: d {}", fixed(mean, 3)));
         rows.push(row);
     }
     let robots: Vec<String> = robots.iter().map(u64::to_string).collect();

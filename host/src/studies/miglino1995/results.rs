@@ -217,10 +217,52 @@ pub(crate) struct Discrepancy {
     pub(crate) paper: Vec<f64>,
     /// The same, as the mean over 100 other starts. Like all that follow it is not there for a robot on a wire: empty, or NaN.
     pub(crate) starts: Vec<f64>,
-    /// Last value of `starts` over the simulated path's length, as the mean over the 100 starts.
-    pub(crate) per_length: f64,
+    /// Length of the simulated path, mm, as the mean over the 100 starts.
+    pub(crate) length: f64,
     /// Between two real lives from the same start, as the mean over the 100 starts.
     pub(crate) repeated: Vec<f64>,
     /// Between the simulated life and the real life of another run's champion, as the mean over the 100 starts.
     pub(crate) unrelated: Vec<f64>,
+}
+
+impl Discrepancy {
+    /// D from the 100 starts at the end of a life: its sum over the starts, as it is over their number.
+    pub(crate) fn whole(&self) -> f64 {
+        self.starts.last().copied().unwrap_or(f64::NAN)
+    }
+
+    /// D per mm of the simulated path: the ratio of the sums over several champions and all of their starts. A mean of ratios would hang
+    /// on the lives in which a robot hardly moves.
+    pub(crate) fn per_length<'a>(all: impl IntoIterator<Item = &'a Self>) -> f64 {
+        let sum = |(whole, length): (f64, f64), own: &Self| (whole + own.whole(), length + own.length);
+        let (whole, length) = all.into_iter().fold((0.0, 0.0), sum);
+        whole / length
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A champion that hardly moves counts as much as it moves.
+    #[test]
+    fn distances_per_length_are_ratios_of_sums() {
+        let champion = |whole: f64, length: f64| Discrepancy {
+            paper: Vec::new(),
+            starts: vec![0.0, whole],
+            length,
+            repeated: Vec::new(),
+            unrelated: Vec::new(),
+        };
+        let all = [champion(6000.0, 2000.0), champion(1200.0, 0.01), champion(5000.0, 0.0)];
+        assert_eq!(Discrepancy::per_length(&all[..1]), 3.0);
+        let ratio = Discrepancy::per_length(&all);
+        assert!((ratio - 12_200.0 / 2000.01).abs() < 1e-12, "{ratio}");
+        assert!(Discrepancy::per_length(&[]).is_nan());
+        let wired = Discrepancy {
+            starts: Vec::new(),
+            ..champion(0.0, f64::NAN)
+        };
+        assert!(Discrepancy::per_length([&wired]).is_nan());
+    }
 }

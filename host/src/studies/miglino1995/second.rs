@@ -14,6 +14,7 @@ use crate::report::csv::{Csv, number};
 use crate::statistics::{Undefined, mean, nested_mean, one_sample_t, variance};
 use crate::studies::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
 use crate::studies::sweep_results;
+use crate::studies::verdict::brief;
 
 const CONTRASTS: &str = "contrasts.csv";
 const CLAIMS: &str = "claims.csv";
@@ -185,6 +186,8 @@ fn estimate(groups: &[Vec<f64>], kept: Kept<'_>, margin: Option<f64>) -> std::re
         let means: Vec<f64> = groups.iter().map(mean).collect();
         let error = (variance(&means) / means.len() as f64).sqrt();
         (mean(&means), error, means.len() as f64 - 1.0)
+    } else if groups.len() < 2 {
+        (f64::NAN, f64::NAN, 0.0)
     } else {
         let fitted = nested_mean(groups)?;
         (fitted.mean, fitted.standard_error, fitted.df)
@@ -340,10 +343,10 @@ impl Tables {
             let has_failed = |trio: &Trio| trio.iter().any(|run| run.failed() > 0.0);
             let judged = rows([severity, rule], runs, &OF_CONDITIONS, has_failed, &mut contrasts)?;
             for claim in ["C3", "C4", "C5", "C6", "C7", "C8"] {
-                let outcome = contrasts::of_claim(claim, &judged, &OF_CONDITIONS);
-                let row = [severity, rule, claim, outcome.word()].map(str::to_owned);
-                claims.row(&row);
-                shown.push(row.to_vec());
+                let (outcome, reasons) = contrasts::of_claim(claim, &judged, &OF_CONDITIONS);
+                let row = |reason: &str| [severity, rule, claim, outcome.word(), reason].map(str::to_owned);
+                claims.row(row(&reasons.join("; ")));
+                shown.push(row(&brief(&reasons)).into());
             }
             for condition in Condition::ALL {
                 cells.row(

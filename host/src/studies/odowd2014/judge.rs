@@ -1,5 +1,7 @@
 //! Judges the claims of the paper by the criteria of `docs/preregistration-2014.md`, in the same way for each
-//! combination of mutation scale and credit.
+//! combination of mutation scale and credit: whether each registered criterion is met, and the verdict. Comparisons that were registered
+//! as tests hold by their p after Holm's correction, and are opposed by it where the difference has the other sign. Other figures are
+//! judged by their 95 % intervals over runs.
 
 use std::ops::Range;
 
@@ -8,9 +10,11 @@ use rand_pcg::Pcg64;
 
 use super::measures::{ALL, BEFORE_MOVE, BIN, FIRST_HALF, G0, G1, LATE, S0, SECOND_HALF, SETTLED, minutes};
 use super::results::{Case, Combination, Kind, Results, Run};
+use crate::report::numbers::significant;
 use crate::statistics::{Interval, cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, student_t, subset};
 use crate::studies::ODOWD2014_CLAIMS;
-use crate::studies::claims::{Claim, Effect, Finding, HOLDS_IN, Preregistered, Table, Test, Verdict, over_runs};
+use crate::studies::claims::{Claim, Effect, Finding, MET_IN, Preregistered, Table, Test, over_runs};
+use crate::studies::verdict::{Judged as Judgement, Part, Verdict};
 
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
 use Kind::{Alone, Evolved, FitnessShuffled as Null, SimulatorRandom, SimulatorRight};
@@ -33,15 +37,20 @@ pub(crate) fn judge(results: &Results) -> Vec<Claim> {
     claims.iter().map(|criterion| claim(results, criterion)).collect()
 }
 
-/// Judges a claim: reproduced if its criterion holds in all combinations, not reproduced if it holds in none.
+/// Judges a claim: it holds if it does in all combinations, is opposed if it is in all, and is undecided otherwise.
 fn claim(results: &Results, criterion: &Preregistered) -> Claim {
     let mut all = Finding::default();
     let mut scopes = [Vec::new(), Vec::new(), Vec::new()];
+    let mut verdicts = Vec::new();
     for combination in &results.combinations {
         let judged = Judged { results, combination };
         let title = combination.title();
-        let finding = judged.finding(criterion.id()).unwrap_or_default();
-        let scope = finding.holds.map_or(2, usize::from);
+        let finding = judged.finding(criterion.id()).unwrap_or_else(|| Finding {
+            parts: vec![Part::undecided("runs that it needs were not asked for, or are too few")],
+            ..Finding::default()
+        });
+        verdicts.push((title.clone(), finding.verdict()));
+        let scope = finding.registered.map_or(2, usize::from);
         scopes[scope].push(title.clone());
         all.effects
             .extend(criterion.beside_the_papers(finding.effects).map(|effect| Effect {
@@ -53,20 +62,20 @@ fn claim(results: &Results, criterion: &Preregistered) -> Claim {
             ..test
         }));
     }
-    let [fails, holds, unknown] = scopes;
+    let [fails, met, unknown] = scopes;
     if results.combinations.len() > 1 {
         let scope = Effect {
-            name: format!("{HOLDS_IN}, of {}", results.combinations.len()),
-            value: holds.len() as f64,
+            name: format!("{MET_IN}, of {}", results.combinations.len()),
+            value: met.len() as f64,
             interval: None,
             paper: None,
         };
         all.effects.insert(0, scope);
     }
-    let verdict = match (holds.is_empty(), fails.is_empty(), unknown.is_empty()) {
-        (false, true, true) => Verdict::Reproduced,
-        (true, false, true) => Verdict::NotReproduced,
-        _ => Verdict::Undecided,
+    all.registered = match (met.is_empty(), fails.is_empty(), unknown.is_empty()) {
+        (false, true, true) => Some(true),
+        (true, false, true) => Some(false),
+        _ => None,
     };
     let list = |words: &str, titles: &[String]| match titles {
         [] => String::new(),
@@ -74,12 +83,31 @@ fn claim(results: &Results, criterion: &Preregistered) -> Claim {
     };
     let remark = format!(
         "{}{}{}{}",
-        list("The criterion holds", &holds),
+        list("The registered criterion is met", &met),
         list("It fails", &fails),
         list("Runs that it needs were not asked for", &unknown),
         criterion.remark()
     );
-    criterion.judged(verdict, all, remark.trim_end().into())
+    criterion.judged(in_all(verdicts), all, remark.trim_end().into())
+}
+
+/// The verdict over all combinations, and the reasons of those in which it doesn't hold.
+fn in_all(verdicts: Vec<(String, Judgement)>) -> Judgement {
+    let verdict = match &verdicts[..] {
+        [(_, (first, _)), others @ ..] if others.iter().all(|(_, (own, _))| own == first) => *first,
+        _ => Verdict::Undecided,
+    };
+    let is_one = verdicts.len() == 1;
+    let reasons = verdicts.into_iter().flat_map(|(title, (own, reasons))| match own {
+        Verdict::Holds if verdict == Verdict::Holds => Vec::new(),
+        Verdict::Holds => vec![format!("{title}: holds")],
+        _ if is_one => reasons,
+        _ => reasons
+            .into_iter()
+            .map(|reason| format!("{title}: {own}: {reason}"))
+            .collect(),
+    });
+    (verdict, reasons.collect())
 }
 
 /// Two samples of runs to compare.
@@ -129,6 +157,14 @@ impl Pair {
         }
     }
 
+    /// Runs of the smaller sample.
+    fn runs(&self) -> usize {
+        match self.kind {
+            Comparison::Number => self.a.len(),
+            _ => self.a.len().min(self.b.len()),
+        }
+    }
+
     /// t, its degrees of freedom and p. Samples that don't vary have p = 0 or 1. `None` if the needed runs are missing.
     fn tested(&self) -> Option<(f64, f64, f64)> {
         let least = if self.kind == Comparison::Number { 1 } else { 2 };
@@ -161,19 +197,77 @@ fn is_greater(a: &[f64], b: &[f64], level: f64) -> bool {
 }
 
 /// Outcome of a comparison: the sign of the difference, and p after Holm's correction.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Compared {
+    name: String,
+    /// Runs of the smaller sample.
+    runs: usize,
     difference: f64,
     p: f64,
 }
 
 impl Compared {
-    fn is_above(self, level: f64) -> bool {
+    fn is_above(&self, level: f64) -> bool {
         self.difference > 0.0 && self.p < level
     }
 
-    fn is_below(self, level: f64) -> bool {
+    fn is_below(&self, level: f64) -> bool {
         self.difference < 0.0 && self.p < level
+    }
+
+    /// A part of a criterion with what decides it.
+    fn part(&self, verdict: Verdict, more: &str) -> Part {
+        let (difference, p) = (significant(self.difference, 3), significant(self.p, 2));
+        let reason = format!(
+            "{}: difference {difference}, p = {p} after Holm's correction{more}",
+            self.name
+        );
+        Part { verdict, reason }.of_runs(self.runs)
+    }
+
+    /// Whether the first is above the second at a level. Opposed if it is below by the study's level.
+    fn above(&self, level: f64) -> Part {
+        self.part(
+            match (self.is_above(level), self.is_below(LEVEL)) {
+                (true, _) => Verdict::Holds,
+                (false, true) => Verdict::Opposed,
+                (false, false) => Verdict::Undecided,
+            },
+            "",
+        )
+    }
+
+    fn below(&self) -> Part {
+        let mirrored = Self {
+            difference: -self.difference,
+            ..self.clone()
+        };
+        self.part(mirrored.above(LEVEL).verdict, "")
+    }
+
+    /// Whether the first is not above the second. That it was not found to be above does not show it.
+    fn not_above(&self) -> Part {
+        self.part(self.below().verdict, "")
+    }
+
+    fn differs(&self) -> Part {
+        let verdict = if self.p < LEVEL {
+            Verdict::Holds
+        } else {
+            Verdict::Undecided
+        };
+        self.part(verdict, "")
+    }
+
+    /// Whether both are the same, which no test shows.
+    fn same(&self) -> Part {
+        if self.p < LEVEL {
+            return self.part(Verdict::Opposed, "");
+        }
+        self.part(
+            Verdict::Undecided,
+            ": no difference was found, and no margin was registered within which there is none",
+        )
     }
 }
 
@@ -199,17 +293,28 @@ impl Finding {
             }
         }
         Some(std::array::from_fn(|index| Compared {
+            name: pairs[index].name.clone(),
+            runs: pairs[index].runs(),
             difference: mean(&pairs[index].a) - mean(&pairs[index].b),
             p: corrected[index],
         }))
     }
 
     #[expect(clippy::unnecessary_wraps, reason = "what ends every claim that has its runs")]
-    fn judged(mut self, holds: bool) -> Option<Self> {
-        self.holds = Some(holds);
+    fn judged(mut self, registered: bool, parts: impl IntoIterator<Item = Part>) -> Option<Self> {
+        self.registered = Some(registered);
+        self.parts = parts.into_iter().collect();
         Some(self)
     }
 }
+
+/// A gene and its name.
+type Named = (&'static str, super::measures::Gene);
+
+const CONTROLLER: [Named; 2] = [("G0", G0), ("G1", G1)];
+const SIMULATOR: Named = ("S0", S0);
+/// The middle bin.
+const MIDDLE: [f64; 2] = [LOW, HIGH];
 
 /// One combination.
 struct Judged<'a> {
@@ -293,9 +398,28 @@ impl Judged<'_> {
         )
     }
 
+    /// Whether a gene's mean, over a case's runs, is in a range in some intervals.
+    fn gene_within(&self, case: Case, (name, gene): Named, intervals: Range<usize>, range: [f64; 2]) -> Part {
+        let runs = self.each(case, Evolved, |run| run.mean(gene, intervals.clone()));
+        let (from, to) = (intervals.start, intervals.end);
+        let what = format!("mean {name}, intervals {from} to {to}, {}", case.title());
+        Part::within(&what, &[(1.0, &runs)], range)
+    }
+
+    /// A gene's standard deviation in the late intervals of each run.
+    fn late_deviations(&self, case: Case, gene: super::measures::Gene) -> Vec<f64> {
+        self.each(case, Evolved, |run| run.deviation(gene, LATE))
+    }
+
+    /// Whether it is wide in the mean over runs.
+    fn is_wide(&self, case: Case, (name, gene): Named) -> Part {
+        let what = format!("late s.d. of {name}, {}", case.title());
+        Part::above(&what, &[(1.0, &self.late_deviations(case, gene))], WIDE)
+    }
+
     /// Adds late G0 and G1 to the finding and returns them.
     fn late_controllers(&self, case: Case, finding: &mut Finding) -> [(f64, f64); 2] {
-        [("G0", G0 as super::measures::Gene), ("G1", G1)].map(|(name, gene)| {
+        CONTROLLER.map(|(name, gene)| {
             let (middle, deviation) = self.gene(case, gene, LATE);
             finding.note(format!("late mean {name}, {}", case.title()), middle);
             finding.note(format!("late s.d. of {name}, {}", case.title()), deviation);
@@ -347,7 +471,10 @@ impl Judged<'_> {
         let differs = random.iter().all(|compared| compared.is_above(PAPERS_LEVEL));
         let informed = null.iter().all(|compared| compared.is_above(LEVEL));
         let equivalent = interval.low >= 0.9 && interval.high <= 1.1;
-        finding.judged(differs && informed && equivalent)
+        let within = Part::of_interval("No Light over Random Movement, 90 %", interval, [0.9, 1.1], none.len());
+        let parts = random.iter().map(|compared| compared.above(PAPERS_LEVEL));
+        let parts: Vec<Part> = parts.chain(null.iter().map(|compared| compared.above(LEVEL))).collect();
+        finding.judged(differs && informed && equivalent, parts.into_iter().chain([within]))
     }
 
     /// With many runs, adds the share of sets of 5 or 10 of them that would reach the verdict on the rates of some
@@ -382,13 +509,19 @@ impl Judged<'_> {
     fn doubles(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let [null] = finding.compare(&[self.by_null(Over)])?;
-        let [to_random, to_opposite] = [("random", Random), ("opposite", Opposite)].map(|(name, other)| {
+        let ratios = [("random", Random), ("opposite", Opposite)].map(|(name, other)| {
             let [over, other] = [Over, other].map(|case| self.rates(case, Evolved));
             let ratio = mean(&over) / mean(&other);
             let interval = ratio_interval(&over, &other, 0.95).ok();
-            finding.estimate(format!("over the nest to {name}"), ratio, interval);
-            ratio
+            let what = format!("over the nest to {name}");
+            finding.estimate(what.clone(), ratio, interval);
+            let part = match interval {
+                Some(interval) => Part::of_interval(&what, interval, [1.5, 2.5], over.len()),
+                None => Part::undecided(format!("{what}: has no interval")),
+            };
+            (ratio, part)
         });
+        let [(to_random, one), (to_opposite, other)] = ratios;
         let doubles = |ratio: f64| (1.5..=2.5).contains(&ratio);
         let verdict = "a ratio of 1.5 to 2.5 to either";
         self.power(
@@ -397,7 +530,8 @@ impl Judged<'_> {
             verdict,
             |[over, random, opposite]| doubles(mean(over) / mean(random)) || doubles(mean(over) / mean(opposite)),
         );
-        finding.judged((doubles(to_random) || doubles(to_opposite)) && null.is_above(LEVEL))
+        let is_met = (doubles(to_random) || doubles(to_opposite)) && null.is_above(LEVEL);
+        finding.judged(is_met, [one.or(other), null.above(LEVEL)])
     }
 
     fn order(&self) -> Option<Finding> {
@@ -417,7 +551,8 @@ impl Judged<'_> {
         for case in Case::ALL {
             finding.mean(format!("food per minute, {}", case.title()), &self.rates(case, Evolved));
         }
-        finding.judged(all.iter().all(|compared| compared.is_above(LEVEL)))
+        let is_met = all.iter().all(|compared| compared.is_above(LEVEL));
+        finding.judged(is_met, all.iter().map(|compared| compared.above(LEVEL)))
     }
 
     fn no_light(&self) -> Option<Finding> {
@@ -427,7 +562,9 @@ impl Judged<'_> {
         finding.mean("share of No Light, minutes 10 to 50", &shares(Evolved));
         finding.mean("the same, fitness shuffled", &shares(Null));
         let mut stays = true;
+        let mut parts = vec![share.above(LEVEL)];
         for first in (0..50).step_by(10) {
+            parts.push(self.gene_within(NoLight, SIMULATOR, first..first + 10, MIDDLE));
             let (middle, _) = self.gene(NoLight, S0, first..first + 10);
             finding.note(format!("mean S0, minutes {first} to {}", first + 10), middle);
             stays &= (LOW..HIGH).contains(&middle);
@@ -436,7 +573,13 @@ impl Judged<'_> {
             .late_controllers(NoLight, &mut finding)
             .iter()
             .all(|(middle, deviation)| (LOW..HIGH).contains(middle) && *deviation >= WIDE);
-        finding.judged(share.is_above(LEVEL) && stays && wide)
+        for gene in CONTROLLER {
+            parts.extend([
+                self.gene_within(NoLight, gene, LATE, MIDDLE),
+                self.is_wide(NoLight, gene),
+            ]);
+        }
+        finding.judged(share.is_above(LEVEL) && stays && wide, parts)
     }
 
     fn over(&self) -> Option<Finding> {
@@ -450,7 +593,18 @@ impl Judged<'_> {
         let [with, without] = self.late_controllers(Over, &mut finding);
         let [wide_with, wide_without] = self.late_controllers(NoLight, &mut finding);
         let narrow = with.1 < wide_with.1 && without.1 < wide_without.1;
-        finding.judged(with.0 > HIGH && without.0 < LOW && narrow && share.is_above(LEVEL))
+        let narrower = CONTROLLER.map(|(name, gene)| {
+            let [over, none] = [Over, NoLight].map(|case| self.late_deviations(case, gene));
+            let what = format!("late s.d. of {name}, Light Over Nest minus No Light");
+            Part::below(&what, &[(1.0, &over), (-1.0, &none)], 0.0)
+        });
+        let ends = [
+            self.gene_within(Over, CONTROLLER[0], LATE, [HIGH, f64::INFINITY]),
+            self.gene_within(Over, CONTROLLER[1], LATE, [f64::NEG_INFINITY, LOW]),
+            share.above(LEVEL),
+        ];
+        let is_met = with.0 > HIGH && without.0 < LOW && narrow && share.is_above(LEVEL);
+        finding.judged(is_met, ends.into_iter().chain(narrower))
     }
 
     fn opposite(&self) -> Option<Finding> {
@@ -465,7 +619,10 @@ impl Judged<'_> {
             .late_controllers(Opposite, &mut finding)
             .iter()
             .all(|(_, deviation)| *deviation >= WIDE);
-        finding.judged(!share.is_above(LEVEL) && (LOW..HIGH).contains(&simulator) && wide)
+        let parts = [share.not_above(), self.gene_within(Opposite, SIMULATOR, LATE, MIDDLE)];
+        let is_met = !share.is_above(LEVEL) && (LOW..HIGH).contains(&simulator) && wide;
+        let spreads = CONTROLLER.map(|gene| self.is_wide(Opposite, gene));
+        finding.judged(is_met, parts.into_iter().chain(spreads))
     }
 
     fn moved_away(&self) -> Option<Finding> {
@@ -476,16 +633,33 @@ impl Judged<'_> {
             pair("late S0 and S0 before the move", s0(LATE), s0(BEFORE_MOVE)).kind(Comparison::Paired),
         ])?;
         let bin = self.results.light_moves_minute as usize * 60 / BIN;
-        let rate = |bins: Range<usize>| {
-            mean(self.each(OverThenOpposite, Evolved, |run| {
+        let rates = |bins: Range<usize>| {
+            self.each(OverThenOpposite, Evolved, |run| {
                 mean(run.rates(BIN).get(bins.clone()).unwrap_or(&[]))
-            }))
+            })
         };
-        let fall = 1.0 - rate(bin..bin + 2) / rate(bin - 1..bin);
+        let (after, earlier) = (rates(bin..bin + 2), rates(bin - 1..bin));
+        let fall = 1.0 - mean(&after) / mean(&earlier);
         finding.note("fall of the rate", fall);
+        let beyond: Vec<f64> = after
+            .iter()
+            .zip(&earlier)
+            .map(|(after, before)| 0.75 * before - after)
+            .collect();
         let shares = self.shares(OverThenOpposite, Evolved, Light::OppositeNest, LATE);
         let converged = finding.mean("late share of Opposite", &shares);
-        finding.judged(before.is_above(LEVEL) && fall > 0.25 && moved.is_below(LEVEL) && converged <= 0.5)
+        let is_met = before.is_above(LEVEL) && fall > 0.25 && moved.is_below(LEVEL) && converged <= 0.5;
+        let parts = [
+            before.above(LEVEL),
+            Part::above(
+                "75 % of the rate before the move minus that after it",
+                &[(1.0, &beyond)],
+                0.0,
+            ),
+            moved.below(),
+            Part::below("late share of Opposite", &[(1.0, &shares)], 0.5),
+        ];
+        finding.judged(is_met, parts)
     }
 
     fn moved_over(&self) -> Option<Finding> {
@@ -511,7 +685,10 @@ impl Judged<'_> {
             "rate of its second half to Light Over Nest's",
             mean(half(OppositeThenOver)) / mean(half(Over)),
         );
-        finding.judged(rate.is_below(LEVEL) && share.is_above(LEVEL))
+        finding.judged(
+            rate.is_below(LEVEL) && share.is_above(LEVEL),
+            [rate.below(), share.above(LEVEL)],
+        )
     }
 
     fn anomaly(&self) -> Option<Finding> {
@@ -523,7 +700,7 @@ impl Judged<'_> {
             first(OppositeThenOver),
         )])?;
         finding.note("difference of mean S0", compared.difference);
-        finding.judged(compared.p < LEVEL)
+        finding.judged(compared.p < LEVEL, [compared.differs()])
     }
 
     fn alone(&self) -> Option<Finding> {
@@ -533,23 +710,28 @@ impl Judged<'_> {
             self.shares(Over, Alone, Light::OverNest, LATE),
             self.shares(NoLight, Alone, Light::OverNest, LATE),
         )])?;
-        finding.judged(compared.p >= LEVEL)
+        finding.judged(compared.p >= LEVEL, [compared.same()])
     }
 
     fn cost(&self) -> Option<Finding> {
-        Finding::default().judged(self.results.generation_within_34_s)
+        let is_met = self.results.generation_within_34_s;
+        Finding::default().judged(is_met, [Part::fact("a generation takes less than 34 s", is_met)])
     }
 
     fn weak_cue(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let random = mean(self.rates(Random, Evolved));
-        let [over, opposite] = [Over, Opposite].map(|case| mean(self.rates(case, SimulatorRight)) - random);
+        let control = self.rates(Random, Evolved);
+        let rates = [Over, Opposite].map(|case| self.rates(case, SimulatorRight));
+        let [over, opposite] = rates.each_ref().map(|rates| mean(rates) - mean(&control));
         if over.is_nan() || opposite.is_nan() {
             return None;
         }
         finding.note("gain in food per minute, over", over);
         finding.note("gain in food per minute, opposite", opposite);
-        finding.judged(over > 0.0 && opposite < 0.5 * over)
+        let gain = Part::above("gain, over", &[(1.0, &rates[0]), (-1.0, &control)], 0.0);
+        let weak = [(1.0, &rates[1][..]), (-0.5, &rates[0]), (-0.5, &control)];
+        let weak = Part::below("gain, opposite minus half of over", &weak, 0.0);
+        finding.judged(over > 0.0 && opposite < 0.5 * over, [gain, weak])
     }
 
     /// Area under the curve, for each run, of fitness as a predictor of whether a simulator has the light where it is.
@@ -596,7 +778,7 @@ impl Judged<'_> {
             finding.note(format!("F_sim - F_R, simulator right, {}", case.title()), gap(true));
             finding.note(format!("F_sim - F_R, simulator wrong, {}", case.title()), gap(false));
         }
-        finding.judged(holds)
+        finding.judged(holds, all.iter().map(|compared| compared.above(LEVEL)))
     }
 
     fn exploration(&self) -> Option<Finding> {
@@ -605,7 +787,10 @@ impl Judged<'_> {
             self.by_rate((Opposite, Null), (Random, Evolved)),
             self.by_null(Opposite),
         ])?;
-        finding.judged(null.is_above(LEVEL) && !own.is_above(LEVEL))
+        finding.judged(
+            null.is_above(LEVEL) && !own.is_above(LEVEL),
+            [null.above(LEVEL), own.not_above()],
+        )
     }
 
     fn stability(&self) -> Option<Finding> {
@@ -623,7 +808,8 @@ impl Judged<'_> {
                 spread(Over),
             ),
         ])?;
-        finding.judged(share.is_above(LEVEL) && deviation.is_above(LEVEL))
+        let is_met = share.is_above(LEVEL) && deviation.is_above(LEVEL);
+        finding.judged(is_met, [share.above(LEVEL), deviation.above(LEVEL)])
     }
 
     fn dissociation(&self) -> Option<Finding> {
@@ -634,14 +820,15 @@ impl Judged<'_> {
             spread(Null),
             spread(Evolved),
         )])?;
-        finding.judged(compared.is_above(LEVEL))
+        finding.judged(compared.is_above(LEVEL), [compared.above(LEVEL)])
     }
 
     fn precedence(&self) -> Option<Finding> {
         let mut finding = Finding::default();
         let all = finding
             .compare(&[Over, Opposite].map(|case| self.by_rate((case, SimulatorRight), (case, SimulatorRandom))))?;
-        finding.judged(all.iter().all(|compared| compared.is_above(LEVEL)))
+        let is_met = all.iter().all(|compared| compared.is_above(LEVEL));
+        finding.judged(is_met, all.iter().map(|compared| compared.above(LEVEL)))
     }
 }
 

@@ -14,6 +14,7 @@ use crate::report::csv::{Csv, number};
 use crate::statistics::{Undefined, mean, variance};
 use crate::studies::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
 use crate::studies::sweep_results;
+use crate::studies::verdict::brief;
 
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
 use Kind::{Evolved, FitnessShuffled as Null, SimulatorRandom as Drawn, SimulatorRight as Right};
@@ -495,11 +496,13 @@ impl Tables {
             };
             let judged = rows(key, &OF_CELLS, groups, &mut contrasts)?;
             for claim in JUDGED {
-                let outcome = contrasts::of_claim(claim, &judged, &OF_CELLS);
-                let ends = [claim, outcome.word()].map(str::to_owned);
-                let row: Vec<String> = key.clone().into_iter().chain(ends).collect();
-                claims.row(&row);
-                shown.push(row);
+                let (outcome, reasons) = contrasts::of_claim(claim, &judged, &OF_CELLS);
+                let row = |reason: &str| -> Vec<String> {
+                    let ends = [claim, outcome.word(), reason].map(str::to_owned);
+                    key.clone().into_iter().chain(ends).collect()
+                };
+                claims.row(row(&reasons.join("; ")));
+                shown.push(row(&brief(&reasons)));
             }
             for (case, kind) in needed() {
                 table.row(key.clone().into_iter().chain(cell(cells, case, kind)));

@@ -62,7 +62,7 @@ fn of_levels(runs: &Runs, effects: &Effects) -> String {
     let are_many = |factor: &Factor| factor.groups.len() > FEW;
     let words = format!(
         "All pairs of {} of each factor{}, over all levels of the other factors, whose effect counts as noise here. The \
-         family: these {} tests, of all factors together.{}{}",
+         family: {}, of all factors together.{}{}",
         if binned {
             "levels, or of bins of levels,"
         } else {
@@ -73,7 +73,7 @@ fn of_levels(runs: &Runs, effects: &Effects) -> String {
         } else {
             String::new()
         },
-        count(family.comparisons.len() as u64),
+        size_of(family),
         untested(family, "levels"),
         hopeless(family)
     );
@@ -107,9 +107,9 @@ fn of_cells(runs: &Runs, cells: &Cells<'_>, effects: &Effects) -> String {
         "Each cell against the best, by their numbers in the table of cells. The best was picked by these same runs, so \
          that its lead is more likely too great than too small."
     };
-    let tests = count(family.comparisons.len() as u64);
     let words = format!(
-        "{which} The family: these {tests} tests.{}{}",
+        "{which} The family: {}.{}{}",
+        size_of(family),
         untested(family, "cells"),
         hopeless(family)
     );
@@ -127,6 +127,14 @@ fn of_cells(runs: &Runs, cells: &Cells<'_>, effects: &Effects) -> String {
         paragraph(&seeds(family, effects.seed_correlation)),
         comparisons(family, &columns, names)
     )
+}
+
+/// How many tests a family has.
+fn size_of(family: &Family) -> String {
+    match family.comparisons.len() {
+        1 => "this test alone".to_owned(),
+        several => format!("these {} tests", count(several as u64)),
+    }
 }
 
 /// Names the samples that were too small.

@@ -265,20 +265,23 @@ fn verdict(factor: &Factor, samples: &[Sample], place: usize, effects: &Effects)
 /// Says whether a group differs significantly from another.
 fn distinction(comparison: Option<&Comparison>, group: usize) -> String {
     let Some(comparison) = comparison else {
-        return "too few runs to tell them apart".to_owned();
+        return "undecided: too few runs to tell them apart".to_owned();
     };
-    let a = if comparison.pair[0] == group {
-        comparison.a
-    } else {
-        1.0 - comparison.a
+    let is_first = comparison.pair[0] == group;
+    let a = if is_first { comparison.a } else { 1.0 - comparison.a };
+    let verdict = match (comparison.p_holm < LEVEL, a > 0.5) {
+        (true, true) => "a significant difference",
+        (true, false) => "a significant difference, the other way round by ranks",
+        (false, _) => "undecided: no significant difference",
     };
-    let verdict = if comparison.p_holm < LEVEL {
-        "a significant difference"
-    } else {
-        "no significant difference"
-    };
+    let interval = comparison.interval.map_or_else(String::new, |delta| {
+        // That of Cliff's delta, on the scale of A, and for the group.
+        let ends = [delta.low, delta.high].map(|end| f64::midpoint(if is_first { end } else { -end }, 1.0));
+        let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])].map(|end| shown(end, 3));
+        format!(" (95\u{a0}%: {low} to {high})")
+    });
     format!(
-        "A\u{a0}=\u{a0}{}, corrected p\u{a0}=\u{a0}{}, {verdict}",
+        "A\u{a0}=\u{a0}{}{interval}, corrected p\u{a0}=\u{a0}{}, {verdict}",
         shown(a, 3),
         probability(comparison.p_holm)
     )

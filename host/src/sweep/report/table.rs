@@ -8,6 +8,7 @@ use std::path::Path;
 use csv::{ErrorKind, Reader, StringRecord};
 
 use crate::exit::{Failure, Result};
+use crate::files::plain;
 
 /// A CSV file whose first line names its columns, and the row read last.
 pub(super) struct Table<'a> {
@@ -121,7 +122,7 @@ impl<'a> Table<'a> {
 
 /// Opens the file, and finds whether its last line lacks its end.
 fn open(path: &Path) -> io::Result<(File, bool)> {
-    let mut file = File::open(path)?;
+    let mut file = plain::open_table(path)?;
     let mut last = [b'\n'];
     if file.seek(SeekFrom::End(0))? > 0 {
         file.seek(SeekFrom::End(-1))?;

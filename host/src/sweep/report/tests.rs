@@ -392,7 +392,7 @@ fn the_page_says_what_the_tables_hold() {
     assert!(curves.contains(
         "The best of 3 levels is <b>20</b>, with a mean of 375.617, <b>inside</b> what was swept, 10 to 40."
     ));
-    assert!(curves.contains("Against 40, the better of the two ends: A\u{a0}=\u{a0}0.674, corrected p\u{a0}=\u{a0}0.0666, no significant difference."));
+    assert!(curves.contains("Against 40, the better of the two ends: A\u{a0}=\u{a0}0.674 (95\u{a0}%: 0.51 to 0.825), corrected p\u{a0}=\u{a0}0.0666, undecided: no significant difference."));
     assert!(curves.contains(
         "the <b>upper end</b> of what was swept, [0.0, 0.0] to [0.0, 0.4], by width: what lies above was not tried"
     ));

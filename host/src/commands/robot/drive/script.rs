@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use crate::exit::{Failure, Result};
+use crate::files;
 
 /// Speeds one after the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +21,7 @@ impl Script {
     /// # Errors
     /// It can't be read, or has a line that is not valid.
     pub(super) fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(|error| Failure::unreadable(path, &error))?;
+        let text = files::text(path)?;
         Self::parse(&text).map_err(|problem| Failure::input(format_args!("{}: {problem}", path.display())))
     }
 

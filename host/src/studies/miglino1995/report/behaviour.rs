@@ -2,6 +2,7 @@
 
 use super::evolution::name;
 use super::{Report, colours, life_seconds, paper, run_name, runs_of};
+use crate::console::counted;
 use crate::report::figures::{self, Band, Journey, Panel, Spread, evenly};
 use crate::report::numbers::{NONE, percent, shown, spread_words, spreads};
 use crate::report::page::{Cell, Head, Row, figure, paragraph, table};
@@ -60,7 +61,7 @@ fn trajectories(study: &Report<'_>, condition: Condition) -> String {
     let which = if runs > pairs.len() {
         format!("the first {} of {runs} runs", pairs.len())
     } else {
-        format!("{runs} runs")
+        counted(runs, "run", "runs")
     };
     let (number, says) = paper::printed(condition).trajectories;
     let words = format!(
@@ -150,7 +151,8 @@ fn discrepancies(results: &Results) -> String {
     };
     let words = format!(
         "Discrepancy D of simulated and real paths, the sum of their distances every {EVERY} cycles (equation 2), mean \
-         of the best individuals of {runs} runs a condition; {}.{beside} In the paper, conservative noise reduces D very much.",
+         of the best individuals of {} a condition; {}.{beside} In the paper, conservative noise reduces D very much.",
+        counted(runs, "run", "runs"),
         spread_words(runs)
     );
     let head = [
@@ -166,7 +168,7 @@ fn discrepancies(results: &Results) -> String {
         .into_iter()
         .map(|condition| ends(results, condition))
         .collect();
-    let caption = "What Figure 12 comes to at its end, D in mm.";
+    let caption = "What Figure 12 comes to at its end, D in mm. D per mm of path is a ratio of sums over all lives.";
     figure("Figure 12", &words, &svg) + &table("", caption, &head, &rows)
 }
 
@@ -189,8 +191,8 @@ fn ends(results: &Results, condition: Condition) -> Row {
         number(mean(end(|sums| &sums.starts))),
         number(mean(end(|sums| &sums.repeated))),
         number(mean(end(|sums| &sums.unrelated))),
-        number(mean(
-            runs_of(results, condition).map(|run| run.champion.discrepancy.per_length),
+        number(Discrepancy::per_length(
+            runs_of(results, condition).map(|run| &run.champion.discrepancy),
         )),
     ]
     .into()

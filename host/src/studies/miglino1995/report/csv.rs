@@ -2,7 +2,7 @@
 
 use crate::contents::{Column, Entry};
 use crate::report::csv::{Csv, known, number};
-use crate::studies::miglino1995::results::{Family, Level, Life, Results, Run};
+use crate::studies::miglino1995::results::{Discrepancy, Family, Level, Life, Results, Run};
 
 static CONDITION: Column = Column::text("condition", "the simulator's noise: `none`, `sensor` or `conservative`");
 static RUN: Column = Column::whole("run", "", "the run's number within its condition, from 0");
@@ -68,7 +68,8 @@ static CHAMPIONS: [Column; 3] = [
     Column::number(
         "discrepancy_per_length",
         "",
-        "the last `starts` in `discrepancy.csv` divided by the length of the simulated path; empty as that is",
+        "the last `starts` in `discrepancy.csv` divided by the length of the simulated path, each summed over the 100 starts; empty as \
+         `starts` is",
     ),
 ];
 /// Of the champion's life in each environment.
@@ -307,7 +308,7 @@ fn champions(results: &Results) -> String {
         let who = [
             run.seed.to_string(),
             champion.individual.to_string(),
-            known(champion.discrepancy.per_length),
+            known(Discrepancy::per_length([&champion.discrepancy])),
         ];
         let lives = values(&champion.simulated).into_iter().chain(values(&champion.real));
         row(&mut table, run, who.into_iter().chain(lives));

@@ -2,6 +2,7 @@
 
 use super::verdicts::degrees_of_freedom;
 use super::{Report, colours, last_generation, paper, runs_of};
+use crate::console::counted;
 use crate::report::figures::{self, Band, Panel, Spread, evenly};
 use crate::report::numbers::{NONE, probability, shown, spread_words, spreads};
 use crate::report::page::{Cell, Head, Row, dotted, figure, paragraph, table};
@@ -117,9 +118,10 @@ fn generations(results: &Results, condition: Condition, curves: Curves, high: f6
     let (number, says) = paper::printed(condition).generations;
     let runs = runs_of(results, condition).count();
     let words = format!(
-        "Peak and average fitness with {}, mean of {runs} runs; {}. The first {} generations are selected by simulated \
+        "Peak and average fitness with {}, mean of {}; {}. The first {} generations are selected by simulated \
          fitness, the last {} by real fitness. In the paper, {says}.",
         condition.title(),
+        counted(runs, "run", "runs"),
         spread_words(runs),
         results.simulated_generations,
         results.real_generations,

@@ -5,10 +5,11 @@ use oneiro::tables::SensorTables;
 use super::*;
 use crate::report::page::check::{outside, part, unbalanced};
 use crate::studies::assumptions::Assumption;
-use crate::studies::claims::{Effect, Test, Verdict};
+use crate::studies::claims::{Effect, Test};
 use crate::studies::miglino1995::results::{
     Champion, Controls, DifferenceEffect, Discrepancy, Family, Level, Life, Transferred, Variant,
 };
+use crate::studies::verdict::Verdict;
 
 const GENERATIONS: u32 = 200;
 const REAL: u32 = 20;
@@ -114,7 +115,7 @@ impl Numbers {
                 discrepancy: Discrepancy {
                     paper: self.sums(apart),
                     starts: self.sums(1.2 * apart),
-                    per_length: apart / 1500.0,
+                    length: 1500.0,
                     repeated: self.sums(9.0),
                     unrelated: self.sums(180.0),
                 },
@@ -191,10 +192,12 @@ fn claims() -> Vec<Claim> {
             statement: format!("What the paper says <{number}> of its robots, their noise & their transfer."),
             criterion: "The order of |d| is sensor noise > no noise > conservative noise.".into(),
             verdict: match number % 4 {
-                0 => Verdict::NotReproduced,
+                0 => Verdict::Opposed,
                 3 => Verdict::Undecided,
-                _ => Verdict::Reproduced,
+                _ => Verdict::Holds,
             },
+            reasons: Vec::new(),
+            registered: None,
             effects: vec![
                 Effect {
                     name: "peak at generation 200".into(),
@@ -297,7 +300,7 @@ fn results_stand_by_question() {
         .collect();
     assert!(places.is_sorted() && !places.contains(&None), "{places:?}");
     let answers = part(&html, "section", "abstract");
-    assert!(answers.contains("</a> reproduced: <a href=\"#c2\">C2</a>, <a href=\"#c5\">C5</a>; not reproduced: <a href=\"#c4\">C4</a>; undecided: "));
+    assert!(answers.contains("</a> holds: <a href=\"#c2\">C2</a>, <a href=\"#c5\">C5</a>; undecided: "));
     assert!(part(&html, "section", "glossary").contains("<td>surrogate</td>"));
 }
 
@@ -351,7 +354,7 @@ fn the_papers_figures_stand_beside_ours() {
     assert_eq!(verdicts.matches("<td class=\"number\">0.5123 to 0.9</td>").count(), 12);
     assert_eq!(verdicts.matches("<td class=\"number\">0.7346</td>").count(), 12);
     assert_eq!(verdicts.matches("<span class=\"paper\">0.81</span>").count(), 12);
-    assert!(verdicts.contains("<b>6</b>reproduced") && verdicts.contains("<b>3</b>undecided"));
+    assert!(verdicts.contains("<b>6</b>holds") && verdicts.contains("<b>3</b>undecided"));
 }
 
 #[test]

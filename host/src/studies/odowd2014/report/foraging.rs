@@ -2,6 +2,7 @@
 
 use super::measures::{BIN, MINUTE, difference, minutes, runs_of};
 use super::{colour, moves, named, paper, short_title};
+use crate::console::counted;
 use crate::report::figures::{self, Band, Panel, evenly};
 use crate::report::numbers::{probability, shown, spread_words, spreads};
 use crate::report::page::{Cell, Head, Row, dotted, figure, table};
@@ -62,8 +63,9 @@ fn rate_figure(results: &Results, combination: &Combination) -> String {
     );
     let runs = cases.iter().map(|(_, runs)| runs.len()).max().unwrap_or(0);
     let words = format!(
-        "Food that the swarm brings to the nest, in bins of {BIN} s, mean of {runs} runs; {}. In the paper, all cases but \
+        "Food that the swarm brings to the nest, in bins of {BIN} s, mean of {}; {}. In the paper, all cases but \
          no light differ from random movement, and light over the nest appears to double the rate.",
+        counted(runs, "run", "runs"),
         spread_words(runs)
     );
     figure(&named("Figure 5", combination), &words, &svg)

@@ -3,6 +3,7 @@
 use super::measures::{G0, G1, Gene, LAST, S0, alone, at_the_end, difference, level, levels, robots_at, runs_of};
 use super::measures::{intervals, shares, third_of};
 use super::{DIGITS, case_name, colour, evolving, kind_name, moves, named, other_kinds, paper};
+use crate::console::counted;
 use crate::report::figures::{self, Band, Ground, Panel, Spread, evenly};
 use crate::report::numbers::{percent, probability, shown};
 use crate::report::page::{Cell, Head, Row, figure, table};
@@ -115,16 +116,16 @@ fn evolution(results: &Results, combination: &Combination, case: Case) -> String
         String::new()
     } else {
         format!(
-            " Dashed: the mean and the shares of {} runs in which real fitness was shuffled among the robots, which is what \
+            " Dashed: the mean and the shares of {} in which real fitness was shuffled among the robots, which is what \
              no adaptation looks like.",
-            null.len()
+            counted(null.len(), "run", "runs")
         )
     };
     let words = format!(
-        "{}: mean of all robots of {} runs; shaded: one standard deviation to both sides, as far as genes go. The ground \
+        "{}: mean of all robots of {}; shaded: one standard deviation to both sides, as far as genes go. The ground \
          is what values select.{dashed} In the paper, {says}.",
         case.title(),
-        own.len()
+        counted(own.len(), "run", "runs")
     );
     figure(&named(&format!("Figure {number}"), combination), &words, &svg)
 }

@@ -5,8 +5,9 @@ use super::measures::{self, runs_of};
 use super::questions;
 use super::*;
 use crate::report::page::check::{outside, part, unbalanced};
-use crate::studies::claims::{Effect, Test, Verdict};
+use crate::studies::claims::{Effect, Test};
 use crate::studies::odowd2014::results::{RobotInterval, Run};
+use crate::studies::verdict::Verdict;
 
 const MINUTES: u32 = 50;
 const ROBOTS: u32 = 10;
@@ -129,10 +130,12 @@ fn claims() -> Vec<Claim> {
         statement: format!("What the paper says <{number}> of S0 & its robots."),
         criterion: "The share of the right third is above the null's.".into(),
         verdict: match number % 4 {
-            0 => Verdict::NotReproduced,
+            0 => Verdict::Opposed,
             3 => Verdict::Undecided,
-            _ => Verdict::Reproduced,
+            _ => Verdict::Holds,
         },
+        reasons: Vec::new(),
+        registered: None,
         effects: vec![Effect {
             name: "rate, over nest / random".into(),
             value: 2.123_456,
@@ -214,9 +217,11 @@ fn results_stand_by_question() {
         );
     }
     assert!(part(&html, "section", "moves").contains("figure-10-s-d-2-matched-credit"));
-    assert!(part(&html, "section", "abstract").contains(
-        "<a href=\"#swarm\">Does the evolution need several robots?</a> reproduced: <a href=\"#d10\">D10</a>."
-    ));
+    assert!(
+        part(&html, "section", "abstract").contains(
+            "<a href=\"#swarm\">Does the evolution need several robots?</a> holds: <a href=\"#d10\">D10</a>."
+        )
+    );
 }
 
 #[test]
