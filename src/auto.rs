@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use oneiro_shaders::Kernel;
 
+use crate::background;
 use crate::batch::{Part, PartResult};
 use crate::evaluator::{Control, Device, Error, Evaluator, pass_on};
 
@@ -116,9 +117,10 @@ impl Auto {
     }
 
     /// Opens the GPU, on the first call.
-    fn open(&mut self) {
+    fn open(&mut self, control: &Control) {
         let Some(open) = self.opener.take() else { return };
-        match open() {
+        let opened = background::wait(|| control.is_cancelled(), open);
+        match opened.unwrap_or_else(|| Err("it was being opened when the work was stopped".into())) {
             Ok(gpu) => self.gpu = Some(Member::new(gpu, false)),
             Err(reason) => self
                 .warnings
@@ -127,11 +129,11 @@ impl Auto {
     }
 
     /// Whether the GPU gets a part.
-    fn is_for_gpu(&mut self, part: &Part<'_>) -> bool {
+    fn is_for_gpu(&mut self, part: &Part<'_>, control: &Control) -> bool {
         let expected = self.cpu.expected(part);
         let is_worth_trying = self.is_worth_trying(part, expected);
         if is_worth_trying {
-            self.open();
+            self.open(control);
         }
         let Some(gpu) = &self.gpu else { return false };
         let (Some(here), Some(there)) = (expected, gpu.expected(part)) else {
@@ -230,7 +232,7 @@ impl Evaluator for Auto {
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        if self.is_for_gpu(part)
+        if self.is_for_gpu(part, control)
             && let Some(done) = self.on_gpu(part, control)
         {
             return done;
@@ -311,7 +313,7 @@ mod tests {
         let (mut auto, batch) = (auto(cpu, gpu), batch(64));
         let part = batch.all();
         let chosen = (0..320).filter(|_| {
-            let is_for_gpu = auto.is_for_gpu(&part);
+            let is_for_gpu = auto.is_for_gpu(&part, &Control::new());
             match &mut auto.gpu {
                 Some(member) if is_for_gpu => member.record(&part, gpu),
                 _ => auto.cpu.record(&part, cpu),
@@ -332,7 +334,7 @@ mod tests {
 
     #[test]
     fn batches_of_other_sizes_are_judged_by_what_is_known() {
-        let is_for_gpu = |rollouts, cpu, gpu| auto(cpu, gpu).is_for_gpu(&batch(rollouts).all());
+        let is_for_gpu = |rollouts, cpu, gpu| auto(cpu, gpu).is_for_gpu(&batch(rollouts).all(), &Control::new());
         // Twice the steps take the CPU twice the time. The GPU may take as long as before.
         assert!(is_for_gpu(128, 0.010, 0.019));
         assert!(!is_for_gpu(128, 0.010, 0.021));

@@ -558,8 +558,10 @@ impl Batch {
     }
 }
 
-/// Results of a part: one fitness per slot (idle slots hold arbitrary values) and, if requested, traces and states as
-/// words, found with [`Batch::places`].
+/// Results of a part: one fitness per slot and, if requested, traces and states as words, found with [`Batch::places`].
+///
+/// Every word is the same on every device. A word that no episode writes is 0, or in a state what the slot was given. Idle slots
+/// have such words, records after an early end, and slots of a world smaller than the batch's largest.
 #[derive(Clone, Debug, Default)]
 pub struct PartResult {
     /// `part.slots()` values.

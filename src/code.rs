@@ -76,7 +76,7 @@ impl LaneCode {
     /// [`Error::NoDevice`] if it can't be compiled.
     pub(crate) fn named(kernel: &'static Kernel, name: &str) -> Result<Option<Self>, Error> {
         if name == native::NAME && native::is_available() {
-            return native::compiled(kernel).map(Self::Native).map(Some);
+            return Self::composed(kernel).map(Some);
         }
         if interpreter() == Some(name) {
             return interpreted::compiled(kernel).map(Self::Interpreted).map(Some);
@@ -85,15 +85,15 @@ impl LaneCode {
         Ok(ahead.or_else(|| library::named(kernel, name).map(Self::Library)))
     }
 
-    /// Compiles a kernel composed at run time, or prepares to interpret it where it can't be compiled.
+    /// Compiles a kernel at run time, or prepares to interpret it where it can't be compiled.
     ///
     /// # Errors
     /// [`Error::NoDevice`] if neither is possible.
     pub(crate) fn composed(kernel: &'static Kernel) -> Result<Self, Error> {
-        if native::is_available() {
-            native::compiled(kernel).map(Self::Native)
-        } else {
-            interpreted::compiled(kernel).map(Self::Interpreted)
+        match native::compiled(kernel) {
+            Ok(code) => Ok(Self::Native(code)),
+            Err(_) if interpreted::is_available() => interpreted::compiled(kernel).map(Self::Interpreted),
+            Err(error) => Err(error),
         }
     }
 
@@ -146,9 +146,9 @@ impl LaneCode {
     }
 }
 
-/// Waits for code that is being compiled in the background.
-pub(crate) fn finish() {
-    native::finish();
+/// Why a kernel is interpreted, though this processor could run code compiled at run time.
+pub(crate) fn interpreted_because(kernel: &'static Kernel) -> Option<String> {
+    native::problem(kernel).filter(|_| interpreted::is_available())
 }
 
 /// Whether kernels composed at run time are interpreted, since they can't be compiled.

@@ -383,7 +383,7 @@ impl OwnParts {
         text: &str,
         own: impl FnOnce(Arc<Part>) -> Result<OwnPart, Invalid>,
     ) -> Result<Self, Invalid> {
-        let part = Part::new(Kind::Controller, path, text);
+        let part = Part::of_oneiro(path, text);
         let part = part.map_err(|refused| Invalid::new("controller.kind", refused.to_string()))?;
         let mut all = self.clone();
         all.insert(Arc::new(own(Arc::new(part))?));

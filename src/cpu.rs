@@ -12,8 +12,9 @@ use rayon::prelude::*;
 
 use crate::backend::Specialise;
 use crate::batch::{Batch, LANES, Part, PartResult, Worlds};
-use crate::code::{self, LaneCode, Specialised, interpreter, interprets, library};
+use crate::code::{LaneCode, Specialised, interpreted_because, interpreter, interprets, library};
 use crate::evaluator::{Control, Device, Error, Evaluator};
+use crate::threads::startable;
 
 /// Cycles between checks for cancellation: some ten milliseconds of 64 rollouts.
 const CHUNK: u32 = 16_384;
@@ -41,7 +42,8 @@ pub struct Cpu {
 }
 
 impl Cpu {
-    /// Opens the CPU with a number of threads, by default one per processor.
+    /// Opens the CPU with a number of threads, by default one per processor. Where so many can't be started, it has fewer and a
+    /// warning.
     ///
     /// ```
     /// use oneiro::cpu::Cpu;
@@ -53,20 +55,26 @@ impl Cpu {
     /// ```
     ///
     /// # Errors
-    /// [`Error::NoDevice`] for no threads or too many, or if threads don't round to nearest or don't keep subnormals.
+    /// [`Error::NoDevice`] for no threads or too many, or if threads don't round to nearest or don't keep subnormals;
+    /// [`Error::Short`] if not one can be started.
     pub fn new(threads: Option<usize>) -> Result<Self, Error> {
         const GREATEST: usize = 1024;
         if threads.is_some_and(|threads| threads == 0 || threads > GREATEST) {
             let threads = threads.unwrap_or_default();
             return Err(Error::NoDevice(format!("{threads} threads; allowed: 1 to {GREATEST}")));
         }
-        let threads = threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get));
+        let wanted = threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get));
+        let threads = startable(wanted);
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .start_handler(move |index| affinity::settle(index, threads))
             .thread_name(|index| format!("oneiro-cpu-{index}"))
             .build()
-            .map_err(|error| Error::NoDevice(format!("the CPU's threads can't be started: {error}")))?;
+            .map_err(|error| {
+                Error::Short(format!(
+                    "no thread can be started: {error}; allowed: more memory or processes"
+                ))
+            })?;
         if pool.broadcast(|_| float_mode::is_default()).contains(&false) {
             return Err(Error::NoDevice(
                 "this program's threads round floats in another way than to the nearest, or flush small ones to zero; \
@@ -80,7 +88,10 @@ impl Cpu {
             checks: false,
             chunk: CHUNK,
             specialised: Specialised::default(),
-            warnings: Vec::new(),
+            warnings: (threads < wanted)
+                .then(|| format!("{threads} of {wanted} threads compute, since no more can be started"))
+                .into_iter()
+                .collect(),
         })
     }
 
@@ -166,7 +177,7 @@ impl Cpu {
             }
         }
         let steps = if report_progress { Some(control) } else { None };
-        let ready = self.specialised.ready(&code, &parts);
+        let ready = self.specialised.ready(&code, &parts, control);
         let few = self.for_few(&code, &parts);
         let mut fitness = result.fitness.chunks_mut(LANES);
         let mut traces = result.trace.chunks_mut((LANES * batch.trace_words()).max(1));
@@ -254,6 +265,12 @@ impl Cpu {
         code.ok_or_else(|| Error::NoDevice(format!("this CPU has no lane code for the kernel {}", kernel.name)))
     }
 
+    /// Warns of something, once.
+    fn warn(&mut self, warning: Option<String>) {
+        self.warnings
+            .extend(warning.filter(|warning| !self.warnings.contains(warning)));
+    }
+
     /// For each group, narrower lane code if that is faster: a world's last group is rarely full. Empty where the lane code is fixed.
     fn for_few(&self, code: &LaneCode, parts: &[Part<'_>]) -> Vec<Option<LaneCode>> {
         let few = |part: &Part<'_>| match part.rollouts() {
@@ -264,12 +281,6 @@ impl Cpu {
             None if !self.checks => parts.iter().map(few).collect(),
             _ => Vec::new(),
         }
-    }
-}
-
-impl Drop for Cpu {
-    fn drop(&mut self) {
-        code::finish();
     }
 }
 
@@ -293,14 +304,16 @@ impl Evaluator for Cpu {
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        if let Some(problem) = library::problem(part.kernel()) {
-            let warning = format!("{problem}; the kernel is compiled at run time instead, which is slower: {AGAIN}");
-            if !self.warnings.contains(&warning) {
-                self.warnings.push(warning);
-            }
-        }
+        let of_library = library::problem(part.kernel())
+            .map(|problem| format!("{problem}; the kernel is compiled at run time instead, which is slower: {AGAIN}"));
+        self.warn(of_library);
         let groups: Vec<u32> = part.groups().collect();
-        self.run(part.batch(), &groups, control, true)
+        let result = self.run(part.batch(), &groups, control, true);
+        let of_code = interpreted_because(part.kernel()).map(|problem| {
+            format!("{problem}; the kernel is interpreted instead, which is slow: make its parts smaller")
+        });
+        self.warn(of_code);
+        result
     }
 
     fn warnings(&self) -> &[String] {

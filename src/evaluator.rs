@@ -50,6 +50,9 @@ pub enum Error {
     /// This machine has no such device, or the device can't run the kernels.
     #[error("{0}")]
     NoDevice(String),
+    /// There is not enough memory, or no thread can be started.
+    #[error("{0}")]
+    Short(String),
     /// The device was lost, and so was its replacement.
     #[error("the device {device} was lost: {reason}")]
     Lost {
@@ -157,7 +160,7 @@ impl PartResult {
     /// Allocates the results of a part.
     ///
     /// # Errors
-    /// [`Error::TooLarge`] if there isn't enough memory.
+    /// [`Error::Short`] if there isn't enough memory.
     pub(crate) fn blank(batch: &Batch, slots: usize) -> Result<Self, Error> {
         Ok(Self {
             fitness: room(slots)?,
@@ -171,9 +174,9 @@ impl PartResult {
 fn room<T: Clone + Default>(len: usize) -> Result<Vec<T>, Error> {
     let mut values = Vec::new();
     values.try_reserve_exact(len).map_err(|_| {
-        Error::TooLarge(format!(
-            "results of {} MB do not fit into memory: evaluate fewer rollouts, or trace fewer of them or less often",
-            (len * size_of::<T>()) >> 20
+        Error::Short(format!(
+            "results of {} kB don't fit into memory; allowed: fewer episodes, fewer or shorter traces, or more memory",
+            (len * size_of::<T>()) >> 10
         ))
     })?;
     values.resize(len, T::default());

@@ -1,5 +1,9 @@
 //! Oneiro evaluates robot controllers in simulated lives, millions at a time, with the same bits on every device.
 
+// Tests of what is not public share worlds with those of what is.
+#[cfg(test)]
+extern crate self as oneiro;
+
 pub mod acting;
 #[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
 pub mod ahead;
@@ -8,6 +12,7 @@ pub mod audit;
 pub mod auto;
 pub mod automode;
 pub mod backend;
+pub mod background;
 pub mod batch;
 mod cells;
 mod code;
@@ -30,6 +35,7 @@ pub mod stepped;
 pub mod surrogate;
 pub mod swarm;
 pub mod tables;
+pub mod threads;
 #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
 mod variants;
 pub mod world;

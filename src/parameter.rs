@@ -142,13 +142,14 @@ pub fn likeness(name: &str, written: &str) -> f64 {
 /// The name most like the written one: a typo, or the same key in another table. `None` if none is much like it, or the
 /// written one is longer than any name.
 pub fn nearest<'a>(names: impl Iterator<Item = &'a str>, written: &str) -> Option<&'a str> {
-    const ALIKE: f64 = 0.7;
     const LONGEST: usize = 200;
+    // One mistake in three letters is less than 0.7.
+    let alike = if written.len() > 3 { 0.7 } else { 0.66 };
     let best = names
         .filter(|_| written.len() <= LONGEST)
         .map(|name| (likeness(name, written), name))
         .max_by(|a, b| a.0.total_cmp(&b.0));
-    best.filter(|(likeness, _)| *likeness >= ALIKE).map(|(_, name)| name)
+    best.filter(|(likeness, _)| *likeness >= alike).map(|(_, name)| name)
 }
 
 /// Implements [`Field`] for a type: its name, the value from data, and data from the value.

@@ -79,8 +79,10 @@ impl Stepped {
             let problem = format!("are {lives}; allowed: 1 to {MOST}");
             return Err(Invalid::new("lives", problem));
         }
-        if spec.robot.members().is_some() {
-            let problem = "is given; allowed: only single robots are stepped";
+        if let Some(robots) = spec.robot.members() {
+            let problem = format!(
+                "is {robots}; allowed: not set, since robots that share a world by it can't be commanded from outside"
+            );
             return Err(Invalid::new("robot.count", problem));
         }
         if spec.cycles > GREATEST_CYCLES {

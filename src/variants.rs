@@ -15,7 +15,8 @@ use oneiro_shaders::Kernel;
 
 use crate::backend::Specialise;
 use crate::batch::{Part, Worlds};
-use crate::compose;
+use crate::evaluator::Control;
+use crate::{background, compose};
 
 /// How long compiling takes on a processor, until it is known.
 const EXPECTED_COMPILE_TIME: Duration = Duration::from_millis(500);
@@ -168,10 +169,9 @@ impl<T> std::fmt::Debug for Variants<T> {
 }
 
 impl<T> Drop for Variants<T> {
-    /// A driver may not be unloaded while it compiles.
     fn drop(&mut self) {
         for underway in self.kernels.values_mut().flat_map(|own| own.underway.drain(..)) {
-            let _ = underway.thread.join();
+            background::abandon(underway.thread);
         }
     }
 }
@@ -196,8 +196,13 @@ impl<T: Clone + Send + 'static> Variants<T> {
             .or_default()
     }
 
-    /// The variant for a world, if it is ready.
-    pub(crate) fn ready<M: Make<T>>(&mut self, setting: &Setting, make: impl FnOnce() -> M) -> Option<T> {
+    /// The variant for a world, if it is ready. Where it must be, this waits for it until `control` is cancelled.
+    pub(crate) fn ready<M: Make<T>>(
+        &mut self,
+        setting: &Setting,
+        control: &Control,
+        make: impl FnOnce() -> M,
+    ) -> Option<T> {
         if self.when == Specialise::Never {
             return None;
         }
@@ -214,7 +219,7 @@ impl<T: Clone + Send + 'static> Variants<T> {
             return made;
         }
         self.begin(setting.clone(), make());
-        while !self.of(setting.kernel).underway.is_empty() {
+        while !self.of(setting.kernel).underway.is_empty() && !control.is_cancelled() {
             thread::sleep(Duration::from_millis(1));
             self.collect(setting.kernel);
         }
@@ -222,7 +227,7 @@ impl<T: Clone + Send + 'static> Variants<T> {
     }
 
     /// The variant for a world in which loops would turn more often than a device lets them: in it they are unrolled. `None` if it would get
-    /// too long.
+    /// too long, or if `control` is cancelled.
     ///
     /// # Errors
     /// A mistake of the compiler.
@@ -231,36 +236,21 @@ impl<T: Clone + Send + 'static> Variants<T> {
         &mut self,
         setting: &Setting,
         most: u32,
+        control: &Control,
         make: impl FnOnce() -> M,
     ) -> Result<Option<Unrolled<T>>, String> {
         let own = self.of(setting.kernel);
         if let Some(ready) = own.unrolled.iter().find(|own| own.fits(setting)) {
             return Ok(Some(ready.made.clone()));
         }
-        let generic = own
-            .generic
-            .get_or_init(|| parsed(setting.kernel))
-            .as_ref()
-            .map_err(Clone::clone)?;
-        let packed = setting.worlds.packed();
-        let [begin, cycle] = [0, 1].map(|cycles| packed.words_of(setting.world as usize, cycles));
-        let Some((unrolled, [begin, both])) = generic.unrolled([&begin, &cycle], u64::from(most)) else {
+        let (generic, of_thread, make) = (Arc::clone(&own.generic), setting.clone(), make());
+        let work = move || unrolled_of(&generic, &of_thread, most, make);
+        let Some(variant) = background::wait(|| control.is_cancelled(), work).transpose()?.flatten() else {
             return Ok(None);
         };
-        let (words, program) = program(&unrolled, setting);
-        let made = Unrolled {
-            made: make()(&unrolled, setting, program)?,
-            begin_turns: begin as u32,
-            turns: (both - begin) as u32,
-        };
+        let made = variant.made.clone();
         own.unrolled.truncate(MOST - 1);
-        own.unrolled.insert(
-            0,
-            Variant {
-                words,
-                made: made.clone(),
-            },
-        );
+        own.unrolled.insert(0, variant);
         Ok(Some(made))
     }
 
@@ -303,16 +293,19 @@ impl<T: Clone + Send + 'static> Variants<T> {
         let own = self.of(setting.kernel);
         let generic = Arc::clone(&own.generic);
         let of_thread = setting.clone();
-        let thread = thread::spawn(move || {
+        let work = move || {
             // Nobody may want it any more.
             let _ = tell.send(made_of(&generic, &of_thread, make));
-        });
-        own.underway.push(Underway {
-            setting,
-            began: Instant::now(),
-            made,
-            thread,
-        });
+        };
+        // Without another thread, the generic kernel goes on.
+        if let Ok(thread) = thread::Builder::new().spawn(work) {
+            own.underway.push(Underway {
+                setting,
+                began: Instant::now(),
+                made,
+                thread,
+            });
+        }
     }
 
     /// Takes what has been made.
@@ -360,6 +353,32 @@ fn made_of<T>(
     let (words, program) = program(generic, setting);
     let made = make(generic, setting, program)?;
     Ok(Variant { words, made })
+}
+
+/// Makes a variant whose loops are unrolled, so that they turn at most `most` times in a cycle. `None` if it would get too long.
+#[cfg(feature = "gpu")]
+fn unrolled_of<T>(
+    generic: &OnceLock<Result<Generic, String>>,
+    setting: &Setting,
+    most: u32,
+    make: impl Make<T>,
+) -> Result<Option<Variant<Unrolled<T>>>, String> {
+    let generic = generic
+        .get_or_init(|| parsed(setting.kernel))
+        .as_ref()
+        .map_err(Clone::clone)?;
+    let packed = setting.worlds.packed();
+    let [begin, cycle] = [0, 1].map(|cycles| packed.words_of(setting.world as usize, cycles));
+    let Some((unrolled, [begin, both])) = generic.unrolled([&begin, &cycle], u64::from(most)) else {
+        return Ok(None);
+    };
+    let (words, program) = program(&unrolled, setting);
+    let made = Unrolled {
+        made: make(&unrolled, setting, program)?,
+        begin_turns: begin as u32,
+        turns: (both - begin) as u32,
+    };
+    Ok(Some(Variant { words, made }))
 }
 
 /// A kernel from which variants are made.

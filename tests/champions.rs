@@ -473,7 +473,7 @@ fn what_does_not_fit_is_refused_with_its_place() {
         (
             3,
             &["small.toml", "--genomes", "some.csv"],
-            &["some.csv: line 1", "none is called left_45_to_left", "allowed"],
+            &["some.csv: line 1", "none is called `left_45_to_left`", "allowed"],
         ),
         (
             3,

@@ -6,12 +6,15 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use oneiro::backend::Specialise;
-use oneiro::batch::Batch;
+use oneiro::batch::{Batch, Rollout, TraceRequest, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Error, Evaluator};
+use oneiro::foraging::Light;
 use oneiro::gpu::{Bounds, Choice, FloatControls, Gpu, Path, Recovering, Run, adapters, find};
 use oneiro::probe;
+use oneiro::random::Key;
 use oneiro::surrogate::{Differences, Surrogate};
+use oneiro::swarm::{Lamp, Order, Swarm};
 use oneiro::world::{Controller, Noise, World, WorldSpec};
 use oneiro_shaders::life::Dispatch;
 use oneiro_shaders::{Kernel, PROBE_OPERATIONS};
@@ -357,6 +360,78 @@ fn earlier_batches_do_not_matter() {
     let plain = batch(&worlds(&Controller::Hidden { units: 32 }), 260, None);
     for batch in [&long, &mixed, &plain, &mixed, &long, &mixed] {
         assert_eq!(differing(&bits(&mut gpu, batch), &bits(&mut cpu(), batch)), NONE);
+    }
+}
+
+/// Worlds of unequal size and length share batches whose last groups aren't full. Every word of the results is the CPU's, whatever
+/// the device's buffers held before: also words that no episode writes.
+#[test]
+fn every_word_is_defined() {
+    let swarms = [40, 2, 7].map(Swarm::odowd2014);
+    let orders = |world: usize| {
+        let robots = swarms[world].robots as usize;
+        swarms[world].inputs(&Lamp::fixed(Light::OverNest), &vec![Order::always([0.99, 0.0]); robots])
+    };
+    let inputs = [0, 1, 2].map(orders);
+    let swarm = |index: usize, worlds: &[usize]| {
+        let world = worlds[index % worlds.len()];
+        (world, inputs[world].clone())
+    };
+    let singles = worlds(&Controller::Perceptron);
+    let single = |index: usize, worlds: &[usize]| {
+        let world = worlds[index % worlds.len()];
+        (world, lives::genes(index, singles[world].genes()))
+    };
+    let mut gpu = gpu();
+    // First all slots have the largest world, whose words then remain in the buffers.
+    all_words(
+        &mut gpu,
+        &Worlds::new(&swarms).unwrap(),
+        [(128, &[0]), (70, &[0, 1, 2]), (2, &[1, 2])],
+        swarm,
+    );
+    all_words(
+        &mut gpu,
+        &Worlds::new(&singles).unwrap(),
+        [(256, &[0]), (70, &[0, 3, 1]), (5, &[3, 2])],
+        single,
+    );
+}
+
+/// Compares all words of the results of some episodes, which take turns in some worlds, for two stretches of cycles.
+fn all_words(
+    gpu: &mut Gpu,
+    worlds: &Worlds,
+    batches: [(usize, &[usize]); 3],
+    rollout: impl Fn(usize, &[usize]) -> (usize, Vec<f32>),
+) {
+    for (count, taken) in batches {
+        let genes: Vec<(usize, Vec<f32>)> = (0..count).map(|index| rollout(index, taken)).collect();
+        let rollouts: Vec<Rollout<'_>> = genes
+            .iter()
+            .zip(0..)
+            .map(|((world, genes), index)| Rollout {
+                world: *world,
+                genes,
+                key: Key::rollout(5, 0, index, 0),
+            })
+            .collect();
+        let mut states = Vec::new();
+        for cycles in [0..20, 20..22] {
+            let batch = worlds
+                .stretch(&rollouts, cycles, &states, Some(TraceRequest { every: 2 }))
+                .unwrap();
+            let [here, there] = [&mut cpu() as &mut dyn Evaluator, gpu].map(|device| {
+                let result = device.evaluate_part(&batch.all(), &Control::new()).unwrap();
+                let fitness: Vec<u32> = result.fitness.iter().map(|fitness| fitness.to_bits()).collect();
+                [fitness, result.trace, result.states]
+            });
+            for (what, (here, there)) in ["fitness", "trace", "states"].into_iter().zip(here.iter().zip(&there)) {
+                let differing = here.iter().zip(there).position(|(here, there)| here != there);
+                assert_eq!(differing, None, "{what} of {count} episodes in the worlds {taken:?}");
+            }
+            states = cpu().evaluate(&batch, &Control::new()).unwrap().states;
+        }
     }
 }
 

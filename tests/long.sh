@@ -19,12 +19,21 @@ long --test goldens --test program_goldens --test parity -- --include-ignored
 say "a hundred thousand lives by specialised kernels"
 long --test gpu a_hundred_thousand -- --include-ignored --nocapture
 
+say "all experiments and sweeps begin on a software driver, and unequal swarms end as on the CPU"
+long -p oneiro-host --test shipped -- --nocapture
+
+say "every command under little memory and few descriptors"
+long -p oneiro-host --test ends -- --nocapture
+
 say "machine code for cards of AMD, NVIDIA and Intel"
 tests/machine-code.sh --release
 
 say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test random --test mutants
 long -p oneiro-host --lib mutants
+
+say "ten thousand parts drawn or changed at random, by all code"
+long --test one_hash -- --nocapture
 
 say "five minutes of robots that are driven from outside"
 long --test swarm minds_outside

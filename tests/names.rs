@@ -430,6 +430,11 @@ fn given_by(place: &Place, run: &str) -> BTreeMap<&'static str, String> {
         given.insert("second_peak", second.last().unwrap()["peak"].to_owned());
         given.insert("second_mean", second.last().unwrap()["mean"].to_owned());
     }
+    if let Some(behaviour) = of("behaviour.csv") {
+        let behaviour = rows(&behaviour);
+        let nan: u64 = behaviour.iter().map(|row| row["nan"].parse::<u64>().unwrap()).sum();
+        given.insert("nan_measures", nan.to_string());
+    }
     if let Some(coverage) = of("coverage.csv") {
         let coverage = rows(&coverage);
         given.insert("coverage", coverage.last().unwrap()["coverage"].to_owned());

@@ -522,10 +522,7 @@ fn fitness_is_the_same_by_every_way_in_and_out() {
     place.small_experiment();
     let genomes = three_genomes();
     place.write("genomes.npy", npy(&genomes, &[3, 18]));
-    place.write(
-        "genomes.csv",
-        format!("{}\n{}", vec!["w"; 18].join(","), csv(&genomes, 18)),
-    );
+    place.write("genomes.csv", csv(&genomes, 18));
     let evaluate = |genomes: &str, more: &[&str]| {
         let own = [
             "evaluate",
@@ -1317,7 +1314,7 @@ fn directories_of_the_first_version() {
         &["sweep", "merge", "sweep"],
     ] {
         place.run(arguments).exits(3).says(&[
-            "is of version 1 of the format \"oneiro sweep\"; allowed: version 3",
+            "is of version 1 of the format \"oneiro sweep\"; allowed: version 4",
             "begin again in another directory",
         ]);
     }

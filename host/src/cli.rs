@@ -25,7 +25,7 @@ use crate::sweep::store::Shard;
 /// Evolves robot controllers in simulated lives, bit for bit the same on every device.
 ///
 /// Data go to standard output, messages to standard error. Exit codes: 0 done, 1 failed, 2 usage,
-/// 3 configuration or input invalid, 4 no usable device or robot, 5 data corrupt, 6 disk full or I/O,
+/// 3 configuration or input invalid, 4 no usable device or robot, 5 data corrupt, 6 disk full or I/O, 7 not enough memory, 70 a mistake in Oneiro,
 /// 75 stopped early and resumable, 130 aborted.
 #[derive(Debug, Parser)]
 #[command(name = "oneiro", version, propagate_version = true)]

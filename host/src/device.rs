@@ -1,10 +1,12 @@
 //! Opens the evaluators that the command line names.
 
 use std::str::FromStr;
+use std::sync::atomic::Ordering;
 use std::thread;
 
 use clap::Args;
 use oneiro::backend::{self, Options, Specialise};
+use oneiro::background;
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Device, Evaluator};
 use oneiro::probe::Case;
@@ -15,6 +17,7 @@ use crate::engine::handle::{Closed, Engine};
 use crate::engine::watcher::stop_signal;
 use crate::exit::{Failure, Result};
 use crate::numbers::{number, whole};
+use crate::threads;
 
 /// Options of the device that evaluates.
 #[derive(Args, Clone, Debug)]
@@ -56,6 +59,7 @@ pub(crate) fn refuse_null(name: &str) -> Result {
 /// Exit 3 for the device that answers at once; exit 4 if there is no such device, and the message lists those that exist.
 pub(crate) fn open(arguments: &Backend) -> Result<Box<dyn Evaluator>> {
     refuse_null(&arguments.name)?;
+    threads::prepare();
     let options = Options {
         threads: arguments.threads.map(usize::from),
         audit_share: arguments.recheck,
@@ -68,9 +72,14 @@ pub(crate) fn open(arguments: &Backend) -> Result<Box<dyn Evaluator>> {
 /// Like [`open`], shared by all jobs of a command until the user stops it.
 ///
 /// # Errors
-/// As [`open`].
+/// As [`open`], and exit 75 if the user stops it before it is open.
 pub(crate) fn engine(arguments: &Backend) -> Result<Engine> {
-    Ok(Engine::new(open(arguments)?, stop_signal()?))
+    let (stop, backend) = (stop_signal()?, arguments.clone());
+    // A driver compiles for some time.
+    let opened = background::wait(|| stop.load(Ordering::Relaxed), move || open(&backend));
+    let stopped = || Failure::stopped("stopped while the device was being opened; run the same command again");
+    let evaluator = opened.unwrap_or_else(|| Err(stopped()))?;
+    Ok(Engine::new(evaluator, stop))
 }
 
 /// Ends an engine, and prints its evaluator's warnings. Returns the share of the robot-steps that kernels specialised to their

@@ -7,6 +7,7 @@ use std::path::Path;
 use oneiro::evaluator;
 use oneiro::parameter::Invalid;
 
+use crate::ending::complete;
 use crate::files::plain;
 
 /// Exit codes other than 0; the README lists them for users.
@@ -25,6 +26,10 @@ pub(crate) enum Code {
     Corrupt = 5,
     /// The disk is full, or reading or writing failed.
     Storage = 6,
+    /// Not enough memory, or no thread can be started.
+    Memory = 7,
+    /// A mistake in Oneiro, or a crash in a library.
+    Broken = 70,
     /// Stopped early; the run can be resumed.
     Stopped = 75,
     /// A second Ctrl-C.
@@ -39,6 +44,9 @@ pub(crate) enum Failure {
     /// The reader of standard output has closed it: the program ends silently with exit 0.
     BrokenPipe,
 }
+
+/// What is said where work was stopped of which nothing was recorded.
+const NOT_RECORDED: &str = "stopped; nothing of this was recorded, and the same command begins it anew";
 
 /// The result of a command.
 pub(crate) type Result<T = ()> = std::result::Result<T, Failure>;
@@ -78,20 +86,40 @@ impl Failure {
         Self::new(Code::Corrupt, problem)
     }
 
+    /// Exit 70: a part of the program panicked, whose message has been printed.
+    pub(crate) fn broken(part: &str) -> Self {
+        Self::new(
+            Code::Broken,
+            format_args!(
+                concat!(
+                    "{} panicked, which is a mistake in Oneiro. Please report it with the command and the line above. ",
+                    complete!()
+                ),
+                part
+            ),
+        )
+    }
+
     /// Exit 75: stopped early; the run can be resumed.
     pub(crate) fn stopped(message: impl Display) -> Self {
         Self::new(Code::Stopped, message)
     }
 
-    /// Exit 6, for a file that the program failed to write or to read back: the path and the system's message. Exit 3 if it
-    /// is a pipe, a device, a link or the like, which are refused.
+    /// Exit 6, for a file that the program failed to write or to read back: the path and the system's message. Exit 7 if that is for
+    /// want of memory; exit 3 if it is a pipe, a device, a link or the like, which are refused.
     pub(crate) fn storage(path: &Path, error: &io::Error) -> Self {
         if plain::is_refusal(error) {
             return Self::input(format_args!("{}: {error}", path.display()));
         }
-        let full = matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded);
-        let hint = if full { "; free some space and try again" } else { "" };
-        Self::new(Code::Storage, format_args!("{}: {}{hint}", path.display(), error))
+        let (code, hint) = match error.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+                (Code::Storage, "; free some space and try again")
+            }
+            io::ErrorKind::OutOfMemory => (Code::Memory, "; allow more memory (ulimit -v) and try again"),
+            _ if is_file_limit(error) => (Code::Storage, "; allow more (ulimit -n 64) and try again"),
+            _ => (Code::Storage, ""),
+        };
+        Self::new(code, format_args!("{}: {error}{hint}", path.display()))
     }
 
     /// Exit 6, for a file that a library failed to write: the library's message, which names the path.
@@ -179,8 +207,9 @@ impl From<Invalid> for Failure {
 impl From<evaluator::Error> for Failure {
     fn from(error: evaluator::Error) -> Self {
         match error {
-            evaluator::Error::Cancelled => Self::stopped("stopped; run the same command again to continue"),
+            evaluator::Error::Cancelled => Self::stopped(NOT_RECORDED),
             evaluator::Error::NoDevice(_) | evaluator::Error::TooLarge(_) => Self::device(error),
+            evaluator::Error::Short(_) => Self::new(Code::Memory, error),
             _ => Self::failed(error),
         }
     }
@@ -200,6 +229,15 @@ fn unnumbered(message: &str) -> String {
     text
 }
 
+/// Whether it is for want of descriptors.
+fn is_file_limit(error: &io::Error) -> bool {
+    #[cfg(unix)]
+    let limits = [nix::libc::EMFILE, nix::libc::ENFILE];
+    #[cfg(not(unix))]
+    let limits = [];
+    error.raw_os_error().is_some_and(|code| limits.contains(&code))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -215,6 +253,11 @@ mod tests {
             Failure::storage(Path::new("a"), &io::ErrorKind::StorageFull.into()).code(),
             6
         );
+        assert_eq!(
+            Failure::storage(Path::new("a"), &io::ErrorKind::OutOfMemory.into()).code(),
+            7
+        );
+        assert_eq!(Failure::broken("").code(), 70);
         assert_eq!(Failure::stopped("").code(), 75);
         assert_eq!(Code::Aborted as u8, 130);
         assert_eq!(Failure::stdout(&io::ErrorKind::BrokenPipe.into()).code(), 0);

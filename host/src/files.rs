@@ -176,7 +176,10 @@ pub(crate) fn must_end_in(option: &str, path: &Path, extension: &str, written: &
 }
 
 /// Refuses a path that exists.
-fn must_not_exist(path: &Path) -> Result {
+///
+/// # Errors
+/// Exit 3.
+pub(crate) fn must_not_exist(path: &Path) -> Result {
     if path.symlink_metadata().is_ok() {
         tidy(path);
         Err(exists(path))

@@ -7,6 +7,7 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
+pub use ending::Ending;
 use std::process::ExitCode;
 
 pub mod api;
@@ -18,6 +19,7 @@ mod console;
 mod contents;
 mod daemon;
 mod device;
+mod ending;
 mod engine;
 mod evolve;
 mod exchange;
@@ -50,24 +52,20 @@ mod statistics;
 mod studies;
 mod swarm;
 mod sweep;
+mod threads;
 mod utc;
 mod workload;
 
 /// Does what the command line says, prints what there is to say, and returns the exit code.
 pub fn main() -> ExitCode {
+    ending::prepare();
     device::quiet_drivers();
     let (output, command) = match cli::Cli::typed() {
         Ok(typed) => typed,
         Err(error) => return ExitCode::from(console::usage(&error)),
     };
     let console = console::Console::new(output);
-    match command.and_then(|command| commands::run(command, console)) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            if !matches!(failure, exit::Failure::BrokenPipe) {
-                console.fail(&failure);
-            }
-            ExitCode::from(failure.code())
-        }
-    }
+    ending::end(ending::code_of(console, || {
+        command.and_then(|command| commands::run(command, console))
+    }))
 }

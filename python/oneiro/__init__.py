@@ -13,7 +13,17 @@ from typing import TYPE_CHECKING
 # Mesa's device-select layer prints to standard error where there is no desktop, and its order is not needed.
 _os.environ.setdefault("NODEVICE_SELECT", "1")
 
-from ._errors import CorruptError, DeviceError, Error, FailedError, InputError, StoppedError, StorageError
+from ._errors import (
+    BrokenError,
+    CorruptError,
+    DeviceError,
+    Error,
+    FailedError,
+    InputError,
+    ShortMemoryError,
+    StoppedError,
+    StorageError,
+)
 from ._evolution import Evolution
 from ._experiment import Experiment, Outcome, evaluate
 from ._machine import devices, selftest
@@ -25,6 +35,7 @@ if TYPE_CHECKING:
     from . import gym, pettingzoo, sb3
 
 __all__ = [
+    "BrokenError",
     "CorruptError",
     "DeviceError",
     "Error",
@@ -35,6 +46,7 @@ __all__ = [
     "Outcome",
     "Recorder",
     "Run",
+    "ShortMemoryError",
     "StorageError",
     "StoppedError",
     "Sweep",

@@ -37,6 +37,18 @@ class StorageError(Error, OSError):
     code = 6
 
 
+class ShortMemoryError(Error, MemoryError):
+    """There is not enough memory, or no thread can be started."""
+
+    code = 7
+
+
+class BrokenError(Error):
+    """A mistake in Oneiro, which the message asks you to report."""
+
+    code = 70
+
+
 class StoppedError(Error):
     """The work was stopped; the message says how to go on."""
 
@@ -50,6 +62,8 @@ _CLASSES = {
     4: DeviceError,
     5: CorruptError,
     6: StorageError,
+    7: ShortMemoryError,
+    70: BrokenError,
     75: StoppedError,
 }
 

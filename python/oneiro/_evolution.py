@@ -97,7 +97,7 @@ class Evolution:
         self._native.tell(fitness.ravel(), self._behaviour(descriptors, count))
 
     def _behaviour(self, descriptors: ArrayLike | None, count: int) -> NDArray[np.float64]:
-        """The numbers of `descriptor_names` for each genome, one after the other."""
+        """The numbers of `descriptor_names` for each episode of each genome, one after the other."""
         import numpy as np
 
         names = self.descriptor_names
@@ -116,8 +116,6 @@ class Evolution:
             raise InputError(f"descriptors: have the shape {shape}; allowed: {allowed}")
         if own.shape[-1] != len(names):
             own = own[..., [known.index(name) for name in names]]
-        if own.ndim == 3:
-            own = own.mean(axis=1)
         return np.ascontiguousarray(own).ravel()
 
     def state(self) -> bytes:

@@ -118,7 +118,7 @@ def evaluate(
     The random numbers of a life, its start among them, are made from `seed`, the genome's key and the life's number. By default a
     genome's key is its index, so that results are those of `oneiro evaluate`. `keys`, `[n]`, names other ones: parts of a
     population that keep their keys have the results that they have in the whole. With `[n, 2]` the first number is a generation:
-    with `Evolution.keys` the lives are those of `oneiro run`. `common_starts` gives all genomes the random numbers of the first.
+    with `Evolution.keys` the lives are those of `oneiro run`, and measured as there: without the end of their last cycle. `common_starts` gives all genomes the random numbers of the first.
     """
     import numpy as np
 
@@ -127,7 +127,7 @@ def evaluate(
         genomes = genomes[None]
     if genomes.ndim != 2 or len(genomes) == 0:
         raise InputError(f"genomes: have the shape {list(genomes.shape)}; allowed: [n, genes], n from 1")
-    numbers = None
+    numbers, as_in_run = None, False
     if keys is not None:
         given = np.asarray(keys)
         if given.dtype.kind not in "iu" or (given.size and given.min() < 0):
@@ -137,6 +137,7 @@ def evaluate(
             raise InputError(f"keys: have the shape {shape}; allowed: [{len(genomes)}] or [{len(genomes)}, 2]")
         numbers = np.zeros((len(genomes), 2), np.uint64)
         numbers[:, 2 - given.ndim :] = given.reshape(len(genomes), -1)
+        as_in_run = given.ndim == 2
     if traces not in (None, False, True):
         raise InputError(f"traces: is {traces!r}; allowed: True, False or None")
     with bar("evaluating") as progress:
@@ -145,6 +146,7 @@ def evaluate(
             genomes,
             whole("seed", seed),
             numbers,
+            as_in_run,
             whole("lives", lives, 1),
             common_starts,
             backend,

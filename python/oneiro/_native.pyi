@@ -144,6 +144,7 @@ def evaluate(
     genomes: NDArray[np.float32],
     seed: int,
     numbers: NDArray[np.uint64] | None,
+    as_in_run: bool,
     lives: int,
     common_starts: bool,
     backend: str,

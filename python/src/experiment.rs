@@ -155,13 +155,18 @@ impl Experiment {
 
 /// Fitness, measures and traces of genomes, and what they were computed by.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "they are those of `oneiro.evaluate`")]
+#[expect(
+    clippy::too_many_arguments,
+    clippy::fn_params_excessive_bools,
+    reason = "they are those of `oneiro.evaluate`"
+)]
 pub(crate) fn evaluate<'py>(
     py: Python<'py>,
     experiment: &Bound<'py, Experiment>,
     genomes: PyReadonlyArray2<'py, f32>,
     seed: u64,
     numbers: Option<PyReadonlyArray2<'py, u64>>,
+    as_in_run: bool,
     lives: usize,
     common_starts: bool,
     backend: &str,
@@ -187,6 +192,7 @@ pub(crate) fn evaluate<'py>(
         common_starts,
         backend,
         descriptors,
+        as_in_run,
         traces,
     };
     let task = Task::default();

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 import sys
 
 import numpy as np
@@ -101,6 +102,78 @@ def test_behaviour_is_told():
         assert fresh.generation == 1 and len(fresh.ask()) == count
         states.append(fresh.state())
     assert states[0] == states[1] == states[2] != states[3]
+
+
+DESCRIPTOR = {"measure": "mean_speed_mm_s", "least": 0.0, "greatest": 80.0, "cells": 40}
+PLACES = [{"measure": measure, "least": 0.0, "greatest": 600.0, "cells": 9} for measure in ("end_x_mm", "end_y_mm")]
+KINDS = {
+    "genetic": ("khepera-avoidance", {"parents": 4}),
+    "cma-es": ("khepera-avoidance", {}),
+    "sep-cma-es": ("khepera-avoidance", {}),
+    "open-es": ("khepera-avoidance", {}),
+    "map-elites": ("khepera-avoidance", {"descriptors": [DESCRIPTOR]}),
+    "novelty": ("khepera-avoidance", {"descriptors": PLACES, "parents": 4}),
+    "random": ("khepera-avoidance", {}),
+    "grid": ("aggregation", {"grid.levels": 2, "population": 4}),
+    "race": ("automode-cues", {"race.lives": 400}),
+    "coevolution": ("predator-prey", {"parents": 4, "opponents.contests": 3}),
+}
+
+
+def test_every_kind_that_is_told_is_its_run(short, tmp_path):
+    with pytest.raises(oneiro.InputError) as refused:
+        oneiro.Evolution(short, seed=1, kind="prayer")
+    assert str(refused.value).split("allowed: ")[1].split(", ") == list(KINDS)
+    for kind, (name, own) in KINDS.items():
+        values = {"cycles": 40, "evolution.kind": kind, "evolution.finalists": 0}
+        if kind != "race":
+            # Means of nine numbers depend on the order in which they are added.
+            values |= {"trials": 9, "evolution.population": 12}
+        if kind not in ("race", "grid"):
+            values["evolution.generations"] = 4
+        values |= {f"evolution.{key}": value for key, value in own.items()}
+        exp = oneiro.Experiment.load(EXPERIMENTS / f"{name}.toml", set=values)
+        evolution = oneiro.Evolution(exp, seed=5)
+        while not evolution.is_finished:
+            genomes = evolution.ask()
+            outcome = oneiro.evaluate(
+                exp, genomes, seed=5, keys=evolution.keys, lives=exp.trials, backend="cpu", descriptors=True
+            )
+            evolution.tell(outcome.fitness, outcome.descriptors if evolution.descriptor_names else None)
+        assert evolution.generation >= 3, kind
+        oneiro.run(exp, seed=5, out=tmp_path / kind, backend="cpu")
+        assert genomes.tobytes() == np.load(tmp_path / kind / "population.npy").tobytes(), kind
+        scores = np.load(tmp_path / kind / "fitness.npy").ravel()
+        if kind != "coevolution":
+            means = outcome.fitness.astype(np.float64).mean(axis=1)
+            np.testing.assert_allclose(scores, means, rtol=1e-6, err_msg=kind)
+
+
+def test_messages_are_true_of_calls(short, tmp_path):
+    from oneiro import gym, pettingzoo
+
+    aggregation = oneiro.Experiment.load(EXPERIMENTS / "aggregation.toml")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other/file").write_text("not ours")
+    oneiro.sweep_shard(EXPERIMENTS / "sweeps/small.toml", out=tmp_path / "sweep", shard="1/2", backend="cpu")
+    oneiro.run(short, seed=1, out=tmp_path / "run", backend="cpu")
+    (tmp_path / "run/DONE").unlink()
+    for call, words in [
+        (lambda: pettingzoo.ParallelEnv(aggregation), "its robots share a world by robot.count"),
+        (lambda: pettingzoo.ParallelEnv(short), "its robot is alone in its world"),
+        (lambda: gym.VectorEnv(aggregation), "robot.count: is 10; allowed: not set"),
+        (lambda: oneiro.run(short, seed=1, out=tmp_path / "other"), "name another directory as `out`"),
+        (lambda: oneiro.run(short, seed=1, out=tmp_path / "run"), "oneiro.resume("),
+        (lambda: oneiro.load_run(tmp_path / "run").champion, "`oneiro.resume` continues it"),
+        (lambda: oneiro.merge(tmp_path / "sweep"), "`oneiro.sweep` does them"),
+        (lambda: oneiro.Experiment.load(EXPERIMENTS / "sweeps/small.toml"), "oneiro.sweep("),
+        (lambda: oneiro.evaluate(short, short.bounds.T[:1], seed=1, backend="null"), "backend null"),
+    ]:
+        with pytest.raises(oneiro.Error) as caught:
+            call()
+        message = str(caught.value)
+        assert words in message, message
+        assert not re.search(r"--[a-z]|oneiro (run|resume|sweep)|same command", message), message
 
 
 def test_common_random_numbers_share_a_key():

@@ -10,9 +10,6 @@ pub(crate) const NAME: &str = "";
 #[allow(dead_code, reason = "of the interpreter nobody asks it")]
 pub(crate) const LANES: u32 = 1;
 
-#[allow(dead_code, reason = "the interpreter has nothing to finish")]
-pub(crate) fn finish() {}
-
 /// Code; there is none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Code {}
@@ -26,6 +23,11 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     Err(Error::NoDevice(format!(
         "this program can't run the kernel {kernel}, which is composed at run time"
     )))
+}
+
+#[allow(dead_code, reason = "of the interpreter nobody asks it")]
+pub(crate) fn problem(_: &'static Kernel) -> Option<String> {
+    None
 }
 
 #[allow(dead_code, reason = "of code compiled at run time nobody asks it")]

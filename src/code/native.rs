@@ -2,13 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::{self, JoinHandle};
+use std::thread;
 
 use oneiro_shader_compiler::tree::Program;
 use oneiro_shader_compiler::{Generic, Part, Trees, trees};
 use oneiro_shader_native as native;
 use oneiro_shaders::{Kernel, Words};
 
+use crate::background;
 use crate::evaluator::Error;
 use crate::variants::Setting;
 
@@ -32,27 +33,20 @@ pub(crate) fn is_available() -> bool {
     native::Target::host().is_ok()
 }
 
-/// The code of each kernel so far.
-fn known() -> MutexGuard<'static, BTreeMap<&'static str, Code>> {
-    static COMPILED: Mutex<BTreeMap<&str, Code>> = Mutex::new(BTreeMap::new());
+/// The code of each kernel so far, or why there is none.
+fn known() -> MutexGuard<'static, BTreeMap<&'static str, Result<Code, String>>> {
+    static COMPILED: Mutex<BTreeMap<&str, Result<Code, String>>> = Mutex::new(BTreeMap::new());
     // A poisoned lock is fine: entries are added complete or not at all.
     COMPILED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Code that is being compiled in the background.
-static UNDERWAY: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
-
-/// Held by the one of these that compiles.
-static TURN: Mutex<()> = Mutex::new(());
-
-/// Waits for code that is being compiled, so that it is in the cache the next time.
-pub(crate) fn finish() {
-    let underway = std::mem::take(&mut *UNDERWAY.lock().unwrap_or_else(PoisonError::into_inner));
-    for thread in underway {
-        // If it failed, the code with fewer lanes remains.
-        let _ = thread.join();
-    }
+/// Why a kernel had to be compiled and couldn't be.
+pub(crate) fn problem(kernel: &'static Kernel) -> Option<String> {
+    known().get(kernel.name)?.clone().err()
 }
+
+/// Held by the one of the threads in the background that compiles.
+static TURN: Mutex<()> = Mutex::new(());
 
 /// Returns a kernel's code. That of a long program has fewer lanes at first, until that of all lanes has been compiled in the
 /// background.
@@ -62,20 +56,31 @@ pub(crate) fn finish() {
 pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     let mut known = known();
     if let Some(code) = known.get(kernel.name) {
-        return Ok(code.clone());
+        return code.clone().map_err(Error::NoDevice);
     }
     let compiler = Compiler::new(kernel, native::Cache::of_user())?;
-    let (code, is_whole) = compiler.first()?;
-    known.insert(kernel.name, code.clone());
+    let (code, is_whole) = match compiler.first() {
+        Ok(first) => first,
+        Err(error) => {
+            known.insert(kernel.name, Err(error.to_string()));
+            return Err(error);
+        }
+    };
+    known.insert(kernel.name, Ok(code.clone()));
+    let lanes = code.lanes();
     if !is_whole {
-        let thread = thread::spawn(move || {
+        let whole = move || {
             // What waits has no memory yet: compiling the longest kernels that ship takes 350 MB.
             let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Ok(code) = compiler.whole() {
-                self::known().insert(kernel.name, code);
+            if let Ok(Some(code)) = compiler.whole(lanes) {
+                self::known().insert(kernel.name, Ok(code));
             }
-        });
-        UNDERWAY.lock().unwrap_or_else(PoisonError::into_inner).push(thread);
+        };
+        // Without another thread, the code with fewer lanes remains. At its end the process waits for it, so that the code is in the
+        // cache the next time.
+        if let Ok(thread) = thread::Builder::new().spawn(whole) {
+            background::abandon(thread);
+        }
     }
     Ok(code)
 }
@@ -93,32 +98,53 @@ impl Compiler {
         Ok(Self { kernel, target, cache })
     }
 
-    /// The code that can be had soon, and whether it has all lanes.
+    /// The code that can be had soon, and whether none with more lanes is worth waiting for.
     fn first(&self) -> Result<(Code, bool), Error> {
-        for lanes in [LANES, FIRST] {
+        for lanes in native::LANES.into_iter().rev() {
             let key = native::Key::new(self.kernel.wgsl, lanes, &self.target);
             if let Some(code) = self.cache.as_ref().and_then(|cache| cache.load(&key)) {
                 return Ok((self.ready(&code)?, lanes == LANES));
             }
         }
         let trees = trees_of(self.kernel)?;
+        let most = self.most_lanes(&trees)?;
         let is_long = trees.tidied.values.len() > LONG;
-        let lanes = if is_long { FIRST } else { LANES };
-        Ok((self.compile(&trees, lanes)?, !is_long))
+        let lanes = if is_long { FIRST.min(most) } else { most };
+        Ok((self.compile(&trees, lanes)?, lanes == most))
     }
 
-    /// The code with all lanes.
-    fn whole(&self) -> Result<Code, Error> {
-        self.compile(&trees_of(self.kernel)?, LANES)
+    /// The code with all lanes that there is room for; `None` if that has no more than these.
+    fn whole(&self, lanes: u32) -> Result<Option<Code>, Error> {
+        let trees = trees_of(self.kernel)?;
+        let most = self.most_lanes(&trees)?;
+        let code = (most > lanes).then(|| self.compile(&trees, most)).transpose()?;
+        Ok(code.filter(|code| code.lanes() > lanes))
     }
 
+    fn most_lanes(&self, trees: &Trees) -> Result<u32, Error> {
+        native::most_lanes(trees).map_err(|error| refused(self.kernel, &error.to_string()))
+    }
+
+    /// The code with these lanes, or with fewer where a thread's stack has no room for more.
     fn compile(&self, trees: &Trees, lanes: u32) -> Result<Code, Error> {
-        let compile = || self.target.compile(trees, lanes);
-        let code = match &self.cache {
-            Some(cache) => cache.load_or(&native::Key::new(self.kernel.wgsl, lanes, &self.target), compile),
-            None => compile(),
-        };
-        self.ready(&code.map_err(|error| refused(self.kernel, &error.to_string()))?)
+        let fewer = native::LANES.into_iter().rev().filter(|fewer| *fewer <= lanes);
+        let mut failed = None;
+        for lanes in fewer {
+            let compile = || self.target.compile(trees, lanes);
+            let code = match &self.cache {
+                Some(cache) => cache.load_or(&native::Key::new(self.kernel.wgsl, lanes, &self.target), compile),
+                None => compile(),
+            };
+            match code {
+                Ok(code) => return self.ready(&code),
+                Err(error @ (native::Error::TooLarge | native::Error::Arrays(_))) => failed = Some(error),
+                Err(error) => return Err(refused(self.kernel, &error.to_string())),
+            }
+        }
+        Err(refused(
+            self.kernel,
+            &failed.map_or_else(String::new, |error| error.to_string()),
+        ))
     }
 
     fn ready(&self, code: &native::Code) -> Result<Code, Error> {
@@ -163,7 +189,7 @@ pub(crate) fn specialised(generic: &Generic, setting: &Setting, program: Program
         .map_err(|refusals| format!("{kernel}: {}", refusals[0]))?;
     let said = |error: native::Error| format!("{kernel}: {error}");
     let code = native::Target::host()
-        .and_then(|target| target.compile(&trees, LANES))
+        .and_then(|target| target.compile(&trees, native::most_lanes(&trees)?))
         .map_err(said)?;
     let native = Arc::new(native::Native::new(&code).map_err(said)?);
     Ok(Code { native, kernel })
@@ -216,7 +242,9 @@ mod tests {
             let compiler = Compiler::new(kernel, None).unwrap();
             let (code, is_whole) = compiler.first().unwrap();
             assert_eq!((code.lanes(), is_whole), (lanes, lanes == LANES), "{}", kernel.name);
-            assert_eq!(compiler.whole().unwrap().lanes(), LANES);
+            let whole = compiler.whole(code.lanes()).unwrap();
+            assert_eq!(whole.is_none(), is_whole);
+            assert!(whole.is_none_or(|whole| whole.lanes() == LANES));
         }
     }
 }

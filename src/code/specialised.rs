@@ -6,6 +6,7 @@ use std::time::Duration;
 use super::{LaneCode, native};
 use crate::backend::Specialise;
 use crate::batch::Part;
+use crate::evaluator::Control;
 use crate::variants::{Setting, Variants};
 
 /// How many times as long as compiling takes the code for any world works before a world gets its own. What it saves is some fifth, and
@@ -33,14 +34,14 @@ impl Specialised {
     }
 
     /// Of each group, the code for its world, where it is ready. Empty if there is none for any.
-    pub(crate) fn ready(&self, code: &LaneCode, groups: &[Part<'_>]) -> Vec<Option<LaneCode>> {
+    pub(crate) fn ready(&self, code: &LaneCode, groups: &[Part<'_>], control: &Control) -> Vec<Option<LaneCode>> {
         let mut variants = self.lock();
         if !matches!(code, LaneCode::Native(_)) || variants.when == Specialise::Auto && worlds(groups).count() > WORLDS
         {
             return Vec::new();
         }
         let of_world = |(world, groups): (u32, &[Part<'_>])| {
-            let own = variants.ready(&Setting::of(&groups[0], world), || native::specialised);
+            let own = variants.ready(&Setting::of(&groups[0], world), control, || native::specialised);
             vec![own.map(LaneCode::Native); groups.len()]
         };
         worlds(groups).flat_map(of_world).collect()

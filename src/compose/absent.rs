@@ -26,6 +26,10 @@ impl Part {
         )]))
     }
 
+    pub(super) fn of_oneiro(path: &str, text: &str) -> Result<Self, Refused> {
+        Self::new(Kind::Controller, path, text)
+    }
+
     /// Its kind.
     pub fn kind(&self) -> Kind {
         match *self {}

@@ -3,6 +3,8 @@
 mod check;
 mod fields;
 mod generate;
+#[cfg(test)]
+mod hostile;
 mod interface;
 mod kernel;
 mod limits;
@@ -10,7 +12,7 @@ mod members;
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::declarations;
-use oneiro_shader_compiler::{Place, Refusal, check_part};
+use oneiro_shader_compiler::{Place, Refusal, Refusals, check_part};
 
 pub use oneiro_shader_compiler::Rule;
 
@@ -50,6 +52,8 @@ pub struct Part {
     kind: Kind,
     path: String,
     text: String,
+    /// Whether Oneiro wrote it.
+    is_of_oneiro: bool,
     /// Declarations that the kernel needs and the part leaves out.
     generated: String,
     values: Vec<Value>,
@@ -82,18 +86,42 @@ impl Part {
             path: path.to_owned(),
             text: text.to_owned(),
         };
-        if let Some(refusal) = limits::problem(&part).or_else(|| limits::unbalanced(&part)) {
+        let unreadable = limits::foreign(&part).or_else(|| limits::problem(&part));
+        if let Some(refusal) = unreadable.or_else(|| limits::unbalanced(&part)) {
             return Err(Refused::all(&[refusal]));
         }
+        let (own, mut problems) = Self::read(kind, &part);
+        if !problems.is_empty() {
+            problems.extend(check_part(&part));
+            problems.sort_by_key(|refusal| (refusal.place.line, refusal.place.column));
+            return Err(Refused::all(&problems));
+        }
+        Ok(own)
+    }
+
+    /// A controller that Oneiro wrote.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(super) fn of_oneiro(path: &str, text: &str) -> Result<Self, Refused> {
+        let part = Self::new(Kind::Controller, path, text)?;
+        Ok(Self {
+            is_of_oneiro: true,
+            ..part
+        })
+    }
+
+    /// Reads a part, and says all that is wrong with its declarations.
+    fn read(kind: Kind, part: &compiler::Part) -> (Self, Refusals) {
         let interface = interface::of(kind);
-        let declared = declarations(&part);
+        let declared = declarations(part);
         let mut problems = Vec::new();
-        let values = fields::values(&part, &interface, &mut problems);
-        let readings = fields::readings(&part, &interface, &mut problems);
-        let memory = fields::memory(&part, &format!("{}State", interface.title), &mut problems);
+        let values = fields::values(part, &interface, &mut problems);
+        let readings = fields::readings(part, &interface, &mut problems);
+        let memory = fields::memory(part, &format!("{}State", interface.title), &mut problems);
         let has_mission = declared.iter().any(|own| own.name == interface::MISSION) && !interface.mission.is_empty();
         let mission = if has_mission {
-            fields::memory(&part, interface::MISSION_STATE, &mut problems)
+            fields::memory(part, interface::MISSION_STATE, &mut problems)
         } else {
             Vec::new()
         };
@@ -107,20 +135,16 @@ impl Part {
             );
             problems.push(refusal(&own.place, Rule::StateTypes, message));
         }
-        let genes = fields::genes(&part, &interface, &mut problems);
+        let genes = fields::genes(part, &interface, &mut problems);
         let mut generated = generate::missing(&interface, &declared, &memory, &values, &readings);
         problems.extend(check::gene_problems(&genes));
         generated += &generate::gene_constants(&genes);
-        problems.extend(check::problems(&part, &interface, &declared, &generated));
-        if !problems.is_empty() {
-            problems.extend(check_part(&part));
-            problems.sort_by_key(|refusal| (refusal.place.line, refusal.place.column));
-            return Err(Refused::all(&problems));
-        }
-        Ok(Self {
+        problems.extend(check::problems(part, &interface, &declared, &generated));
+        let own = Self {
             kind,
-            path: path.to_owned(),
-            text: text.to_owned(),
+            path: part.path.clone(),
+            text: part.text.clone(),
+            is_of_oneiro: false,
             generated,
             values,
             readings,
@@ -132,7 +156,8 @@ impl Part {
                 .collect(),
             memory: scalars(memory),
             mission: scalars(mission),
-        })
+        };
+        (own, problems)
     }
 
     /// Its path and its text.

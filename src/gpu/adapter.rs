@@ -162,8 +162,8 @@ pub fn find(choice: &Choice) -> Result<Adapter, Error> {
     if all.is_empty() {
         let limited = std::env::var("WGPU_BACKEND").map(|backend| format!(" for WGPU_BACKEND={backend}"));
         return Err(Error::NoDevice(format!(
-            "no GPU driver was found{}; install your card's Vulkan driver, or a software one (Debian and Ubuntu: \
-             mesa-vulkan-drivers)",
+            "no GPU driver was found{}, or none had enough memory; install your card's Vulkan driver, or a software one (Debian and \
+             Ubuntu: mesa-vulkan-drivers)",
             limited.unwrap_or_default()
         )));
     }

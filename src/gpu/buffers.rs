@@ -118,6 +118,11 @@ impl Pooled {
         Ok(())
     }
 
+    /// Sets the used bytes to 0.
+    pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.clear_buffer(self.buffer(), 0, Some(self.used));
+    }
+
     /// Copies the used bytes to a buffer that the host reads, and maps that once the copy is done.
     pub(super) fn bring(&self, encoder: &mut wgpu::CommandEncoder, to: &Self) {
         encoder.copy_buffer_to_buffer(self.buffer(), 0, to.buffer(), 0, Some(self.used));

@@ -1,14 +1,17 @@
 //! An open device: compiles kernels, waits for work, and reports faults.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 use std::time::Duration;
 
 use oneiro_shaders::{Binding, BindingKind, Kernel};
 
 use super::adapter::{Adapter, FloatControls};
 use super::spirv;
+use crate::background;
 use crate::evaluator::{Control, Error};
 
 /// Number of storage buffers that a life binds.
@@ -126,6 +129,8 @@ pub(super) struct Device {
     pub(super) doom: Doom,
     /// By name and SPIR-V, so that a changed kernel is a different one.
     pipelines: BTreeMap<(&'static str, usize), Arc<Pipeline>>,
+    /// Whether work was left unfinished by a cancellation.
+    is_busy: Cell<bool>,
 }
 
 impl Device {
@@ -187,6 +192,7 @@ impl Device {
             reported,
             doom: Doom::default(),
             pipelines: BTreeMap::new(),
+            is_busy: Cell::new(false),
         })
     }
 
@@ -215,16 +221,18 @@ impl Device {
         }
     }
 
-    /// Returns a kernel, which is compiled on first use.
+    /// Returns a kernel, which is compiled on first use. Returns soon after a cancellation; the driver then goes on compiling.
     ///
     /// # Errors
-    /// [`Fault::Refused`] if the driver doesn't accept it, [`Fault::Lost`].
-    pub(super) fn pipeline(&mut self, kernel: &Kernel) -> Result<Arc<Pipeline>, Fault> {
+    /// [`Fault::Cancelled`], [`Fault::Refused`] if the driver doesn't accept it, [`Fault::Lost`].
+    pub(super) fn pipeline(&mut self, kernel: &Kernel, control: &Control) -> Result<Arc<Pipeline>, Fault> {
         let key = (kernel.name, kernel.spirv.as_ptr().addr());
         if let Some(pipeline) = self.pipelines.get(&key) {
             return Ok(Arc::clone(pipeline));
         }
-        let pipeline = Arc::new(self.maker().pipeline(kernel, None));
+        let (maker, kernel) = (self.maker(), *kernel);
+        let made = background::wait(|| control.is_cancelled(), move || maker.pipeline(&kernel, None));
+        let pipeline = Arc::new(made.ok_or(Fault::Cancelled)?);
         self.check()?;
         self.pipelines.insert(key, Arc::clone(&pipeline));
         Ok(pipeline)
@@ -257,10 +265,15 @@ impl Device {
                     self.check()?;
                     return Err(Fault::Lost("it takes no more work".into()));
                 }
-                Ok(()) => return self.check(),
+                Ok(()) => {
+                    // Submissions end in their order.
+                    self.is_busy.set(false);
+                    return self.check();
+                }
             }
             self.check()?;
             if control.is_cancelled() {
+                self.is_busy.set(true);
                 return Err(Fault::Cancelled);
             }
         }
@@ -303,6 +316,25 @@ impl Device {
                 lock(&self.reported).lost.get_or_insert_with(|| said.to_owned());
                 Ok(())
             }
+        }
+    }
+}
+
+impl Drop for Device {
+    /// A queue that is dropped waits for its work, in which a software driver may compile for a minute.
+    fn drop(&mut self) {
+        if !self.is_busy.get() {
+            return;
+        }
+        let (device, queue) = (self.raw.clone(), self.queue.clone());
+        let finish = move || {
+            // wgpu panics if the driver reports that the device is lost.
+            let _ = catch_unwind(AssertUnwindSafe(|| device.poll(wgpu::PollType::wait_indefinitely())));
+            drop(queue);
+        };
+        // Without a thread, this one waits.
+        if let Ok(thread) = thread::Builder::new().spawn(finish) {
+            background::abandon(thread);
         }
     }
 }

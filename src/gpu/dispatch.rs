@@ -314,10 +314,20 @@ impl Run<'_> {
             return Ok((None, self.turns));
         };
         if !self.unrolls {
-            let ready = specialised::ready(self.variants, self.device, self.part, world);
+            let ready = specialised::ready(self.variants, self.device, self.part, world, self.control);
             return Ok((ready, self.turns));
         }
-        let unrolled = specialised::unrolled(self.variants, self.device, self.part, world, GREATEST_LOOPS);
+        let unrolled = specialised::unrolled(
+            self.variants,
+            self.device,
+            self.part,
+            world,
+            GREATEST_LOOPS,
+            self.control,
+        );
+        if self.control.is_cancelled() {
+            return Err(Fault::Cancelled);
+        }
         let Some(unrolled) = unrolled.map_err(Fault::Refused)? else {
             let Turns { begin, cycle } = self.turns;
             return Err(Fault::TooLarge(format!(
@@ -368,7 +378,7 @@ impl Run<'_> {
         let pipeline = if let Some(variant) = variant {
             variant
         } else {
-            generic = self.device.pipeline(self.part.kernel())?;
+            generic = self.device.pipeline(self.part.kernel(), self.control)?;
             &generic
         };
         let part = self.part;
@@ -392,14 +402,17 @@ impl Run<'_> {
             bench
                 .inputs_in
                 .send(self.device, inputs, &mut encoder, &mut bench.inputs)?;
-            if !part.states().is_empty() {
+            // As on the CPU, words that no episode writes are 0: those of idle slots, after an early end, and beyond a small world's.
+            bench.fitness.clear(&mut encoder);
+            if traced {
+                bench.trace.clear(&mut encoder);
+            }
+            if part.states().is_empty() {
+                bench.state.clear(&mut encoder);
+            } else {
                 let words = LANES * batch.state_words();
                 let states = &part.states()[cut.groups.start * words..cut.groups.end * words];
                 bench.state.write(self.device, bytemuck::cast_slice(states));
-            }
-            if traced {
-                // A life that ends before the batch's longest doesn't write the rest of its records.
-                encoder.clear_buffer(bench.trace.buffer(), 0, Some(bench.trace.used()));
             }
         }
         let dispatch = Dispatch {

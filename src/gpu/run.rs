@@ -126,7 +126,7 @@ fn run(device: &mut Device, runs: &mut [Run<'_>]) -> Result<(), Fault> {
     let mut out = Pooled::new("out", Usage::MAP_READ | Usage::COPY_DST);
     out.reserve(device, arenas[WRITTEN].buffer.used());
 
-    let label = Some("runs");
+    let (label, control) = (Some("runs"), Control::new());
     let mut encoder = device
         .raw
         .create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
@@ -136,7 +136,7 @@ fn run(device: &mut Device, runs: &mut [Run<'_>]) -> Result<(), Fault> {
             timestamp_writes: None,
         });
         for (run, starts) in runs.iter().zip(&starts) {
-            let pipeline = device.pipeline(run.kernel)?;
+            let pipeline = device.pipeline(run.kernel, &control)?;
             let buffers = run.buffers.iter().zip(run.kernel.bindings).zip(starts);
             let entries: Vec<_> = buffers
                 .map(|((words, binding), start)| wgpu::BindGroupEntry {
@@ -159,7 +159,7 @@ fn run(device: &mut Device, runs: &mut [Run<'_>]) -> Result<(), Fault> {
     let [.., written] = &mut arenas;
     written.buffer.bring(&mut encoder, &out);
     let submission = device.submit(encoder);
-    device.wait(&submission, &Control::new())?;
+    device.wait(&submission, &control)?;
     out.read(&mut written.words)?;
     for (run, starts) in runs.iter_mut().zip(&starts) {
         let buffers = run.buffers.iter_mut().zip(run.kernel.bindings).zip(starts);

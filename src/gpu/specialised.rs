@@ -8,6 +8,7 @@ use oneiro_shader_compiler::{Generic, Indices};
 
 use super::device::{Device, Path, Pipeline};
 use crate::batch::Part;
+use crate::evaluator::Control;
 use crate::variants::{self, Make, Setting, parsed, program, ships};
 
 pub(super) type Variants = variants::Variants<Arc<Pipeline>>;
@@ -22,9 +23,15 @@ pub(super) fn expect_gpu_compiler(variants: &mut Variants) {
 }
 
 /// The variant for a world of a part, if it is ready.
-pub(super) fn ready(variants: &mut Variants, device: &Device, part: &Part<'_>, world: u32) -> Option<Arc<Pipeline>> {
+pub(super) fn ready(
+    variants: &mut Variants,
+    device: &Device,
+    part: &Part<'_>,
+    world: u32,
+    control: &Control,
+) -> Option<Arc<Pipeline>> {
     (device.path() == Path::Spirv)
-        .then(|| variants.ready(&Setting::of(part, world), || make(device)))
+        .then(|| variants.ready(&Setting::of(part, world), control, || make(device)))
         .flatten()
 }
 
@@ -35,7 +42,8 @@ pub(super) fn spend(variants: &mut Variants, device: &Device, part: &Part<'_>, w
     }
 }
 
-/// The variant with unrolled loops for a world of a part, whose cycle turns them more than `most` times. `None` if it would get too long.
+/// The variant with unrolled loops for a world of a part, whose cycle turns them more than `most` times. `None` if it would get too long,
+/// or if `control` is cancelled.
 ///
 /// # Errors
 /// A mistake of the compiler.
@@ -45,11 +53,12 @@ pub(super) fn unrolled(
     part: &Part<'_>,
     world: u32,
     most: u32,
+    control: &Control,
 ) -> Result<Option<Unrolled>, String> {
     if device.path() != Path::Spirv {
         return Ok(None);
     }
-    variants.unrolled(&Setting::of(part, world), most, || make(device))
+    variants.unrolled(&Setting::of(part, world), most, control, || make(device))
 }
 
 /// Makes pipelines of a device.

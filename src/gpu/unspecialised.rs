@@ -6,6 +6,7 @@ use std::time::Duration;
 use super::device::{Device, Pipeline};
 use crate::backend::Specialise;
 use crate::batch::Part;
+use crate::evaluator::Control;
 
 /// The variants of kernels: none.
 #[derive(Debug, Default)]
@@ -23,13 +24,20 @@ pub(super) struct Unrolled {
     pub(super) turns: u32,
 }
 
-pub(super) fn unrolled(_: &mut Variants, _: &Device, _: &Part<'_>, _: u32, _: u32) -> Result<Option<Unrolled>, String> {
+pub(super) fn unrolled(
+    _: &mut Variants,
+    _: &Device,
+    _: &Part<'_>,
+    _: u32,
+    _: u32,
+    _: &Control,
+) -> Result<Option<Unrolled>, String> {
     Ok(None)
 }
 
 pub(super) fn expect_gpu_compiler(_: &mut Variants) {}
 
-pub(super) fn ready(_: &mut Variants, _: &Device, _: &Part<'_>, _: u32) -> Option<Arc<Pipeline>> {
+pub(super) fn ready(_: &mut Variants, _: &Device, _: &Part<'_>, _: u32, _: &Control) -> Option<Arc<Pipeline>> {
     None
 }
 

@@ -147,7 +147,7 @@ fn a_study_on_a_robot_goes_on() {
     }
     for out in ["out", "whole"] {
         let page = place.text(format!("{out}/report.html"));
-        assert!(page.contains("not measured") && !page.contains("NaN"));
+        assert!(page.contains("Not measured: ") && !page.contains("NaN"));
         assert!(place.text(format!("{out}/README.md")).contains("| `lives/` "));
     }
     // It is whole, and needs no robot any more.

@@ -89,7 +89,15 @@ fn what_is_wrong_beside_a_robot_does_not_touch_it() {
         (&["on-board"], &["tracked.toml"], 3, &["tracker.listen"]),
         (&["on-board"], &["guarded.toml"], 3, &["speed_mm_s"]),
         (&["on-board"], &["alone.toml"], 6, &["letter.txt"]),
-        (&evaluate, &["mine"], 3, &["--lives mine: has other files"]),
+        (
+            &evaluate,
+            &["mine"],
+            3,
+            &[
+                "mine: exists and holds other files",
+                "name another directory with --lives",
+            ],
+        ),
         (&evaluate, &["letter.txt"], 3, &["letter.txt"]),
         (&evaluate, &["new", "--tracker", &udp], 3, &["--tracker udp:", "in use"]),
         (
@@ -100,7 +108,7 @@ fn what_is_wrong_beside_a_robot_does_not_touch_it() {
         ),
         (&evaluate, &["new", "--guard", "expiry_ms=1"], 3, &["guard expiry_ms"]),
         (&evaluate, &["new", "--tracker", "udp:x"], 3, &["udp:HOST:PORT"]),
-        (&sample, &["letter.txt"], 6, &["letter.txt"]),
+        (&sample, &["letter.txt"], 3, &["letter.txt: is a file"]),
         (&sample, &["sampled"], 3, &["has rows of `wall`"]),
         (
             &sample,

@@ -25,6 +25,10 @@ const GREATEST: usize = 1 << 32;
 pub type TraceColumn = (String, Scalar);
 
 /// What to evaluate.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each says of one thing whether it is wanted, as Python's arguments do"
+)]
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'a> {
     /// Genomes, one after the other.
@@ -42,6 +46,9 @@ pub struct Request<'a> {
     pub backend: &'a str,
     /// Whether to measure lives.
     pub descriptors: bool,
+    /// Whether episodes are measured as in a run, for [`Evolution::tell`](super::experiment::Evolution::tell): without the end of their
+    /// last cycle, since a run's episodes aren't prolonged to see it. Otherwise `oneiro evaluate --measures` has the same numbers.
+    pub as_in_run: bool,
     /// Whether to trace lives.
     pub traces: bool,
 }
@@ -171,12 +178,14 @@ fn named(problem: &str) -> String {
 fn watched(world: &World, request: &Request<'_>, evaluator: &mut dyn Evaluator, task: &Task) -> Result<Outcome> {
     let cycles = world.cycles();
     let mut spec = world.spec().clone();
-    // A life ends where its next cycle would begin.
-    spec.cycles = spec.cycles.saturating_add(1).min(oneiro::stepped::GREATEST_CYCLES + 1);
-    let longer = [World::new(spec)?];
+    if !request.as_in_run {
+        // An episode ends where its next cycle would begin.
+        spec.cycles = spec.cycles.saturating_add(1).min(oneiro::stepped::GREATEST_CYCLES + 1);
+    }
+    let lived = [World::new(spec)?];
     let genomes = Population::new(world.genes(), request.genomes.to_vec());
     let lives = Lives {
-        worlds: &longer,
+        worlds: &lived,
         genomes: &genomes,
         count: request.lives,
         keys: keys(request),

@@ -22,7 +22,7 @@ use crate::experiment::{self, Files};
 use crate::files::plain;
 use crate::lives::measures::descriptors;
 use crate::numbers::check_seed;
-use crate::runs::single::job::score;
+use crate::runs::single::job::{means, score};
 use crate::runs::single::trace::TraceTable;
 use crate::{runs, sealed};
 
@@ -285,10 +285,10 @@ impl Evolution {
     /// # Errors
     /// None: experiments of swarms have no evolution.
     pub fn keys(&self) -> Result<Vec<[u64; 2]>> {
-        let is_common = self.experiment.single()?.settings().evolution.has_common_numbers();
-        let generation = u64::from(self.own.generation());
-        let numbers = 0..self.own.ask().len() as u64;
-        let key = |number| [generation, if is_common { 0 } else { number }];
+        let evolution = &self.experiment.single()?.settings().evolution;
+        let generation = evolution.draw(self.own.generation());
+        let numbers = 0..self.own.ask().len() as u32;
+        let key = |number| [generation, evolution.lot(number)].map(u64::from);
         Ok(numbers.map(key).collect())
     }
 
@@ -302,8 +302,9 @@ impl Evolution {
         Ok(names.take(self.own.optimizer().descriptors()).collect())
     }
 
-    /// Takes the fitness of the genomes: of each genome as many lives as are given, combined as `trial_score` says; and what
-    /// describes the behaviour of each genome, as many numbers as [`Evolution::descriptor_names`] has.
+    /// Takes the fitness of the genomes: of each genome as many episodes as are given, combined as `trial_score` says; and what
+    /// describes the behaviour of each genome: for each of as many episodes as are given, as many numbers as
+    /// [`Evolution::descriptor_names`] has. Their means over the episodes count.
     ///
     /// # Errors
     /// Exit 3 for another number of either; then nothing has changed. Exit 1 if all generations have been evaluated.
@@ -323,15 +324,23 @@ impl Evolution {
             ))?;
         }
         let described = self.own.optimizer().descriptors();
-        if behaviour.len() != described * genomes {
+        let all = described * genomes;
+        let fits = if all == 0 {
+            behaviour.is_empty()
+        } else {
+            !behaviour.is_empty() && behaviour.len().is_multiple_of(all)
+        };
+        if !fits {
             let problem = format_args!("descriptors: have {} values for {genomes} genomes", behaviour.len());
             return Err(Failure::input(format_args!(
-                "{problem}; allowed: {described} for each genome"
+                "{problem}; allowed: {described} for each episode of each genome"
             )))?;
         }
+        let of_individuals = behaviour.chunks_exact((behaviour.len() / genomes).max(1));
+        let behaviour: Vec<f64> = of_individuals.flat_map(|lives| means(lives, described)).collect();
         let kind = self.experiment.single()?.settings().trial_score;
         let scores = fitness.chunks_exact(lives).map(|lives| score(kind, lives));
-        self.own.tell(scores.collect(), behaviour)?;
+        self.own.tell(scores.collect(), &behaviour)?;
         Ok(())
     }
 
@@ -368,4 +377,139 @@ impl Evolution {
 
 fn refused(what: &str, problem: impl Display) -> Failure {
     Failure::input(format_args!("{what}: {problem}; allowed: as many for each genome"))
+}
+
+#[cfg(all(test, feature = "compose"))]
+mod tests {
+    use oneiro::parameter::Choice;
+
+    use super::*;
+    use crate::api::{Task, evaluate, recorded};
+    use crate::evolve::settings::Kind;
+    use crate::npy;
+
+    const SEED: u64 = 3;
+    const GENERATIONS: usize = 4;
+
+    /// An experiment that ships, shortened, which evolves by this kind, and what else it takes.
+    fn experiment(name: &str, kind: Kind, common: bool) -> Experiment {
+        const BEHAVIOUR: &str = "evolution.descriptors=[{measure=\"end_x_mm\",least=0,greatest=600,cells=60},\
+                                 {measure=\"mean_speed_mm_s\",least=0,greatest=80,cells=90}]";
+        let avoidance = "khepera-avoidance.toml";
+        let (file, own): (_, &[&str]) = match kind {
+            Kind::CmaEs | Kind::SepCmaEs | Kind::OpenEs | Kind::Random => (avoidance, &[]),
+            Kind::Genetic => (avoidance, &["evolution.parents=4"]),
+            Kind::MapElites => (avoidance, &[BEHAVIOUR]),
+            Kind::Novelty => (avoidance, &[BEHAVIOUR, "evolution.parents=4"]),
+            Kind::Grid => ("aggregation.toml", &["evolution.grid.levels=2"]),
+            Kind::Race => ("automode-cues.toml", &["evolution.race.lives=400"]),
+            Kind::Coevolution => (
+                "predator-prey.toml",
+                &[
+                    "evolution.parents=4",
+                    "evolution.opponents.contests=3",
+                    "record.individuals=true",
+                ],
+            ),
+        };
+        let mut set: Vec<String> = own.iter().map(|&own| own.to_owned()).collect();
+        set.extend([
+            format!("evolution.kind={name}"),
+            "cycles=40".into(),
+            "evolution.finalists=0".into(),
+        ]);
+        if kind != Kind::Race {
+            let population = if kind == Kind::Grid { 4 } else { 12 };
+            set.extend([
+                format!("evolution.common_random_numbers={common}"),
+                format!("evolution.population={population}"),
+                "trials=3".into(),
+            ]);
+        }
+        if !matches!(kind, Kind::Race | Kind::Grid) {
+            set.push(format!("evolution.generations={GENERATIONS}"));
+        }
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments").join(file);
+        Experiment::load(&path, &set).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    /// Genomes and scores of each generation of an evolution that is told what `evaluate` measures of it.
+    fn told(experiment: &Experiment, as_in_run: bool) -> Vec<(Vec<f32>, Vec<f32>)> {
+        let single = experiment.single().unwrap();
+        let lives = single.settings().trials as usize;
+        let mut evolution = Evolution::new(experiment, SEED).unwrap();
+        let names = experiment.descriptor_names().unwrap();
+        let wanted = evolution.descriptor_names().unwrap();
+        let wanted: Vec<usize> = wanted
+            .iter()
+            .map(|own| names.iter().position(|name| name == own).unwrap())
+            .collect();
+        let mut generations = Vec::new();
+        while !evolution.is_finished() {
+            let genomes = evolution.ask().1.to_vec();
+            let request = evaluate::Request {
+                genomes: &genomes,
+                seed: SEED,
+                numbers: Some(&evolution.keys().unwrap()),
+                lives,
+                common_starts: false,
+                backend: "cpu",
+                descriptors: true,
+                as_in_run,
+                traces: false,
+            };
+            let outcome = evaluate::evaluate(experiment, &request, &Task::default()).unwrap();
+            let measured = outcome.descriptors.chunks_exact(names.len());
+            let behaviour: Vec<f64> = measured.flat_map(|life| wanted.iter().map(|&own| life[own])).collect();
+            evolution.tell(&outcome.fitness, &behaviour).unwrap();
+            let kind = single.settings().trial_score;
+            let scores = outcome.fitness.chunks_exact(lives).map(|lives| score(kind, lives));
+            generations.push((genomes, scores.collect()));
+        }
+        generations
+    }
+
+    fn bits<'a>(numbers: impl IntoIterator<Item = &'a f32>) -> Vec<u32> {
+        numbers.into_iter().map(|number| number.to_bits()).collect()
+    }
+
+    /// Every kind of evolution that is told what `evaluate` says has the run's genomes and scores in all generations.
+    #[test]
+    fn told_evolutions_are_runs() {
+        let folder = std::env::temp_dir().join(format!("oneiro-told-{}", process::id()));
+        let mut compared = 0;
+        for (name, kind, _) in Kind::CHOICES {
+            for common in [false, true] {
+                let experiment = experiment(name, *kind, common);
+                let told = told(&experiment, true);
+                assert!(told.len() >= 3, "{name}: {} generations", told.len());
+                let out = folder.join(format!("{name}-{common}"));
+                recorded::run(&experiment, SEED, &out, "cpu", &Task::default()).unwrap();
+                let recorded = |file: &str| {
+                    let bytes = fs::read(out.join(file)).ok()?;
+                    let header = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+                    Some(npy::floats(&bytes[header..]))
+                };
+                let (genomes, scores) = told.last().unwrap();
+                let place = format!("{name}, common numbers: {common}");
+                assert!(bits(genomes) == bits(&recorded("population.npy").unwrap()), "{place}");
+                assert!(bits(scores) == bits(&recorded("fitness.npy").unwrap()), "{place}");
+                if let Some(recorded) = recorded("individuals.npy") {
+                    let genes = genomes.len() / scores.len();
+                    let row = |(genome, score): (&[f32], &f32)| [genome, &[*score]].concat();
+                    let rows = told
+                        .iter()
+                        .flat_map(|(genomes, scores)| genomes.chunks_exact(genes).zip(scores).map(row));
+                    assert!(bits(&rows.flatten().collect::<Vec<_>>()) == bits(&recorded), "{place}");
+                    compared += 1;
+                }
+                if *kind == Kind::MapElites {
+                    // Control: measured as `oneiro evaluate --measures` does, it is another evolution.
+                    assert!(told != self::told(&experiment, false), "{place}");
+                }
+            }
+        }
+        assert!(compared >= 2 * (Kind::CHOICES.len() - 1), "{compared}");
+        fs::remove_dir_all(&folder).unwrap();
+    }
 }

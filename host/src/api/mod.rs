@@ -8,12 +8,14 @@
 //! | [`evaluate`] | fitness, measures and traces of genomes |
 //! | [`recorded`] | runs and sweeps in directories |
 //! | [`stepped`] | lives that are commanded cycle by cycle |
+//! | `wording` | messages in the words of calls |
 
 pub mod device;
 pub mod evaluate;
 pub mod experiment;
 pub mod recorded;
 pub mod stepped;
+mod wording;
 
 use std::fmt::{self, Display, Formatter};
 use std::sync::Arc;
@@ -25,7 +27,7 @@ use crate::engine::job::Progress;
 use crate::engine::watcher::Watch;
 use crate::exit::Failure;
 
-/// Why something was not done: the message that the program prints, and the exit code that it ends with.
+/// Why something was not done: the message that the program prints, in the words of calls, and the exit code that it ends with.
 #[derive(Debug)]
 pub struct Error {
     code: u8,
@@ -41,7 +43,8 @@ impl Error {
         Failure::input(problem).into()
     }
 
-    /// The program's exit code: 1 failed, 2 usage, 3 input, 4 no device, 5 data corrupt, 6 storage, 75 stopped.
+    /// The program's exit code: 1 failed, 2 usage, 3 input, 4 no device, 5 data corrupt, 6 storage, 7 memory or threads, 70 a mistake
+    /// in Oneiro, 75 stopped.
     pub fn code(&self) -> u8 {
         self.code
     }
@@ -60,7 +63,7 @@ impl<F: Into<Failure>> From<F> for Error {
         let failure = failure.into();
         Self {
             code: failure.code(),
-            message: failure.to_string(),
+            message: wording::of_calls(&failure.to_string()),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Lives that are commanded cycle by cycle.
 
+use oneiro::differential::Build;
 use oneiro::foraging::Drive;
 use oneiro::random::Key;
 use oneiro::reported;
@@ -132,11 +133,17 @@ impl Arena {
     /// An arena that has not begun.
     ///
     /// # Errors
-    /// Exit 3 for experiments of single robots; exit 4 if there is no such device.
+    /// Exit 3 for experiments without the foraging study's swarm; exit 4 if there is no such device.
     pub fn new(experiment: &Experiment, backend: &str) -> Result<Self> {
         let Some(own) = experiment.any().swarm() else {
+            let what = match &experiment.world()?.spec().robot.build {
+                Build::Differential(own) if own.count.is_some() => {
+                    "its robots share a world by robot.count, and can't be commanded from outside"
+                }
+                _ => "its robot is alone in its world, so it isn't a swarm",
+            };
             return Err(Error::input(format_args!(
-                "{}: is of a single robot; allowed: experiments of swarms",
+                "{}: {what}; allowed: experiments with a table `swarm`, such as odowd2014-over.toml",
                 experiment.name()
             )));
         };

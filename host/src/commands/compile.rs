@@ -78,7 +78,7 @@ pub(crate) fn run(arguments: &Compile, console: Console) -> Result {
 fn code(error: &ToolchainError) -> Code {
     match error {
         ToolchainError::Missing(..) | ToolchainError::Unknown(_) | ToolchainError::TooOld(..) => Code::Input,
-        ToolchainError::Narrow => Code::Device,
+        ToolchainError::Narrow | ToolchainError::Arrays(_) => Code::Device,
         ToolchainError::Failed(..) | ToolchainError::Library(_) => Code::Failed,
         ToolchainError::Storage(_) => Code::Storage,
     }

@@ -2,6 +2,8 @@
 
 use crate::cli::Command;
 use crate::console::Console;
+#[cfg(unix)]
+use crate::engine::watcher::stop_at_once;
 use crate::exit::Result;
 
 mod audit;
@@ -41,6 +43,14 @@ mod verify;
 
 /// Runs a command.
 pub(crate) fn run(command: Command, console: Console) -> Result {
+    // What they record can be continued, so they end in the same way whenever they are stopped.
+    #[cfg(unix)]
+    if matches!(
+        command,
+        Command::Run(_) | Command::Resume(_) | Command::Sweep(_) | Command::Reproduce(_)
+    ) {
+        stop_at_once()?;
+    }
     match command {
         Command::New(arguments) => new::run(&arguments, console),
         Command::Check(arguments) => check::run(&arguments, console),

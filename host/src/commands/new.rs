@@ -95,7 +95,8 @@ fn write<Text: AsRef<str>>(all: &[(Text, Text)], console: Console) -> Result {
     let is_new = |(file, text): &&(Text, Text)| !files::is_already(Path::new(file.as_ref()), text.as_ref().as_bytes());
     let new: Vec<_> = all.iter().filter(is_new).collect();
     for (file, _) in &new {
-        files::must_be_new(Path::new(file.as_ref()))?;
+        // Its folder is made.
+        files::must_not_exist(Path::new(file.as_ref()))?;
     }
     for (index, (file, text)) in new.iter().enumerate() {
         let path = Path::new(file.as_ref());

@@ -65,7 +65,7 @@ fn replace(path: &Path, fill: impl FnOnce(&mut File) -> Result, sync: fn(&File) 
 pub(crate) fn at_once<T: Send>(tasks: impl Iterator<Item = impl FnOnce() -> Result<T> + Send>) -> Result<Vec<T>> {
     thread::scope(|scope| {
         let threads: Vec<_> = tasks.map(|task| scope.spawn(task)).collect();
-        let crashed = |_| Err(Failure::failed("a writer of results crashed"));
+        let crashed = |_| Err(Failure::broken("a writer of results"));
         let results: Vec<_> = threads
             .into_iter()
             .map(|thread| thread.join().unwrap_or_else(crashed))

@@ -154,7 +154,7 @@ impl<'a> Queue<'a> {
                     return outcome;
                 }
                 Err(RecvTimeoutError::Timeout) => (),
-                Err(RecvTimeoutError::Disconnected) => return Err(Failure::failed("the evaluator crashed").into()),
+                Err(RecvTimeoutError::Disconnected) => return Err(Failure::broken("the evaluator").into()),
             }
         }
     }

@@ -147,7 +147,7 @@ impl<J: Job> Runs for InMemory<J> {
     }
 
     fn stopped(&self) -> String {
-        "stopped; run the same command again to continue".into()
+        "stopped; run the same command again".into()
     }
 }
 

@@ -1,16 +1,19 @@
 //! Watchers show the progress of jobs and say when to stop.
 
-use std::sync::Arc;
+use std::io;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
+use signal_hook::{SigId, flag, low_level};
 
 use super::job::Progress;
 use super::scheduler::Times;
 use crate::console::Console;
+#[cfg(unix)]
+use crate::ending;
 use crate::exit::{Code, Failure, Result};
 use crate::progress;
 
@@ -35,8 +38,32 @@ pub(crate) fn stop_signal() -> Result<Arc<AtomicBool>> {
         flag::register(SIGINT, Arc::clone(&stop))?;
         flag::register(SIGTERM, Arc::clone(&stop))
     };
-    register().map_err(|error| Failure::failed(format_args!("can't listen for Ctrl-C: {error}")))?;
+    register().map_err(|error| deaf(&error))?;
+    for early in std::mem::take(&mut *EARLY.lock().unwrap_or_else(PoisonError::into_inner)) {
+        low_level::unregister(early);
+    }
     Ok(stop)
+}
+
+/// What ends the program at a signal until [`stop_signal`] is called.
+static EARLY: Mutex<Vec<SigId>> = Mutex::new(Vec::new());
+
+/// From now until [`stop_signal`] is called, Ctrl-C and SIGTERM end the program at once, exit 75: nothing has begun.
+///
+/// # Errors
+/// Exit 1 if the system registers no signals.
+#[cfg(unix)]
+pub(crate) fn stop_at_once() -> Result {
+    for signal in [SIGINT, SIGTERM] {
+        // SAFETY: it only does what signal handlers may do.
+        let early = unsafe { low_level::register(signal, || ending::stopped_early()) }.map_err(|error| deaf(&error))?;
+        EARLY.lock().unwrap_or_else(PoisonError::into_inner).push(early);
+    }
+    Ok(())
+}
+
+fn deaf(error: &io::Error) -> Failure {
+    Failure::failed(format_args!("can't listen for Ctrl-C: {error}"))
 }
 
 /// A watcher for users: a progress bar on standard error, and an optional time limit.

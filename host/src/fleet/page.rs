@@ -145,7 +145,7 @@ impl Page {
         // If the thread has crashed, joining it says so.
         let _ = self.sender.send(Told::End(how));
         drop(self.sender);
-        let crashed = |_| Err(Failure::failed("the page's thread crashed"));
+        let crashed = |_| Err(Failure::broken("the page's writer"));
         self.thread.join().unwrap_or_else(crashed)
     }
 }

@@ -107,7 +107,7 @@ impl Lives<'_> {
         Ok(all)
     }
 
-    /// Simulates and measures lives of `cycles` cycles, in worlds that last one cycle more to record where each life ends. `trace`
+    /// Simulates and measures episodes of `cycles` cycles. Worlds may last one cycle more, which shows where each episode ends. `trace`
     /// is called with consecutive pieces of each life's records and the cycle at which a piece starts; `ended` once for each life,
     /// with its fitness and measures.
     ///

@@ -42,6 +42,7 @@ use crate::experiment::source::{Parsed, Setting, Source};
 use crate::experiment::{GREATEST_SEED, check_name};
 use crate::kinds::FileKind;
 use crate::reality::site::SEVERITY;
+use crate::threads;
 
 /// The most runs of a sweep.
 pub(crate) const GREATEST_RUNS: u64 = 10_000_000;
@@ -159,6 +160,8 @@ impl SweepFile {
     /// # Errors
     /// Exit 3: the file, the line and column in it, the problem and the allowed values.
     pub(crate) fn read(path: &Path, folder: &Path) -> Result<Self> {
+        // All are at work on the cells.
+        threads::prepare();
         let text = FileKind::Sweep.text(path)?;
         let file = FileKind::Sweep.parsed(path, &text)?;
         Self::of(&file, &path.file_stem().unwrap_or_default().to_string_lossy(), folder)

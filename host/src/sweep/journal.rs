@@ -24,6 +24,7 @@ use crate::engine::{checkpoint, disk};
 use crate::exit::{Failure, Result};
 use crate::files::plain;
 use crate::record::Session;
+use crate::threads;
 use crate::utc::now;
 
 const RESULTS: &str = "results.log";
@@ -107,6 +108,7 @@ impl Logged {
             whole: whole as u64,
             ..Self::default()
         };
+        threads::prepare();
         let lines = text[..whole].par_split_inclusive(|&byte| byte == b'\n');
         let decoded = lines.map(|bytes| {
             let line = std::str::from_utf8(bytes).ok()?;
@@ -347,7 +349,7 @@ impl Journal {
         drop(entries);
         let written = writer
             .join()
-            .unwrap_or_else(|_| Err(Failure::failed("the writer of results crashed")));
+            .unwrap_or_else(|_| Err(Failure::broken("the writer of results")));
         if let Some(session) = self.sessions.last_mut() {
             session.ended = Some(now());
         }

@@ -24,8 +24,8 @@ pub(crate) const CONSTRUCTORS: [&str; 17] = [
 /// Words before a parenthesis that aren't calls.
 const KEYWORDS: [&str; 7] = ["if", "for", "while", "switch", "return", "case", "var"];
 
-/// Most bytes of a local variable: each of many lanes has its own.
-const GREATEST_LOCAL: u32 = 1 << 16;
+/// Most bytes of a local variable, and of all local arrays of a kernel: each of many lanes has its own.
+pub const GREATEST_LOCAL: u32 = 1 << 16;
 
 const TYPES: &str = "types are f32, i32, u32, bool, their vectors, arrays and structs";
 
@@ -65,13 +65,17 @@ pub(crate) fn check_source(source: &Source) -> Refusals {
     for (at, word) in words(&text) {
         let attribute = at > 0 && bytes[at - 1] == b'@';
         if is_number(word) {
-            let float = word.contains('.') || word.contains(if is_hex(word) { ['p', 'P'] } else { ['e', 'E'] });
+            let has_exponent = word.contains(if is_hex(word) { ['p', 'P'] } else { ['e', 'E'] });
+            let float = word.contains('.') || has_exponent;
+            // Without an exponent, the `f` of a hexadecimal number is a digit.
+            let has_suffix = word.ends_with('f') && (has_exponent || !is_hex(word));
             if word.ends_with('h') {
                 let message = format!("the constant `{word}` has 16 bits; floats are f32");
                 refuse(at, Rule::SupportedTypes, message);
-            } else if float && !word.ends_with('f') {
+            } else if float && !has_suffix {
+                let exponent = if is_hex(word) && !has_exponent { "p0" } else { "" };
                 let message = format!(
-                    "the float constant `{word}` has no suffix and would be folded in f64; write `{}f`",
+                    "the float constant `{word}` has no suffix and would be folded in f64; write `{}{exponent}f`",
                     word.trim_end_matches('F')
                 );
                 refuse(at, Rule::FloatSuffix, message);

@@ -16,6 +16,7 @@ pub mod generate;
 mod hoist;
 pub mod instances;
 pub mod interpret;
+mod isolation;
 mod layout;
 mod lower;
 mod print;
@@ -32,7 +33,8 @@ mod unroll;
 use std::collections::BTreeSet;
 
 pub use bounds::Bound;
-pub use exact::check_part;
+pub use exact::{GREATEST_LOCAL, check_part};
+pub use isolation::{Allowed, Isolation};
 pub use layout::{Binding, Constant};
 pub use rules::Rule;
 pub use source::{Part, Place, Refusal, Refusals, Source};
@@ -119,6 +121,31 @@ impl Trees {
         self.source.places(&self.raw, value)
     }
 
+    /// Bytes of the local arrays of one invocation: those of each call of a function, whose elements have a word each.
+    pub fn array_bytes(&self) -> u64 {
+        let words: usize = self.tidied.arrays.iter().map(|array| array.init.len()).sum();
+        words as u64 * 4
+    }
+
+    /// Refuses arrays for which a processor's stack has no room, even if few invocations run side by side.
+    fn check_arrays(&self) -> Result<(), Refusals> {
+        let bytes = self.array_bytes();
+        let largest = self.tidied.arrays.iter().max_by_key(|array| array.init.len());
+        match largest {
+            Some(largest) if bytes > u64::from(GREATEST_LOCAL) => Err(vec![Refusal {
+                place: self.source.place_of(largest.span),
+                function: None,
+                rule: Rule::LargeVariable,
+                message: format!(
+                    "the arrays of all functions, counted again at each call, take {bytes} bytes; allowed: {GREATEST_LOCAL}. `{}` is \
+                     the largest",
+                    largest.name
+                ),
+            }]),
+            _ => Ok(()),
+        }
+    }
+
     /// Lane function in Rust, see [`instances::lanes`].
     pub fn lanes(&self, name: &str) -> String {
         print::print(&self.tidied, &self.shapes, name, &self.strides)
@@ -130,8 +157,22 @@ impl Trees {
 /// # Errors
 /// Everything that is refused, with its place.
 pub fn compile(name: &str, parts: &[Part], indices: Indices) -> Result<Compiled, Refusals> {
-    let checked = Checked::new(parts)?;
+    compile_isolated(name, parts, indices, &Isolation::default())
+}
+
+/// Compiles a kernel in which some parts are users'.
+///
+/// # Errors
+/// As [`compile`]; and whatever a user's part does by which it could reach another episode.
+pub fn compile_isolated(
+    name: &str,
+    parts: &[Part],
+    indices: Indices,
+    isolation: &Isolation<'_>,
+) -> Result<Compiled, Refusals> {
+    let checked = Checked::new(parts, isolation)?;
     let trees = checked.trees()?;
+    trees.check_arrays()?;
     let lanes = trees.lanes(name);
     let Trees { turns, unused, .. } = trees;
     let Checked { source, module, info } = &checked;
@@ -151,12 +192,27 @@ pub fn compile(name: &str, parts: &[Part], indices: Indices) -> Result<Compiled,
     })
 }
 
+/// What [`compile_isolated`] refuses by a kernel's compiled form, whatever its text looks like.
+///
+/// # Errors
+/// A kernel that naga doesn't parse, or all that is refused.
+pub fn check_compiled(parts: &[Part], isolation: &Isolation<'_>) -> Result<(), Refusals> {
+    let source = Source::new(parts);
+    let (checked, refusals) = Checked::parsed(&source, isolation).map_err(|refusal| vec![refusal])?;
+    if !refusals.is_empty() {
+        return Err(in_order(refusals, &source));
+    }
+    let trees = checked.trees()?;
+    trees.check_arrays()?;
+    trees.turns.map(|_| ())
+}
+
 /// Lowers, tidies and analyses a kernel.
 ///
 /// # Errors
 /// As [`compile`].
 pub fn trees(parts: &[Part]) -> Result<Trees, Refusals> {
-    Checked::new(parts)?.trees()
+    Checked::new(parts, &Isolation::default())?.trees()
 }
 
 /// A kernel from which variants for certain worlds are made.
@@ -174,7 +230,7 @@ impl Generic {
     /// # Errors
     /// As [`compile`].
     pub fn new(parts: &[Part]) -> Result<Self, Refusals> {
-        let checked = Checked::new(parts)?;
+        let checked = Checked::new(parts, &Isolation::default())?;
         let Checked { source, module, info } = &checked;
         let bindings = layout::bindings(module).map_err(|message| refused(source, Rule::Internal, message))?;
         let raw = lower::lower(source, module, info)?;
@@ -237,7 +293,7 @@ struct Checked {
 }
 
 impl Checked {
-    fn new(parts: &[Part]) -> Result<Self, Refusals> {
+    fn new(parts: &[Part], isolation: &Isolation<'_>) -> Result<Self, Refusals> {
         let source = Source::new(parts);
         let mut refusals = exact::check_source(&source);
         if refusals
@@ -247,7 +303,7 @@ impl Checked {
             // Every use of these names would be refused, too.
             return Err(in_order(refusals, &source));
         }
-        let (module, info) = match front::parse(&source) {
+        let (checked, of_module) = match Self::parsed(&source, isolation) {
             Ok(parsed) => parsed,
             Err(refusal) => {
                 if refusals.iter().all(|other| other.place != refusal.place) {
@@ -256,13 +312,10 @@ impl Checked {
                 return Err(in_order(refusals, &source));
             }
         };
-        let of_module = exact::check_module(&source, &module, &info);
         // What the text shows, the module often shows again: by the same rule, or as what no part can break.
         let of_text: BTreeSet<_> = refusals.iter().map(|refusal| refusal.rule).collect();
         let is_new = |rule| !of_text.contains(&rule) && (rule != Rule::Internal || of_text.is_empty());
         refusals.extend(of_module.into_iter().filter(|refusal| is_new(refusal.rule)));
-        refusals.extend(entry_point(&source, &module));
-        let checked = Self { source, module, info };
         if refusals.is_empty() {
             return Ok(checked);
         }
@@ -272,6 +325,20 @@ impl Checked {
             refusals.extend(others.into_iter().filter(|other| other.rule != Rule::Internal));
         }
         Err(in_order(refusals, &checked.source))
+    }
+
+    /// Parses a kernel, and checks its module.
+    fn parsed(source: &Source, isolation: &Isolation<'_>) -> Result<(Self, Refusals), Refusal> {
+        let (module, info) = front::parse(source)?;
+        let mut refusals = exact::check_module(source, &module, &info);
+        refusals.extend(isolation::check(isolation, source, &module, &info));
+        refusals.extend(entry_point(source, &module));
+        let checked = Self {
+            source: source.clone(),
+            module,
+            info,
+        };
+        Ok((checked, refusals))
     }
 
     /// Lowers, tidies and analyses it.

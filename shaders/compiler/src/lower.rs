@@ -194,7 +194,12 @@ impl<'a> Lowering<'a> {
                 }
                 (None, AddressSpace::Private) => {
                     let init = global.init.map(|init| self.constant_bits(init));
-                    self.local(&name, global.ty, init.as_deref())
+                    self.local(
+                        &name,
+                        global.ty,
+                        self.module.global_variables.get_span(handle),
+                        init.as_deref(),
+                    )
                 }
                 _ => continue,
             };
@@ -240,7 +245,7 @@ impl<'a> Lowering<'a> {
     }
 
     /// Declares a local or private variable.
-    fn local(&mut self, name: &str, ty: Handle<Type>, init: Option<&[u32]>) -> Place {
+    fn local(&mut self, name: &str, ty: Handle<Type>, span: Span, init: Option<&[u32]>) -> Place {
         let bits = |count: usize| {
             init.filter(|bits| bits.len() == count)
                 .map_or_else(|| vec![0; count], <[u32]>::to_vec)
@@ -259,6 +264,7 @@ impl<'a> Lowering<'a> {
                     ty: *scalar,
                     init,
                     name: format!("{name}{inner}"),
+                    span,
                 });
                 let array = Array(self.program.arrays.len() as u32 - 1);
                 self.push(Statement::DeclareArray(array));
@@ -310,7 +316,13 @@ impl<'a> Lowering<'a> {
         self.blocks.push(Vec::new());
         for (handle, local) in function.local_variables.iter() {
             let init = local.init.map(|init| self.local_bits(&call, init)).transpose()?;
-            let place = self.local(local.name.as_deref().unwrap_or("temporary"), local.ty, init.as_deref());
+            let span = function.local_variables.get_span(handle);
+            let place = self.local(
+                local.name.as_deref().unwrap_or("temporary"),
+                local.ty,
+                span,
+                init.as_deref(),
+            );
             call.locals.insert(handle, place);
         }
         self.block(&mut call, &function.body)?;

@@ -108,6 +108,21 @@ fn length_of(v: vec2<f32>) -> f32 {
         wrong: "const TINY: f32 = 1e-40f;\n"
         right: "const TINY: f32 = 1e-30f;\n"
 
+    FloatBits "float-bits"
+        "`bitcast` gives a part the float of some bits, and not the bits of a float."
+        why: "Devices agree about floats, except about the sign of zero and about which of many bits stand for a result that \
+              is not a number. A driver may drop `x * 0.0f`, and with it the sign. No other operation shows these bits."
+        wrong: "\
+fn is_negative(x: f32) -> bool {
+    return (bitcast<u32>(x) >> 31u) == 1u;
+}
+"
+        right: "\
+fn is_negative(x: f32) -> bool {
+    return x < 0.0f;
+}
+"
+
     SupportedTypes "supported-types"
         "Types are f32, u32, i32, bool, and vectors, arrays and structs of them."
         why: "Not every device has floats of 16 bits. Products of matrices leave open in which order sums are made. \
@@ -163,9 +178,10 @@ fn bit(index: u32) -> u32 {
         right: "const FACTOR: f32 = 2.0f;\n"
 
     LargeVariable "large-variable"
-        "A variable or value has at most 64 KB."
-        why: "Each of up to 64 lives that run side by side on a processor has its own copy of every variable. Larger \
-              ones would overflow the stack, which ends the program."
+        "A variable or value has at most 64 KB, and so have all arrays of a kernel together."
+        why: "Up to 64 episodes run side by side on a processor, and each has its own copy of every variable. Larger ones \
+              would overflow the stack, which ends the program. Where arrays are large, fewer episodes run side by side. An \
+              array of a function counts again at each call of it, since the function's body stands in the place of each call."
         wrong: "\
 fn first() -> f32 {
     var all: array<f32, 20000>;
@@ -380,9 +396,9 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
         right: "fn best(own: TaskState, sum: f32) -> f32 { return sum; }\n"
 
     BatchPlace "batch-place"
-        "The fields `world` and `genes` of a life are not read: `life` itself is passed on."
-        why: "They say where in its batch a life is. The same life has another place on another device, or beside \
-              other runs, so that a result that depends on its place could not be repeated."
+        "The fields of a `Life` are not read: `life` itself is passed on."
+        why: "They say where in its batch an episode is. The same episode has another place on another device, or beside \
+              other runs, so a result that depends on its place could not be repeated."
         wrong: "\
 fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     return Reward(f32(life.world), before);
@@ -391,6 +407,24 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
         right: "\
 fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     return Reward(random(life, STREAM_TASK, now.step, 0u).x, before);
+}
+"
+
+    EpisodeAsGiven "episode-as-given"
+        "A function passes on the `Life` that it is given. No part makes one, changes one, or keeps one in a variable, a \
+         struct or an array."
+        why: "A `Life` has indices into the kernel's buffers. Every function that takes one, such as `gene` and \
+              `robot_pose`, reads there. With other indices it would read or write another episode of the batch, and \
+              results would depend on what else is in the batch. `let same = life;` is fine."
+        wrong: "\
+fn draw(step: u32) -> f32 {
+    var nobody: Life;
+    return random(nobody, STREAM_TASK, step, 0u).x;
+}
+"
+        right: "\
+fn draw(life: Life, step: u32) -> f32 {
+    return random(life, STREAM_TASK, step, 0u).x;
 }
 "
 
@@ -530,6 +564,14 @@ fn controller_cycle(life: Life, step: u32, readings: Readings, before: Controlle
         why: "A name that nothing declares is usually misspelt; the message then has the one that is most like it."
         wrong: "fn half_of(x: f32) -> f32 { return x * recirpocal(2.0f); }\n"
         right: "fn half_of(x: f32) -> f32 { return x * reciprocal(2.0f); }\n"
+
+    AsciiSource "ascii-source"
+        "Outside of comments, a part is written in ASCII."
+        why: "Many other characters look like a letter or a blank, or like nothing at all. Tools disagree about which of \
+              them end a line or a name, so you and a compiler could read different programs. Comments may have any \
+              characters."
+        wrong: "fn twice(gr\u{f6}\u{df}e: f32) -> f32 { return 2.0f * gr\u{f6}\u{df}e; }\n"
+        right: "fn twice(size: f32) -> f32 { return 2.0f * size; }\n"
 
     ValidWgsl "valid-wgsl"
         "A part is WGSL: its syntax and its types are those of the language."

@@ -19,6 +19,7 @@ pub struct Part {
 pub struct Source {
     /// Joined text.
     pub text: String,
+    /// The path of each part, and the byte at which it begins.
     parts: Vec<(String, usize)>,
 }
 
@@ -28,7 +29,7 @@ impl Source {
         let mut text = String::new();
         let mut starts = Vec::new();
         for part in parts {
-            starts.push((part.path.clone(), text.lines().count()));
+            starts.push((part.path.clone(), text.len()));
             text.push_str(&part.text);
             if !part.text.ends_with('\n') {
                 text.push('\n');
@@ -44,20 +45,29 @@ impl Source {
 
     /// Finds the part that a byte of the joined text comes from.
     pub fn place(&self, byte: usize) -> Place {
-        let before = &self.text[..byte.min(self.text.len())];
-        let line = before.matches('\n').count();
-        let (path, first) = self
-            .parts
-            .iter()
-            .rev()
-            .find(|(_, first)| *first <= line)
-            .cloned()
-            .unwrap_or_else(|| ("?".into(), 0));
+        let byte = byte.min(self.text.len());
+        let (path, begin) = self.part_at(byte).map_or(("?", 0), |part| {
+            let (path, begin) = &self.parts[part];
+            (path.as_str(), *begin)
+        });
+        let before = &self.text[begin..byte];
         Place {
-            path,
-            line: line - first + 1,
+            path: path.to_owned(),
+            line: before.matches('\n').count() + 1,
             column: before.rsplit('\n').next().unwrap_or_default().chars().count() + 1,
         }
+    }
+
+    /// The index of the part that a byte of the joined text comes from.
+    fn part_at(&self, byte: usize) -> Option<usize> {
+        self.parts.iter().rposition(|(_, begin)| *begin <= byte)
+    }
+
+    /// The index of the part that has all of a span of naga's; `None` if no part has.
+    pub(crate) fn part_of(&self, span: naga::Span) -> Option<usize> {
+        let range = span.to_range().filter(|range| !range.is_empty())?;
+        let part = self.part_at(range.start)?;
+        (self.part_at(range.end - 1) == Some(part)).then_some(part)
     }
 
     /// Finds where a span of naga's begins. An undefined span begins where the text does.

@@ -155,6 +155,8 @@ pub struct ArrayInfo {
     pub init: Vec<u32>,
     /// Name in the WGSL.
     pub name: String,
+    /// Place in the WGSL.
+    pub span: naga::Span,
 }
 
 /// Place of a word in a buffer: `element * stride + offset`, with the element clamped to those of the buffer.

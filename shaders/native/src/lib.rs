@@ -31,6 +31,7 @@ mod emit;
 mod library;
 mod run;
 mod share;
+mod stack;
 #[cfg(feature = "ahead")]
 mod toolchain;
 
@@ -42,14 +43,14 @@ pub use code::Code;
 #[cfg(feature = "ahead")]
 pub use library::{Draft, Instance, Library, LibraryError};
 pub use run::{Native, Stopped, Words};
+pub use stack::most_lanes;
 #[cfg(feature = "ahead")]
 pub use toolchain::{Toolchain, ToolchainError};
 
+use stack::{ARRAYS, FRAME, check_arrays};
+
 /// Numbers of lanes that code can be compiled for.
 pub const LANES: [u32; 3] = [4, 8, 16];
-
-/// Most bytes of its thread's stack that a call may use.
-const FRAME: u64 = 1 << 18;
 
 /// Reasons why there is no code.
 #[derive(Debug, thiserror::Error)]
@@ -60,8 +61,8 @@ pub enum Error {
     /// A number of lanes that isn't in [`LANES`].
     #[error("{0} lanes; allowed: 4, 8, 16")]
     Lanes(u32),
-    /// The local arrays of all lanes and one element of a buffer don't fit on a thread's stack.
-    #[error("the kernel's local arrays take {0} bytes; allowed: at most {FRAME}")]
+    /// The local arrays of all lanes don't fit on a thread's stack.
+    #[error("the kernel's local arrays take {0} bytes; allowed: at most {ARRAYS}")]
     Arrays(u64),
     /// The kernel is too large for the code generator, or its variables for a thread's stack.
     #[error("the kernel is too large to be compiled, or its local variables take more than {FRAME} bytes")]
@@ -120,7 +121,10 @@ impl Target {
     /// # Errors
     /// [`Error::Lanes`], [`Error::Arrays`], [`Error::TooLarge`] or [`Error::Backend`].
     pub fn compile(&self, trees: &Trees, lanes: u32) -> Result<Code, Error> {
-        check_size(trees, lanes)?;
+        if !LANES.contains(&lanes) {
+            return Err(Error::Lanes(lanes));
+        }
+        check_arrays(trees, lanes)?;
         Ok(Code {
             lanes,
             target: self.description(),
@@ -128,19 +132,6 @@ impl Target {
             bytes: cranelift::compile(&*self.isa, trees, lanes)?,
         })
     }
-}
-
-/// Refuses numbers of lanes that there is no code for, and local arrays that a stack doesn't hold.
-fn check_size(trees: &Trees, lanes: u32) -> Result<(), Error> {
-    if !LANES.contains(&lanes) {
-        return Err(Error::Lanes(lanes));
-    }
-    let elements: u64 = trees.tidied.arrays.iter().map(|array| array.init.len() as u64).sum();
-    let bytes = 4 * (elements * u64::from(lanes) + u64::from(longest_element(trees)));
-    if bytes > FRAME {
-        return Err(Error::Arrays(bytes));
-    }
-    Ok(())
 }
 
 /// Words of the longest element of any buffer.

@@ -228,10 +228,17 @@ impl Sharing<'_> {
         self.change_all(written);
     }
 
-    /// Returns whether a computation isn't known. If it is, its value takes the place of `value`.
+    /// Returns whether a computation isn't known. If it is, its value takes the place of `value`, unless that varies less.
     fn is_new(&mut self, computation: Computation, value: Value) -> bool {
-        if let Some(known) = self.known.get(&computation) {
-            self.replaced.insert(value, *known);
+        // A value of a variable that varies may be computed from what was written last, which does not.
+        let varies_more = |known: Value| self.shapes.shape(known) > self.shapes.shape(value);
+        if let Some(known) = self
+            .known
+            .get(&computation)
+            .copied()
+            .filter(|known| !varies_more(*known))
+        {
+            self.replaced.insert(value, known);
             return false;
         }
         self.hold(computation, value);
@@ -258,8 +265,8 @@ mod tests {
 
     use super::*;
 
-    /// Multiplications in a kernel before and after values are shared. `x` is a number of each lane, `s` the same for all.
-    fn multiplications(body: &str) -> [usize; 2] {
+    /// A kernel. `x` is a number of each lane, `s` the same for all.
+    fn kernel(body: &str) -> Trees {
         let text = format!(
             "@group(0) @binding(0) var<storage, read> settings: array<f32>;
             @group(0) @binding(1) var<storage, read_write> numbers: array<f32>;
@@ -275,7 +282,12 @@ mod tests {
             }}"
         );
         let path = "kernel.wgsl".to_owned();
-        let trees = trees(&[Part { path, text }]).expect("it is exact");
+        trees(&[Part { path, text }]).expect("it is exact")
+    }
+
+    /// Multiplications in a kernel before and after values are shared.
+    fn multiplications(body: &str) -> [usize; 2] {
+        let trees = kernel(body);
         let count = |program: &Program| {
             let mut count = 0;
             visit(&program.body, &mut |statement| {
@@ -341,5 +353,20 @@ mod tests {
         ] {
             assert_eq!(multiplications(body), expected, "{body}");
         }
+    }
+
+    /// What is written to a variable that differs between lanes later takes the place of what is read from it, but what is computed from
+    /// that counts as different: it doesn't take the place of the same computation with what was written.
+    #[test]
+    fn what_is_the_same_in_all_lanes_stays_so() {
+        let trees = kernel(
+            "var v = s;
+            numbers[lane] = v * v;
+            if (x > 1.0f) { v = x; }
+            numbers[lane + 1u] = v;
+            numbers[lane + 2u] = settings[u32(s * s)];",
+        );
+        let target = crate::Target::host().expect("there is one for this processor");
+        target.compile(&trees, 8).expect("each value is what is expected of it");
     }
 }

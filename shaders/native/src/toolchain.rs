@@ -11,6 +11,7 @@ use oneiro_shader_compiler::Trees;
 use oneiro_shader_compiler::instances::{self, TARGETS};
 
 use crate::library::{Instance, LibraryError, Made};
+use crate::stack::check_arrays;
 
 /// Oldest Rust that compiles lane code.
 const OLDEST: &str = env!("CARGO_PKG_RUST_VERSION");
@@ -67,6 +68,9 @@ pub enum ToolchainError {
     /// The processor has no vectors that are worth it.
     #[error("this processor has none of the instruction sets that lane code is compiled for: AVX-512, AVX2, NEON")]
     Narrow,
+    /// The local arrays of the lanes of every instance don't fit on a thread's stack.
+    #[error("{0}")]
+    Arrays(crate::Error),
     /// The compiler failed.
     #[error("`{0}` can't compile the kernel's lane code:\n{1}")]
     Failed(String, String),
@@ -129,8 +133,13 @@ impl Toolchain {
         let mut text = String::from("mod kernel;\nmod lanes;\n");
         text += &instances::lanes("crate", NAME, &trees.lanes(NAME), &targets);
         let mut made = Vec::new();
+        let mut too_large = None;
         for target in &targets {
             for (vectors, width) in target.shapes {
+                if let Err(error) = check_arrays(trees, vectors * width) {
+                    too_large = Some(error);
+                    continue;
+                }
                 let instance = Instance::new(target.name, vectors * width);
                 // Writing to a string can't fail.
                 let _ = writeln!(
@@ -145,7 +154,7 @@ impl Toolchain {
             }
         }
         if made.is_empty() {
-            return Err(ToolchainError::Narrow);
+            return Err(too_large.map_or(ToolchainError::Narrow, ToolchainError::Arrays));
         }
         fs::create_dir(folder.join("lanes"))?;
         let root = (OsString::from("library.rs"), text.as_str());

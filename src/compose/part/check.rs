@@ -7,7 +7,7 @@ use oneiro_shader_compiler::declarations::{
     Declaration, accesses, built_in, calls, declarations, indexed, members, names, parameters_at, signature, uses,
     word_at,
 };
-use oneiro_shader_compiler::{Place, Refusal, Refusals, Rule};
+use oneiro_shader_compiler::{Allowed, Place, Refusal, Refusals, Rule};
 use oneiro_shader_parts::PARTS;
 use oneiro_shaders::{KERNELS, LIFE_PERCEPTRON};
 
@@ -40,6 +40,8 @@ const CALLS: [&str; 20] = [
     "arena_lights",
     "arena_light",
 ];
+/// Functions that are generated for parts with values.
+const VALUES: [&str; 3] = ["sensor_values", "controller_values", "task_values"];
 /// Fields that identify a rollout in its batch. What depends on them would depend on what else is in the batch.
 const PLACES_IN_THE_BATCH: [&str; 2] = ["world", "genes"];
 /// What to write where a part asks for another's memory.
@@ -56,6 +58,18 @@ const STRUCTS: [&str; 7] = [
     "ArenaLight",
 ];
 const CONSTANTS: [&str; 4] = ["INPUTS", "STREAM_TASK", "STREAM_CONTROLLER", "STREAM_OWN_SENSOR"];
+
+/// What a user's part of a kind may share with the rest of the kernel.
+pub(super) fn allowed(kind: Kind) -> Allowed<'static> {
+    let interface = interface::of(kind);
+    Allowed {
+        calls: [&CALLS[..], &TOGETHER, &VALUES, interface.calls]
+            .concat()
+            .into_iter()
+            .collect(),
+        called: interface.known().map(Function::name).collect(),
+    }
+}
 
 /// Everything that is wrong with what a part declares and uses, given what is generated for it.
 pub(super) fn problems(
@@ -237,6 +251,9 @@ fn declared_problems(
                 let message = format!("`{name}` has other parameters or another result; write `{text}`");
                 refuse(place, Rule::DeclaredForm, message);
             }
+        } else if ["const", "override"].contains(&keyword.as_str()) && built_in().any(|known| known == name) {
+            let message = format!("`{name}` shadows a WGSL built-in; choose another name");
+            refuse(place, Rule::BuiltInName, message);
         } else if form.is_none() && !interface.structs.contains(&name.as_str()) && taken.contains(name) {
             let Refusal { rule, message, .. } = taken_name(own);
             refuse(place, rule, message);

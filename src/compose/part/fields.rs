@@ -47,6 +47,9 @@ impl GeneField {
         if ty != "f32" && elements.is_none() {
             return Err("isn't an f32 or an array of them, such as `array<f32, INPUTS>`".to_owned());
         }
+        if elements.is_some_and(|count| count.contains("/*") || count.contains("//")) {
+            return Err("has a number of elements that isn't a constant".to_owned());
+        }
         self.count = elements.map(str::to_owned);
         if comment.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) {
             self.range = Some(gene_range(comment)?);

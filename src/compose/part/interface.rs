@@ -17,6 +17,9 @@ impl Function {
     }
 }
 
+/// The struct that says which episode a function works for.
+pub(super) const EPISODE: &str = "Life";
+
 /// The interface of a kind of part.
 pub(super) struct Interface {
     pub(super) kind: Kind,

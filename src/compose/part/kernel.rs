@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::declarations::{declarations, is_reserved};
-use oneiro_shader_compiler::{Compiled, Indices, Refusal, Refusals, Rule, compile};
+use oneiro_shader_compiler::{Allowed, Compiled, Indices, Isolation, Refusal, Refusals, Rule, compile_isolated};
 use oneiro_shader_parts::PARTS;
 use oneiro_shaders::kernel::Turns;
 use oneiro_shaders::{Binding, Kernel, WordOf};
@@ -26,6 +26,12 @@ pub(super) const GENERATED: &str = "what Oneiro adds";
 /// What users' parts may ask of the world and of the experiment.
 pub(super) const USER: &str = "lib/user.wgsl";
 const GIVEN: &str = "lib/given.wgsl";
+
+/// The entry of kernels of single robots, and how it takes over what a cycle leaves. Where an episode is cut into pieces, zeros lose their
+/// sign. A user's part may see signs, so in its kernel they lose it after each cycle, wherever the cuts are.
+const ENTRY: &str = "life.wgsl";
+const NEXT: &str = "own = lived.next;";
+const KEPT: &str = "own = kept(lived.next);";
 
 /// Trace details of the shipped sensors; composed kernels generate their own.
 const DETAILS: &str = "sensor/details.wgsl";
@@ -225,22 +231,9 @@ pub(crate) fn is_of_user(kernel: &Kernel, path: &str) -> bool {
     kernel.variants.is_empty() && !is_known
 }
 
-/// Composes a kernel. Each is composed once and stays for the rest of the program.
-pub(in crate::compose) fn compose(
-    base: &'static Kernel,
-    parts: &OwnParts,
-    spec: &WorldSpec,
-    lives: Lives,
-) -> Result<Composed, Invalid> {
+/// The name of a kernel that is composed, and what is generated for its robot.
+fn described(base: &Kernel, parts: &OwnParts, spec: &WorldSpec, lives: Lives) -> Result<(String, String), Invalid> {
     let (tables, robot) = (&spec.robot.sensors, &spec.robot.build);
-    if parts.is_empty() && *robot == Build::Sampled && lives == Lives::Simulated && !spec.noise.is_varied() {
-        return Ok(Composed {
-            kernel: base,
-            genes: None,
-            files: &[],
-            words: None,
-        });
-    }
     let fields = fields(robot);
     let mut generated = generate::details(&parts.details(robot, lives)) + &generate::reading(&parts.readings_in(robot));
     let mut name = base.name.to_owned();
@@ -287,9 +280,29 @@ pub(in crate::compose) fn compose(
             .file_stem()
             .unwrap_or_default()
             .to_string_lossy();
-        let hash = blake3::hash(own.part.text.as_bytes()).to_hex();
-        let _ = write!(name, "+{stem}-{}", &hash[..16]);
+        let hash = blake3::hash(format!("{} {}", own.part.kind.word(), own.part.text).as_bytes()).to_hex();
+        let _ = write!(name, "+{stem}-{}", &hash[..32]);
     }
+    Ok((name, generated))
+}
+
+/// Composes a kernel. Each is composed once and stays for the rest of the program.
+pub(in crate::compose) fn compose(
+    base: &'static Kernel,
+    parts: &OwnParts,
+    spec: &WorldSpec,
+    lives: Lives,
+) -> Result<Composed, Invalid> {
+    let robot = &spec.robot.build;
+    if parts.is_empty() && *robot == Build::Sampled && lives == Lives::Simulated && !spec.noise.is_varied() {
+        return Ok(Composed {
+            kernel: base,
+            genes: None,
+            files: &[],
+            words: None,
+        });
+    }
+    let (name, generated) = described(base, parts, spec, lives)?;
     if let Some(composed) = known().get(&name) {
         return Ok(*composed);
     }
@@ -356,7 +369,7 @@ pub(in crate::compose) fn driven() -> Result<&'static Kernel, Invalid> {
     let base = &oneiro_shaders::SWARM;
     let kept = base.parts.iter().map(|path| shipped(path)).collect();
     let parts = with(kept, shipped(DRIVEN));
-    let made = compiled(&parts).and_then(|compiled| kernel(base, compiled, NAME));
+    let made = compiled(&parts, &[]).and_then(|compiled| kernel(base, compiled, NAME));
     let made = made.map_err(|refusals| Invalid::new("kernel", Refused::all(&refusals).to_string()))?;
     let leaked = || Composed {
         kernel: Box::leak(Box::new(made)),
@@ -405,14 +418,16 @@ fn kernel(base: &'static Kernel, compiled: Compiled, name: &str) -> Result<Kerne
 /// each of them.
 type New = (Kernel, Option<Vec<Gene>>, Vec<(String, usize)>, Option<[u32; 2]>);
 
-fn new(
-    base: &'static Kernel,
-    own: &OwnParts,
-    spec: &WorldSpec,
-    lives: Lives,
-    mut generated: String,
-    name: &str,
-) -> Result<New, Refusals> {
+/// The parts of a kernel.
+pub(super) struct Assembled {
+    pub(super) parts: Vec<compiler::Part>,
+    /// What is allowed to each that is a user's.
+    pub(super) users: Vec<Option<Allowed<'static>>>,
+    /// Names that only foragers, or only robots that live together, have.
+    few: BTreeSet<String>,
+}
+
+fn assembled(base: &Kernel, own: &OwnParts, spec: &WorldSpec, lives: Lives, mut generated: String) -> Assembled {
     let part = |path: &str, text: &str| compiler::Part {
         path: path.to_owned(),
         text: text.to_owned(),
@@ -452,8 +467,9 @@ fn new(
         Build::Forager(_) => (names(&of_robot), others, of_robot),
         _ => (names(&[part(GENERATED, &generated)]), of_robot, others),
     };
+    let mut few = BTreeSet::new();
     if let Build::Forager(_) = spec.robot.build {
-        check::of_few(own, &instead)?;
+        few.clone_from(&instead);
     }
     let replaced = replaced
         .into_iter()
@@ -461,9 +477,8 @@ fn new(
     let mut parts: Vec<_> = replaced.chain(kept).collect();
     if live_together {
         let (together, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|own| is_of_members(&own.path));
-        let instead = names(&together);
-        check::of_few(own, &instead)?;
-        let others = others.into_iter().map(|own| part(&own.path, &without(&own, &instead)));
+        few = names(&together);
+        let others = others.into_iter().map(|own| part(&own.path, &without(&own, &few)));
         parts = others.chain(together).collect();
         let described = [part(GENERATED, &generated)];
         let users: Vec<_> = own.iter().map(|own| own.part.source()).collect();
@@ -473,6 +488,11 @@ fn new(
     if is_varied(spec, lives) {
         parts = with(parts, shipped(VARIED));
     }
+    if own.iter().any(|own| !own.part.is_of_oneiro) {
+        for entry in parts.iter_mut().filter(|part| part.path == ENTRY) {
+            entry.text = entry.text.replace(NEXT, KEPT);
+        }
+    }
     let mut cells = 0;
     for own in own.iter() {
         let first = interface::of(own.part.kind).first_value();
@@ -481,17 +501,47 @@ fn new(
     }
     let _ = writeln!(generated, "const {}: u32 = {cells}u;", generate::GIVEN_CELL);
     // The user's parts come last, so that a mistake in them changes no place in another.
-    let before = parts.len();
     parts.push(part(GENERATED, &generated));
-    parts.extend(own.iter().map(|own| part(&own.part.path, &own.part.text)));
-    let mut compiled = compiled(&parts);
-    if compiled
-        .as_ref()
-        .is_err_and(|refusals| refusals.iter().any(|refusal| refusal.place.path == GENERATED))
-    {
+    let mut users = vec![None; parts.len()];
+    for own in own.iter() {
+        parts.push(own.part.source());
+        users.push(Some(check::allowed(own.part.kind)));
+    }
+    Assembled { parts, users, few }
+}
+
+/// A kernel's parts, of which no text is checked.
+#[cfg(test)]
+pub(super) fn unchecked(own: &OwnParts, spec: &WorldSpec, lives: Lives) -> Assembled {
+    let base = &oneiro_shaders::LIFE_PERCEPTRON;
+    let (_, generated) = described(base, own, spec, lives).expect("the robot's names are allowed");
+    assembled(base, own, spec, lives, generated)
+}
+
+fn new(
+    base: &'static Kernel,
+    own: &OwnParts,
+    spec: &WorldSpec,
+    lives: Lives,
+    generated: String,
+    name: &str,
+) -> Result<New, Refusals> {
+    let Assembled {
+        mut parts,
+        mut users,
+        few,
+    } = assembled(base, own, spec, lives, generated);
+    check::of_few(own, &few)?;
+    let mut compiled = compiled(&parts, &users);
+    let is_of_generated = |refusals: &Refusals| refusals.iter().any(|refusal| refusal.place.path == GENERATED);
+    if compiled.as_ref().is_err_and(is_of_generated) {
         // What is generated repeats names of theirs: read those first, so that the mistake is found where it was made.
-        parts.rotate_left(before + 1);
-        compiled = self::compiled(&parts);
+        let others = users.iter().take_while(|user| user.is_none()).count();
+        parts.rotate_left(others);
+        users.rotate_left(others);
+        if let Err(refusals) = self::compiled(&parts, &users) {
+            compiled = Err(refusals);
+        }
     }
     let mut refusals = check::uncalled(&parts, own);
     let compiled = match compiled {
@@ -508,7 +558,7 @@ fn new(
     };
     let words = members::WORDS.map(|name| number(&compiled, name));
     let words = match words {
-        [Some(world), Some(member)] if live_together => Some([world, member]),
+        [Some(world), Some(member)] if spec.robot.members().is_some() => Some([world, member]),
         _ => None,
     };
     Ok((kernel(base, compiled, name)?, genes, files(&parts), words))
@@ -520,10 +570,14 @@ fn number(compiled: &Compiled, name: &str) -> Option<u32> {
     value.and_then(|constant| constant.value.parse::<u32>().ok())
 }
 
-/// Compiles parts. Whatever a user writes must not end the program.
-fn compiled(parts: &[compiler::Part]) -> Result<Compiled, Refusals> {
+/// Compiles parts, of which those with a list are users'. Whatever a user writes must not end the program.
+fn compiled(parts: &[compiler::Part], users: &[Option<Allowed<'_>>]) -> Result<Compiled, Refusals> {
+    let isolation = Isolation {
+        episode: interface::EPISODE,
+        users,
+    };
     let compiled = panic::catch_unwind(|| {
-        compile("composed", parts, Indices::Clamped)
+        compile_isolated("composed", parts, Indices::Clamped, &isolation)
             .and_then(Compiled::bounded)
             .and_then(Compiled::used)
     });
@@ -592,4 +646,27 @@ fn gene_count(own: &Part) -> Refusal {
         format!("`{name}` isn't a number of genes; write `const {name}: u32 = NUMBER;`, 1 to {GREATEST_GENES}")
     };
     refusal(&place, Rule::GeneCount, message)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::compose::OwnPart;
+
+    /// The entry has the line that is replaced: once in a kernel without users' parts, and never in one with them.
+    #[test]
+    fn the_signs_of_zeros_are_lost_each_cycle() {
+        let text =
+            "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }";
+        let part = Part::new(Kind::Task, "own.wgsl", text).expect("it is valid");
+        let users = OwnParts::from([OwnPart::new(Arc::new(part), &[]).expect("it has no values")]);
+        for (own, lines) in [(OwnParts::default(), [1, 0]), (users, [0, 1])] {
+            let assembled = unchecked(&own, &WorldSpec::miglino1995(), Lives::Simulated);
+            let entry = assembled.parts.iter().find(|part| part.path == ENTRY);
+            let entry = entry.expect("single robots have it");
+            assert_eq!([NEXT, KEPT].map(|line| entry.text.matches(line).count()), lines);
+        }
+    }
 }

@@ -1,5 +1,5 @@
-//! How deep and how long a part may be. This is looked at before anything parses it: what follows calls itself for each
-//! level of what is nested, and would run out of its stack.
+//! Which characters a part may have, and how deep and how long it may be. This is looked at before anything parses it: what follows
+//! reads ASCII, calls itself for each level of what is nested, and would run out of its stack.
 
 use std::slice;
 
@@ -19,6 +19,51 @@ const GREATEST_BRANCHES: u32 = 250;
 
 /// Most functions, structs and constants of a part, each of which may use the one before.
 const GREATEST_DECLARATIONS: u32 = 500;
+
+/// The first character outside of comments that isn't ASCII, or is a control character other than a tab or a line break.
+pub(super) fn foreign(part: &compiler::Part) -> Option<Refusal> {
+    let is_foreign = |c: char| !(c.is_ascii_graphic() || matches!(c, ' ' | '\t' | '\n' | '\r'));
+    let (at, character) = code(&part.text)
+        .flat_map(|(at, text)| text.char_indices().map(move |(offset, c)| (at + offset, c)))
+        .find(|(_, c)| is_foreign(*c))?;
+    let name = named(character).map_or_else(String::new, |name| format!(", {name}"));
+    let shown = if character.is_alphanumeric() {
+        format!("`{character}`, ")
+    } else {
+        String::new()
+    };
+    let code = u32::from(character);
+    let message = format!(
+        "the character {shown}U+{code:04X}{name}; allowed outside of comments: ASCII, such as a to z, digits and blanks"
+    );
+    let place = Source::new(slice::from_ref(part)).place(at);
+    Some(refusal(&place, Rule::AsciiSource, message))
+}
+
+/// The names of characters that nobody sees.
+fn named(character: char) -> Option<&'static str> {
+    Some(match character {
+        '\0' => "a null character",
+        '\u{b}' => "a vertical tab",
+        '\u{c}' => "a form feed",
+        '\u{85}' => "a next line",
+        '\u{a0}' => "a no-break space",
+        '\u{ad}' => "a soft hyphen",
+        '\u{200b}' => "a zero width space",
+        '\u{200c}' => "a zero width non-joiner",
+        '\u{200d}' => "a zero width joiner",
+        '\u{200e}' => "a left-to-right mark",
+        '\u{200f}' => "a right-to-left mark",
+        '\u{2028}' => "a line separator",
+        '\u{2029}' => "a paragraph separator",
+        '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => "which changes the direction of text",
+        '\u{2060}' => "a word joiner",
+        '\u{feff}' => "a byte order mark",
+        _ if character.is_control() => "a control character",
+        _ if character.is_whitespace() => "a blank",
+        _ => return None,
+    })
+}
 
 /// The first place where a part is too deep or too long.
 pub(super) fn problem(part: &compiler::Part) -> Option<Refusal> {
@@ -82,6 +127,11 @@ pub(super) fn unbalanced(part: &compiler::Part) -> Option<Refusal> {
 
 /// Words, numbers and signs with their places, without blanks and comments.
 fn tokens(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    code(text).filter(|(_, token)| !token.starts_with(char::is_whitespace))
+}
+
+/// Words, numbers, signs and blanks with their places, without comments.
+fn code(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
     let mut at = 0;
     std::iter::from_fn(move || {
@@ -100,7 +150,7 @@ fn tokens(text: &str) -> impl Iterator<Item = (usize, &str)> {
             let start = at;
             at += length;
             let is_comment = first == '/' && length > 1;
-            if !is_comment && !first.is_whitespace() {
+            if !is_comment {
                 return Some((start, &text[start..at]));
             }
         }

@@ -203,7 +203,7 @@ fn sweep(processors: usize, runs: u32, stop: &Arc<AtomicBool>) -> Result<Turn> {
     };
     thread::scope(|scope| {
         let ended = scope.spawn(work).join();
-        ended.unwrap_or_else(|_| Err(Failure::failed("the benchmark crashed")))
+        ended.unwrap_or_else(|_| Err(Failure::broken("the benchmark")))
     })
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use oneiro::batch::Trace;
 use rayon::prelude::*;
 
+use super::job::means;
 use crate::contents::Column;
 use crate::experiment::Experiment;
 use crate::lives::measures::{self, Descriptor, Frame, Meter};
@@ -73,11 +74,13 @@ impl Behaviour {
             self.every = 1;
             return None;
         }
-        let count = f64::from(trials);
         let individual = |lives: &[Trace]| {
-            let measured: Vec<_> = lives.iter().map(|life| self.measured(life)).collect();
-            let mean = |own: &Descriptor| measured.iter().map(|life| own.value(life)).sum::<f64>() / count;
-            self.descriptors.iter().map(mean).collect::<Vec<f64>>()
+            let mut measured = Vec::with_capacity(lives.len() * self.descriptors.len());
+            for life in lives {
+                let life = self.measured(life);
+                measured.extend(self.descriptors.iter().map(|own| own.value(&life)));
+            }
+            means(&measured, self.descriptors.len()).collect::<Vec<f64>>()
         };
         let all = traces.par_chunks_exact(trials as usize).map(individual);
         Some(all.collect::<Vec<_>>().concat())

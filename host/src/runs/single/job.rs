@@ -677,9 +677,21 @@ pub(crate) fn score(kind: TrialScore, lives: &[f32]) -> f32 {
     })
 }
 
+/// The mean of each of `numbers` numbers over an individual's episodes, given one episode after the other.
+pub(crate) fn means(episodes: &[f64], numbers: usize) -> impl Iterator<Item = f64> {
+    let count = (episodes.len() / numbers) as f64;
+    (0..numbers).map(move |number| episodes.iter().skip(number).step_by(numbers).sum::<f64>() / count)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_of_several_episodes() {
+        assert!(means(&[1.0, 10.0, 2.0, 20.0, 6.0, 60.0], 2).eq([3.0, 30.0]));
+        assert!(means(&[0.1, 0.2], 2).eq([0.1, 0.2]));
+    }
 
     #[test]
     fn scores_of_several_lives() {

@@ -1062,7 +1062,7 @@ mod tests {
     /// Each part of each claim has its condition the right way round: what the paper says holds, and its contrary is opposed.
     #[test]
     fn contraries_are_opposed() {
-        let as_published = results(8);
+        let as_published = results(40);
         let mut contrary = as_published.clone();
         // None and conservative noise change places.
         for run in &mut contrary.runs {

@@ -1,0 +1,6 @@
+// ascii-source: a zero width space in a name
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    let a​b = 1.0f;
+    return Reward(x, before);
+}

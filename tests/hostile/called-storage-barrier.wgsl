@@ -1,0 +1,6 @@
+// exact-functions: a barrier
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    storageBarrier();
+    return Reward(x, before);
+}

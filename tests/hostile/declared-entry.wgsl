@@ -1,0 +1,9 @@
+// entry-point: an entry point
+@compute @workgroup_size(64)
+fn other() {}
+
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    
+    return Reward(x, before);
+}

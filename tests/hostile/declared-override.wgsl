@@ -1,0 +1,8 @@
+// no-override: a constant that a driver sets
+override f: f32 = 2.0f;
+
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    x = f;
+    return Reward(x, before);
+}

@@ -1,0 +1,8 @@
+// own-buffers: a global variable
+var<private> count: u32;
+
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    count += 1u;
+    return Reward(x, before);
+}

@@ -1,0 +1,7 @@
+// unknown-name: a diagnostic that is turned off
+diagnostic(off, derivative_uniformity);
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    
+    return Reward(x, before);
+}

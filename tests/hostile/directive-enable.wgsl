@@ -1,0 +1,7 @@
+// supported-types: an extension
+enable f16;
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    
+    return Reward(x, before);
+}

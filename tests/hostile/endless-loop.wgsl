@@ -1,0 +1,9 @@
+// loop-without-bound: a loop without an end
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    loop {
+        x += 1.0f;
+        if x < 0.0f { break; }
+    }
+    return Reward(x, before);
+}

@@ -1,0 +1,8 @@
+// exact-functions (in the text alone): an assertion that another machine may refuse
+const_assert sin(1.0f) > 0.5f;
+
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    
+    return Reward(x, before);
+}

@@ -1,0 +1,7 @@
+// exact-functions (in the text alone): a value that is folded
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    let c = cos(1.0f);
+    x = c * 2.0f;
+    return Reward(x, before);
+}

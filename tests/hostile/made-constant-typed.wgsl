@@ -1,0 +1,10 @@
+// episode-as-given: the same, with its type
+alias L = Life;
+const NOBODY: Life = L();
+
+const CONTROLLER_GENES: u32 = 4u;
+fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+    var x = gene(life, 0u);
+    x = gene(NOBODY, 2u);
+    return Command(vec2<f32>(x, x), before);
+}

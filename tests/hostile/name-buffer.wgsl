@@ -1,0 +1,6 @@
+// ascii-source (harmless): a name that only looks like a buffer's
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    let wоrlds = 1.0f;
+    return Reward(x, before);
+}

@@ -1,0 +1,6 @@
+// ascii-source (harmless): a name with a mark on it
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    let é = 1.0f;
+    return Reward(x, before);
+}

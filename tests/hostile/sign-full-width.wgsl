@@ -1,0 +1,6 @@
+// ascii-source: a bracket of another width
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    x = abs（x）;
+    return Reward(x, before);
+}

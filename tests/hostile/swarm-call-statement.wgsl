@@ -1,0 +1,6 @@
+// allowed-calls: a call that is a statement
+fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
+    var x = f32(robots(life));
+    put_word(0u, 0u, 1u);
+    return Tally(x, before);
+}

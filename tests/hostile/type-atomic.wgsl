@@ -1,0 +1,8 @@
+// supported-types: an atomic number
+struct Count { n: atomic<u32> }
+
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    
+    return Reward(x, before);
+}

@@ -1,0 +1,7 @@
+// valid-wgsl: floats of 64 bits
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    var x = now.moved.left;
+    let y = 1.0lf;
+    x = f32(y);
+    return Reward(x, before);
+}
