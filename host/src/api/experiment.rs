@@ -393,14 +393,16 @@ mod tests {
 
     /// An experiment that ships, shortened, which evolves by this kind, and what else it takes.
     fn experiment(name: &str, kind: Kind, common: bool) -> Experiment {
-        const BEHAVIOUR: &str = "evolution.descriptors=[{measure=\"end_x_mm\",least=0,greatest=600,cells=60},\
-                                 {measure=\"mean_speed_mm_s\",least=0,greatest=80,cells=90}]";
+        const CELLS: &str = "evolution.descriptors=[{measure=\"end_x_mm\",least=0,greatest=600,cells=60},\
+                             {measure=\"mean_speed_mm_s\",least=0,greatest=80,cells=90}]";
+        const RANGES: &str = "evolution.descriptors=[{measure=\"end_x_mm\",least=0,greatest=600},\
+                              {measure=\"mean_speed_mm_s\",least=0,greatest=80}]";
         let avoidance = "khepera-avoidance.toml";
         let (file, own): (_, &[&str]) = match kind {
             Kind::CmaEs | Kind::SepCmaEs | Kind::OpenEs | Kind::Random => (avoidance, &[]),
             Kind::Genetic => (avoidance, &["evolution.parents=4"]),
-            Kind::MapElites => (avoidance, &[BEHAVIOUR]),
-            Kind::Novelty => (avoidance, &[BEHAVIOUR, "evolution.parents=4"]),
+            Kind::MapElites => (avoidance, &[CELLS]),
+            Kind::Novelty => (avoidance, &[RANGES, "evolution.parents=4"]),
             Kind::Grid => ("aggregation.toml", &["evolution.grid.levels=2"]),
             Kind::Race => ("automode-cues.toml", &["evolution.race.lives=400"]),
             Kind::Coevolution => (
