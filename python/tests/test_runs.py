@@ -164,7 +164,7 @@ def test_messages_are_true_of_calls(short, tmp_path):
         (lambda: gym.VectorEnv(aggregation), "robot.count: is 10; allowed: not set"),
         (lambda: oneiro.run(short, seed=1, out=tmp_path / "other"), "name another directory as `out`"),
         (lambda: oneiro.run(short, seed=2, out=tmp_path / "run"), "holds the run of another experiment or seed"),
-        (lambda: oneiro.load_run(tmp_path / "run").champion, "`oneiro.resume` continues it"),
+        (lambda: oneiro.load_run(tmp_path / "run").champion, "`oneiro.resume("),
         (lambda: oneiro.merge(tmp_path / "sweep"), "`oneiro.sweep` does them"),
         (lambda: oneiro.Experiment.load(EXPERIMENTS / "sweeps/small.toml"), "oneiro.sweep("),
         (lambda: oneiro.evaluate(short, short.bounds.T[:1], seed=1, backend="null"), "backend null"),
