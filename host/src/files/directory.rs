@@ -39,6 +39,8 @@ impl Form<'_> {
     /// Exit 3 if it is a file, or if its mark is no plain file; exit 6 if it can't be read.
     pub(crate) fn look(&self, directory: &Path) -> Result<Holds> {
         files::must_not_be_file(directory)?;
+        // First: another process may be filling it, and of what it has by now the lock and the mark are then there, too.
+        let names = names(directory)?;
         if self.is_at(directory)? {
             return Ok(Holds::Mark);
         }
@@ -49,7 +51,7 @@ impl Form<'_> {
             let is_before = name == LOCK || whole == README || self.before.contains(&whole);
             (is_begun && is_before) || (whole == self.mark && name != whole)
         };
-        let other = names(directory)?.into_iter().find(|name| !is_own(name));
+        let other = names.into_iter().find(|name| !is_own(name));
         Ok(other.map_or(Holds::Nothing, Holds::Other))
     }
 
