@@ -62,6 +62,23 @@ impl Place {
     pub(crate) fn good(&self, arguments: &[&str]) -> String {
         self.run(arguments).exits(0).stdout
     }
+
+    /// Runs an experiment on the CPU into a directory, with more arguments.
+    #[track_caller]
+    pub(crate) fn evolve(&self, experiment: &str, seed: &str, out: &str, more: &[&str]) {
+        let fixed = [
+            "run",
+            experiment,
+            "--seed",
+            seed,
+            "--out",
+            out,
+            "--backend",
+            "cpu",
+            "--quiet",
+        ];
+        self.good(&[&fixed, more].concat());
+    }
 }
 
 impl Drop for Place {
