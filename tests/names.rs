@@ -50,7 +50,7 @@ fn two_orders(name: &str) -> Place {
         .collect();
     place.write("renamed.toml", robot(&renamed));
     for (experiment, out) in [("own.toml", "own"), ("reversed.toml", "other")] {
-        place.evolve(experiment, "1", out, &[]);
+        place.evolved(experiment, "1", out, &[]);
     }
     place
 }
@@ -473,7 +473,7 @@ fn a_sweep_of_all_kinds_has_each_value_under_its_name() {
     let mut known = BTreeMap::new();
     for kind in &kinds {
         let set = format!("evolution.kind=\"{kind}\"");
-        place.evolve("base.toml", "7", kind, &["--set", &set]);
+        place.evolved("base.toml", "7", kind, &["--set", &set]);
         known.insert(*kind, given_by(&place, kind));
     }
     let names: std::collections::BTreeSet<&str> = known.values().flat_map(BTreeMap::keys).copied().collect();

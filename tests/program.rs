@@ -33,7 +33,7 @@ impl Place {
     /// Makes a finished run of it in `run/`.
     fn small_run(&self) {
         self.small_experiment();
-        self.evolve("small.toml", "7", "run", &[]);
+        self.evolved("small.toml", "7", "run", &[]);
     }
 }
 

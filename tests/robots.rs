@@ -132,7 +132,7 @@ fn example(number: usize) -> String {
 
 /// Runs an experiment with the seed 1, and returns its champion's trace.
 fn traced(place: &Place, experiment: &str, out: &str) -> String {
-    place.evolve(experiment, "1", out, &[]);
+    place.evolved(experiment, "1", out, &[]);
     place.good(&["verify", out]);
     place.text(format!("{out}/trace.csv"))
 }

@@ -60,7 +60,7 @@ fn furnished() -> Place {
     fs::create_dir(place.at("empty")).unwrap();
     let run = |experiment: &str, out: &str, set: &[&str]| {
         let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
-        place.evolve(experiment, "1", out, &set);
+        place.evolved(experiment, "1", out, &set);
     };
     run("small.toml", "run", &[]);
     let short = [

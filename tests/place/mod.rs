@@ -65,7 +65,8 @@ impl Place {
 
     /// Runs an experiment on the CPU into a directory, with more arguments.
     #[track_caller]
-    pub(crate) fn evolve(&self, experiment: &str, seed: &str, out: &str, more: &[&str]) {
+    #[allow(dead_code, reason = "some tests run no experiment")]
+    pub(crate) fn evolved(&self, experiment: &str, seed: &str, out: &str, more: &[&str]) {
         let fixed = [
             "run",
             experiment,
