@@ -62,10 +62,12 @@ join() {
 }
 # lowered NICENESS COMMAND..: runs a command that leaves the processors to what needs them at once.
 lowered() {
+    local code=0
     start "$@"
     jobs[lowered]=$started
-    wait "$started"
+    wait "$started" || code=$?
     unset "jobs[lowered]"
+    return $code
 }
 finish() {
     local group
@@ -105,7 +107,8 @@ say "the program without the GPU backend, as on robots"
 cargo clippy --locked -p oneiro-host --no-default-features -- -D warnings
 
 say "building the tests"
-all=(cargo test --locked --workspace --features oneiro-host/parquet)
+# One run names all that fails.
+all=(cargo test --locked --workspace --features oneiro-host/parquet --no-fail-fast)
 "${all[@]}" --no-run
 
 # Tests that wait for robots in real time leave the processors idle, and must get them at once when they need them: they run beside
@@ -114,12 +117,17 @@ beside "robots in real time" 0 "${all[@]}" --test 'real_time_*'
 beside "Python" 5 bash -ec "tests/python-package.sh $learning; tests/python.sh; tests/optimisers.sh; tests/recompute.sh; tests/peers.sh"
 say "all other tests"
 # Kernels have no tests in their library, and would be compiled a second time.
-lowered 10 "${all[@]}" --exclude oneiro-shaders --lib
-lowered 10 "${all[@]}" --test '[!r]*' --test 'r[!ae]*' --test 'ra[!p]*' --test 're[!a]*'
-lowered 10 "${all[@]}" --doc
+failed=
+lowered 10 "${all[@]}" --exclude oneiro-shaders --lib || failed=yes
+lowered 10 "${all[@]}" --test '[!r]*' --test 'r[!ae]*' --test 'ra[!p]*' --test 're[!a]*' || failed=yes
+lowered 10 "${all[@]}" --doc || failed=yes
 
-join "robots in real time"
-join "Python"
+join "robots in real time" || failed=yes
+join "Python" || failed=yes
+[ -z "$failed" ] || {
+    echo "Some tests failed: their names are above, after each \"failures:\"." >&2
+    exit 1
+}
 [ -z "$slurm" ] || tests/slurm.sh
 join "64-bit ARM"
 

@@ -158,7 +158,7 @@ fn the_largest_arrays_that_are_accepted_run() {
         (Kind::Controller, true),
     ];
     for (kind, is_swarm) in places {
-        // What Oneiro's files have of it.
+        // Arrays of Oneiro's own files.
         let text = |words: u32, arrays: Arrays| part(kind, is_swarm, &arrays(words));
         for (what, arrays) in ARRAYS {
             let what = format!("{what}, {kind:?}, in a swarm: {is_swarm}");

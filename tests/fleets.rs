@@ -257,7 +257,7 @@ fn daemons_keep_their_cycles_while_they_evolve() {
     });
 }
 
-/// How late a thread is that does nothing but wait for its next cycle, ms: what the machine itself takes.
+/// How late a thread is that only waits for its next cycle, ms: the machine's own delay.
 fn machine_is_late(is_over: &AtomicBool) -> f64 {
     let (mut next, mut late) = (Instant::now(), 0.0_f64);
     while !is_over.load(Ordering::Relaxed) {
@@ -327,7 +327,7 @@ fn lie(robot: &Robot, count: u32, time: Duration) {
 }
 
 /// A hundred thousand hostile datagrams and ten thousand lines of a lying tracker, with `ONEIRO_LONG` ten times as many: no cycle begins
-/// late by more than 50 ms, beside what the machine takes, nothing is earned, and all is counted.
+/// late by more than 50 ms and the machine's own delay, nothing is earned, and all is counted.
 #[test]
 fn a_flood_does_not_hold_a_daemon_up() {
     let is_long = std::env::var_os("ONEIRO_LONG").is_some();

@@ -510,7 +510,7 @@ fn pipes_and_links_in_lives_fleets_and_samples() {
         ],
     );
 
-    // What robots are sampled into has no page.
+    // Directories of samples have no page.
     let victim = Victim {
         file: place.at("victim"),
         folder: place.at("victims"),

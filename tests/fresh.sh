@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # fresh.sh [SUITE]...: runs the README's two commands from nothing, in a bare root of each Debian suite (by default Debian 12 and 13)
-# that has a C compiler, git and this machine's Rust toolchain, and nothing else. What is tested is the last commit. Needs root,
+# that has a C compiler, git and this machine's Rust toolchain, and nothing else. It tests the last commit. Needs root,
 # mmdebstrap and a network; 12 GB in the build folder, and half an hour for each suite on two quiet cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 . tests/install.sh
 [ "$(id -u)" = 0 ] || {
-    echo "fresh.sh mounts folders in a root of its own: please run it as root" >&2
+    echo "fresh.sh mounts folders in another root: please run it as root" >&2
     exit 1
 }
 command -v mmdebstrap >/dev/null || install mmdebstrap

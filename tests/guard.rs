@@ -123,7 +123,7 @@ fn is_alive(id: &str) -> bool {
     !state.trim().is_empty() && !state.starts_with('Z')
 }
 
-/// What is promised between two stops of which the robot has confirmed none.
+/// Maximum between two stops if the robot has confirmed none.
 const BETWEEN: Duration = Duration::from_millis(250);
 
 /// A robot whose wheels turn; returns its address.
@@ -149,7 +149,7 @@ fn longest_pause(body: &Body, event: Instant, end: Instant) -> Duration {
     times.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap()
 }
 
-/// Whatever a robot does in place of confirming a stop, the guard repeats it within 250 ms; and once the robot is as before, the stop is
+/// Whatever a robot does instead of confirming a stop, the guard repeats it within 250 ms; and once the robot is as before, the stop is
 /// confirmed.
 #[test]
 fn a_stop_is_repeated_until_it_is_confirmed() {

@@ -27,13 +27,13 @@ struct Case {
     command: &'static str,
     /// Its other words, in the directory of [`Bench::work`]; WORK is that directory's path.
     more: &'static str,
-    /// What is different each time: it is there, and that is all.
+    /// Files that are different each time: they must only be there.
     drawn: &'static [&'static str],
     /// Whether its file stays once it is complete, so that the same command refuses to write it again.
     stays: bool,
     /// Whether it starts other processes, which are killed a moment later than it.
     has_children: bool,
-    /// How many kills it gets before it may go on to its end, beside those at its changes of files.
+    /// How many kills it gets before it may go on to its end, without those at its changes of files.
     kills: u32,
     /// Only in `tests/long.sh`.
     is_slow: bool,
@@ -160,7 +160,7 @@ const ELSEWHERE: [(&str, &str); 4] = [
     ("robot drive", "needs a robot in real time: tests/guard.rs"),
 ];
 
-/// Options that name what is written, except for recordings of links: what there is of one is kept, and not overwritten.
+/// Options that name what is written, except for recordings of links, which are kept and not overwritten.
 const WRITING: [&str; 4] = ["--out <", "--traces <", "--share <FILE", "--lives <DIR"];
 
 #[test]
@@ -214,7 +214,7 @@ fn is_long() -> bool {
 /// Where commands are killed.
 struct Bench {
     place: Place,
-    /// What there is before each command.
+    /// The folder before each command.
     before: PathBuf,
     /// Where it works, from a copy of that.
     work: PathBuf,
@@ -279,7 +279,7 @@ impl Bench {
         copy(&self.before, &self.work);
     }
 
-    /// What there is now.
+    /// The files now.
     fn files(&self, case: &Case) -> Files {
         let mut files = Files::new();
         collect(&self.work, &self.work, &mut files);

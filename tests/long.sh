@@ -68,7 +68,7 @@ long --test real_time_wired evolution_beside -- --ignored --nocapture
 say "ten daemons that evolve, in real time; a million hostile datagrams and a hundred thousand lines of a lying tracker"
 long --test real_time_fleets -- --nocapture
 
-say "every command that writes, killed at each change of a file and thousands of times beside; foreign files behind every name"
+say "every command that writes, killed at each change of a file and thousands of times at random; foreign files behind every name"
 long --test kills --test foreign -- --nocapture
 long --test run survives_being_killed
 long --test sweep after_kills

@@ -50,17 +50,7 @@ fn two_orders(name: &str) -> Place {
         .collect();
     place.write("renamed.toml", robot(&renamed));
     for (experiment, out) in [("own.toml", "own"), ("reversed.toml", "other")] {
-        place.good(&[
-            "run",
-            experiment,
-            "--seed",
-            "1",
-            "--out",
-            out,
-            "--backend",
-            "cpu",
-            "--quiet",
-        ]);
+        place.evolved(experiment, "1", out, &[]);
     }
     place
 }
@@ -483,19 +473,7 @@ fn a_sweep_of_all_kinds_has_each_value_under_its_name() {
     let mut known = BTreeMap::new();
     for kind in &kinds {
         let set = format!("evolution.kind=\"{kind}\"");
-        place.good(&[
-            "run",
-            "base.toml",
-            "--set",
-            &set,
-            "--seed",
-            "7",
-            "--out",
-            kind,
-            "--backend",
-            "cpu",
-            "--quiet",
-        ]);
+        place.evolved("base.toml", "7", kind, &["--set", &set]);
         known.insert(*kind, given_by(&place, kind));
     }
     let names: std::collections::BTreeSet<&str> = known.values().flat_map(BTreeMap::keys).copied().collect();

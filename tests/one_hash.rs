@@ -1,5 +1,5 @@
 //! Whatever is accepted has one result: parts as users might write them, drawn at random or changed at random, live the same lives
-//! however many threads there are, however work is cut, whoever lives beside them, by whatever code.
+//! however many threads there are, however work is cut, whichever episodes run next to them, by whatever code.
 
 use std::num::NonZero;
 use std::panic::{self, AssertUnwindSafe};
@@ -106,7 +106,7 @@ struct Subject {
     is_drawn: bool,
 }
 
-/// Noise that the kernels that ship don't have too.
+/// Noise, also of kinds that the shipped kernels don't have.
 fn noise(draw: &mut Draw, is_sampled: bool) -> Noise {
     match draw.below(if is_sampled { 4 } else { 2 }) {
         0 => Noise::NONE,

@@ -33,17 +33,7 @@ impl Place {
     /// Makes a finished run of it in `run/`.
     fn small_run(&self) {
         self.small_experiment();
-        self.good(&[
-            "run",
-            "small.toml",
-            "--seed",
-            "7",
-            "--out",
-            "run",
-            "--backend",
-            "cpu",
-            "--quiet",
-        ]);
+        self.evolved("small.toml", "7", "run", &[]);
     }
 }
 

@@ -437,7 +437,7 @@ impl Place {
         self.good(&["resume", out, "--backend", "cpu"]);
     }
 
-    /// A run as it is before its last file is written.
+    /// A run before its last file is written.
     #[cfg(unix)]
     fn evolve_without_end(&self, out: &str, experiment: &str, more: &[&str]) {
         let run = ["run", experiment, "--seed", "7", "--backend", "cpu", "--out", out];

@@ -19,7 +19,7 @@ no_python() {
     exit 0
 }
 
-# What its head says is all that it needs: an environment with nothing else.
+# It needs only what its head says: an environment with nothing else.
 packages=$(sed -n 's/^# It needs `pip install \(.*\)`.*/\1/p' docs/sweeps.py)
 [ -n "$packages" ] || fail "docs/sweeps.py does not say what it needs"
 python_folder=python-sweeps

@@ -132,18 +132,7 @@ fn example(number: usize) -> String {
 
 /// Runs an experiment with the seed 1, and returns its champion's trace.
 fn traced(place: &Place, experiment: &str, out: &str) -> String {
-    let run = [
-        "run",
-        experiment,
-        "--seed",
-        "1",
-        "--out",
-        out,
-        "--backend",
-        "cpu",
-        "--quiet",
-    ];
-    place.good(&run);
+    place.evolved(experiment, "1", out, &[]);
     place.good(&["verify", out]);
     place.text(format!("{out}/trace.csv"))
 }

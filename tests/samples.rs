@@ -266,7 +266,7 @@ fn a_robot_made_from_tables_runs() {
     place.good(&[&["run", "twin.toml"], &run[..], &["run"]].concat());
     #[cfg(unix)]
     {
-        // As it is before its last file is written.
+        // Before its last file is written.
         place.good(&[&["run", "twin.toml"], &run[..], &["stopped"]].concat());
         fs::remove_file(place.at("stopped/DONE")).unwrap();
     }

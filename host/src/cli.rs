@@ -135,7 +135,7 @@ fn advised(mut error: clap::Error, program: &clap::Command) -> clap::Error {
     error
 }
 
-/// What to type in place of a word that a command doesn't know.
+/// What to type instead of a word that a command doesn't know.
 fn option_tip(unknown: &str, words: &[String], command: &clap::Command) -> Option<String> {
     let is_apart = |words: &&[String]| words[0] == "--set" && !words[1].contains('=') && words[2] == unknown;
     if let Some([_, key, value]) = words.windows(3).find(is_apart) {
@@ -180,7 +180,7 @@ fn option_tip(unknown: &str, words: &[String], command: &clap::Command) -> Optio
     Some(format!("a value of the experiment is set by '--set {key}=VALUE'"))
 }
 
-/// What to type in place of a command that there isn't at this place: that of the same name elsewhere, one that is much like it, or
+/// What to type instead of an unknown command: that of the same name elsewhere, one that is much like it, or
 /// this program's word for it.
 fn command_tip(unknown: &str, command: &clap::Command, program: &clap::Command) -> Option<String> {
     fn of_name(command: &clap::Command, name: &str, path: &str, found: &mut Vec<String>) {
@@ -426,7 +426,7 @@ pub(crate) struct Evaluate {
     /// Give all genomes the same starts and the same random numbers, so that they can be compared trial by trial
     #[arg(long)]
     pub(crate) common_starts: bool,
-    /// Start one rollout of each genome at each of these poses, one per line: x and y in mm, heading in turns. A header names
+    /// Start one episode of each genome at each of these poses, one per line: x and y in mm, heading in turns. A header names
     /// its columns (`x_mm`, `y_mm`, `heading_turns`) in any order
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
     pub(crate) starts: Option<PathBuf>,

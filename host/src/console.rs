@@ -124,17 +124,17 @@ fn is_hidden(c: char) -> bool {
         )
 }
 
-/// A text as it is shown: what would act on a terminal is escaped, such as `\u{1b}`. Lines and tabs stay.
+/// A text to show: control characters, which act on a terminal, are escaped, such as `\u{1b}`. Lines and tabs stay.
 pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     escaped(text, "\n\t", |c, text| text.extend(c.escape_default()))
 }
 
-/// A text as it is shown within a line, such as a cell: ends of lines and tabs are escaped too.
+/// A text to show within a line, such as a cell: also ends of lines and tabs are escaped.
 fn shown_in_line(text: &str) -> Cow<'_, str> {
     escaped(text, "", |c, text| text.extend(c.escape_default()))
 }
 
-/// JSON as it is shown: what JSON itself does not escape in strings is escaped as JSON does it.
+/// JSON to show: the control characters that JSON allows in strings are escaped in the way of JSON.
 pub(crate) fn shown_in_json(json: &str) -> Cow<'_, str> {
     escaped(json, "\n\t", |c, text| {
         for unit in c.encode_utf16(&mut [0; 2]) {
@@ -239,7 +239,7 @@ mod tests {
         );
         let rows = [vec!["a\nb".to_owned()], vec!["\u{8}".to_owned()]];
         assert_eq!(columns(&["x"], &rows), "x\na\\nb\n\\u{8}\n");
-        // All that a character can be is either shown as it is, or as plain letters that say which it is.
+        // Each character is shown either unchanged, or as plain letters that name it.
         for c in (0..=0x0010_ffff).filter_map(char::from_u32) {
             let text = c.to_string();
             let (own, json) = (shown(&text), shown_in_json(&text));

@@ -140,7 +140,7 @@ pub(crate) fn code_of(console: Console, command: impl FnOnce() -> Result + Unwin
 /// Ends the program with an exit code. Where the user stopped it, it doesn't wait for what compiles in the background.
 #[cfg_attr(
     not(test),
-    expect(clippy::disallowed_methods, reason = "what was printed is flushed, nothing is shown")
+    expect(clippy::disallowed_methods, reason = "it flushes earlier output, and shows nothing")
 )]
 pub(crate) fn end(code: u8) -> ExitCode {
     #[cfg(unix)]

@@ -228,7 +228,7 @@ pub(crate) fn write_secret(path: &Path, bytes: &[u8]) -> Result {
     write_as(plain::create_secret_anew, path, bytes)
 }
 
-/// The name of a new file until it is complete. What a kill has left of it is replaced the next time.
+/// The name of a new file until it is complete. The next call replaces the rest that a kill has left of it.
 fn unfinished(path: &Path) -> PathBuf {
     let mut name = std::ffi::OsString::from(".");
     name.push(path.file_name().unwrap_or_default());

@@ -216,7 +216,7 @@ def test_pettingzoos_tests():
     assert all((first[agent] == again[agent]).all() for agent in env.agents)
     with pytest.raises(oneiro.InputError, match="allowed: one for each of"):
         env.step({"robot_0": np.zeros(2)})
-    with pytest.raises(oneiro.InputError, match="is of a single robot"):
+    with pytest.raises(oneiro.InputError, match="its robot is alone in its world"):
         oneiro.pettingzoo.ParallelEnv(oneiro.Experiment.load(EXPERIMENTS / "kheperax.toml"))
 
 

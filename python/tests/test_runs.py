@@ -163,8 +163,8 @@ def test_messages_are_true_of_calls(short, tmp_path):
         (lambda: pettingzoo.ParallelEnv(short), "its robot is alone in its world"),
         (lambda: gym.VectorEnv(aggregation), "robot.count: is 10; allowed: not set"),
         (lambda: oneiro.run(short, seed=1, out=tmp_path / "other"), "name another directory as `out`"),
-        (lambda: oneiro.run(short, seed=1, out=tmp_path / "run"), "oneiro.resume("),
-        (lambda: oneiro.load_run(tmp_path / "run").champion, "`oneiro.resume` continues it"),
+        (lambda: oneiro.run(short, seed=2, out=tmp_path / "run"), "holds the run of another experiment or seed"),
+        (lambda: oneiro.load_run(tmp_path / "run").champion, "`oneiro.resume("),
         (lambda: oneiro.merge(tmp_path / "sweep"), "`oneiro.sweep` does them"),
         (lambda: oneiro.Experiment.load(EXPERIMENTS / "sweeps/small.toml"), "oneiro.sweep("),
         (lambda: oneiro.evaluate(short, short.bounds.T[:1], seed=1, backend="null"), "backend null"),
@@ -173,7 +173,7 @@ def test_messages_are_true_of_calls(short, tmp_path):
             call()
         message = str(caught.value)
         assert words in message, message
-        assert not re.search(r"--[a-z]|oneiro (run|resume|sweep)|same command", message), message
+        assert not re.search(r"--[a-z]|oneiro (run|resume|sweep (run|merge))|same command", message), message
 
 
 def test_common_random_numbers_share_a_key():

@@ -5,6 +5,7 @@ use std::time::Duration;
 use super::LaneCode;
 use crate::backend::Specialise;
 use crate::batch::Part;
+use crate::evaluator::Control;
 
 #[derive(Debug, Default)]
 pub(crate) struct Specialised {}
@@ -13,7 +14,7 @@ pub(crate) struct Specialised {}
 impl Specialised {
     pub(crate) fn set(&mut self, _: Specialise) {}
 
-    pub(crate) fn ready(&self, _: &LaneCode, _: &[Part<'_>]) -> Vec<Option<LaneCode>> {
+    pub(crate) fn ready(&self, _: &LaneCode, _: &[Part<'_>], _: &Control) -> Vec<Option<LaneCode>> {
         Vec::new()
     }
 

@@ -43,7 +43,7 @@ fn fault(path: &Path, line: Option<usize>, problem: impl Into<String>) -> Error 
 }
 
 pub(super) fn load(path: &Path) -> Result<String, Error> {
-    /// Largest file, bytes: the largest table has some 230 million numbers of up to five characters.
+    /// Largest file, bytes: the largest table has about 230 million numbers of up to five characters.
     const LARGEST: u64 = 2 << 30;
     let refused = |problem: String| fault(path, None, format!("can't be read: {problem}"));
     let metadata = std::fs::metadata(path).map_err(|error| refused(error.to_string()))?;

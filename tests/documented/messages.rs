@@ -59,19 +59,8 @@ fn furnished() -> Place {
     }
     fs::create_dir(place.at("empty")).unwrap();
     let run = |experiment: &str, out: &str, set: &[&str]| {
-        let fixed = [
-            "run",
-            experiment,
-            "--seed",
-            "1",
-            "--out",
-            out,
-            "--backend",
-            "cpu",
-            "--quiet",
-        ];
         let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
-        place.good(&[&fixed[..], &set].concat());
+        place.evolved(experiment, "1", out, &set);
     };
     run("small.toml", "run", &[]);
     let short = [

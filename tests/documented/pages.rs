@@ -1,4 +1,4 @@
-//! What pages have besides what is typed: tables, links, and names of files and traits.
+//! Tables of pages, their links, and the files and traits that they name.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};

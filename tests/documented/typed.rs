@@ -1,4 +1,4 @@
-//! What documents, experiments, help texts and messages tell a user to type.
+//! Finds the commands that documents, experiments, help texts and messages tell a user to type.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -43,6 +43,21 @@ pub(crate) fn files(extensions: &[&str]) -> Vec<PathBuf> {
 pub(crate) fn text(path: &Path) -> String {
     let path = root().join(path);
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The code within the sentences of each page, and its place. The changelog speaks of what was.
+pub(crate) fn spans() -> Vec<(String, String)> {
+    let pages = files(&["md"])
+        .into_iter()
+        .filter(|path| !path.ends_with("CHANGELOG.md"));
+    pages
+        .flat_map(|path| {
+            let (_, rest) = blocks(&text(&path));
+            let spans = inline(&rest).into_iter();
+            let placed = spans.map(|(line, span)| (format!("{}:{line}", path.display()), span.to_owned()));
+            placed.collect::<Vec<_>>()
+        })
+        .collect()
 }
 
 /// A fenced block of a page.

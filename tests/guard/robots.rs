@@ -97,7 +97,7 @@ fn lines(body: &Body, mut link: impl Read + Write, rate: Option<u32>, answer: fn
             thread::sleep(GLANCE);
             continue;
         }
-        // What nobody takes is lost: a port may have no other end.
+        // Unread bytes are lost: a port may have no other end.
         let _ = mouth.speak(&mut link);
         match heard(&mut link, &mut byte) {
             None => return,

@@ -45,8 +45,25 @@ pub(crate) fn all(folder: &Path) -> Vec<Hostile> {
     files.iter().map(read).collect()
 }
 
+/// Fails with all that is wrong.
+pub(crate) fn each(folder: &Path, wrong: impl Fn(&Hostile) -> Option<String>) {
+    let all = all(folder);
+    let problems: Vec<String> = all
+        .iter()
+        .filter_map(|hostile| Some(format!("{} [{}]: {}", hostile.name, hostile.rule, wrong(hostile)?)))
+        .collect();
+    assert!(all.len() > 200, "{} parts", all.len());
+    assert!(
+        problems.is_empty(),
+        "{} of {}:\n{}",
+        problems.len(),
+        all.len(),
+        problems.join("\n")
+    );
+}
+
 impl Hostile {
-    /// The kind that it is, and the world that it is for: a swarm's, a forager's, a described robot's, or the 1995 paper's. The part
+    /// The kind that it is, and the world that it is for: a swarm's, a forager's, a parametric robot's, or the 1995 paper's. The part
     /// is yet to be put there.
     pub(crate) fn world(&self) -> (Kind, WorldSpec) {
         let mut spec = match self.name.split('-').next() {
@@ -68,7 +85,7 @@ impl Hostile {
     }
 }
 
-/// A robot that is described by numbers, alone or in a swarm.
+/// A parametric robot, alone or in a swarm.
 pub(crate) fn described(count: Option<u32>) -> WorldSpec {
     let mut spec = WorldSpec::miglino1995();
     spec.robot = Robot {

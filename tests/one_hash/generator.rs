@@ -54,7 +54,7 @@ const FIELDS: [(&str, &str); 6] = [
     ("vec3<f32>", "vec3<f32>(A, B, A - B)"),
 ];
 
-/// What parts have of their own, beside what is drawn: floats are kept between 0.001 and 100, so that no result is subnormal, infinite or
+/// The fixed text of parts: floats are kept between 0.001 and 100, so that no result is subnormal, infinite or
 /// out of a function's range.
 const PRELUDE: &str = "
 fn PREFIX_ranged(x: f32) -> f32 {
@@ -427,7 +427,7 @@ impl Writer {
 
     /// Lets `x` pass through the array that is there for its size.
     fn filled(&mut self) -> String {
-        // Each function would have an array of its own.
+        // Otherwise each function has another array.
         match std::mem::take(&mut self.filler) {
             0 => String::new(),
             count => format!(

@@ -57,7 +57,7 @@ pub(crate) fn wait(what: &str, limit: Duration, mut done: impl FnMut() -> bool) 
     }
 }
 
-/// How late a thread is that waits for its next turn, 10 ms, and does nothing else, until it is over: what the machine itself takes.
+/// How late a thread is that waits for its next turn, 10 ms, and does nothing else, until it is over: the machine's own delay.
 pub(crate) fn machine_is_late(is_over: &AtomicBool) -> Duration {
     let (mut next, mut late) = (Instant::now(), Duration::ZERO);
     while !is_over.load(Ordering::Relaxed) {
@@ -74,7 +74,7 @@ pub(crate) fn machine_is_late(is_over: &AtomicBool) -> Duration {
 pub(crate) enum Manner {
     #[default]
     Plain,
-    /// It hears and obeys, and says nothing.
+    /// It obeys, and sends nothing.
     Silent,
     /// It answers so much later.
     Late(Duration),
@@ -118,7 +118,7 @@ impl Mouth {
         }
     }
 
-    /// Says what is due. What nobody takes is lost.
+    /// Sends what is due. Unread bytes are lost.
     ///
     /// # Errors
     /// The other end is gone.

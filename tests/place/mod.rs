@@ -62,6 +62,24 @@ impl Place {
     pub(crate) fn good(&self, arguments: &[&str]) -> String {
         self.run(arguments).exits(0).stdout
     }
+
+    /// Runs an experiment on the CPU into a directory, with more arguments.
+    #[track_caller]
+    #[allow(dead_code, reason = "some tests run no experiment")]
+    pub(crate) fn evolved(&self, experiment: &str, seed: &str, out: &str, more: &[&str]) {
+        let fixed = [
+            "run",
+            experiment,
+            "--seed",
+            seed,
+            "--out",
+            out,
+            "--backend",
+            "cpu",
+            "--quiet",
+        ];
+        self.good(&[&fixed, more].concat());
+    }
 }
 
 impl Drop for Place {

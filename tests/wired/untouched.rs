@@ -1,4 +1,4 @@
-//! What can be refused without a robot is refused before one is touched: its wheels turn on.
+//! Refusals that need no robot come before one is touched: its wheels keep turning.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;

@@ -11,7 +11,7 @@ use super::Cli;
 #[path = "../../../tests/documented/typed.rs"]
 mod typed;
 
-/// Something to type, and where that is written.
+/// A command to type, and its place.
 struct Typed {
     place: String,
     words: Vec<String>,
@@ -77,7 +77,7 @@ fn in_sentence(span: &str) -> Vec<String> {
         .collect()
 }
 
-/// What a page tells to type: its blocks, and the code in its sentences.
+/// Commands in a page: its blocks, and the code in its sentences.
 fn of_page(name: &str, page: &str) -> Vec<Typed> {
     let (blocks, rest) = typed::blocks(page);
     let mut found = Vec::new();
@@ -102,7 +102,7 @@ fn of_sentences(name: &str, text: &str) -> Vec<Typed> {
         .collect()
 }
 
-/// What the comments of a script or an experiment tell to type: indented lines, and the code in sentences.
+/// Commands in the comments of a script or an experiment: indented lines, and the code in sentences.
 fn of_comments(name: &str, text: &str, mark: &str) -> Vec<Typed> {
     let comments: String = text
         .lines()
@@ -121,7 +121,7 @@ fn of_comments(name: &str, text: &str, mark: &str) -> Vec<Typed> {
     found
 }
 
-/// What the texts of a source tell to type: its messages and its comments, between backquotes or after a colon.
+/// Commands in the texts of a source: its messages and its comments, between backquotes or after a colon.
 fn of_source(name: &str, source: &str) -> Vec<Typed> {
     let source = source.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
     let mut text = String::new();
@@ -206,7 +206,7 @@ fn unquoted(text: &str) -> &str {
     text[..end].trim_end()
 }
 
-/// All that is written anywhere.
+/// All commands of the repository.
 fn all() -> Vec<Typed> {
     let mut found = Vec::new();
     for path in typed::files(&["md", "toml", "py", "pyi", "ipynb", "rs", "sh", "service"]) {
@@ -354,22 +354,16 @@ fn options_in_documents_are_options() {
     }
     let mut wrong = Vec::new();
     let mut named = 0;
-    for path in typed::files(&["md"])
-        .into_iter()
-        .filter(|path| !path.ends_with("CHANGELOG.md"))
-    {
-        let (_, rest) = typed::blocks(&typed::text(&path));
-        for (line, span) in typed::inline(&rest) {
-            let Some(option) = span.strip_prefix("--") else {
-                continue;
-            };
-            let option = option.split([' ', '=', '\n']).next().unwrap_or_default();
-            let is_word = !option.is_empty() && option.chars().all(|c| c.is_ascii_lowercase() || c == '-');
-            if is_word && !OTHERS.contains(&option) {
-                named += 1;
-                if !known.contains(option) {
-                    wrong.push(format!("{}:{line}: --{option}", path.display()));
-                }
+    for (place, span) in typed::spans() {
+        let Some(option) = span.strip_prefix("--") else {
+            continue;
+        };
+        let option = option.split([' ', '=', '\n']).next().unwrap_or_default();
+        let is_word = !option.is_empty() && option.chars().all(|c| c.is_ascii_lowercase() || c == '-');
+        if is_word && !OTHERS.contains(&option) {
+            named += 1;
+            if !known.contains(option) {
+                wrong.push(format!("{place}: --{option}"));
             }
         }
     }

@@ -99,7 +99,7 @@ pub(crate) enum Packet {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Status {
     /// The number of the operator's start that the robot has heard last; 0 if it has heard none. It is drawn anew at each start, so a
-    /// status that was recorded before a start says nothing after it.
+    /// status recorded before a start is not valid after it.
     pub(crate) start: u64,
     /// The experiment's time, ms.
     pub(crate) milliseconds: i64,

@@ -15,7 +15,7 @@ use crate::files;
 pub(crate) struct Form<'a> {
     /// The file that makes a directory one of this kind. It is written whole, and before it nothing that must be kept.
     pub(crate) mark: &'a str,
-    /// What may be there before the mark, beside the lock, the description and unfinished files of these names.
+    /// Names that may be there before the mark, with the lock, the description and unfinished files of these names.
     pub(crate) before: &'a [&'a str],
     /// The option that names such a directory.
     pub(crate) option: &'a str,
@@ -39,6 +39,8 @@ impl Form<'_> {
     /// Exit 3 if it is a file, or if its mark is no plain file; exit 6 if it can't be read.
     pub(crate) fn look(&self, directory: &Path) -> Result<Holds> {
         files::must_not_be_file(directory)?;
+        // Before the lock and the mark: another process may be filling the directory, and makes these first and last.
+        let names = names(directory)?;
         if self.is_at(directory)? {
             return Ok(Holds::Mark);
         }
@@ -49,7 +51,7 @@ impl Form<'_> {
             let is_before = name == LOCK || whole == README || self.before.contains(&whole);
             (is_begun && is_before) || (whole == self.mark && name != whole)
         };
-        let other = names(directory)?.into_iter().find(|name| !is_own(name));
+        let other = names.into_iter().find(|name| !is_own(name));
         Ok(other.map_or(Holds::Nothing, Holds::Other))
     }
 
@@ -206,11 +208,52 @@ impl Drop for Filling {
     /// Leaves nothing of a command that has failed before it wrote anything: another may be right.
     fn drop(&mut self) {
         if names(&self.directory).is_ok_and(|names| names == [Self::FILE]) {
-            // What can't be removed tells what began it.
+            // A directory that stays says what began it.
             let removed = fs::remove_file(self.directory.join(Self::FILE));
             if self.is_new && removed.is_ok() {
                 let _ = fs::remove_dir(&self.directory);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use super::*;
+
+    const FORM: Form<'_> = Form {
+        mark: "mark.json",
+        before: &["early"],
+        option: "--out",
+    };
+
+    /// Shards of a sweep begin at the same time, so one may look while another makes the directory.
+    #[test]
+    fn a_directory_that_is_being_made_is_never_somebody_elses() {
+        let root = std::env::temp_dir().join(format!("oneiro-directory-{}", std::process::id()));
+        let places: Vec<_> = (0..500).map(|number| root.join(number.to_string())).collect();
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                for place in &places {
+                    let (_lock, holds) = FORM.take(place, || Failure::failed("busy")).unwrap();
+                    assert_eq!(holds, Holds::Nothing);
+                    for name in FORM.before.iter().chain([&FORM.mark]) {
+                        disk::note(&place.join(name), b"").unwrap();
+                    }
+                }
+            });
+            for place in &places {
+                loop {
+                    match FORM.look(place).unwrap() {
+                        Holds::Mark => break,
+                        Holds::Nothing => (),
+                        Holds::Other(name) => panic!("{}: {name}", place.display()),
+                    }
+                }
+            }
+        });
+        fs::remove_dir_all(root).unwrap();
     }
 }

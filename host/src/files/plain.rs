@@ -1,6 +1,6 @@
 //! Plain files: the only code of the program that opens files and makes directories (`clippy.toml` refuses it elsewhere).
 //!
-//! A directory may come from somebody else. What stands behind a name in it may be a pipe, which is never read to its end, a device,
+//! A directory may come from somebody else. A name in it may be that of a pipe, which is never read to its end, a device,
 //! or a link to a file of the user's. So only plain files are read, up to a size; a new file is made under a name that nothing
 //! has; and nothing is written through a link.
 
@@ -141,7 +141,7 @@ pub(crate) fn create(path: &Path) -> io::Result<File> {
     OpenOptions::new().write(true).create_new(true).open(path)
 }
 
-/// Makes a new file in the place of what has its name; of a link, only the link goes.
+/// Makes a new file instead of the one that has its name; of a link, only the link goes.
 ///
 /// # Errors
 /// A directory has the name ([`is_refusal`]), or the system's error.

@@ -16,6 +16,7 @@ use serde::Deserialize;
 use super::file::{Computers, Robot, Service, Ssh, check_host, directory, remote};
 use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Source};
+#[cfg(feature = "compose")]
 use crate::kinds::FileKind;
 
 /// Keys of the file.

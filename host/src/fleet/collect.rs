@@ -258,7 +258,7 @@ fn intervals(fleet: &Fleet, robots: &[u32]) -> Result<Vec<String>> {
         };
         let text = String::from_utf8_lossy(&text);
         let (head, rows) = text.split_once('\n').unwrap_or((&text, ""));
-        // What a spreadsheet would take for a formula is none of a daemon's.
+        // A daemon writes no cell that a spreadsheet takes for a formula.
         let is_name = |name: &str| name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
         let strange = rows.lines().find(|row| !row.split(',').all(is_number));
         if let Some(row) = strange.or((!head.split(',').all(is_name)).then_some(head)) {

@@ -36,7 +36,7 @@ pub(crate) struct Station {
 }
 
 impl Station {
-    /// The radio of the start that a record has begun: its numbers were never used, and it takes nothing that was taken before.
+    /// The radio of the start that a record has begun: its numbers were never used, and it takes no datagram a second time.
     ///
     /// # Errors
     /// Exit 1 if the system has no random numbers.
@@ -236,7 +236,7 @@ impl Known {
         self.heard.is_some_and(|at| at.elapsed() <= AWAY)
     }
 
-    /// Why it can't take part, if that is known.
+    /// Why it can't take part, if the operator knows it.
     pub(crate) fn refusal(&self) -> Option<&str> {
         let doubt = self.doubt.as_deref().filter(|_| !self.is_here());
         self.refused.as_deref().or(doubt)

@@ -165,7 +165,7 @@ fn first(stream: Option<impl Read + Send + 'static>, most: usize, has_too_much: 
     let has_too_much = Arc::clone(has_too_much);
     read(stream, move |stream| {
         let mut bytes = Vec::new();
-        // What came before an error is what there is.
+        // Output before an error is kept.
         let _ = stream.take(most as u64 + 1).read_to_end(&mut bytes);
         has_too_much.store(bytes.len() > most, Ordering::Relaxed);
         bytes

@@ -283,7 +283,7 @@ fn records_are_copied_and_merged_and_what_was_copied_before_stays() {
     assert_eq!(collect::merge(&fleet, &[0, 1]).unwrap().lines, 40);
 }
 
-/// What a computer answers has a maximum, and takes neither the memory nor more time than a command may.
+/// A computer's answer has a maximum size: it fills no memory, and takes no more time than a command may.
 #[test]
 fn computers_that_answer_without_end_are_left() {
     let place = Place::new("endless", 4);

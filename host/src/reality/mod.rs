@@ -169,7 +169,7 @@ pub(crate) trait Sampled {
     /// See [`Trouble`].
     fn drive(&mut self, speeds: (i32, i32)) -> std::result::Result<Driven, Trouble>;
 
-    /// Leaves out so many turns before objects and drives, which were measured before: what follows is what it would be after them.
+    /// Leaves out so many turns before objects and drives, which were measured before: later measurements are those that would follow them.
     fn leave_out(&mut self, turns: u32, drives: u32) {
         // A real robot remembers nothing of them.
         let _ = (turns, drives);

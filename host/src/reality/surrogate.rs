@@ -166,7 +166,7 @@ impl Sampled for SurrogateRobot<'_> {
         Ok((0..trace.len()).map(moment).collect())
     }
 
-    /// The keys of rollouts are counted.
+    /// The keys of episodes are counted.
     fn leave_out(&mut self, turns: u32, drives: u32) {
         self.sampled += u64::from(turns) + u64::from(drives);
     }

@@ -188,10 +188,10 @@ pub(crate) fn kinds(spec: &WorldSpec) -> std::result::Result<Vec<Kind>, String> 
     senses::kinds(spec)
 }
 
-/// Whether lives in a world are possible, as far as that is known without a robot. Returns the kinds of sensors that they need.
+/// Whether episodes in a world are possible, as far as this can be checked without a robot. Returns the kinds of sensors that they need.
 ///
 /// # Errors
-/// Exit 3: a world that is not valid, a sensor of a kind that no robot on a wire has, or a speed that the guard does not allow.
+/// Exit 3: a world that is not valid, a sensor of a kind that no connected robot has, or a speed that the guard does not allow.
 pub(crate) fn possible(spec: &WorldSpec, values: &Values, guard: &[String]) -> Result<Vec<Kind>> {
     let kinds = kinds(spec).map_err(Failure::input)?;
     let greatest = guard::values::Values::of(guard).map_err(Failure::input)?.speed_mm_s;

@@ -47,8 +47,8 @@ impl Csv {
     }
 }
 
-/// A field as it stands in a table. Spreadsheets take a text for a formula, which they run, if it begins like one: such a text gets an
-/// apostrophe before it, with which they show it as it is. Numbers stay.
+/// A field in a table. Spreadsheets take a text for a formula, which they run, if it begins like one: such a text gets an
+/// apostrophe before it, with which they show it unchanged. Numbers stay.
 pub(crate) fn cell(field: &[u8]) -> Cow<'_, [u8]> {
     let quotes = usize::from(field.first() == Some(&b'"'));
     let text = &field[quotes..];

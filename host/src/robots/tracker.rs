@@ -424,7 +424,7 @@ mod tests {
         assert_eq!(seen(&[(0, "{}")]), None);
     }
 
-    /// What is ignored is counted by its reason, and a flood is cut short.
+    /// Ignored lines are counted by reason, and a flood is cut short.
     #[test]
     fn ignored_lines_are_counted() {
         let mut seen = Seen::new(1, 200.0, LIMIT);

@@ -13,7 +13,7 @@ use crate::source::{Refusal, Refusals, Source};
 /// How the parts of users are separated from the other parts of a kernel. By default there are none.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Isolation<'a> {
-    /// The struct that says which episode a function works for. Users' functions pass it on as they were given it.
+    /// The struct that says which episode a function works for. Users' functions pass it on unchanged.
     pub episode: &'a str,
     /// For each part of the kernel, in order, what is allowed if it is a user's; `None` for others. If this is empty, none is.
     pub users: &'a [Option<Allowed<'a>>],
@@ -111,8 +111,8 @@ struct Checker<'a> {
 }
 
 impl<'a> Checker<'a> {
-    /// What is allowed to the user whose part a declaration is in; `None` if it is in a part that isn't a user's. What is not wholly in
-    /// one of these is a user's, to whom nothing is allowed.
+    /// The rights of the user's part that a declaration is in; `None` if it is in one of Oneiro's parts. A declaration across the ends of
+    /// parts has no rights.
     fn owner(&self, span: Span) -> Option<&'a Allowed<'a>> {
         static NOTHING: Allowed<'static> = Allowed {
             calls: BTreeSet::new(),
@@ -298,7 +298,7 @@ impl<'a> Checker<'a> {
                     self.check_block(body, caller, allowed);
                     self.check_block(continuing, caller, allowed);
                 }
-                // What other statements there are, no kernel has.
+                // No kernel has other statements.
                 _ => {}
             }
         }

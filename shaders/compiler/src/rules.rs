@@ -110,7 +110,7 @@ fn length_of(v: vec2<f32>) -> f32 {
 
     FloatBits "float-bits"
         "`bitcast` gives a part the float of some bits, and not the bits of a float."
-        why: "Devices agree about floats, except about the sign of zero and about which of many bits stand for a result that \
+        why: "Devices agree about floats, except about the sign of zero and about the bits of a result that \
               is not a number. A driver may drop `x * 0.0f`, and with it the sign. No other operation shows these bits."
         wrong: "\
 fn is_negative(x: f32) -> bool {
@@ -181,7 +181,7 @@ fn bit(index: u32) -> u32 {
         "A variable or value has at most 64 KB, and so have all arrays of a kernel together."
         why: "Up to 64 episodes run side by side on a processor, and each has its own copy of every variable. Larger ones \
               would overflow the stack, which ends the program. Where arrays are large, fewer episodes run side by side. An \
-              array of a function counts again at each call of it, since the function's body stands in the place of each call."
+              array of a function counts again at each call of it, since the function's body replaces each call."
         wrong: "\
 fn first() -> f32 {
     var all: array<f32, 20000>;
@@ -196,7 +196,7 @@ fn first() -> f32 {
 "
 
     LargeKernel "large-kernel"
-        "A kernel has at most 100,000 values and calls, with the body of each function in the place of each call."
+        "A kernel has at most 100,000 values and calls, with the body of each function instead of each call."
         why: "Each call is replaced by the body of its function, since lives that run side by side can't call \
               different ones. Functions that call others many times multiply the kernel again and again, and compiling \
               would not end."
@@ -397,7 +397,7 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
 
     BatchPlace "batch-place"
         "The fields of a `Life` are not read: `life` itself is passed on."
-        why: "They say where in its batch an episode is. The same episode has another place on another device, or beside \
+        why: "They say where in its batch an episode is. The same episode has another place on another device, or next to \
               other runs, so a result that depends on its place could not be repeated."
         wrong: "\
 fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {

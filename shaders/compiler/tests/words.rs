@@ -1,4 +1,4 @@
-//! Where naga sees a call in ASCII text, the checks of the text see it too: whatever stands before its name, and between that and its
+//! Where naga sees a call in ASCII text, the checks of the text also see it: whatever stands before its name, and between that and its
 //! bracket. What naga folds leaves nothing else to check.
 
 use oneiro_shader_compiler::{Part, check_part};

@@ -355,7 +355,7 @@ mod tests {
         }
     }
 
-    /// What is written to a variable that differs between lanes later takes the place of what is read from it, but what is computed from
+    /// A value written to a variable that differs between lanes later replaces the values read from it, but what is computed from
     /// that counts as different: it doesn't take the place of the same computation with what was written.
     #[test]
     fn what_is_the_same_in_all_lanes_stays_so() {

@@ -22,7 +22,7 @@ const REGISTERS: u64 = 32;
 /// Bytes of a vector.
 const VECTOR: u64 = 16;
 
-/// The most lanes for which a thread's stack has room, as far as that is known before code is generated.
+/// The most lanes for which a thread's stack has room, as far as this can be computed before code is generated.
 ///
 /// # Errors
 /// [`Error::TooLarge`] if there is none for any number.

@@ -11,7 +11,7 @@ use crate::compose::{Lives, OwnPart, OwnParts};
 
 #[path = "../../../tests/hostile/world.rs"]
 mod world;
-use world::{Hostile, all};
+use world::{Hostile, each};
 
 /// What is said of a part whose text nobody looks at.
 fn refused(hostile: &Hostile) -> Option<String> {
@@ -33,19 +33,9 @@ fn refused(hostile: &Hostile) -> Option<String> {
 
 #[test]
 fn each_is_refused_by_its_compiled_form() {
-    let all = all(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/hostile"));
-    let mut problems = Vec::new();
-    for hostile in &all {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/hostile");
+    each(&folder, |hostile| {
         let found = refused(hostile);
-        if found.is_none() != hostile.passes.is_some() {
-            problems.push(format!("{} [{}]: {found:?}", hostile.name, hostile.rule));
-        }
-    }
-    assert!(
-        problems.is_empty(),
-        "{} of {}:\n{}",
-        problems.len(),
-        all.len(),
-        problems.join("\n")
-    );
+        (found.is_none() != hostile.passes.is_some()).then(|| format!("{found:?}"))
+    });
 }

@@ -421,7 +421,7 @@ type New = (Kernel, Option<Vec<Gene>>, Vec<(String, usize)>, Option<[u32; 2]>);
 /// The parts of a kernel.
 pub(super) struct Assembled {
     pub(super) parts: Vec<compiler::Part>,
-    /// What is allowed to each that is a user's.
+    /// Rights of each user's part.
     pub(super) users: Vec<Option<Allowed<'static>>>,
     /// Names that only foragers, or only robots that live together, have.
     few: BTreeSet<String>,

@@ -35,7 +35,7 @@ pub(super) fn run(arguments: &FleetStart, console: Console) -> Result {
         }
     };
     let stop = stop_signal()?;
-    // What may be refused here is refused before any daemon connects to its robot.
+    // Refusals come before any daemon connects to its robot.
     let key = Key::read(&fleet.key)?;
     let socket = Arc::new(Socket::open(&fleet)?);
     let record = Record::next(&fleet)?;
@@ -97,7 +97,7 @@ pub(super) fn listened(fleet: &Fleet, time: Duration, console: Console) -> Resul
     let stop = stop_signal()?;
     let key = Key::read(&fleet.key)?;
     let socket = Arc::new(Socket::open(fleet)?);
-    // It is a start of its own, whose number robots repeat: what they said before counts for nothing.
+    // Each start has its own number, which robots repeat: statuses with other numbers are not counted.
     let mut record = Record::next(fleet)?;
     let station = Arc::new(Station::new(fleet, &key, &record)?);
     let mut ears = Ears::new(fleet, socket, Arc::clone(&station));

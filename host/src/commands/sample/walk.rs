@@ -81,7 +81,7 @@ fn object_name(object: &Object) -> String {
     format!("{}-object", object.class)
 }
 
-/// Whether objects can be sampled into a directory, as far as that is known without the robot.
+/// Whether objects can be sampled into a directory, as far as this can be checked without the robot.
 ///
 /// # Errors
 /// Exit 3 if it has rows of other distances or of another object of the same class; exit 6 if it can't be written.

@@ -312,7 +312,7 @@ fn what_was_recorded_before_a_start_shows_no_robot() {
         Ok(())
     });
     assert!(matches!(end, Ok(End::Stopped(_))));
-    // What the operator has not heard any more.
+    // Datagrams that came after the operator had stopped.
     for robot in &mut robots {
         robot.listen();
         robot.status(70_000);
@@ -366,7 +366,7 @@ fn what_was_recorded_before_a_start_shows_no_robot() {
     );
 }
 
-/// What nobody has authenticated, or what is old, is no reason to refuse a robot that answers this start.
+/// Old datagrams, and those without a valid key, are no reason to refuse a robot that answers this start.
 #[test]
 fn who_answers_is_not_refused_by_what_others_say() {
     let (fleet, [first, _second]) = fleet("doubts");

@@ -237,7 +237,7 @@ impl Begun {
 }
 
 impl Logbook {
-    /// Whether lives can be recorded in a directory, as far as that is known without their robot.
+    /// Whether lives can be recorded in a directory, as far as this can be checked without their robot.
     ///
     /// # Errors
     /// As [`Logbook::open`].
@@ -269,7 +269,7 @@ impl Logbook {
         Ok((rows, lock))
     }
 
-    /// Opens a directory of lives, or makes one. What was under way when a program ended is cut short.
+    /// Opens a directory of lives, or makes one. Episodes that were under way when a program ended are marked as cut short.
     ///
     /// # Errors
     /// Exit 3 if another process has it, or it has other files and no index; exit 5 if the index is corrupt; exit 6 if it can't be

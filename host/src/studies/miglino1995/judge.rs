@@ -1059,7 +1059,7 @@ mod tests {
         );
     }
 
-    /// Each part of each claim has its condition the right way round: what the paper says holds, and its contrary is opposed.
+    /// Each part of each claim has its condition the right way round: the paper's statement holds, and its contrary is opposed.
     #[test]
     fn contraries_are_opposed() {
         let as_published = results(40);
