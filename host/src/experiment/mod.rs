@@ -29,7 +29,7 @@ use inputs::Inputs;
 pub(crate) use inputs::{Content, Files, Input};
 pub(crate) use settings::GREATEST_SEED;
 use settings::{Settings, Transfer};
-use source::{Parsed, Setting, Source};
+use source::{LeftOut, Parsed, Setting, Source};
 
 /// A checked experiment, its world, and the files that it names.
 #[derive(Clone, Debug)]
@@ -42,6 +42,7 @@ pub(crate) struct Experiment {
     init: Option<Population>,
     inputs: Vec<Input>,
     warnings: Vec<String>,
+    left_out: LeftOut,
 }
 
 /// What is made of an experiment's values.
@@ -183,6 +184,7 @@ impl Experiment {
             init,
             inputs,
             warnings,
+            left_out: source.left_out(),
         })))
     }
 
@@ -226,6 +228,11 @@ impl Experiment {
     /// Warnings about its files and its values.
     pub(crate) fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// The settings that others of a higher rank left without effect.
+    pub(crate) fn left_out(&self) -> &LeftOut {
+        &self.left_out
     }
 
     /// The experiment of a run as TOML with every default written out; reading it gives this run's experiment again.

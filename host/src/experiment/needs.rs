@@ -51,11 +51,8 @@ pub(super) fn check<T: Described>(
             let Some(is) = no_default(path, settings) else {
                 continue;
             };
-            if source.is_outranked(path, by) {
-                needless.push(path.to_owned());
-                continue;
-            }
-            return Err(source.invalid(path, format_args!("{is}; allowed: only {only}")));
+            source.leave_out(path, by, format_args!("{is}; allowed: only {only}"))?;
+            needless.push(path.to_owned());
         }
     }
     Ok(needless)

@@ -1,7 +1,8 @@
 //! Sources of an experiment's values: its file, or a `--set`. All values form one tree, whose places are offsets into
 //! all texts together, so that every error can name its place.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
@@ -77,7 +78,14 @@ pub(crate) struct Source<'a> {
     set: Vec<Text>,
     /// Built only if a place is needed.
     keys: OnceCell<Vec<Key>>,
+    left_out: RefCell<LeftOut>,
 }
+
+/// Paths of settings that others of a higher rank left without effect, and what a refusal of each would say.
+pub(crate) type LeftOut = BTreeMap<String, String>;
+
+/// Rank of a value that a sweep varies. Values of this rank can leave each other out: each cell takes what it uses.
+const SWEPT: u8 = u8::MAX;
 
 /// A text with values: the file or one setting.
 #[derive(Debug)]
@@ -158,6 +166,11 @@ impl Setting {
         Self { rank, ..self }
     }
 
+    /// Makes it a value that a sweep varies.
+    pub(crate) fn swept(self) -> Self {
+        self.ranked(SWEPT)
+    }
+
     /// Looks for the files that it names from this folder.
     pub(crate) fn in_folder(self, folder: &Path) -> Self {
         Self {
@@ -177,6 +190,7 @@ impl<'a> Source<'a> {
             file,
             set: Vec::with_capacity(set.len()),
             keys: OnceCell::new(),
+            left_out: RefCell::default(),
         };
         let mut start = file.text.len() + 1;
         for Setting {
@@ -278,9 +292,11 @@ impl<'a> Source<'a> {
         self.set.iter().rfind(|text| text.start <= at)
     }
 
-    /// Whether a value has a lower rank than the `kind` of its table or of one around it, or than the selection of parents: what
-    /// only a kind of that rank has is left out then.
-    pub(crate) fn is_of_replaced_kind(&self, key: &str) -> bool {
+    /// Leaves out a value that only another `kind` of its table, or of one around it, has, or another selection of parents.
+    ///
+    /// # Errors
+    /// Exit 3 if the kind doesn't outrank the value: its place, its key and `problem`.
+    pub(crate) fn leave_out_of_kind(&self, key: &str, problem: impl Display) -> Result {
         const SELECTION: &str = "evolution.selection.kind";
         let list = key.split('[').next().unwrap_or_default();
         let tables = list.match_indices('.').map(|(end, _)| &list[..end]);
@@ -288,13 +304,29 @@ impl<'a> Source<'a> {
         if list.starts_with("evolution.") {
             kinds.push(SELECTION.into());
         }
-        self.is_outranked(key, &kinds)
+        self.leave_out(key, &kinds, problem)
     }
 
-    /// Whether one of some other keys has a higher rank than a key that is given.
-    pub(crate) fn is_outranked(&self, key: &str, others: &[impl AsRef<str>]) -> bool {
+    /// Leaves out a value that is without effect because of other keys.
+    ///
+    /// # Errors
+    /// Exit 3 if none of them outranks the value: its place, its key and `problem`.
+    pub(crate) fn leave_out(&self, key: &str, others: &[impl AsRef<str>], problem: impl Display) -> Result {
         let own = self.rank_of(key);
-        own.is_some() && others.iter().any(|other| self.rank_of(other.as_ref()) > own)
+        let outranks = |other| other > own || other == own && own == Some(SWEPT);
+        let refused = self.invalid(key, problem);
+        if own.is_none() || !others.iter().any(|other| outranks(self.rank_of(other.as_ref()))) {
+            return Err(refused);
+        }
+        if self.is_set(key) {
+            self.left_out.borrow_mut().insert(key.to_owned(), refused.to_string());
+        }
+        Ok(())
+    }
+
+    /// The settings that were left out.
+    pub(crate) fn left_out(&self) -> LeftOut {
+        self.left_out.take()
     }
 
     /// Whether a setting gives a key.

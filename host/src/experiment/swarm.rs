@@ -11,7 +11,7 @@ use toml::Table;
 use super::check::{Checked, invalid, name};
 use super::needs::{self, Need};
 use super::settings::head;
-use super::source::{Parsed, Setting, Source};
+use super::source::{LeftOut, Parsed, Setting, Source};
 use super::values::{self, Described};
 use super::{Identities, text};
 use crate::exit::Result;
@@ -24,7 +24,10 @@ const CONTROL: &str = "swarm.control";
 
 /// A checked experiment with a swarm.
 #[derive(Clone, Debug)]
-pub(crate) struct SwarmExperiment(File);
+pub(crate) struct SwarmExperiment {
+    file: File,
+    left_out: LeftOut,
+}
 
 /// Contents of its file.
 #[derive(Clone, Debug, Default)]
@@ -137,7 +140,7 @@ impl SwarmExperiment {
     /// As there, and for a control.
     pub(crate) fn without_control(path: &Path, text: &Parsed<'_>, set: &[Setting], why: &str) -> Result<Self> {
         let own = Self::of(path, text, set)?;
-        if own.0.control == Kind::Evolved {
+        if own.file.control == Kind::Evolved {
             return Ok(own);
         }
         let (_, source): (Table, _) = Source::read(text, set)?;
@@ -169,32 +172,38 @@ impl SwarmExperiment {
         if !source.is_recorded() {
             light(&file.swarm).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
         }
-        Ok(Self(file))
+        let left_out = source.left_out();
+        Ok(Self { file, left_out })
     }
 
     pub(crate) fn name(&self) -> &str {
-        &self.0.name
+        &self.file.name
+    }
+
+    /// The settings that others of a higher rank left without effect.
+    pub(crate) fn left_out(&self) -> &LeftOut {
+        &self.left_out
     }
 
     /// The seed in its file, if any.
     pub(crate) fn seed(&self) -> Option<u64> {
-        self.0.seed
+        self.file.seed
     }
 
     /// All its values as TOML, with the seed of its file.
     pub(crate) fn values(&self) -> Table {
-        values::table(&mut self.0.clone(), &Table::new())
+        values::table(&mut self.file.clone(), &Table::new())
     }
 
     pub(crate) fn settings(&self) -> &Settings {
-        &self.0.swarm
+        &self.file.swarm
     }
 
     /// The plan of its run with a seed.
     pub(crate) fn plan(&self, seed: u64) -> Plan {
         Plan {
-            settings: self.0.swarm.clone(),
-            kind: self.0.control,
+            settings: self.file.swarm.clone(),
+            kind: self.file.control,
             number: 0,
             seed,
         }
@@ -204,7 +213,7 @@ impl SwarmExperiment {
     pub(crate) fn resolved_toml(&self, seed: u64) -> String {
         let mut file = File {
             seed: Some(seed),
-            ..self.0.clone()
+            ..self.file.clone()
         };
         text(&values::table(&mut file, &Table::new()))
     }

@@ -156,12 +156,14 @@ fn is_kind(key: &str) -> bool {
 /// Sets one value, if it is such a kind and `kinds` is true, or if neither.
 fn set<T: Described>(leaf: &Leaf<T>, kinds: bool, own: &mut T, source: &Source<'_>) -> Result {
     let Some(field) = (leaf.row.field)(own, leaf.index) else {
-        if kinds || source.is_of_replaced_kind(&leaf.path) {
+        if kinds {
             return Ok(());
         }
         let (key, words) = under(leaf.row, Some(own)).map_or_else(|| ("kind", String::new()), |(kind, _)| kind);
-        let problem = format!("is given; allowed: only with {key} = {words}");
-        return Err(source.invalid(&leaf.path, problem));
+        return source.leave_out_of_kind(
+            &leaf.path,
+            format_args!("is given; allowed: only with {key} = {words}"),
+        );
     };
     if is_kind(leaf.row.key) != kinds || taken(field, &leaf.datum) {
         return Ok(());

@@ -20,7 +20,7 @@ use crate::contents::{Column, Entry};
 use crate::engine::handle::Engine;
 use crate::engine::job::Job;
 use crate::exit::{Failure, Result};
-use crate::experiment::source::{Parsed, Setting};
+use crate::experiment::source::{LeftOut, Parsed, Setting};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::experiment::{self, Files, Identities, Input};
 use crate::files;
@@ -43,6 +43,8 @@ pub(crate) trait Experiment: Debug + Send + Sync {
     fn seed(&self) -> Option<u64>;
     /// Warnings about its files.
     fn warnings(&self) -> &[String];
+    /// The settings that others left without effect.
+    fn left_out(&self) -> &LeftOut;
     /// The files that it names, for a run's directory.
     fn inputs(&self) -> &[Input];
     /// The experiment of a run as TOML, with every default written out.

@@ -233,7 +233,7 @@ impl SweepFile {
     pub(crate) fn settings(&self, cell: usize) -> Vec<Setting> {
         let swept = self.keys().zip(self.values(cell));
         let setting = |(key, (value, place)): (&str, &(Value, String))| {
-            Setting::at(place.clone(), key, value).in_folder(&self.folder).ranked(2)
+            Setting::at(place.clone(), key, value).in_folder(&self.folder).swept()
         };
         let swept = swept.map(setting);
         self.set.iter().cloned().chain(swept).collect()
