@@ -879,10 +879,9 @@ fn sweeps_are_as_pinned() {
 fn swarms_are_as_pinned() {
     let place = Place::new("swarms");
     let mut found = Found::default();
-    let short = ["--set", "swarm.minutes=3"];
-    let moving = [&short[..], &["--set", "swarm.light_moves_minute=1"]].concat();
-    for (case, set) in [("over-then-opposite", &moving[..]), ("random", &short)] {
-        place.evolve(case, &shipped(&format!("odowd2014-{case}.toml")), set);
+    let short = ["--set", "swarm.minutes=3", "--set", "swarm.light_moves_minute=1"];
+    for case in ["over-then-opposite", "random"] {
+        place.evolve(case, &shipped(&format!("odowd2014-{case}.toml")), &short);
         found.swarm(&place, case);
     }
     let choices = [

@@ -232,10 +232,8 @@ fn is_moving(case: Case) -> bool {
 /// Values that have an effect only in some cases.
 fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
     const CASE: &[&str] = &["swarm.case"];
-    let moves = "with swarm.case = \"over-then-opposite\" or \"opposite-then-over\"";
     let evolves = "with another swarm.case than \"random\", in which nothing evolves";
     vec![
-        Need::new(&["swarm.light_moves_minute"], is_moving(swarm.case), moves, CASE),
         Need::new(
             &[
                 "swarm.controllers",
