@@ -160,10 +160,7 @@ fn set<T: Described>(leaf: &Leaf<T>, kinds: bool, own: &mut T, source: &Source<'
             return Ok(());
         }
         let (key, words) = under(leaf.row, Some(own)).map_or_else(|| ("kind", String::new()), |(kind, _)| kind);
-        return source.leave_out_of_kind(
-            &leaf.path,
-            format_args!("is given; allowed: only with {key} = {words}"),
-        );
+        return source.leave_out_of_kind(&leaf.path, format_args!("is given; allowed: only with {key} = {words}"));
     };
     if is_kind(leaf.row.key) != kinds || taken(field, &leaf.datum) {
         return Ok(());
