@@ -138,7 +138,7 @@ const NEVER: &[(&str, &str)] = &[
     ("reality.guard", "of robots on a wire"),
 ];
 
-/// Keys, or tables with a dot, that have no effect in some bases, or in any for the same reason, and the reason.
+/// Keys, or tables with a dot and lists with `[]`, that have no effect in some bases, or in any for the same reason, and the reason.
 const SAME: &[(&str, &[&str], &str)] = &[
     (
         "arena.walls[].class",
@@ -164,8 +164,8 @@ const SAME: &[(&str, &[&str], &str)] = &[
     ),
     (
         "evolution.crossover.kind",
-        &["parametric"],
-        "two populations of two generations draw the same cuts",
+        &[],
+        "of two generations few children have two parents, and these may differ in no gene that is exchanged",
     ),
     (
         "controller.kind",
@@ -207,6 +207,89 @@ const SAME: &[(&str, &[&str], &str)] = &[
         "sensor.part",
         &["genes with ranges"],
         "whether a custom controller reads the sensors can't be told",
+    ),
+    (
+        "robot.model",
+        &["genes with ranges"],
+        "no sensor that the model describes",
+    ),
+    (
+        "robot.signal_range_mm",
+        &["state machine"],
+        "all robots are within the least range",
+    ),
+    (
+        "robot.sensors[].range_mm",
+        &["genes with ranges"],
+        "all robots are within the least range",
+    ),
+    (
+        "arena.start_radius_mm",
+        &["model"],
+        "the task counts robots on patches, which a millimetre rarely changes",
+    ),
+    ("arena.height_mm", &["swarm"], "likewise"),
+    (
+        "arena.floor",
+        &["coevolution", "genes with ranges"],
+        "only ground sensors see it",
+    ),
+    (
+        "arena.patches[]",
+        &["parametric"],
+        "no robot drives over an edge of them",
+    ),
+    (
+        "sensor.part",
+        &["state machine"],
+        "whether a custom task reads the sensors can't be told",
+    ),
+    (
+        "evolution.common_random_numbers",
+        &["start"],
+        "a life without noise from a given place draws nothing",
+    ),
+    (
+        "robot.collision",
+        &["open-es", "recurrent", "parametric surrogate", "custom"],
+        "no robot collides in a few cycles",
+    ),
+    (
+        "swarm.arena.food_items",
+        &["random case"],
+        "in two minutes few items are found",
+    ),
+    (
+        "swarm.robot.greatest_speed_mm_s",
+        &["random case"],
+        "robots that search drive slower",
+    ),
+    (
+        "swarm.clock.interval_s",
+        &["random case"],
+        "only exchanges have intervals",
+    ),
+    (
+        "swarm.messages.heard",
+        &["two cases", "right simulators", "no light"],
+        "few robots hear each other often enough",
+    ),
+    (
+        "swarm.light_moves_minute",
+        &["foragers", "random case"],
+        "food before and after it is the same wherever nobody finds any",
+    ),
+    (
+        "swarm.controllers.boundary",
+        &["two cases", "right simulators", "no light"],
+        "no gene gets to a boundary in three minutes",
+    ),
+    ("swarm.simulators.boundary", &["no light"], "likewise"),
+    ("swarm.controllers.guests", &["no light"], "few robots hear each other"),
+    (
+        "swarm.simulators.credit",
+        &["right simulators"],
+        "all simulators are the same",
     ),
     ("robot.contact", &["polygon"], "no robots meet in a few cycles"),
     (
@@ -477,7 +560,7 @@ pub(crate) fn names_a_key<T: Described>(message: &str) -> bool {
 /// Why a key may have no effect in a base.
 fn reason(key: &str, base: &str) -> Option<&'static str> {
     let never = NEVER.iter().find(|(own, _)| *own == key).map(|(_, reason)| *reason);
-    let is_of = |own: &str| own == key || own.ends_with('.') && key.starts_with(own);
+    let is_of = |own: &str| own == key || own.ends_with(['.', ']']) && key.starts_with(own);
     let here = SAME
         .iter()
         .find(|(own, bases, _)| is_of(own) && (bases.is_empty() || bases.contains(&base)));

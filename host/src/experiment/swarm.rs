@@ -246,6 +246,32 @@ fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
             CASE,
         ),
         Need::new(
+            &[
+                "swarm.messages",
+                "swarm.robot.phototaxis_gain",
+                "swarm.robot.phototaxis_turn_rad_s",
+                "swarm.robot.phototaxis_threshold",
+                "swarm.arena.lamp_behind_wall_mm",
+                "swarm.arena.light_decay",
+                "swarm.arena.ambient",
+                "swarm.arena.light_noise",
+            ],
+            swarm.case != Case::Random,
+            "with another swarm.case than \"random\", in which robots neither see a light nor send anything",
+            CASE,
+        ),
+        Need::new(
+            &[
+                "swarm.differences.light",
+                "swarm.differences.beam",
+                "swarm.differences.reflection",
+                "swarm.differences.shadows",
+            ],
+            !matches!(swarm.case, Case::Random | Case::NoLight),
+            "with a swarm.case that has a light",
+            CASE,
+        ),
+        Need::new(
             &["swarm.simulators.mutation_scale", "swarm.simulators.boundary"],
             !matches!(
                 control,
