@@ -106,7 +106,7 @@ pub struct Block {
     pub length: f32,
     /// Length of the other sides.
     pub width: f32,
-    /// Direction of its length in turns, counter-clockwise from the x axis, `0..1`.
+    /// Direction of its length in turns, counter-clockwise from the x axis, -1 to 1.
     pub heading: f32,
     /// Class of object, which selects the sensor table.
     pub class: String,
@@ -138,7 +138,7 @@ pub struct Patch {
     pub radius: Option<f32>,
     /// Sides of a rectangle.
     pub sides: Option<[f32; 2]>,
-    /// Direction of its first side in turns, counter-clockwise from the x axis, `0..1`.
+    /// Direction of its first side in turns, counter-clockwise from the x axis, -1 to 1.
     pub heading: f32,
     /// Grey, from 0 for black to 1 for white.
     pub grey: f32,
@@ -420,6 +420,12 @@ impl Arena {
         Field::between(low, high)
     }
 
+    /// The smallest rectangle around the field and all walls.
+    pub fn within_walls(&self) -> Field {
+        let [low, high] = self.around_walls();
+        Field::between(low, high)
+    }
+
     /// The smallest rectangle around the field, all objects and all lights, for pictures.
     pub fn bounds(&self) -> Field {
         let [mut low, mut high] = self.around();
@@ -430,8 +436,8 @@ impl Arena {
         Field::between(low, high)
     }
 
-    /// Lower left and upper right corner of the rectangle around the field and all objects.
-    fn around(&self) -> [Vec2; 2] {
+    /// Lower left and upper right corner of the rectangle around the field and all walls.
+    fn around_walls(&self) -> [Vec2; 2] {
         let Field { x, y, width, height } = self.field;
         let mut low = Vec2::new(x, y);
         let mut high = low + Vec2::new(width, height);
@@ -439,6 +445,12 @@ impl Arena {
             low = low.min(point);
             high = high.max(point);
         }
+        [low, high]
+    }
+
+    /// The same of the rectangle around the field and all objects.
+    fn around(&self) -> [Vec2; 2] {
+        let [mut low, mut high] = self.around_walls();
         for obstacle in &self.obstacles {
             let centre = Vec2::new(obstacle.x, obstacle.y);
             low = low.min(centre - obstacle.radius);

@@ -42,8 +42,6 @@ pub enum Allowed {
     Number(f64, f64),
     /// Numbers from a minimum to a multiple of the value of another key.
     NumberUpTo(f64, f64, &'static str),
-    /// Turns: numbers from 0 to less than 1.
-    Turns,
 }
 
 /// A value, independent of its field's type.
@@ -399,7 +397,6 @@ impl Allowed {
             }
             (Self::Number(least, greatest), Datum::Single(number)) => (least as f32..=greatest as f32).contains(number),
             (Self::Number(least, greatest), Datum::Double(number)) => (least..=greatest).contains(number),
-            (Self::Turns, Datum::Single(number)) => (0.0..1.0).contains(number),
             _ => true,
         };
         if is_allowed {
@@ -434,7 +431,6 @@ impl Display for Allowed {
             Self::Number(least, greatest) => write!(f, "{least} to {greatest}"),
             Self::NumberUpTo(least, 1.0, key) => write!(f, "{least} to {key}"),
             Self::NumberUpTo(least, factor, key) => write!(f, "{least} to {factor} {key}"),
-            Self::Turns => write!(f, "0 to less than 1"),
         }
     }
 }

@@ -2,10 +2,10 @@
 //! that is made from them.
 
 pub(crate) mod check;
-mod enclosed;
 mod noise;
 mod pack;
 mod parameters;
+mod reach;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -358,7 +358,7 @@ pub enum Start {
         x: f32,
         /// y in mm.
         y: f32,
-        /// Heading in turns, `0..1`.
+        /// Heading in turns, -1 to 1; a world has it from 0 to less than 1.
         heading: f32,
     },
 }
@@ -571,7 +571,14 @@ impl World {
     /// Whether walls and objects keep a robot within the arena, as far as a grid of half the body's radius shows; `None` if the
     /// arena is too large for such a grid.
     pub fn is_enclosed(&self) -> Option<bool> {
-        enclosed::is_enclosed(self.spec())
+        reach::is_enclosed(self.spec())
+    }
+
+    /// Keys of the walls, obstacles, blocks and patches that no robot gets near enough to notice, such as `arena.patches[2]`, and of
+    /// starts outside of the arena (`start`, `robot.starts_mm`), as far as the same grid shows. None in an arena that is too large for
+    /// it, and none of a forager's.
+    pub fn unreached(&self) -> Vec<String> {
+        reach::unreached(self.spec())
     }
 
     /// Estimated share of the field, 0 to 1, where a robot's body touches nothing.

@@ -674,7 +674,10 @@ fn mistakes_name_the_file_and_the_place() {
         ),
         ("task.speed=signed", &["task.speed", "only with kind = \"avoidance\""]),
         ("task.part=none.wgsl", &["task.part", "none.wgsl"]),
-        ("sensor.values.range=3", &["sensor.values", "only with `sensor.part`"]),
+        (
+            "sensor.values.range=3",
+            &["sensor.values", "allowed: only with sensor.part"],
+        ),
         ("task.part=circles.toml", &["has no function `task_cycle`"]),
     ] {
         place.run(&["check", "circles.toml", "--set", set]).exits(3).says(words);

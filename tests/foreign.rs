@@ -373,7 +373,13 @@ fn pipes_and_links_in_swarms_and_studies() {
     fs::remove_dir(place.at("victims")).unwrap();
     place.write(
         "study.toml",
-        study("odowd2014", &[("\n[set]\n", "\n[set]\nswarm.minutes = 4\n")]),
+        study(
+            "odowd2014",
+            &[(
+                "\n[set]\n",
+                "\n[set]\nswarm.minutes = 4\nswarm.light_moves_minute = 2\n",
+            )],
+        ),
     );
     let reproduce = "reproduce odowd2014 --study study.toml --runs 2 --scale 0.2 --credit lagged --only-cases --backend cpu --out DIR";
     place.good(&reproduce.replace("DIR", "study").split_whitespace().collect::<Vec<_>>());

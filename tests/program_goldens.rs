@@ -524,7 +524,10 @@ fn optimisers_are_as_pinned() {
         finalists = 3
         finalist_lives = 4
     ";
-    const BEHAVIOUR: &str = "descriptors = [\n\
+    const DESCRIPTORS: &str = "descriptors = [\n\
+        { measure = \"end_x_mm\", least = 0, greatest = 600 },\n\
+        { measure = \"mean_turning_turns_s\", least = 0, greatest = 1 },\n]\n";
+    const GRID: &str = "descriptors = [\n\
         { measure = \"end_x_mm\", least = 0, greatest = 600, cells = 6 },\n\
         { measure = \"mean_turning_turns_s\", least = 0, greatest = 1, cells = 5 },\n]\n";
     const OPTIMISERS: [(&str, &str); 8] = [
@@ -557,25 +560,30 @@ fn optimisers_are_as_pinned() {
             "elite = 1\n[evolution.selection]\nkind = \"tournament\"\nsize = 3\n[evolution.crossover]\nkind = \"two_point\"",
         ),
     ];
-    let behaving = |kind: &str, more: &str| format!("kind = \"{kind}\"\n{BEHAVIOUR}{more}");
+    let behaving = |kind: &str, descriptors: &str, more: &str| format!("kind = \"{kind}\"\n{descriptors}{more}");
     let place = Place::new("optimisers");
     let mut found = Found::default();
     let archives = [
         (
             "map-elites",
-            behaving("map-elites", "[evolution.archive]\niso = 0.1\noffset = -5"),
+            behaving("map-elites", GRID, "[evolution.archive]\niso = 0.1\noffset = -5"),
         ),
         (
             "map-elites-again",
             behaving(
                 "map-elites",
+                DESCRIPTORS,
                 "common_random_numbers = true\n[evolution.archive]\ncells = \"centroidal\"\ncentroids = 9\nreevaluated = 4\n\
                  acceptance = \"mean\"",
             ),
         ),
         (
             "novelty",
-            behaving("novelty", "parents = 4\n[evolution.novelty]\nneighbours = 3\nadded = 2"),
+            behaving(
+                "novelty",
+                DESCRIPTORS,
+                "parents = 4\n[evolution.novelty]\nneighbours = 3\nadded = 2",
+            ),
         ),
     ];
     let archives = archives.iter().map(|(name, text)| (*name, text.as_str()));

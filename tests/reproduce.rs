@@ -145,7 +145,7 @@ fn invalid_samplings_are_refused() {
             ["--robot", "surrogate:x"],
             "`x` is no seed; allowed: whole numbers from 0",
         ),
-        (["--severity", "3"], "surrogate.severity: is 3; allowed: 0 to 2"),
+        (["--severity", "3"], "--severity: is 3; allowed: a number from 0 to 2"),
         (["--objects", "wall,cube"], "allowed: wall, round"),
         (["--objects", "wall,wall"], "is given twice"),
     ] {
@@ -165,7 +165,10 @@ fn invalid_studies_are_refused() {
     place.write("full/own.txt", "mine");
     place.write("wall.sam", "8 180 20 5 2\n");
     for (arguments, words) in [
-        (&["--severity=-1"][..], "allowed: 0 to 2"),
+        (
+            &["--severity=-1"][..],
+            "--severity: is -1; allowed: a number from 0 to 2",
+        ),
         (&["--robot", "mine"], "or surrogate:SEED for a simulated Khepera"),
         (
             &["--out", "full"],

@@ -208,19 +208,19 @@ fn invalid_values_are_refused_by_name() {
         ("start.y_mm", "is -1; allowed: 0 to 350", |spec| {
             spec.start = at(90.0, -1.0, 0.0);
         }),
-        ("start.heading_turns", "less than 1", |spec| {
-            spec.start = at(90.0, 90.0, 1.0);
+        ("start.heading_turns", "-1 to 1", |spec| {
+            spec.start = at(90.0, 90.0, 1.5);
         }),
-        ("start.heading_turns", "0 to less than 1", |spec| {
-            spec.start = at(90.0, 90.0, -0.5);
+        ("start.heading_turns", "-1 to 1", |spec| {
+            spec.start = at(90.0, 90.0, -1.5);
         }),
         ("start", "touches", |spec| spec.start = at(20.0, 90.0, 0.0)),
         ("arena.width_mm", "1 to 100000", |spec| spec.arena.field.width = 0.5),
-        ("arena.field.x", "is NaN", |spec| spec.arena.field.x = f32::NAN),
-        ("arena.field", "free in 0 %", |spec| {
+        ("arena", "is NaN", |spec| spec.arena.field.x = f32::NAN),
+        ("arena", "free in 0 %", |spec| {
             spec.arena = Arena::rectangle(50.0, 350.0);
         }),
-        ("arena.field", "25 %", |spec| {
+        ("arena", "25 %", |spec| {
             spec.arena = Arena::rectangle(100.0, 100.0);
         }),
         ("arena.walls[2].to_mm", "-100000 to 100000", |spec| {
@@ -256,9 +256,9 @@ fn invalid_values_are_refused_by_name() {
             with_block(spec);
             spec.arena.blocks[0].width = f32::NAN;
         }),
-        ("arena.blocks[0].heading_turns", "less than 1", |spec| {
+        ("arena.blocks[0].heading_turns", "-1 to 1", |spec| {
             with_block(spec);
-            spec.arena.blocks[0].heading = 1.0;
+            spec.arena.blocks[0].heading = 1.5;
         }),
         ("arena.blocks[0].class", "allowed: wall, round", |spec| {
             spec.arena = Arena::miglino1995_block();

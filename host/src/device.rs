@@ -16,6 +16,7 @@ use crate::console::Console;
 use crate::engine::handle::{Closed, Engine};
 use crate::engine::watcher::stop_signal;
 use crate::exit::{Failure, Result};
+use crate::numbers::{number, whole};
 use crate::threads;
 
 /// Options of the device that evaluates.
@@ -25,10 +26,10 @@ pub(crate) struct Backend {
     #[arg(id = "backend", long = "backend", value_name = "BACKEND", default_value = "auto")]
     pub(crate) name: String,
     /// CPU threads, 1 to 1024 [default: one per processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// Share of a GPU's rollouts that the CPU repeats and compares, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share_or_none)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = number::<f64>(0.0..=1.0))]
     pub(crate) recheck: f64,
     /// When a GPU's kernels are compiled again for one world, which takes a moment and makes them several times as fast:
     /// auto (for worlds with enough to do), always or never
@@ -116,14 +117,6 @@ fn named(device: &Device) -> String {
 /// Prints a device's warnings, such as that it was lost and reopened. Its results are right nevertheless.
 pub(crate) fn tell_warnings(evaluator: &dyn Evaluator, console: Console) {
     console.warn(evaluator.warnings());
-}
-
-/// Parses a number from 0 to 1.
-fn share_or_none(text: &str) -> std::result::Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
-        _ => Err("allowed: a number from 0 to 1, such as 0.01".to_owned()),
-    }
 }
 
 /// Lane code with a single lane.
@@ -387,15 +380,4 @@ fn adapter(name: &str) -> Result<Candidate> {
             Ok(_) => oneiro::evaluator::Error::NoDevice(format!("gpu:{name} can't be compared in this build")),
         },
     ))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shares_may_be_nothing() {
-        assert_eq!(share_or_none("0"), Ok(0.0));
-        assert!(share_or_none("nan").is_err() && share_or_none("1.01").is_err());
-    }
 }

@@ -34,6 +34,7 @@ mod lives;
 #[path = "../../tests/mutations/mod.rs"]
 mod mutations;
 mod npy;
+mod numbers;
 #[cfg(test)]
 #[path = "../../tests/pinned/mod.rs"]
 mod pinned;

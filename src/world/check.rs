@@ -28,6 +28,7 @@ const GREATEST_CELLS: usize = life::GREATEST_CELLS as usize;
 
 pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     parameter::check(&PARAMETERS, spec)?;
+    turned(spec);
     forager(spec)?;
     robot(&spec.robot)?;
     match &spec.robot.build {
@@ -59,6 +60,24 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
     together(spec)?;
     new_cell(spec)?;
     greatest_speed(spec)
+}
+
+/// Writes each direction as turns from 0 to less than 1.
+fn turned(spec: &mut WorldSpec) {
+    let Arena { blocks, patches, .. } = &mut spec.arena;
+    let start = match &mut spec.start {
+        Start::At { heading, .. } => Some(heading),
+        Start::Random => None,
+    };
+    let blocks = blocks.iter_mut().map(|block| &mut block.heading);
+    let patches = patches.iter_mut().map(|patch| &mut patch.heading);
+    for heading in blocks.chain(patches).chain(start) {
+        *heading -= heading.floor();
+        // Of a tiny negative one.
+        if *heading >= 1.0 {
+            *heading = 0.0;
+        }
+    }
 }
 
 /// Checks what only foragers have, and gives them their arena and their body.
@@ -257,13 +276,30 @@ fn together(spec: &WorldSpec) -> Result<(), Invalid> {
     let disc = 4.0 * std::f32::consts::PI * spec.robot.body_radius * spec.robot.body_radius;
     let Field { width, height, .. } = spec.arena.field;
     let most = 0.5 * pack::free_share(spec) * width * height / disc;
-    if count as f32 > most {
-        let problem = format!(
-            "is {count}, and the arena has room to draw the starts of {most:.0}; allowed: fewer, or a larger arena"
-        );
-        return Err(Invalid::new("robot.count", problem));
+    if count as f32 <= most {
+        return Ok(());
     }
-    Ok(())
+    if let Some(radius) = start_radius(&spec.arena) {
+        let problem = format!(
+            "is {radius}, with room to draw the starts of {most:.0} of {count} robots; allowed: a larger one, or a smaller robot.count"
+        );
+        return Err(Invalid::new("arena.start_radius_mm", problem));
+    }
+    let problem = format!(
+        "is {count}, and the arena has room to draw the starts of {most:.0}; allowed: fewer, or a larger arena"
+    );
+    Err(Invalid::new("robot.count", problem))
+}
+
+/// Radius of the disc that robots start in, if a larger one is possible.
+fn start_radius(arena: &Arena) -> Option<f32> {
+    let Field { x, y, width, .. } = arena.field;
+    let radius = 0.5 * width;
+    let middle = Vec2::new(x + radius, y + radius);
+    let rooms = arena.polygon_sides().iter().map(|side| side.room(middle));
+    // The greatest disc is rounded.
+    let is_larger_possible = radius + 0.01 < rooms.fold(f32::INFINITY, f32::min);
+    (arena.is_field_round && is_larger_possible).then_some(radius)
 }
 
 /// Checks the value of a new cell.
@@ -290,20 +326,13 @@ fn new_cell(spec: &WorldSpec) -> Result<(), Invalid> {
 /// Checks that no robot can jump over a wall, which it could if it moved farther than its diameter in a cycle.
 fn greatest_speed(spec: &WorldSpec) -> Result<(), Invalid> {
     let diameter = 2.0 * spec.robot.body_radius;
-    let described = match &spec.robot.build {
-        Build::Sampled => None,
-        Build::Differential(own) => own.farthest(),
+    let key = match &spec.robot.build {
+        Build::Differential(own) if own.farthest().is_some() => "robot.greatest_speed_mm_s",
+        Build::Differential(_) | Build::Sampled => "robot.motors",
         // Its wall is a circle, which it is always within.
         Build::Forager(_) => return Ok(()),
     };
-    let (key, greatest) = if let Some(farthest) = described {
-        ("robot.greatest_speed_mm_s", farthest)
-    } else {
-        let cells = spec.robot.motors.cells.iter();
-        let displacements = cells.map(|cell| cell.displacement.abs());
-        ("robot.motors", displacements.fold(0.0, f32::max))
-    };
-    let farthest = greatest * (1.0 + spec.noise.motor);
+    let farthest = farthest(spec);
     if farthest >= diameter {
         let problem = format!(
             "the greatest displacement of a cycle is {farthest} mm, noise included; \
@@ -312,6 +341,19 @@ fn greatest_speed(spec: &WorldSpec) -> Result<(), Invalid> {
         return Err(Invalid::new(key, problem));
     }
     Ok(())
+}
+
+/// The greatest displacement of a cycle, noise included, mm; of robots that are no foragers.
+pub(super) fn farthest(spec: &WorldSpec) -> f32 {
+    let described = match &spec.robot.build {
+        Build::Differential(own) => own.farthest(),
+        Build::Sampled | Build::Forager(_) => None,
+    };
+    let sampled = || {
+        let cells = spec.robot.motors.cells.iter();
+        cells.map(|cell| cell.displacement.abs()).fold(0.0, f32::max)
+    };
+    described.unwrap_or_else(sampled) * (1.0 + spec.noise.motor)
 }
 
 fn robot(robot: &Robot) -> Result<(), Invalid> {
@@ -393,8 +435,8 @@ fn motor_table(motors: &MotorTable) -> Result<(), Invalid> {
 /// Checks an arena. Only where sensors are sampled do classes matter.
 fn arena(arena: &Arena, sampled: Option<&SensorTables>) -> Result<(), Invalid> {
     let Field { x, y, width, height } = arena.field;
-    allowed_number("arena.field.x", x, COORDINATE)?;
-    allowed_number("arena.field.y", y, COORDINATE)?;
+    allowed_number("arena", x, COORDINATE)?;
+    allowed_number("arena", y, COORDINATE)?;
     allowed_number("arena.width_mm", width, LENGTH)?;
     allowed_number("arena.height_mm", height, LENGTH)?;
     let shapes = arena.walls.len() + arena.obstacles.len() + arena.blocks.len();
@@ -446,7 +488,8 @@ fn polygon(arena: &Arena) -> Result<(), Invalid> {
         let radius = 0.5 * width;
         let middle = Vec2::new(x + radius, y + radius);
         let room = sides.iter().map(|side| side.room(middle)).fold(f32::INFINITY, f32::min);
-        if radius > room {
+        // The disc is known by its rounded sides.
+        if radius - room > 2.0 * f32::EPSILON * (x.abs() + y.abs() + width) {
             let problem = format!("is {radius}; allowed: up to {room} in this arena");
             return Err(Invalid::new("arena.start_radius_mm", problem));
         }

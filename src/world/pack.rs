@@ -7,7 +7,7 @@ use glam::Vec2;
 use oneiro_shaders::life::{self, BLOCK, CELL, ROUND, WALL};
 
 use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
-use crate::arena::{Arena, Field, Light};
+use crate::arena::{self, Arena, Field, Light, Patch};
 use crate::batch::Buffers;
 use crate::cells::Cells;
 use crate::compose::OwnParts;
@@ -168,9 +168,9 @@ fn random_start(free: &Free) -> Result<[f32; 3], Invalid> {
         // A life draws 64 times: with a quarter free, one in 1e8 finds nothing.
         Some(at) if free.share >= 0.25 => Ok([at.x, at.y, 0.0]),
         _ => Err(Invalid::new(
-            "arena.field",
+            "arena",
             format!(
-                "a robot's body is free in {:.0} % of it; allowed for random starts: 25 % and more",
+                "a robot's body is free in {:.0} % of the field that it starts in; allowed for random starts: 25 % and more",
                 100.0 * free.share
             ),
         )),
@@ -291,7 +291,24 @@ fn task(task: Task) -> (u32, f32) {
     (speed | difference | activation, new_cell)
 }
 
-pub(super) fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
+/// A patch's shape.
+pub(super) fn patch(patch: &Patch) -> life::Shape {
+    let axis = arena::axis(patch.heading);
+    let [length, width] = patch.sides.unwrap_or_default();
+    life::Shape {
+        x: patch.x,
+        y: patch.y,
+        unit_x: axis.x,
+        unit_y: axis.y,
+        half_length: 0.5 * length,
+        half_width: 0.5 * width,
+        kind: BLOCK,
+        ..life::Shape::default()
+    }
+}
+
+/// Shapes of the walls, the obstacles and the blocks, in this order.
+pub(super) fn objects(spec: &WorldSpec) -> Vec<life::Shape> {
     let arena = &spec.arena;
     let walls = arena.walls.iter().enumerate().map(|(index, wall)| {
         let from = Vec2::from(wall.from);
@@ -334,15 +351,21 @@ pub(super) fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
             )
         }
     });
+    walls.chain(obstacles).chain(blocks).collect()
+}
+
+/// The same in the order of the kernel.
+pub(super) fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
+    let arena = &spec.arena;
+    let mut objects = objects(spec);
     // Robots that live together know the sides of their polygon by their place, after all else.
     let sides = if spec.robot.members().is_some() {
         arena.polygon_sides().len()
     } else {
         0
     };
-    let mut walls: Vec<_> = walls.collect();
-    let sides = walls.split_off(walls.len() - sides);
-    let objects = walls.into_iter().chain(obstacles).chain(blocks).collect();
+    let walls = arena.walls.len();
+    let sides: Vec<_> = objects.drain(walls - sides..walls).collect();
     let by_rays = spec.surrogate.is_some() && matches!(spec.robot.build, Build::Sampled);
     let mut all = layered(objects, by_rays);
     all.extend(sides);
@@ -446,7 +469,7 @@ pub(super) fn zero(x: f32) -> f32 {
 
 /// Squared distance from a robot's centre to the nearest point of a wall or a block, or to a round obstacle's centre,
 /// mm², as the kernels compute it.
-fn squared_distance(shape: &life::Shape, at: Vec2) -> f32 {
+pub(super) fn squared_distance(shape: &life::Shape, at: Vec2) -> f32 {
     let from = at - Vec2::new(shape.x, shape.y);
     if shape.kind == BLOCK {
         let along = from.x * shape.unit_x + from.y * shape.unit_y;

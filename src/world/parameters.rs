@@ -9,11 +9,13 @@ use crate::automode::Modules;
 use crate::differential::{Build, Differential, GREATEST_MEMBERS};
 use crate::foraging::{self, AsForaging, Forager, Foraging};
 use crate::network::Network;
-use crate::parameter::Allowed::{Any, Number, Text, Turns, Whole};
+use crate::parameter::Allowed::{Any, Number, Text, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
 
 /// Range of coordinates, mm: beyond 100 m single precision is too coarse for a robot's steps.
 pub const COORDINATE: Allowed = Number(-1e5, 1e5);
+/// Range of directions, turns.
+const TURNS: Allowed = Number(-1.0, 1.0);
 /// Range of lengths of bodies, arenas and blocks, mm.
 pub const LENGTH: Allowed = Number(1.0, 1e5);
 
@@ -103,9 +105,9 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "Name of a sensor.", |own, index| Some(&mut described(own)?.sensors.get_mut(index)?.name)),
         row("robot.sensors[].kind", "", Any, "",
             "What it measures.", |own, index| Some(&mut described(own)?.sensors.get_mut(index)?.kind)),
-        row("robot.sensors[].heading_turns", "turns", Number(-1.0, 1.0), "",
+        row("robot.sensors[].heading_turns", "turns", TURNS, "",
             "Where it looks, and where it is on the body, counter-clockwise from straight ahead. Of batteries and sampled sensors: 0.", |own, index| Some(&mut described(own)?.sensors.get_mut(index)?.heading)),
-        row("robot.sensors[].bearing_turns", "turns", Number(-1.0, 1.0), "",
+        row("robot.sensors[].bearing_turns", "turns", TURNS, "",
             "Where a distance, proximity or light sensor is on the body, counter-clockwise from straight ahead; default: where it looks.", |own, index| Some(&mut described(own)?.sensors.get_mut(index)?.bearing)),
         row("robot.sensors[].offset_mm", "mm", Number(0.0, 1e5), "",
             "Distance from the body's centre, of all but bumpers, batteries and sampled sensors; default: the body's radius.", |own, index| Some(&mut described(own)?.sensors.get_mut(index)?.offset)),
@@ -156,7 +158,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "One of its sides.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.length)),
         row("arena.blocks[].width_mm", "mm", LENGTH, "",
             "The other side.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.width)),
-        row("arena.blocks[].heading_turns", "turns", Turns, "",
+        row("arena.blocks[].heading_turns", "turns", TURNS, "",
             "Direction of its length, counter-clockwise from the x axis.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.heading)),
         row("arena.blocks[].class", "", CLASS, "",
             "Its class; none is built in, `oneiro sample` makes one.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.class)),
@@ -186,7 +188,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "Radius of a disc.", |own, index| Some(&mut own.as_mut().arena.patches.get_mut(index)?.radius)),
         row("arena.patches[].sides_mm", "mm", LENGTH, "",
             "Both sides of a rectangle.", |own, index| Some(&mut own.as_mut().arena.patches.get_mut(index)?.sides)),
-        row("arena.patches[].heading_turns", "turns", Turns, "",
+        row("arena.patches[].heading_turns", "turns", TURNS, "",
             "Direction of a rectangle's first side, counter-clockwise from the x axis.", |own, index| Some(&mut own.as_mut().arena.patches.get_mut(index)?.heading)),
         row("arena.patches[].grey", "", Number(0.0, 1.0), "",
             "Its grey: 0 for black, 1 for white.", |own, index| Some(&mut own.as_mut().arena.patches.get_mut(index)?.grey)),
@@ -263,7 +265,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "x of the start.", |own, _| match &mut own.as_mut().start { Start::At { x, .. } => Some(x), Start::Random => None }),
         row("start.y_mm", "mm", COORDINATE, "",
             "y of the start.", |own, _| match &mut own.as_mut().start { Start::At { y, .. } => Some(y), Start::Random => None }),
-        row("start.heading_turns", "turns", Turns, OURS,
+        row("start.heading_turns", "turns", TURNS, OURS,
             "Heading at the start, counter-clockwise from the x axis.", |own, _| match &mut own.as_mut().start { Start::At { heading, .. } => Some(heading), Start::Random => None }),
     ];
     let mut foragers = foraging::parameters();

@@ -68,8 +68,8 @@ pub(crate) fn peak() -> u64 {
         .unwrap_or(0)
 }
 
-/// How long something has taken: with `ONEIRO_LONG` the processor time that this process or this thread has had since, where the
-/// system tells, because on a busy machine minutes of the clock may be seconds of work; otherwise by the clock.
+/// How long something has taken: the processor time that this process or this thread has had since, where the system tells,
+/// because on a busy machine minutes of the clock may be seconds of work; otherwise by the clock.
 pub(crate) struct Spent {
     whose: &'static str,
     begin: Instant,
@@ -82,7 +82,7 @@ impl Spent {
         Self {
             whose,
             begin: Instant::now(),
-            before: std::env::var_os("ONEIRO_LONG").and_then(|_| processor_time(whose)),
+            before: processor_time(whose),
         }
     }
 

@@ -292,6 +292,11 @@ sweep.toml:4:21: grid.noise.motor[1]: is 0.0 a second time; allowed: each value 
 sweep.toml:4:21: | noise.motor = 0.0 and noise.motor = 0 are one experiment; allowed: cells that differ
 noise.motor = [0.0, 0.1] => cycles = [20, 20.0]
 sweep.toml:4:15:
+# Values that no cell uses.
++ [[list]] / evolution.kind = "genetic" / evolution.strategy.sigma = 0.5 / [[list]] / evolution.kind = "random" / evolution.strategy.sigma = 0.5
+sweep.toml:5:28: evolution.strategy.sigma: is given; allowed: only with | cma-es | no cell of the sweep uses it
++ [set] / evolution.strategy.sigma = 0.5 / [[list]] / evolution.kind = "genetic" / [[list]] / evolution.kind = "random"
+sweep.toml:4:28: evolution.strategy.sigma: is given; allowed: only with | cma-es | no cell of the sweep uses it
 # Keys that are given twice.
 + [set] / noise.motor = 0.2
 sweep.toml:6:16: noise.motor: is already given, as noise.motor (sweep.toml:4:15); allowed: each key once
@@ -402,6 +407,15 @@ fn of_sweeps_say_where_and_what_is_allowed() {
         place.write("sweep.toml", &text);
         let words: Vec<&str> = words.trim().split(" | ").collect();
         refused_with(&place, &text, &words);
+    }
+    // A value that some cells use is left out in others.
+    for kinds in [
+        "[set]\nevolution.strategy.sigma = 0.5\n[[list]]\nevolution.kind = \"genetic\"\n[[list]]\nevolution.kind = \"cma-es\"\n",
+        "[[list]]\nevolution.kind = \"genetic\"\nevolution.strategy.sigma = 0.5\n\
+         [[list]]\nevolution.kind = \"cma-es\"\nevolution.strategy.sigma = 0.5\n",
+    ] {
+        place.write("sweep.toml", GOOD.replace("[grid]", &format!("{kinds}[grid]")));
+        place.good(&["sweep", "plan", "sweep.toml", "--no-estimate"]);
     }
     place.write(
         "sweep.toml",

@@ -13,6 +13,7 @@ use crate::evolve::Population;
 use crate::exit::Failure;
 use crate::lives::measures::{Measures, descriptors};
 use crate::lives::{Keys, LifeIndex, Lives};
+use crate::numbers::check_seed;
 use crate::runs::single::trace::TraceTable;
 
 /// Lives in a batch: enough for any device.
@@ -75,9 +76,10 @@ pub struct Outcome {
 /// Evaluates genomes.
 ///
 /// # Errors
-/// Exit 3 for swarms, and for genomes or numbers that aren't allowed; exit 4 if there is no such device; exit 75 if the task was
+/// Exit 3 for swarms, for a seed above 2^63 - 1, and for genomes or numbers that aren't allowed; exit 4 if there is no such device; exit 75 if the task was
 /// stopped.
 pub fn evaluate(experiment: &Experiment, request: &Request<'_>, task: &Task) -> Result<Outcome> {
+    check_seed(request.seed)?;
     let world = experiment.world()?;
     let genes = world.genes();
     let count = request.genomes.len() / genes;

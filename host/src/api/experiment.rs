@@ -21,6 +21,7 @@ use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::{self, Files};
 use crate::files::plain;
 use crate::lives::measures::descriptors;
+use crate::numbers::check_seed;
 use crate::runs::single::job::{means, score};
 use crate::runs::single::trace::TraceTable;
 use crate::{runs, sealed};
@@ -102,7 +103,7 @@ impl Experiment {
                 let written = plain::create(&folder.join(name)).and_then(|mut file| file.write_all(bytes));
                 written.map_err(|error| Failure::storage(&folder.join(name), &error))?;
             }
-            let values = Parsed::new("the experiment".into(), &portable.toml)?;
+            let values = Parsed::new("the experiment".into(), &portable.toml)?.recorded();
             let path = folder.join("experiment.toml");
             runs::of(&path, &values, &Setting::all_typed(set)?, &Files::default(), None)
         })();
@@ -128,7 +129,7 @@ impl Experiment {
         self.0.any.warnings()
     }
 
-    pub(super) fn any(&self) -> &Arc<dyn runs::Experiment> {
+    pub(crate) fn any(&self) -> &Arc<dyn runs::Experiment> {
         &self.0.any
     }
 
@@ -249,8 +250,9 @@ impl Evolution {
     /// Begins the evolution of a run with a seed, by the experiment's optimiser.
     ///
     /// # Errors
-    /// Exit 3 for swarms.
+    /// Exit 3 for swarms, and for a seed above 2^63 - 1.
     pub fn new(experiment: &Experiment, seed: u64) -> Result<Self> {
+        check_seed(seed)?;
         Ok(Self {
             own: experiment.single()?.evolution(seed),
             experiment: experiment.clone(),
@@ -391,14 +393,16 @@ mod tests {
 
     /// An experiment that ships, shortened, which evolves by this kind, and what else it takes.
     fn experiment(name: &str, kind: Kind, common: bool) -> Experiment {
-        const BEHAVIOUR: &str = "evolution.descriptors=[{measure=\"end_x_mm\",least=0,greatest=600,cells=60},\
-                                 {measure=\"mean_speed_mm_s\",least=0,greatest=80,cells=90}]";
+        const CELLS: &str = "evolution.descriptors=[{measure=\"end_x_mm\",least=0,greatest=600,cells=60},\
+                             {measure=\"mean_speed_mm_s\",least=0,greatest=80,cells=90}]";
+        const RANGES: &str = "evolution.descriptors=[{measure=\"end_x_mm\",least=0,greatest=600},\
+                              {measure=\"mean_speed_mm_s\",least=0,greatest=80}]";
         let avoidance = "khepera-avoidance.toml";
         let (file, own): (_, &[&str]) = match kind {
             Kind::CmaEs | Kind::SepCmaEs | Kind::OpenEs | Kind::Random => (avoidance, &[]),
             Kind::Genetic => (avoidance, &["evolution.parents=4"]),
-            Kind::MapElites => (avoidance, &[BEHAVIOUR]),
-            Kind::Novelty => (avoidance, &[BEHAVIOUR, "evolution.parents=4"]),
+            Kind::MapElites => (avoidance, &[CELLS]),
+            Kind::Novelty => (avoidance, &[RANGES, "evolution.parents=4"]),
             Kind::Grid => ("aggregation.toml", &["evolution.grid.levels=2"]),
             Kind::Race => ("automode-cues.toml", &["evolution.race.lives=400"]),
             Kind::Coevolution => (

@@ -12,6 +12,7 @@ use crate::commands::sweep::{self, Means};
 use crate::device as devices;
 use crate::engine::handle::Engine;
 use crate::exit::Failure;
+use crate::numbers::check_seed;
 use crate::record::{self, Directories, RunPlace, SavedRun, Session, SingleRun};
 use crate::sweep::store::Shard;
 use crate::sweep::tables::Written;
@@ -23,9 +24,10 @@ pub struct Run(SavedRun);
 /// Runs an experiment with a seed, as `oneiro run --out` does. A run that was begun there continues, and a finished one stays.
 ///
 /// # Errors
-/// Exit 3 if the directory holds something else; exit 4 without such a device; exit 6 if the disk is full; exit
-/// 75 if the task was stopped: the same call or [`resume`] continues it.
+/// Exit 3 for a seed above 2^63 - 1, and if the directory holds something else; exit 4 without such a device; exit 6 if the disk is full;
+/// exit 75 if the task was stopped: the same call or [`resume`] continues it.
 pub fn run(experiment: &Experiment, seed: u64, out: &Path, backend: &str, task: &Task) -> Result<Run> {
+    check_seed(seed)?;
     let identities = experiment.any().identities();
     let places = vec![(seed, out.to_owned())];
     let Places { unfinished, new, .. } = sorted_out(places, |seed| identities.of(seed), device::quiet())?;

@@ -9,6 +9,7 @@ use oneiro::swarm::{Command, Driven, Lamp, Line, Swarm, Trouble};
 use super::experiment::Experiment;
 use super::{Error, Result, Task, device};
 use crate::exit::Failure;
+use crate::numbers::check_seed;
 
 /// Lives in an experiment's world, whose controller is left out.
 #[derive(Debug)]
@@ -76,8 +77,9 @@ impl Stepped {
     /// the life j of the genome i that [`evaluate`](super::evaluate::evaluate) evaluates with that seed.
     ///
     /// # Errors
-    /// Exit 3 for an unknown life; those of the device.
+    /// Exit 3 for an unknown life, and for a seed above 2^63 - 1; those of the device.
     pub fn begin(&mut self, lives: &[(usize, u64, [u64; 2])], task: &Task) -> Result {
+        check_seed(lives.iter().map(|(_, seed, _)| *seed).max().unwrap_or(0))?;
         let key =
             |&(life, seed, [genome, number]): &(usize, u64, [u64; 2])| (life, Key::rollout(seed, 0, genome, number));
         let named: Vec<(usize, Key)> = lives.iter().map(key).collect();
@@ -176,8 +178,9 @@ impl Arena {
     /// Begins anew, with random numbers from a seed and a life's number.
     ///
     /// # Errors
-    /// Exit 3 for more robots than can be commanded; those of the device.
+    /// Exit 3 for more robots than can be commanded, and for a seed above 2^63 - 1; those of the device.
     pub fn begin(&mut self, seed: u64, life: u64) -> Result {
+        check_seed(seed)?;
         let key = Key::rollout(seed, 0, 0, life);
         let made = device::with(&self.backend, |evaluator| {
             Driven::new(evaluator, &self.swarm, self.lamp, key)

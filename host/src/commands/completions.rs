@@ -1,15 +1,13 @@
 //! `oneiro completions`: a completion script for a shell.
 
-use clap::CommandFactory;
-
-use crate::cli::{Cli, Completions};
+use crate::cli::{self, Completions};
 use crate::console::Console;
 use crate::exit::{Failure, Result};
 
 /// Prints the script.
 pub(crate) fn run(arguments: &Completions, console: Console) -> Result {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Cli::command(), "oneiro", &mut script);
+    clap_complete::generate(arguments.shell, &mut cli::command(), "oneiro", &mut script);
     let script = String::from_utf8(script).map_err(Failure::failed)?;
     console.data(script)
 }

@@ -25,9 +25,6 @@ pub(super) fn invalid(key: &str, problem: impl Display) -> Checked {
 /// Checks what neither rows nor the world check.
 pub(super) fn check(settings: &Settings) -> Checked {
     name(&settings.name)?;
-    if settings.sensor.part.is_none() && !settings.sensor.values.is_empty() {
-        return invalid("sensor.values", "are given; allowed: only with `sensor.part`");
-    }
     arena(settings)?;
     evolution(&settings.evolution)?;
     finalists(settings.finalists)?;
@@ -35,52 +32,9 @@ pub(super) fn check(settings: &Settings) -> Checked {
 }
 
 fn reality(transfer: &Transfer) -> Checked {
-    const SURROGATE: &str = "with a surrogate as reality.robot";
-    const WIRE: &str = "with a robot on a wire as reality.robot";
-    let site = match transfer.site() {
-        Ok(site) => site,
-        Err(problem) => return invalid("reality.robot", problem),
-    };
-    let (is_some, is_wired) = (site.is_some(), site.is_some_and(|site| site.is_wired()));
-    let keys = [
-        (
-            "reality.generations",
-            transfer.generations.is_some(),
-            is_some,
-            "with reality.robot",
-        ),
-        (
-            "reality.severity",
-            transfer.severity.is_some(),
-            is_some && !is_wired,
-            SURROGATE,
-        ),
-        (
-            "reality.motion_severity",
-            transfer.motion_severity.is_some(),
-            is_some && !is_wired,
-            SURROGATE,
-        ),
-        (
-            "reality.differences",
-            transfer.differences.iter().any(Option::is_some),
-            is_some && !is_wired,
-            SURROGATE,
-        ),
-        ("reality.starts", transfer.starts.is_some(), is_wired, WIRE),
-        ("reality.speed_mm_s", transfer.speed.is_some(), is_wired, WIRE),
-        ("reality.walk_s", transfer.walk.is_some(), is_wired, WIRE),
-        ("reality.sensors", !transfer.sensors.is_empty(), is_wired, WIRE),
-        ("reality.tracker", !transfer.tracker.0.is_empty(), is_wired, WIRE),
-        ("reality.tracker_age_ms", transfer.tracker_age.is_some(), is_wired, WIRE),
-        ("reality.guard", !transfer.guard.is_empty(), is_wired, WIRE),
-    ];
-    match keys
-        .iter()
-        .find(|(_, is_given, is_allowed, _)| *is_given && !is_allowed)
-    {
-        Some((key, .., condition)) => invalid(key, format_args!("is given; allowed: only {condition}")),
-        None => Ok(()),
+    match transfer.site() {
+        Ok(_) => Ok(()),
+        Err(problem) => invalid("reality.robot", problem),
     }
 }
 
@@ -135,6 +89,41 @@ pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
     }
 }
 
+/// Checks that genes begin within their own ranges, and not all at the same limit.
+pub(super) fn beginnings(settings: &Settings, genes: &[Gene]) -> Checked {
+    let optimiser::Settings {
+        initial: [low, high],
+        initial_shares: shares,
+        limits,
+        ..
+    } = &settings.evolution;
+    if let Some([least, greatest]) = limits
+        && ((low < least && high <= least) || (high > greatest && low >= greatest))
+    {
+        let problem = format!(
+            "is [{least}, {greatest}], and evolution.initial is [{low}, {high}]; allowed: limits that share a part of that range"
+        );
+        return invalid("evolution.limits", problem);
+    }
+    for (gene, share) in genes.iter().zip(&shares.0) {
+        let [low, high] = gene.range.map_or([*low, *high], |range| range.map(f64::from));
+        let [least, greatest] = match (gene.range, limits) {
+            (Some(_), _) => [low, high],
+            (None, Some(limits)) => *limits,
+            (None, None) => continue,
+        };
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let most = (greatest - middle).min(middle - least) / half;
+        if *share > most {
+            let name = &gene.name;
+            let problem =
+                format!("is {share} for {name}; allowed: up to {most}, where its range [{least}, {greatest}] ends");
+            return invalid("evolution.initial_shares", problem);
+        }
+    }
+    Ok(())
+}
+
 /// Checks that a grid is not too large, and that generations are equal parts of it.
 fn grid_of(settings: &Settings, genes: usize) -> Checked {
     const MOST: u64 = 1_000_000_000;
@@ -185,6 +174,10 @@ pub(super) fn opponents(settings: &Settings, genes: &[Gene]) -> Checked {
     let first = &evolution.opponents.first_gene;
     if evolution.opponents.split(genes).is_none() {
         let names: Vec<&str> = genes.iter().skip(1).map(|gene| &*gene.name).collect();
+        if names.is_empty() {
+            let problem = "is \"coevolution\" with one gene; allowed: two genes and more, one for each population";
+            return invalid("evolution.kind", problem);
+        }
         let problem = format!("is {first:?}; allowed: a gene but the first: {}", names.join(", "));
         return invalid("evolution.opponents.first_gene", problem);
     }
@@ -237,23 +230,7 @@ pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)
             arena.open = true";
         doubts.push(("arena.walls".to_owned(), problem.to_owned()));
     }
-    let Field { x, y, width, height } = spec.arena.walled();
-    for (index, light) in spec.arena.lights.iter().enumerate() {
-        let is_above = spec
-            .arena
-            .wall_height
-            .is_some_and(|wall| light.height.unwrap_or(0.0) > wall);
-        if !is_above && !spec.arena.walled().contains(light.x, light.y) {
-            let problem = format!(
-                "is at ({}, {}) mm, outside the arena ({x} to {} by {y} to {} mm): walls between hide it",
-                light.x,
-                light.y,
-                x + width,
-                y + height
-            );
-            doubts.push((format!("arena.lights[{index}]"), problem));
-        }
-    }
+    doubts.extend(outside(settings, world));
     let radius = spec.robot.body_radius;
     for (index, sensor) in spec.robot.described_sensors().iter().enumerate() {
         if let Some(offset) = sensor.offset.filter(|offset| *offset > 2.0 * radius) {
@@ -270,6 +247,48 @@ pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)
         doubts.push(("arena.lights".into(), format!("is empty: the robot's {sensors} 0")));
     }
     doubts
+}
+
+/// What no robot notices, and starts outside of the arena.
+fn outside(settings: &Settings, world: &World) -> Vec<(String, String)> {
+    let arena = &world.spec().arena;
+    let within = arena.within_walls();
+    let Field { x, y, width, height } = within;
+    let origin = match settings.arena.corners {
+        Some(_) => "its origin (0, 0) is that of arena.corners_mm",
+        None => "its origin (0, 0) is its lower left corner",
+    };
+    let of_arena = format!(
+        "the arena has x from {x} to {} and y from {y} to {} mm; {origin}",
+        x + width,
+        y + height
+    );
+    let listed = |key: &String| {
+        let walls = settings.world.arena.walls.len();
+        let wall = key
+            .strip_prefix("arena.walls[")
+            .and_then(|rest| rest.trim_end_matches(']').parse().ok());
+        wall.is_none_or(|wall: usize| wall < walls)
+    };
+    let keys = world.unreached().into_iter().filter(listed);
+    let of_key = |key: String| {
+        let is_start = key == "start" || key == "robot.starts_mm";
+        let is = if is_start {
+            "is outside of the arena"
+        } else {
+            "is where no robot gets near enough to notice it"
+        };
+        (key, format!("{is}: {of_arena}"))
+    };
+    let mut found: Vec<_> = keys.map(of_key).collect();
+    for (index, light) in arena.lights.iter().enumerate() {
+        let is_above = arena.wall_height.is_some_and(|wall| light.height.unwrap_or(0.0) > wall);
+        if !is_above && !within.contains(light.x, light.y) && world.is_enclosed() != Some(false) {
+            let problem = format!("is outside of the arena, and walls between hide it: {of_arena}");
+            found.push((format!("arena.lights[{index}]"), problem));
+        }
+    }
+    found
 }
 
 fn finalists(Finalists { count, lives }: Finalists) -> Checked {
@@ -300,26 +319,15 @@ pub(super) fn is_forager(settings: &Settings) -> bool {
 /// Whether an experiment defines any part of an arena of its own.
 pub(super) fn is_own_arena(settings: &Settings) -> bool {
     let ArenaSize {
+        preset: _,
         width_mm,
         height_mm,
         open,
         ref corners,
         start_radius,
-        ..
     } = settings.arena;
-    let Arena {
-        walls,
-        obstacles,
-        blocks,
-        lights,
-        floor,
-        patches,
-        ..
-    } = &settings.world.arena;
-    let has_objects = !walls.is_empty() || !obstacles.is_empty() || !blocks.is_empty();
-    let is_empty = !has_objects && lights.is_empty() && floor.is_none() && patches.is_empty();
     let has_size = width_mm.is_some() || height_mm.is_some() || corners.is_some() || start_radius.is_some();
-    has_size || open.is_some() || !is_empty
+    has_size || open.is_some() || settings.world.arena != Arena::default()
 }
 
 fn arena(settings: &Settings) -> Checked {

@@ -16,7 +16,7 @@ use oneiro::world::{GeneLayout, WorldSpec};
 use super::settings::{BUILT_IN, FROM_REALITY, PartFile, SensorFiles, Settings};
 use super::source::Source;
 use crate::engine::handle::Engine;
-use crate::evolve::Population;
+use crate::evolve::{Population, settings as evolution};
 use crate::exit::{Failure, Result};
 use crate::reality::Object;
 use crate::reality::sampling::{self, Samples};
@@ -235,16 +235,12 @@ impl<'a> Inputs<'a> {
     }
 
     /// Reads the genes that an evolution starts from.
-    pub(super) fn init(
-        &mut self,
-        file: Option<&str>,
-        layout: &GeneLayout,
-        population: u32,
-    ) -> Result<Option<Population>> {
+    pub(super) fn init(&mut self, evolution: &evolution::Settings, layout: &GeneLayout) -> Result<Option<Population>> {
         const KEY: &str = "evolution.init";
-        let Some(file) = file else {
+        let Some(file) = &evolution.init else {
             return Ok(None);
         };
+        let population = evolution.population;
         let (path, _) = self.take(KEY, file)?;
         let genomes = genomes::read(&path, layout, |word| self.warnings.push(format!("{KEY}: {word}")))
             .map_err(|failure| self.source.invalid(KEY, failure))?;
@@ -256,15 +252,20 @@ impl<'a> Inputs<'a> {
             );
             return Err(self.source.invalid(KEY, problem));
         }
-        let (names, ranges) = (layout.names(), layout.ranges());
+        let limits = evolution.limits.filter(|_| !self.source.is_recorded());
         for (index, genome) in genomes.genomes().enumerate() {
-            for (gene, &value) in genome.iter().enumerate() {
-                if let Some([least, greatest]) = ranges[gene]
-                    && !(least..=greatest).contains(&value)
-                {
-                    let (path, name) = (path.display(), &names[gene]);
+            for (gene, &value) in layout.all().iter().zip(genome) {
+                let (range, by) = match (gene.range, limits) {
+                    (Some(range), _) => (range.map(f64::from), ""),
+                    (None, Some(limits)) => (limits, ", evolution.limits"),
+                    (None, None) => continue,
+                };
+                // Limits are compared as genes are kept within them.
+                let [least, greatest] = range.map(|limit| limit as f32);
+                if !(least..=greatest).contains(&value) {
+                    let (path, name) = (path.display(), &gene.name);
                     let problem =
-                        format!("{path}: {name} of genome {index} is {value}; allowed: {least} to {greatest}");
+                        format!("{path}: {name} of genome {index} is {value}; allowed: {least} to {greatest}{by}");
                     return Err(self.source.invalid(KEY, problem));
                 }
             }

@@ -3,6 +3,7 @@
 mod check;
 pub(crate) mod examples;
 mod inputs;
+mod needs;
 pub(crate) mod reference;
 pub(crate) mod robots;
 pub(crate) mod settings;
@@ -13,6 +14,7 @@ mod world;
 
 use std::path::Path;
 
+use oneiro::parameter::{Field, Invalid};
 use oneiro::world::World;
 use toml::{Table, Value};
 
@@ -27,7 +29,7 @@ use inputs::Inputs;
 pub(crate) use inputs::{Content, Files, Input};
 pub(crate) use settings::GREATEST_SEED;
 use settings::{Settings, Transfer};
-use source::{Parsed, Setting, Source};
+use source::{LeftOut, Parsed, Setting, Source};
 
 /// A checked experiment, its world, and the files that it names.
 #[derive(Clone, Debug)]
@@ -40,6 +42,14 @@ pub(crate) struct Experiment {
     init: Option<Population>,
     inputs: Vec<Input>,
     warnings: Vec<String>,
+    left_out: LeftOut,
+}
+
+/// What is made of an experiment's values.
+enum Made {
+    Whole(Box<Experiment>),
+    /// Nothing: values at these paths are to be left out first.
+    Without(Vec<String>),
 }
 
 impl Experiment {
@@ -67,45 +77,94 @@ impl Experiment {
     /// As [`Experiment::read`].
     pub(crate) fn of(path: &Path, file: &Parsed<'_>, set: &[Setting], files: &Files) -> Result<Self> {
         let (given, source): (Table, _) = Source::read(file, set)?;
-        let given = robots::described(given, &source)?;
+        let mut given = robots::described(given, &source)?;
+        loop {
+            match Self::made(path, &given, &source, files)? {
+                Made::Whole(experiment) => return Ok(*experiment),
+                Made::Without(needless) => needless.iter().for_each(|path| values::remove(&mut given, path)),
+            }
+        }
+    }
+
+    /// The same of an experiment that is a part of something else, which uses some of its keys. Its name, its seed and what it
+    /// records may stand in its file.
+    ///
+    /// # Errors
+    /// As [`Experiment::read`], and for a value of another key.
+    pub(crate) fn partly(
+        path: &Path,
+        file: &Parsed<'_>,
+        set: &[Setting],
+        files: &Files,
+        (by, is_used): (&str, &dyn Fn(&str) -> bool),
+    ) -> Result<Self> {
+        let own = Self::of(path, file, set, files)?;
+        let (_, source): (Table, _) = Source::read(file, set)?;
+        let is_of_runs = |key: &str| ["name", SEED, "files"].contains(&key) || key.starts_with("record.");
+        let is_used = |key: &str| is_used(key) || is_of_runs(key) && !source.is_set(key);
+        needs::check_used(&mut own.settings.clone(), &source, &is_used, by)?;
+        Ok(own)
+    }
+
+    /// Makes it of all its values.
+    ///
+    /// # Errors
+    /// As [`Experiment::read`].
+    fn made(path: &Path, given: &Table, source: &Source<'_>, files: &Files) -> Result<Made> {
         let mut settings = Settings::default();
-        values::read(&given, &mut settings, &source)?;
+        values::read(given, &mut settings, source)?;
         if settings.name.is_empty() {
             settings.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
         let has_own = check::is_own_arena(&settings) || check::is_forager(&settings);
-        if values::at(&given, "arena.preset").is_none() && has_own {
+        if values::at(given, "arena.preset").is_none() && has_own {
             settings.arena.preset = None;
         }
         let is_large = matches!(settings.evolution.kind, Kind::Race | Kind::Coevolution);
-        if values::at(&given, "record.individuals").is_none() && is_large {
+        if values::at(given, "record.individuals").is_none() && is_large {
             settings.record.individuals = false;
         }
         settings.reality.complete(settings.evolution.generations);
-        check::check(&settings).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
+        let needless = needs::check(needs::of_settings(&settings), given, &mut settings, source)?;
+        if !needless.is_empty() {
+            return Ok(Made::Without(needless));
+        }
+        let refused = |invalid: Invalid| source.invalid(&invalid.field, &invalid.problem);
+        let has_sides = settings.arena.open != Some(true) && settings.arena.corners.is_none();
+        if has_sides
+            && values::at(given, "arena.walls")
+                .and_then(Value::as_array)
+                .is_some_and(Vec::is_empty)
+        {
+            let allowed = "allowed: walls; no such key, for the four sides; or arena.open = true, for none";
+            return Err(source.invalid("arena.walls", format_args!("is empty; {allowed}")));
+        }
+        check::check(&settings).map_err(refused)?;
         let directory = path.parent().unwrap_or(Path::new(""));
         let hashes = settings.files.clone();
-        let mut inputs = Inputs::new(directory, &source, &settings, &hashes, files);
-        let world = world::world(&settings, &source, &mut inputs)?;
+        let mut inputs = Inputs::new(directory, source, &settings, &hashes, files);
+        let world = world::world(&settings, source, &mut inputs)?;
         if let Ok(Some(site)) = settings.reality.site() {
             let allowed = site.allows(world.spec());
             allowed
                 .map_err(|problem| source.invalid("reality.robot", format!("can't run this experiment: {problem}")))?;
         }
-        let has_population = values::at(&given, "evolution.population").is_some();
+        let has_population = values::at(given, "evolution.population").is_some();
         settings
             .evolution
             .complete(world.genes(), settings.trials, has_population);
-        check::opponents(&settings, world.gene_layout().all())
-            .map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
-        check::genes(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
-        check::measures(&settings, &world).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
-        check::memory(&settings, world.genes()).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
-        let init = inputs.init(
-            settings.evolution.init.as_deref(),
-            world.gene_layout(),
-            settings.evolution.population,
-        )?;
+        let needless = needs::check(needs::of_world(&world), given, &mut settings, source)?;
+        if !needless.is_empty() {
+            return Ok(Made::Without(needless));
+        }
+        check::opponents(&settings, world.gene_layout().all()).map_err(refused)?;
+        check::genes(&settings, world.genes()).map_err(refused)?;
+        if !source.is_recorded() {
+            check::beginnings(&settings, world.gene_layout().all()).map_err(refused)?;
+        }
+        check::measures(&settings, &world).map_err(refused)?;
+        check::memory(&settings, world.genes()).map_err(refused)?;
+        let init = inputs.init(&settings.evolution, world.gene_layout())?;
         let (inputs, mut warnings) = inputs.finish()?;
         let doubts = check::doubts(&settings, &world).into_iter();
         warnings.extend(doubts.map(|(key, problem)| format!("{}: {key}: {problem}", source.place_of(&key))));
@@ -117,15 +176,16 @@ impl Experiment {
             seed: Some(0),
             ..settings.clone()
         };
-        let values = values::table(&mut with_seed, &given);
-        Ok(Self {
+        let values = values::table(&mut with_seed, given);
+        Ok(Made::Whole(Box::new(Self {
             settings,
             values,
             world,
             init,
             inputs,
             warnings,
-        })
+            left_out: source.left_out(),
+        })))
     }
 
     pub(crate) fn name(&self) -> &str {
@@ -168,6 +228,11 @@ impl Experiment {
     /// Warnings about its files and its values.
     pub(crate) fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// The settings that others of a higher rank left without effect.
+    pub(crate) fn left_out(&self) -> &LeftOut {
+        &self.left_out
     }
 
     /// The experiment of a run as TOML with every default written out; reading it gives this run's experiment again.
@@ -363,6 +428,16 @@ impl Identities {
     }
 }
 
+/// The key of a run's seed.
+pub(crate) const SEED: &str = "seed";
+
+/// Whether a key allows a value that is given elsewhere, and in words what it allows.
+pub(crate) fn allows(key: &str, value: &dyn Field) -> (bool, String) {
+    let single = values::alone::<Settings>(key, value);
+    let found = single.or_else(|| values::alone::<swarm::File>(key, value));
+    found.expect("the key has a row")
+}
+
 /// Checks a name of an experiment or a sweep, which becomes part of directory names; the error says what is wrong.
 pub(crate) fn check_name(name: &str) -> std::result::Result<(), String> {
     check::name(name).map_err(|invalid| invalid.problem)
@@ -373,6 +448,8 @@ fn text(values: &Table) -> String {
     toml::to_string(values).expect("values are tables of numbers, words and lists")
 }
 
+#[cfg(test)]
+pub(crate) mod effects;
 #[cfg(test)]
 mod mutants;
 #[cfg(test)]

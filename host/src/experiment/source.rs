@@ -1,7 +1,8 @@
 //! Sources of an experiment's values: its file, or a `--set`. All values form one tree, whose places are offsets into
 //! all texts together, so that every error can name its place.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
@@ -21,6 +22,8 @@ pub(crate) struct Parsed<'a> {
     name: String,
     text: &'a str,
     values: Spanned<DeTable<'a>>,
+    /// Whether the program has written it.
+    is_recorded: bool,
 }
 
 impl<'a> Parsed<'a> {
@@ -30,7 +33,12 @@ impl<'a> Parsed<'a> {
     /// Exit 3: the place of invalid TOML.
     pub(crate) fn new(name: String, text: &'a str) -> Result<Self> {
         match DeTable::parse(text) {
-            Ok(values) => Ok(Self { name, text, values }),
+            Ok(values) => Ok(Self {
+                name,
+                text,
+                values,
+                is_recorded: false,
+            }),
             Err(error) => {
                 let span = error.span().unwrap_or_default();
                 let place = place(&name, text, span.start);
@@ -40,6 +48,15 @@ impl<'a> Parsed<'a> {
                 };
                 Err(refused(&place, problem))
             }
+        }
+    }
+
+    /// The same file, written by the program itself, maybe by an older version. Its values are not refused for having no
+    /// effect.
+    pub(crate) fn recorded(self) -> Self {
+        Self {
+            is_recorded: true,
+            ..self
         }
     }
 
@@ -61,7 +78,14 @@ pub(crate) struct Source<'a> {
     set: Vec<Text>,
     /// Built only if a place is needed.
     keys: OnceCell<Vec<Key>>,
+    left_out: RefCell<LeftOut>,
 }
+
+/// Paths of settings that others of a higher rank left without effect, and what a refusal of each would say.
+pub(crate) type LeftOut = BTreeMap<String, String>;
+
+/// Rank of a value that a sweep varies. Values of this rank can leave each other out: each cell takes what it uses.
+const SWEPT: u8 = u8::MAX;
 
 /// A text with values: the file or one setting.
 #[derive(Debug)]
@@ -73,6 +97,7 @@ struct Text {
     start: usize,
     /// Folder from which files that it names are looked for; `None` for the experiment's.
     folder: Option<PathBuf>,
+    rank: u8,
 }
 
 /// A key or an element of a list.
@@ -95,6 +120,8 @@ pub(crate) struct Setting {
     line: String,
     /// Folder from which files that it names are looked for; `None` for the experiment's.
     folder: Option<PathBuf>,
+    /// The file's is 0. A value that one of a higher rank leaves without effect is left out.
+    rank: u8,
 }
 
 impl Setting {
@@ -112,6 +139,7 @@ impl Setting {
             place: format!("--set {setting}"),
             line: toml_line(&in_toml(key), value),
             folder: Some(PathBuf::new()),
+            rank: 1,
         })
     }
 
@@ -129,7 +157,18 @@ impl Setting {
             place,
             line: format!("{} = {value}", in_toml(key)),
             folder: None,
+            rank: 1,
         }
+    }
+
+    /// Gives it another rank than 1.
+    pub(crate) fn ranked(self, rank: u8) -> Self {
+        Self { rank, ..self }
+    }
+
+    /// Makes it a value that a sweep varies.
+    pub(crate) fn swept(self) -> Self {
+        self.ranked(SWEPT)
     }
 
     /// Looks for the files that it names from this folder.
@@ -151,21 +190,40 @@ impl<'a> Source<'a> {
             file,
             set: Vec::with_capacity(set.len()),
             keys: OnceCell::new(),
+            left_out: RefCell::default(),
         };
         let mut start = file.text.len() + 1;
-        for Setting { place, line, folder } in set {
+        for Setting {
+            place,
+            line,
+            folder,
+            rank,
+        } in set
+        {
             source.set.push(Text {
                 name: place.clone(),
                 content: line.clone(),
                 start,
                 folder: folder.clone(),
+                rank: *rank,
             });
             start += line.len() + 1;
         }
-        let values = T::deserialize(toml::Deserializer::from(source.merged()?));
-        match values {
-            Ok(values) => Ok((values, source)),
-            Err(error) => Err(source.refusal(&error)),
+        let mut unknown = Unknown::default();
+        let mut values = source.merged()?;
+        loop {
+            match T::deserialize(toml::Deserializer::from(values.clone())) {
+                Ok(values) => return unknown.refused().map(|()| (values, source)),
+                Err(error) => {
+                    let failure = source.refusal(&error);
+                    // Without the unknown key, the next one shows.
+                    let is_unknown = error.message().starts_with("unknown field");
+                    match error.span().filter(|_| is_unknown) {
+                        Some(span) if without(values.get_mut(), &span) => unknown.add(failure),
+                        _ => return Err(unknown.and(failure)),
+                    }
+                }
+            }
         }
     }
 
@@ -234,9 +292,11 @@ impl<'a> Source<'a> {
         self.set.iter().rfind(|text| text.start <= at)
     }
 
-    /// Whether a value stands in the file, while a setting has another `kind` for its table or one around it, or another selection
-    /// of parents: what only the file's kind has is left out then.
-    pub(crate) fn is_of_replaced_kind(&self, key: &str) -> bool {
+    /// Leaves out a value that only another `kind` of its table, or of one around it, has, or another selection of parents.
+    ///
+    /// # Errors
+    /// Exit 3 if the kind doesn't outrank the value: its place, its key and `problem`.
+    pub(crate) fn leave_out_of_kind(&self, key: &str, problem: impl Display) -> Result {
         const SELECTION: &str = "evolution.selection.kind";
         let list = key.split('[').next().unwrap_or_default();
         let tables = list.match_indices('.').map(|(end, _)| &list[..end]);
@@ -244,11 +304,55 @@ impl<'a> Source<'a> {
         if list.starts_with("evolution.") {
             kinds.push(SELECTION.into());
         }
-        let is_set = |key: &str| {
-            let known = self.keys().iter().find(|known| known.path == key)?;
-            Some(self.setting(known.value.start).is_some())
+        self.leave_out(key, &kinds, problem)
+    }
+
+    /// Leaves out a value that is without effect because of other keys.
+    ///
+    /// # Errors
+    /// Exit 3 if none of them outranks the value: its place, its key and `problem`.
+    pub(crate) fn leave_out(&self, key: &str, others: &[impl AsRef<str>], problem: impl Display) -> Result {
+        let own = self.rank_of(key);
+        let outranks = |other| other > own || other == own && own == Some(SWEPT);
+        let refused = self.invalid(key, problem);
+        if own.is_none() || !others.iter().any(|other| outranks(self.rank_of(other.as_ref()))) {
+            return Err(refused);
+        }
+        if self.is_set(key) {
+            self.left_out.borrow_mut().insert(key.to_owned(), refused.to_string());
+        }
+        Ok(())
+    }
+
+    /// The settings that were left out.
+    pub(crate) fn left_out(&self) -> LeftOut {
+        self.left_out.take()
+    }
+
+    /// Whether a setting gives a key.
+    pub(crate) fn is_set(&self, key: &str) -> bool {
+        self.rank_of(key).is_some_and(|rank| rank > 0)
+    }
+
+    /// Rank of the text that gives a key, 0 for the file; `None` if it is not given.
+    fn rank_of(&self, key: &str) -> Option<u8> {
+        let known = self.keys().iter().find(|known| known.path == key)?;
+        Some(self.setting(known.value.start).map_or(0, |text| text.rank))
+    }
+
+    /// The keys at a path or below it, in the order of the texts. A file that the program has written gives none.
+    pub(crate) fn given(&self, path: &str) -> impl Iterator<Item = &str> {
+        let is_below = move |own: &str| {
+            let rest = own.strip_prefix(path);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
-        is_set(key) == Some(false) && kinds.iter().any(|kind| is_set(kind) == Some(true))
+        let keys = self.keys().iter().map(|known| &*known.path);
+        keys.filter(move |own| is_below(own) && !(self.file.is_recorded && self.rank_of(own) == Some(0)))
+    }
+
+    /// Whether all values are those of a file that the program has written.
+    pub(crate) fn is_recorded(&self) -> bool {
+        self.file.is_recorded && self.set.iter().all(|text| text.rank == 0)
     }
 
     /// Error for a key that is given in two places.
@@ -306,6 +410,68 @@ impl<'a> Source<'a> {
             Some(setting) => setting.name.clone(),
             None => place(&self.file.name, self.file.text, at),
         }
+    }
+}
+
+/// Unknown keys of a file, which are refused together.
+#[derive(Debug, Default)]
+pub(crate) struct Unknown {
+    refused: Vec<Failure>,
+    /// Bytes of their messages.
+    length: usize,
+    more: usize,
+}
+
+impl Unknown {
+    /// Adds the refusal of a key. Of many only the first ones are shown.
+    pub(crate) fn add(&mut self, failure: Failure) {
+        const LONGEST: usize = 3_000;
+        self.length += failure.to_string().len();
+        if self.refused.is_empty() || self.length <= LONGEST {
+            self.refused.push(failure);
+        } else {
+            self.more += 1;
+        }
+    }
+
+    /// One failure for all of them.
+    ///
+    /// # Errors
+    /// Exit 3: each key, in a line of its own.
+    pub(crate) fn refused(self) -> Result {
+        let more = (self.more > 0).then(|| Failure::input(format_args!("and {} more unknown keys", self.more)));
+        match self.refused.into_iter().chain(more).reduce(Failure::and) {
+            Some(failure) => Err(failure),
+            None => Ok(()),
+        }
+    }
+
+    /// The same with another failure at the end.
+    fn and(self, last: Failure) -> Failure {
+        match self.refused() {
+            Ok(()) => last,
+            Err(failure) => failure.and(last),
+        }
+    }
+}
+
+/// Removes the key at a place; whether it was there.
+fn without(table: &mut DeTable<'_>, at: &Range<usize>) -> bool {
+    let found = table
+        .keys()
+        .find(|key| key.span() == *at)
+        .map(|key| key.get_ref().clone());
+    match found {
+        Some(key) => table.remove(&*key).is_some(),
+        None => table.iter_mut().any(|(_, value)| without_within(value.get_mut(), at)),
+    }
+}
+
+fn without_within(value: &mut DeValue<'_>, at: &Range<usize>) -> bool {
+    match value {
+        DeValue::Table(table) => without(table, at),
+        DeValue::Array(list) => list.iter_mut().any(|value| without_within(value.get_mut(), at)),
+        _ => false,
     }
 }
 

@@ -9,13 +9,14 @@ use oneiro::swarm::Swarm;
 use toml::Table;
 
 use super::check::{Checked, invalid, name};
+use super::needs::{self, Need};
 use super::settings::head;
-use super::source::{Parsed, Setting, Source};
+use super::source::{LeftOut, Parsed, Setting, Source};
 use super::values::{self, Described};
 use super::{Identities, text};
 use crate::exit::Result;
 use crate::swarm::Plan;
-use crate::swarm::record::Kind;
+use crate::swarm::record::{Case, Kind};
 use crate::swarm::settings::{self, Clock, Settings};
 
 /// The key of the control.
@@ -23,7 +24,10 @@ const CONTROL: &str = "swarm.control";
 
 /// A checked experiment with a swarm.
 #[derive(Clone, Debug)]
-pub(crate) struct SwarmExperiment(File);
+pub(crate) struct SwarmExperiment {
+    file: File,
+    left_out: LeftOut,
+}
 
 /// Contents of its file.
 #[derive(Clone, Debug, Default)]
@@ -126,13 +130,21 @@ impl SwarmExperiment {
     /// # Errors
     /// As there, and for a control.
     pub(crate) fn of_robots(path: &Path, text: &Parsed<'_>) -> Result<Self> {
-        let own = Self::of(path, text, &[])?;
-        if own.0.control == Kind::Evolved {
+        const WHY: &str = "is a control, which needs the evolution of all robots in one program";
+        Self::without_control(path, text, &[], WHY)
+    }
+
+    /// As [`SwarmExperiment::of`], without a control, for this reason.
+    ///
+    /// # Errors
+    /// As there, and for a control.
+    pub(crate) fn without_control(path: &Path, text: &Parsed<'_>, set: &[Setting], why: &str) -> Result<Self> {
+        let own = Self::of(path, text, set)?;
+        if own.file.control == Kind::Evolved {
             return Ok(own);
         }
-        let (_, source): (Table, _) = Source::read(text, &[])?;
-        let problem = "is a control, which needs the evolution of all robots in one program; allowed: evolved";
-        Err(source.invalid(CONTROL, problem))
+        let (_, source): (Table, _) = Source::read(text, set)?;
+        Err(source.invalid(CONTROL, format_args!("{why}; allowed: evolved")))
     }
 
     /// Reads the values of an experiment's file.
@@ -141,39 +153,57 @@ impl SwarmExperiment {
     /// Exit 3: the file and the line and column in it (or the setting), the key, the value found, and the values
     /// allowed.
     pub(crate) fn of(path: &Path, text: &Parsed<'_>, set: &[Setting]) -> Result<Self> {
-        let (given, source): (Table, _) = Source::read(text, set)?;
-        let mut file = File::default();
-        values::read(&given, &mut file, &source)?;
+        let (mut given, source): (Table, _) = Source::read(text, set)?;
+        let mut file = loop {
+            let mut file = File::default();
+            values::read(&given, &mut file, &source)?;
+            let needless = needs::check(needs(&file), &given, &mut file, &source)?;
+            if needless.is_empty() {
+                break file;
+            }
+            for path in &needless {
+                values::remove(&mut given, path);
+            }
+        };
         if file.name.is_empty() {
             file.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         }
         check(&file).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
-        Ok(Self(file))
+        if !source.is_recorded() {
+            light(&file.swarm).map_err(|invalid| source.invalid(&invalid.field, &invalid.problem))?;
+        }
+        let left_out = source.left_out();
+        Ok(Self { file, left_out })
     }
 
     pub(crate) fn name(&self) -> &str {
-        &self.0.name
+        &self.file.name
+    }
+
+    /// The settings that others of a higher rank left without effect.
+    pub(crate) fn left_out(&self) -> &LeftOut {
+        &self.left_out
     }
 
     /// The seed in its file, if any.
     pub(crate) fn seed(&self) -> Option<u64> {
-        self.0.seed
+        self.file.seed
     }
 
     /// All its values as TOML, with the seed of its file.
     pub(crate) fn values(&self) -> Table {
-        values::table(&mut self.0.clone(), &Table::new())
+        values::table(&mut self.file.clone(), &Table::new())
     }
 
     pub(crate) fn settings(&self) -> &Settings {
-        &self.0.swarm
+        &self.file.swarm
     }
 
     /// The plan of its run with a seed.
     pub(crate) fn plan(&self, seed: u64) -> Plan {
         Plan {
-            settings: self.0.swarm.clone(),
-            kind: self.0.control,
+            settings: self.file.swarm.clone(),
+            kind: self.file.control,
             number: 0,
             seed,
         }
@@ -183,7 +213,7 @@ impl SwarmExperiment {
     pub(crate) fn resolved_toml(&self, seed: u64) -> String {
         let mut file = File {
             seed: Some(seed),
-            ..self.0.clone()
+            ..self.file.clone()
         };
         text(&values::table(&mut file, &Table::new()))
     }
@@ -192,6 +222,78 @@ impl SwarmExperiment {
     pub(crate) fn identities(&self) -> Identities {
         Identities::new(&self.resolved_toml(0))
     }
+}
+
+/// Whether the light moves.
+fn is_moving(case: Case) -> bool {
+    matches!(case, Case::OverThenOpposite | Case::OppositeThenOver)
+}
+
+/// Values that have an effect only in some cases.
+fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
+    const CASE: &[&str] = &["swarm.case"];
+    let evolves = "with another swarm.case than \"random\", in which nothing evolves";
+    vec![
+        Need::new(
+            &[
+                "swarm.controllers",
+                "swarm.simulators",
+                "swarm.clock.installed_s",
+                "swarm.control",
+            ],
+            swarm.case != Case::Random,
+            evolves,
+            CASE,
+        ),
+        Need::new(
+            &[
+                "swarm.messages",
+                "swarm.robot.phototaxis_gain",
+                "swarm.robot.phototaxis_turn_rad_s",
+                "swarm.robot.phototaxis_threshold",
+                "swarm.arena.lamp_behind_wall_mm",
+                "swarm.arena.light_decay",
+                "swarm.arena.ambient",
+                "swarm.arena.light_noise",
+            ],
+            swarm.case != Case::Random,
+            "with another swarm.case than \"random\", in which robots neither see a light nor send anything",
+            CASE,
+        ),
+        Need::new(
+            &[
+                "swarm.differences.light",
+                "swarm.differences.beam",
+                "swarm.differences.reflection",
+                "swarm.differences.shadows",
+            ],
+            !matches!(swarm.case, Case::Random | Case::NoLight),
+            "with a swarm.case that has a light",
+            CASE,
+        ),
+        Need::new(
+            &["swarm.simulators.mutation_scale", "swarm.simulators.boundary"],
+            !matches!(
+                control,
+                Kind::SimulatorRight | Kind::SimulatorWrong | Kind::SimulatorRandom
+            ),
+            "with simulators that evolve (swarm.control)",
+            &[CONTROL],
+        ),
+    ]
+}
+
+/// Checks that a light that is to move does so before the end.
+fn light(swarm: &Settings) -> Checked {
+    let (minute, minutes) = (swarm.light_moves_minute, swarm.minutes);
+    if is_moving(swarm.case) && minute >= minutes {
+        let problem = format!(
+            "is {minute}; allowed: 0 to {}, less than swarm.minutes, or another swarm.case",
+            minutes - 1
+        );
+        return invalid("swarm.light_moves_minute", problem);
+    }
+    Ok(())
 }
 
 /// Checks what the rows don't.

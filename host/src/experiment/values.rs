@@ -3,7 +3,7 @@
 use oneiro::parameter::{Allowed, Datum, Field, Parameter, nearest};
 use toml::{Table, Value};
 
-use super::source::Source;
+use super::source::{Source, Unknown};
 use crate::exit::{Failure, Result};
 
 /// Values that rows describe.
@@ -28,9 +28,11 @@ struct Leaf<T: 'static> {
 /// Exit 3: the place, the key, the value found, and the allowed values.
 pub(crate) fn read<T: Described>(given: &Table, own: &mut T, source: &Source<'_>) -> Result {
     let mut leaves = Vec::new();
+    let mut unknown = Unknown::default();
     for (key, value) in given {
-        collect(key, value, source, &mut leaves)?;
+        collect(key, value, source, &mut leaves, &mut unknown)?;
     }
+    unknown.refused()?;
     // Kinds come first.
     for kinds in [true, false] {
         for leaf in &leaves {
@@ -61,23 +63,26 @@ pub(crate) fn read<T: Described>(given: &Table, own: &mut T, source: &Source<'_>
     })
 }
 
-/// Collects the values at a path and below.
-fn collect<T: Described>(path: &str, value: &Value, source: &Source<'_>, leaves: &mut Vec<Leaf<T>>) -> Result {
+/// Collects the values at a path and below, and the keys that no row has.
+fn collect<T: Described>(
+    path: &str,
+    value: &Value,
+    source: &Source<'_>,
+    leaves: &mut Vec<Leaf<T>>,
+    unknown: &mut Unknown,
+) -> Result {
     let (key, index) = key_of(path);
     let has = |start: String| T::rows().iter().any(|row| row.key.starts_with(&start));
     let Some(row) = T::rows().iter().find(|row| row.key == key) else {
-        let Value::Table(table) = value else {
-            return Err(if has(format!("{key}.")) {
-                source.invalid(path, format_args!("is {}; allowed: a table of keys", datum(value)))
-            } else {
-                unknown::<T>(path, source)
-            });
-        };
         if !has(format!("{key}.")) {
-            return Err(unknown::<T>(path, source));
+            unknown.add(unknown_key::<T>(path, source));
+            return Ok(());
         }
+        let Value::Table(table) = value else {
+            return Err(source.invalid(path, format_args!("is {}; allowed: a table of keys", datum(value))));
+        };
         for (key, value) in table {
-            collect(&format!("{path}.{key}"), value, source, leaves)?;
+            collect(&format!("{path}.{key}"), value, source, leaves, unknown)?;
         }
         return Ok(());
     };
@@ -92,13 +97,13 @@ fn collect<T: Described>(path: &str, value: &Value, source: &Source<'_>, leaves:
         datum: datum(value),
     });
     for (index, value) in elements.iter().enumerate() {
-        collect(&format!("{path}[{index}]"), value, source, leaves)?;
+        collect(&format!("{path}[{index}]"), value, source, leaves, unknown)?;
     }
     Ok(())
 }
 
 /// Error for an unknown key, with the allowed keys of its table and the one that was probably meant.
-fn unknown<T: Described>(path: &str, source: &Source<'_>) -> Failure {
+fn unknown_key<T: Described>(path: &str, source: &Source<'_>) -> Failure {
     let (key, _) = key_of(path);
     let (table, own) = key.rsplit_once('.').map_or(("", &*key), |(table, own)| (table, own));
     let mut siblings: Vec<&str> = Vec::new();
@@ -151,12 +156,11 @@ fn is_kind(key: &str) -> bool {
 /// Sets one value, if it is such a kind and `kinds` is true, or if neither.
 fn set<T: Described>(leaf: &Leaf<T>, kinds: bool, own: &mut T, source: &Source<'_>) -> Result {
     let Some(field) = (leaf.row.field)(own, leaf.index) else {
-        if kinds || source.is_of_replaced_kind(&leaf.path) {
+        if kinds {
             return Ok(());
         }
         let (key, words) = under(leaf.row, Some(own)).map_or_else(|| ("kind", String::new()), |(kind, _)| kind);
-        let problem = format!("is given; allowed: only with {key} = {words}");
-        return Err(source.invalid(&leaf.path, problem));
+        return source.leave_out_of_kind(&leaf.path, format_args!("is given; allowed: only with {key} = {words}"));
     };
     if is_kind(leaf.row.key) != kinds || taken(field, &leaf.datum) {
         return Ok(());
@@ -188,6 +192,15 @@ fn taken(field: &mut dyn Field, datum: &Datum) -> bool {
         Datum::List(list) if field.get().is_none() && field.resize(list.len()) => true,
         _ => field.set(datum),
     }
+}
+
+/// Whether the row of a key allows a value of its type, and what it allows; `None` without such a row.
+pub(super) fn alone<T: Described>(key: &str, value: &dyn Field) -> Option<(bool, String)> {
+    let row = T::rows().iter().find(|row| row.key == key)?;
+    let is_allowed = value
+        .get()
+        .is_some_and(|datum| row.allowed.check(&datum, |_| None).is_ok());
+    Some((is_allowed, allowed(row, value)))
 }
 
 /// Description of the values that a row allows.
@@ -250,6 +263,57 @@ pub(super) fn under<T: Described>(
     })
 }
 
+/// The row of a path, and the index of the list element that it belongs to.
+pub(super) fn row_of<T: Described>(path: &str) -> Option<(&'static Parameter<T>, usize)> {
+    let (key, index) = key_of(path);
+    T::rows().iter().find(|row| row.key == key).map(|row| (row, index))
+}
+
+/// Settings in which a value has its default, under the first choice that has it.
+pub(super) fn with_default<T: Described>(row: &Parameter<T>) -> T {
+    let mut own = T::default();
+    grow(row, &mut own);
+    if (row.field)(&mut own, 0).is_none() {
+        own = under(row, None).map_or(own, |(_, own)| own);
+    }
+    own
+}
+
+/// The default of a value, if it has one.
+pub(super) fn default_of<T: Described>(row: &Parameter<T>) -> Option<Datum> {
+    let datum = (row.field)(&mut with_default(row), 0)?.get()?;
+    (!is_open(&datum)).then_some(datum)
+}
+
+/// Whether a list of tables has elements.
+pub(super) fn has_elements<T: Described>(list: &Parameter<T>, own: &mut T) -> bool {
+    let start = format!("{}[].", list.key);
+    T::rows()
+        .iter()
+        .any(|row| row.key.starts_with(&start) && row.count(own) > 0)
+}
+
+/// Removes the value at a path such as `arena.walls[2].class`.
+pub(super) fn remove(table: &mut Table, path: &str) {
+    let (first, rest) = path
+        .split_once('.')
+        .map_or((path, None), |(first, rest)| (first, Some(rest)));
+    let Some(rest) = rest else {
+        table.remove(first);
+        return;
+    };
+    let inner = match first.split_once('[') {
+        None => table.get_mut(first),
+        Some((list, index)) => table
+            .get_mut(list)
+            .and_then(Value::as_array_mut)
+            .and_then(|list| list.get_mut(index.trim_end_matches(']').parse::<usize>().ok()?)),
+    };
+    if let Some(inner) = inner.and_then(Value::as_table_mut) {
+        remove(inner, rest);
+    }
+}
+
 /// Adds an element to the list that a value belongs to, if it does.
 pub(super) fn grow<T: Described>(row: &Parameter<T>, own: &mut T) {
     let list = row.key.split_once("[]").map(|(list, _)| list);
@@ -303,7 +367,7 @@ pub(crate) fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
 }
 
 /// Puts a value at a path, creating the tables and the next element of a list on the way.
-fn put(table: &mut Table, path: &str, value: Value) {
+pub(super) fn put(table: &mut Table, path: &str, value: Value) {
     let Some((first, rest)) = path.split_once('.') else {
         table.insert(path.into(), value);
         return;

@@ -20,7 +20,7 @@ use crate::contents::{Column, Entry};
 use crate::engine::handle::Engine;
 use crate::engine::job::Job;
 use crate::exit::{Failure, Result};
-use crate::experiment::source::{Parsed, Setting};
+use crate::experiment::source::{LeftOut, Parsed, Setting};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::experiment::{self, Files, Identities, Input};
 use crate::files;
@@ -43,6 +43,8 @@ pub(crate) trait Experiment: Debug + Send + Sync {
     fn seed(&self) -> Option<u64>;
     /// Warnings about its files.
     fn warnings(&self) -> &[String];
+    /// The settings that others left without effect.
+    fn left_out(&self) -> &LeftOut;
     /// The files that it names, for a run's directory.
     fn inputs(&self) -> &[Input];
     /// The experiment of a run as TOML, with every default written out.
@@ -265,9 +267,9 @@ pub(crate) fn read(path: &Path, set: &[String]) -> Result<Arc<dyn Experiment>> {
 pub(crate) fn recorded(config: &Path) -> Result<Arc<dyn Experiment>> {
     const FINALISTS: &str = "evolution.finalists";
     let text = files::text(config)?;
-    let values = Parsed::new(config.display().to_string(), &text)?;
+    let values = Parsed::new(config.display().to_string(), &text)?.recorded();
     let is_older = !values.has("swarm") && !values.has(FINALISTS);
-    let none = Setting::at(config.display().to_string(), FINALISTS, &0.into());
+    let none = Setting::at(config.display().to_string(), FINALISTS, &0.into()).ranked(0);
     let missing = if is_older { vec![none] } else { Vec::new() };
     of(config, &values, &missing, &Files::default(), None)
 }

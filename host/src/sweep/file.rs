@@ -232,7 +232,10 @@ impl SweepFile {
     /// The values that a cell changes in the experiment.
     pub(crate) fn settings(&self, cell: usize) -> Vec<Setting> {
         let swept = self.keys().zip(self.values(cell));
-        let swept = swept.map(|(key, (value, place))| Setting::at(place.clone(), key, value).in_folder(&self.folder));
+        let setting = |(key, (value, place)): (&str, &(Value, String))| {
+            Setting::at(place.clone(), key, value).in_folder(&self.folder).swept()
+        };
+        let swept = swept.map(setting);
         self.set.iter().cloned().chain(swept).collect()
     }
 

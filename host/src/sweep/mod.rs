@@ -253,6 +253,7 @@ impl Sweep {
             let ids: Vec<_> = self.file.seeds_of(cell).map(|seed| identities.of(seed)).collect();
             let layout = own.single().map(|single| single.world().gene_layout().clone());
             let outcomes = own.outcomes();
+            let left_out = own.left_out().clone();
             Ok((
                 ids,
                 own.steps(),
@@ -261,6 +262,7 @@ impl Sweep {
                 layout,
                 own.shown(),
                 outcomes,
+                left_out,
                 own.robot_time(),
             ))
         };
@@ -279,8 +281,10 @@ impl Sweep {
             shown: first.shown(),
             robot_time: None,
         };
+        let mut unused = first.left_out().clone();
         for cell in all {
-            let (ids, steps, kernel, bytes, layout, shown, outcomes, robots) = cell?;
+            let (ids, steps, kernel, bytes, layout, shown, outcomes, left_out, robots) = cell?;
+            unused.retain(|path, _| left_out.contains_key(path));
             if let Some(time) = robots {
                 plan.robot_time = Some(plan.robot_time.unwrap_or_default().and(ids.len(), time));
             }
@@ -298,6 +302,9 @@ impl Sweep {
             plan.kernels.push(kernel);
             plan.layouts.push(layout);
             plan.bytes = plan.bytes.max(bytes);
+        }
+        if let Some((_, refusal)) = unused.pop_first() {
+            return Err(Failure::input(format_args!("{refusal}; no cell of the sweep uses it")));
         }
         self.refuse_twins(&plan)?;
         Ok(plan)

@@ -18,13 +18,13 @@ use crate::engine::watcher::stop_signal;
 use crate::exchange::radio::key::Key as Secret;
 use crate::exchange::radio::{OPERATOR, Packet, Radio};
 use crate::exit::{Failure, Result};
-use crate::experiment::GREATEST_SEED;
 use crate::files::directory::Filling;
 use crate::files::{self, plain};
 use crate::fleet::file::{self, Fleet};
 use crate::fleet::twin;
 use crate::fleet::twin::conductor::{Conductor, Daemons, Operator, Outcome, Plan, World};
 use crate::fleet::twin::faults::Faults;
+use crate::numbers::{number, seed};
 use crate::progress;
 use crate::robots::guard::values::Values;
 use crate::swarm::clock::Clock;
@@ -39,22 +39,17 @@ pub(crate) struct Twin {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) faults: Option<PathBuf>,
     /// Another seed than the fleet's
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=GREATEST_SEED))]
+    #[arg(long, value_name = "N", value_parser = seed())]
     pub(crate) seed: Option<u64>,
     /// The twin's directory, which must be empty or new
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
     /// How many times faster than in reality time passes at most, 0.1 to 10000 [default: as fast as possible]
-    #[arg(long, value_name = "X", value_parser = speed)]
+    #[arg(long, value_name = "X", value_parser = number::<f64>(0.1..=10_000.0))]
     pub(crate) speed: Option<f64>,
     /// What daemons run instead of this program: one for robots, or a script that runs that under an emulator
     #[arg(long, value_name = "FILE", value_hint = ValueHint::ExecutablePath)]
     pub(crate) program: Option<PathBuf>,
-}
-
-fn speed(text: &str) -> std::result::Result<f64, String> {
-    let value = text.parse().ok().filter(|value| (0.1..=10_000.0).contains(value));
-    value.ok_or_else(|| "allowed: 0.1 to 10000".to_owned())
 }
 
 /// Daemons that are processes: `oneiro on-board robot.toml --conductor SOCKET`.

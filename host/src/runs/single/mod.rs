@@ -45,6 +45,7 @@ use crate::engine::handle::Engine;
 use crate::engine::job::{Job, Place};
 use crate::evolve::{Champion, Population};
 use crate::exit::{Failure, Result};
+use crate::experiment::source::LeftOut;
 use crate::experiment::{Experiment, Identities, Input};
 use crate::files::{self, plain};
 use crate::genomes;
@@ -476,6 +477,10 @@ impl super::Experiment for Single {
 
     fn warnings(&self) -> &[String] {
         self.experiment.warnings()
+    }
+
+    fn left_out(&self) -> &LeftOut {
+        self.experiment.left_out()
     }
 
     fn inputs(&self) -> &[Input] {

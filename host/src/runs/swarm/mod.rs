@@ -18,6 +18,7 @@ use crate::engine::handle::Engine;
 use crate::engine::job::Job;
 use crate::engine::watcher::Watcher;
 use crate::exit::{Failure, Result};
+use crate::experiment::source::LeftOut;
 use crate::experiment::swarm::SwarmExperiment;
 use crate::experiment::{self, Identities, Input};
 use crate::swarm::job::SwarmJob;
@@ -106,6 +107,10 @@ impl Experiment for SwarmExperiment {
 
     fn warnings(&self) -> &[String] {
         &[]
+    }
+
+    fn left_out(&self) -> &LeftOut {
+        SwarmExperiment::left_out(self)
     }
 
     fn inputs(&self) -> &[Input] {

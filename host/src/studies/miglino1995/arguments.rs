@@ -5,23 +5,24 @@ use std::path::PathBuf;
 use clap::{Args, ValueHint};
 
 use crate::device::Backend;
+use crate::numbers::{of_key, seed, whole};
 use crate::studies::file::{ArmParser, MIGLINO1995};
 
 /// `oneiro reproduce miglino1995`
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// Runs of each condition, 2 to 1000, or 1 on a wire [default: 5, as in the paper]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=u32::MAX.into()))]
     pub(crate) runs: Option<u32>,
     /// Seed of everything random but the robot
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed())]
     pub(crate) seed: u64,
     /// The robot to transfer to: surrogate:SEED, which is sampled first, or a robot on a wire, such as `serial:/dev/ttyUSB0`, which has
     /// been sampled (--tables) and lives one life after the other; the same command continues
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub(crate) robot: String,
     /// How much a surrogate differs from its simulator, 0 to 2 [default: 1.75]
-    #[arg(long, value_name = "LAMBDA")]
+    #[arg(long, value_name = "LAMBDA", value_parser = of_key::<f32>("reality.severity"))]
     pub(crate) severity: Option<f32>,
     /// Make the simulator from recordings of a robot instead of samples: wall, round and, if wanted, motors. A robot on a wire needs those
     /// that `oneiro sample` has made of it

@@ -3,21 +3,22 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use oneiro::parameter::Choice;
+use oneiro::parameter::{Choice, Invalid};
 use oneiro::surrogate::{Difference, Differences, Individual, Surrogate};
 use oneiro::tables::{MotorStates, SensorTables};
-use oneiro::world::{Noise, Robot, WorldSpec};
+use oneiro::world::{Noise, Robot, Start, World, WorldSpec};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use super::interpolation::interpolated;
 use super::results::{Condition, Family};
+use super::study::SHARED_START;
 use crate::evolve;
 use crate::exit::{Failure, Result};
 use crate::experiment::source::{Parsed, Setting, Source};
 use crate::experiment::values::Described;
-use crate::experiment::{Experiment, Files, settings};
+use crate::experiment::{self, Experiment, Files, settings};
 use crate::reality::site::Site;
 use crate::robots::address::{Address, Wire};
 use crate::studies::assumptions::Assumption;
@@ -245,6 +246,30 @@ pub(crate) struct Settings {
     sources: BTreeMap<String, String>,
 }
 
+/// Whether the study uses a key of its conditions' experiments. Its robot is a Khepera, sampled anew; its individuals have one
+/// episode in each generation; its champions are chosen by `champion.lives`.
+fn is_used(key: &str) -> bool {
+    const ALONE: [&str; 4] = [
+        "cycles",
+        "robot.states",
+        "evolution.kind",
+        "evolution.common_random_numbers",
+    ];
+    const TABLES: [&str; 5] = ["arena.", "noise.", "task.", "start.", "evolution."];
+    const BUT: [&str; 4] = [
+        "evolution.finalists",
+        "evolution.finalist_lives",
+        "evolution.init",
+        "task.part",
+    ];
+    ALONE.contains(&key) || TABLES.iter().any(|table| key.starts_with(table)) && !BUT.contains(&key)
+}
+
+/// Whether a value is in force that the study does not let change: those of a Khepera, and what is one.
+fn is_fixed(key: &str) -> bool {
+    key == "trials" || key == "controller.kind" || key.starts_with("robot.")
+}
+
 /// Checks that evolutions are by the genetic algorithm, whose lives have random numbers of their own: the study breeds its
 /// generations itself.
 fn only_the_papers(experiment: &settings::Settings, source: &Source<'_>) -> Result {
@@ -279,18 +304,20 @@ impl Settings {
             let (path, text) = file.experiment(values.experiment.as_deref())?;
             let base = Parsed::new(path.display().to_string(), &text)?;
             let files = Files::default();
-            let experiment = |condition: Condition, more: Vec<Setting>| {
+            let experiment = |condition: Condition, more: Vec<Setting>, is_used: &dyn Fn(&str) -> bool| {
                 let mut set = file::settings("set", &values.set, source);
                 let own = format!("conditions.{}", condition.name());
-                set.extend(file::settings(&own, values.conditions.of(condition), source));
-                set.extend(more);
-                Experiment::of(&path, &base, &set, &files)
+                let own = file::settings(&own, values.conditions.of(condition), source).into_iter();
+                set.extend(own.map(|own| own.ranked(2)));
+                set.extend(more.into_iter().map(|own| own.ranked(3)));
+                Experiment::partly(&path, &base, &set, &files, ("the study", is_used))
             };
             let mut variants = Vec::new();
             for (place, family) in values.variants.iter().enumerate().filter(|_| asked.full) {
                 for (index, own) in family.simulators.iter().enumerate() {
                     let under = format!("variants[{place}].simulators[{index}]");
-                    let experiment = experiment(own.condition, file::settings(&under, &own.set, source))?;
+                    of_simulator(&under, &own.set, source)?;
+                    let experiment = experiment(own.condition, file::settings(&under, &own.set, source), &is_used)?;
                     variants.push(Simulator {
                         family: family.family,
                         name: own.name.clone(),
@@ -300,7 +327,8 @@ impl Settings {
                     });
                 }
             }
-            let [none, sensor, conservative] = Condition::ALL.map(|condition| experiment(condition, Vec::new()));
+            let [none, sensor, conservative] =
+                Condition::ALL.map(|condition| experiment(condition, Vec::new(), &is_used));
             let none = none?;
             only_the_papers(none.settings(), source)?;
             let robot = match &asked.robot {
@@ -308,10 +336,11 @@ impl Settings {
                 Address::Wire(wire) => {
                     let simulated = none.settings().evolution.generations;
                     let more = on_wire(wire, simulated, &values.reality, source)?;
-                    Real::Wired(Box::new(experiment(Condition::None, more)?))
+                    let is_used = |key: &str| is_used(key) || key.starts_with("reality.");
+                    Real::Wired(Box::new(experiment(Condition::None, more, &is_used)?))
                 }
             };
-            Ok(Self {
+            let own = Self {
                 file: file.own_hash(),
                 runs: asked.runs.unwrap_or(values.runs),
                 severity,
@@ -327,8 +356,41 @@ impl Settings {
                 robot,
                 differences,
                 sources: values.sources,
-            })
+            };
+            own.check_worlds(source)?;
+            Ok(own)
         })
+    }
+
+    /// Checks the worlds that are made only after the robot has been sampled.
+    fn check_worlds(&self, source: &Source<'_>) -> Result {
+        let place = |Invalid { field, problem }: Invalid| {
+            let key = match &*field {
+                "surrogate.severity" => "reality.severity".to_owned(),
+                "surrogate.latency_ms" => "reality.latency_ms".to_owned(),
+                "task.new_cell" => "selection.new_cell".to_owned(),
+                "start" => "the start of the champions".to_owned(),
+                _ => format!("set.{field}"),
+            };
+            source.invalid(&key, problem)
+        };
+        let [x, y, heading] = SHARED_START;
+        let simulated = WorldSpec {
+            start: Start::At { x, y, heading },
+            ..self.world()
+        };
+        let selecting = WorldSpec {
+            task: simulated.task.with_new_cell(self.selection.new_cell),
+            ..simulated.clone()
+        };
+        let real = WorldSpec {
+            surrogate: self.surrogate().map(|(_, surrogate)| Arc::new(surrogate)),
+            ..simulated
+        };
+        for spec in [selecting, real] {
+            World::new(spec).map_err(place)?;
+        }
+        Ok(())
     }
 
     /// Record of the settings for the study's directory.
@@ -503,7 +565,11 @@ impl Settings {
 
     /// All values in force, for the report.
     pub(crate) fn assumptions(&self) -> Vec<Assumption> {
-        let resolved = |condition| file::listed(&self.experiment(condition).resolved_toml(0));
+        let resolved = |condition| {
+            let mut listed = file::listed(&self.experiment(condition).resolved_toml(0));
+            listed.retain(|key, _| is_used(key) || is_fixed(key));
+            listed
+        };
         let of_all = resolved(Condition::None);
         let made_from = if self.asked.tables.is_empty() {
             "the robot's samples".to_owned()
@@ -602,7 +668,54 @@ fn on_wire(wire: &Wire, simulated: u32, reality: &Reality, source: &Source<'_>) 
     Ok(own.chain(of_study).collect())
 }
 
+/// Checks that a variant changes its simulator alone: its runs have the evolution of the condition without noise.
+fn of_simulator(under: &str, set: &Table, source: &Source<'_>) -> Result {
+    const TABLES: [&str; 4] = ["noise.", "arena.", "task.", "start."];
+    for (key, _) in file::leaves(set) {
+        if key != "cycles" && !TABLES.iter().any(|table| key.starts_with(table)) {
+            let problem =
+                "is not of a simulator; allowed: noise.*, arena.*, task.*, start.*, cycles; all else under [set]";
+            return Err(source.invalid_key(&format!("{under}.{key}"), problem));
+        }
+    }
+    Ok(())
+}
+
 fn check(values: &File, source: &Source<'_>) -> Result {
+    let severity = |key: &str, severity: f32| match experiment::allows("reality.severity", &severity) {
+        (true, _) => Ok(()),
+        (false, allowed) => Err(source.invalid(key, format_args!("is {severity}; allowed: {allowed}"))),
+    };
+    severity("reality.severity", values.reality.severity)?;
+    let Calibration {
+        runs,
+        robots,
+        severities,
+    } = &values.calibration;
+    source.within("calibration.runs", *runs, &(1..=1000))?;
+    for (key, is_empty) in [
+        ("calibration.robots", robots.is_empty()),
+        ("calibration.severities", severities.is_empty()),
+    ] {
+        if is_empty {
+            return Err(source.invalid(key, "is empty; allowed: one number and more"));
+        }
+    }
+    for (index, own) in severities.iter().enumerate() {
+        severity(&format!("calibration.severities[{index}]"), *own)?;
+    }
+    // The study has its arena, its task and its evolution from what all conditions share.
+    for condition in Condition::ALL {
+        for (key, _) in file::leaves(values.conditions.of(condition)) {
+            if !key.starts_with("noise.") {
+                let key = format!("conditions.{}.{key}", condition.name());
+                return Err(source.invalid_key(
+                    &key,
+                    "is not of the noise; allowed: noise.*, and other keys under [set]",
+                ));
+            }
+        }
+    }
     source.within("samples.turns", values.samples.turns, &(1..=100))?;
     source.within("champion.lives", values.champion.lives, &(1..=10_000))?;
     source.within("reality.generations", values.reality.generations, &(1..=10_000))
@@ -629,6 +742,9 @@ fn differences(reality: &Reality, source: &Source<'_>) -> Result<Differences> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::effects::{names_a_key, others};
+    use crate::experiment::tests::Scratch;
+    use crate::experiment::values;
     use crate::reality::site::SEVERITY;
     use crate::studies::file::MIGLINO1995;
 
@@ -785,6 +901,73 @@ mod tests {
         assert_eq!((walk.walk_range, walk.walk_step), (7.5, 0.3));
     }
 
+    /// A changed value of a key changes what the study takes from its experiment, or the key is refused by name.
+    #[test]
+    fn each_key_of_an_experiment_is_used_or_refused() {
+        let shipped = MIGLINO1995
+            .text
+            .replace("experiment = \"../khepera-avoidance.toml\"", "");
+        let scratch = Scratch::new("keys-of-1995");
+        let read = |table: &str, line: &str| {
+            assert!(shipped.contains(table), "{table}");
+            let path = scratch.write("own.toml", shipped.replacen(table, &format!("{table}\n{line}"), 1));
+            let file = StudyFile::open(&MIGLINO1995, Some(&path))?;
+            let asked = Asked {
+                full: false,
+                ..under("main").asked
+            };
+            Settings::new(&file, Arm::MAIN, asked)
+        };
+        let taken = |own: &Settings| {
+            let noise = Condition::ALL.map(|condition| own.noise(condition));
+            format!("{:?}", (own.world(), noise, own.evolution(), own.states()))
+        };
+        let before = read("[set]", "").unwrap();
+        let values = before.experiment(Condition::None).values();
+        let before = taken(&before);
+        let (mut used, mut refused) = (0, 0);
+        for row in settings::Settings::rows().iter().filter(|row| !row.key.contains("[]")) {
+            let key = row.key;
+            let last = key.rsplit('.').next().unwrap_or(key);
+            let mut has_effect = false;
+            for value in others(row, values::at(&values, key)) {
+                let line = format!("{key} = {value}");
+                match read("[set]", &line) {
+                    Ok(own) => {
+                        let after = taken(&own);
+                        let is_default = own.experiment(Condition::None).values() == values;
+                        assert!(is_used(key) || is_default, "{line} is accepted");
+                        assert!(after != before || is_default, "{line} is accepted and has no effect");
+                        has_effect |= after != before;
+                    }
+                    Err(failure) => {
+                        let message = failure.to_string();
+                        let is_named = message.contains(last) || names_a_key::<settings::Settings>(&message);
+                        assert!(failure.code() == 3 && is_named, "{line}: {message}");
+                    }
+                }
+                if has_effect {
+                    break;
+                }
+            }
+            if has_effect {
+                used += 1;
+            } else {
+                refused += 1;
+            }
+            if is_used(key) || ["name", "seed"].contains(&key) {
+                continue;
+            }
+            // The same of an arm, of a condition, and of another simulator.
+            for table in ["[conditions.none]", "[conditions.sensor]"] {
+                let message = read(table, &format!("{key} = 1")).unwrap_err().to_string();
+                assert!(message.contains(key), "{key} under {table}: {message}");
+            }
+        }
+        println!("{used} keys are used, {refused} refused");
+        assert!(used > 20 && refused > 100, "{used} {refused}");
+    }
+
     #[test]
     fn invalid_studies_name_the_place() {
         let directory = std::env::temp_dir().join(format!("oneiro-study-{}", std::process::id()));
@@ -813,6 +996,21 @@ mod tests {
             ),
             ("noise.sensor = [0.0, 0.4]", "noise.sensors = [0.0, 0.4]", "own.toml:"),
             ("[selection]", "[selections]", "selections"),
+            (
+                "[conditions.none]",
+                "[conditions.none]\ncycles = 3",
+                "conditions.none.cycles: is not of the noise",
+            ),
+            (
+                "{ name = \"own samples\" }",
+                "{ name = \"own samples\", evolution.population = 50 }",
+                "variants[3].simulators[0].evolution.population: is not of a simulator; allowed: noise.*, ",
+            ),
+            (
+                "{ name = \"own samples\" }",
+                "{ name = \"own samples\", robot.states = \"asymmetric\" }",
+                "variants[3].simulators[0].robot.states: is not of a simulator; allowed: noise.*, ",
+            ),
         ] {
             let refusal = refusal(from, to, "surrogate:3");
             assert!(refusal.contains("own.toml:") && refusal.contains(expected), "{refusal}");

@@ -42,7 +42,7 @@ const STARTS: usize = 100;
 /// Starts whose traces are in memory at once.
 const STARTS_AT_ONCE: usize = 10;
 /// Start that all champions share: x and y in mm, heading in turns. The paper doesn't give its own.
-const SHARED_START: [f32; 3] = [100.0, 90.0, 0.125];
+pub(super) const SHARED_START: [f32; 3] = [100.0, 90.0, 0.125];
 
 /// A study in progress.
 pub(crate) struct Study<'a> {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueHint};
 
 use crate::device::Backend;
+use crate::numbers::{of_key, seed, whole};
 use crate::studies::file::{ArmParser, ODOWD2014};
 use crate::swarm::record::Credit;
 
@@ -12,13 +13,13 @@ use crate::swarm::record::Credit;
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// Runs of each case, 2 to 400 [default: 10, as in the paper]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=u32::MAX.into()))]
     pub(crate) runs: Option<u32>,
     /// Seed of everything random but the robots
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed())]
     pub(crate) seed: u64,
     /// Standard deviations of mutations to try [default: 2,0.2,0.02]
-    #[arg(long, value_name = "S,..", value_delimiter = ',')]
+    #[arg(long, value_name = "S,..", value_delimiter = ',', value_parser = of_key::<f64>("swarm.controllers.mutation_scale"))]
     pub(crate) scale: Vec<f64>,
     /// Rules to try for which simulator a robot's fitness is credited to [default: lagged,matched]
     #[arg(long, value_name = "RULE,..", value_delimiter = ',', value_enum)]

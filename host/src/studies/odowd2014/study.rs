@@ -9,7 +9,8 @@ use toml::{Table, Value};
 use super::results::{Case, Combination, Credit, Kind, Question, Run};
 use crate::engine::handle::Engine;
 use crate::exit::Result;
-use crate::experiment::source::{Parsed, Setting};
+use crate::experiment;
+use crate::experiment::source::{Parsed, Setting, Source};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::studies::assumptions::Assumption;
 use crate::studies::file::{self, Arm, StudyFile};
@@ -139,6 +140,7 @@ impl Study {
     pub(crate) fn new(file: &StudyFile, arm: &str, asked: &Asked) -> Result<Self> {
         let arm = file.arm(arm)?;
         file.under(&arm, |values: File, source| {
+            check(&values, source)?;
             let (path, text) = file.experiment(values.experiment.as_deref())?;
             let base = Parsed::new(path.display().to_string(), &text)?;
             let or = |own: &[f64], file: &[f64]| if own.is_empty() { file } else { own }.to_vec();
@@ -157,7 +159,7 @@ impl Study {
                 questions: asked.questions,
                 study: file.own_hash(),
             };
-            let of_all = file::settings("set", &values.set, source);
+            let of_all = taken("set", &values.set, source)?;
             let settings = |scale: f64, credit: Credit, case: Case, more: Vec<Setting>| -> Result<Settings> {
                 const WORD: &str = "cases and rules are words";
                 let own = [
@@ -166,16 +168,22 @@ impl Study {
                     ("swarm.simulators.mutation_scale", Value::Float(scale)),
                     ("swarm.simulators.credit", Value::try_from(credit).expect(WORD)),
                 ];
-                let own = own.map(|(key, value)| Setting::at(format!("{}, {key}", record.arm), key, &value));
+                // The case leaves out what only others need.
+                let rank = |key: &str| if key == "swarm.case" { 3 } else { 1 };
+                let own = own
+                    .map(|(key, value)| Setting::at(format!("{}, {key}", record.arm), key, &value).ranked(rank(key)));
+                let more = more.into_iter().map(|own| own.ranked(2)).collect::<Vec<_>>();
                 let set = [&own[..], &of_all, &more].concat();
-                Ok(SwarmExperiment::of(&path, &base, &set)?.settings().clone())
+                let why = "is a control, which the kinds of [[conditions]] give";
+                let own = SwarmExperiment::without_control(&path, &base, &set, why)?;
+                Ok(own.settings().clone())
             };
             let mut combinations = Vec::new();
             for &scale in &record.scales {
                 for &credit in &record.credits {
                     let mut all = Vec::new();
                     for (place, own) in values.conditions.iter().enumerate() {
-                        let set = file::settings(&format!("conditions[{place}].set"), &own.set, source);
+                        let set = taken(&format!("conditions[{place}].set"), &own.set, source)?;
                         for &case in &own.cases {
                             for &kind in own
                                 .kinds
@@ -191,7 +199,7 @@ impl Study {
             }
             let mut questions = Vec::new();
             for (place, own) in values.questions.asked.iter().enumerate().filter(|_| asked.questions) {
-                let set = file::settings(&format!("questions.asked[{place}]"), &own.set, source);
+                let set = taken(&format!("questions.asked[{place}]"), &own.set, source)?;
                 let Questions { scale, credit, .. } = values.questions;
                 let settings = settings(scale, credit, Case::Over, set)?;
                 questions.push((Open::new(&own.about, &settings), settings));
@@ -321,6 +329,57 @@ impl Study {
             runs: live(&plans, evaluations)?,
         })
     }
+}
+
+/// Keys that the study gives its swarms itself, and where it has them from.
+const GIVEN: [(&str, &str); 7] = [
+    ("name", "no such key: the study's runs have no names"),
+    ("seed", "--seed"),
+    ("swarm.case", "the cases of [[conditions]]"),
+    ("swarm.control", "the kinds of [[conditions]]"),
+    ("swarm.controllers.mutation_scale", "scales"),
+    ("swarm.simulators.mutation_scale", "scales"),
+    ("swarm.simulators.credit", "credits"),
+];
+
+/// Settings from a table of the study's file, without keys that the study gives itself.
+fn taken(under: &str, table: &Table, source: &Source<'_>) -> Result<Vec<Setting>> {
+    let leaves = file::leaves(table);
+    let given = |(own, _): &&(&str, &str)| leaves.iter().any(|(key, _)| key == own);
+    match GIVEN.iter().find(given) {
+        Some((key, instead)) => {
+            let problem = format!("is given by the study; allowed: {instead}");
+            Err(source.invalid_key(&format!("{under}.{key}"), problem))
+        }
+        None => Ok(file::settings(under, table, source)),
+    }
+}
+
+/// Checks what the study needs, and values that mean the same as a key of experiments.
+fn check(values: &File, source: &Source<'_>) -> Result {
+    let has_light_over = |own: &Conditions| own.cases.contains(&Case::Over) && own.kinds.contains(&Kind::Evolved);
+    if !values.conditions.iter().any(has_light_over) {
+        let problem =
+            "lack the case \"over\" of the kind \"evolved\", which others are compared with; allowed: with it";
+        return Err(source.invalid("conditions", problem));
+    }
+    for (key, is_empty) in [
+        ("scales", values.scales.is_empty()),
+        ("credits", values.credits.is_empty()),
+    ] {
+        if is_empty {
+            return Err(source.invalid(key, "is empty; allowed: one and more"));
+        }
+    }
+    let scales = values.scales.iter().enumerate();
+    let scales = scales.map(|(index, scale)| (format!("scales[{index}]"), scale));
+    for (key, scale) in scales.chain([("questions.scale".to_owned(), &values.questions.scale)]) {
+        let (is_allowed, allowed) = experiment::allows("swarm.controllers.mutation_scale", scale);
+        if !is_allowed {
+            return Err(source.invalid(&key, format_args!("is {scale}; allowed: {allowed}")));
+        }
+    }
+    Ok(())
 }
 
 fn plan(settings: &Settings, number: u32, seed: u64) -> Plan {

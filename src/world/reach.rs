@@ -1,0 +1,192 @@
+//! Where robots get to in an arena, and which of its things they never notice.
+
+use std::collections::VecDeque;
+use std::sync::{Mutex, PoisonError};
+
+use glam::Vec2;
+use oneiro_shaders::life;
+
+use super::check::farthest;
+use super::pack::{objects, patch, shapes, squared_distance, touches};
+use super::{Start, WorldSpec};
+use crate::arena::Field;
+use crate::differential::{Build, SensorKind};
+
+/// Points along the longest side of the grid: a hundredth of a second for a few dozen objects.
+const MOST: f32 = 400.0;
+
+/// Points that robots get to, on a grid around the arena's field and its walls, of half the body's radius where that is possible.
+struct Reached {
+    points: Vec<Vec2>,
+    /// Whether a way leads from there to twice a robot's diameter beyond that.
+    is_open: bool,
+    step: f32,
+}
+
+impl Reached {
+    /// Follows all ways from where robots may start. `None` if the arena is too large for such a grid.
+    fn from(spec: &WorldSpec, start: Start) -> Option<Self> {
+        let radius = spec.robot.body_radius;
+        let margin = 4.0 * radius;
+        let field = spec.arena.field;
+        let middle = Vec2::new(field.x + 0.5 * field.width, field.y + 0.5 * field.height);
+        // With all walls, unless one is too far away.
+        let (around, step) = [spec.arena.within_walls(), field].into_iter().find_map(|around| {
+            let longest = around.width.max(around.height) + 2.0 * margin;
+            let step = (longest / MOST).max(0.5 * radius);
+            // Longer ones would lead across walls.
+            (step <= 1.5 * radius).then_some((around, step))
+        })?;
+        let low = Vec2::new(around.x - margin, around.y - margin);
+        let [columns, rows] =
+            [around.width, around.height].map(|side| ((side + 2.0 * margin) / step).ceil() as usize + 1);
+        let place = |point: usize| low + step * Vec2::new((point % columns) as f32, (point / columns) as f32);
+        let shapes = shapes(spec);
+        let may_start = |at: Vec2| match start {
+            Start::Random if spec.arena.is_field_round => at.distance(middle) <= 0.5 * field.width,
+            Start::Random => field.contains(at.x, at.y),
+            Start::At { x, y, .. } => at.distance(Vec2::new(x, y)) < step,
+        };
+        let mut is_free: Vec<bool> = (0..columns * rows)
+            .map(|point| !touches(&shapes, place(point)))
+            .collect();
+        let mut next: Vec<usize> = (0..columns * rows)
+            .filter(|&point| is_free[point] && may_start(place(point)))
+            .collect();
+        for &point in &next {
+            is_free[point] = false;
+        }
+        let (mut points, mut is_open) = (Vec::new(), false);
+        while let Some(point) = next.pop() {
+            points.push(place(point));
+            let (column, row) = (point % columns, point / columns);
+            if column == 0 || row == 0 || column == columns - 1 || row == rows - 1 {
+                is_open = true;
+                continue;
+            }
+            for other in [point - 1, point + 1, point - columns, point + columns] {
+                if std::mem::take(&mut is_free[other]) {
+                    next.push(other);
+                }
+            }
+        }
+        Some(Self { points, is_open, step })
+    }
+
+    /// Whether one of the points is within a distance of a shape.
+    fn is_within(&self, shape: &life::Shape, distance: f32) -> bool {
+        let most = distance + self.step;
+        self.points.iter().any(|at| squared_distance(shape, *at) <= most * most)
+    }
+}
+
+/// Whether walls and objects keep a robot in the arena. `None` if it is too large for the grid.
+pub(super) fn is_enclosed(spec: &WorldSpec) -> Option<bool> {
+    Reached::from(spec, spec.start).map(|reached| !reached.is_open)
+}
+
+/// Keys of what no robot gets near enough to notice, and of starts outside of the arena.
+pub(super) fn unreached(spec: &WorldSpec) -> Vec<String> {
+    const REMEMBERED: usize = 16;
+    type Known = VecDeque<(Vec<u32>, Vec<String>)>;
+    static KNOWN: Mutex<Known> = Mutex::new(Known::new());
+    if matches!(spec.robot.build, Build::Forager(_)) {
+        return Vec::new();
+    }
+    let things = things(spec);
+    // The same for all worlds of an arena: a sweep has thousands of them.
+    let Field { x, y, width, height } = spec.arena.field;
+    let start = match spec.start {
+        Start::Random => [f32::NAN; 2],
+        Start::At { x, y, .. } => [x, y],
+    };
+    let of_robot = [spec.robot.body_radius, travel(spec)];
+    let numbers = [
+        &[x, y, width, height][..],
+        &start,
+        &of_robot,
+        spec.robot.start_places().as_flattened(),
+    ]
+    .concat();
+    let mut key: Vec<u32> = numbers.into_iter().map(f32::to_bits).collect();
+    key.push(spec.arena.is_field_round.into());
+    for (_, shape, distance) in &things {
+        key.push(distance.to_bits());
+        key.extend_from_slice(bytemuck::cast_slice(std::slice::from_ref(shape)));
+    }
+    let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, keys)) = known().iter().find(|(other, _)| *other == key) {
+        return keys.clone();
+    }
+    let found = find(spec, &things);
+    let mut known = known();
+    known.push_front((key, found.clone()));
+    known.truncate(REMEMBERED);
+    found
+}
+
+/// A thing's key, its shape, and the distance of a robot's centre from it at which the robot notices it.
+type Thing = (String, life::Shape, f32);
+
+fn things(spec: &WorldSpec) -> Vec<Thing> {
+    let arena = &spec.arena;
+    let lists = [
+        ("walls", arena.walls.len()),
+        ("obstacles", arena.obstacles.len()),
+        ("blocks", arena.blocks.len()),
+    ];
+    let keys = lists
+        .into_iter()
+        .flat_map(|(list, count)| (0..count).map(move |index| format!("arena.{list}[{index}]")));
+    let mut things: Vec<Thing> = keys
+        .zip(objects(spec))
+        .map(|(key, shape)| (key, shape, shape.reach_squared.sqrt()))
+        .collect();
+    let sensors = spec.robot.described_sensors().iter();
+    let ground = sensors.filter(|sensor| sensor.kind == SensorKind::Ground);
+    let offset = ground.map(|sensor| sensor.offset.unwrap_or(spec.robot.body_radius));
+    let offset = offset.fold(0.0, f32::max);
+    things.extend(arena.patches.iter().enumerate().map(|(index, own)| {
+        let distance = own.radius.unwrap_or(0.0) + offset;
+        (format!("arena.patches[{index}]"), patch(own), distance)
+    }));
+    things
+}
+
+/// The longest way of a robot in an episode, mm.
+fn travel(spec: &WorldSpec) -> f32 {
+    spec.cycles as f32 * farthest(spec)
+}
+
+fn find(spec: &WorldSpec, things: &[Thing]) -> Vec<String> {
+    let Some(reached) = Reached::from(spec, spec.start) else {
+        return Vec::new();
+    };
+    let mut keys = Vec::new();
+    let beyond = if reached.is_open { travel(spec) } else { 0.0 };
+    let unnoticed = things
+        .iter()
+        .filter(|(_, shape, distance)| !reached.is_within(shape, distance + beyond));
+    keys.extend(unnoticed.map(|(key, ..)| key.clone()));
+    // Random starts fill the field; what can't be reached from them, while they can't leave it, is outside.
+    let Some(inside) = Reached::from(spec, Start::Random).filter(|inside| !inside.is_open) else {
+        return keys;
+    };
+    let is_outside = |[x, y]: [f32; 2]| {
+        let point = life::Shape {
+            x,
+            y,
+            ..life::Shape::default()
+        };
+        !inside.is_within(&point, 0.0)
+    };
+    if let Start::At { x, y, .. } = spec.start
+        && is_outside([x, y])
+    {
+        keys.push("start".to_owned());
+    }
+    if spec.robot.start_places().iter().any(|place| is_outside(*place)) {
+        keys.push("robot.starts_mm".to_owned());
+    }
+    keys
+}
