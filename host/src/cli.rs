@@ -1,5 +1,7 @@
 //! The command line: its commands, arguments and help texts. What they do is in `commands`.
 
+mod numbers;
+
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
@@ -15,7 +17,7 @@ use crate::device::Backend;
 use crate::exit;
 use crate::experiment::{self, SEED, reference};
 use crate::files;
-use crate::numbers::{number, of_key, out_of_range, seed, whole, with_hyphens};
+use crate::numbers::{number, of_key, out_of_range, seed, whole};
 use crate::reality::site::SEVERITY;
 use crate::reality::wired::{self, Starts};
 use crate::robots::{Kind, tracker};
@@ -40,7 +42,7 @@ pub(crate) struct Cli {
 
 /// The whole command line.
 pub(crate) fn command() -> clap::Command {
-    with_hyphens(Cli::command())
+    numbers::with_hyphens(Cli::command())
 }
 
 impl Cli {
@@ -1337,6 +1339,7 @@ mod documented;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::studies::file::{MIGLINO1995, ODOWD2014, StudyFile};
 
     #[test]
     fn command_line_is_consistent() {
@@ -1365,6 +1368,29 @@ mod tests {
         assert_eq!(share("1"), Ok(1.0));
         for wrong in ["0", "-0.1", "1.1", "nan", "x"] {
             assert!(share(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    /// `--help` has one line for each arm, with its assumption.
+    #[test]
+    fn help_lists_every_arm() {
+        let mut command = Cli::command();
+        command.build();
+        let reproduce = command.find_subcommand_mut("reproduce").unwrap();
+        let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        for (name, shipped) in [("miglino1995", &MIGLINO1995), ("odowd2014", &ODOWD2014)] {
+            let study = reproduce.find_subcommand_mut(name).unwrap();
+            let help = words(&study.render_long_help().to_string());
+            for arm in StudyFile::open(shipped, None)
+                .unwrap()
+                .groups()
+                .unwrap()
+                .into_iter()
+                .flat_map(|group| group.arms)
+            {
+                let line = words(&format!("- {}: {}", arm.name, arm.words));
+                assert!(help.contains(&line), "{line}");
+            }
         }
     }
 }

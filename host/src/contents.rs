@@ -1,13 +1,10 @@
 //! What is in the directories that the program writes. Each file and each column of a table is described once, beside what
 //! writes it. From that come the first lines of the tables, the `README.md` in each directory, and `docs/files.md`.
 
-#[cfg(test)]
-mod tests;
-
 use std::borrow::Cow;
 use std::path::Path;
 
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::Result;
 
 /// The file that says what is in a directory.
@@ -151,7 +148,7 @@ pub(crate) fn describe(directory: &Path, what: &str, entries: &[Entry]) -> Resul
 }
 
 /// All entries as tables, those of columns under headings.
-fn tables(entries: &[Entry], heading: &str) -> String {
+pub(crate) fn tables(entries: &[Entry], heading: &str) -> String {
     let quoted = |name: &str| format!("`{name}`");
     let files = entries
         .iter()
@@ -173,7 +170,7 @@ fn tables(entries: &[Entry], heading: &str) -> String {
 }
 
 /// A table whose columns line up, as plain text and as Markdown.
-fn table<const COLUMNS: usize>(head: [&str; COLUMNS], rows: &[[String; COLUMNS]]) -> String {
+pub(crate) fn table<const COLUMNS: usize>(head: [&str; COLUMNS], rows: &[[String; COLUMNS]]) -> String {
     let head = head.map(str::to_owned);
     let width = |column: usize| {
         let cells = rows.iter().chain([&head]).map(|row| row[column].chars().count());
@@ -195,4 +192,39 @@ fn table<const COLUMNS: usize>(head: [&str; COLUMNS], rows: &[[String; COLUMNS]]
     let rule = widths.map(|width| "-".repeat(width.max(3)));
     let rows = rows.iter().cloned().map(line);
     format!("\n{}{}{}", line(head.clone()), line(rule), rows.collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_line_up_and_have_a_unit_where_there_is_one() {
+        let columns = [
+            Column::whole("cycle", "100 ms", "its number"),
+            Column::number("x", "", "a score"),
+        ];
+        let entries = [
+            Entry::file("a", "a file"),
+            Entry::table("trace.csv", "a table", &columns),
+        ];
+        assert_eq!(head(&columns), "cycle,x\n");
+        assert_eq!(
+            tables(&entries, "---"),
+            "
+| file        | content |
+| ----------- | --- |
+| `a`         | a file |
+| `trace.csv` | a table |
+
+trace.csv
+---------
+
+| column  | unit   | content |
+| ------- | ------ | --- |
+| `cycle` | 100 ms | its number |
+| `x`     |        | a score |
+"
+        );
+    }
 }

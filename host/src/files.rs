@@ -8,7 +8,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::engine::disk::TEMPORARY;
+use crate::disk::TEMPORARY;
 use crate::exit::{Failure, Result};
 
 /// Most bytes of a file that a user writes: an experiment, a sweep, or a part. Reading one takes up to 300 times as much

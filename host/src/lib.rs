@@ -19,6 +19,9 @@ mod console;
 mod contents;
 mod daemon;
 mod device;
+mod disk;
+#[cfg(test)]
+mod documented;
 mod ending;
 mod engine;
 mod evolve;
@@ -44,6 +47,9 @@ mod record;
 mod report;
 mod robots;
 mod runs;
+#[cfg(test)]
+#[path = "../../tests/scratch/mod.rs"]
+mod scratch;
 mod sealed;
 #[cfg(test)]
 #[path = "../../tests/skips/mod.rs"]

@@ -14,7 +14,7 @@ use oneiro::world::World;
 use super::evaluate::TraceColumn;
 use super::{Error, Result};
 use crate::columns;
-use crate::engine::disk;
+use crate::disk;
 use crate::evolve::{self, SavedEvolution};
 use crate::exit::Failure;
 use crate::experiment::source::{Parsed, Setting};

@@ -5,7 +5,7 @@ use std::path::Path;
 use csv::StringRecord;
 
 use super::{Cycle, Logged};
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::reality::wired::logbook::{COMPLETE, INDEX, table};
 

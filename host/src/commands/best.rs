@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::Best;
 use crate::console::{Console, columns, counted, decimal};
-use crate::engine::disk;
+use crate::disk;
 use crate::evolve::appraisal::{Appraisal, by_mean};
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;

@@ -10,7 +10,7 @@ use crate::cli::Calibrate;
 use crate::console::{Console, counted};
 use crate::contents::{Column, Entry, README, describe};
 use crate::device;
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::files::directory::Filling;

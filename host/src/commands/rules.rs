@@ -114,6 +114,6 @@ mod tests {
         });
         let (rows, sections) = (rows.collect::<String>(), sections.collect::<String>());
         let page = format!("{head}{MARK}\n| rule | meaning |\n|---|---|\n{rows}{sections}");
-        crate::experiment::tests::holds(&path, &page).unwrap();
+        crate::scratch::holds(&path, &page).unwrap();
     }
 }

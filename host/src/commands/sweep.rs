@@ -14,7 +14,7 @@ use super::slurm;
 use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
 use crate::console::{Console, columns, counted};
 use crate::device;
-use crate::engine::disk;
+use crate::disk;
 use crate::engine::handle::Engine;
 use crate::engine::watcher::{Watch, Watcher};
 use crate::exit::{Failure, Result};

@@ -12,7 +12,7 @@ use super::list;
 use crate::cli::Tournament;
 use crate::console::{Console, counted};
 use crate::device;
-use crate::engine::disk;
+use crate::disk;
 use crate::evolve::Population;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::files::plain;
 use crate::sealed::{self, Problem};

@@ -8,10 +8,9 @@
 //! | [`queue`] | batches on their way to the device and back |
 //! | [`watcher`] | shows the progress of jobs, and stops them |
 //! | [`checkpoint`] | saved jobs |
-//! | [`disk`], [`log`] | files that survive a power cut; append-only files |
+//! | [`log`] | append-only files |
 
 pub(crate) mod checkpoint;
-pub(crate) mod disk;
 pub(crate) mod handle;
 pub(crate) mod job;
 pub(crate) mod log;

@@ -1,5 +1,5 @@
 //! The radio between robots and their operator: datagrams that only those who hold the experiment's key can make, each of which
-//! counts once. Without sockets or clocks: what is sealed here is carried by [`Air`](crate::daemon::air::Air), and whoever
+//! counts once. Without sockets or clocks: what is sealed here is carried by the daemon, and whoever
 //! opens it says what time it is.
 //!
 //! A datagram is refused that has another format, version or experiment, was not made with the key, has come before, comes

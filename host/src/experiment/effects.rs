@@ -14,15 +14,14 @@ use oneiro::parameter::{Allowed, Parameter};
 use toml::{Table, Value};
 
 use super::source::{Parsed, Setting};
-use super::tests::Scratch;
 use super::values::{self, Described};
 use super::{Files, settings, swarm};
-use crate::api::experiment as api;
 use crate::engine::handle::Engine;
 use crate::engine::job::{Job, Step};
 use crate::engine::scheduler::{Record, Runs, UnderWay, Waiting};
 use crate::exit::Result;
 use crate::runs::{self, Experiment, Recording};
+use crate::scratch::Scratch;
 use crate::sweep::Sweep;
 use bases::BASES;
 
@@ -652,7 +651,8 @@ fn absolute(value: &Value) -> Value {
     }
 }
 
-/// A key has the same effect in a file, by `--set`, in each table of a sweep, and in Python; or it is refused by name in all.
+/// A key has the same effect in a file, by `--set`, and in each table of a sweep; or it is refused by name in all. Python sets values as
+/// `--set` does.
 #[test]
 fn each_place_takes_a_key_alike() {
     /// What an experiment becomes: all its values, or the key that its refusal names.
@@ -733,13 +733,6 @@ fn each_place_takes_a_key_alike() {
             let cell = Sweep::read(&file).and_then(|sweep| sweep.cell(0));
             all.push((place, told(cell)));
         }
-        let python = api::Experiment::load(&own, std::slice::from_ref(&typed));
-        all.push((
-            "Python",
-            python
-                .map(|own| own.any().resolved_toml(0))
-                .map_err(|error| error.to_string()),
-        ));
         let (_, first) = all[0].clone();
         for (place, told) in &all {
             match (&first, told) {

@@ -14,12 +14,12 @@ use oneiro::random::{Key, pcg4d};
 use super::settings::Settings;
 use super::source::Parsed;
 use super::swarm;
-use super::tests::Scratch;
 use super::values::Described;
 use crate::exit::Result;
 use crate::files;
 use crate::mutations::{Spent, mutant, peak};
 use crate::runs::{self, Experiment};
+use crate::scratch::Scratch;
 use crate::sweep::Sweep;
 
 /// Values that few keys have a use for.

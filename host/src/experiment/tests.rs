@@ -8,31 +8,7 @@ use oneiro::world;
 use super::values::Described;
 use super::*;
 use crate::runs;
-
-/// A temporary directory, removed when the test ends.
-pub(crate) struct Scratch(PathBuf);
-
-impl Scratch {
-    pub(crate) fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("oneiro-{name}-{}", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
-        let path = self.0.join(name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(&path, content).unwrap();
-        path
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        // A leftover in the system's temporary directory does no harm.
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
+use crate::scratch::{Scratch, holds};
 
 fn read(scratch: &Scratch, text: &str, set: &[&str]) -> Result<Experiment> {
     let path = scratch.write("test.toml", text);
@@ -45,7 +21,9 @@ fn refusal(scratch: &Scratch, text: &str, set: &[&str]) -> String {
         return format!("{text} {set:?} is accepted");
     };
     assert_eq!(failure.code(), 3, "{failure}");
-    failure.to_string().replace(&format!("{}/", scratch.0.display()), "")
+    failure
+        .to_string()
+        .replace(&format!("{}/", scratch.path().display()), "")
 }
 
 #[test]
@@ -227,7 +205,7 @@ fn arenas_that_a_robot_can_leave_are_warned_of() {
     let last = |from: u32| format!("from = [0, {from}], to = [0, 0]");
     let warnings = |text: &str| read(&scratch, text, &[]).unwrap().warnings().to_vec();
     let open = warnings(&arena(inner, ""));
-    let place = scratch.0.join("test.toml");
+    let place = scratch.path().join("test.toml");
     let message = "lists walls, so the arena has no sides, and the robot can leave it; add the four sides to the list, or say arena.open = true";
     assert_eq!(open, [format!("{}:2:52: arena.walls: {message}", place.display())]);
     assert!(warnings(&arena(inner, ", open = true")).is_empty());
@@ -358,7 +336,7 @@ fn values_that_contradict_each_other_are_refused() {
 fn light_sensors_in_the_dark_are_warned_of() {
     let scratch = Scratch::new("dark");
     let dark = read(&scratch, "robot.preset = \"epuck\"", &[]).unwrap();
-    let place = scratch.0.join("test.toml");
+    let place = scratch.path().join("test.toml");
     assert_eq!(
         dark.warnings(),
         [format!(
@@ -911,11 +889,11 @@ fn files_are_inputs_with_hashes() {
     let scratch = Scratch::new("inputs");
     let sensors = oneiro::tables::SensorTables::khepera();
     for table in &sensors.classes {
-        let path = scratch.0.join(format!("{}.sam", table.class));
+        let path = scratch.path().join(format!("{}.sam", table.class));
         table.write(&path).unwrap();
     }
     oneiro::tables::MotorSamples::khepera()
-        .write(scratch.0.join("motor.sam"))
+        .write(scratch.path().join("motor.sam"))
         .unwrap();
     let genes: Vec<u8> = (0..18 * 4_u8).flat_map(|gene| f32::from(gene).to_le_bytes()).collect();
     let header = b"\x93NUMPY\x01\x00\x3b\x00{'descr': '<f4', 'fortran_order': False, 'shape': (4, 18)}\n";
@@ -1016,27 +994,6 @@ fn values_of_worlds_are_refused_by_their_keys() {
             assert!(refused.contains(&place), "{refused}");
         }
     }
-}
-
-/// Compares a file of the repository with its expected content. If it differs, the expected content is written beside
-/// it, with the suffix `.new`, to be read and moved by hand: nothing is overwritten.
-pub(crate) fn holds(path: &Path, text: &str) -> std::result::Result<(), String> {
-    let old = fs::read_to_string(path).unwrap_or_default();
-    let new = PathBuf::from(format!("{}.new", path.display()));
-    if old == text {
-        let _ = fs::remove_file(new);
-        return Ok(());
-    }
-    let different = old
-        .lines()
-        .zip(text.lines())
-        .enumerate()
-        .find(|(_, (old, new))| old != new);
-    let place = different.map_or("their length".to_owned(), |(index, (old, new))| {
-        format!("line {}: {old:?}, now {new:?}", index + 1)
-    });
-    fs::write(&new, text).unwrap();
-    Err(format!("{} differs from {} in {place}", path.display(), new.display()))
 }
 
 /// Names of run directories and hashes of results depend on these bytes: changing them changes the identity of every

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::plain;
 use crate::contents::README;
-use crate::engine::disk::{self, LOCK, TEMPORARY};
+use crate::disk::{self, LOCK, TEMPORARY};
 use crate::exit::{Failure, Result};
 use crate::files;
 

@@ -13,7 +13,7 @@ use super::sha256_hex;
 use super::statuses::{STATUSES, STATUSES_COLUMNS};
 use super::timeline::{self, By, CLOCKS, CLOCKS_COLUMNS, Clock, Line, MOST_CLOCKS};
 use crate::contents::{Entry, describe, head};
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Code, Failure, Result};
 use crate::files::{by_numbers, plain};
 use crate::swarm::tables::INTERVALS;

@@ -14,7 +14,7 @@ use super::file::Fleet;
 use super::operator::{Beacon, Ears, Socket, Station, Time};
 use super::remote::Remote;
 use super::service;
-use crate::engine::disk;
+use crate::disk;
 use crate::exchange::radio::Windows;
 use crate::exit::{Code, Failure, Result};
 use crate::files::plain;

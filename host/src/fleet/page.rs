@@ -15,7 +15,7 @@ use oneiro::swarm::{Lamp, Swarm};
 use super::file::Fleet;
 use super::operator::Known;
 use super::statuses::{self, ACTS, Row, Story, Table};
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::report::figures::{Genes, Moment, SwarmReplay, Teller, live_page, live_script, swarm_page};
 

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::operator::Known;
 use super::table::{known_value, problems, state};
 use crate::contents::{Column, head};
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::files::{self, plain};
 use crate::report::figures::{Act, Genes, Moment, Sight};

@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 
 use super::{Driven, Object, Sampled, Trouble, Turned, patiently};
 use crate::console::Console;
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::files::plain;
 use crate::progress;

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{CONFIG, DONE, SavedRun};
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::files::plain;
 

@@ -6,7 +6,7 @@ use oneiro::evaluator::Device;
 use serde::{Deserialize, Serialize};
 
 use super::META;
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::Result;
 use crate::utc::now;
 

@@ -18,7 +18,7 @@ pub(crate) use saved::{SavedRun, State, is_locked, is_run};
 pub(crate) use single::SingleRun;
 
 use crate::contents::Entry;
-use crate::engine::disk::LOCK;
+use crate::disk::LOCK;
 use crate::experiment::INPUTS;
 use crate::files::directory::Form;
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{CONFIG, Done, FORM, Meta, Status};
-use crate::engine::disk::LOCK;
+use crate::disk::LOCK;
 use crate::exit::{Failure, Result};
 use crate::files::directory::Holds;
 use crate::files::plain;

@@ -15,7 +15,7 @@ use super::verdict::brief;
 use super::verdicts::{Assumed, Sensitivity};
 use crate::console::{Console, columns};
 use crate::contents::{Column, Entry, describe};
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::files::directory::{Form, Holds};
 use crate::report::csv::Csv;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use csv::{Reader, StringRecord};
 
 use crate::contents::{Entry, describe};
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::files::plain;
 use crate::sweep::tables;

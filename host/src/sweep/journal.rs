@@ -19,8 +19,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::RunIndex;
+use crate::disk;
+use crate::engine::checkpoint;
 use crate::engine::job::Named;
-use crate::engine::{checkpoint, disk};
 use crate::exit::{Failure, Result};
 use crate::files::plain;
 use crate::record::Session;

@@ -15,7 +15,7 @@ use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{ColumnPath, Type};
 
 use crate::contents::{self, Holds};
-use crate::engine::disk::write_through;
+use crate::disk::write_through;
 use crate::exit::{Failure, Result};
 use crate::files::plain;
 

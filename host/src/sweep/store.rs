@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use super::file::{Reality, Robots};
 use super::journal::{Line, Logged};
 use super::{Plan, RunIndex, Sweep};
-use crate::engine::disk::{self, LOCK};
+use crate::disk::{self, LOCK};
 use crate::exit::{Failure, Result};
 use crate::files::directory::{Form, Holds};
 use crate::files::{self, plain};

@@ -19,7 +19,7 @@ use super::journal::Generations;
 use super::store::{AllFinished, Finished, Store};
 use super::{Plan, RunIndex, Sweep};
 use crate::contents::Column;
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::files::plain;
 use crate::report::csv::cell;

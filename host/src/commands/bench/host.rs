@@ -17,7 +17,7 @@ use super::null::Null;
 use crate::cli::Bench;
 use crate::console::{Console, columns};
 use crate::device::NULL;
-use crate::engine::disk;
+use crate::disk;
 use crate::engine::handle::Engine;
 use crate::engine::job::Progress;
 use crate::engine::scheduler::Times;

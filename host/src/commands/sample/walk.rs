@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::person::{Answer, Person, Place};
 use crate::console::Console;
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::reality::sampling::{self, BEARINGS, Grid, Notebook, Row, SPEEDS};
 use crate::reality::turning::{self, Overlap, Turn, Turning};

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contents::{Column, Entry, head};
 use crate::daemon::keeper::{CHECKPOINT, Kept};
-use crate::engine::disk;
+use crate::disk;
 use crate::evolve::{Champion, by_fitness};
 use crate::npy::npy;
 

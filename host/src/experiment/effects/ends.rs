@@ -11,10 +11,10 @@ use toml::{Table, Value};
 use super::bases::BASES;
 use super::{each, folder, names_a_key, read};
 use crate::experiment::source::Setting;
-use crate::experiment::tests::Scratch;
 use crate::experiment::values::{self, Described};
 use crate::experiment::{GREATEST_SEED, settings, swarm};
 use crate::runs::{self, Experiment};
+use crate::scratch::Scratch;
 use crate::sweep::Sweep;
 
 /// A run that ends on a robot on a wire, beside the other bases.

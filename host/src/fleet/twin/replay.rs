@@ -10,7 +10,7 @@ use super::super::statuses::read;
 use super::record::{ARENA, Row};
 use crate::daemon::intervals::INTERVALS;
 use crate::daemon::settings::Settings;
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::files::whole_lines;
 use crate::report::figures::{Act, Genes, Moment, Sight, SwarmReplay, Teller, swarm_page};

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use oneiro::random::Key;
 
 use crate::contents::{Column, Entry, describe};
-use crate::engine::disk;
+use crate::disk;
 use crate::exit::{Failure, Result};
 use crate::files::directory::{Form, Holds};
 use crate::files::plain;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::{ARCHIVE, ARCHIVE_GENES, ARCHIVE_PICTURE, Recorded};
 use crate::contents::{Column, head};
-use crate::engine::disk;
+use crate::disk;
 use crate::evolve::Champion;
 use crate::evolve::map_elites::{Archive, Elite};
 use crate::exit::{Failure, Result};

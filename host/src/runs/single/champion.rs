@@ -8,7 +8,7 @@ use oneiro::world::GeneLayout;
 use serde::{Deserialize, Serialize};
 
 use super::CHAMPION;
-use crate::engine::disk;
+use crate::disk;
 use crate::evolve::Champion;
 use crate::evolve::appraisal::Appraisal;
 use crate::exit::{Failure, Result};

@@ -12,7 +12,7 @@ use super::archive::{self, RecordedElite};
 use super::job::{keys, score};
 use super::{ARCHIVE_PAGE, Recorded, Replay, Single};
 use crate::console::Console;
-use crate::engine::disk;
+use crate::disk;
 use crate::engine::handle::Engine;
 use crate::evolve::settings::Descriptor;
 use crate::exit::{Failure, Result};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::INDIVIDUALS;
-use crate::engine::disk;
+use crate::disk;
 use crate::evolve::Population;
 use crate::exit::{Failure, Result};
 use crate::experiment::Experiment;

@@ -40,7 +40,7 @@ use serde_json::json;
 use super::{Audit, CHAMPION_MEAN, Reality, Recorded, Recording, Replay, Robots, Shown, Summary, Table};
 use crate::console::{Console, counted, decimal};
 use crate::contents::{self, Column, Entry};
-use crate::engine::disk;
+use crate::disk;
 use crate::engine::handle::Engine;
 use crate::engine::job::{Job, Place};
 use crate::evolve::{Champion, Population};

@@ -13,7 +13,7 @@ use super::job::{keys, score};
 use super::trace::TraceTable;
 use super::{Experiment, REPLAY, Recorded, Replay, Single};
 use crate::console::{Console, decimal};
-use crate::engine::disk;
+use crate::disk;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::files::plain;

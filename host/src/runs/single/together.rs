@@ -11,7 +11,7 @@ use oneiro::world::World;
 
 use crate::console::Console;
 use crate::contents::Column;
-use crate::engine::disk;
+use crate::disk;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::report::csv::Csv;

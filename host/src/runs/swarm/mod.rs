@@ -13,7 +13,7 @@ use serde_json::json;
 use super::{Audit, Experiment, Recorded, Recording, Replay, Shown, Summary, Table};
 use crate::console::Console;
 use crate::contents::{Column, Entry, head};
-use crate::engine::disk;
+use crate::disk;
 use crate::engine::handle::Engine;
 use crate::engine::job::Job;
 use crate::engine::watcher::Watcher;

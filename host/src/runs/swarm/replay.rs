@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::{REPLAY, again, difference};
 use crate::console::Console;
-use crate::engine::disk;
+use crate::disk;
 use crate::engine::handle::Engine;
 use crate::exit::{Failure, Result};
 use crate::experiment::swarm::SwarmExperiment;

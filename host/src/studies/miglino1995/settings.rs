@@ -743,9 +743,9 @@ fn differences(reality: &Reality, source: &Source<'_>) -> Result<Differences> {
 mod tests {
     use super::*;
     use crate::experiment::effects::{names_a_key, others};
-    use crate::experiment::tests::Scratch;
     use crate::experiment::values;
     use crate::reality::site::SEVERITY;
+    use crate::scratch::Scratch;
     use crate::studies::file::MIGLINO1995;
 
     fn shipped() -> StudyFile {

@@ -1,11 +1,14 @@
+//! What the program writes is what its pages say.
+
 use std::fs;
 use std::path::Path;
 
 use oneiro::compose::Scalar;
 
-use super::*;
+use crate::contents::{Column, Entry, table, tables};
 use crate::lives::measures;
 use crate::reality::wired::logbook;
+use crate::scratch::holds;
 use crate::{commands, fleet, record, runs, studies, sweep};
 
 /// All directories, each with all that it may hold.
@@ -46,7 +49,7 @@ fn the_page_on_files_is_that_of_the_writers() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/files.md");
     let text = fs::read_to_string(&path).unwrap();
     let (head, _) = text.split_once(MARK).unwrap();
-    crate::experiment::tests::holds(&path, &format!("{head}{MARK}{}", page())).unwrap();
+    holds(&path, &format!("{head}{MARK}{}", page())).unwrap();
 }
 
 #[test]
@@ -60,35 +63,5 @@ fn the_page_on_measures_is_that_of_the_writers() {
     let rows =
         columns.map(|Column { name, unit, about, .. }| [format!("`{name}`"), (*unit).to_owned(), about.to_string()]);
     let table = table(["measure", "unit", "meaning"], &rows.collect::<Vec<_>>());
-    crate::experiment::tests::holds(&path, &format!("{head}{MARK}{table}")).unwrap();
-}
-
-#[test]
-fn tables_line_up_and_have_a_unit_where_there_is_one() {
-    let columns = [
-        Column::whole("cycle", "100 ms", "its number"),
-        Column::number("x", "", "a score"),
-    ];
-    let entries = [
-        Entry::file("a", "a file"),
-        Entry::table("trace.csv", "a table", &columns),
-    ];
-    assert_eq!(head(&columns), "cycle,x\n");
-    assert_eq!(
-        tables(&entries, "---"),
-        "
-| file        | content |
-| ----------- | --- |
-| `a`         | a file |
-| `trace.csv` | a table |
-
-trace.csv
----------
-
-| column  | unit   | content |
-| ------- | ------ | --- |
-| `cycle` | 100 ms | its number |
-| `x`     |        | a score |
-"
-    );
+    holds(&path, &format!("{head}{MARK}{table}")).unwrap();
 }
