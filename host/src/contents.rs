@@ -26,8 +26,8 @@ pub(crate) enum Holds {
 pub(crate) struct Column {
     pub(crate) name: Cow<'static, str>,
     /// Nothing for counts, shares, scores and words.
-    unit: &'static str,
-    about: Cow<'static, str>,
+    pub(crate) unit: &'static str,
+    pub(crate) about: Cow<'static, str>,
     pub(crate) holds: Holds,
 }
 
@@ -102,7 +102,7 @@ pub(crate) fn head<'a>(columns: impl IntoIterator<Item = &'a Column>) -> String 
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
     name: Cow<'static, str>,
-    about: Cow<'static, str>,
+    pub(crate) about: Cow<'static, str>,
     /// Of a table.
     columns: Vec<Column>,
 }
