@@ -781,13 +781,13 @@ fn mistakes_in_pages_are_found() {
         assert!(from("docs/a.md", wrong).is_err(), "{wrong}");
     }
 
-    let sources = ["/host/src/robots/mod.rs".to_owned(), "/src/arena.rs".to_owned()];
+    let sources = ["/host/robots/src/mod.rs".to_owned(), "/src/arena.rs".to_owned()];
     for (name, expected) in [
         ("tests/all.sh", Some(true)),
         ("tests/none.sh", Some(false)),
         ("host/src/none/", Some(false)),
-        ("host/src/robots/", Some(true)),
-        ("host/src/robots/NAME.rs", None),
+        ("host/robots/src/", Some(true)),
+        ("host/robots/src/NAME.rs", None),
         ("tests/goldens/kernels/*.rows", None),
         ("robots/mod.rs", Some(true)),
         ("arena.rs", Some(true)),
@@ -799,14 +799,14 @@ fn mistakes_in_pages_are_found() {
     }
 
     let found = pages::traits(
-        "the trait `Robot`\n(`host/src/robots/mod.rs`), and an implementation of `Exchange` (`host/src/exchange/`); the trait `Far`.",
+        "the trait `Robot`\n(`host/robots/src/mod.rs`), and an implementation of `Exchange` (`host/lab/src/exchange/`); the trait `Far`.",
     );
     let named = |name: &str, place: Option<&str>| (name.to_owned(), place.map(str::to_owned));
     assert_eq!(
         found,
         [
-            named("Robot", Some("host/src/robots/mod.rs")),
-            named("Exchange", Some("host/src/exchange/")),
+            named("Robot", Some("host/robots/src/mod.rs")),
+            named("Exchange", Some("host/lab/src/exchange/")),
             named("Far", None)
         ]
     );

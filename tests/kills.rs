@@ -150,7 +150,7 @@ const READERS: [&str; 18] = [
 const ELSEWHERE: [(&str, &str); 4] = [
     (
         "fleet deploy",
-        "each file is written by the robot's computer, whole or not at all: host/src/fleet/tests.rs",
+        "each file is written by the robot's computer, whole or not at all: host/fleet/src/fleet/tests.rs",
     ),
     ("fleet start", "needs robots in real time: tests/fleets.rs"),
     (

@@ -15,14 +15,17 @@ mod mutations;
 use mutations::{Spent, mutant, peak};
 
 const PARTS: [(Kind, &str); 8] = [
-    (Kind::Sensor, include_str!("../host/src/experiment/parts/sensor.wgsl")),
+    (
+        Kind::Sensor,
+        include_str!("../host/lab/src/experiment/parts/sensor.wgsl"),
+    ),
     (Kind::Sensor, include_str!("../experiments/homing/sensors.wgsl")),
     (
         Kind::Controller,
-        include_str!("../host/src/experiment/parts/controller.wgsl"),
+        include_str!("../host/lab/src/experiment/parts/controller.wgsl"),
     ),
     (Kind::Controller, include_str!("../experiments/road-sign/ctrnn.wgsl")),
-    (Kind::Task, include_str!("../host/src/experiment/parts/task.wgsl")),
+    (Kind::Task, include_str!("../host/lab/src/experiment/parts/task.wgsl")),
     (Kind::Task, include_str!("../experiments/road-sign/task.wgsl")),
     (Kind::Task, include_str!("../experiments/discrimination/task.wgsl")),
     (Kind::Task, include_str!("../experiments/wall-following/task.wgsl")),

@@ -5,12 +5,12 @@
 #![allow(dead_code, unused_imports, reason = "the program uses it")]
 #![allow(missing_docs, reason = "the program has no public interface here")]
 
-#[path = "../host/src/evolve/mod.rs"]
+#[path = "../host/evolve/src/mod.rs"]
 mod evolve;
-#[path = "../host/src/exit.rs"]
+#[path = "../host/base/src/exit.rs"]
 mod exit;
 mod pinned;
-#[path = "../host/src/sealed.rs"]
+#[path = "../host/base/src/sealed.rs"]
 mod sealed;
-#[path = "../host/src/statistics/mod.rs"]
+#[path = "../host/statistics/src/mod.rs"]
 mod statistics;

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # optimisers.sh: the optimisers against the Python packages cma 4.5.0, which computes steps of CMA-ES with 2, 10 and 66 genes and
-# evaluations that it needs, and ribs 0.12.0, which fills an archive of elites. What is committed of these (host/src/evolve) must be
+# evaluations that it needs, and ribs 0.12.0, which fills an archive of elites. What is committed of these (host/evolve/src) must be
 # what they compute. Skipped if there is no Python, or the packages aren't available.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -25,11 +25,11 @@ export OPENBLAS_CORETYPE=Prescott OPENBLAS_NUM_THREADS=1
 
 say "what ribs does"
 "$python" tests/optimisers/archive.py "$scratch/archive.txt"
-cmp "$scratch/archive.txt" host/src/evolve/map_elites/oracle.txt || fail "ribs does something else than is committed"
+cmp "$scratch/archive.txt" host/evolve/src/map_elites/oracle.txt || fail "ribs does something else than is committed"
 
 say "what cma computes"
 "$python" tests/optimisers/steps.py "$scratch" --all
-cmp "$scratch/evaluations.txt" host/src/evolve/cma/oracles/evaluations.txt ||
+cmp "$scratch/evaluations.txt" host/evolve/src/cma/oracles/evaluations.txt ||
     fail "cma needs other evaluations than are committed"
 
 say "what the optimisers compute"

@@ -12,17 +12,17 @@ use oneiro::backend::Specialise;
 use oneiro::parameter;
 
 use crate::commands::rules;
-use crate::console::Output;
-use crate::device::Backend;
-use crate::exit;
-use crate::experiment::{self, SEED, reference};
-use crate::files;
-use crate::numbers::{number, of_key, out_of_range, seed, whole};
-use crate::reality::site::SEVERITY;
-use crate::reality::wired::{self, Starts};
-use crate::robots::{Kind, tracker};
-use crate::studies::{miglino1995, odowd2014};
-use crate::sweep::store::Shard;
+use oneiro_base::console::Output;
+use oneiro_base::exit;
+use oneiro_base::files;
+use oneiro_lab::device::Backend;
+use oneiro_lab::experiment::{self, SEED, reference};
+use oneiro_lab::numbers::{number, of_key, out_of_range, seed, whole};
+use oneiro_lab::reality::site::SEVERITY;
+use oneiro_lab::reality::wired::{self, Starts};
+use oneiro_lab::sweep::store::Shard;
+use oneiro_robots::{Kind, tracker};
+use oneiro_studies::{miglino1995, odowd2014};
 
 /// Evolves robot controllers in simulated lives, bit for bit the same on every device.
 ///
@@ -1339,7 +1339,7 @@ mod documented;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::studies::file::{MIGLINO1995, ODOWD2014, StudyFile};
+    use oneiro_studies::file::{MIGLINO1995, ODOWD2014, StudyFile};
 
     #[test]
     fn command_line_is_consistent() {

@@ -5,11 +5,16 @@ use std::path::Path;
 
 use oneiro::compose::Scalar;
 
-use crate::contents::{Column, Entry, table, tables};
-use crate::lives::measures;
-use crate::reality::wired::logbook;
+use crate::commands;
 use crate::scratch::holds;
-use crate::{commands, fleet, record, runs, studies, sweep};
+use oneiro_base::contents::{Column, Entry, table, tables};
+use oneiro_fleet::fleet;
+use oneiro_lab::lives::measures;
+use oneiro_lab::reality::wired::logbook;
+use oneiro_lab::record;
+use oneiro_lab::runs;
+use oneiro_lab::sweep;
+use oneiro_studies as studies;
 
 /// All directories, each with all that it may hold.
 fn page() -> String {
@@ -28,7 +33,7 @@ fn page() -> String {
         #[cfg(all(unix, feature = "compose"))]
         (
             "A robot that evolves on board",
-            crate::daemon::single::transfers::contents(),
+            oneiro_fleet::daemon::single::transfers::contents(),
         ),
         ("A fleet", fleet::collect::contents()),
         #[cfg(feature = "twin")]

@@ -102,3 +102,36 @@ fn processor_time(whose: &str) -> Option<Duration> {
     let sum = ticks.collect::<Result<Vec<_>, _>>().ok()?.into_iter().sum::<u64>();
     Some(Duration::from_millis(10 * sum))
 }
+
+/// Calls for each seed from 0 on: as many as `seeds`, or where `ONEIRO_LONG` is set for two minutes of a
+/// processor.
+pub(crate) fn for_seeds(seeds: u64, call: impl FnMut(u64)) {
+    for_seeds_within(Duration::from_mins(2), seeds, call);
+}
+
+/// The same, for `long` of a processor where `ONEIRO_LONG` is set.
+pub(crate) fn for_seeds_within(long: Duration, seeds: u64, mut call: impl FnMut(u64)) {
+    /// Says which seed it was.
+    struct Seed(u64);
+
+    impl Drop for Seed {
+        fn drop(&mut self) {
+            if std::thread::panicking() {
+                eprintln!("seed {}", self.0);
+            }
+        }
+    }
+
+    let (spent, is_long) = (Spent::by("thread-self"), std::env::var_os("ONEIRO_LONG").is_some());
+    let is_over = |seed: u64| seed >= seeds && (!is_long || spent.time() >= long);
+    let mut count = 0;
+    for seed in (0..).take_while(|seed| !is_over(*seed)) {
+        let seed = Seed(seed);
+        call(seed.0);
+        count += 1;
+    }
+    if is_long {
+        let name = std::thread::current().name().unwrap_or_default().to_owned();
+        eprintln!("{name}: {count} seeds in {:.1?} of a processor", spent.time());
+    }
+}

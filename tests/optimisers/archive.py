@@ -1,4 +1,4 @@
-"""An archive of elites as the Python package `ribs` fills it, as a file for the tests of host/src/evolve/map_elites/tests.rs.
+"""An archive of elites as the Python package `ribs` fills it, as a file for the tests of host/evolve/src/map_elites/tests.rs.
 
     archive.py FILE
 """

@@ -1,5 +1,5 @@
 """Steps of CMA-ES as the Python package `cma` takes them, and how many evaluations it needs, as files for the tests of
-host/src/evolve/cma/tests.rs.
+host/evolve/src/cma/tests.rs.
 
     steps.py DIRECTORY        writes steps-N-ACTIVE.txt and evaluations.txt there
 """

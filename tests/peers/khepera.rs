@@ -8,10 +8,10 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 #[path = "khepera/surrogate.rs"]
-pub(crate) mod surrogate;
+pub mod surrogate;
 
 /// What is moved by an emulated robot's wheels and read by its sensors.
-pub(crate) trait Body: Send {
+pub trait Body: Send {
     /// The greatest speed of its wheels, pulses / 10 ms.
     fn greatest(&self) -> i32 {
         Khepera::<Self>::GREATEST as i32
@@ -29,11 +29,11 @@ pub(crate) trait Body: Send {
 
 /// A body that rolls on an endless floor, and senses what it is told to.
 #[derive(Clone, Debug)]
-pub(crate) struct Rolling {
+pub struct Rolling {
     /// x and y in mm, and the heading in radians, counter-clockwise.
-    pub(crate) pose: [f64; 3],
-    pub(crate) proximity: [u16; 8],
-    pub(crate) light: [u16; 8],
+    pub pose: [f64; 3],
+    pub proximity: [u16; 8],
+    pub light: [u16; 8],
 }
 
 impl Default for Rolling {
@@ -76,16 +76,16 @@ impl Body for Rolling {
 
 /// How firmware differs.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Firmware {
+pub struct Firmware {
     /// Its answer to a command that it does not know.
-    pub(crate) unknown: &'static str,
+    pub unknown: &'static str,
     /// The end of its lines.
-    pub(crate) end: &'static str,
+    pub end: &'static str,
 }
 
 impl Firmware {
     /// All combinations that are described.
-    pub(crate) const ALL: [Self; 4] = [
+    pub const ALL: [Self; 4] = [
         Self::new("Command not found", "\r\n"),
         Self::new(PROTOCOL_ERROR, "\r\n"),
         Self::new("Command not found", "\n"),
@@ -146,18 +146,18 @@ impl Default for Settings {
 }
 
 /// The robot.
-pub(crate) struct Khepera<B: ?Sized> {
+pub struct Khepera<B: ?Sized> {
     firmware: Firmware,
     baud: u32,
     settings: Settings,
     /// Memory of the extension bus.
     bus: [u8; 64],
     /// What the inputs of the A/D converter read, of 1023, which is 4.096 V.
-    pub(crate) inputs: [u16; 6],
+    pub inputs: [u16; 6],
     /// How long it takes to answer, beyond the time on the line.
-    pub(crate) delay: Duration,
+    pub delay: Duration,
     /// After as many bytes it restarts, if it does.
-    pub(crate) restarts_after: Option<usize>,
+    pub restarts_after: Option<usize>,
     /// Until when it has lived.
     now: Duration,
     /// The command that is not complete yet.
@@ -167,16 +167,16 @@ pub(crate) struct Khepera<B: ?Sized> {
     said: Duration,
     /// What it sends, with the times of arrival.
     answers: VecDeque<(Duration, u8)>,
-    pub(crate) body: B,
+    pub body: B,
 }
 
 impl<B: ?Sized> Khepera<B> {
     /// The greatest speed that is obeyed, pulses / 10 ms.
-    pub(crate) const GREATEST: i64 = 127;
+    pub const GREATEST: i64 = 127;
     /// The farthest position that is obeyed, pulses.
     const FARTHEST: i64 = (1 << 23) - 2;
     /// What it sends when it starts.
-    pub(crate) const BANNER: [&str; 2] = [
+    pub const BANNER: [&str; 2] = [
         "ROM of minirobot KHEPERA, author, firm, date, Rev. 5.01",
         "Serial Communication Protocol",
     ];
@@ -187,7 +187,7 @@ impl<B: ?Sized> Khepera<B> {
 
 impl<B: Body> Khepera<B> {
     /// A robot that is switched on, and has said so already.
-    pub(crate) fn new(body: B, firmware: Firmware, baud: u32) -> Self {
+    pub fn new(body: B, firmware: Firmware, baud: u32) -> Self {
         Self {
             firmware,
             baud,
@@ -206,7 +206,7 @@ impl<B: Body> Khepera<B> {
     }
 
     /// Takes bytes that begin to be sent to it now.
-    pub(crate) fn receive(&mut self, bytes: &[u8], now: Duration) {
+    pub fn receive(&mut self, bytes: &[u8], now: Duration) {
         for byte in bytes {
             self.heard = self.heard.max(now) + self.byte_time();
             self.live(self.heard);
@@ -225,19 +225,19 @@ impl<B: Body> Khepera<B> {
     }
 
     /// Bytes that it sends and that have arrived by now.
-    pub(crate) fn send(&mut self, now: Duration) -> Vec<u8> {
+    pub fn send(&mut self, now: Duration) -> Vec<u8> {
         self.live(now);
         let count = self.answers.partition_point(|(at, _)| *at <= now);
         self.answers.drain(..count).map(|(_, byte)| byte).collect()
     }
 
     /// All bytes that it sends, with the times when they will have arrived.
-    pub(crate) fn timed(&mut self) -> Vec<(Duration, u8)> {
+    pub fn timed(&mut self) -> Vec<(Duration, u8)> {
         self.answers.drain(..).collect()
     }
 
     /// Restarts: by its button, or since its battery was low for a moment. What it has not sent yet is lost.
-    pub(crate) fn restart(&mut self, now: Duration) {
+    pub fn restart(&mut self, now: Duration) {
         self.live(now);
         self.answers.clear();
         self.said = now;
@@ -255,7 +255,7 @@ impl<B: Body> Khepera<B> {
     }
 
     /// Lives until a time.
-    pub(crate) fn live(&mut self, until: Duration) {
+    pub fn live(&mut self, until: Duration) {
         while self.now < until {
             let left = until.saturating_sub(self.now);
             // On the way to a position, speeds change.
@@ -274,7 +274,7 @@ impl<B: Body> Khepera<B> {
     }
 
     /// Speeds that the wheels have, pulses / 10 ms.
-    pub(crate) fn speeds(&self) -> [i32; 2] {
+    pub fn speeds(&self) -> [i32; 2] {
         let greatest = self.body.greatest();
         let speeds = match self.settings.mode {
             Mode::Speed(speeds) => speeds,
@@ -290,22 +290,22 @@ impl<B: Body> Khepera<B> {
     }
 
     /// Counters of the wheels, pulses.
-    pub(crate) fn counters(&self) -> [i32; 2] {
+    pub fn counters(&self) -> [i32; 2] {
         self.settings.counters()
     }
 
     /// Sets the counters, as `G` does.
-    pub(crate) fn set_counters(&mut self, pulses: [i32; 2]) {
+    pub fn set_counters(&mut self, pulses: [i32; 2]) {
         self.settings.travel = pulses.map(|pulses| i64::from(pulses) * Settings::PULSE);
     }
 
     /// Whether each light is on.
-    pub(crate) fn lights(&self) -> [bool; 2] {
+    pub fn lights(&self) -> [bool; 2] {
         self.settings.lights
     }
 
     /// Time of a byte on the line: a start bit, 8 bits, no parity, 2 stop bits.
-    pub(crate) fn byte_time(&self) -> Duration {
+    pub fn byte_time(&self) -> Duration {
         Duration::from_nanos(11 * 1_000_000_000 / u64::from(self.baud))
     }
 
@@ -407,7 +407,7 @@ impl<B: Body> Khepera<B> {
 
 /// What a serial port hears at one rate of what is sent at another: bytes of 8 bits without parity, sent one after the other
 /// with 2 stop bits. A byte without a stop bit is dropped.
-pub(crate) fn resampled(bytes: &[u8], sent_at: u32, heard_at: u32) -> Vec<u8> {
+pub fn resampled(bytes: &[u8], sent_at: u32, heard_at: u32) -> Vec<u8> {
     let bits: Vec<bool> = bytes
         .iter()
         .flat_map(|byte| {

@@ -11,9 +11,9 @@ use oneiro::evaluator::{Device, Evaluator};
 
 use super::{Error, Result};
 use crate::commands::{devices, selftest};
-use crate::console::{Console, Output};
-use crate::device::{self, Backend};
-use crate::exit::Failure;
+use oneiro_base::console::{Console, Output};
+use oneiro_base::exit::Failure;
+use oneiro_lab::device::{self, Backend};
 
 /// What a process has opened. A forked process has the memory of its parent, but none of its threads: it begins anew, and what was its
 /// parent's stays as it is for ever.

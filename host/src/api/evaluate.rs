@@ -9,12 +9,12 @@ use oneiro::world::World;
 use super::device;
 use super::experiment::Experiment;
 use super::{Error, Result, Task};
-use crate::evolve::Population;
-use crate::exit::Failure;
-use crate::lives::measures::{Measures, descriptors};
-use crate::lives::{Keys, LifeIndex, Lives};
-use crate::numbers::check_seed;
-use crate::runs::single::trace::TraceTable;
+use oneiro_base::exit::Failure;
+use oneiro_evolve::Population;
+use oneiro_lab::lives::measures::{Measures, descriptors};
+use oneiro_lab::lives::{Keys, LifeIndex, Lives};
+use oneiro_lab::numbers::check_seed;
+use oneiro_lab::runs::single::trace::TraceTable;
 
 /// Lives in a batch: enough for any device.
 const MOST: usize = LANES << 12;

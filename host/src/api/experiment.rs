@@ -13,18 +13,20 @@ use oneiro::world::World;
 
 use super::evaluate::TraceColumn;
 use super::{Error, Result};
-use crate::columns;
-use crate::disk;
-use crate::evolve::{self, SavedEvolution};
-use crate::exit::Failure;
-use crate::experiment::source::{Parsed, Setting};
-use crate::experiment::{self, Files};
-use crate::files::plain;
-use crate::lives::measures::descriptors;
-use crate::numbers::check_seed;
-use crate::runs::single::job::{means, score};
-use crate::runs::single::trace::TraceTable;
-use crate::{runs, sealed};
+use oneiro_base::columns;
+use oneiro_base::disk;
+use oneiro_base::exit::Failure;
+use oneiro_base::files::plain;
+use oneiro_base::sealed;
+use oneiro_evolve as evolve;
+use oneiro_evolve::SavedEvolution;
+use oneiro_lab::experiment::source::{Parsed, Setting};
+use oneiro_lab::experiment::{self, Files};
+use oneiro_lab::lives::measures::descriptors;
+use oneiro_lab::numbers::check_seed;
+use oneiro_lab::runs;
+use oneiro_lab::runs::single::job::{means, score};
+use oneiro_lab::runs::single::trace::TraceTable;
 
 /// What the states of evolutions are sealed as.
 const STATE: &str = "oneiro evolution";
@@ -134,7 +136,7 @@ impl Experiment {
     }
 
     /// Its values, if it has single robots.
-    pub(super) fn single(&self) -> crate::exit::Result<&experiment::Experiment> {
+    pub(super) fn single(&self) -> oneiro_base::exit::Result<&experiment::Experiment> {
         self.0.any.single().ok_or_else(|| {
             Failure::input(format_args!(
                 "{}: is of a swarm, whose controllers live among others; allowed: experiments of single robots",
@@ -143,12 +145,12 @@ impl Experiment {
         })
     }
 
-    pub(super) fn world(&self) -> crate::exit::Result<&World> {
+    pub(super) fn world(&self) -> oneiro_base::exit::Result<&World> {
         Ok(self.single()?.world())
     }
 
     /// Its world, packed.
-    pub(super) fn worlds(&self) -> crate::exit::Result<&Worlds> {
+    pub(super) fn worlds(&self) -> oneiro_base::exit::Result<&Worlds> {
         let world = self.world()?;
         if let Some(worlds) = self.0.worlds.get() {
             return Ok(worlds);
@@ -385,8 +387,8 @@ mod tests {
 
     use super::*;
     use crate::api::{Task, evaluate, recorded};
-    use crate::evolve::settings::Kind;
-    use crate::npy;
+    use oneiro_base::npy;
+    use oneiro_evolve::settings::Kind;
 
     const SEED: u64 = 3;
     const GENERATIONS: usize = 4;

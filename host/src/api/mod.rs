@@ -23,9 +23,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use oneiro::evaluator::Control;
 
-use crate::engine::job::Progress;
-use crate::engine::watcher::Watch;
-use crate::exit::Failure;
+use oneiro_base::exit::Failure;
+use oneiro_lab::engine::job::Progress;
+use oneiro_lab::engine::watcher::Watch;
 
 /// Why something was not done: the message that the program prints, in the words of calls, and the exit code that it ends with.
 #[derive(Debug)]

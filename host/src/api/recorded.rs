@@ -9,13 +9,13 @@ use super::{Counted, Error, Result, Task, device};
 use crate::cli::SweepRun;
 use crate::commands::places::{Places, sorted_out};
 use crate::commands::sweep::{self, Means};
-use crate::device as devices;
-use crate::engine::handle::Engine;
-use crate::exit::Failure;
-use crate::numbers::check_seed;
-use crate::record::{self, Directories, RunPlace, SavedRun, Session, SingleRun};
-use crate::sweep::store::Shard;
-use crate::sweep::tables::Written;
+use oneiro_base::exit::Failure;
+use oneiro_lab::device as devices;
+use oneiro_lab::engine::handle::Engine;
+use oneiro_lab::numbers::check_seed;
+use oneiro_lab::record::{self, Directories, RunPlace, SavedRun, Session, SingleRun};
+use oneiro_lab::sweep::store::Shard;
+use oneiro_lab::sweep::tables::Written;
 
 /// A finished or stopped run.
 #[derive(Debug)]
@@ -68,7 +68,7 @@ fn all(places: Vec<RunPlace>, backend: &str, task: &Task) -> Result {
     })
 }
 
-fn engine(backend: &str, task: &Task) -> crate::exit::Result<Engine> {
+fn engine(backend: &str, task: &Task) -> oneiro_base::exit::Result<Engine> {
     let evaluator = devices::open(&device::backend(backend))?;
     Ok(Engine::new(evaluator, Arc::clone(&task.stop)))
 }
@@ -108,7 +108,7 @@ impl Run {
     /// Its table of steps: `generations.csv`, or a swarm's `intervals.csv`.
     pub fn table(&self) -> PathBuf {
         let directory = self.directory();
-        let recording = crate::runs::Recording::Directory {
+        let recording = oneiro_lab::runs::Recording::Directory {
             path: directory,
             console: device::quiet(),
         };

@@ -8,8 +8,8 @@ use oneiro::swarm::{Command, Driven, Lamp, Line, Swarm, Trouble};
 
 use super::experiment::Experiment;
 use super::{Error, Result, Task, device};
-use crate::exit::Failure;
-use crate::numbers::check_seed;
+use oneiro_base::exit::Failure;
+use oneiro_lab::numbers::check_seed;
 
 /// Lives in an experiment's world, whose controller is left out.
 #[derive(Debug)]
@@ -17,24 +17,6 @@ pub struct Stepped {
     own: oneiro::stepped::Stepped,
     backend: String,
     length: u32,
-}
-
-impl From<reported::Error> for Failure {
-    fn from(error: reported::Error) -> Self {
-        match error {
-            reported::Error::Invalid(invalid) => invalid.into(),
-            reported::Error::Device(error) => error.into(),
-        }
-    }
-}
-
-impl From<Trouble> for Failure {
-    fn from(trouble: Trouble) -> Self {
-        match trouble {
-            Trouble::Invalid(invalid) => invalid.into(),
-            Trouble::Evaluation(error) => error.into(),
-        }
-    }
 }
 
 impl Stepped {

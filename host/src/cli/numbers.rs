@@ -7,7 +7,7 @@ use std::time::Duration;
 use clap::{Arg, Command};
 
 use super::Speed;
-use crate::sweep::store::Shard;
+use oneiro_lab::sweep::store::Shard;
 
 /// Lets each flag with a number read a text that begins with a hyphen, so that its own message refuses a negative number.
 pub(super) fn with_hyphens(command: Command) -> Command {

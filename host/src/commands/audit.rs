@@ -4,10 +4,10 @@ use serde_json::json;
 
 use super::list;
 use crate::cli::Audit;
-use crate::console::Console;
-use crate::device;
-use crate::exit::{Failure, Result};
-use crate::record::SavedRun;
+use oneiro_base::console::Console;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::device;
+use oneiro_lab::record::SavedRun;
 
 /// Audits a run, or each run of a directory; fails if a single bit differs.
 pub(crate) fn run(arguments: &Audit, console: Console) -> Result {

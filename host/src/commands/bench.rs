@@ -4,7 +4,7 @@
 mod host;
 mod null;
 
-use crate::console::counted;
+use oneiro_base::console::counted;
 use std::fmt::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -18,10 +18,12 @@ use serde_json::{Value, json};
 
 use super::devices;
 use crate::cli::Bench;
-use crate::console::{Console, columns};
-use crate::device::{self, Candidate};
-use crate::exit::{Failure, Result};
-use crate::{files, runs, workload};
+use oneiro_base::console::{Console, columns};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
+use oneiro_lab::device::{self, Candidate};
+use oneiro_lab::runs;
+use oneiro_lab::workload;
 
 /// How long a GPU is kept busy before it is timed. An idle H100 is slow for 5 ms.
 const WAKING: Duration = Duration::from_millis(20);
@@ -461,7 +463,7 @@ mod tests {
             repetitions: (2, 2),
             ..Plan::quick()
         };
-        let console = Console::new(crate::console::Output {
+        let console = Console::new(oneiro_base::console::Output {
             json: false,
             quiet: true,
         });

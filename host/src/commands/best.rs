@@ -8,14 +8,16 @@ use serde_json::{Value, json};
 
 use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::Best;
-use crate::console::{Console, columns, counted, decimal};
-use crate::disk;
-use crate::evolve::appraisal::{Appraisal, by_mean};
-use crate::exit::{Failure, Result};
-use crate::experiment::Experiment;
-use crate::lives::{Keys, Lives};
-use crate::report::numbers::{significant, to_six_places};
-use crate::{device, files, progress};
+use oneiro_base::console::{Console, columns, counted, decimal};
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
+use oneiro_base::progress;
+use oneiro_evolve::appraisal::{Appraisal, by_mean};
+use oneiro_lab::device;
+use oneiro_lab::experiment::Experiment;
+use oneiro_lab::lives::{Keys, Lives};
+use oneiro_report::numbers::{significant, to_six_places};
 
 const MOST_LIVES: u32 = 1_000_000;
 /// Generation in the keys of the lives, which no run uses for its evolution or its finalists.

@@ -4,18 +4,18 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 
-use crate::calibrate::readings::{Errors, RANGES};
-use crate::calibrate::{Calibration, logged, page};
 use crate::cli::Calibrate;
-use crate::console::{Console, counted};
-use crate::contents::{Column, Entry, README, describe};
-use crate::device;
-use crate::disk;
-use crate::exit::{Failure, Result};
-use crate::experiment::Experiment;
-use crate::files::directory::Filling;
-use crate::report::csv::{Csv, known};
-use crate::report::numbers::significant;
+use oneiro_base::console::{Console, counted};
+use oneiro_base::contents::{Column, Entry, README, describe};
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::directory::Filling;
+use oneiro_lab::calibrate::readings::{Errors, RANGES};
+use oneiro_lab::calibrate::{Calibration, logged, page};
+use oneiro_lab::device;
+use oneiro_lab::experiment::Experiment;
+use oneiro_report::csv::{Csv, known};
+use oneiro_report::numbers::significant;
 
 const PAGE: &str = "calibration.html";
 const ERRORS: &str = "errors.csv";

@@ -2,10 +2,10 @@
 
 use super::{cost, rules};
 use crate::cli::Check;
-use crate::console::Console;
-use crate::exit::Result;
-use crate::files;
-use crate::runs;
+use oneiro_base::console::Console;
+use oneiro_base::exit::Result;
+use oneiro_base::files;
+use oneiro_lab::runs;
 
 /// Reads the experiment and prints a summary; without one, explains a rule.
 pub(crate) fn run(arguments: &Check, console: Console) -> Result {

@@ -10,9 +10,10 @@ use oneiro::evaluator::{Control, Evaluator};
 use serde_json::json;
 
 use crate::cli::Compile;
-use crate::console::{Console, columns};
-use crate::exit::{Code, Failure, Result};
-use crate::{runs, workload};
+use oneiro_base::console::{Console, columns};
+use oneiro_base::exit::{Code, Failure, Result};
+use oneiro_lab::runs;
+use oneiro_lab::workload;
 
 /// The lane code that new code is compared with: that compiled at run time.
 const REFERENCE: &str = "native128x16";

@@ -1,8 +1,8 @@
 //! `oneiro completions`: a completion script for a shell.
 
 use crate::cli::{self, Completions};
-use crate::console::Console;
-use crate::exit::{Failure, Result};
+use oneiro_base::console::Console;
+use oneiro_base::exit::{Failure, Result};
 
 /// Prints the script.
 pub(crate) fn run(arguments: &Completions, console: Console) -> Result {

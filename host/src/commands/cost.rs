@@ -3,8 +3,8 @@
 use oneiro::batch::Worlds;
 use serde::Serialize;
 
-use crate::console::Console;
-use crate::exit::Result;
+use oneiro_base::console::Console;
+use oneiro_base::exit::Result;
 
 /// A card, and the operations of single lanes that it issues in a second: its lanes times its boost clock.
 struct Card {
@@ -80,10 +80,10 @@ mod counted {
     use serde_json::json;
 
     use super::ceilings;
-    use crate::console::{Console, columns};
-    use crate::exit::{Failure, Result};
-    use crate::progress::meanwhile;
-    use crate::workload;
+    use oneiro_base::console::{Console, columns};
+    use oneiro_base::exit::{Failure, Result};
+    use oneiro_base::progress::meanwhile;
+    use oneiro_lab::workload;
 
     /// Lives that are counted together: those of a workgroup.
     const LIVES: u32 = 64;
@@ -186,7 +186,7 @@ pub(super) fn run(worlds: &Worlds, console: Console) -> Result {
     #[cfg(not(all(feature = "gpu", feature = "compose")))]
     {
         let _ = (worlds, console);
-        Err(crate::exit::Failure::usage(
+        Err(oneiro_base::exit::Failure::usage(
             "--cost: this program was built without `gpu` or `compose`, and has no compiler to count with",
         ))
     }

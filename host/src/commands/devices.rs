@@ -7,9 +7,9 @@ use serde_json::{Value, json};
 
 use super::machine_code::MachineCode;
 use crate::cli::Devices;
-use crate::console::{Console, counted};
-use crate::device;
-use crate::exit::Result;
+use oneiro_base::console::{Console, counted};
+use oneiro_base::exit::Result;
+use oneiro_lab::device;
 
 /// The CPU's lane codes, widest first, and its threads.
 fn cpu() -> (Vec<&'static str>, usize) {

@@ -11,20 +11,22 @@ use serde_json::json;
 
 use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::{Evaluate, Noise};
-use crate::console::{Console, counted, decimal};
-use crate::contents::{Column, Entry, README, describe};
-use crate::evolve::appraisal::Appraisal;
-use crate::exit::{Failure, Result};
-use crate::experiment::Experiment;
-use crate::files::directory::Filling;
-use crate::files::plain;
-use crate::lives::measures::{Descriptor, Measures, descriptors};
-use crate::lives::{Keys, LifeIndex, Lives, scores, starts};
-use crate::npy::npy;
-use crate::report::csv::Csv;
-use crate::report::numbers::{significant, unsigned_zero};
-use crate::runs::single::trace::TraceTable;
-use crate::{device, files, progress};
+use oneiro_base::console::{Console, counted, decimal};
+use oneiro_base::contents::{Column, Entry, README, describe};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
+use oneiro_base::files::directory::Filling;
+use oneiro_base::files::plain;
+use oneiro_base::npy::npy;
+use oneiro_base::progress;
+use oneiro_evolve::appraisal::Appraisal;
+use oneiro_lab::device;
+use oneiro_lab::experiment::Experiment;
+use oneiro_lab::lives::measures::{Descriptor, Measures, descriptors};
+use oneiro_lab::lives::{Keys, LifeIndex, Lives, scores, starts};
+use oneiro_lab::runs::single::trace::TraceTable;
+use oneiro_report::csv::Csv;
+use oneiro_report::numbers::{significant, unsigned_zero};
 
 mod on_robot;
 

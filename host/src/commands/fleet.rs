@@ -5,20 +5,20 @@ mod start;
 #[cfg(all(unix, feature = "twin"))]
 pub(crate) mod twin;
 
-use crate::console::counted;
+use oneiro_base::console::counted;
 use std::path::Path;
 
 use serde_json::{Value, json};
 
 use crate::cli::{self, FleetCommand, FleetFile, FleetStatus, FleetWork};
-use crate::console::{Console, columns};
-use crate::contents::describe;
-use crate::exchange::radio::key::Key;
-use crate::exit::{Code, Failure, Result};
-use crate::fleet::file::{AnyFleet, Computers, Fleet, Robot};
-use crate::fleet::install::Stock;
-use crate::fleet::remote::{Remote, on_each};
-use crate::fleet::{Outcomes, collect, enough, page, service};
+use oneiro_base::console::{Console, columns};
+use oneiro_base::contents::describe;
+use oneiro_base::exit::{Code, Failure, Result};
+use oneiro_fleet::fleet::file::{AnyFleet, Computers, Fleet, Robot};
+use oneiro_fleet::fleet::install::Stock;
+use oneiro_fleet::fleet::remote::{Remote, on_each};
+use oneiro_fleet::fleet::{Outcomes, collect, enough, page, service};
+use oneiro_lab::exchange::radio::key::Key;
 
 /// Runs the subcommand.
 pub(super) fn run(arguments: &cli::Fleet, console: Console) -> Result {
@@ -156,7 +156,8 @@ fn alone(robots: &[&Robot]) -> String {
 /// What one robot gets, and the commands on its computer.
 fn example(fleet: &Computers, robot: &Robot, stock: &Stock) -> String {
     let files = stock.parcels(robot);
-    let row = |file: &crate::fleet::install::Parcel<'_>| vec![file.name.to_owned(), file.bytes.len().to_string()];
+    let row =
+        |file: &oneiro_fleet::fleet::install::Parcel<'_>| vec![file.name.to_owned(), file.bytes.len().to_string()];
     let files = columns(&["file", "bytes"], &files.iter().map(row).collect::<Vec<_>>());
     let remote = Remote::of(fleet, robot);
     format!(
@@ -303,7 +304,7 @@ fn merged(fleet: &Fleet, numbers: &[u32], console: Console) -> Result {
         counted(merged.lines, "line", "lines"),
         counted(merged.clocks.len(), "clock", "clocks"),
         fleet.directory.join(collect::TIMELINE).display(),
-        crate::fleet::timeline::CLOCKS,
+        oneiro_fleet::fleet::timeline::CLOCKS,
     ));
     Ok(())
 }
@@ -312,7 +313,7 @@ fn merged(fleet: &Fleet, numbers: &[u32], console: Console) -> Result {
 fn replay(record: &Path, console: Console) -> Result {
     #[cfg(all(unix, feature = "twin"))]
     let page = if record.is_dir() {
-        crate::fleet::twin::replay::write(record)?
+        oneiro_fleet::fleet::twin::replay::write(record)?
     } else {
         page::replay(&Fleet::read(record)?)?
     };

@@ -2,10 +2,10 @@
 
 use super::robot;
 use crate::cli::GuardProcess;
-use crate::exit::{Failure, Result};
-use crate::robots::guard::process::{self, Options};
-use crate::robots::guard::values::Values;
-use crate::robots::guard::wheels::Wanted;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_robots::guard::process::{self, Options};
+use oneiro_robots::guard::values::Values;
+use oneiro_robots::guard::wheels::Wanted;
 
 /// Guards a robot until the program at the other end of standard input is gone, or a signal comes.
 pub(crate) fn run(arguments: GuardProcess) -> Result {

@@ -4,9 +4,9 @@ use oneiro::parameter::nearest;
 use serde_json::json;
 
 use crate::cli::Keys;
-use crate::console::Console;
-use crate::exit::{Failure, Result};
-use crate::experiment::reference::{self, Entry};
+use oneiro_base::console::Console;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::experiment::reference::{self, Entry};
 
 /// Prints the keys that contain the given text.
 pub(crate) fn run(arguments: &Keys, console: Console) -> Result {

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use crate::cli::List;
-use crate::console::{Console, columns, decimal};
-use crate::exit::{Code, Failure, Result};
-use crate::files;
-use crate::record::{self, SavedRun, State};
-use crate::sweep::store::Store;
+use oneiro_base::console::{Console, columns, decimal};
+use oneiro_base::exit::{Code, Failure, Result};
+use oneiro_base::files;
+use oneiro_lab::record::{self, SavedRun, State};
+use oneiro_lab::sweep::store::Store;
 
 /// The directory of runs that have no other.
 const USUAL: &str = "runs";

@@ -4,7 +4,7 @@
 use oneiro_shaders::Kernel;
 use serde_json::{Value, json};
 
-use crate::console::columns;
+use oneiro_base::console::columns;
 
 /// What an adapter's driver tells of all kernels, and of that of the 1995 world; or why it doesn't.
 pub(super) struct MachineCode(Result<Vec<Compiled>, String>);

@@ -1,10 +1,10 @@
 //! The commands, one file each.
 
 use crate::cli::Command;
-use crate::console::Console;
+use oneiro_base::console::Console;
+use oneiro_base::exit::Result;
 #[cfg(unix)]
-use crate::engine::watcher::stop_at_once;
-use crate::exit::Result;
+use oneiro_lab::engine::watcher::stop_at_once;
 
 mod audit;
 mod bench;

@@ -8,13 +8,13 @@ use oneiro::parameter::nearest;
 use serde_json::json;
 
 use crate::cli::New;
-use crate::console::Console;
-use crate::exit::{Failure, Result};
-use crate::experiment::examples::{EXAMPLES, Example};
-use crate::experiment::reference::{self, Template};
-use crate::experiment::robots;
-use crate::experiment::values::instead;
-use crate::files;
+use oneiro_base::console::Console;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
+use oneiro_lab::experiment::examples::{EXAMPLES, Example};
+use oneiro_lab::experiment::reference::{self, Template};
+use oneiro_lab::experiment::robots;
+use oneiro_lab::experiment::values::instead;
 
 /// Writes `NAME.toml`, and a file for each part that is named; or an example with its parts.
 pub(crate) fn run(arguments: &New, console: Console) -> Result {

@@ -5,20 +5,20 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use crate::cli;
-use crate::console::Console;
-use crate::daemon::air::Sockets;
-use crate::daemon::control::{Daemon, Files};
-use crate::daemon::settings::Settings;
+use oneiro_base::console::Console;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_fleet::daemon::air::Sockets;
+use oneiro_fleet::daemon::control::{Daemon, Files};
+use oneiro_fleet::daemon::settings::Settings;
 #[cfg(feature = "compose")]
-use crate::daemon::single;
-use crate::exit::{Failure, Result};
-use crate::experiment::source::Parsed;
-use crate::kinds::FileKind;
+use oneiro_fleet::daemon::single;
+use oneiro_lab::experiment::source::Parsed;
+use oneiro_lab::kinds::FileKind;
 #[cfg(feature = "compose")]
-use crate::reality::wired;
-use crate::robots::Kind;
-use crate::robots::guard::wheels::Wanted;
-use crate::robots::vehicle::guarded::{Guarded, Options};
+use oneiro_lab::reality::wired;
+use oneiro_robots::Kind;
+use oneiro_robots::guard::wheels::Wanted;
+use oneiro_robots::vehicle::guarded::{Guarded, Options};
 
 /// Lives on board until the experiment is over, or a signal comes.
 pub(crate) fn run(arguments: &cli::OnBoard, console: Console) -> Result {
@@ -38,7 +38,7 @@ fn member(arguments: &cli::OnBoard, parsed: &Parsed<'_>, console: Console) -> Re
     let files = Files::open(&settings)?;
     #[cfg(unix)]
     if let Some(path) = &arguments.conductor {
-        let (vehicle, air) = crate::fleet::twin::client::connect(path, settings.robot, Arc::clone(&stop))?;
+        let (vehicle, air) = oneiro_fleet::fleet::twin::client::connect(path, settings.robot, Arc::clone(&stop))?;
         return Daemon::new(&settings, files, vehicle, air, true)?.live(&stop);
     }
     let Settings { radio, tracker, .. } = &settings;

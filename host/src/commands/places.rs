@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use crate::cli;
-use crate::console::Console;
-use crate::exit::Result;
-use crate::record::{Done, SavedRun, Standing, standing};
+use oneiro_base::console::Console;
+use oneiro_base::exit::Result;
+use oneiro_lab::record::{Done, SavedRun, Standing, standing};
 
 /// The seeds and their runs' directories, and the seed if it was drawn. `own` is the experiment's seed; `name` makes the
 /// default name of a run's directory.

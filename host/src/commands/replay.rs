@@ -2,11 +2,11 @@
 
 use super::list;
 use crate::cli;
-use crate::console::Console;
-use crate::device;
-use crate::exit::Result;
-use crate::record::SavedRun;
-use crate::runs::Replay;
+use oneiro_base::console::Console;
+use oneiro_base::exit::Result;
+use oneiro_lab::device;
+use oneiro_lab::record::SavedRun;
+use oneiro_lab::runs::Replay;
 
 /// Evaluates the best again, compares it with the record, and draws it.
 pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
-use crate::console::{Console, columns};
-use crate::exit::Result;
-use crate::record::{Done, SavedRun};
-use crate::runs::Summary;
+use oneiro_base::console::{Console, columns};
+use oneiro_base::exit::Result;
+use oneiro_lab::record::{Done, SavedRun};
+use oneiro_lab::runs::Summary;
 
 /// Summary of a finished run.
 #[derive(Debug)]

@@ -1,9 +1,9 @@
 //! `oneiro reproduce`: a paper's whole study.
 
 use crate::cli::{Paper, Reproduce};
-use crate::console::Console;
-use crate::exit::Result;
-use crate::studies::{miglino1995, odowd2014};
+use oneiro_base::console::Console;
+use oneiro_base::exit::Result;
+use oneiro_studies::{miglino1995, odowd2014};
 
 /// Runs the requested study.
 pub(crate) fn run(arguments: &Reproduce, console: Console) -> Result {

@@ -6,14 +6,15 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::cli::{Robot as Arguments, RobotCommand, RobotLight, RobotLink, Switch};
-use crate::console::{Console, columns};
-use crate::exit::{Failure, Result};
-use crate::files;
-use crate::robots::address::{FORMS, Invalid, Wire};
-use crate::robots::error::{self, Error};
-use crate::robots::link::{self, Port};
-use crate::robots::recording::Recording;
-use crate::robots::{self, Battery, Description, Group, Kind, Robot, stopped, unstopped};
+use oneiro_base::console::{Console, columns};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
+use oneiro_robots as robots;
+use oneiro_robots::address::{FORMS, Invalid, Wire};
+use oneiro_robots::error::{self, Error};
+use oneiro_robots::link::{self, Port};
+use oneiro_robots::recording::Recording;
+use oneiro_robots::{Battery, Description, Group, Kind, Robot, stopped, unstopped};
 
 mod drive;
 pub(super) mod watch;

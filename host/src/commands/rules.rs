@@ -4,9 +4,9 @@ use oneiro::compose::Rule;
 use oneiro::parameter::nearest;
 use serde_json::{Value, json};
 
-use crate::console::{Console, columns};
-use crate::exit::{Failure, Result};
-use crate::experiment::values::instead;
+use oneiro_base::console::{Console, columns};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::experiment::values::instead;
 
 /// In place of a rule's name, lists all of them.
 pub(crate) const ALL: &str = "list";

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use super::places::{Places, seeds_and_places, sorted_out};
 use super::report::{self, Report};
 use crate::cli;
-use crate::console::Console;
-use crate::device::{self, Backend};
-use crate::engine::watcher::Watcher;
-use crate::exit::Result;
-use crate::record::{Directories, Done, RunPlace, Session};
-use crate::runs;
+use oneiro_base::console::Console;
+use oneiro_base::exit::Result;
+use oneiro_lab::device::{self, Backend};
+use oneiro_lab::engine::watcher::Watcher;
+use oneiro_lab::record::{Directories, Done, RunPlace, Session};
+use oneiro_lab::runs;
 
 /// Runs the experiment for each seed, except for finished runs.
 pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {

@@ -19,10 +19,10 @@ use serde_json::{Value, json};
 use super::bench::{self, Plan, Timed};
 use super::machine_code::MachineCode;
 use crate::cli::Selftest;
-use crate::console::{Console, columns};
-use crate::device::{self, Candidate};
-use crate::exit::{Failure, Result};
-use crate::workload;
+use oneiro_base::console::{Console, columns};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::device::{self, Candidate};
+use oneiro_lab::workload;
 
 /// Rollouts whose traces are compared, for each controller.
 const TRACED: u32 = 256;

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use super::sweep::directory;
 use crate::cli::SweepRun;
-use crate::console::{Console, counted};
-use crate::exit::{Failure, Result};
-use crate::files::for_shell;
-use crate::sweep::Sweep;
-use crate::sweep::store::Shard;
+use oneiro_base::console::{Console, counted};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::for_shell;
+use oneiro_lab::sweep::Sweep;
+use oneiro_lab::sweep::store::Shard;
 
 /// The script, with names in braces as placeholders.
 const SCRIPT: &str = include_str!("slurm.sh");

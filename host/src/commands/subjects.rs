@@ -8,15 +8,15 @@ use oneiro::world::GeneLayout;
 use rayon::prelude::*;
 
 use super::list;
-use crate::console::Console;
-use crate::evolve::Population;
-use crate::exit::{Failure, Result};
-use crate::experiment::source::Setting;
-use crate::experiment::{Difference, Experiment};
-use crate::genomes;
-use crate::record::SingleRun;
-use crate::sweep::champions::Champions;
-use crate::sweep::store::Store;
+use oneiro_base::console::Console;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_evolve::Population;
+use oneiro_lab::experiment::source::Setting;
+use oneiro_lab::experiment::{Difference, Experiment};
+use oneiro_lab::genomes;
+use oneiro_lab::record::SingleRun;
+use oneiro_lab::sweep::champions::Champions;
+use oneiro_lab::sweep::store::Store;
 
 /// Genomes and their sources.
 pub(super) struct Subjects {

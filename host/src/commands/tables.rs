@@ -1,16 +1,16 @@
 //! `oneiro tables`: shows, converts and exports sampled sensor and motor tables.
 
-use crate::report::numbers::fixed;
+use oneiro_report::numbers::fixed;
 use std::path::Path;
 
 use oneiro::tables::{self, Format, GREATEST_READING, MotorSamples, SensorTable, SensorTables};
 use serde::Serialize;
 
 use crate::cli::{Tables, TablesCommand};
-use crate::console::{Console, columns, counted};
-use crate::exit::{Failure, Result};
-use crate::files;
-use crate::report::figures;
+use oneiro_base::console::{Console, columns, counted};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
+use oneiro_report::figures;
 
 /// Runs the subcommand.
 pub(crate) fn run(arguments: &Tables, console: Console) -> Result {

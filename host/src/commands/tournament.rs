@@ -1,7 +1,7 @@
 //! `oneiro tournament`: plays the best of each generation of one population against the best of each generation of the other
 //! (Floreano and Nolfi 1997), writes all results and pictures of them, and says whether later generations are better.
 
-use crate::report::numbers::fixed;
+use oneiro_report::numbers::fixed;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -10,20 +10,20 @@ use serde_json::{Value, json};
 
 use super::list;
 use crate::cli::Tournament;
-use crate::console::{Console, counted};
-use crate::device;
-use crate::disk;
-use crate::evolve::Population;
-use crate::exit::{Failure, Result};
-use crate::experiment::Experiment;
-use crate::genomes;
-use crate::lives::{Keys, Lives};
-use crate::progress;
-use crate::record::SingleRun;
-use crate::report::figures::{self, Series};
-use crate::report::numbers::{significant, to_six_places};
-use crate::runs::single::{HALL, TOURNAMENT, TOURNAMENT_PICTURE, TOURNAMENT_PROGRESS};
-use crate::statistics::{kendall, mean};
+use oneiro_base::console::{Console, counted};
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::progress;
+use oneiro_evolve::Population;
+use oneiro_lab::device;
+use oneiro_lab::experiment::Experiment;
+use oneiro_lab::genomes;
+use oneiro_lab::lives::{Keys, Lives};
+use oneiro_lab::record::SingleRun;
+use oneiro_lab::runs::single::{HALL, TOURNAMENT, TOURNAMENT_PICTURE, TOURNAMENT_PROGRESS};
+use oneiro_report::figures::{self, Series};
+use oneiro_report::numbers::{significant, to_six_places};
+use oneiro_statistics::{kendall, mean};
 
 /// Pairs whose contests are evaluated at a time.
 const AT_ONCE: usize = 1 << 14;

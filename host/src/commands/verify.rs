@@ -7,11 +7,11 @@ use serde_json::json;
 
 use super::list;
 use crate::cli::Verify;
-use crate::console::{Console, counted};
-use crate::exit::Result;
-use crate::record;
-use crate::sweep::store::Store;
-use crate::sweep::tables::{self, Sums};
+use oneiro_base::console::{Console, counted};
+use oneiro_base::exit::Result;
+use oneiro_lab::record;
+use oneiro_lab::sweep::store::Store;
+use oneiro_lab::sweep::tables::{self, Sums};
 
 /// Checks a run, or each run of a directory. Stops at the first damaged one.
 pub(crate) fn run(arguments: &Verify, console: Console) -> Result {

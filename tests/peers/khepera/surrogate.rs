@@ -16,17 +16,17 @@ use oneiro::world::{Start, World, WorldSpec};
 use super::Body;
 
 /// A robot of its own in an arena. It has no sensors of light, and reads darkness. Its readings change once a cycle.
-pub(crate) struct Simulated {
+pub struct Simulated {
     spec: WorldSpec,
     worlds: Worlds,
     cpu: Cpu,
     /// Draws its noise, from the next placing on.
-    pub(crate) key: Key,
+    pub key: Key,
     /// The next cycle, and the state before it; none at the start.
     cycle: u32,
     state: Option<Vec<u32>>,
     /// The pose before it: mm, mm, and turns.
-    pub(crate) pose: [f32; 3],
+    pub pose: [f32; 3],
     proximity: [u16; 8],
     /// How much of the next cycle is over, and the speeds in it so far, summed over ns.
     spent: Duration,
@@ -36,13 +36,13 @@ pub(crate) struct Simulated {
 impl Simulated {
     const CYCLE: Duration = Duration::from_millis(100);
     /// The surrogate's wheels go no faster, pulses / 10 ms.
-    pub(crate) const GREATEST: i32 = 10;
+    pub const GREATEST: i32 = 10;
     /// The mean speed of a cycle is rounded to as many parts of a pulse / 10 ms.
     const PARTS: i64 = 10;
 
     /// A robot at a pose (mm, mm, turns) in an arena, which must be free there. The seed draws its body, its surroundings
     /// and its noise.
-    pub(crate) fn new(seed: u64, arena: Arena, pose: [f32; 3]) -> Self {
+    pub fn new(seed: u64, arena: Arena, pose: [f32; 3]) -> Self {
         let mut spec = WorldSpec {
             surrogate: Some(Arc::new(Surrogate::drawn(seed, Differences::all(1.0)))),
             arena,
@@ -72,14 +72,14 @@ impl Simulated {
     }
 
     /// Takes the robot up and puts it down at another pose.
-    pub(crate) fn place(&mut self, pose: [f32; 3]) {
+    pub fn place(&mut self, pose: [f32; 3]) {
         self.worlds = Self::worlds(&mut self.spec, pose);
         (self.cycle, self.state, self.spent, self.sums) = (0, None, Duration::ZERO, [0; 2]);
         self.look();
     }
 
     /// Takes it to a pose in another arena.
-    pub(crate) fn bring(&mut self, arena: Arena, pose: [f32; 3]) {
+    pub fn bring(&mut self, arena: Arena, pose: [f32; 3]) {
         self.spec.arena = arena;
         self.place(pose);
     }
@@ -114,7 +114,7 @@ impl Simulated {
 }
 
 /// Genes of a perceptron that reads nothing, and whose biases select these speeds.
-pub(crate) fn genes(speeds: [i64; 2]) -> [f32; 18] {
+pub fn genes(speeds: [i64; 2]) -> [f32; 18] {
     let mut genes = [0.0; 18];
     for (bias, speed) in [8, 17].into_iter().zip(speeds) {
         let most = i64::from(Simulated::GREATEST) * Simulated::PARTS;
@@ -125,7 +125,7 @@ pub(crate) fn genes(speeds: [i64; 2]) -> [f32; 18] {
 }
 
 /// Speeds in parts of a pulse / 10 ms. A surrogate takes nothing else from the table.
-pub(crate) fn motors() -> MotorTable {
+pub fn motors() -> MotorTable {
     let most = i64::from(Simulated::GREATEST) * Simulated::PARTS;
     let speeds = || (-most..=most).map(|speed| speed as f32 / most as f32);
     let cells = speeds().flat_map(|left| {

@@ -15,19 +15,19 @@ use serde_json::json;
 use super::median;
 use super::null::Null;
 use crate::cli::Bench;
-use crate::console::{Console, columns};
-use crate::device::NULL;
-use crate::disk;
-use crate::engine::handle::Engine;
-use crate::engine::job::Progress;
-use crate::engine::scheduler::Times;
-use crate::engine::watcher::{Watch, stop_signal};
-use crate::exit::{Failure, Result};
-use crate::files::{self, plain};
-use crate::record::Session;
-use crate::sweep::Sweep;
-use crate::sweep::journal::Journal;
-use crate::sweep::work::Work;
+use oneiro_base::console::{Console, columns};
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::{self, plain};
+use oneiro_lab::device::NULL;
+use oneiro_lab::engine::handle::Engine;
+use oneiro_lab::engine::job::Progress;
+use oneiro_lab::engine::scheduler::Times;
+use oneiro_lab::engine::watcher::{Watch, stop_signal};
+use oneiro_lab::record::Session;
+use oneiro_lab::sweep::Sweep;
+use oneiro_lab::sweep::journal::Journal;
+use oneiro_lab::sweep::work::Work;
 
 /// Individuals of a generation, and generations of a run: those of the default experiment.
 const INDIVIDUALS: u64 = 100;
@@ -300,7 +300,7 @@ mod memory {
     use std::io::Write;
     use std::path::Path;
 
-    use crate::files::plain;
+    use oneiro_base::files::plain;
 
     /// Lets the peak begin at what is in use now. If the system refuses, it is that of the whole program.
     pub(super) fn forget_peak() {

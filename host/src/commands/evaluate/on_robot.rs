@@ -4,14 +4,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use crate::cli::{Evaluate, OnRobot};
-use crate::console::Console;
-use crate::device;
-use crate::exit::{Failure, Result};
-use crate::lives::{LifeIndex, Lives};
-use crate::reality::site::{Robots, SEVERITY, Site, Wired};
-use crate::reality::wired::Values;
-use crate::reality::{Life, Lived};
-use crate::robots::tracker;
+use oneiro_base::console::Console;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::device;
+use oneiro_lab::lives::{LifeIndex, Lives};
+use oneiro_lab::reality::site::{Robots, SEVERITY, Site, Wired};
+use oneiro_lab::reality::wired::Values;
+use oneiro_lab::reality::{Life, Lived};
+use oneiro_robots::tracker;
 
 /// Lives all lives on robots, each of which takes one after the other, or those of a surrogate all at once. Returns their fitness, by
 /// genome.

@@ -8,16 +8,16 @@ use indicatif::ProgressBar;
 
 use crate::cli::FleetStart;
 use crate::commands::robot::watch::screen;
-use crate::console::{Console, shown};
-use crate::engine::watcher::stop_signal;
-use crate::exchange::radio::key::Key;
-use crate::exit::{Failure, Result};
-use crate::fleet::file::{AnyFleet, Computers, Fleet};
-use crate::fleet::live::{End, Options, Record, live};
-use crate::fleet::operator::{Ears, Socket, Station};
-use crate::fleet::page::{PAGE, Page};
-use crate::fleet::remote::on_each;
-use crate::fleet::{enough, service, table};
+use oneiro_base::console::{Console, shown};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_fleet::fleet::file::{AnyFleet, Computers, Fleet};
+use oneiro_fleet::fleet::live::{End, Options, Record, live};
+use oneiro_fleet::fleet::operator::{Ears, Socket, Station};
+use oneiro_fleet::fleet::page::{PAGE, Page};
+use oneiro_fleet::fleet::remote::on_each;
+use oneiro_fleet::fleet::{enough, service, table};
+use oneiro_lab::engine::watcher::stop_signal;
+use oneiro_lab::exchange::radio::key::Key;
 
 /// Time between two tables on a terminal, and between two lines of JSON.
 const TABLE: Duration = Duration::from_millis(500);

@@ -12,22 +12,22 @@ use oneiro::random::Key;
 use oneiro::swarm::{self as arena, Drive, Driven, Line, SECOND, Swarm};
 use toml::Table;
 
-use crate::console::{Console, counted};
-use crate::daemon::settings::Settings;
-use crate::engine::watcher::stop_signal;
-use crate::exchange::radio::key::Key as Secret;
-use crate::exchange::radio::{OPERATOR, Packet, Radio};
-use crate::exit::{Failure, Result};
-use crate::files::directory::Filling;
-use crate::files::{self, plain};
-use crate::fleet::file::{self, Fleet};
-use crate::fleet::twin;
-use crate::fleet::twin::conductor::{Conductor, Daemons, Operator, Outcome, Plan, World};
-use crate::fleet::twin::faults::Faults;
-use crate::numbers::{number, seed};
-use crate::progress;
-use crate::robots::guard::values::Values;
-use crate::swarm::clock::Clock;
+use oneiro_base::console::{Console, counted};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::directory::Filling;
+use oneiro_base::files::{self, plain};
+use oneiro_base::progress;
+use oneiro_fleet::daemon::settings::Settings;
+use oneiro_fleet::fleet::file::{self, Fleet};
+use oneiro_fleet::fleet::twin;
+use oneiro_fleet::fleet::twin::conductor::{Conductor, Daemons, Operator, Outcome, Plan, World};
+use oneiro_fleet::fleet::twin::faults::Faults;
+use oneiro_lab::engine::watcher::stop_signal;
+use oneiro_lab::exchange::radio::key::Key as Secret;
+use oneiro_lab::exchange::radio::{OPERATOR, Packet, Radio};
+use oneiro_lab::numbers::{number, seed};
+use oneiro_lab::swarm::clock::Clock;
+use oneiro_robots::guard::values::Values;
 
 /// `oneiro fleet twin`
 #[derive(Args, Debug)]
@@ -129,7 +129,7 @@ impl Arena {
     ///
     /// # Errors
     /// It can't be made.
-    fn new(plan: &crate::swarm::Plan) -> Result<Self> {
+    fn new(plan: &oneiro_lab::swarm::Plan) -> Result<Self> {
         let mut cpu = Cpu::new(Some(1))?;
         let swarm = plan.settings.swarm();
         let key = Key::rollout(plan.seed, 0, 0, 0);

@@ -13,16 +13,16 @@ use signal_hook::flag;
 
 use super::{number, watch, wire};
 use crate::cli::{Guard as Guarded, RobotDrive, Speed};
-use crate::console::{Console, shown};
-use crate::engine::watcher::stop_signal;
-use crate::exit::{Failure, Result};
-use crate::robots::address::Wire;
-use crate::robots::guard::client::{Client, Lost, failure};
-use crate::robots::guard::message::{Report, Request, Sensors, Status};
-use crate::robots::guard::values::Values;
-use crate::robots::guard::wheels::Wanted;
-use crate::robots::guard::{Condition, Guard, Inputs, Order, State};
 use keys::{Action, Keys};
+use oneiro_base::console::{Console, shown};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::engine::watcher::stop_signal;
+use oneiro_robots::address::Wire;
+use oneiro_robots::guard::client::{Client, Lost, failure};
+use oneiro_robots::guard::message::{Report, Request, Sensors, Status};
+use oneiro_robots::guard::values::Values;
+use oneiro_robots::guard::wheels::Wanted;
+use oneiro_robots::guard::{Condition, Guard, Inputs, Order, State};
 use script::Script;
 use terminal::Terminal;
 

@@ -10,12 +10,12 @@ use serde_json::{Map, Value, json};
 
 use super::{connected, milliseconds, number, used};
 use crate::cli::RobotWatch;
-use crate::console::{Console, shown};
-use crate::engine::watcher::stop_signal;
-use crate::exit::{Failure, Result};
-use crate::report::numbers::fixed;
-use crate::robots::error::Error;
-use crate::robots::{Group, Kind, Reading, Robot, stopped, unstopped};
+use oneiro_base::console::{Console, shown};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::engine::watcher::stop_signal;
+use oneiro_report::numbers::fixed;
+use oneiro_robots::error::Error;
+use oneiro_robots::{Group, Kind, Reading, Robot, stopped, unstopped};
 
 /// Shows readings until Ctrl-C, or until there are as many as wanted.
 pub(super) fn run(arguments: &RobotWatch, console: Console) -> Result {

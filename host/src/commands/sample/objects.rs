@@ -1,7 +1,7 @@
 //! Objects on the command line.
 
-use crate::exit::{Failure, Result};
-use crate::reality::{Object, Shape};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::reality::{Object, Shape};
 
 /// Longest side of an object, mm.
 const LONGEST: f32 = 10_000.0;

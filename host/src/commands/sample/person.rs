@@ -3,10 +3,10 @@
 use std::thread;
 use std::time::Duration;
 
-use crate::console::Console;
-use crate::exit::{Failure, Result};
-use crate::reality::{Object, Trouble};
-use crate::robots::vehicle::{Vehicle, person};
+use oneiro_base::console::Console;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::reality::{Object, Trouble};
+use oneiro_robots::vehicle::{Vehicle, person};
 
 /// Where the robot has to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,7 +15,7 @@ pub(super) enum Place<'a> {
     Before {
         /// The object.
         object: &'a Object,
-        /// See [`Sampled::turn_before`](crate::reality::Sampled::turn_before).
+        /// See [`Sampled::turn_before`](oneiro_lab::reality::Sampled::turn_before).
         view: f64,
         /// From the robot's rim to the object, mm.
         gap: f32,

@@ -7,14 +7,14 @@ use oneiro::tables::{GREATEST_READING, MotorSamples, SensorTables};
 use serde_json::{Value, json};
 
 use super::person::{Answer, Person, Place};
-use crate::console::Console;
-use crate::disk;
-use crate::exit::{Failure, Result};
-use crate::reality::sampling::{self, BEARINGS, Grid, Notebook, Row, SPEEDS};
-use crate::reality::turning::{self, Overlap, Turn, Turning};
-use crate::reality::{Driven, Object, Shape, Trouble};
-use crate::report::figures;
-use crate::robots::vehicle::Vehicle;
+use oneiro_base::console::Console;
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::reality::sampling::{self, BEARINGS, Grid, Notebook, Row, SPEEDS};
+use oneiro_lab::reality::turning::{self, Overlap, Turn, Turning};
+use oneiro_lab::reality::{Driven, Object, Shape, Trouble};
+use oneiro_report::figures;
+use oneiro_robots::vehicle::Vehicle;
 
 /// A whole turn may be this far off, degrees.
 const MOST_DRIFT: f64 = 4.0;

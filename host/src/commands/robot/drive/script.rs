@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use crate::exit::{Failure, Result};
-use crate::files;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
 
 /// Speeds one after the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,8 +109,8 @@ mod tests {
     /// A file that is accepted ends, and has no speeds beyond the limits.
     #[test]
     fn a_file_may_have_anything() {
-        use crate::robots::fuzz::for_seeds;
-        use crate::robots::script::Random;
+        use crate::mutations::for_seeds;
+        use oneiro_robots::script::Random;
 
         let known = "# a curve\n1.5 50 -50\n\n 0.5\t1100 30 # back\r\n3600 0 -1e3\n";
         let mut accepted = 0;

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use crate::exit::{Failure, Result};
+use oneiro_base::exit::{Failure, Result};
 
 /// A terminal that passes keys on at once. It is as before when this is dropped.
 #[cfg(unix)]

@@ -11,13 +11,13 @@ use oneiro::arena::{Arena, Obstacle, Wall};
 
 use super::tests::{GOES_ON, Scratch, plan, quiet};
 use super::*;
-use crate::robots::Kind;
-use crate::robots::emulated::Bench;
-use crate::robots::emulated::khepera::surrogate::Simulated;
-use crate::robots::emulated::khepera::{Body, Firmware, Khepera};
-use crate::robots::khepera;
-use crate::robots::vehicle::direct::Direct;
-use crate::robots::vehicle::{Moment, Profile};
+use oneiro_robots::Kind;
+use oneiro_robots::emulated::Bench;
+use oneiro_robots::emulated::khepera::surrogate::Simulated;
+use oneiro_robots::emulated::khepera::{Body, Firmware, Khepera};
+use oneiro_robots::khepera;
+use oneiro_robots::vehicle::direct::Direct;
+use oneiro_robots::vehicle::{Moment, Profile};
 
 const SEED: u64 = 3;
 const RADIUS: f32 = 27.5;

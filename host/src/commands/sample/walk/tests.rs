@@ -3,8 +3,8 @@ use std::path::PathBuf;
 
 use super::super::person::Nobody;
 use super::*;
-use crate::console::Output;
-use crate::reality::turning::mock::{Hands, Mock};
+use oneiro_base::console::Output;
+use oneiro_lab::reality::turning::mock::{Hands, Mock};
 
 pub(super) static GOES_ON: AtomicBool = AtomicBool::new(false);
 

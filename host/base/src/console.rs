@@ -1,0 +1,262 @@
+//! Output: data to standard output, messages to standard error. All that is shown goes through here, where characters that control
+//! a terminal are escaped: names of files, keys, comments and what robots' computers say may have any.
+
+#![expect(clippy::disallowed_methods, reason = "all other code prints by these functions")]
+
+use std::borrow::Cow;
+use std::fmt::{Display, Write as _};
+use std::io::{self, IsTerminal, Write};
+
+use clap::Args;
+
+use crate::exit::{Failure, Result};
+
+/// Options for the output of all commands.
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Output {
+    /// Print data as JSON
+    #[arg(long, global = true, display_order = 900)]
+    pub json: bool,
+    /// Hide all messages but errors, and the progress bar
+    #[arg(long, short, global = true, display_order = 901)]
+    pub quiet: bool,
+}
+
+/// Prints data and messages.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Console {
+    output: Output,
+}
+
+impl Console {
+    /// Applies `--json` and `--quiet`.
+    pub fn new(output: Output) -> Self {
+        Self { output }
+    }
+
+    /// Whether data are printed as JSON.
+    pub fn json(self) -> bool {
+        self.output.json
+    }
+
+    /// Whether data go to a person's terminal.
+    pub fn has_screen(self) -> bool {
+        !self.json() && io::stdout().is_terminal()
+    }
+
+    /// Whether messages and progress are hidden.
+    pub fn quiet(self) -> bool {
+        self.output.quiet
+    }
+
+    /// Prints data, and adds a missing line end.
+    pub fn data(self, text: impl AsRef<str>) -> Result {
+        if self.json() {
+            Self::print(&shown_in_json(text.as_ref()))
+        } else {
+            Self::print(&shown(text.as_ref()))
+        }
+    }
+
+    fn print(text: &str) -> Result {
+        let mut stdout = io::stdout().lock();
+        stdout
+            .write_all(text.as_bytes())
+            .and_then(|()| {
+                if text.ends_with('\n') {
+                    Ok(())
+                } else {
+                    stdout.write_all(b"\n")
+                }
+            })
+            .and_then(|()| stdout.flush())
+            .map_err(|error| Failure::stdout(&error))
+    }
+
+    /// Prints data as JSON, indented.
+    #[expect(clippy::unused_self, reason = "all that is printed goes through the console")]
+    pub fn json_data(self, value: &impl serde::Serialize) -> Result {
+        let text = serde_json::to_string_pretty(value).map_err(Failure::failed)?;
+        Self::print(&shown_in_json(&text))
+    }
+
+    /// Prints data as a line of JSON.
+    #[expect(clippy::unused_self, reason = "all that is printed goes through the console")]
+    pub fn json_line(self, value: &serde_json::Value) -> Result {
+        Self::print(&shown_in_json(&value.to_string()))
+    }
+
+    /// Prints why the program ends, also if `--quiet` is given.
+    pub fn fail(self, failure: &Failure) {
+        self.ask(format!("oneiro: {failure}"));
+    }
+
+    /// Asks a person to do something, also if `--quiet` is given.
+    #[expect(clippy::unused_self, reason = "all that is printed goes through the console")]
+    pub fn ask(self, text: impl AsRef<str>) {
+        // If standard error is closed, there is nobody to read it.
+        let _ = writeln!(io::stderr(), "{}", shown(text.as_ref()));
+    }
+
+    /// Prints a message, unless `--quiet` is given.
+    pub fn say(self, text: impl AsRef<str>) {
+        if !self.output.quiet {
+            self.ask(text);
+        }
+    }
+
+    /// Prints warnings as messages.
+    pub fn warn(self, warnings: impl IntoIterator<Item = impl Display>) {
+        for warning in warnings {
+            self.say(format!("warning: {warning}"));
+        }
+    }
+}
+
+/// Whether a character would act on a terminal, or change what others look like, instead of being shown: controls of both sets,
+/// separators of lines and paragraphs, marks that turn the direction of writing, and invisible ones.
+fn is_hidden(c: char) -> bool {
+    c.is_control()
+        || matches!(
+            c,
+            '\u{61c}' | '\u{200b}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}'
+                | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}'
+        )
+}
+
+/// A text to show: control characters, which act on a terminal, are escaped, such as `\u{1b}`. Lines and tabs stay.
+pub fn shown(text: &str) -> Cow<'_, str> {
+    escaped(text, "\n\t", |c, text| text.extend(c.escape_default()))
+}
+
+/// A text to show within a line, such as a cell: also ends of lines and tabs are escaped.
+fn shown_in_line(text: &str) -> Cow<'_, str> {
+    escaped(text, "", |c, text| text.extend(c.escape_default()))
+}
+
+/// JSON to show: the control characters that JSON allows in strings are escaped in the way of JSON.
+pub fn shown_in_json(json: &str) -> Cow<'_, str> {
+    escaped(json, "\n\t", |c, text| {
+        for unit in c.encode_utf16(&mut [0; 2]) {
+            // Writing to a string can't fail.
+            let _ = write!(text, "\\u{unit:04x}");
+        }
+    })
+}
+
+/// Escapes what is hidden, except for what is allowed.
+fn escaped<'a>(text: &'a str, allowed: &str, escape: impl Fn(char, &mut String)) -> Cow<'a, str> {
+    let is_escaped = |c: char| is_hidden(c) && !allowed.contains(c);
+    if !text.contains(is_escaped) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_escaped(c) {
+            escape(c, &mut shown);
+        } else {
+            shown.push(c);
+        }
+    }
+    Cow::Owned(shown)
+}
+
+/// Prints an error of the command line as clap does, its words escaped, or what the command line asks clap for. Returns the exit
+/// code.
+pub fn usage(error: &clap::Error) -> u8 {
+    let text = error.render().to_string();
+    let _ = match shown(&text) {
+        // In colours, where there are some.
+        Cow::Borrowed(_) => error.print(),
+        Cow::Owned(text) => writeln!(io::stderr(), "{}", text.trim_end()),
+    };
+    error.exit_code() as u8
+}
+
+/// A float32 for JSON: the shortest decimal that reads back as the same number; null if it isn't finite.
+pub fn decimal(value: f32) -> serde_json::Value {
+    value
+        .to_string()
+        .parse::<f64>()
+        .map_or(serde_json::Value::Null, serde_json::Value::from)
+}
+
+/// A count with its noun, singular or plural.
+pub fn counted<N: Copy + Display + PartialEq + From<u8>>(count: N, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == N::from(1) { one } else { many })
+}
+
+/// Rows as text in columns: words aligned left, numbers right.
+pub fn columns(head: &[&str], rows: &[Vec<String>]) -> String {
+    let in_lines = |row: &Vec<String>| row.iter().map(|cell| shown_in_line(cell).into_owned()).collect();
+    let rows: Vec<Vec<String>> = rows.iter().map(in_lines).collect();
+    let cells = |column: usize| rows.iter().filter_map(move |row| row.get(column));
+    let layout: Vec<(usize, bool)> = (0..head.len())
+        .map(|column| {
+            let longest = cells(column).map(|cell| cell.chars().count()).max().unwrap_or(0);
+            let is_words = cells(column).any(|cell| cell.starts_with(|first: char| !"-+.0123456789".contains(first)));
+            (longest.max(head[column].chars().count()), is_words || column == 0)
+        })
+        .collect();
+    let line = |cells: &mut dyn Iterator<Item = &str>| {
+        let cells: Vec<String> = cells
+            .zip(&layout)
+            .map(|(cell, &(width, is_words))| {
+                if is_words {
+                    format!("{cell:<width$}")
+                } else {
+                    format!("{cell:>width$}")
+                }
+            })
+            .collect();
+        cells.join("  ").trim_end().to_owned() + "\n"
+    };
+    let mut text = line(&mut head.iter().copied());
+    for row in &rows {
+        text += &line(&mut row.iter().map(String::as_str));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals_are_short() {
+        assert_eq!(decimal(305.615_6).to_string(), "305.6156");
+        assert_eq!(decimal(f32::NAN), serde_json::Value::Null);
+        assert_eq!(decimal(f32::INFINITY), serde_json::Value::Null);
+    }
+
+    #[test]
+    fn what_acts_on_a_terminal_is_escaped() {
+        assert_eq!(shown("ärm\n\tx \u{1f916}"), "ärm\n\tx \u{1f916}");
+        assert_eq!(shown("a\u{1b}[2Jb\rc\u{7f}\u{9b}"), r"a\u{1b}[2Jb\rc\u{7f}\u{9b}");
+        assert_eq!(
+            shown("gpj\u{202e}\u{2028}\u{2066}\u{200e}"),
+            r"gpj\u{202e}\u{2028}\u{2066}\u{200e}"
+        );
+        let rows = [vec!["a\nb".to_owned()], vec!["\u{8}".to_owned()]];
+        assert_eq!(columns(&["x"], &rows), "x\na\\nb\n\\u{8}\n");
+        // Each character is shown either unchanged, or as plain letters that name it.
+        for c in (0..=0x0010_ffff).filter_map(char::from_u32) {
+            let text = c.to_string();
+            let (own, json) = (shown(&text), shown_in_json(&text));
+            assert!(own == text || own.chars().all(|c| c.is_ascii_graphic()), "{own}");
+            assert!(own.chars().all(|c| "\n\t".contains(c) || !is_hidden(c)), "{own}");
+            let escaped = serde_json::to_string(&text).unwrap();
+            assert_eq!(serde_json::from_str::<String>(&shown_in_json(&escaped)).unwrap(), text);
+            assert!(json.chars().all(|c| "\n\t".contains(c) || !is_hidden(c)), "{json}");
+        }
+    }
+
+    #[test]
+    fn columns_line_up() {
+        let rows = [
+            vec!["a".to_owned(), "1.5".to_owned()],
+            vec!["long".to_owned(), "10".to_owned()],
+        ];
+        assert_eq!(columns(&["x", "n"], &rows), "x       n\na     1.5\nlong   10\n");
+    }
+}

@@ -1,0 +1,26 @@
+//! What all other crates of the program use: exit codes, messages, files that survive a power cut, tables and their documentation.
+
+// Only this workspace uses it.
+#![allow(
+    missing_docs,
+    clippy::missing_errors_doc,
+    clippy::missing_panics_doc,
+    reason = "what its name does not say has documentation"
+)]
+// `clippy.toml` says what has one place only.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
+pub mod columns;
+pub mod console;
+pub mod contents;
+pub mod disk;
+pub mod ending;
+pub mod exit;
+pub mod files;
+pub mod npy;
+pub mod progress;
+pub mod sealed;
+pub mod utc;

@@ -1,0 +1,103 @@
+//! Progress bars on standard error.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use oneiro::evaluator::Control;
+
+use crate::console::{Console, shown};
+
+/// Time between two redraws of a bar.
+const TICK: Duration = Duration::from_millis(100);
+
+/// A progress bar of robot-steps. Hidden with `--quiet` or if standard error is not a terminal.
+pub fn bar(steps: u64, label: &str, console: Console) -> ProgressBar {
+    let target = if console.quiet() {
+        ProgressDrawTarget::hidden()
+    } else {
+        ProgressDrawTarget::stderr()
+    };
+    let style = ProgressStyle::with_template("{prefix} {bar:32} {percent:>3} %  {per_sec}  {eta} left");
+    let bar = ProgressBar::with_draw_target(Some(steps.max(1)), target).with_prefix(shown(label).into_owned());
+    match style {
+        Ok(style) => bar.with_style(style.with_key("per_sec", rate)),
+        Err(_) => bar,
+    }
+}
+
+/// A progress bar of rows. Hidden like [`bar`].
+pub fn rows(count: u64, label: &str, console: Console) -> ProgressBar {
+    let bar = bar(count, label, console);
+    match ProgressStyle::with_template("{prefix} {bar:32} {pos}/{len}  {eta} left") {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
+/// Robot-steps per second in millions.
+fn rate(state: &indicatif::ProgressState, text: &mut dyn std::fmt::Write) {
+    // Writing to the bar's own text can't fail.
+    let _ = write!(text, "{:.1} M steps/s", state.per_sec() / 1e6);
+}
+
+/// Runs `work`, and shows the steps that `control` counts meanwhile.
+pub fn watched<T>(steps: u64, label: &str, console: Console, control: &Control, work: impl FnOnce() -> T) -> T {
+    let bar = bar(steps, label, console);
+    if bar.is_hidden() {
+        return work();
+    }
+    let done = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let watcher = scope.spawn(|| {
+            while !done.load(Ordering::Relaxed) {
+                bar.set_position(control.steps().min(steps));
+                thread::park_timeout(TICK);
+            }
+        });
+        let result = work();
+        done.store(true, Ordering::Relaxed);
+        watcher.thread().unpark();
+        bar.finish_and_clear();
+        result
+    })
+}
+
+/// Does work whose end is not known, and says from time to time how long it has taken: in place on a terminal, else in lines.
+pub fn meanwhile<T>(label: &str, console: Console, work: impl FnOnce() -> T) -> T {
+    /// Before it is said for the first time, and between two times in lines.
+    const SHORT: Duration = Duration::from_secs(2);
+    const LINES: Duration = Duration::from_secs(30);
+    if console.quiet() {
+        return work();
+    }
+    let began = Instant::now();
+    let done = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let watcher = scope.spawn(|| {
+            let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+            let style = ProgressStyle::with_template("{msg}");
+            let bar = style.map_or(bar.clone(), |style| bar.with_style(style));
+            let mut next = SHORT;
+            while !done.load(Ordering::Relaxed) {
+                thread::park_timeout(TICK);
+                if began.elapsed() < next || done.load(Ordering::Relaxed) {
+                    continue;
+                }
+                let text = format!("{label}, {} s so far", began.elapsed().as_secs());
+                if bar.is_hidden() {
+                    console.say(text);
+                    next = began.elapsed() + LINES;
+                } else {
+                    bar.set_message(shown(&text).into_owned());
+                }
+            }
+            bar.finish_and_clear();
+        });
+        let result = work();
+        done.store(true, Ordering::Relaxed);
+        watcher.thread().unpark();
+        result
+    })
+}

@@ -1,0 +1,188 @@
+//! Exhaustive search: every combination of evenly spaced genes once, as Gauci et al. 2014 searched for a controller of four numbers.
+
+use serde::{Deserialize, Serialize};
+
+use super::settings::{Ranges, Settings, Space};
+use super::{Champion, Finalists, Optimizer, Population, by_fitness, saved};
+use oneiro_base::exit::Result;
+
+const NAME: &str = "grid";
+const VERSION: u32 = 1;
+
+/// The search at one generation. The last gene varies fastest.
+#[derive(Clone, Debug)]
+pub(super) struct Grid {
+    owner: blake3::Hash,
+    size: u32,
+    levels: u32,
+    space: Space,
+    state: State,
+    population: Population,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct State {
+    generation: u32,
+    /// The best so far, as many as a generation has individuals: number on the grid and fitness, the best first.
+    best: Vec<(u64, f32)>,
+}
+
+impl Grid {
+    pub(super) fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
+        let space = Space::new(settings, ranges);
+        let mut own = Self {
+            owner: saved::owner(settings, seed, ranges),
+            size: settings.population,
+            levels: settings.grid.levels,
+            population: Population::new(space.len(), Vec::new()),
+            space,
+            state: State {
+                generation: 0,
+                best: Vec::new(),
+            },
+        };
+        own.populate();
+        own
+    }
+
+    /// The genome with a number on the grid.
+    fn genome(&self, number: u64) -> impl Iterator<Item = f32> {
+        let levels = u64::from(self.levels);
+        (0..self.space.len()).map(move |gene| {
+            let faster = (self.space.len() - 1 - gene) as u32;
+            let level = number / levels.pow(faster) % levels;
+            // From -1 to 1, and exactly 0 in the middle.
+            let at = (2.0 * level as f64 - (levels - 1) as f64) / (levels - 1) as f64;
+            self.space.gene(gene, at)
+        })
+    }
+
+    /// The number on the grid of the first individual of this generation.
+    fn first(&self) -> u64 {
+        u64::from(self.state.generation) * u64::from(self.size)
+    }
+
+    fn populate(&mut self) {
+        let numbers = self.first()..self.first() + u64::from(self.size);
+        let genomes = numbers.flat_map(|number| self.genome(number)).collect();
+        self.population = Population::new(self.space.len(), genomes);
+    }
+}
+
+impl Optimizer for Grid {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn generation(&self) -> u32 {
+        self.state.generation
+    }
+
+    fn ask(&self) -> &Population {
+        &self.population
+    }
+
+    /// The best of the whole grid.
+    fn finalists<'a>(&'a self, luckiest: &'a Champion, _: &'a [f32], _: &'a [f32]) -> Finalists<'a> {
+        let size = u64::from(self.size);
+        let best = self.state.best.iter().map(move |&(number, fitness)| Champion {
+            generation: (number / size) as u32,
+            individual: (number % size) as u32,
+            fitness,
+            genome: self.genome(number).collect(),
+        });
+        Box::new(best.filter(|own| !own.is_individual(luckiest)))
+    }
+
+    fn advance(&mut self, fitness: &[f32], _: &[u32], _: &[f64]) -> Population {
+        let first = self.first();
+        let state = &mut self.state;
+        // NaN counts as the worst.
+        let scores = fitness
+            .iter()
+            .map(|score| if score.is_nan() { f32::NEG_INFINITY } else { *score });
+        state.best.extend((first..).zip(scores));
+        // Stable, so that of equals the lower number is first.
+        state.best.sort_by(|a, b| by_fitness(a.1, b.1));
+        state.best.truncate(self.size as usize);
+        state.generation += 1;
+        let evaluated = self.population.clone();
+        self.populate();
+        evaluated
+    }
+
+    fn save(&self) -> Vec<u8> {
+        saved::seal(NAME, VERSION, &self.owner, &self.state)
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result {
+        let state: State = saved::open(NAME, VERSION, &self.owner, bytes)?;
+        let told = u64::from(state.generation) * u64::from(self.size);
+        let count = told.min(self.size.into()) as usize;
+        if state.best.len() != count || state.best.iter().any(|&(number, _)| number >= told) {
+            return Err(saved::corrupt());
+        }
+        self.state = state;
+        self.populate();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A grid of 3 levels of 2 genes, in 3 generations.
+    fn grid() -> Grid {
+        let mut settings = Settings {
+            kind: super::super::settings::Kind::Grid,
+            initial: [-2.0, 1.0],
+            ..Settings::default()
+        };
+        settings.grid.levels = 3;
+        settings.complete(2, 1, false);
+        assert_eq!((settings.population, settings.generations), (9, 1));
+        settings.population = 3;
+        settings.complete(2, 1, true);
+        assert_eq!(settings.generations, 3);
+        Grid::new(&settings, 1, &vec![None, Some([0.0, 10.0])])
+    }
+
+    #[test]
+    fn each_combination_lives_once_and_the_best_of_all_are_finalists() {
+        let mut own = grid();
+        let fitness = [[1.0, f32::NAN, 4.0], [4.0, 9.0, 0.0], [4.0, -1.0, 8.0]];
+        let mut genomes = Vec::new();
+        for scores in fitness {
+            genomes.extend(own.ask().genomes().map(<[f32]>::to_vec));
+            let mut resumed = grid();
+            resumed.restore(&own.save()).unwrap();
+            assert_eq!(resumed.ask(), own.ask());
+            own.tell(scores.into(), &[]).unwrap();
+        }
+        let levels = [-2.0, -0.5, 1.0].map(|a| [0.0, 5.0, 10.0].map(|b| vec![a, b]));
+        assert_eq!(genomes, levels.concat());
+        let luckiest = Champion {
+            generation: 1,
+            individual: 1,
+            fitness: 9.0,
+            genome: vec![-0.5, 5.0],
+        };
+        let finalists: Vec<_> = own.finalists(&luckiest, &[], &[]).collect();
+        let places: Vec<_> = finalists
+            .iter()
+            .map(|own| (own.generation, own.individual, own.fitness))
+            .collect();
+        assert_eq!(places, [(2, 2, 8.0), (0, 2, 4.0)]);
+        assert_eq!(finalists[1].genome, [-2.0, 10.0]);
+    }
+
+    #[test]
+    fn a_state_with_numbers_that_have_not_lived_is_refused() {
+        let mut own = grid();
+        own.tell(vec![1.0, 2.0, 3.0], &[]).unwrap();
+        own.state.best[0].0 = 3;
+        let saved = own.save();
+        assert!(grid().restore(&saved).is_err());
+    }
+}

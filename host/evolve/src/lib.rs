@@ -1,0 +1,387 @@
+//! Evolution: optimisers that name the genomes to evaluate next and take their fitness. It knows nothing of robots,
+//! devices or files.
+
+// Only this workspace uses it.
+#![allow(
+    missing_docs,
+    clippy::missing_errors_doc,
+    clippy::missing_panics_doc,
+    reason = "what its name does not say has documentation"
+)]
+// `clippy.toml` says what has one place only.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
+pub mod appraisal;
+pub mod cma;
+pub mod coevolution;
+pub mod encapsulated;
+pub mod genetic;
+mod grid;
+pub mod map_elites;
+mod novelty;
+mod open_es;
+pub mod race;
+pub mod random;
+mod random_search;
+mod saved;
+pub mod settings;
+
+#[cfg(test)]
+#[path = "../../../tests/pinned/mod.rs"]
+mod pinned;
+
+use std::cmp::Ordering;
+use std::fmt::Debug;
+
+use cma::Cma;
+use coevolution::Coevolution;
+use genetic::Genetic;
+use grid::Grid;
+use map_elites::{Archive, MapElites};
+use novelty::Novelty;
+use oneiro::world::Gene;
+use open_es::OpenEs;
+use race::Race;
+use random_search::RandomSearch;
+use serde::{Deserialize, Serialize};
+use settings::{Kind, Ranges, Settings};
+
+use oneiro_base::exit::{Failure, Result};
+
+/// Genomes of equal length, one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Population {
+    genes: usize,
+    values: Vec<f32>,
+}
+
+impl Population {
+    /// Genomes of `genes` genes each, one after the other; the number of values is a multiple of `genes`.
+    pub fn new(genes: usize, values: Vec<f32>) -> Self {
+        debug_assert!(genes > 0 && values.len().is_multiple_of(genes), "whole genomes");
+        Self { genes, values }
+    }
+
+    /// Genes of a genome.
+    pub fn genes(&self) -> usize {
+        self.genes
+    }
+
+    /// Individuals.
+    pub fn len(&self) -> usize {
+        self.values.len() / self.genes
+    }
+
+    /// The genomes in order.
+    pub fn genomes(&self) -> impl Iterator<Item = &[f32]> {
+        self.values.chunks_exact(self.genes)
+    }
+
+    /// An individual's genome.
+    pub fn genome(&self, individual: usize) -> &[f32] {
+        &self.values[individual * self.genes..][..self.genes]
+    }
+
+    /// All genes, genome by genome.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+}
+
+/// The luckiest life of a run so far: the best score of any individual in any generation. With noise or random starts,
+/// it says less about a controller than the mean of many lives.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Champion {
+    /// Generation.
+    pub generation: u32,
+    /// Index in its generation.
+    pub individual: u32,
+    /// Its score.
+    pub fitness: f32,
+    /// Its genes.
+    pub genome: Vec<f32>,
+}
+
+impl Champion {
+    /// Whether both are the same individual of the same generation.
+    fn is_individual(&self, other: &Self) -> bool {
+        (self.generation, self.individual) == (other.generation, other.individual)
+    }
+
+    /// Its genome as a population of one.
+    pub fn alone(self) -> Population {
+        Population::new(self.genome.len(), self.genome)
+    }
+}
+
+/// A generation that was evaluated.
+#[derive(Clone, Debug)]
+pub struct Generation {
+    /// Its number, from 0.
+    pub number: u32,
+    /// Its genomes.
+    pub population: Population,
+    /// Their scores.
+    pub fitness: Vec<f32>,
+    /// Indices from the best to the worst: of equals, the lower index first; NaN last.
+    pub ranking: Vec<u32>,
+}
+
+impl Generation {
+    /// Individuals whose score is NaN: the last of the ranking.
+    #[cfg(test)]
+    pub fn nan(&self) -> usize {
+        self.fitness.iter().filter(|score| score.is_nan()).count()
+    }
+}
+
+/// An algorithm that improves genomes by their fitness, generation after generation.
+pub trait Optimizer: Debug + Send + Sync {
+    /// The algorithm's name.
+    fn name(&self) -> &'static str;
+
+    /// Whether it computes the same bits on every machine.
+    fn is_exact(&self) -> bool {
+        true
+    }
+
+    /// Number of the generation that is to be evaluated next, from 0.
+    fn generation(&self) -> u32;
+
+    /// The genomes to evaluate next. A function of the state alone: asked again, also after [`Optimizer::restore`], it
+    /// names the same.
+    fn ask(&self) -> &Population;
+
+    /// Numbers that describe the behaviour of each individual, which [`Optimizer::tell`] takes.
+    fn descriptors(&self) -> usize {
+        0
+    }
+
+    /// The elites of an optimiser that keeps some.
+    fn archive(&self) -> Option<&Archive> {
+        None
+    }
+
+    /// The two populations of one that has them.
+    fn coevolution(&self) -> Option<&Coevolution> {
+        None
+    }
+
+    /// Whether it has spent a budget of its own.
+    fn is_over(&self) -> bool {
+        false
+    }
+
+    /// Individuals to appraise after the last generation, the best first, without the run's luckiest: those of that generation, whose
+    /// genomes and fitness are given, unless the optimiser knows better ones.
+    fn finalists<'a>(&'a self, luckiest: &'a Champion, genomes: &'a [f32], fitness: &'a [f32]) -> Finalists<'a> {
+        let generation = self.generation() - 1;
+        let genes = genomes.len() / fitness.len();
+        let others = ranked(fitness).into_iter().map(move |individual| Champion {
+            generation,
+            individual,
+            fitness: fitness[individual as usize],
+            genome: genomes[individual as usize * genes..][..genes].to_vec(),
+        });
+        Box::new(others.filter(|own| !own.is_individual(luckiest)))
+    }
+
+    /// Takes the fitness of [`Optimizer::ask`]'s genomes, in their order, and what describes the behaviour of each, and makes the
+    /// next generation. Fitness is maximised; NaN ranks last.
+    ///
+    /// # Errors
+    /// Another number of scores or of descriptors than genomes have; then nothing has changed.
+    fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
+        let (number, individuals) = (self.generation(), self.ask().len());
+        if fitness.len() != individuals {
+            return Err(Failure::failed(format_args!(
+                "generation {number}: {} scores for {individuals} individuals; allowed: one for each",
+                fitness.len()
+            )));
+        }
+        let descriptors = individuals * self.descriptors();
+        if behaviour.len() != descriptors {
+            return Err(Failure::failed(format_args!(
+                "generation {number}: {} numbers describe the behaviour of {individuals} individuals; allowed: {descriptors}",
+                behaviour.len()
+            )));
+        }
+        let ranking = ranked(&fitness);
+        Ok(Generation {
+            number,
+            population: self.advance(&fitness, &ranking, behaviour),
+            fitness,
+            ranking,
+        })
+    }
+
+    /// Makes the next generation, as [`Optimizer::tell`] says, and returns the one that was evaluated. All counts are right, and
+    /// `ranking` is that of [`ranked`].
+    fn advance(&mut self, fitness: &[f32], ranking: &[u32], behaviour: &[f64]) -> Population;
+
+    /// Its whole state, sealed with its name, version and a hash of its settings.
+    fn save(&self) -> Vec<u8>;
+
+    /// Continues from a saved state.
+    ///
+    /// # Errors
+    /// Exit 5 for a state that is damaged, or of another algorithm, version or settings; then nothing has changed.
+    fn restore(&mut self, saved: &[u8]) -> Result;
+}
+
+/// The optimiser that an experiment chooses, before its first generation; `genes` are the controller's, and `init` the first
+/// individuals, if they are given.
+pub fn optimizer(settings: &Settings, seed: u64, genes: &[Gene], init: Option<Population>) -> Box<dyn Optimizer> {
+    let ranges: Ranges = genes.iter().map(|gene| gene.range).collect();
+    match settings.kind {
+        Kind::Genetic => Box::new(Genetic::new(settings, seed, ranges, init)),
+        Kind::CmaEs | Kind::SepCmaEs => Box::new(Cma::new(settings, seed, &ranges)),
+        Kind::OpenEs => Box::new(OpenEs::new(settings, seed, &ranges)),
+        Kind::MapElites => Box::new(MapElites::new(settings, seed, &ranges, init)),
+        Kind::Novelty => Box::new(Novelty::new(settings, seed, ranges, init)),
+        Kind::Race => Box::new(Race::new(settings, seed, genes)),
+        Kind::Coevolution => Box::new(Coevolution::new(settings, seed, genes, init.as_ref())),
+        Kind::Grid => Box::new(Grid::new(settings, seed, &ranges)),
+        Kind::Random => Box::new(RandomSearch::new(settings, seed, &ranges)),
+    }
+}
+
+/// One run's evolution: an optimiser, for a number of generations, and the luckiest life so far.
+#[derive(Debug)]
+pub struct Evolution {
+    optimizer: Box<dyn Optimizer>,
+    generations: u32,
+    champion: Option<Champion>,
+}
+
+impl Evolution {
+    /// Evolves with an optimiser for `generations` generations. `champion` is that of earlier generations, if any.
+    pub fn new(optimizer: Box<dyn Optimizer>, generations: u32, champion: Option<Champion>) -> Self {
+        Self {
+            optimizer,
+            generations,
+            champion,
+        }
+    }
+
+    /// The algorithm.
+    pub fn optimizer(&self) -> &dyn Optimizer {
+        &*self.optimizer
+    }
+
+    /// Number of the generation that is to be evaluated next; when all have been, how many there are.
+    pub fn generation(&self) -> u32 {
+        self.optimizer.generation()
+    }
+
+    /// Whether all generations have been evaluated.
+    pub fn is_finished(&self) -> bool {
+        self.generation() >= self.generations || self.optimizer.is_over()
+    }
+
+    /// The genomes to evaluate next.
+    pub fn ask(&self) -> &Population {
+        self.optimizer.ask()
+    }
+
+    /// The luckiest life so far; none before the first generation was evaluated.
+    pub fn champion(&self) -> Option<&Champion> {
+        self.champion.as_ref()
+    }
+
+    /// Takes the fitness of [`Evolution::ask`]'s genomes, and what describes their behaviour.
+    ///
+    /// # Errors
+    /// As [`Optimizer::tell`].
+    pub fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
+        let generation = self.optimizer.tell(fitness, behaviour)?;
+        let best = generation.ranking[0];
+        let fitness = generation.fitness[best as usize];
+        let is_better = |champion: &Champion| by_fitness(fitness, champion.fitness).is_lt();
+        if let Some(own) = self.optimizer.coevolution() {
+            // Scores of different generations can't be compared.
+            self.champion = Some(own.pair());
+        } else if self.champion.as_ref().is_none_or(is_better) {
+            self.champion = Some(Champion {
+                generation: generation.number,
+                individual: best,
+                fitness,
+                genome: generation.population.genome(best as usize).to_vec(),
+            });
+        }
+        Ok(generation)
+    }
+
+    /// Gives the champion the fitness of lives of its own, where none of its generation were.
+    pub fn exhibit(&mut self, fitness: f32) {
+        if let Some(champion) = &mut self.champion {
+            champion.fitness = fitness;
+        }
+    }
+
+    /// Begins the search for the luckiest life anew: what counted so far can't be compared with what follows.
+    pub fn forget_champion(&mut self) {
+        self.champion = None;
+    }
+
+    /// All that it needs to continue.
+    pub fn save(&self) -> SavedEvolution {
+        SavedEvolution {
+            optimizer: self.optimizer.save(),
+            champion: self.champion.clone(),
+        }
+    }
+
+    /// Continues from a saved state.
+    ///
+    /// # Errors
+    /// As [`Optimizer::restore`].
+    pub fn restore(&mut self, saved: SavedEvolution) -> Result {
+        self.optimizer.restore(&saved.optimizer)?;
+        self.champion = saved.champion;
+        Ok(())
+    }
+}
+
+/// An [`Evolution`] between two generations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SavedEvolution {
+    optimizer: Vec<u8>,
+    champion: Option<Champion>,
+}
+
+/// The better first; NaN is worse than every number.
+pub fn by_fitness(a: f32, b: f32) -> Ordering {
+    b.partial_cmp(&a).unwrap_or_else(|| a.is_nan().cmp(&b.is_nan()))
+}
+
+/// What [`Optimizer::finalists`] returns.
+pub type Finalists<'a> = Box<dyn Iterator<Item = Champion> + 'a>;
+
+/// Indices from the best to the worst, as [`by_fitness`] says; of equals, the lower index first.
+pub fn ranked(fitness: &[f32]) -> Vec<u32> {
+    // Whole numbers of the same order are sorted several times as fast: the place of a score, then its index.
+    let mut places: Vec<u64> = fitness
+        .iter()
+        .zip(0_u64..)
+        .map(|(&fitness, index)| u64::from(descending(fitness)) << 32 | index)
+        .collect();
+    places.sort_unstable();
+    places.into_iter().map(|place| place as u32).collect()
+}
+
+/// A number that is the lower, the higher a score is: equal for zeros of either sign, and highest for NaN.
+fn descending(fitness: f32) -> u32 {
+    if fitness.is_nan() {
+        return u32::MAX;
+    }
+    // The bits of positive numbers ascend with them, those of negative ones descend.
+    let bits = (fitness + 0.0).to_bits();
+    if bits >> 31 == 1 { bits } else { !bits ^ 1 << 31 }
+}
+
+#[cfg(test)]
+mod tests;

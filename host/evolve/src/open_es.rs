@@ -1,0 +1,221 @@
+//! The evolution strategy of Salimans, Ho, Chen, Sidor and Sutskever, "Evolution strategies as a scalable alternative to
+//! reinforcement learning" (arXiv 1703.03864, 2017): mirrored samples around a centre, of which only the ranks count, give a
+//! gradient, which Adam (Kingma and Ba, arXiv 1412.6980, 2014) follows. Places count from the middle of the initial range of each
+//! gene, in halves of that range.
+
+use rand::distr::Distribution;
+use serde::{Deserialize, Serialize};
+
+use super::random::{Normal, Stream, Uniform, stream};
+use super::settings::{Ranges, Settings, Space, Strategy};
+use super::{Optimizer, Population, saved};
+use oneiro_base::exit::Result;
+
+const NAME: &str = "open-es";
+const VERSION: u32 = 1;
+
+/// How much of Adam's means of gradients, and of their squares, stays from step to step.
+const KEPT: [f64; 2] = [0.9, 0.999];
+/// What Adam adds to a divisor.
+const ADDED: f64 = 1e-8;
+
+/// The strategy at one generation.
+#[derive(Clone, Debug)]
+pub(super) struct OpenEs {
+    owner: blake3::Hash,
+    pairs: usize,
+    sigma: f64,
+    strategy: Strategy,
+    seed: u64,
+    space: Space,
+    state: State,
+    /// The direction of each pair's first sample, one after the other.
+    directions: Vec<f64>,
+    population: Population,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct State {
+    generation: u32,
+    centre: Vec<f64>,
+    /// Adam's means of gradients, and of their squares.
+    gradients: Vec<f64>,
+    squares: Vec<f64>,
+    /// The shares of these means that are still those of the beginning.
+    begun: [f64; 2],
+}
+
+impl OpenEs {
+    /// Begins at random genes.
+    pub(super) fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
+        let space = Space::new(settings, ranges);
+        let mut random = stream(seed, Stream::Beginning, 0);
+        let uniform = Uniform { low: -1.0, high: 1.0 };
+        let genes = space.len();
+        let state = State {
+            generation: 0,
+            centre: (0..genes)
+                .map(|gene| space.share(gene) * uniform.sample(&mut random))
+                .collect(),
+            gradients: vec![0.0; genes],
+            squares: vec![0.0; genes],
+            begun: [1.0; 2],
+        };
+        let mut own = Self {
+            owner: saved::owner(settings, seed, ranges),
+            pairs: settings.population as usize / 2,
+            sigma: settings.strategy.sigma.unwrap_or_default(),
+            strategy: settings.strategy.clone(),
+            seed,
+            space,
+            state,
+            directions: Vec::new(),
+            population: Population::new(genes, Vec::new()),
+        };
+        own.sample();
+        own
+    }
+
+    /// Samples the generation's genomes, in pairs at opposite sides of the centre.
+    fn sample(&mut self) {
+        let genes = self.space.len();
+        let mut random = stream(self.seed, Stream::Sampling, self.state.generation);
+        let normal = Normal { deviation: 1.0 };
+        self.directions = (0..self.pairs * genes).map(|_| normal.sample(&mut random)).collect();
+        let mut values = Vec::with_capacity(2 * self.directions.len());
+        for direction in self.directions.chunks_exact(genes) {
+            for sigma in [self.sigma, -self.sigma] {
+                let places = self.state.centre.iter().zip(direction).enumerate();
+                values.extend(places.map(|(gene, (centre, along))| self.space.gene(gene, centre + sigma * along)));
+            }
+        }
+        self.population = Population::new(genes, values);
+    }
+
+    /// Moves the centre.
+    fn step(&mut self, ranking: &[u32]) {
+        let State {
+            centre,
+            gradients,
+            squares,
+            begun,
+            ..
+        } = &mut self.state;
+        let count = ranking.len() as f64;
+        let mut shaped = vec![0.0; ranking.len()];
+        for (place, &individual) in ranking.iter().enumerate() {
+            shaped[individual as usize] = 0.5 - place as f64 / (count - 1.0);
+        }
+        let mut gradient = vec![0.0; centre.len()];
+        for (pair, direction) in shaped.chunks_exact(2).zip(self.directions.chunks_exact(centre.len())) {
+            let weight = pair[0] - pair[1];
+            for (sum, along) in gradient.iter_mut().zip(direction) {
+                *sum += weight * along;
+            }
+        }
+        for (share, kept) in begun.iter_mut().zip(KEPT) {
+            *share *= kept;
+        }
+        let rate = self.strategy.learning_rate * (1.0 - begun[1]).sqrt() / (1.0 - begun[0]);
+        let adam = gradients.iter_mut().zip(squares);
+        for (gene, ((centre, sum), (mean, square))) in centre.iter_mut().zip(gradient).zip(adam).enumerate() {
+            let slope = sum / count - self.strategy.weight_decay * *centre;
+            *mean = KEPT[0] * *mean + (1.0 - KEPT[0]) * slope;
+            *square = KEPT[1] * *square + (1.0 - KEPT[1]) * (slope * slope);
+            let [least, greatest] = self.space.bounds(gene);
+            *centre = (*centre + rate * *mean / (square.sqrt() + ADDED)).clamp(least, greatest);
+        }
+        self.state.generation += 1;
+    }
+}
+
+impl Optimizer for OpenEs {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn generation(&self) -> u32 {
+        self.state.generation
+    }
+
+    fn ask(&self) -> &Population {
+        &self.population
+    }
+
+    fn advance(&mut self, _: &[f32], ranking: &[u32], _: &[f64]) -> Population {
+        let evaluated = self.population.clone();
+        self.step(ranking);
+        self.sample();
+        evaluated
+    }
+
+    fn save(&self) -> Vec<u8> {
+        saved::seal(NAME, VERSION, &self.owner, &self.state)
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result {
+        let state: State = saved::open(NAME, VERSION, &self.owner, bytes)?;
+        if [&state.centre, &state.gradients, &state.squares].map(Vec::len) != [self.space.len(); 3] {
+            return Err(saved::corrupt());
+        }
+        self.state = state;
+        self.sample();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::settings::Kind;
+    use super::*;
+
+    const GENES: usize = 3;
+
+    fn strategy() -> OpenEs {
+        let mut settings = Settings {
+            kind: Kind::OpenEs,
+            population: 4,
+            ..Settings::default()
+        };
+        settings.complete(GENES, 1, true);
+        OpenEs::new(&settings, 1, &vec![None; GENES])
+    }
+
+    #[test]
+    fn samples_are_mirrored() {
+        let strategy = strategy();
+        for pair in 0..2 {
+            let [one, other] = [0, 1].map(|side| strategy.ask().genome(2 * pair + side));
+            for gene in 0..GENES {
+                let middle = 0.5 * (f64::from(one[gene]) + f64::from(other[gene]));
+                assert!((middle - strategy.state.centre[gene]).abs() < 1e-7);
+                assert!(one[gene] != other[gene]);
+            }
+        }
+    }
+
+    /// Three steps, held against the formulas written out for one gene after the other.
+    #[test]
+    fn steps_are_those_of_the_formulas() {
+        let mut strategy = strategy();
+        let mut centre = strategy.state.centre.clone();
+        let mut adam = [[0.0_f64; 2]; GENES];
+        let (fitness, shaped) = ([3.0, 1.0, 2.0, 7.0], [1.0 / 6.0, -0.5, -1.0 / 6.0, 0.5]);
+        for step in 1..4 {
+            for gene in 0..GENES {
+                let along = |pair: usize| strategy.directions[pair * GENES + gene];
+                let gradient = ((shaped[0] - shaped[1]) * along(0) + (shaped[2] - shaped[3]) * along(1)) / 4.0;
+                let slope = gradient - 0.005 * centre[gene];
+                let [mean, square] = &mut adam[gene];
+                *mean = 0.9 * *mean + 0.1 * slope;
+                *square = 0.999 * *square + 0.001 * slope * slope;
+                let rate = 0.01 * (1.0 - 0.999_f64.powi(step)).sqrt() / (1.0 - 0.9_f64.powi(step));
+                centre[gene] += rate * *mean / (square.sqrt() + 1e-8);
+            }
+            strategy.tell(fitness.to_vec(), &[]).unwrap();
+            for (own, expected) in strategy.state.centre.iter().zip(&centre) {
+                assert!((own - expected).abs() < 1e-14, "step {step}: {own} {expected}");
+            }
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Random search, a control: every generation has new genomes, drawn as those of generation 0 are. What selection adds is what an
+//! optimiser does better than this at equal evaluations.
+
+use super::random::{Stream, stream};
+use super::settings::{Ranges, Settings, Space};
+use super::{Optimizer, Population, saved};
+use oneiro_base::exit::Result;
+
+const NAME: &str = "random";
+const VERSION: u32 = 1;
+
+/// The search at one generation.
+#[derive(Clone, Debug)]
+pub(super) struct RandomSearch {
+    owner: blake3::Hash,
+    size: u32,
+    seed: u64,
+    space: Space,
+    generation: u32,
+    population: Population,
+}
+
+impl RandomSearch {
+    pub(super) fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
+        let space = Space::new(settings, ranges);
+        let mut own = Self {
+            owner: saved::owner(settings, seed, ranges),
+            size: settings.population,
+            seed,
+            population: Population::new(space.len(), Vec::new()),
+            space,
+            generation: 0,
+        };
+        own.population = own.drawn();
+        own
+    }
+
+    /// The genomes of a generation.
+    fn drawn(&self) -> Population {
+        let mut random = stream(self.seed, Stream::InitialGenes, self.generation);
+        Population::new(self.space.len(), self.space.drawn(self.size, &mut random))
+    }
+}
+
+impl Optimizer for RandomSearch {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn generation(&self) -> u32 {
+        self.generation
+    }
+
+    fn ask(&self) -> &Population {
+        &self.population
+    }
+
+    fn advance(&mut self, _: &[f32], _: &[u32], _: &[f64]) -> Population {
+        self.generation += 1;
+        let next = self.drawn();
+        std::mem::replace(&mut self.population, next)
+    }
+
+    fn save(&self) -> Vec<u8> {
+        saved::seal(NAME, VERSION, &self.owner, &self.generation)
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result {
+        self.generation = saved::open(NAME, VERSION, &self.owner, bytes)?;
+        self.population = self.drawn();
+        Ok(())
+    }
+}

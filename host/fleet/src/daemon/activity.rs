@@ -1,0 +1,106 @@
+//! What a robot does and what is in its way, as it tells the operator.
+
+/// What the robot does, for the operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Activity {
+    /// It has heard no beacon yet.
+    Waiting,
+    /// The operator lets it stand, or the beacon has fallen silent.
+    Standing,
+    /// It is to be switched on later.
+    Off,
+    /// It lives.
+    Living,
+    /// Something is in the way: see the problems.
+    Troubled,
+    /// The experiment is over.
+    Over,
+}
+
+impl Activity {
+    const ALL: [Self; 6] = [
+        Self::Waiting,
+        Self::Standing,
+        Self::Off,
+        Self::Living,
+        Self::Troubled,
+        Self::Over,
+    ];
+
+    /// The one with a status's number, if there is one.
+    pub fn of(number: u8) -> Option<Self> {
+        Self::ALL.get(usize::from(number)).copied()
+    }
+
+    /// In a word, for logs and tables.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Waiting => "waiting",
+            Self::Standing => "standing",
+            Self::Off => "off",
+            Self::Living => "living",
+            Self::Troubled => "troubled",
+            Self::Over => "over",
+        }
+    }
+}
+
+/// Problems, a bit each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Problems(u32);
+
+impl Problems {
+    /// The tracker does not see the robot.
+    pub const TRACKER: u32 = 1;
+    /// The operator's beacon has fallen silent.
+    pub const BEACON: u32 = 2;
+    /// The robot can't be read or driven.
+    pub const ROBOT: u32 = 4;
+    /// Nothing can be saved.
+    pub const DISK: u32 = 8;
+
+    /// Those of a status.
+    pub fn of(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    /// For a status.
+    pub fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// Notes whether a problem holds.
+    pub(super) fn set(&mut self, problem: u32, holds: bool) {
+        self.0 = self.0 & !problem | if holds { problem } else { 0 };
+    }
+
+    /// Whether a problem holds.
+    pub(super) fn has(self, problem: u32) -> bool {
+        self.0 & problem != 0
+    }
+
+    /// All others.
+    pub(super) fn without(self, problem: u32) -> Self {
+        Self(self.0 & !problem)
+    }
+
+    /// Whether the wheels must stand.
+    pub(super) fn any(self) -> bool {
+        self.0 != 0
+    }
+
+    /// Those that hold, in words.
+    pub fn words(self) -> Vec<&'static str> {
+        let all = [
+            (Self::TRACKER, "tracker"),
+            (Self::BEACON, "beacon"),
+            (Self::ROBOT, "robot"),
+            (Self::DISK, "disk"),
+        ];
+        all.into_iter()
+            .filter(|(bit, _)| self.has(*bit))
+            .map(|(_, word)| word)
+            .collect()
+    }
+}

@@ -1,0 +1,283 @@
+//! One robot of a swarm on its own computer: what it makes of its sightings and of what it hears, cycle by cycle. The schedule and the
+//! evolution are those of the batched study (`swarm/`), without clock, files or sockets.
+
+use oneiro::swarm::SECOND;
+use serde::{Deserialize, Serialize};
+
+use oneiro_evolve::encapsulated::Genome;
+use oneiro_lab::exchange::contact::{Contact, Heard};
+use oneiro_lab::exchange::{Exchange, Message};
+use oneiro_lab::swarm::Plan;
+use oneiro_lab::swarm::on_board::OnBoard;
+use oneiro_lab::swarm::settings::most_items;
+
+/// A cycle in s, as kernels count it.
+const CYCLE_S: f32 = 0.1;
+
+/// What the tracker says of the robot in a cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sighted {
+    /// Whether it carries food.
+    pub carries: bool,
+    /// Food that it has brought to the nest since the experiment began.
+    pub brought: u32,
+}
+
+/// An interval that has ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Ended {
+    /// Its number, from 0, by the robot's own clock.
+    pub interval: u32,
+    /// The robot's number.
+    pub robot: u32,
+    /// The gene of the robot's simulator.
+    pub simulator: f32,
+    /// The gene of the simulator in which the acting controller was chosen.
+    pub chosen_under: f32,
+    /// The controller that acted at its end.
+    pub controller: Genome,
+    /// The robot's fitness.
+    pub real: f32,
+    /// Food that it brought, as far as the tracker told.
+    pub brought: u32,
+    /// The acting controller's fitness in the simulator in which it was chosen; none in the first interval.
+    pub simulated: Option<f32>,
+    /// Number of robots that it took messages from.
+    pub heard: u32,
+    /// Whether its next simulator came from another robot.
+    pub taken: bool,
+    /// Whether it did not live through all of it: its fitness is what it earned in the rest, and nothing evolved.
+    pub missed: bool,
+}
+
+/// What a cycle asks for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Deeds {
+    /// The controller that acts; none before the robot is switched on.
+    pub controller: Option<Genome>,
+    /// What is to be broadcast, and the second in which it is said.
+    pub say: Option<(u32, Message)>,
+    /// Intervals that have ended.
+    pub ended: Vec<Ended>,
+    /// Whether the experiment is over.
+    pub is_over: bool,
+}
+
+/// A robot and its evolution.
+#[derive(Clone, Debug)]
+pub struct Member {
+    plan: Plan,
+    robot: usize,
+    state: State,
+    /// What it has heard, and from whom.
+    heard: Heard,
+    /// The second that it lives in; none before the first cycle.
+    second: Option<u32>,
+    /// The cycle from which it has lived without interruption.
+    since: u32,
+    /// The first cycle of this interval.
+    began: u32,
+    /// Its fitness in this interval so far, and the food that it has brought.
+    earned: f32,
+    brought: u32,
+    /// Whether it carries food.
+    carries: bool,
+    /// The cycle of the last sighting; none since its program has begun.
+    sighted: Option<u32>,
+}
+
+/// What is saved of a robot between two intervals.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    pub evolution: OnBoard,
+    /// Food that the tracker said it had brought.
+    pub brought: Option<u32>,
+}
+
+impl Member {
+    /// A robot before the experiment.
+    pub fn new(plan: Plan, robot: usize, contact: Contact) -> Self {
+        let state = State {
+            evolution: OnBoard::new(&plan.settings, plan.clocks()[robot], plan.robot_seed(robot)),
+            brought: None,
+        };
+        Self::at(plan, robot, contact, state)
+    }
+
+    /// A robot from where its state was saved.
+    pub fn at(plan: Plan, robot: usize, contact: Contact, state: State) -> Self {
+        /// What comes early or late beside an interval and the time within which robots are switched on, s.
+        const SPARE: u32 = 5;
+        let clock = &plan.settings.clock;
+        Self {
+            heard: Heard::new(contact, clock.interval_s + clock.offset_s + SPARE),
+            plan,
+            robot,
+            state,
+            second: None,
+            since: 0,
+            began: 0,
+            earned: 0.0,
+            brought: 0,
+            carries: false,
+            sighted: None,
+        }
+    }
+
+    /// What has to be saved.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Its evolution on board.
+    pub fn evolution(&self) -> &OnBoard {
+        &self.state.evolution
+    }
+
+    /// Whether it carries food.
+    pub fn carries(&self) -> bool {
+        self.carries
+    }
+
+    /// Its fitness in this interval so far.
+    pub fn earned(&self) -> f32 {
+        self.earned
+    }
+
+    /// Takes the fitness of its controllers in its simulator, if these are still those of its interval.
+    pub fn take_simulated(&mut self, interval: u32, fitness: &[f32]) {
+        let own = &mut self.state.evolution;
+        if own.is_to_simulate() && own.interval() == interval && own.controllers().len() == fitness.len() {
+            own.take_simulated(fitness);
+        }
+    }
+
+    /// Takes a message of another robot, said in this second of the experiment. Returns whether it is new.
+    pub fn hear(&mut self, second: u32, message: Message) -> bool {
+        self.heard.hear(second, message)
+    }
+
+    /// Can hear these robots in a second, a bit each.
+    pub fn meet(&mut self, second: u32, robots: u128) {
+        self.heard.meet(second, robots);
+    }
+
+    /// Whether the robot can have brought so many items by a cycle: since its last sighting, and since the experiment began.
+    pub fn can_have_brought(&self, items: u32, cycle: u32) -> bool {
+        let before = self.state.brought.unwrap_or_default();
+        let since = self
+            .sighted
+            .map_or(cycle, |sighted| cycle.saturating_sub(sighted).max(1));
+        items <= most_items(cycle).min(before.saturating_add(most_items(since)))
+    }
+
+    /// Lives through a cycle of the experiment, which must be later than the one before. Until then `sighted` was seen of the
+    /// robot, if the tracker saw it. A sighting of more items than it can have brought is ignored.
+    pub fn cycle(&mut self, cycle: u32, sighted: Option<Sighted>) -> Deeds {
+        let mut deeds = Deeds::default();
+        if let Some(sighted) = sighted.filter(|sighted| self.can_have_brought(sighted.brought, cycle)) {
+            self.see(sighted, cycle);
+        }
+        let (second, last) = (cycle / SECOND, self.plan.settings.seconds());
+        let begins = self.second != Some(second);
+        if begins {
+            if self.second.replace(second).is_none() {
+                self.since = cycle;
+            }
+            while self.has_ended(second.min(last)) {
+                let ended = self.end_interval();
+                deeds.ended.push(ended);
+                self.begin(cycle);
+            }
+        }
+        deeds.is_over = second >= last;
+        let own = &self.state.evolution;
+        if deeds.is_over || own.clock.interval_at(second).is_none() {
+            return deeds;
+        }
+        if own.clock.seconds_of(own.interval()).start == second && begins {
+            self.begin(cycle);
+        }
+        let own = &self.state.evolution;
+        deeds.controller = Some(own.acts(second));
+        if begins {
+            let rules = &self.plan.settings.simulators;
+            let whole = |interval: usize| own.real.get(interval).copied();
+            let message = own.message(self.robot, second, (rules.says, rules.credit), self.earned, whole);
+            deeds.say = message.map(|message| (second, message));
+        }
+        deeds
+    }
+
+    /// Begins an interval.
+    fn begin(&mut self, cycle: u32) {
+        self.began = cycle;
+        self.earned = 0.0;
+        self.brought = 0;
+    }
+
+    /// Takes a sighting at the beginning of a cycle.
+    fn see(&mut self, sighted: Sighted, cycle: u32) {
+        self.carries = sighted.carries;
+        self.sighted = Some(cycle);
+        let before = self.state.brought.replace(sighted.brought).unwrap_or_default();
+        let most = self.plan.settings.limits().fitness;
+        // Equation 1 of O'Dowd, Studley and Winfield (2014), with the kernel's arithmetic. A tracker that has begun anew counts from 0.
+        let seconds = (cycle - self.began.min(cycle)) as f32 * CYCLE_S;
+        let worth = (self.plan.settings.clock.interval_s as f32 - seconds).max(0.0);
+        let items = sighted.brought.saturating_sub(before);
+        self.brought = self.brought.saturating_add(items);
+        // No interval earns more, whenever its items are seen: so these turns are few, whatever the tracker says.
+        for _ in 0..items {
+            if worth == 0.0 || self.earned >= most {
+                break;
+            }
+            self.earned = (self.earned + worth).min(most);
+        }
+    }
+
+    /// Whether its interval is over when a second begins.
+    fn has_ended(&self, second: u32) -> bool {
+        let own = &self.state.evolution;
+        second >= own.clock.seconds_of(own.interval()).end
+    }
+
+    /// Ends its interval. If it has not lived through all of it, or its controllers are not simulated yet, nothing evolves.
+    fn end_interval(&mut self) -> Ended {
+        let own = &mut self.state.evolution;
+        let interval = own.interval();
+        let seconds = own.clock.seconds_of(interval);
+        let missed = own.is_to_simulate() || SECOND * seconds.start < self.since;
+        let messages = self.heard.heard(self.robot, seconds.clone());
+        self.heard.forget_before(seconds.end);
+        let real = self.earned;
+        let taken = if missed {
+            own.miss_interval(real);
+            false
+        } else {
+            own.end_interval(&self.plan.settings, real, &messages)
+        };
+        let last = seconds.end - 1;
+        let senders = messages.iter().fold(0, |all, message| all | 1_u128 << message.sender);
+        Ended {
+            interval,
+            robot: self.robot as u32,
+            simulator: own.simulators[interval as usize],
+            chosen_under: own.chosen_under(interval),
+            controller: own.acts(last),
+            real,
+            brought: self.brought,
+            simulated: own
+                .clock
+                .chosen_in(last)
+                .map(|chosen| own.simulated[chosen as usize])
+                .filter(|fitness| fitness.is_finite()),
+            heard: senders.count_ones(),
+            taken,
+            missed,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,20 @@
+//! Fleets of robots: what the operator does, the daemon on each robot, and a twin of all of it on a virtual clock.
+
+// Only this workspace uses it.
+#![allow(
+    missing_docs,
+    clippy::missing_errors_doc,
+    clippy::missing_panics_doc,
+    reason = "what its name does not say has documentation"
+)]
+// `clippy.toml` says what has one place only.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
+pub mod daemon;
+pub mod fleet;
+#[cfg(test)]
+#[path = "../../../tests/skips/mod.rs"]
+mod skips;

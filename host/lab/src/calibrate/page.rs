@@ -1,0 +1,151 @@
+//! The page of a calibration.
+
+use super::Calibration;
+use super::readings::{Errors, RANGES, SensorErrors};
+use oneiro_base::console::counted;
+use oneiro_report::figures::{Band, Panel, Spread, escaped, grid};
+use oneiro_report::numbers::{shown, significant};
+use oneiro_report::page::{Cell, Head, Row, Section, document, facts, figure, paragraph, table};
+use oneiro_statistics::{mean, quantile};
+
+/// Bins of predicted activations in the figure.
+const BINS: usize = 10;
+/// Panels of the figure side by side.
+const ABREAST: usize = 4;
+const COLOUR: &str = "#2b3a8f";
+
+/// The page as HTML. `settings` is what [`Calibration::settings`] gives.
+pub fn page(name: &str, calibration: &Calibration, settings: &str) -> String {
+    let Calibration {
+        readings,
+        lives,
+        cycles,
+        ..
+    } = calibration;
+    let lead = paragraph(&format!(
+        "How well the simulator of {name} predicts the robot, by {cycles} cycles of {}. Errors are what the robot read, \
+         as an activation from 0 to 1, minus what the simulator reads at the same place.",
+        counted(*lives, "recorded life", "recorded lives")
+    ));
+    let age = facts(&[
+        ("cycles compared", readings.compared.to_string()),
+        (
+            "cycles left out: at the recorded pose the body would touch something",
+            readings.left_out.to_string(),
+        ),
+        ("age of readings", format!("{:.0} ms", 1000.0 * readings.age)),
+    ]);
+    let sensors = figure(
+        "Figure 1",
+        "Activation of each sensor (up) by what the simulator predicts (across): the mean, and the range of 90 % of readings.",
+        &panels(&readings.sensors),
+    );
+    let errors = table(
+        "Table 1",
+        "Size of the error (root of the mean square) by the free distance to the nearest object, and mean and standard deviation of all.",
+        &heads(),
+        &readings.sensors.iter().map(row).collect::<Vec<_>>(),
+    );
+    let lines = settings.lines().map(|line| escaped(line) + "\n").collect::<String>();
+    let settings = format!(
+        "{}<pre>{lines}</pre>\n",
+        paragraph(
+            "An experiment with these has a simulator whose errors are spread as the robot's. Nothing has been changed."
+        ),
+    );
+    let sections = [
+        Section::new("readings", "Readings", age + &sensors + &errors),
+        Section::new("moves", "Moves", moves(calibration)),
+        Section::new("settings", "Settings that follow", settings),
+    ];
+    document(&format!("Calibration of {name}"), &lead, &sections)
+}
+
+fn moves(calibration: &Calibration) -> String {
+    let Some(moves) = &calibration.moves else {
+        return paragraph("The robot has no odometers, or nothing moved: its moves can't be compared.");
+    };
+    let [left, right] = moves.gains;
+    let [left_deviation, right_deviation] = moves.deviation;
+    facts(&[
+        (
+            "speed of the left wheel, as a share of the commanded one",
+            significant(left, 4),
+        ),
+        (
+            "speed of the right wheel, as a share of the commanded one",
+            significant(right, 4),
+        ),
+        ("right over left", significant(right / left, 4)),
+        (
+            "time from a command to its effect",
+            format!("{:.0} ms", 1000.0 * moves.latency),
+        ),
+        (
+            "standard deviation of the left wheel's way in a cycle",
+            format!("{} mm", significant(left_deviation, 3)),
+        ),
+        (
+            "standard deviation of the right wheel's way in a cycle",
+            format!("{} mm", significant(right_deviation, 3)),
+        ),
+        (
+            "standard deviation of a moving wheel's way, of what was expected",
+            significant(moves.relative, 3),
+        ),
+    ])
+}
+
+fn heads() -> Vec<Head<'static>> {
+    let ranges = RANGES.iter().map(|(_, name)| Head::Number(name));
+    let all = ["mean of all", "deviation of all"].map(Head::Number);
+    [Head::Text("sensor")].into_iter().chain(ranges).chain(all).collect()
+}
+
+fn row(sensor: &SensorErrors) -> Row {
+    let number = |x: f64| Cell::number(shown(x, 3));
+    let (all, ranges) = sensor.at.split_last().expect("all is the last");
+    let size = |errors: &Errors| number(if errors.count < 2 { f64::NAN } else { errors.size() });
+    let cells = [Cell::name(&sensor.name)].into_iter().chain(ranges.iter().map(size));
+    cells
+        .chain([number(all.mean), number(all.deviation)])
+        .collect::<Vec<_>>()
+        .into()
+}
+
+/// A panel for each sensor.
+fn panels(sensors: &[SensorErrors]) -> String {
+    let most_of = |own: &[f64]| Spread {
+        low: quantile(own, 0.05),
+        mean: mean(own),
+        high: quantile(own, 0.95),
+    };
+    let panel = |sensor: &SensorErrors| -> Vec<(f64, Spread)> {
+        let mut bins = vec![Vec::new(); BINS];
+        for [predicted, read] in &sensor.pairs {
+            bins[((predicted * BINS as f64) as usize).min(BINS - 1)].push(*read);
+        }
+        let middle = |bin: usize| (bin as f64 + 0.5) / BINS as f64;
+        let filled = bins.into_iter().enumerate().filter(|(_, own)| !own.is_empty());
+        filled.map(|(bin, own)| (middle(bin), most_of(&own))).collect()
+    };
+    let panels: Vec<Panel<'_>> = sensors
+        .iter()
+        .map(|sensor| Panel {
+            title: &sensor.name,
+            across: "predicted",
+            up: "read",
+            bands: vec![Band {
+                label: "",
+                colour: COLOUR,
+                dash: "",
+                values: panel(sensor),
+            }],
+            ..Panel::default()
+        })
+        .collect();
+    grid(
+        "Readings by what was predicted",
+        &panels.chunks(ABREAST).collect::<Vec<_>>(),
+    )
+}

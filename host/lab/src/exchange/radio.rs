@@ -1,0 +1,373 @@
+//! The radio between robots and their operator: datagrams that only those who hold the experiment's key can make, each of which
+//! counts once. Without sockets or clocks: what is sealed here is carried by the daemon, and whoever
+//! opens it says what time it is.
+//!
+//! A datagram is refused that has another format, version or experiment, was not made with the key, has come before, comes
+//! too often, or has a value that is out of range: see [`Refusal`]. Nothing is encrypted.
+//!
+//! # What an attacker can do
+//!
+//! **Without the key**: read everything; jam the radio; delay datagrams, or hold some back. A flood that is also
+//! well-formed keeps robots busy with at most [`rates::ALL`] authentications a second, but real datagrams are lost in it, so that
+//! the robots stand. No value can be made or changed.
+//!
+//! **With a recorded datagram**, and without the key:
+//!
+//! - While the receiver runs: nothing, if the receiver has taken it, or has taken one of the same sender that is newer by 64
+//!   or more. One that was held back is taken once. A pair counts then only within [`limits::TOLERANCE`] seconds of
+//!   its own second, and a beacon lets a robot move only until [`Beacons`](beacon::Beacons)' limit after it was sent, by the least delay
+//!   of beacons so far: an attacker who has delayed all beacons from the first one on can keep robots going that much longer.
+//! - After a restart of the receiver that has restored its [`Windows`]: what it had taken since they were saved is taken once
+//!   more, until a datagram of the same sender has come that is newer by 64. Pairs are too old by then. Beacons let it move
+//!   only if the operator's real ones are kept from it at the same time, and for no longer than those recorded since then last.
+//! - After a restart of the receiver without its windows: the same, for all that was recorded since the key was made. So a
+//!   robot that has lost its directory needs an experiment with a new key.
+//! - After a new start of the operator: nothing. The operator keeps its windows, and counts only what has the number of its
+//!   start, which is drawn anew each time: robots repeat it in each [`Status`] and [`Packet::Hello`]. A hello of another experiment
+//!   under the same key, and a datagram of another version, show a person what may be wrong with a robot that says nothing else.
+//! - After a restart of the sender: no more than before. Its numbers begin with the count of its starts, so they are never used
+//!   again, and all of the earlier ones are old once one of the new has been taken. A sender that has lost
+//!   count is refused as replayed by everybody who has heard it, until its count is as high as before.
+//!
+//! **With the key**: be any robot, or the operator. Pairs within the limits are then believed, beacons let robots move, and a
+//! number far ahead keeps the real sender from being heard. All robots have the same key, so one stolen robot is enough.
+
+pub mod beacon;
+mod format;
+pub mod key;
+pub mod limits;
+mod rates;
+mod replay;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use super::Message;
+use format::{Datagram, HELLO, TAG};
+use key::Key;
+use limits::Limits;
+use rates::Bucket;
+
+pub use format::LONGEST;
+pub use replay::Windows;
+
+/// The operator's number; robots have 0 to robots - 1.
+pub const OPERATOR: u16 = 0xffff;
+/// Version of the datagrams. All robots and the operator must have the same.
+pub const VERSION: u16 = 2;
+
+/// What a datagram says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Packet {
+    /// A robot's simulator and fitness, in a second of the experiment.
+    Pair {
+        /// The second.
+        second: u32,
+        /// The pair; its sender is who sealed it.
+        message: Message,
+    },
+    /// The operator is there.
+    Beacon {
+        /// The experiment's time, ms.
+        milliseconds: i64,
+        /// Whether robots live; otherwise they stand.
+        go: bool,
+        /// The number of the operator's start.
+        start: u64,
+    },
+    /// The operator has started, and asks who is there. It says no time yet, and lets nobody move.
+    Call {
+        /// The number of the operator's start.
+        start: u64,
+    },
+    /// How a robot is.
+    Status(Status),
+    /// Who is there.
+    Hello {
+        /// Version of the program, up to 32 bytes.
+        program: String,
+        /// Hash of the experiment.
+        experiment: [u8; 32],
+        /// The number of the operator's start, as in [`Status::start`].
+        start: u64,
+    },
+}
+
+/// How a robot is, for the operator.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Status {
+    /// The number of the operator's start that the robot has heard last; 0 if it has heard none. It is drawn anew at each start, so a
+    /// status recorded before a start is not valid after it.
+    pub start: u64,
+    /// The experiment's time, ms.
+    pub milliseconds: i64,
+    /// What the robot does, by the daemon's numbers.
+    pub state: u8,
+    /// The interval that it is in.
+    pub interval: u32,
+    /// The gene of its simulator.
+    pub simulator: f32,
+    /// Its fitness in the interval so far.
+    pub real: f32,
+    /// The fitness of its controller in the simulator; -1 if none was chosen there yet.
+    pub simulated: f32,
+    /// The controller that it acts by.
+    pub controller: [f32; 2],
+    /// Items that it has brought since the experiment began.
+    pub brought: u32,
+    /// Whether it carries one.
+    pub carries: bool,
+    /// x and y in mm, heading in turns.
+    pub pose: [f32; 3],
+    /// Voltage of its battery; -1 if that is unknown.
+    pub volts: f32,
+    /// Problems, a bit each, by the daemon's numbers.
+    pub problems: u32,
+    /// Datagrams and lines of the tracker that the robot has refused or ignored since its daemon began.
+    pub ignored: u32,
+}
+
+/// A datagram that has been accepted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Received {
+    /// Who sealed it.
+    pub sender: u16,
+    /// The sender's number of it: its starts in the high 32 bits, which datagram of that start in the low ones.
+    pub sequence: u64,
+    /// What it says.
+    pub packet: Packet,
+}
+
+/// Why a datagram is refused.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Refusal {
+    /// It has another format.
+    #[error("is no datagram of Oneiro's")]
+    NotOurs,
+    /// It has another version. Nobody has authenticated it.
+    #[error("has version {0} of datagrams; allowed: {VERSION}")]
+    OtherVersion(u16),
+    /// It is of another experiment.
+    #[error("sender {sender} lives another experiment, {}", shown(*hash, program.as_deref()))]
+    OtherExperiment {
+        /// Who sealed it.
+        sender: u16,
+        /// The first bytes of that experiment's hash.
+        hash: [u8; 8],
+        /// The version of the sender's program, if the sender has the key and has said so. Otherwise nobody has authenticated it.
+        program: Option<String>,
+    },
+    /// It was not sealed with the key, or was damaged.
+    #[error("is forged or damaged")]
+    Forged,
+    /// It has come before, or is older than what has come before.
+    #[error("has come before, or is too old")]
+    Replayed,
+    /// More have come than are allowed in this time.
+    #[error("comes too often")]
+    TooMany,
+    /// This value is not one that the sender may send.
+    #[error("{0} is out of range")]
+    OutOfRange(&'static str),
+    /// It is one's own.
+    #[error("is one's own")]
+    Own,
+}
+
+fn shown(hash: [u8; 8], program: Option<&str>) -> String {
+    let hash = format!("{:016x}", u64::from_be_bytes(hash));
+    match program {
+        Some(program) => format!("{hash}, with program {program}"),
+        None => hash,
+    }
+}
+
+impl Refusal {
+    /// The reason in a word, for logs.
+    pub fn reason(&self) -> &'static str {
+        Refused::REASONS[self.index()]
+    }
+
+    fn index(&self) -> usize {
+        match self {
+            Self::NotOurs => 0,
+            Self::OtherVersion(_) => 1,
+            Self::OtherExperiment { .. } => 2,
+            Self::Forged => 3,
+            Self::Replayed => 4,
+            Self::TooMany => 5,
+            Self::OutOfRange(_) => 6,
+            Self::Own => 7,
+        }
+    }
+}
+
+/// How many datagrams were refused for each reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Refused([u64; Self::REASONS.len()]);
+
+impl Refused {
+    const REASONS: [&str; 8] = [
+        "not_ours",
+        "other_version",
+        "other_experiment",
+        "forged",
+        "replayed",
+        "too_many",
+        "out_of_range",
+        "own",
+    ];
+
+    /// Each reason and its count.
+    pub fn counts(&self) -> impl Iterator<Item = (&'static str, u64)> {
+        Self::REASONS.into_iter().zip(self.0)
+    }
+}
+
+/// Seals datagrams of one robot or of the operator, and opens those of the others.
+pub struct Radio {
+    own: u16,
+    limits: Limits,
+    /// The key of its tags.
+    tags: [u8; blake3::KEY_LEN],
+    experiment: [u8; 32],
+    sequence: u64,
+    windows: Windows,
+    all: Bucket,
+    each: BTreeMap<u16, Bucket>,
+    refused: Refused,
+}
+
+impl Radio {
+    /// The radio of a robot or of the operator at its start number `boots`, which must be greater than all before under this key, and on
+    /// disk before the first datagram is sealed. `experiment` is the experiment's hash.
+    pub fn new(own: u16, limits: Limits, key: &Key, experiment: [u8; 32], boots: u32) -> Self {
+        Self {
+            own,
+            limits,
+            tags: key.of_tags(),
+            experiment,
+            sequence: u64::from(boots) << 32,
+            windows: Windows::default(),
+            all: Bucket::default(),
+            each: BTreeMap::new(),
+            refused: Refused::default(),
+        }
+    }
+
+    /// Makes a datagram.
+    pub fn seal(&mut self, packet: &Packet) -> Vec<u8> {
+        self.sequence = self.sequence.saturating_add(1);
+        let mut bytes = format::sealed(packet, self.own, self.prefix(), self.sequence);
+        let tag = self.tag(&bytes);
+        bytes.extend_from_slice(&tag);
+        bytes
+    }
+
+    /// The number of the datagram that was sealed last.
+    pub fn sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    /// Opens a datagram that has come `now`, by any clock that never goes back, in this second of the experiment, if that is
+    /// known.
+    ///
+    /// # Errors
+    /// Why it is refused. That is counted.
+    pub fn open(&mut self, datagram: &[u8], now: Duration, second: Option<u32>) -> Result<Received, Refusal> {
+        let opened = self.opened(datagram, now, second);
+        if let Err(refusal) = &opened {
+            self.refused.0[refusal.index()] += 1;
+        }
+        opened
+    }
+
+    /// Checks what costs least first. Nothing that an attacker without the key sends changes more than the budget of all.
+    fn opened(&mut self, datagram: &[u8], now: Duration, second: Option<u32>) -> Result<Received, Refusal> {
+        let datagram = Datagram::of(datagram)?;
+        let Datagram { sender, sequence, .. } = datagram;
+        let is_other = datagram.experiment != self.prefix();
+        let other = |program| Refusal::OtherExperiment {
+            sender,
+            hash: datagram.experiment,
+            program,
+        };
+        if is_other {
+            // Only who says hello says which program it is.
+            if datagram.kind != HELLO {
+                return Err(other(None));
+            }
+        } else if sender == self.own {
+            return Err(Refusal::Own);
+        } else if !self.limits.knows(sender) {
+            return Err(Refusal::OutOfRange("sender"));
+        } else if !self.windows.would_take(sender, sequence) {
+            return Err(Refusal::Replayed);
+        }
+        if !self.all.take(&rates::ALL, now) {
+            return Err(Refusal::TooMany);
+        }
+        if !is_same(self.tag(datagram.sealed), datagram.tag) {
+            return Err(if is_other { other(None) } else { Refusal::Forged });
+        }
+        // Another experiment's numbers say nothing about the robots of this one.
+        if !is_other {
+            self.windows.take(sender, sequence);
+            if !self.each.entry(sender).or_default().take(rates::of(sender), now) {
+                return Err(Refusal::TooMany);
+            }
+        }
+        let packet = datagram.packet()?;
+        match packet {
+            Packet::Hello {
+                program, experiment, ..
+            } if is_other || experiment != self.experiment => Err(other(Some(program))),
+            packet => {
+                self.limits.check(&packet, sender, second)?;
+                Ok(Received {
+                    sender,
+                    sequence,
+                    packet,
+                })
+            }
+        }
+    }
+
+    /// How many datagrams were refused.
+    pub fn refused(&self) -> &Refused {
+        &self.refused
+    }
+
+    /// Which datagrams were taken, to be saved.
+    pub fn windows(&self) -> &Windows {
+        &self.windows
+    }
+
+    /// Takes none again that was taken before these windows were saved.
+    pub fn restore(&mut self, windows: Windows) {
+        self.windows = windows;
+    }
+
+    /// What the header has of the experiment's hash.
+    fn prefix(&self) -> [u8; 8] {
+        format::prefix(&self.experiment)
+    }
+
+    fn tag(&self, bytes: &[u8]) -> [u8; TAG] {
+        let mut tag = [0; TAG];
+        tag.copy_from_slice(&blake3::keyed_hash(&self.tags, bytes).as_bytes()[..TAG]);
+        tag
+    }
+}
+
+/// Compares tags in a time that does not depend on where they differ, as hashes are.
+fn is_same(a: [u8; TAG], b: [u8; TAG]) -> bool {
+    let hash = |tag: [u8; TAG]| {
+        let mut all = [0; blake3::OUT_LEN];
+        all[..TAG].copy_from_slice(&tag);
+        blake3::Hash::from_bytes(all)
+    };
+    hash(a) == hash(b)
+}

@@ -1,0 +1,452 @@
+//! Checks of combinations of an experiment's values, beyond the limits in each row.
+
+use std::fmt::Display;
+
+use oneiro::arena::{Arena, Field};
+use oneiro::differential::{Build, Sensor, SensorKind};
+use oneiro::parameter::Invalid;
+use oneiro::world::{Gene, World};
+
+use super::settings::{ArenaSize, Finalists, Settings, Transfer};
+use crate::lives::measures;
+use oneiro_base::console::counted;
+use oneiro_evolve::settings::{self as optimiser, Cells, Descriptor, Kind, SelectionKind};
+use oneiro_evolve::{cma, race};
+
+pub(super) type Checked = Result<(), Invalid>;
+
+pub(super) fn invalid(key: &str, problem: impl Display) -> Checked {
+    Err(Invalid {
+        field: key.into(),
+        problem: problem.to_string(),
+    })
+}
+
+/// Checks what neither rows nor the world check.
+pub(super) fn check(settings: &Settings) -> Checked {
+    name(&settings.name)?;
+    arena(settings)?;
+    evolution(&settings.evolution)?;
+    finalists(settings.finalists)?;
+    reality(&settings.reality)
+}
+
+fn reality(transfer: &Transfer) -> Checked {
+    match transfer.site() {
+        Ok(_) => Ok(()),
+        Err(problem) => invalid("reality.robot", problem),
+    }
+}
+
+/// Approximate memory of a run in progress, bytes: parents and offspring, each life's genes and what a batch adds to them, and a
+/// row for each generation.
+/// An optimiser that uses behaviour also needs each life's trace, with one record of about `RECORD` bytes a cycle, and a full archive.
+pub(super) fn bytes(settings: &Settings, genes: usize) -> u64 {
+    const RECORD: u64 = 160;
+    let (genes, population) = (genes as u64, u64::from(settings.evolution.lived()));
+    let lives = population * u64::from(settings.trials);
+    let behaviour = if settings.evolution.uses_behaviour() {
+        lives.saturating_mul(RECORD * u64::from(settings.world.cycles))
+    } else {
+        0
+    };
+    let own = 4 * (2 * population * genes + lives * (genes + 16)) + 64 * u64::from(settings.evolution.generations);
+    own.saturating_add(behaviour)
+}
+
+/// Checks what depends on how many genes an individual has, and on a population that follows from it.
+pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
+    let evolution = &settings.evolution;
+    if evolution.kind == Kind::CmaEs && genes > cma::MOST_GENES {
+        let problem = format!(
+            "is \"cma-es\" with {genes} genes; allowed: up to {}, or sep-cma-es",
+            cma::MOST_GENES
+        );
+        return invalid("evolution.kind", problem);
+    }
+    let shares = evolution.initial_shares.0.len();
+    if shares != 0 && shares != genes {
+        let problem = format!("has {shares} numbers; allowed: one for each gene, {genes}, or none");
+        return invalid("evolution.initial_shares", problem);
+    }
+    let population = evolution.population;
+    if evolution.kind == Kind::Race {
+        race_of(settings, genes)?;
+    }
+    if evolution.kind == Kind::Grid {
+        grid_of(settings, genes)?;
+    }
+    match evolution.kind {
+        Kind::CmaEs | Kind::SepCmaEs if population < cma::LEAST_POPULATION => invalid(
+            "evolution.population",
+            format_args!("is {population}; allowed: {} or more", cma::LEAST_POPULATION),
+        ),
+        Kind::OpenEs if population % 2 == 1 => invalid(
+            "evolution.population",
+            format_args!("is {population}; allowed: an even number, since samples are mirrored"),
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// Checks that genes begin within their own ranges, and not all at the same limit.
+pub(super) fn beginnings(settings: &Settings, genes: &[Gene]) -> Checked {
+    let optimiser::Settings {
+        initial: [low, high],
+        initial_shares: shares,
+        limits,
+        ..
+    } = &settings.evolution;
+    if let Some([least, greatest]) = limits
+        && ((low < least && high <= least) || (high > greatest && low >= greatest))
+    {
+        let problem = format!(
+            "is [{least}, {greatest}], and evolution.initial is [{low}, {high}]; allowed: limits that share a part of that range"
+        );
+        return invalid("evolution.limits", problem);
+    }
+    for (gene, share) in genes.iter().zip(&shares.0) {
+        let [low, high] = gene.range.map_or([*low, *high], |range| range.map(f64::from));
+        let [least, greatest] = match (gene.range, limits) {
+            (Some(_), _) => [low, high],
+            (None, Some(limits)) => *limits,
+            (None, None) => continue,
+        };
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let most = (greatest - middle).min(middle - least) / half;
+        if *share > most {
+            let name = &gene.name;
+            let problem =
+                format!("is {share} for {name}; allowed: up to {most}, where its range [{least}, {greatest}] ends");
+            return invalid("evolution.initial_shares", problem);
+        }
+    }
+    Ok(())
+}
+
+/// Checks that a grid is not too large, and that generations are equal parts of it.
+fn grid_of(settings: &Settings, genes: usize) -> Checked {
+    const MOST: u64 = 1_000_000_000;
+    let evolution = &settings.evolution;
+    let (levels, combinations) = (evolution.grid.levels, evolution.grid.combinations(genes));
+    if combinations > MOST {
+        let problem = format!("is {levels} for {genes} genes; allowed: up to {MOST} combinations");
+        return invalid("evolution.grid.levels", problem);
+    }
+    let population = evolution.population;
+    if combinations % u64::from(population) != 0 || combinations / u64::from(population) > 1_000_000 {
+        let problem = format!(
+            "is {population}; allowed: a divisor of the grid's {combinations} combinations, at least a millionth of them"
+        );
+        return invalid("evolution.population", problem);
+    }
+    Ok(())
+}
+
+/// Checks what a race needs, and what it does not go with: its generations differ in size, and their number is not known beforehand.
+fn race_of(settings: &Settings, genes: usize) -> Checked {
+    let (few, population) = (race::few(genes), settings.evolution.population);
+    if population as usize <= few {
+        let problem = format!("is {population}; allowed: more than {few}, which may survive a race of {genes} genes");
+        return invalid("evolution.population", problem);
+    }
+    if !settings.evolution.has_common_numbers() {
+        let problem = "is false; allowed: true with race, whose candidates live the same lives";
+        return invalid("evolution.common_random_numbers", problem);
+    }
+    if settings.record.individuals {
+        let problem = "is true; allowed: false with race, whose generations differ in size";
+        return invalid("record.individuals", problem);
+    }
+    if !settings.reality.robot.0.is_empty() {
+        let problem = "is given; allowed: none with race, whose number of generations is not known beforehand";
+        return invalid("reality.robot", problem);
+    }
+    Ok(())
+}
+
+/// Checks that there are two populations, and what they do not go with.
+pub(super) fn opponents(settings: &Settings, genes: &[Gene]) -> Checked {
+    let evolution = &settings.evolution;
+    if !evolution.is_coevolution() {
+        return Ok(());
+    }
+    let first = &evolution.opponents.first_gene;
+    if evolution.opponents.split(genes).is_none() {
+        let names: Vec<&str> = genes.iter().skip(1).map(|gene| &*gene.name).collect();
+        if names.is_empty() {
+            let problem = "is \"coevolution\" with one gene; allowed: two genes and more, one for each population";
+            return invalid("evolution.kind", problem);
+        }
+        let problem = format!("is {first:?}; allowed: a gene but the first: {}", names.join(", "));
+        return invalid("evolution.opponents.first_gene", problem);
+    }
+    if !settings.reality.robot.0.is_empty() {
+        let problem = "is given; allowed: none with coevolution, whose two robots share a world";
+        return invalid("reality.robot", problem);
+    }
+    Ok(())
+}
+
+/// Checks that the world has the measures that describe behaviour.
+pub(super) fn measures(settings: &Settings, world: &World) -> Checked {
+    let known = measures::descriptors(world);
+    let names: Vec<&str> = known.iter().map(|own| &*own.column.name).collect();
+    for (index, own) in settings.evolution.descriptors.iter().enumerate() {
+        if !names.contains(&&*own.measure) {
+            let problem = format!("is {:?}; allowed: {}", own.measure, names.join(", "));
+            return invalid(&format!("evolution.descriptors[{index}].measure"), problem);
+        }
+    }
+    Ok(())
+}
+
+/// Checks that a generation fits into memory, once it is known how many genes an individual has.
+pub(super) fn memory(settings: &Settings, genes: usize) -> Checked {
+    const MOST: u64 = 4 << 30;
+    let bytes = bytes(settings, genes);
+    if bytes <= MOST {
+        return Ok(());
+    }
+    let (trials, population) = (settings.trials, settings.evolution.population);
+    let gigabytes = |bytes: u64| bytes as f64 / f64::from(1 << 30);
+    let problem = format!(
+        "is {population}, of {} with {}: {:.1} GB of memory; allowed: up to {} GB",
+        counted(genes, "gene", "genes"),
+        counted(trials, "life", "lives"),
+        gigabytes(bytes),
+        gigabytes(MOST)
+    );
+    invalid("evolution.population", problem)
+}
+
+/// Keys of values of a world that are allowed but hardly meant, with the reason.
+pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)> {
+    let spec = world.spec();
+    let mut doubts = Vec::new();
+    let lists_walls = !settings.world.arena.walls.is_empty();
+    if lists_walls && settings.arena.open != Some(true) && world.is_enclosed() == Some(false) {
+        let problem = "lists walls, so the arena has no sides, and the robot can leave it; add the four sides to the list, or say \
+            arena.open = true";
+        doubts.push(("arena.walls".to_owned(), problem.to_owned()));
+    }
+    doubts.extend(outside(settings, world));
+    let radius = spec.robot.body_radius;
+    for (index, sensor) in spec.robot.described_sensors().iter().enumerate() {
+        if let Some(offset) = sensor.offset.filter(|offset| *offset > 2.0 * radius) {
+            let problem = format!(
+                "is {offset}, which is far off the body of {radius} mm radius: beside a wall the sensor is beyond it"
+            );
+            doubts.push((format!("robot.sensors[{index}].offset_mm"), problem));
+        }
+    }
+    let is_light = |sensor: &&Sensor| sensor.kind == SensorKind::Light;
+    let blind = spec.robot.described_sensors().iter().filter(is_light).count();
+    if blind > 0 && spec.arena.lights.is_empty() {
+        let sensors = counted(blind, "light sensor reads", "light sensors read");
+        doubts.push(("arena.lights".into(), format!("is empty: the robot's {sensors} 0")));
+    }
+    doubts
+}
+
+/// What no robot notices, and starts outside of the arena.
+fn outside(settings: &Settings, world: &World) -> Vec<(String, String)> {
+    let arena = &world.spec().arena;
+    let within = arena.within_walls();
+    let Field { x, y, width, height } = within;
+    let origin = match settings.arena.corners {
+        Some(_) => "its origin (0, 0) is that of arena.corners_mm",
+        None => "its origin (0, 0) is its lower left corner",
+    };
+    let of_arena = format!(
+        "the arena has x from {x} to {} and y from {y} to {} mm; {origin}",
+        x + width,
+        y + height
+    );
+    let listed = |key: &String| {
+        let walls = settings.world.arena.walls.len();
+        let wall = key
+            .strip_prefix("arena.walls[")
+            .and_then(|rest| rest.trim_end_matches(']').parse().ok());
+        wall.is_none_or(|wall: usize| wall < walls)
+    };
+    let keys = world.unreached().into_iter().filter(listed);
+    let of_key = |key: String| {
+        let is_start = key == "start" || key == "robot.starts_mm";
+        let is = if is_start {
+            "is outside of the arena"
+        } else {
+            "is where no robot gets near enough to notice it"
+        };
+        (key, format!("{is}: {of_arena}"))
+    };
+    let mut found: Vec<_> = keys.map(of_key).collect();
+    for (index, light) in arena.lights.iter().enumerate() {
+        let is_above = arena.wall_height.is_some_and(|wall| light.height.unwrap_or(0.0) > wall);
+        if !is_above && !within.contains(light.x, light.y) && world.is_enclosed() != Some(false) {
+            let problem = format!("is outside of the arena, and walls between hide it: {of_arena}");
+            found.push((format!("arena.lights[{index}]"), problem));
+        }
+    }
+    found
+}
+
+fn finalists(Finalists { count, lives }: Finalists) -> Checked {
+    const MOST: u64 = 1_000_000;
+    if (1 + u64::from(count)) * u64::from(lives) > MOST {
+        let problem = format!("is {lives} for {count} finalists and the luckiest; allowed: up to {MOST} lives in all");
+        return invalid("evolution.finalist_lives", problem);
+    }
+    Ok(())
+}
+
+pub(super) fn name(name: &str) -> Checked {
+    let is_plain = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+    if (1..=100).contains(&name.len()) && name.chars().all(is_plain) && !name.starts_with('.') {
+        return Ok(());
+    }
+    invalid(
+        "name",
+        format_args!("is {name:?}; allowed: letters, digits, - and _, since directories are named so"),
+    )
+}
+
+/// Whether an experiment is of a forager, which has an arena of its own.
+pub(super) fn is_forager(settings: &Settings) -> bool {
+    matches!(settings.world.robot.build, Build::Forager(_))
+}
+
+/// Whether an experiment defines any part of an arena of its own.
+pub(super) fn is_own_arena(settings: &Settings) -> bool {
+    let ArenaSize {
+        preset: _,
+        width_mm,
+        height_mm,
+        open,
+        ref corners,
+        start_radius,
+    } = settings.arena;
+    let has_size = width_mm.is_some() || height_mm.is_some() || corners.is_some() || start_radius.is_some();
+    has_size || open.is_some() || settings.world.arena != Arena::default()
+}
+
+fn arena(settings: &Settings) -> Checked {
+    let ArenaSize {
+        preset,
+        width_mm,
+        height_mm,
+        open,
+        corners,
+        start_radius,
+    } = &settings.arena;
+    if is_forager(settings) && (preset.is_some() || is_own_arena(settings)) {
+        return invalid(
+            "arena",
+            "has a preset, sides or objects; allowed: none of them, a forager's arena is round (arena.radius_mm)",
+        );
+    }
+    match preset {
+        Some(name) if Arena::named(name).is_none() => invalid(
+            "arena.preset",
+            format_args!("is {name:?}; allowed: {}", Arena::NAMES.join(", ")),
+        ),
+        Some(_) if is_own_arena(settings) => invalid(
+            "arena",
+            "has a preset and values of its own; allowed: preset, or width_mm, height_mm and objects of its own",
+        ),
+        None if corners.is_some() && (width_mm.is_some() || height_mm.is_some() || open.is_some()) => invalid(
+            "arena.corners_mm",
+            "is given beside a width, a height or `open`; allowed: corners alone, or width_mm and height_mm",
+        ),
+        None if is_own_arena(settings) && corners.is_none() && (width_mm.is_none() || height_mm.is_none()) => invalid(
+            "arena",
+            "lacks its size; allowed: width_mm and height_mm, or corners_mm, and with them objects of its own",
+        ),
+        _ => match (start_radius, width_mm, height_mm) {
+            (Some(radius), Some(width), Some(height)) if 2.0 * radius > width.min(*height) => invalid(
+                "arena.start_radius_mm",
+                format_args!(
+                    "is {radius}; allowed: up to {}, half the arena's shorter side",
+                    0.5 * width.min(*height)
+                ),
+            ),
+            _ => Ok(()),
+        },
+    }
+}
+
+/// Checks measures of behaviour; whether there are such measures is known once there is a world.
+fn descriptors(evolution: &optimiser::Settings) -> Checked {
+    const MOST: usize = 6;
+    const MOST_CELLS: u64 = 1_000_000;
+    let descriptors = &evolution.descriptors;
+    if !evolution.uses_behaviour() {
+        return Ok(());
+    }
+    if descriptors.is_empty() || descriptors.len() > MOST {
+        let problem = format!("has {}; allowed: 1 to {MOST} measures of behaviour", descriptors.len());
+        return invalid("evolution.descriptors", problem);
+    }
+    for (
+        index,
+        Descriptor {
+            least,
+            greatest,
+            measure,
+            ..
+        },
+    ) in descriptors.iter().enumerate()
+    {
+        if least >= greatest || !(greatest - least).is_finite() {
+            let problem = format!("is {greatest}; allowed: above least, {least}");
+            return invalid(&format!("evolution.descriptors[{index}].greatest"), problem);
+        }
+        if descriptors[..index].iter().any(|other| other.measure == *measure) {
+            let problem = format!("is {measure:?}, again; allowed: each once");
+            return invalid(&format!("evolution.descriptors[{index}].measure"), problem);
+        }
+    }
+    let cells = descriptors
+        .iter()
+        .try_fold(1_u64, |all, own| all.checked_mul(own.cells.into()));
+    if evolution.kind == Kind::MapElites
+        && evolution.archive.cells == Cells::Grid
+        && cells.is_none_or(|cells| cells > MOST_CELLS)
+    {
+        let problem = format!("have more than {MOST_CELLS} cells in all; allowed: up to that, or a centroidal archive");
+        return invalid("evolution.descriptors", problem);
+    }
+    Ok(())
+}
+
+fn evolution(evolution: &optimiser::Settings) -> Checked {
+    let is_truncated = evolution.is_genetic() && evolution.selection.kind == SelectionKind::Truncation;
+    if is_truncated && evolution.elite > evolution.parents {
+        let (elite, parents) = (evolution.elite, evolution.parents);
+        let problem = format!("is {elite}; allowed: 0 to {parents}, evolution.parents");
+        return invalid("evolution.elite", problem);
+    }
+    if is_truncated && !evolution.population.is_multiple_of(evolution.parents) {
+        return invalid(
+            "evolution.parents",
+            format_args!(
+                "is {}; allowed: what divides the population, {}, since each parent makes equally many copies",
+                evolution.parents, evolution.population
+            ),
+        );
+    }
+    descriptors(evolution)?;
+    let ranges = [
+        ("evolution.initial", Some(evolution.initial)),
+        ("evolution.limits", evolution.limits),
+    ];
+    for (key, range) in ranges {
+        if let Some([low, high]) = range
+            && low >= high
+        {
+            let problem = format!("is [{low}, {high}]; allowed: a smaller and a greater number");
+            return invalid(key, problem);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,139 @@
+//! Experiments that ship, with their parts in WGSL: `oneiro new --example` writes them.
+
+/// An experiment and the files that it names.
+pub struct Example {
+    pub name: &'static str,
+    /// What a robot learns in it.
+    pub about: &'static str,
+    /// Relative paths and texts; the experiment's own file comes first.
+    pub files: &'static [(&'static str, &'static str)],
+}
+
+/// A file of `experiments/`: its path there, and its text.
+macro_rules! file {
+    ($path:literal) => {
+        ($path, include_str!(concat!("../../../../experiments/", $path)))
+    };
+}
+
+/// All of them.
+pub static EXAMPLES: [Example; 19] = [
+    Example {
+        name: "homing",
+        about: "a Khepera with a battery returns to its charger",
+        files: &[
+            file!("homing.toml"),
+            file!("homing/sensors.wgsl"),
+            file!("homing/controller.wgsl"),
+            file!("homing/task.wgsl"),
+        ],
+    },
+    Example {
+        name: "road-sign",
+        about: "a Khepera turns at the end of a corridor to the side of the lamp that it passed",
+        files: &[
+            file!("road-sign.toml"),
+            file!("road-sign/sensors.wgsl"),
+            file!("road-sign/ctrnn.wgsl"),
+            file!("road-sign/task.wgsl"),
+        ],
+    },
+    Example {
+        name: "kheperax",
+        about: "a robot with three lasers and two bumpers finds its way through a maze",
+        files: &[
+            file!("kheperax.toml"),
+            file!("kheperax/network.wgsl"),
+            file!("kheperax/task.wgsl"),
+        ],
+    },
+    Example {
+        name: "phototaxis",
+        about: "a robot described by numbers finds a light behind obstacles",
+        files: &[file!("phototaxis.toml"), file!("phototaxis/task.wgsl")],
+    },
+    Example {
+        name: "wall-following",
+        about: "a robot drives along the walls of a room at a distance",
+        files: &[file!("wall-following.toml"), file!("wall-following/task.wgsl")],
+    },
+    Example {
+        name: "discrimination",
+        about: "a Khepera finds a cylinder and stays with it, in a room whose walls look alike",
+        files: &[file!("discrimination.toml"), file!("discrimination/task.wgsl")],
+    },
+    Example {
+        name: "aggregation",
+        about: "ten robots with one bit of sight gather in one place",
+        files: &[
+            file!("aggregation.toml"),
+            file!("aggregation/controller.wgsl"),
+            file!("aggregation/mission.wgsl"),
+        ],
+    },
+    Example {
+        name: "gather",
+        about: "ten robots gather on a dark patch of the floor: a mission that counts them",
+        files: &[file!("gather.toml"), file!("gather/mission.wgsl")],
+    },
+    Example {
+        name: "predator-prey",
+        about: "a predator and a prey evolve against each other: two populations",
+        files: &[
+            file!("predator-prey.toml"),
+            file!("predator-prey/sensors.wgsl"),
+            file!("predator-prey/controller.wgsl"),
+            file!("predator-prey/mission.wgsl"),
+        ],
+    },
+    Example {
+        name: "evostick-aggregation",
+        about: "twenty e-pucks gather on one of two black spots",
+        files: &[file!("evostick-aggregation.toml"), file!("evostick/aggregation.wgsl")],
+    },
+    Example {
+        name: "evostick-foraging",
+        about: "twenty e-pucks bring items from two black spots to a white nest",
+        files: &[file!("evostick-foraging.toml"), file!("evostick/foraging.wgsl")],
+    },
+    Example {
+        name: "evostick-cues",
+        about: "twenty e-pucks gather on the black spot that is before a lamp",
+        files: &[file!("evostick-cues.toml"), file!("evostick/cues.wgsl")],
+    },
+    Example {
+        name: "evostick-shelter",
+        about: "twenty e-pucks find a shelter that is open to one side",
+        files: &[file!("evostick-shelter.toml"), file!("evostick/shelter.wgsl")],
+    },
+    Example {
+        name: "evostick-network",
+        about: "twenty e-pucks cover a large area as a connected network",
+        files: &[file!("evostick-network.toml"), file!("evostick/network.wgsl")],
+    },
+    Example {
+        name: "evostick-coverage",
+        about: "twenty e-pucks spread over an arena but for its black spots",
+        files: &[file!("evostick-coverage.toml"), file!("evostick/coverage.wgsl")],
+    },
+    Example {
+        name: "evostick-exploration",
+        about: "twenty e-pucks visit all cells of an arena again and again",
+        files: &[file!("evostick-exploration.toml"), file!("evostick/exploration.wgsl")],
+    },
+    Example {
+        name: "automode-aggregation",
+        about: "twenty e-pucks gather on one of two black spots, as state machines",
+        files: &[file!("automode-aggregation.toml"), file!("evostick/aggregation.wgsl")],
+    },
+    Example {
+        name: "automode-cues",
+        about: "twenty e-pucks gather on a black spot before a lamp, as state machines",
+        files: &[file!("automode-cues.toml"), file!("evostick/cues.wgsl")],
+    },
+    Example {
+        name: "automode-foraging",
+        about: "twenty e-pucks bring items to a nest, as state machines",
+        files: &[file!("automode-foraging.toml"), file!("evostick/foraging.wgsl")],
+    },
+];

@@ -1,0 +1,373 @@
+//! Files that an experiment names: found, read, and hashed, so that a run can keep copies.
+
+use oneiro_base::console::counted;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::thread;
+
+use oneiro::arena::Arena;
+use oneiro::backend::{self, Options};
+use oneiro::compose::{Kind, OwnPart, Part};
+use oneiro::tables::{self, MotorStates, MotorTable, SensorTables};
+use oneiro::world::{GeneLayout, WorldSpec};
+
+use super::settings::{BUILT_IN, FROM_REALITY, PartFile, SensorFiles, Settings};
+use super::source::Source;
+use crate::engine::handle::Engine;
+use crate::genomes;
+use crate::reality::Object;
+use crate::reality::sampling::{self, Samples};
+use crate::reality::site::Site;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
+use oneiro_evolve::{Population, settings as evolution};
+
+/// Directory of a run's copies.
+pub const DIRECTORY: &str = "inputs";
+
+/// A file that an experiment names.
+#[derive(Clone, Debug)]
+pub struct Input {
+    /// Name in the experiment.
+    pub named: String,
+    /// Name in a run's directory.
+    pub name: String,
+    pub content: Arc<Content>,
+}
+
+/// Content of a file.
+#[derive(Debug)]
+pub struct Content {
+    pub bytes: Vec<u8>,
+    /// BLAKE3 hash of the content, in hex.
+    hash: String,
+}
+
+/// Files that experiments name, each read only once.
+#[derive(Debug, Default)]
+pub struct Files {
+    contents: Mutex<BTreeMap<PathBuf, Arc<Content>>>,
+    sensors: Mutex<BTreeMap<Vec<PathBuf>, Tables<SensorTables>>>,
+    motors: Mutex<BTreeMap<(PathBuf, MotorStates), Tables<MotorTable>>>,
+    parts: Mutex<BTreeMap<(Kind, PathBuf), Arc<Part>>>,
+    /// Samples of surrogates, by what they are and by the classes of objects.
+    samples: Mutex<BTreeMap<Sampling, Arc<OnceLock<Taken>>>>,
+    /// The same files by whether a setting names them rather than the experiment, and by their names there.
+    named: Mutex<BTreeMap<(bool, String), Arc<Content>>>,
+}
+
+impl Files {
+    /// Files that settings named so far, or those that experiments did.
+    pub fn named(&self, by_settings: bool) -> Vec<(String, Arc<Content>)> {
+        let named = self.named.lock().unwrap_or_else(PoisonError::into_inner);
+        let chosen = named.iter().filter(|((by, _), _)| *by == by_settings);
+        chosen
+            .map(|((_, name), content)| (name.clone(), Arc::clone(content)))
+            .collect()
+    }
+}
+
+/// Tables, and warnings about their files.
+#[derive(Debug)]
+struct Tables<T> {
+    tables: Arc<T>,
+    warnings: Vec<String>,
+}
+
+impl<T> Clone for Tables<T> {
+    fn clone(&self) -> Self {
+        Self {
+            tables: Arc::clone(&self.tables),
+            warnings: self.warnings.clone(),
+        }
+    }
+}
+
+/// Returns the known value of a key, or finds it out and remembers it.
+fn known<K: Ord, V: Clone, E>(
+    known: &Mutex<BTreeMap<K, V>>,
+    key: K,
+    find: impl FnOnce(&K) -> std::result::Result<V, E>,
+) -> std::result::Result<V, E> {
+    let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(value) = known.get(&key) {
+        return Ok(value.clone());
+    }
+    let value = find(&key)?;
+    known.insert(key, value.clone());
+    Ok(value)
+}
+
+/// What is sampled: the hash of a surrogate, and whether before blocks too.
+type Sampling = ([u8; 32], bool);
+/// Samples, or why there are none.
+type Taken = std::result::Result<Arc<Samples>, String>;
+
+/// Reader of the files that an experiment names.
+pub(super) struct Inputs<'a> {
+    /// Directory of the experiment.
+    directory: &'a Path,
+    source: &'a Source<'a>,
+    /// Hashes given in the experiment.
+    hashes: &'a BTreeMap<String, String>,
+    files: &'a Files,
+    /// The robot of `[reality]`, if there is one, and whether the arena has blocks.
+    reality: Option<Site>,
+    has_blocks: bool,
+    found: Vec<Input>,
+    warnings: Vec<String>,
+}
+
+impl<'a> Inputs<'a> {
+    pub(super) fn new(
+        directory: &'a Path,
+        source: &'a Source<'a>,
+        settings: &Settings,
+        hashes: &'a BTreeMap<String, String>,
+        files: &'a Files,
+    ) -> Self {
+        let preset = settings.arena.preset.as_deref().and_then(Arena::named);
+        Self {
+            directory,
+            source,
+            hashes,
+            files,
+            reality: settings.reality.site().ok().flatten(),
+            has_blocks: !preset.as_ref().unwrap_or(&settings.world.arena).blocks.is_empty(),
+            found: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Reads the sensor tables.
+    pub(super) fn sensors(&mut self, files: &SensorFiles) -> Result<Arc<SensorTables>> {
+        let files = match files {
+            SensorFiles::BuiltIn => return Ok(SensorTables::khepera()),
+            SensorFiles::FromReality => return Ok(Arc::new(self.samples("robot.tables")?.sensors.clone())),
+            SensorFiles::Files(files) => files,
+        };
+        if files.is_empty() {
+            return Err(self
+                .source
+                .invalid("robot.tables", "is empty; allowed: a file for each class of object"));
+        }
+        let paths = files
+            .iter()
+            .enumerate()
+            .map(|(index, file)| Ok(self.take(&format!("robot.tables[{index}]"), file)?.0))
+            .collect::<Result<Vec<_>>>()?;
+        let read = |paths: &Vec<PathBuf>| {
+            SensorTables::read(paths).map(|import| Tables {
+                tables: Arc::new(import.table),
+                warnings: import.warnings,
+            })
+        };
+        let found = known(&self.files.sensors, paths, read).map_err(|error| self.refused("robot.tables", error))?;
+        self.warnings.extend(found.warnings);
+        Ok(found.tables)
+    }
+
+    /// Reads the motor table.
+    pub(super) fn motors(&mut self, file: &str, states: MotorStates) -> Result<Arc<MotorTable>> {
+        if file == BUILT_IN {
+            return Ok(MotorTable::khepera(states));
+        }
+        if file == FROM_REALITY {
+            let table = MotorTable::new(&self.samples("robot.motors")?.motors, states);
+            return Ok(Arc::new(table.expect("all speeds were sampled")));
+        }
+        let (path, _) = self.take("robot.motors", file)?;
+        let read = |(path, _): &(PathBuf, _)| {
+            MotorTable::read(path, states).map(|table| Tables {
+                tables: Arc::new(table),
+                warnings: Vec::new(),
+            })
+        };
+        let found =
+            known(&self.files.motors, (path, states), read).map_err(|error| self.refused("robot.motors", error))?;
+        Ok(found.tables)
+    }
+
+    /// Samples of the surrogate of `[reality]`. They are always taken on the CPU, which is there before any device is chosen; every
+    /// exact device would give the same.
+    fn samples(&self, key: &str) -> Result<Arc<Samples>> {
+        let Some(site) = self.reality.as_ref().filter(|site| !site.is_wired()) else {
+            let problem = "is \"reality\"; allowed: only with a surrogate as reality.robot; sample a robot on a wire with `oneiro sample`";
+            return Err(self.source.invalid(key, problem));
+        };
+        let sampling = (*site.hash().as_bytes(), self.has_blocks);
+        let none = |_: &Sampling| Ok::<_, Failure>(Arc::default());
+        // Not under the lock, so that several cells of a sweep can be sampled at once.
+        let own: Arc<OnceLock<Taken>> = known(&self.files.samples, sampling, none)?;
+        // On a thread of its own: one of a pool's would do other cells' work while it waits, and might come to wait for itself.
+        let has_blocks = self.has_blocks;
+        let sampled = || thread::scope(|scope| scope.spawn(|| take(site, has_blocks)).join());
+        let taken = own.get_or_init(|| match sampled() {
+            Ok(samples) => samples.map(Arc::new).map_err(|failure| failure.to_string()),
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        taken.clone().map_err(|problem| self.source.invalid(key, problem))
+    }
+
+    /// Reads a user's part.
+    pub(super) fn part(&mut self, kind: Kind, file: &PartFile) -> Result<Arc<OwnPart>> {
+        let word = kind.word();
+        let Some(name) = &file.part else {
+            let problem = format!("lacks `part`; allowed: the file of the {word}, .wgsl");
+            return Err(self.source.invalid(word, problem));
+        };
+        let (path, content) = self.take(&format!("{word}.part"), name)?;
+        let read = |(kind, path): &(Kind, PathBuf)| {
+            let text = files::as_written(path, content.bytes.clone())?;
+            let part = Part::new(*kind, &path.display().to_string(), &text);
+            part.map(Arc::new).map_err(Failure::input)
+        };
+        let part = known(&self.files.parts, (kind, path), read)?;
+        let values: Vec<_> = file
+            .values
+            .iter()
+            .map(|(name, value)| (name.as_str(), *value))
+            .collect();
+        let own = OwnPart::new(part, &values);
+        own.map(Arc::new)
+            .map_err(|invalid| self.source.invalid(&invalid.field, &invalid.problem))
+    }
+
+    /// Reads the genes that an evolution starts from.
+    pub(super) fn init(&mut self, evolution: &evolution::Settings, layout: &GeneLayout) -> Result<Option<Population>> {
+        const KEY: &str = "evolution.init";
+        let Some(file) = &evolution.init else {
+            return Ok(None);
+        };
+        let population = evolution.population;
+        let (path, _) = self.take(KEY, file)?;
+        let genomes = genomes::read(&path, layout, |word| self.warnings.push(format!("{KEY}: {word}")))
+            .map_err(|failure| self.source.invalid(KEY, failure))?;
+        if genomes.len() != population as usize {
+            let problem = format!(
+                "{} holds {}; allowed: as many as evolution.population, {population}",
+                path.display(),
+                counted(genomes.len(), "genome", "genomes")
+            );
+            return Err(self.source.invalid(KEY, problem));
+        }
+        let limits = evolution.limits.filter(|_| !self.source.is_recorded());
+        for (index, genome) in genomes.genomes().enumerate() {
+            for (gene, &value) in layout.all().iter().zip(genome) {
+                let (range, by) = match (gene.range, limits) {
+                    (Some(range), _) => (range.map(f64::from), ""),
+                    (None, Some(limits)) => (limits, ", evolution.limits"),
+                    (None, None) => continue,
+                };
+                // Limits are compared as genes are kept within them.
+                let [least, greatest] = range.map(|limit| limit as f32);
+                if !(least..=greatest).contains(&value) {
+                    let (path, name) = (path.display(), &gene.name);
+                    let problem =
+                        format!("{path}: {name} of genome {index} is {value}; allowed: {least} to {greatest}{by}");
+                    return Err(self.source.invalid(KEY, problem));
+                }
+            }
+        }
+        Ok(Some(genomes))
+    }
+
+    /// Returns the files read, and warnings about them.
+    pub(super) fn finish(self) -> Result<(Vec<Input>, Vec<String>)> {
+        let is_named = |file: &String| self.found.iter().any(|input| input.named == *file);
+        if let Some(file) = self.hashes.keys().find(|file| !is_named(file)) {
+            let problem = "is a file that no other key names; allowed: hashes of the files that are named";
+            return Err(self.source.invalid(&format!("files.{file}"), problem));
+        }
+        Ok((self.found, self.warnings))
+    }
+
+    /// Adds a file, checks its hash if one is given, and returns its path and content.
+    fn take(&mut self, key: &str, file: &str) -> Result<(PathBuf, Arc<Content>)> {
+        let folder = self.source.folder_of(key);
+        let path = folder.unwrap_or(self.directory).join(file);
+        let read = |path: &PathBuf| {
+            files::bytes(path).map(|bytes| {
+                let hash = blake3::hash(&bytes).to_hex().to_string();
+                Arc::new(Content { bytes, hash })
+            })
+        };
+        let content =
+            known(&self.files.contents, path.clone(), read).map_err(|failure| self.source.invalid(key, failure))?;
+        let mut named = self.files.named.lock().unwrap_or_else(PoisonError::into_inner);
+        named.insert((folder.is_some(), file.into()), Arc::clone(&content));
+        drop(named);
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let input = Input {
+            named: file.into(),
+            name: format!("{DIRECTORY}/{name}"),
+            content: Arc::clone(&content),
+        };
+        if let Some(expected) = self.hashes.get(file)
+            && *expected != input.content.hash
+        {
+            let problem = format!(
+                "{} has changed: its BLAKE3 hash is {}, not {expected}",
+                path.display(),
+                input.content.hash
+            );
+            return Err(self.source.invalid(key, problem));
+        }
+        if let Some(other) = self.found.iter().find(|other| other.name == input.name) {
+            let problem = format!(
+                "{file} and {} have one name; allowed: files of different names",
+                other.named
+            );
+            return Err(self.source.invalid(key, problem));
+        }
+        self.found.push(input);
+        Ok((path, content))
+    }
+
+    fn refused(&self, key: &str, error: tables::Error) -> Failure {
+        self.source.invalid(key, error)
+    }
+}
+
+/// Samples a surrogate before all objects that there are, on one thread.
+fn take(site: &Site, has_blocks: bool) -> Result<Samples> {
+    let cpu = backend::open(
+        "cpu",
+        Options {
+            threads: Some(1),
+            ..Options::default()
+        },
+    )?;
+    let engine = Engine::new(cpu, Arc::new(AtomicBool::new(false)));
+    let mut robot = site.sampled(&engine, &WorldSpec::miglino1995())?;
+    let mut objects = Object::of_the_paper();
+    objects.extend(Object::named("block").filter(|_| has_blocks));
+    sampling::sample_unkept(&mut *robot, &objects)
+}
+
+/// Gives files the names that they have in a run's directory, and adds their hashes.
+pub(super) fn rename(settings: &mut Settings, inputs: &[Input]) {
+    let rename = |file: &mut String| {
+        if let Some(input) = inputs.iter().find(|input| input.named == *file) {
+            file.clone_from(&input.name);
+        }
+    };
+    let robot = &mut settings.robot;
+    for tables in [Some(&mut robot.tables), robot.described.tables.as_mut()] {
+        if let Some(SensorFiles::Files(files)) = tables {
+            files.iter_mut().for_each(rename);
+        }
+    }
+    rename(&mut robot.motors);
+    robot.described.motors.iter_mut().for_each(rename);
+    for kind in [Kind::Sensor, Kind::Controller, Kind::Task] {
+        settings.part_mut(kind).part.iter_mut().for_each(rename);
+    }
+    settings.evolution.init.iter_mut().for_each(rename);
+    settings.files = inputs
+        .iter()
+        .map(|input| (input.name.clone(), input.content.hash.clone()))
+        .collect();
+}

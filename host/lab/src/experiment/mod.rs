@@ -1,0 +1,459 @@
+//! An experiment: a run's complete configuration except its seed, from one TOML file.
+
+mod check;
+pub mod examples;
+mod inputs;
+mod needs;
+pub mod reference;
+pub mod robots;
+pub mod settings;
+pub mod source;
+pub mod swarm;
+#[cfg(any(test, feature = "testing"))]
+pub mod tried;
+pub mod values;
+mod world;
+
+use std::path::Path;
+
+use oneiro::parameter::{Field, Invalid};
+use oneiro::world::World;
+use toml::{Table, Value};
+
+use crate::kinds::FileKind;
+use crate::reality::site::Site;
+use crate::reality::wired::Time;
+pub use inputs::DIRECTORY as INPUTS;
+use inputs::Inputs;
+pub use inputs::{Content, Files, Input};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_evolve as evolve;
+use oneiro_evolve::settings::Kind;
+use oneiro_evolve::{Evolution, Population};
+pub use settings::GREATEST_SEED;
+use settings::{Settings, Transfer};
+use source::{LeftOut, Parsed, Setting, Source};
+
+/// A checked experiment, its world, and the files that it names.
+#[derive(Clone, Debug)]
+pub struct Experiment {
+    /// All values, including defaults; files have the names that a run's directory gives them.
+    settings: Settings,
+    /// The same values as TOML, with the seed 0.
+    values: Table,
+    world: World,
+    init: Option<Population>,
+    inputs: Vec<Input>,
+    warnings: Vec<String>,
+    left_out: LeftOut,
+}
+
+/// What is made of an experiment's values.
+enum Made {
+    Whole(Box<Experiment>),
+    /// Nothing: values at these paths are to be left out first.
+    Without(Vec<String>),
+}
+
+impl Experiment {
+    /// Reads an experiment's file, with `key=value` settings that override it. Files that it names are relative to its
+    /// directory.
+    ///
+    /// # Errors
+    /// Exit 3: the file and the line and column in it (or the setting), the key, the value found, and the values
+    /// allowed.
+    pub fn read(path: &Path, set: &[String]) -> Result<Self> {
+        let text = FileKind::Experiment.text(path)?;
+        let file = FileKind::Experiment.parsed(path, &text)?;
+        if file.has("swarm") {
+            let path = path.display();
+            return Err(Failure::input(format_args!(
+                "{path}: is a swarm of the 2014 study; allowed: experiments of single robots, or of robots with robot.count"
+            )));
+        }
+        Self::of(path, &file, &Setting::all_typed(set)?, &Files::default())
+    }
+
+    /// Reads the values of an experiment's file. Files that other experiments have already named come from `files`.
+    ///
+    /// # Errors
+    /// As [`Experiment::read`].
+    pub fn of(path: &Path, file: &Parsed<'_>, set: &[Setting], files: &Files) -> Result<Self> {
+        let (given, source): (Table, _) = Source::read(file, set)?;
+        let mut given = robots::described(given, &source)?;
+        loop {
+            match Self::made(path, &given, &source, files)? {
+                Made::Whole(experiment) => return Ok(*experiment),
+                Made::Without(needless) => needless.iter().for_each(|path| values::remove(&mut given, path)),
+            }
+        }
+    }
+
+    /// The same of an experiment that is a part of something else, which uses some of its keys. Its name, its seed and what it
+    /// records may stand in its file.
+    ///
+    /// # Errors
+    /// As [`Experiment::read`], and for a value of another key.
+    pub fn partly(
+        path: &Path,
+        file: &Parsed<'_>,
+        set: &[Setting],
+        files: &Files,
+        (by, is_used): (&str, &dyn Fn(&str) -> bool),
+    ) -> Result<Self> {
+        let own = Self::of(path, file, set, files)?;
+        let (_, source): (Table, _) = Source::read(file, set)?;
+        let is_of_runs = |key: &str| ["name", SEED, "files"].contains(&key) || key.starts_with("record.");
+        let is_used = |key: &str| is_used(key) || is_of_runs(key) && !source.is_set(key);
+        needs::check_used(&mut own.settings.clone(), &source, &is_used, by)?;
+        Ok(own)
+    }
+
+    /// Makes it of all its values.
+    ///
+    /// # Errors
+    /// As [`Experiment::read`].
+    fn made(path: &Path, given: &Table, source: &Source<'_>, files: &Files) -> Result<Made> {
+        let mut settings = Settings::default();
+        values::read(given, &mut settings, source)?;
+        if settings.name.is_empty() {
+            settings.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        }
+        let has_own = check::is_own_arena(&settings) || check::is_forager(&settings);
+        if values::at(given, "arena.preset").is_none() && has_own {
+            settings.arena.preset = None;
+        }
+        let is_large = matches!(settings.evolution.kind, Kind::Race | Kind::Coevolution);
+        if values::at(given, "record.individuals").is_none() && is_large {
+            settings.record.individuals = false;
+        }
+        settings.reality.complete(settings.evolution.generations);
+        let needless = needs::check(needs::of_settings(&settings), given, &mut settings, source)?;
+        if !needless.is_empty() {
+            return Ok(Made::Without(needless));
+        }
+        let refused = |invalid: Invalid| source.invalid(&invalid.field, &invalid.problem);
+        let has_sides = settings.arena.open != Some(true) && settings.arena.corners.is_none();
+        if has_sides
+            && values::at(given, "arena.walls")
+                .and_then(Value::as_array)
+                .is_some_and(Vec::is_empty)
+        {
+            let allowed = "allowed: walls; no such key, for the four sides; or arena.open = true, for none";
+            return Err(source.invalid("arena.walls", format_args!("is empty; {allowed}")));
+        }
+        check::check(&settings).map_err(refused)?;
+        let directory = path.parent().unwrap_or(Path::new(""));
+        let hashes = settings.files.clone();
+        let mut inputs = Inputs::new(directory, source, &settings, &hashes, files);
+        let world = world::world(&settings, source, &mut inputs)?;
+        if let Ok(Some(site)) = settings.reality.site() {
+            let allowed = site.allows(world.spec());
+            allowed
+                .map_err(|problem| source.invalid("reality.robot", format!("can't run this experiment: {problem}")))?;
+        }
+        let has_population = values::at(given, "evolution.population").is_some();
+        settings
+            .evolution
+            .complete(world.genes(), settings.trials, has_population);
+        let needless = needs::check(needs::of_world(&world), given, &mut settings, source)?;
+        if !needless.is_empty() {
+            return Ok(Made::Without(needless));
+        }
+        check::opponents(&settings, world.gene_layout().all()).map_err(refused)?;
+        check::genes(&settings, world.genes()).map_err(refused)?;
+        if !source.is_recorded() {
+            check::beginnings(&settings, world.gene_layout().all()).map_err(refused)?;
+        }
+        check::measures(&settings, &world).map_err(refused)?;
+        check::memory(&settings, world.genes()).map_err(refused)?;
+        let init = inputs.init(&settings.evolution, world.gene_layout())?;
+        let (inputs, mut warnings) = inputs.finish()?;
+        let doubts = check::doubts(&settings, &world).into_iter();
+        warnings.extend(doubts.map(|(key, problem)| format!("{}: {key}: {problem}", source.place_of(&key))));
+        inputs::rename(&mut settings, &inputs);
+        for own in world.spec().own.iter() {
+            settings.part_mut(own.part().kind()).values = own.named_values();
+        }
+        let mut with_seed = Settings {
+            seed: Some(0),
+            ..settings.clone()
+        };
+        let values = values::table(&mut with_seed, given);
+        Ok(Made::Whole(Box::new(Self {
+            settings,
+            values,
+            world,
+            init,
+            inputs,
+            warnings,
+            left_out: source.left_out(),
+        })))
+    }
+
+    pub fn name(&self) -> &str {
+        &self.settings.name
+    }
+
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// World of its robots.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The evolution of a run before its first generation.
+    pub fn evolution(&self, seed: u64) -> Evolution {
+        let settings = &self.settings.evolution;
+        let genes = self.world.gene_layout().all();
+        let optimizer = evolve::optimizer(settings, seed, genes, self.init.clone());
+        Evolution::new(optimizer, settings.generations, None)
+    }
+
+    /// Random genomes, drawn as the first generation of a genetic algorithm with this seed and of this size is.
+    pub fn random_genomes(&self, count: u32, seed: u64) -> Population {
+        let settings = evolve::settings::Settings {
+            kind: Kind::Random,
+            population: count,
+            ..self.settings.evolution.clone()
+        };
+        let genes = self.world.gene_layout().all();
+        evolve::optimizer(&settings, seed, genes, None).ask().clone()
+    }
+
+    /// The files that it names, for a run's directory.
+    pub fn inputs(&self) -> &[Input] {
+        &self.inputs
+    }
+
+    /// Warnings about its files and its values.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// The settings that others of a higher rank left without effect.
+    pub fn left_out(&self) -> &LeftOut {
+        &self.left_out
+    }
+
+    /// The experiment of a run as TOML with every default written out; reading it gives this run's experiment again.
+    pub fn resolved_toml(&self, seed: u64) -> String {
+        let mut values = self.values.clone();
+        values.insert("seed".into(), (seed as i64).into());
+        text(&values)
+    }
+
+    /// All its values as TOML, with the seed of its file.
+    pub fn values(&self) -> Table {
+        let mut values = self.values.clone();
+        match self.settings.seed {
+            Some(seed) => values.insert("seed".into(), (seed as i64).into()),
+            None => values.remove("seed"),
+        };
+        values
+    }
+
+    /// Number of individuals that live again after the last generation: the luckiest of the run and the best others.
+    pub fn finalists(&self) -> u32 {
+        // On a robot they would take days.
+        let is_wired = self.site().is_some_and(|site| site.is_wired());
+        match self.settings.finalists.count {
+            _ if is_wired => 0,
+            0 => 0,
+            // The last pair alone.
+            _ if self.settings.evolution.is_coevolution() => 1,
+            count => 1 + count.min(self.settings.evolution.population),
+        }
+    }
+
+    /// The first generation that lives on the robot of [`settings::Transfer`], if there is one.
+    pub fn first_real(&self) -> Option<u32> {
+        let Settings { reality, evolution, .. } = &self.settings;
+        let generations = reality.generations.filter(|_| !reality.robot.0.is_empty())?;
+        Some(evolution.generations - generations)
+    }
+
+    /// Time of all lives on that robot, if it is on a wire, or on those robots.
+    pub fn robot_time(&self) -> Option<Time> {
+        let Settings {
+            reality,
+            evolution,
+            trials,
+            ..
+        } = &self.settings;
+        let lives = u64::from(evolution.population) * u64::from(*trials);
+        self.site()?
+            .generations(reality.generations?, lives, self.world.cycles())
+    }
+
+    /// That robot.
+    pub fn site(&self) -> Option<Site> {
+        self.settings.reality.site().ok().flatten()
+    }
+
+    /// Robot-steps of a run, excluding its trace. (If a whole population are finalists, the luckiest may be one of
+    /// them; then there is one less.)
+    pub fn steps(&self) -> u64 {
+        let Settings {
+            evolution,
+            trials,
+            finalists,
+            ..
+        } = &self.settings;
+        let individuals = if evolution.kind == Kind::Race {
+            evolution.race.evaluations()
+        } else {
+            u64::from(evolution.lived()) * u64::from(evolution.generations)
+        };
+        let again = u64::from(self.finalists()) * u64::from(finalists.lives);
+        let lives = individuals.saturating_mul((*trials).into()).saturating_add(again);
+        let steps = u64::from(self.world.cycles()) * u64::from(self.world.robots());
+        lives.saturating_mul(steps)
+    }
+
+    /// Approximate memory of a run in progress, in bytes.
+    pub fn bytes(&self) -> u64 {
+        check::bytes(&self.settings, self.world.genes())
+    }
+
+    /// Hash of everything that decides how its robots live. Experiments that differ only in their evolution share it.
+    pub fn world_identity(&self) -> blake3::Hash {
+        blake3::hash(text(&self.world_values()).as_bytes())
+    }
+
+    /// The values that decide how its robots live.
+    fn world_values(&self) -> Table {
+        let mut world = self.values.clone();
+        for key in [&SCORE[..], &["name", "evolution", "record"]].concat() {
+            world.remove(key);
+        }
+        // Where the simulator is made from samples of that robot, it decides how robots live in the simulator.
+        let reality = world
+            .remove("reality")
+            .filter(|_| Transfer::is_sampled(&self.settings.robot));
+        if let Some(Value::Table(mut reality)) = reality {
+            reality.remove("generations");
+            world.insert("reality".into(), reality.into());
+        }
+        world
+    }
+
+    /// The first key in which the lives of two experiments differ, with both values; `None` if their robots live alike.
+    /// With `scores`, the ways to combine several lives are compared too.
+    pub fn difference(&self, other: &Self, scores: bool) -> Option<Difference> {
+        let values = |own: &Self| {
+            let mut values = own.world_values();
+            for key in SCORE.iter().filter(|_| scores) {
+                values.extend(own.values.get(*key).map(|value| ((*key).to_owned(), value.clone())));
+            }
+            Value::Table(values)
+        };
+        difference("", Some(&values(self)), Some(&values(other)))
+    }
+
+    /// Hashes of everything that decides the results of its runs, which excludes what is recorded and when.
+    pub fn identities(&self) -> Identities {
+        let mut values = self.values.clone();
+        let defaults = values::table(&mut Settings::default(), &Table::new());
+        values.insert("record".into(), defaults["record"].clone());
+        if self.settings.finalists.count == 0
+            && let Some(evolution) = values.get_mut("evolution").and_then(Value::as_table_mut)
+        {
+            // Runs had this identity before there were finalists.
+            evolution.remove("finalists");
+            evolution.remove("finalist_lives");
+        }
+        Identities::new(&text(&values))
+    }
+}
+
+/// Keys that decide how the fitness of an individual's several lives is combined.
+const SCORE: [&str; 2] = ["trials", "trial_score"];
+
+/// A key in which two experiments differ.
+#[derive(Debug, PartialEq)]
+pub struct Difference {
+    pub key: String,
+    /// Both values as TOML, or a note that there is none.
+    pub values: [String; 2],
+}
+
+/// Finds the first difference between two values of a key.
+fn difference(key: &str, one: Option<&Value>, other: Option<&Value>) -> Option<Difference> {
+    if one == other {
+        return None;
+    }
+    if let (Some(Value::Table(one)), Some(Value::Table(other))) = (one, other) {
+        let mut keys: Vec<&String> = one.keys().chain(other.keys()).collect();
+        keys.sort();
+        let inner = |inner: &String| match key {
+            "" => inner.clone(),
+            outer => format!("{outer}.{inner}"),
+        };
+        return keys
+            .into_iter()
+            .find_map(|key| difference(&inner(key), one.get(key), other.get(key)));
+    }
+    let shown = |value: Option<&Value>| value.map_or_else(|| "not set".to_owned(), ToString::to_string);
+    Some(Difference {
+        key: key.to_owned(),
+        values: [shown(one), shown(other)],
+    })
+}
+
+/// Identities of an experiment's runs: hashes of all values that affect results, and a run's seed.
+#[derive(Clone, Debug)]
+pub struct Identities {
+    /// The experiment as TOML, before and after the place of its seed.
+    before: String,
+    after: String,
+}
+
+impl Identities {
+    /// Takes an experiment as TOML with the seed 0.
+    fn new(toml: &str) -> Self {
+        const SEED: &str = "\nseed = ";
+        let (before, after) = toml
+            .split_once("\nseed = 0\n")
+            .expect("a name comes first, then the seed");
+        Self {
+            before: format!("{before}{SEED}"),
+            after: format!("\n{after}"),
+        }
+    }
+
+    /// Hash of the run with a seed.
+    pub fn of(&self, seed: u64) -> blake3::Hash {
+        // In one piece, of which several kilobytes are hashed at a time.
+        blake3::hash([&*self.before, &*seed.to_string(), &*self.after].concat().as_bytes())
+    }
+}
+
+/// The key of a run's seed.
+pub const SEED: &str = "seed";
+
+/// Whether a key allows a value that is given elsewhere, and in words what it allows.
+pub fn allows(key: &str, value: &dyn Field) -> (bool, String) {
+    let single = values::alone::<Settings>(key, value);
+    let found = single.or_else(|| values::alone::<swarm::File>(key, value));
+    found.expect("the key has a row")
+}
+
+/// Checks a name of an experiment or a sweep, which becomes part of directory names; the error says what is wrong.
+pub fn check_name(name: &str) -> std::result::Result<(), String> {
+    check::name(name).map_err(|invalid| invalid.problem)
+}
+
+/// Formats a table as the text of a file.
+fn text(values: &Table) -> String {
+    toml::to_string(values).expect("values are tables of numbers, words and lists")
+}
+
+#[cfg(test)]
+mod effects;
+#[cfg(test)]
+mod mutants;
+#[cfg(test)]
+pub mod tests;

@@ -1,0 +1,636 @@
+//! Settings of an experiment, each described by a row. The defaults are the study of Miglino, Lund and Nolfi, "Evolving
+//! mobile robots in simulated and real environments", Artificial Life 2(4), 1995, without noise.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::LazyLock;
+use std::time::Duration;
+
+use oneiro::arena::{Arena, Corners};
+use oneiro::batch::GREATEST_GENE;
+use oneiro::compose::Kind;
+use oneiro::differential::Build;
+use oneiro::foraging::{AsForaging, Foraging};
+use oneiro::parameter::Allowed::{Any, Number, Text, Whole, WholeUpTo};
+use oneiro::parameter::{Choice, Choices, Datum, Field, Parameter, Select, row};
+use oneiro::surrogate::{Difference, Differences};
+use oneiro::tables::MotorStates;
+use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
+
+use super::robots::{self, Preset};
+use super::values::Described;
+use crate::reality::site::{SEVERITY, Site};
+use crate::reality::wired;
+use oneiro_evolve::settings::{self as evolution, CrossoverKind, SelectionKind};
+use oneiro_robots::tracker;
+
+/// A whole experiment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Name of the experiment's runs.
+    pub name: String,
+    /// Seed of the run; the command line's takes precedence.
+    pub seed: Option<u64>,
+    /// Lives of each individual in each generation.
+    pub trials: u32,
+    /// How the fitness of several lives is combined.
+    pub trial_score: TrialScore,
+    /// The robot's name, or the samples that it is made from.
+    pub robot: Robot,
+    /// Name or size of the arena.
+    pub arena: ArenaSize,
+    /// Everything else about the world; its arena has only the objects that the experiment lists.
+    pub world: WorldSpec,
+    /// Sensors that the user wrote, and the controller and the task if the world's are user-defined.
+    pub sensor: PartFile,
+    pub controller: PartFile,
+    pub task: PartFile,
+    /// The optimiser.
+    pub evolution: evolution::Settings,
+    /// Individuals that live again after the last generation.
+    pub finalists: Finalists,
+    /// The robot on which the last generations live.
+    pub reality: Transfer,
+    /// Files that a run writes, and when.
+    pub record: Record,
+    /// BLAKE3 hashes of the named files.
+    pub files: BTreeMap<String, String>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            seed: None,
+            trials: 1,
+            trial_score: TrialScore::Mean,
+            robot: Robot {
+                preset: Preset::default(),
+                tables: SensorFiles::BuiltIn,
+                motors: BUILT_IN.into(),
+                states: MotorStates::Symmetric20,
+                described: Samples::default(),
+            },
+            arena: ArenaSize {
+                preset: Some(Arena::miglino1995().name),
+                width_mm: None,
+                height_mm: None,
+                open: None,
+                corners: None,
+                start_radius: None,
+            },
+            world: WorldSpec {
+                arena: Arena::default(),
+                noise: Noise {
+                    walk_step: Noise::CONSERVATIVE.walk_step,
+                    ..Noise::NONE
+                },
+                ..WorldSpec::miglino1995()
+            },
+            sensor: PartFile::default(),
+            controller: PartFile::default(),
+            task: PartFile::default(),
+            evolution: evolution::Settings::default(),
+            finalists: Finalists { count: 20, lives: 100 },
+            reality: Transfer::default(),
+            record: Record {
+                checkpoint_every: 50,
+                individuals: true,
+            },
+            files: BTreeMap::new(),
+        }
+    }
+}
+
+impl Settings {
+    /// The user's part of a kind.
+    pub(super) fn part_mut(&mut self, kind: Kind) -> &mut PartFile {
+        match kind {
+            Kind::Sensor => &mut self.sensor,
+            Kind::Controller => &mut self.controller,
+            Kind::Task => &mut self.task,
+        }
+    }
+}
+
+impl AsMut<WorldSpec> for Settings {
+    fn as_mut(&mut self) -> &mut WorldSpec {
+        &mut self.world
+    }
+}
+
+impl AsForaging for Settings {
+    fn as_foraging(&mut self) -> Option<&mut Foraging> {
+        self.world.as_foraging()
+    }
+}
+
+/// Integers in TOML are signed.
+pub const GREATEST_SEED: u64 = i64::MAX as u64;
+
+impl Described for Settings {
+    fn rows() -> &'static [Parameter<Self>] {
+        static ROWS: LazyLock<Vec<Parameter<Settings>>> = LazyLock::new(rows);
+        &ROWS
+    }
+}
+
+#[rustfmt::skip]
+fn rows() -> Vec<Parameter<Settings>> {
+    const OURS: &str = "ours";
+    let gene = Number(-f64::from(GREATEST_GENE), GREATEST_GENE.into());
+    let mut rows = head(|own: &mut Settings, _| Some(&mut own.name), |own, _| Some(&mut own.seed));
+    rows.extend(world::parameters());
+    insert(&mut rows, "cycles", [
+        row("trials", "", Whole(1, 10_000), "Miglino et al. 1995, section 3.1",
+            "Lives of each individual in each generation.", |own, _| Some(&mut own.trials)),
+        row("trial_score", "", Any, OURS,
+            "What several lives of an individual count as.", |own, _| Some(&mut own.trial_score)),
+    ]);
+    insert(&mut rows, "robot.kind", [
+        row("robot.preset", "", Text(robots::names().leak()), OURS,
+            "A robot that ships, by name; keys that are given take the place of its own. A run's `config.toml` has its values instead of its name: see docs/robots.md.", |own, _| Some(&mut own.robot.preset)),
+    ]);
+    insert(&mut rows, "robot.body_radius_mm", [
+        row("robot.tables", "", Text("\"khepera\", \"reality\" or a list of files"), OURS,
+            "Sampled sensors: the Khepera that is built in, samples taken of the surrogate that is `reality.robot`, as `oneiro sample` takes them, or a file for each class of object. Of a described robot those of its sensors of the kind sampled.", |own, _| match own.world.robot.build {
+                Build::Sampled => Some(&mut own.robot.tables),
+                Build::Differential(_) => Some(&mut own.robot.described.tables),
+                Build::Forager(_) => None,
+            }),
+        row("robot.motors", "", Text("\"khepera\", \"reality\" or a file"), OURS,
+            "Sampled motors: the Khepera that is built in, samples taken of the surrogate that is `reality.robot`, or a file. A described robot has them in place of `wheel_base_mm` and `greatest_speed_mm_s`.", |own, _| match own.world.robot.build {
+                Build::Sampled => Some(&mut own.robot.motors),
+                Build::Differential(_) => Some(&mut own.robot.described.motors),
+                Build::Forager(_) => None,
+            }),
+        row("robot.states", "", Any, "ours: which 20; 20 x 20 states in Miglino et al. 1995, section 3.2.2",
+            "Which of the sampled speeds are a wheel's states.", |own, _| match own.world.robot.build {
+                Build::Sampled => Some(&mut own.robot.states),
+                Build::Differential(_) => Some(&mut own.robot.described.states),
+                Build::Forager(_) => None,
+            }),
+    ]);
+    let file = Text("a file, .wgsl");
+    let values = Text("a table of numbers, by the names that the part declares");
+    insert(&mut rows, "noise.motor", [
+        row("sensor.part", "", file, OURS,
+            "Sensors of your own beside the robot's, in WGSL: see docs/extend.md.", |own, _| Some(&mut own.sensor.part)),
+        row("sensor.values", "", values, OURS,
+            "Values of those sensors; each has the default that the part declares.", |own, _| Some(&mut own.sensor.values)),
+    ]);
+    insert(&mut rows, "controller.kind", [
+        row("controller.part", "", file, OURS,
+            "A controller of your own.", |own, _| (own.world.controller == Controller::Own).then_some(&mut own.controller.part)),
+        row("controller.values", "", values, OURS,
+            "Values of that controller; each has the default that the part declares.", |own, _| (own.world.controller == Controller::Own).then_some(&mut own.controller.values)),
+    ]);
+    insert(&mut rows, "task.kind", [
+        row("task.part", "", file, OURS,
+            "A task of your own.", |own, _| (own.world.task == Task::Own).then_some(&mut own.task.part)),
+        row("task.values", "", values, OURS,
+            "Values of that task; each has the default that the part declares.", |own, _| (own.world.task == Task::Own).then_some(&mut own.task.values)),
+    ]);
+    insert(&mut rows, "robot.turn_before_move", [
+        row("arena.preset", "", Text(Arena::NAMES.join(", ").leak()), "Miglino et al. 1995, section 3.1; where its obstacles stand is ours",
+            "An arena of the catalogue; or, in its place, one of your own by the keys that follow.", |own, _| Some(&mut own.arena.preset)),
+        row("arena.width_mm", "mm", LENGTH, OURS,
+            "Width of an arena of your own; its lower left corner is at (0, 0).", |own, _| Some(&mut own.arena.width_mm)),
+        row("arena.height_mm", "mm", LENGTH, OURS,
+            "Its height.", |own, _| Some(&mut own.arena.height_mm)),
+        row("arena.open", "", Any, OURS,
+            "Whether it has no sides, and robots may leave the field that they start in; default: false.", |own, _| Some(&mut own.arena.open)),
+        row("arena.corners_mm", "mm", Text("3 pairs of numbers and more, x and y of each corner"), OURS,
+            "Corners of a convex polygon, counter-clockwise, in place of width and height; its sides are walls of the class wall.", |own, _| Some(&mut own.arena.corners)),
+        row("arena.start_radius_mm", "mm", LENGTH, OURS,
+            "Radius of the disc in the arena's middle that robots start in, of those that live together; default: they start anywhere in the field, and in a polygon in the greatest disc within it.", |own, _| Some(&mut own.arena.start_radius)),
+    ]);
+    rows.extend([
+        row("evolution.kind", "", Any, OURS,
+            "The optimiser: see docs/optimisers.md; default: genetic.", |own: &mut Settings, _| Some(&mut own.evolution.kind)),
+        row("evolution.population", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
+            "Individuals. Where it is not given, cma-es and sep-cma-es have 4 + 3 ln(genes), rounded down, open-es has 40, race has as many as its first race may have, and grid has the combinations of as many of the last genes as make up to 10,000; with race it is the most that live at a time.", |own, _| Some(&mut own.evolution.population)),
+        row("evolution.parents", "", WholeUpTo(1, "evolution.population"), "Miglino et al. 1995, section 3.4",
+            "How many of the best have children, with a selection by truncation or uniform.", |own, _| Some(&mut own.evolution.truncated()?.parents)),
+        row("evolution.generations", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
+            "Generations that are evaluated.", |own, _| Some(&mut own.evolution.counted()?.generations)),
+        row("evolution.elite", "", WholeUpTo(0, "evolution.population"), "ours: none mentioned in Miglino et al. 1995, section 3.4",
+            "How many of the best also keep one copy without mutation; with truncation up to evolution.parents.", |own, _| Some(&mut own.evolution.genetic()?.elite)),
+        row("evolution.common_random_numbers", "", Any, OURS,
+            "Whether all individuals of a generation live with the same random numbers, and so from the same starts; default: false, but true with open-es, and always with race.", |own, _| Some(&mut own.evolution.common)),
+        row("evolution.initial", "", gene, "ours: no range in Miglino et al. 1995, section 3.4",
+            "Range of the uniform initial genes.", |own, _| Some(&mut own.evolution.initial)),
+        row("evolution.initial_shares", "", Number(0.0, 1e6), OURS,
+            "The share of that range, around its middle, that random genes begin in: a number for each gene, if they differ.", |own, _| Some(&mut own.evolution.drawing()?.initial_shares)),
+        row("evolution.init", "", Text("a file, .npy or .csv, individuals x genes"), OURS,
+            "Instead of random genes, those of this file.", |own, _| Some(&mut own.evolution.begun()?.init)),
+        row("evolution.limits", "", gene, OURS,
+            "Range that genes are kept within, if any.", |own, _| Some(&mut own.evolution.limits)),
+        row("evolution.finalists", "", Whole(0, 10_000), OURS,
+            "How many of the last generation's best, or of a whole grid's, live again, with the luckiest of the run: the best mean is the champion; 0 for none.", |own, _| Some(&mut own.finalists.count)),
+        row("evolution.finalist_lives", "", Whole(2, 10_000), OURS,
+            "Lives of each finalist, with common random numbers that evolution never used.", |own, _| Some(&mut own.finalists.lives)),
+        row("evolution.selection.kind", "", Any, OURS,
+            "How parents are selected; default: truncation.", |own, _| Some(&mut own.evolution.genetic()?.selection.kind)),
+        row("evolution.selection.pressure", "", Number(1.0, 2.0), "Baker 1985",
+            "How many children the best has for each of an average individual; the last has 2 less this.", |own, _| {
+                let selection = &mut own.evolution.genetic()?.selection;
+                (selection.kind == SelectionKind::Rank).then_some(&mut selection.pressure)
+            }),
+        row("evolution.selection.scaling", "", Number(1.0, 10.0), "Goldberg 1989, linear scaling",
+            "How many children the best has for each of an average individual; fewer where the worst would have less than none.", |own, _| {
+                let selection = &mut own.evolution.genetic()?.selection;
+                (selection.kind == SelectionKind::Roulette).then_some(&mut selection.scaling)
+            }),
+        row("evolution.selection.size", "", Whole(1, 1_000_000), OURS,
+            "Individuals in a tournament.", |own, _| {
+                let selection = &mut own.evolution.genetic()?.selection;
+                (selection.kind == SelectionKind::Tournament).then_some(&mut selection.size)
+            }),
+        row("evolution.crossover.kind", "", Any, "ours: none mentioned in Miglino et al. 1995, section 3.4",
+            "How a child's genes come from two parents, before they are mutated; default: none.", |own, _| Some(&mut own.evolution.genetic()?.crossover.kind)),
+        row("evolution.crossover.rate", "", Number(0.0, 1.0), OURS,
+            "Chance of a child to have two parents.", |own, _| Some(&mut own.evolution.crossed()?.rate)),
+        row("evolution.crossover.share", "", Number(0.0, 1.0), OURS,
+            "Chance of each gene of such a child to be the second parent's.", |own, _| {
+                let crossover = own.evolution.crossed()?;
+                (crossover.kind == CrossoverKind::Uniform).then_some(&mut crossover.share)
+            }),
+        row("evolution.mutation.kind", "", Any, OURS,
+            "What mutation does to a gene.", |own, _| Some(&mut own.evolution.genetic()?.mutation.kind)),
+        row("evolution.mutation.rate", "", Number(0.0, 1.0), "Miglino et al. 1995, section 3.4",
+            "Chance of a change.", |own, _| Some(&mut own.evolution.genetic()?.mutation.rate)),
+        row("evolution.mutation.per", "", Any, "ours: \"25%\", and not of what, in Miglino et al. 1995, section 3.4",
+            "What that chance is drawn for.", |own, _| Some(&mut own.evolution.mutated_by_unit()?.per)),
+        row("evolution.mutation.amount", "", Number(0.0, GREATEST_GENE.into()), "ours: no size in Miglino et al. 1995, section 3.4",
+            "Size of the change: the greatest that is added, or its standard deviation; not with replace.", |own, _| Some(&mut own.evolution.mutated_by_amount()?.amount)),
+        row("evolution.mutation.bits", "bits", Whole(1, 16), "Floreano and Nolfi 1997",
+            "Bits of a gene, where mutation flips them.", |own, _| Some(&mut own.evolution.mutated_by_bits()?.bits)),
+        row("evolution.strategy.sigma", "", Number(1e-6, 1e6), "ours; 0.02 in evorobotpy2 with open-es",
+            "Standard deviation of the samples, of cma-es and sep-cma-es in the beginning, in halves of the initial range; default: 0.5, but 0.02 with open-es.", |own, _| Some(&mut own.evolution.strategy()?.sigma)),
+        row("evolution.strategy.active", "", Any, "Hansen 2016, and the package cma 4.5.0",
+            "Whether the worse half of the samples takes from the covariances.", |own, _| Some(&mut own.evolution.adapting()?.active)),
+        row("evolution.strategy.restarts", "", Any, "Hansen 2016, appendix B.3",
+            "Whether a strategy that can't go on or has not risen for long begins again elsewhere, with as many individuals.", |own, _| Some(&mut own.evolution.adapting()?.restarts)),
+        row("evolution.strategy.learning_rate", "", Number(1e-9, 1e3), "evorobotpy2",
+            "Adam's step, in halves of the initial range.", |own, _| Some(&mut own.evolution.climbing()?.learning_rate)),
+        row("evolution.strategy.weight_decay", "", Number(0.0, 1e3), "Salimans et al. 2017",
+            "Pull to the middle of the initial range: this share of the distance is taken from the gradient.", |own, _| Some(&mut own.evolution.climbing()?.weight_decay)),
+        row("evolution.descriptors", "", Any, OURS,
+            "Measures that describe behaviour: 1 to 6.", |own, _| Some(&mut own.evolution.behaving()?.descriptors)),
+        row("evolution.descriptors[].measure", "", Text("a measure of docs/measures.md"), "",
+            "Name of a measure; of several lives their mean counts.", |own, index| Some(&mut own.evolution.behaving()?.descriptors.get_mut(index)?.measure)),
+        row("evolution.descriptors[].least", "", Any, "",
+            "The least value of its range, in the measure's unit; values outside count as those at the end.", |own, index| Some(&mut own.evolution.behaving()?.descriptors.get_mut(index)?.least)),
+        row("evolution.descriptors[].greatest", "", Any, "",
+            "The greatest.", |own, index| Some(&mut own.evolution.behaving()?.descriptors.get_mut(index)?.greatest)),
+        row("evolution.descriptors[].cells", "", Whole(1, 100_000), "",
+            "Cells that a grid divides the range into.", |own, index| Some(&mut own.evolution.behaving()?.descriptors.get_mut(index)?.cells)),
+        row("evolution.archive.cells", "", Any, OURS,
+            "How an archive divides behaviour.", |own, _| Some(&mut own.evolution.archived()?.cells)),
+        row("evolution.archive.centroids", "", Whole(1, 10_000), "Vassiliades et al. 2018, whose archives have up to 10,000",
+            "Cells of a centroidal archive; a grid has those of its descriptors.", |own, _| Some(&mut own.evolution.archived()?.centroids)),
+        row("evolution.archive.iso", "", Number(0.0, 1e6), "Vassiliades and Mouret 2018; pyribs",
+            "Standard deviation of what is added to each gene of a child, in halves of the initial range.", |own, _| Some(&mut own.evolution.archived()?.iso)),
+        row("evolution.archive.line", "", Number(0.0, 1e6), "Vassiliades and Mouret 2018; pyribs",
+            "Standard deviation of how far a child is on the way to a second elite, as a share of that way.", |own, _| Some(&mut own.evolution.archived()?.line)),
+        row("evolution.archive.reevaluated", "", WholeUpTo(0, "evolution.population"), OURS,
+            "Elites of each generation that live again, as part of its population.", |own, _| Some(&mut own.evolution.archived()?.reevaluated)),
+        row("evolution.archive.acceptance", "", Any, OURS,
+            "What elites are compared by.", |own, _| Some(&mut own.evolution.archived()?.acceptance)),
+        row("evolution.archive.offset", "", Number(-1e6, 1e6), OURS,
+            "Fitness that counts as nothing in the QD score, the sum over all elites.", |own, _| Some(&mut own.evolution.archived()?.offset)),
+        row("evolution.grid.levels", "", Whole(2, 10_000), OURS,
+            "Values of each gene, evenly spaced from one end of its initial range to the other.", |own, _| Some(&mut own.evolution.gridded()?.levels)),
+        row("evolution.race.lives", "", Whole(1, 1_000_000_000), "the budget of EvoStick and AutoMoDe in Francesca et al. 2014",
+            "Lives of all candidates, after which the race is over; those of finalists are not among them.", |own, _| Some(&mut own.evolution.racing()?.lives)),
+        row("evolution.race.first_test", "", Whole(2, 100), "irace (López-Ibáñez et al. 2016)",
+            "Generations before the first test of a race.", |own, _| Some(&mut own.evolution.racing()?.first_test)),
+        row("evolution.race.confidence", "", Number(0.5, 0.999_999), "irace (López-Ibáñez et al. 2016)",
+            "Confidence of the test by which candidates drop out.", |own, _| Some(&mut own.evolution.racing()?.confidence)),
+        row("evolution.opponents.first_gene", "", Text("the name of a gene"), "",
+            "With coevolution: the first gene of the second population's genomes; the genes before it are the first population's.", |own, _| Some(&mut own.evolution.opposed()?.first_gene)),
+        row("evolution.opponents.kind", "", Any, "Floreano and Nolfi 1997",
+            "Which of the other population's best an individual meets.", |own, _| Some(&mut own.evolution.opposed()?.kind)),
+        row("evolution.opponents.generations", "", Whole(1, 1_000_000), "Floreano and Nolfi 1997",
+            "Of recent opponents: of how many of the last generations they are the best; a hall of fame has those of all.", |own, _| Some(&mut own.evolution.opposed()?.generations)),
+        row("evolution.opponents.contests", "", Whole(1, 10_000), "Floreano and Nolfi 1997",
+            "Contests of each individual in a generation, each with another opponent as long as there are enough.", |own, _| Some(&mut own.evolution.opposed()?.contests)),
+        row("evolution.opponents.total", "", Number(-1e6, 1e6), "Floreano and Nolfi 1997",
+            "What the scores of a contest add up to: the first population's is the fitness, and the second's the rest.", |own, _| Some(&mut own.evolution.opposed()?.total)),
+        row("evolution.novelty.neighbours", "", Whole(1, 100_000), "Lehman and Stanley 2011",
+            "Nearest behaviours whose mean distance is an individual's novelty.", |own, _| Some(&mut own.evolution.novel()?.neighbours)),
+        row("evolution.novelty.added", "", WholeUpTo(0, "evolution.population"), OURS,
+            "Behaviours of each generation, drawn at random, that the archive keeps.", |own, _| Some(&mut own.evolution.novel()?.added)),
+        row("reality.robot", "", Text("an address, such as surrogate:1 or serial:/dev/ttyUSB0, or a list of several on wires"), OURS,
+            "The robot on which the last generations live, after those that are simulated: on a wire (docs/robots-on-the-wire.md), or a surrogate, which stands in for a Khepera. Several robots on wires, as a list, share the lives of a generation. Lives on a wire are recorded in the run's folder `lives`, and never repeated.", |own, _| Some(&mut own.reality.robot)),
+        row("reality.generations", "", WholeUpTo(1, "evolution.generations"), "Miglino et al. 1995, section 4",
+            "How many of the last generations live there and are selected by their fitness there; 20, or all if there are fewer, if it is not given.", |own, _| Some(&mut own.reality.generations)),
+        row("reality.severity", "", Number(0.0, 2.0), "ours: the 1995 study was calibrated to it",
+            "How much a surrogate differs from the simulator made from its samples; 1.75 if it is not given.", |own, _| Some(&mut own.reality.severity)),
+        row("reality.motion_severity", "", Number(0.0, 2.0), OURS,
+            "How much a surrogate differs in its latency, its motors and its collisions, in place of `reality.severity`, which then is of what its sensors see.", |own, _| Some(&mut own.reality.motion_severity)),
+        row("reality.differences.geometry", "", Number(0.0, 2.0), OURS,
+            "Severity of geometry, in place of `reality.severity`. At 1 rays meet all objects at once and exactly, instead of one by one on the samples' grid. Of a described robot: where its sensors look, and how strong they are.", |own, _| Some(own.reality.difference(Difference::Geometry))),
+        row("reality.differences.reflectivity", "", Number(0.0, 2.0), OURS,
+            "Severity of reflectivity, in place of `reality.severity`. At 1 each object reflects up to 20 % more or less.", |own, _| Some(own.reality.difference(Difference::Reflectivity))),
+        row("reality.differences.illumination", "", Number(0.0, 2.0), OURS,
+            "Severity of illumination, in place of `reality.severity`. At 1 light over the arena varies by up to 30 %, and adds up to 0.02 to each activation.", |own, _| Some(own.reality.difference(Difference::Illumination))),
+        row("reality.differences.read_noise", "", Number(0.0, 2.0), OURS,
+            "Severity of the noise of readings, in place of `reality.severity`. At 1 readings have noise, with a standard deviation of 3.4 of 1023 and 3 % of the reading.", |own, _| Some(own.reality.difference(Difference::ReadNoise))),
+        row("reality.differences.latency", "", Number(0.0, 2.0), OURS,
+            "Severity of latency, in place of `reality.motion_severity`. At 1 readings are 20 to 40 ms old.", |own, _| Some(own.reality.difference(Difference::Latency))),
+        row("reality.differences.motor_lag", "", Number(0.0, 2.0), OURS,
+            "Severity of the motors' lag, in place of `reality.motion_severity`. At 1 wheels follow their commands with a time constant of 20 ms.", |own, _| Some(own.reality.difference(Difference::MotorLag))),
+        row("reality.differences.wheels", "", Number(0.0, 2.0), OURS,
+            "Severity of unequal wheels, in place of `reality.motion_severity`. At 1 each wheel turns up to 1 % faster or slower than it should.", |own, _| Some(own.reality.difference(Difference::Wheels))),
+        row("reality.differences.arcs", "", Number(0.0, 2.0), OURS,
+            "Severity of arcs, in place of `reality.motion_severity`. At 1 the robot drives arcs, instead of straight lines each followed by a turn. Of a described robot only with sampled motors.", |own, _| Some(own.reality.difference(Difference::Arcs))),
+        row("reality.differences.slip", "", Number(0.0, 2.0), OURS,
+            "Severity of slip, in place of `reality.motion_severity`. At 1 a blocked robot moves and turns half as far as if it slid along the object, instead of not at all. Of a described robot only where `robot.collision` is undo or keep_turn.", |own, _| Some(own.reality.difference(Difference::Slip))),
+        row("reality.starts", "", Any, OURS,
+            "How lives on a wire get their starts; \"walk\" if it is not given.", |own, _| Some(&mut own.reality.starts)),
+        row("reality.speed_mm_s", "mm/s", Number(wired::SPEEDS_MM_S[0], wired::SPEEDS_MM_S[1]), OURS,
+            "Speed of the wheels of a robot on a wire at the controller's greatest output; 80, or that of the described robot, if it is not given.", |own, _| Some(&mut own.reality.speed)),
+        row("reality.walk_s", "s", Number(0.0, wired::LONGEST_WALK_S), OURS,
+            "How long a robot on a wire drives about at random before each life; 10 if it is not given. 0: a life starts where the last one ended.", |own, _| Some(&mut own.reality.walk)),
+        row("reality.sensors", "", Text("a table of the robot's names, by the experiment's"), OURS,
+            "Sensors of a robot on a wire whose names differ from the experiment's: the robot's name by the experiment's.", |own, _| Some(&mut own.reality.sensors)),
+        row("reality.tracker", "", Text("udp:HOST:PORT or udp:HOST:PORT#ID, or a list of as many as there are robots"), OURS,
+            "Where to listen to a tracker that reports the pose of a robot on a wire, for several robots in the order of `reality.robot`; poses are from odometers if it is not given.", |own, _| Some(&mut own.reality.tracker)),
+        row("reality.tracker_age_ms", "ms", Number(*tracker::AGES_MS.start() as f64, *tracker::AGES_MS.end() as f64), OURS,
+            "Age of the tracker's last sighting at which the robot counts as lost and is stopped; 300 if it is not given.", |own, _| Some(&mut own.reality.tracker_age)),
+        row("reality.guard", "", Text("a table of the guard's values, by their names"), OURS,
+            "Values of the guard of a robot on a wire, which docs/robots-on-the-wire.md lists.", |own, _| Some(&mut own.reality.guard)),
+        row("record.checkpoint_every", "generations", Whole(1, u32::MAX.into()), OURS,
+            "Generations from one checkpoint to the next: what a power cut costs at most.", |own, _| Some(&mut own.record.checkpoint_every)),
+        row("record.individuals", "", Any, OURS,
+            "Whether every individual is kept, so that `oneiro audit` can evaluate any of them again; false with race.", |own, _| Some(&mut own.record.individuals)),
+        row("files", "", Text("a table of BLAKE3 hashes, by the names of files"), OURS,
+            "Hashes of the files that are named above, checked where they are given; a run's own `config.toml` has them all.", |own, _| Some(&mut own.files)),
+    ]);
+    rows
+}
+
+/// Rows that all kinds of experiments begin with.
+pub(super) fn head<T>(name: Select<T>, seed: Select<T>) -> Vec<Parameter<T>> {
+    let plain = Text("letters, digits, - and _, since directories are named so");
+    let about = "What runs are called; the file's name where it is missing.";
+    let seeds = "The seed of a run that the command line gives none; where neither does, one is drawn and reported.";
+    vec![
+        row("name", "", plain, "ours", about, name),
+        row("seed", "", Whole(0, GREATEST_SEED), "ours", seeds, seed),
+    ]
+}
+
+/// Inserts rows after that of a key.
+fn insert<const N: usize>(rows: &mut Vec<Parameter<Settings>>, key: &str, more: [Parameter<Settings>; N]) {
+    let at = rows.iter().position(|row| row.key == key).expect("the key has a row");
+    rows.splice(at + 1..=at, more);
+}
+
+/// How the fitness of an individual's several lives is combined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrialScore {
+    Mean,
+    Least,
+}
+
+impl Choice for TrialScore {
+    const CHOICES: Choices<Self> = &[
+        ("mean", Self::Mean, "the mean of their fitness"),
+        ("least", Self::Least, "the least of their fitness"),
+    ];
+}
+
+/// The robot's name, or the samples that it is made from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Robot {
+    /// Robot by name that the experiment changes.
+    pub preset: Preset,
+    pub tables: SensorFiles,
+    pub motors: String,
+    pub states: MotorStates,
+    /// Samples that a described robot has.
+    pub described: Samples,
+}
+
+/// Samples that a described robot has, each if it is given.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Samples {
+    pub tables: Option<SensorFiles>,
+    pub motors: Option<String>,
+    pub states: Option<MotorStates>,
+}
+
+/// Name of the compiled-in tables.
+pub const BUILT_IN: &str = "khepera";
+/// Name of tables that are sampled from the surrogate of `[reality]`.
+pub const FROM_REALITY: &str = "reality";
+
+/// Source of the sensor tables.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum SensorFiles {
+    /// `"khepera"`
+    #[default]
+    BuiltIn,
+    /// `"reality"`
+    FromReality,
+    /// `["wall.sam", "round.sam"]`
+    Files(Vec<String>),
+}
+
+impl Field for SensorFiles {
+    fn get(&self) -> Option<Datum> {
+        Some(match self {
+            Self::BuiltIn => Datum::Word(BUILT_IN.into()),
+            Self::FromReality => Datum::Word(FROM_REALITY.into()),
+            Self::Files(files) => Datum::List(files.iter().cloned().map(Datum::Word).collect()),
+        })
+    }
+
+    fn set(&mut self, datum: &Datum) -> bool {
+        let file = |datum: &Datum| match datum {
+            Datum::Word(file) => Some(file.clone()),
+            _ => None,
+        };
+        let own = match datum {
+            Datum::Word(word) if word == BUILT_IN => Some(Self::BuiltIn),
+            Datum::Word(word) if word == FROM_REALITY => Some(Self::FromReality),
+            Datum::List(files) => files.iter().map(file).collect::<Option<_>>().map(Self::Files),
+            _ => None,
+        };
+        let is_set = own.is_some();
+        if let Some(own) = own {
+            *self = own;
+        }
+        is_set
+    }
+
+    fn kind(&self) -> &'static str {
+        "a word or a list"
+    }
+}
+
+/// A user's part.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PartFile {
+    /// Its file.
+    pub part: Option<String>,
+    /// Values that the part declares, by name.
+    pub values: BTreeMap<String, f64>,
+}
+
+/// An arena of the catalogue by name, or the size of an arena of the experiment's own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArenaSize {
+    pub preset: Option<String>,
+    pub width_mm: Option<f32>,
+    pub height_mm: Option<f32>,
+    /// Whether it has no sides.
+    pub open: Option<bool>,
+    /// Corners of a convex polygon instead of its width and height.
+    pub corners: Option<Corners>,
+    /// Radius of the disc in its middle that robots start in.
+    pub start_radius: Option<f32>,
+}
+
+/// Individuals that live again after the last generation, so that the champion is chosen by the mean of many lives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finalists {
+    /// Number of the last generation's best to take, besides the luckiest individual of the run. 0 switches finalists
+    /// off.
+    pub count: u32,
+    /// Lives of each finalist.
+    pub lives: u32,
+}
+
+/// Addresses: none, one as a word, or several as a list.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Addresses(pub Vec<String>);
+
+impl Field for Addresses {
+    fn get(&self) -> Option<Datum> {
+        match &self.0[..] {
+            [] => None,
+            [one] => Some(Datum::Word(one.clone())),
+            all => Some(Datum::List(all.iter().cloned().map(Datum::Word).collect())),
+        }
+    }
+
+    fn set(&mut self, datum: &Datum) -> bool {
+        let one = |datum: &Datum| match datum {
+            Datum::Word(word) => Some(word.clone()),
+            _ => None,
+        };
+        let own: Option<Vec<String>> = match datum {
+            Datum::List(list) if !list.is_empty() => list.iter().map(one).collect(),
+            _ => one(datum).map(|one| vec![one]),
+        };
+        let is_set = own.is_some();
+        self.0 = own.unwrap_or_default();
+        is_set
+    }
+
+    fn kind(&self) -> &'static str {
+        "a word or a list"
+    }
+}
+
+/// The robot on which the last generations of an evolution live.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Transfer {
+    /// Its address, if there is one, or those of several.
+    pub robot: Addresses,
+    /// Number of those generations; given if there is a robot.
+    pub generations: Option<u32>,
+    /// How much a surrogate differs from its simulator; given if there is one.
+    pub severity: Option<f32>,
+    /// How much it differs in motion and in the age of its readings, if that is not the same.
+    pub motion_severity: Option<f32>,
+    /// How much it differs in single ways, in the order of [`Difference::ALL`], if that is not the same.
+    pub differences: [Option<f32>; Difference::ALL.len()],
+    /// How lives on a wire get their starts, and speed of its wheels at the controller's greatest output, mm/s; if they are given.
+    pub starts: Option<wired::Starts>,
+    pub speed: Option<f32>,
+    /// How long it drives about before a life, s.
+    pub walk: Option<f32>,
+    /// Names of its sensors, by the experiment's, where they differ.
+    pub sensors: BTreeMap<String, String>,
+    /// Where a tracker is listened to, one for each robot, and the age of its last sighting from which a robot counts as lost, ms.
+    pub tracker: Addresses,
+    pub tracker_age: Option<f32>,
+    /// Values of its guard.
+    pub guard: BTreeMap<String, f64>,
+}
+
+impl Transfer {
+    /// Gives what is not given its default, if there is a robot.
+    pub(super) fn complete(&mut self, generations: u32) {
+        /// As in Miglino et al. 1995.
+        const GENERATIONS: u32 = 20;
+        if !self.robot.0.is_empty() {
+            self.generations.get_or_insert(GENERATIONS.min(generations));
+        }
+        if let Ok(Some(Site::Surrogate { .. })) = self.site() {
+            self.severity.get_or_insert(SEVERITY);
+        }
+    }
+
+    /// Values of lives on a robot on a wire. The run says where they are recorded.
+    pub fn values(&self) -> Result<wired::Values, String> {
+        let age = self.tracker_age.map_or(tracker::AGE_MS as f64, f64::from);
+        let limit = Duration::from_secs_f64(age / 1000.0);
+        let trackers = self.tracker.0.iter();
+        let trackers = trackers.map(|tracker| tracker::Values::parse(tracker, limit));
+        let sensors = self.sensors.iter().map(|(own, robot)| (own.clone(), robot.clone()));
+        Ok(wired::Values {
+            starts: self.starts.unwrap_or_default(),
+            walk: wired::Values::cycles(self.walk.map_or(wired::WALK_S, f64::from)),
+            speed_mm_s: self.speed.map(f64::from),
+            sensors: sensors.collect(),
+            directory: PathBuf::new(),
+            trackers: trackers.collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// Whether simulators are made from samples of that robot.
+    pub fn is_sampled(robot: &Robot) -> bool {
+        robot.tables == SensorFiles::FromReality || robot.motors == FROM_REALITY
+    }
+
+    /// The setting of one difference.
+    fn difference(&mut self, difference: Difference) -> &mut dyn Field {
+        &mut self.differences[difference as usize]
+    }
+
+    /// How much a surrogate differs from its simulator.
+    fn differences(&self) -> Differences {
+        let severity = self.severity.unwrap_or_default();
+        let shared = Differences::all(severity).with_motion(self.motion_severity.unwrap_or(severity));
+        let own = Difference::ALL.into_iter().zip(self.differences);
+        own.filter_map(|(difference, own)| Some((difference, own?)))
+            .fold(shared, |all, (difference, own)| all.with(difference, own))
+    }
+
+    /// The robot, if there is one.
+    ///
+    /// # Errors
+    /// The problem of its address, or of its tracker's.
+    pub fn site(&self) -> Result<Option<Site>, String> {
+        if self.robot.0.is_empty() {
+            return Ok(None);
+        }
+        let guard: Vec<String> = self.guard.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        Site::at(&self.robot.0, self.differences(), self.values()?, &guard).map(Some)
+    }
+}
+
+/// Files that a run writes, and when. None of this affects results.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Generations between checkpoints.
+    pub checkpoint_every: u32,
+    /// Whether to keep every individual's genes and fitness, for `audit`.
+    pub individuals: bool,
+}

@@ -1,0 +1,151 @@
+//! The world of an experiment's robots.
+
+use oneiro::arena::{Arena, Corners};
+use oneiro::compose::{Kind, OwnParts};
+use oneiro::differential::Build;
+use oneiro::parameter::Invalid;
+use oneiro::world::{Controller, Noise, Robot, Task, World, WorldSpec};
+
+use super::inputs::Inputs;
+use super::settings::{FROM_REALITY, Samples, SensorFiles, Settings};
+use super::source::Source;
+use oneiro_base::exit::{Failure, Result};
+
+/// Makes the world; its errors are reported with the place in the experiment.
+pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Inputs<'_>) -> Result<World> {
+    let own = settings.world.clone();
+    let (mut parts, mut refused) = (OwnParts::default(), Vec::new());
+    for (kind, file, is_own) in [
+        (Kind::Sensor, &settings.sensor, settings.sensor.part.is_some()),
+        (
+            Kind::Controller,
+            &settings.controller,
+            own.controller == Controller::Own,
+        ),
+        (Kind::Task, &settings.task, own.task == Task::Own),
+    ] {
+        if is_own {
+            match inputs.part(kind, file) {
+                Ok(part) => parts.insert(part),
+                Err(failure) => refused.push(failure),
+            }
+        }
+    }
+    if let Some(failure) = refused.into_iter().reduce(Failure::and) {
+        return Err(failure);
+    }
+    let paths: Vec<String> = parts.iter().map(|own| format!("{}:", own.part().path())).collect();
+    World::new(WorldSpec {
+        robot: robot(settings, own.robot, source, inputs)?,
+        arena: arena(settings, own.arena),
+        own: parts,
+        noise: Noise {
+            // A step is meaningless without a range to walk in.
+            walk_step: if own.noise.walk_range == 0.0 {
+                0.0
+            } else {
+                own.noise.walk_step
+            },
+            ..own.noise
+        },
+        ..own
+    })
+    .map_err(|Invalid { field, problem }| {
+        // What is wrong in a part has its own place.
+        if paths.iter().any(|path| problem.starts_with(path)) {
+            return Failure::input(problem);
+        }
+        source.invalid(key(&field), &problem)
+    })
+}
+
+/// The robot with the samples that it is made from. Of a described one some sensors and the motors may be sampled.
+fn robot(settings: &Settings, mut own: Robot, source: &Source<'_>, inputs: &mut Inputs<'_>) -> Result<Robot> {
+    let files = &settings.robot;
+    let Build::Differential(described) = &mut own.build else {
+        return Ok(Robot {
+            sensors: inputs.sensors(&files.tables)?,
+            motors: inputs.motors(&files.motors, files.states)?,
+            ..own
+        });
+    };
+    let Samples { tables, motors, states } = &files.described;
+    let from_reality = [
+        ("robot.tables", *tables == Some(SensorFiles::FromReality)),
+        ("robot.motors", motors.as_deref() == Some(FROM_REALITY)),
+    ];
+    if let Some((key, _)) = from_reality.iter().find(|(_, is_so)| *is_so) {
+        let problem = "is \"reality\", of a described robot; allowed: only of a sampled one; see `oneiro sample --robot FILE.toml`";
+        return Err(source.invalid(key, problem));
+    }
+    match tables {
+        Some(tables) if described.has_sampled_sensors() => own.sensors = inputs.sensors(tables)?,
+        Some(_) => {
+            let problem = "is given, and no sensor reads it; allowed: only with sensors of the kind sampled";
+            return Err(source.invalid("robot.tables", problem));
+        }
+        None if described.has_sampled_sensors() => {
+            let problem =
+                "lacks `tables`, and has sensors of the kind sampled; allowed: \"khepera\" or a list of files";
+            return Err(source.invalid("robot", problem));
+        }
+        None => (),
+    }
+    match (motors, states) {
+        (Some(motors), states) => {
+            own.motors = inputs.motors(motors, states.unwrap_or_default())?;
+            described.sampled_motors = true;
+        }
+        (None, Some(_)) => {
+            return Err(source.invalid("robot.states", "is given; allowed: only with robot.motors"));
+        }
+        (None, None) => (),
+    }
+    Ok(own)
+}
+
+/// The experiment's key for a field of the world: the same, except for the parts that come from files.
+fn key(field: &str) -> &str {
+    let files = [("robot.sensors.", "robot.tables"), ("robot.motors", "robot.motors")];
+    let found = files.iter().find(|(part, _)| field.starts_with(part));
+    found.map_or(field, |(_, key)| key)
+}
+
+/// The arena from the catalogue, or one with the experiment's own size and objects.
+fn arena(settings: &Settings, own: Arena) -> Arena {
+    if let Build::Forager(_) = settings.world.robot.build {
+        return own;
+    }
+    if let Some(preset) = settings.arena.preset.as_deref().and_then(Arena::named) {
+        return preset;
+    }
+    let size = &settings.arena;
+    let [width, height] = [size.width_mm, size.height_mm].map(Option::unwrap_or_default);
+    let (outline, walls) = if let Some(Corners(corners)) = &size.corners {
+        let polygon = Arena::polygon(corners, size.start_radius);
+        let walls = [own.walls, polygon.walls.clone()].concat();
+        (polygon, walls)
+    } else {
+        let rectangle = Arena::rectangle(width, height);
+        let walls = if own.walls.is_empty() && size.open != Some(true) {
+            rectangle.walls.clone()
+        } else {
+            own.walls
+        };
+        let outline = match size.start_radius {
+            Some(radius) => rectangle.starting_within([0.5 * width, 0.5 * height], radius),
+            None => rectangle,
+        };
+        (outline, walls)
+    };
+    Arena {
+        walls,
+        obstacles: own.obstacles,
+        blocks: own.blocks,
+        lights: own.lights,
+        floor: own.floor,
+        patches: own.patches,
+        wall_height: own.wall_height,
+        ..outline
+    }
+}

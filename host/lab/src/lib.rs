@@ -1,0 +1,38 @@
+//! Experiments and what is done with them: runs, sweeps, calibrations, lives in reality, and the swarms of the 2014 study.
+
+// Only this workspace uses it.
+#![allow(
+    missing_docs,
+    clippy::missing_errors_doc,
+    clippy::missing_panics_doc,
+    reason = "what its name does not say has documentation"
+)]
+// `clippy.toml` says what has one place only.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
+pub mod calibrate;
+pub mod device;
+pub mod engine;
+pub mod exchange;
+pub mod experiment;
+pub mod genomes;
+pub mod kinds;
+pub mod lives;
+#[cfg(test)]
+#[allow(dead_code, reason = "other tests use the rest")]
+#[path = "../../../tests/mutations/mod.rs"]
+mod mutations;
+pub mod numbers;
+pub mod reality;
+pub mod record;
+pub mod runs;
+#[cfg(test)]
+#[path = "../../../tests/scratch/mod.rs"]
+mod scratch;
+pub mod swarm;
+pub mod sweep;
+pub mod threads;
+pub mod workload;

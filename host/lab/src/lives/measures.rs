@@ -1,0 +1,701 @@
+//! Measures of a robot's behaviour, from the trace of its life.
+//!
+//! The places of a life are the positions of the robot's centre at the beginning of each cycle, and at the end of the
+//! last. All numbers are made by operations that every processor rounds alike.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::sync::Arc;
+
+use oneiro::arena::{Arena, Block, Field, Obstacle, Wall};
+use oneiro::batch::{Record, Trace};
+use oneiro::compose::{DetailKind, Kind, Scalar};
+use oneiro::world::World;
+
+use oneiro_base::contents::Column;
+use oneiro_report::csv::number;
+
+/// Cycles per second.
+const CYCLES_A_SECOND: f64 = 10.0;
+/// Number of successive places, 9.9 s, over which a stuck robot goes less than [`STUCK`].
+pub const PLACES: usize = 100;
+/// Distance in mm.
+const STUCK: f64 = 50.0;
+
+/// Measures of a robot's behaviour.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Measures {
+    /// Cycles that end in a collision.
+    pub collisions: u32,
+    /// 50 mm squares of the arena's field that contain the robot's centre at the beginning of a cycle.
+    pub cells: u32,
+    /// Length of the path from place to place, mm.
+    pub distance: f64,
+    /// `distance` over the duration, mm/s.
+    pub speed: f64,
+    /// Time stuck, s: the union of all stretches of [`PLACES`] successive places in which the robot goes less than 50
+    /// mm.
+    pub stuck: f64,
+    /// Turning on the way, mean of its size, turns/s.
+    pub turning: f64,
+    /// Position where the life ends, mm.
+    pub end: [f32; 2],
+    /// Free distance from the body's rim to the nearest wall, block or round obstacle at the beginning of a cycle, mean over
+    /// the cycles, mm; 0 where the body touches it.
+    pub wall_distance: f64,
+    /// What the task remembers after the last cycle: the words of its memory's scalars, in their order.
+    pub memory: Vec<u32>,
+    /// What the task has given each robot of several, where that was asked for.
+    pub scores: Vec<f32>,
+}
+
+/// A measure by its name: what `oneiro evaluate --measures` lists.
+#[derive(Clone, Debug)]
+pub struct Descriptor {
+    /// Its name, unit and meaning.
+    pub column: Column,
+    source: Source,
+}
+
+/// Selects a measure of a life.
+type Measured = fn(&Measures) -> f64;
+
+/// What a measure needs of each cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    Collisions,
+    Cells,
+    Path,
+    Stuck,
+    Turning,
+    Room,
+    /// Nothing but the last cycle.
+    End,
+}
+
+/// Where a measure's value is.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    Life(Part, Measured),
+    /// A scalar of the task's memory.
+    Memory(usize, Scalar),
+    /// A robot's own score.
+    Score(u32),
+}
+
+impl Descriptor {
+    /// The score of one of several robots.
+    pub fn score(robot: u32) -> Self {
+        Self {
+            column: score_of(&robot.to_string()),
+            source: Source::Score(robot),
+        }
+    }
+
+    /// Its value in a life.
+    pub fn value(&self, measures: &Measures) -> f64 {
+        match self.source {
+            Source::Life(_, value) => value(measures),
+            Source::Memory(index, scalar) => {
+                let word = measures.memory.get(index).copied();
+                word.map_or(f64::NAN, |word| match scalar {
+                    Scalar::Float => f32::from_bits(word).into(),
+                    Scalar::Unsigned => word.into(),
+                    Scalar::Signed => word.cast_signed().into(),
+                })
+            }
+            Source::Score(robot) => measures.scores.get(robot as usize).map_or(f64::NAN, |&own| own.into()),
+        }
+    }
+
+    fn part(&self) -> Part {
+        match self.source {
+            Source::Life(part, _) => part,
+            Source::Memory(..) | Source::Score(_) => Part::End,
+        }
+    }
+
+    /// Its value as a cell of a table: measures to six digits, what a task remembers in full.
+    pub fn cell(&self, measures: &Measures) -> String {
+        let value = self.value(measures);
+        match self.source {
+            Source::Life(..) => number(value),
+            Source::Memory(_, Scalar::Float) | Source::Score(_) => (value as f32).to_string(),
+            Source::Memory(..) => value.to_string(),
+        }
+    }
+}
+
+/// The measures of lives in a world: those of every life, and what its task remembers.
+pub fn descriptors(world: &World) -> Vec<Descriptor> {
+    let own = LIFE.iter().map(|(column, part, value)| Descriptor {
+        column: column.clone(),
+        source: Source::Life(*part, *value),
+    });
+    let remembered = world.details().iter().filter(|own| own.kind == MEMORY);
+    let remembered = remembered.enumerate().map(|(index, own)| Descriptor {
+        column: remembered_as(&own.name, own.scalar),
+        source: Source::Memory(index, own.scalar),
+    });
+    own.chain(remembered).collect()
+}
+
+/// Trace details that are measures at the end of a life.
+const MEMORY: DetailKind = DetailKind::Memory(Kind::Task);
+
+/// The column of a scalar that a task remembers.
+pub fn remembered_as(name: &str, scalar: Scalar) -> Column {
+    let column = match scalar {
+        Scalar::Float => Column::number("", "", ""),
+        Scalar::Unsigned | Scalar::Signed => Column::whole("", "", ""),
+    };
+    let about = format!("`{name}` of the task's memory after the last cycle");
+    column.named(format!("end_task_{name}")).about(about)
+}
+
+/// The column of the score of one of several robots.
+pub fn score_of(robot: &str) -> Column {
+    let column = Column::number("", "", "").named(format!("score_robot_{robot}"));
+    column.about(format!(
+        "what the task has given robot {robot}, counted from 0; only if robots live together and the task scores each of them"
+    ))
+}
+
+/// Measures of every life.
+#[rustfmt::skip]
+pub static LIFE: [(Column, Part, Measured); 9] = [
+    (Column::whole("collisions", "cycles", "those that end in a collision"), Part::Collisions, |own| own.collisions.into()),
+    (Column::whole("cells", "", "cells of 50 mm visited"), Part::Cells, |own| own.cells.into()),
+    (Column::number("distance_mm", "mm", "the path's length"), Part::Path, |own| own.distance),
+    (Column::number("mean_speed_mm_s", "mm/s", "the mean speed"), Part::Path, |own| own.speed),
+    (Column::number("stuck_s", "s", "time stuck: less than 50 mm in 9.9 s"), Part::Stuck, |own| own.stuck),
+    (Column::number("mean_turning_turns_s", "turns/s", "the mean size of its turns"), Part::Turning, |own| own.turning),
+    (Column::number("end_x_mm", "mm", "x of the place where the life ends, or where its last cycle begins if it ends early"), Part::End, |own| own.end[0].into()),
+    (Column::number("end_y_mm", "mm", "y of that place"), Part::End, |own| own.end[1].into()),
+    (Column::number("wall_distance_mm", "mm", "the free distance from the body's rim to the nearest wall, block or round obstacle, 0 where it touches: mean over the cycles, at the start of each"), Part::Room, |own| own.wall_distance),
+];
+
+/// What the lives of a world are measured against.
+#[derive(Debug)]
+pub struct Frame {
+    grid: Grid,
+    arena: Arena,
+    body_radius: f64,
+    /// Indices of the task's memory among the trace's details.
+    memory: Vec<usize>,
+    /// Cycles of a life.
+    cycles: u32,
+    /// What is measured: the bits of parts.
+    parts: u32,
+}
+
+impl Frame {
+    /// Measures lives of `cycles` cycles by some descriptors; others have no meaning then, but take no time. Records of later cycles
+    /// only count as places: the first of them is where the life ends.
+    pub fn new(world: &World, cycles: u32, wanted: &[Descriptor]) -> Self {
+        let details = world.details().iter().enumerate();
+        let spec = world.spec();
+        Self {
+            grid: Grid::new(spec.arena.field),
+            arena: spec.arena.clone(),
+            body_radius: spec.robot.body_radius.into(),
+            memory: details
+                .filter(|(_, own)| own.kind == MEMORY)
+                .map(|(index, _)| index)
+                .collect(),
+            cycles,
+            parts: wanted.iter().fold(0, |parts, own| parts | 1 << own.part() as u32),
+        }
+    }
+
+    /// Whether the record of the last cycle is enough.
+    pub fn needs_only_the_end(&self) -> bool {
+        self.parts & !(1 << Part::End as u32) == 0
+    }
+
+    fn has(&self, part: Part) -> bool {
+        self.parts & 1 << part as u32 != 0
+    }
+
+    fn room(&self, record: &Record) -> f64 {
+        free_distance(&self.arena, self.body_radius, [record.x, record.y].map(f64::from))
+    }
+}
+
+/// Free distance from the rim of a body at a place to the nearest object, mm.
+pub fn free_distance(arena: &Arena, body_radius: f64, at: [f64; 2]) -> f64 {
+    let Arena {
+        walls,
+        obstacles,
+        blocks,
+        ..
+    } = arena;
+    let walls = walls.iter().map(|wall| to_wall(wall, at));
+    let obstacles = obstacles.iter().map(|obstacle| to_obstacle(obstacle, at));
+    let blocks = blocks.iter().map(|block| to_block(block, at));
+    let nearest = walls.chain(obstacles).chain(blocks).fold(f64::INFINITY, f64::min);
+    (nearest - body_radius).max(0.0)
+}
+
+/// Distance of a point from a wall, which may have length 0.
+fn to_wall(wall: &Wall, at: [f64; 2]) -> f64 {
+    let [from, to] = [wall.from, wall.to].map(|end| end.map(f64::from));
+    let (along, own) = (apart(to, from), apart(at, from));
+    let length = dot(along, along);
+    let share = if length > 0.0 { dot(own, along) / length } else { 0.0 };
+    let share = share.clamp(0.0, 1.0);
+    size(apart(own, along.map(|part| share * part)))
+}
+
+/// Distance of a point from a round obstacle, 0 inside.
+fn to_obstacle(obstacle: &Obstacle, at: [f64; 2]) -> f64 {
+    let centre = [obstacle.x, obstacle.y].map(f64::from);
+    (size(apart(at, centre)) - f64::from(obstacle.radius)).max(0.0)
+}
+
+/// Distance of a point from a block, 0 inside. Its axis is that of the simulated lives, in f32.
+fn to_block(block: &Block, at: [f64; 2]) -> f64 {
+    let axis = block.axis().to_array().map(f64::from);
+    let own = apart(at, [block.x, block.y].map(f64::from));
+    let beyond = |along: f64, side: f32| (along.abs() - 0.5 * f64::from(side)).max(0.0);
+    size([
+        beyond(dot(own, axis), block.length),
+        beyond(dot(own, [-axis[1], axis[0]]), block.width),
+    ])
+}
+
+fn apart(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn size(a: [f64; 2]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// Takes the records of a life, one after another. Its memory doesn't grow with the life's length.
+#[derive(Debug)]
+pub struct Meter {
+    frame: Arc<Frame>,
+    visited: BTreeSet<usize>,
+    collisions: u32,
+    distance: f64,
+    turned: f64,
+    place: Option<Record>,
+    /// Lengths of the last moves from place to place.
+    moves: VecDeque<f64>,
+    /// Moves so far, and the number of them that count as stuck.
+    moved: u32,
+    stuck: u32,
+    /// All earlier moves that can count have been counted.
+    counted: u32,
+    /// Cycles so far, the sum of their free distances, and what the task remembers after the last.
+    lived: u32,
+    room: f64,
+    memory: Vec<u32>,
+}
+
+impl Meter {
+    /// Measures a life.
+    pub fn new(frame: Arc<Frame>) -> Self {
+        Self {
+            frame,
+            visited: BTreeSet::new(),
+            collisions: 0,
+            distance: 0.0,
+            turned: 0.0,
+            place: None,
+            moves: VecDeque::new(),
+            moved: 0,
+            stuck: 0,
+            counted: 0,
+            lived: 0,
+            room: 0.0,
+            memory: Vec::new(),
+        }
+    }
+
+    /// Takes the record of the next cycle, with its details.
+    fn add(&mut self, record: &Record, details: &[u32]) {
+        if let Some(last) = self.place.replace(*record) {
+            self.moved += 1;
+            if self.frame.has(Part::Path) {
+                self.distance += distance(&last, record);
+            }
+            if self.frame.has(Part::Turning) {
+                let turn = f64::from(record.heading) - f64::from(last.heading);
+                self.turned += (turn - (turn + 0.5).floor()).abs();
+            }
+            if self.frame.has(Part::Stuck) {
+                self.count_stuck(distance(&last, record));
+            }
+            if self.moved >= self.frame.cycles {
+                return;
+            }
+        }
+        if self.frame.has(Part::Cells) {
+            self.visited.insert(self.frame.grid.cell(record));
+        }
+        self.collisions += u32::from(record.collided > 0.0);
+        self.lived += 1;
+        if self.frame.has(Part::Room) {
+            self.room += self.frame.room(record);
+        }
+        self.memory.clear();
+        self.memory
+            .extend(self.frame.memory.iter().map(|&index| details[index]));
+    }
+
+    /// Takes the records of the next cycles.
+    pub fn add_all(&mut self, trace: &Trace) {
+        for (record, details) in trace.lines() {
+            self.add(record, details);
+        }
+    }
+
+    /// Takes the length of the last move.
+    fn count_stuck(&mut self, length: f64) {
+        if self.moves.len() == PLACES - 1 {
+            self.moves.pop_front();
+        }
+        self.moves.push_back(length);
+        if self.moves.len() == PLACES - 1 && is_stuck(self.moves.iter().copied()) {
+            let first = self.counted.max(self.moved - self.moves.len() as u32);
+            self.stuck += self.moved - first;
+            self.counted = self.moved;
+        }
+    }
+
+    /// Measures of the life.
+    pub fn finish(&self) -> Measures {
+        let seconds = |moves: u32| f64::from(moves) / CYCLES_A_SECOND;
+        let duration = seconds(self.moved.max(1));
+        Measures {
+            collisions: self.collisions,
+            cells: self.visited.len() as u32,
+            distance: self.distance,
+            speed: self.distance / duration,
+            turning: self.turned / duration,
+            end: self.place.map_or([f32::NAN; 2], |place| [place.x, place.y]),
+            stuck: seconds(self.stuck),
+            wall_distance: self.room / f64::from(self.lived),
+            memory: self.memory.clone(),
+            scores: Vec::new(),
+        }
+    }
+}
+
+/// Whether a robot that makes these moves is stuck.
+pub fn is_stuck(moves: impl Iterator<Item = f64>) -> bool {
+    moves.sum::<f64>() < STUCK
+}
+
+/// Distances between successive places of a trace, mm.
+pub fn moves(trace: &[Record]) -> impl Iterator<Item = f64> {
+    trace.windows(2).map(|pair| distance(&pair[0], &pair[1]))
+}
+
+/// The distance between two places, mm.
+pub fn distance(a: &Record, b: &Record) -> f64 {
+    let (x, y) = (f64::from(a.x - b.x), f64::from(a.y - b.y));
+    (x * x + y * y).sqrt()
+}
+
+/// The 50 mm squares that cover a field, row by row from its lower left corner.
+#[derive(Clone, Copy, Debug)]
+pub struct Grid {
+    field: Field,
+    pub columns: usize,
+    pub rows: usize,
+}
+
+impl Grid {
+    /// Side of a square, mm.
+    pub const SIZE: f32 = 50.0;
+
+    /// Covers a field; the squares at its right and upper edges may extend beyond it.
+    pub fn new(field: Field) -> Self {
+        Self {
+            field,
+            columns: (field.width / Self::SIZE).ceil() as usize,
+            rows: (field.height / Self::SIZE).ceil() as usize,
+        }
+    }
+
+    /// Index of the square that a robot is in.
+    pub fn cell(&self, record: &Record) -> usize {
+        let index = |x: f32| (x / Self::SIZE).max(0.0) as usize;
+        let cell = index(record.y - self.field.y) * self.columns + index(record.x - self.field.x).min(self.columns - 1);
+        cell.min(self.columns * self.rows - 1)
+    }
+
+    /// Centre of a square.
+    pub fn middle(&self, cell: usize) -> [f32; 2] {
+        let middle = |index: usize| (index as f32 + 0.5) * Self::SIZE;
+        [
+            self.field.x + middle(cell % self.columns),
+            self.field.y + middle(cell / self.columns),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use oneiro::world::WorldSpec;
+
+    use super::*;
+
+    const FIELD: Field = Field {
+        x: 0.0,
+        y: 0.0,
+        width: 600.0,
+        height: 350.0,
+    };
+
+    fn frame(arena: Arena, cycles: u32) -> Arc<Frame> {
+        Arc::new(Frame {
+            grid: Grid::new(FIELD),
+            arena,
+            body_radius: 30.0,
+            memory: Vec::new(),
+            cycles,
+            parts: u32::MAX,
+        })
+    }
+
+    /// Measures of a life with the given places.
+    fn measured(places: &[[f32; 2]]) -> Measures {
+        let mut meter = Meter::new(frame(Arena::default(), places.len() as u32 - 1));
+        for &[x, y] in places {
+            let record = Record {
+                x,
+                y,
+                collided: f32::from(u8::from(x > 500.0)),
+                ..Record::default()
+            };
+            meter.add(&record, &[]);
+        }
+        meter.finish()
+    }
+
+    #[test]
+    fn a_straight_drive() {
+        // 8 mm a cycle, from the first square into the eighth; the last place is in the ninth.
+        let places: Vec<[f32; 2]> = (0..=50_u8).map(|cycle| [f32::from(cycle) * 8.0, 10.0]).collect();
+        let measures = measured(&places);
+        assert_eq!((measures.end, measures.turning), ([400.0, 10.0], 0.0));
+        assert_eq!((measures.collisions, measures.cells), (0, 8));
+        assert_eq!((measures.distance, measures.speed, measures.stuck), (400.0, 80.0, 0.0));
+    }
+
+    #[test]
+    fn turns_count_by_their_size_across_a_whole_turn() {
+        let mut meter = Meter::new(frame(Arena::default(), 3));
+        for heading in [0.95, 0.05, 0.95, 0.75] {
+            let record = Record {
+                heading,
+                ..Record::default()
+            };
+            meter.add(&record, &[]);
+        }
+        // 0.1, 0.1 and 0.2 turns in 0.3 s.
+        assert!((meter.finish().turning - 4.0 / 3.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn collisions_are_cycles_and_the_end_is_none() {
+        let measures = measured(&[[501.0, 10.0], [501.0, 10.0], [400.0, 10.0], [501.0, 10.0]]);
+        assert_eq!((measures.collisions, measures.cells), (2, 2));
+    }
+
+    /// The robot drives for 20 s, stands for 30 s, and drives on for 10 s. It is stuck while it stands, and before and
+    /// after that as long as some 100 places contain less than 50 mm of its path.
+    #[test]
+    fn time_stuck_counts_each_moment_once() {
+        let mut x = 0.0;
+        let mut places = vec![[x, 100.0]];
+        for cycle in 0..600 {
+            if !(200..500).contains(&cycle) {
+                x += 1.0;
+            }
+            places.push([x, 100.0]);
+        }
+        let stuck = measured(&places).stuck;
+        // 49 moves of 1 mm at either end.
+        assert_eq!(stuck, 30.0 + 2.0 * 4.9);
+        let still = vec![[10.0, 10.0]; 501];
+        assert_eq!(measured(&still).stuck, 50.0);
+        assert_eq!(
+            measured(&still[..99]).stuck,
+            0.0,
+            "nobody is stuck in less than 100 places"
+        );
+        assert_eq!(measured(&still[..100]).stuck, 9.9);
+    }
+
+    /// Free distances against those to points all over each object.
+    #[test]
+    fn free_distances_end_at_the_nearest_object() {
+        let heading = 0.15;
+        let block = Block {
+            x: 400.0,
+            y: 200.0,
+            length: 120.0,
+            width: 60.0,
+            heading,
+            ..Block::default()
+        };
+        let obstacle = Obstacle {
+            x: 150.0,
+            y: 120.0,
+            radius: 40.0,
+            ..Obstacle::default()
+        };
+        let wall = |from, to| Wall {
+            from,
+            to,
+            ..Wall::default()
+        };
+        let arena = Arena {
+            walls: vec![wall([0.0, 0.0], [500.0, 20.0]), wall([250.0, 300.0], [250.0, 300.0])],
+            obstacles: vec![obstacle],
+            blocks: vec![block],
+            ..Arena::default()
+        };
+        let turn = f64::from(heading) * std::f64::consts::TAU;
+        let grid = || (0..=200_i16).flat_map(|a| (0..=200_i16).map(move |b| [a, b].map(|own| f64::from(own) / 200.0)));
+        let of_wall = grid().map(|[share, _]| [500.0 * share, 20.0 * share]);
+        let of_round = grid().map(|[share, angle]| {
+            let angle = angle * std::f64::consts::TAU;
+            [150.0 + 40.0 * share * angle.cos(), 120.0 + 40.0 * share * angle.sin()]
+        });
+        let of_block = grid().map(|[length, width]| {
+            let (along, across) = (120.0 * (length - 0.5), 60.0 * (width - 0.5));
+            let x = 400.0 + along * turn.cos() - across * turn.sin();
+            [x, 200.0 + along * turn.sin() + across * turn.cos()]
+        });
+        let points: Vec<[f64; 2]> = of_wall
+            .chain(of_round)
+            .chain(of_block)
+            .chain([[250.0, 300.0]])
+            .collect();
+        let frame = frame(arena, 1);
+        let mut touching = 0;
+        for [x, y] in grid().step_by(97).map(|share| share.map(|share| 600.0 * share - 20.0)) {
+            let record = Record {
+                x: x as f32,
+                y: y as f32,
+                ..Record::default()
+            };
+            let [x, y] = [record.x, record.y].map(f64::from);
+            let nearest = points
+                .iter()
+                .map(|point| (point[0] - x).hypot(point[1] - y))
+                .fold(f64::MAX, f64::min);
+            let (room, expected) = (frame.room(&record), (nearest - 30.0).max(0.0));
+            assert!(
+                room <= expected + 1e-4 && expected < room + 1.5,
+                "at {x}, {y}: {room}, {expected}"
+            );
+            touching += u32::from(room == 0.0);
+        }
+        assert!((30..300).contains(&touching), "{touching}");
+    }
+
+    /// What is asked for is the same, whatever else is measured.
+    #[test]
+    fn a_measure_alone_is_the_same() {
+        let world = World::new(WorldSpec::miglino1995()).unwrap();
+        let known = descriptors(&world);
+        let life = |frame: Frame| {
+            let mut meter = Meter::new(Arc::new(frame));
+            for cycle in 0..400_u16 {
+                let along = f32::from(cycle % 250);
+                let record = Record {
+                    x: 100.0 + along,
+                    y: 60.0 + 0.3 * along,
+                    heading: 0.001 * along,
+                    collided: f32::from(cycle % 7 / 6),
+                    ..Record::default()
+                };
+                // It stands still at the end.
+                let still = Record {
+                    x: 300.0,
+                    y: 90.0,
+                    ..record
+                };
+                meter.add(if cycle < 200 { &record } else { &still }, &[]);
+            }
+            meter.finish()
+        };
+        let all = life(Frame::new(&world, 400, &known));
+        for own in &known {
+            let alone = life(Frame::new(&world, 400, std::slice::from_ref(own)));
+            assert!(own.value(&all) != 0.0, "{}", own.column.name);
+            assert_eq!(
+                own.value(&alone).to_bits(),
+                own.value(&all).to_bits(),
+                "{}",
+                own.column.name
+            );
+        }
+        let only = |name: &str| {
+            let own = known.iter().find(|own| own.column.name == name).unwrap();
+            Frame::new(&world, 400, std::slice::from_ref(own)).needs_only_the_end()
+        };
+        assert!(only("end_x_mm") && only("end_y_mm") && !only("collisions") && !only("mean_speed_mm_s"));
+    }
+
+    /// The record after the last cycle is only the place where the life ends.
+    #[test]
+    fn distances_and_memory_are_those_of_the_cycles() {
+        let wall = Wall {
+            from: [0.0, 0.0],
+            to: [500.0, 0.0],
+            ..Wall::default()
+        };
+        let arena = Arena {
+            walls: vec![wall],
+            ..Arena::default()
+        };
+        let whole = Frame {
+            memory: vec![2, 0],
+            ..Arc::into_inner(frame(arena, 3)).unwrap()
+        };
+        let mut meter = Meter::new(Arc::new(whole));
+        for (y, word) in [(50.0, 1), (20.0, 2), (70.0, 3), (500.0, 4)] {
+            let record = Record {
+                x: 100.0,
+                y,
+                ..Record::default()
+            };
+            meter.add(&record, &[word, 9, 10 * word]);
+        }
+        let measures = meter.finish();
+        assert_eq!(measures.wall_distance, (20.0 + 0.0 + 40.0) / 3.0);
+        assert_eq!(measures.memory, [30, 3]);
+    }
+
+    #[test]
+    fn squares_cover_the_field() {
+        let grid = Grid::new(FIELD);
+        assert_eq!((grid.columns, grid.rows), (12, 7));
+        for cell in 0..84 {
+            let [x, y] = grid.middle(cell);
+            let record = Record {
+                x,
+                y,
+                ..Record::default()
+            };
+            assert_eq!(grid.cell(&record), cell);
+        }
+        let beyond = Record {
+            x: 1e4,
+            y: 1e4,
+            ..Record::default()
+        };
+        assert_eq!(grid.cell(&beyond), 83);
+    }
+}

@@ -1,0 +1,125 @@
+//! Provenance of a run, which isn't part of its results: who computed it, where and when.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use oneiro::evaluator::Device;
+use serde::{Deserialize, Serialize};
+
+use super::META;
+use oneiro_base::disk;
+use oneiro_base::exit::Result;
+use oneiro_base::utc::now;
+
+/// The commit that the program was built from, which it says when it begins: a crate that asked for it would be compiled again
+/// with each.
+pub static COMMIT: OnceLock<&'static str> = OnceLock::new();
+
+/// `meta.json`
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Meta {
+    /// Name of the experiment.
+    pub name: String,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Progress of the run.
+    pub status: Status,
+    /// Finished generations, as of the last checkpoint or stop.
+    pub generation: u32,
+    /// Total number of generations.
+    pub generations: u32,
+    /// The best score so far.
+    pub best: Option<f32>,
+    /// Processes that worked on it, in order.
+    pub sessions: Vec<Session>,
+}
+
+/// Progress of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// A process works on it, or was killed while it did.
+    Running,
+    /// Stopped at a checkpoint.
+    Stopped,
+    /// All generations are finished.
+    Done,
+}
+
+/// One process's work on a run.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Session {
+    /// Version of the program.
+    pub version: String,
+    /// Commit that it was built from.
+    pub commit: String,
+    /// Backend on the command line.
+    pub backend: String,
+    /// Name of the device.
+    pub device: String,
+    /// Instruction set or driver of the device.
+    pub detail: String,
+    /// Whether it guarantees the bits that every other exact device gives.
+    pub exact: bool,
+    /// First generation of this session.
+    pub from_generation: u32,
+    /// Beginning, UTC.
+    pub started: String,
+    /// End, UTC; `None` if it was killed.
+    pub ended: Option<String>,
+}
+
+impl Session {
+    /// Begins a session now.
+    pub fn new(backend: &str, device: &Device) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            commit: COMMIT.get().copied().unwrap_or("unknown").into(),
+            backend: backend.into(),
+            device: device.name.clone(),
+            detail: device.detail.clone(),
+            exact: device.exact,
+            from_generation: 0,
+            started: now(),
+            ended: None,
+        }
+    }
+}
+
+impl Meta {
+    /// Notes that a process works on a run of `generations` generations.
+    pub(super) fn begin(directory: &Path, name: &str, seed: u64, generations: u32, session: Session) -> Result<Self> {
+        let mut meta = Self::read(directory).unwrap_or_else(|| Self {
+            name: name.into(),
+            seed,
+            status: Status::Running,
+            generation: 0,
+            generations,
+            best: None,
+            sessions: Vec::new(),
+        });
+        meta.status = Status::Running;
+        meta.sessions.push(session);
+        meta.write(directory)?;
+        Ok(meta)
+    }
+
+    /// Notes how its work ended.
+    pub(super) fn end(&mut self, directory: &Path, status: Status) -> Result {
+        self.status = status;
+        if let Some(session) = self.sessions.last_mut() {
+            session.ended = Some(now());
+        }
+        self.write(directory)
+    }
+
+    /// Reads a run's metadata; `None` if they can't be read, since nothing depends on them.
+    pub fn read(directory: &Path) -> Option<Self> {
+        disk::json_if_there(&directory.join(META)).ok()?
+    }
+
+    /// Writes a run's metadata.
+    pub(super) fn write(&self, directory: &Path) -> Result {
+        disk::note(&directory.join(META), &disk::json(self))
+    }
+}

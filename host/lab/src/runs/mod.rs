@@ -1,0 +1,299 @@
+//! Kinds of runs. All differences between kinds of experiments are behind one trait, [`Experiment`]: what the engine
+//! runs, what a run's directory and a sweep's tables hold, and what commands report.
+//!
+//! | folder | contents |
+//! |---|---|
+//! | [`single`] | evolutions of single robots |
+//! | [`swarm`] | swarms whose on-board simulators evolve |
+
+pub mod single;
+pub mod swarm;
+
+use std::fmt::Debug;
+use std::path::Path;
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use crate::engine::handle::Engine;
+use crate::engine::job::Job;
+use crate::experiment::source::{LeftOut, Parsed, Setting};
+use crate::experiment::swarm::SwarmExperiment;
+use crate::experiment::{self, Files, Identities, Input};
+use crate::kinds::FileKind;
+use crate::reality::site::Site;
+use crate::reality::wired::Time;
+use oneiro::batch::Worlds;
+use oneiro_base::console::Console;
+use oneiro_base::contents::{Column, Entry};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
+
+/// An experiment of any kind, as needed to run it.
+pub trait Experiment: Debug + Send + Sync {
+    /// Name of the experiment.
+    fn name(&self) -> &str;
+    /// Its values, if it has single robots, whose controllers can be evaluated alone.
+    fn single(&self) -> Option<&experiment::Experiment>;
+    /// Itself, if it has a swarm.
+    fn swarm(&self) -> Option<&SwarmExperiment> {
+        None
+    }
+    /// The seed in its file, if any.
+    fn seed(&self) -> Option<u64>;
+    /// Warnings about its files.
+    fn warnings(&self) -> &[String];
+    /// The settings that others left without effect.
+    fn left_out(&self) -> &LeftOut;
+    /// The files that it names, for a run's directory.
+    fn inputs(&self) -> &[Input];
+    /// The experiment of a run as TOML, with every default written out.
+    fn resolved_toml(&self, seed: u64) -> String;
+    /// Everything that decides the results of its runs, hashed.
+    fn identities(&self) -> Identities;
+
+    /// Number of steps of a run in the user's units: generations or minutes.
+    fn length(&self) -> u32;
+    /// Robot-steps of a run, excluding its trace.
+    fn steps(&self) -> u64;
+    /// Kernel that its runs begin with.
+    fn kernel(&self) -> &'static str;
+    /// Approximate memory of a run in progress, in bytes.
+    fn bytes(&self) -> u64;
+    /// Time that a run takes robots on wires, if it ends on any.
+    fn robot_time(&self) -> Option<Time> {
+        None
+    }
+    /// Checks that its runs can be those of a sweep.
+    ///
+    /// # Errors
+    /// Exit 3 with what is in the way.
+    fn check_sweep(&self) -> Result {
+        Ok(())
+    }
+    /// Worlds for measuring a device's speed.
+    ///
+    /// # Errors
+    /// Errors of packing them.
+    fn sample(&self) -> Result<Worlds>;
+
+    /// Makes the job of a run.
+    ///
+    /// # Errors
+    /// Exit 3 for a value that the world doesn't allow.
+    fn job(self: Arc<Self>, seed: u64, recording: Recording<'_>) -> Result<Box<dyn Job>>;
+    /// Restores the job of a saved run.
+    ///
+    /// # Errors
+    /// Exit 5 if the bytes aren't what a job of this run saves.
+    fn restored(self: Arc<Self>, seed: u64, recording: Recording<'_>, saved: &[u8]) -> Result<Box<dyn Job>>;
+
+    /// Tables that runs append to, the table of steps first.
+    fn tables(&self, recording: Recording<'_>) -> Vec<Table>;
+    /// Files of a run that contain only results, in the order in which they are hashed.
+    fn results(&self) -> Vec<&'static str>;
+    /// The files of a run's directory that other kinds of runs don't have.
+    fn contents(&self) -> Vec<Entry>;
+
+    /// Columns of a run's results in a sweep's table.
+    fn outcomes(&self) -> Vec<Column>;
+    /// Columns of its table of steps.
+    fn columns(&self) -> &'static [Column];
+    /// Columns that a sweep's report shows by default.
+    fn shown(&self) -> Shown;
+
+    /// Summarises a finished run.
+    ///
+    /// # Errors
+    /// Exit 5 if its files aren't what was written.
+    fn summary(&self, run: &Recorded<'_>) -> Result<Summary>;
+    /// Finished steps of a run, and its best fitness so far.
+    ///
+    /// # Errors
+    /// Exit 5 if its files aren't what was written.
+    fn progress(&self, run: &Recorded<'_>) -> Result<(u32, Option<f32>)>;
+
+    /// `oneiro check`: prints a summary of the experiment, and draws it if a file is named.
+    ///
+    /// # Errors
+    /// As the command says.
+    fn check(&self, picture: Option<&Path>, console: Console) -> Result;
+    /// `oneiro check --lives`: checks each operation in lives of random genomes.
+    ///
+    /// # Errors
+    /// Exit 3: the operations that devices may compute in different ways, each with its place.
+    fn check_lives(&self, lives: u32, console: Console) -> Result;
+    /// `oneiro replay`: evaluates a finished run's champion again and draws it.
+    ///
+    /// # Errors
+    /// As the command says.
+    fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result;
+    /// `oneiro audit`: evaluates a part of a recorded run again and compares the results.
+    ///
+    /// # Errors
+    /// Errors of the evaluator, and files that aren't what was written. Differences aren't errors.
+    fn audit(&self, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Audit>;
+}
+
+/// A recorded run of an experiment.
+#[derive(Clone, Copy, Debug)]
+pub struct Recorded<'a> {
+    pub directory: &'a Path,
+    pub seed: u64,
+    pub is_done: bool,
+}
+
+/// A request to draw a run's best again.
+#[derive(Clone, Copy, Debug)]
+pub struct Replay<'a> {
+    /// Output directory.
+    pub out: &'a Path,
+    /// Number of the champion's life, from 0.
+    pub trial: u32,
+    /// Cycles between records.
+    pub every: u32,
+    /// A start other than the champion's own: x and y in mm, heading in turns.
+    pub start: Option<[f32; 3]>,
+    /// A seed for random numbers other than the champion's own.
+    pub seed: Option<u64>,
+    /// The cell of an elite that takes the champion's place.
+    pub elite: Option<u32>,
+    /// Whether all elites take its place, on a page.
+    pub elites: bool,
+    /// The file of a genome other than the champion's.
+    pub genome: Option<&'a Path>,
+}
+
+/// Where a run is recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Recording<'a> {
+    /// In a directory of its own, with every individual, a trace and pictures.
+    Directory {
+        /// The directory.
+        path: &'a Path,
+        /// Where a robot on a wire says what it does, and what a person has to do.
+        console: Console,
+    },
+    /// In a sweep's tables.
+    Tables,
+}
+
+/// An append-only file of a run.
+#[derive(Debug)]
+pub struct Table {
+    /// File name in the run's directory.
+    pub file: &'static str,
+    /// Its first bytes.
+    pub head: Vec<u8>,
+}
+
+/// Columns that a sweep's report shows, with their names for readers.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown {
+    /// Outcome by which cells are compared; higher is better.
+    pub by: (&'static str, &'static str),
+    /// Columns of the table of steps for the axes of learning curves.
+    pub time: (&'static str, &'static str),
+    pub value: (&'static str, &'static str),
+}
+
+/// The outcome that runs with finalists are compared by: the mean of lives that no selection has seen.
+pub const CHAMPION_MEAN: &str = "champion_mean";
+
+impl Shown {
+    /// Whether runs without finalists lack the outcome.
+    pub fn needs_finalists(self) -> bool {
+        self.by.0 == CHAMPION_MEAN
+    }
+}
+
+/// A finished run in a few values.
+#[derive(Debug)]
+pub struct Summary {
+    /// Names and values, for JSON.
+    pub values: Vec<(&'static str, Value)>,
+    /// A label and a line of text with the same values.
+    pub line: (&'static str, String),
+    /// Cells of a list of runs, by column.
+    pub cells: Vec<(&'static str, String)>,
+    /// Warnings for the user.
+    pub warnings: Vec<String>,
+}
+
+/// Result of the audit of a run.
+#[derive(Debug)]
+pub struct Audit {
+    /// For humans.
+    pub text: String,
+    /// For JSON.
+    pub value: Value,
+    /// Description of the differences, if any.
+    pub problem: Option<String>,
+}
+
+/// The comparison of a sweep's runs in their simulator and in reality.
+#[derive(Debug)]
+pub struct Reality<'a> {
+    /// The robots.
+    pub robots: Robots,
+    /// Place in the sweep's file, for messages.
+    pub place: &'a str,
+}
+
+/// The robots that a sweep's runs are compared in.
+#[derive(Debug)]
+pub enum Robots {
+    /// Some that evaluate the last offspring, in addition to their simulator.
+    Others(Vec<Site>),
+    /// Of each run that on which its last generations live. The first of them lives in the simulator, too.
+    Own,
+}
+
+/// Reads an experiment's file, with `key=value` settings that override it. Files that it names are relative to its
+/// directory.
+///
+/// # Errors
+/// Exit 3: the file and the line and column in it (or the setting), the key, the value found, and the values allowed.
+pub fn read(path: &Path, set: &[String]) -> Result<Arc<dyn Experiment>> {
+    let text = FileKind::Experiment.text(path)?;
+    let values = FileKind::Experiment.parsed(path, &text)?;
+    of(path, &values, &Setting::all_typed(set)?, &Files::default(), None)
+}
+
+/// Reads the experiment of a run's directory. Older runs without finalists don't mention them.
+///
+/// # Errors
+/// As [`read`].
+pub fn recorded(config: &Path) -> Result<Arc<dyn Experiment>> {
+    const FINALISTS: &str = "evolution.finalists";
+    let text = files::text(config)?;
+    let values = Parsed::new(config.display().to_string(), &text)?.recorded();
+    let is_older = !values.has("swarm") && !values.has(FINALISTS);
+    let none = Setting::at(config.display().to_string(), FINALISTS, &0.into()).ranked(0);
+    let missing = if is_older { vec![none] } else { Vec::new() };
+    of(config, &values, &missing, &Files::default(), None)
+}
+
+/// Reads the values of an experiment's file. Files that other experiments have already named come from `files`.
+///
+/// # Errors
+/// As [`read`].
+pub fn of(
+    path: &Path,
+    values: &Parsed<'_>,
+    set: &[Setting],
+    files: &Files,
+    reality: Option<Reality<'_>>,
+) -> Result<Arc<dyn Experiment>> {
+    if values.has("swarm") {
+        if let Some(Reality { place, .. }) = reality {
+            return Err(Failure::input(format_args!(
+                "{place}: reality: is given for a swarm, whose arena is its reality; allowed: with experiments of single \
+                 robots"
+            )));
+        }
+        return Ok(Arc::new(SwarmExperiment::of(path, values, set)?));
+    }
+    let experiment = experiment::Experiment::of(path, values, set, files)?;
+    Ok(Arc::new(single::Single::new(experiment, reality)))
+}

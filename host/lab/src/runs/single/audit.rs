@@ -1,0 +1,182 @@
+//! `oneiro audit`: evaluates recorded individuals again on this machine and compares them bit for bit.
+
+use oneiro::batch::{Batch, Rollout};
+use oneiro::random::pcg4d;
+use oneiro_base::console::counted;
+use serde_json::{Value, json};
+
+use super::individuals::Individuals;
+use super::job::{keys, score};
+use super::{Audit, Recorded, Single};
+use crate::engine::handle::Engine;
+use oneiro_base::console::Console;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::progress;
+
+/// Individuals per batch.
+const AT_ONCE: usize = 1 << 16;
+/// Differences that are listed individually.
+const LISTED: usize = 10;
+
+/// Evaluates a share of a run's individuals again.
+pub(super) fn run(single: &Single, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Audit> {
+    let report = Report::of(single, run, share, engine, console)?;
+    let different = report.differences.len();
+    Ok(Audit {
+        text: report.text(),
+        value: report.value(),
+        problem: (different > 0).then(|| {
+            let individuals = counted(different, "individual has", "individuals have");
+            format!("{individuals} other bits on {}", engine.name())
+        }),
+    })
+}
+
+/// Result of the audit of one run.
+struct Report {
+    directory: String,
+    recorded: usize,
+    audited: usize,
+    differences: Vec<Difference>,
+}
+
+/// An individual whose score differs on this machine.
+struct Difference {
+    generation: u32,
+    individual: u32,
+    recorded: f32,
+    here: f32,
+}
+
+impl Report {
+    fn of(single: &Single, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Self> {
+        let experiment = &single.experiment;
+        let directory = run.directory;
+        let individuals = Individuals::read(directory, experiment)?;
+        let chosen = chosen(&individuals, run.seed, share);
+        let settings = experiment.settings();
+        let trials = settings.trials as usize;
+        let is_real = |index: &usize| {
+            let (generation, _) = individuals.place(*index);
+            experiment.first_real().is_some_and(|first| generation >= first)
+        };
+        let (mut real, simulated): (Vec<usize>, Vec<usize>) = chosen.into_iter().partition(is_real);
+        if single.ends_outside() {
+            // A robot does not live the same life twice.
+            real.clear();
+        }
+        let audited = simulated.len() + real.len();
+        let steps =
+            (audited * trials) as u64 * u64::from(experiment.world().cycles()) * u64::from(experiment.world().robots());
+        let differences = progress::watched(
+            steps,
+            "auditing",
+            console,
+            &engine.control,
+            || -> Result<Vec<Difference>> {
+                let mut differences = Vec::new();
+                let chunks = [&simulated, &real].map(|own| own.chunks(AT_ONCE.div_ceil(trials)));
+                for some in chunks.into_iter().flatten() {
+                    let (generation, _) = individuals.place(some[0]);
+                    let world = single.world_of(generation)?;
+                    let rollouts: Vec<Rollout<'_>> = some
+                        .iter()
+                        .filter_map(|&index| Some((individuals.get(index)?.0, individuals.place(index))))
+                        .flat_map(|(genes, (generation, individual))| {
+                            keys(settings, run.seed, generation, individual).map(move |key| Rollout {
+                                world: 0,
+                                genes,
+                                key,
+                            })
+                        })
+                        .collect();
+                    // A run can't have written genes that a batch doesn't accept.
+                    let batch = Batch::new(std::slice::from_ref(&world), &rollouts, None)
+                        .map_err(|invalid| Failure::corrupt(format_args!("{}: {invalid}", directory.display())))?;
+                    let outcome = engine.evaluate(&batch)?;
+                    for (&index, lives) in some.iter().zip(outcome.fitness.chunks_exact(trials)) {
+                        let Some((_, recorded)) = individuals.get(index) else {
+                            continue;
+                        };
+                        let here = score(settings.trial_score, lives);
+                        if here.to_bits() != recorded.to_bits() {
+                            let (generation, individual) = individuals.place(index);
+                            differences.push(Difference {
+                                generation,
+                                individual,
+                                recorded,
+                                here,
+                            });
+                        }
+                    }
+                }
+                Ok(differences)
+            },
+        )?;
+        Ok(Self {
+            directory: directory.display().to_string(),
+            recorded: individuals.len(),
+            audited,
+            differences,
+        })
+    }
+
+    fn text(&self) -> String {
+        let Self {
+            directory,
+            recorded,
+            audited,
+            differences,
+        } = self;
+        let listed = differences.iter().take(LISTED).map(|difference| {
+            let Difference { generation, individual, recorded, here } = difference;
+            format!(
+                "  generation {generation}, individual {individual}: recorded {recorded} ({:08x}), here {here} ({:08x})\n",
+                recorded.to_bits(),
+                here.to_bits()
+            )
+        });
+        let listed: String = listed.collect();
+        let different = differences.len();
+        format!(
+            "{directory}: {audited} of {} audited, {different} with other bits\n{listed}",
+            counted(*recorded, "individual", "individuals")
+        )
+    }
+
+    fn value(&self) -> Value {
+        let differences: Vec<Value> = self
+            .differences
+            .iter()
+            .map(|difference| {
+                json!({
+                    "generation": difference.generation,
+                    "individual": difference.individual,
+                    "recorded": format!("{:08x}", difference.recorded.to_bits()),
+                    "here": format!("{:08x}", difference.here.to_bits()),
+                })
+            })
+            .collect();
+        json!({
+            "directory": self.directory,
+            "recorded": self.recorded,
+            "audited": self.audited,
+            "different": self.differences.len(),
+            "differences": differences,
+        })
+    }
+}
+
+/// Individuals to audit: a reproducible random choice, or the first one if none is drawn.
+fn chosen(individuals: &Individuals, seed: u64, share: f64) -> Vec<usize> {
+    let drawn = |&index: &usize| {
+        let (generation, individual) = individuals.place(index);
+        let [lot, ..] = pcg4d([seed as u32, (seed >> 32) as u32, generation, individual]);
+        f64::from(lot) < share * 4_294_967_296.0
+    };
+    let mut chosen: Vec<usize> = (0..individuals.len()).filter(drawn).collect();
+    if chosen.is_empty() && individuals.len() > 0 {
+        chosen.push(0);
+    }
+    chosen
+}

@@ -1,0 +1,94 @@
+//! Behaviour of individuals, for optimisers that use it.
+
+use std::sync::Arc;
+
+use oneiro::batch::Trace;
+use rayon::prelude::*;
+
+use super::job::means;
+use crate::experiment::Experiment;
+use crate::lives::measures::{self, Descriptor, Frame, Meter};
+use oneiro_base::contents::Column;
+
+/// Columns of the table of individuals without a behaviour.
+pub(super) static COLUMNS: [Column; 2] = [
+    Column::whole("generation", "", "its number, from 0"),
+    Column::whole(
+        "nan",
+        "individuals",
+        "the number of individuals that have a measure that is not a number (NaN): they have no behaviour",
+    ),
+];
+
+/// Measures behaviour by the descriptors of an experiment.
+pub(super) struct Behaviour {
+    frame: Arc<Frame>,
+    descriptors: Vec<Descriptor>,
+    /// Cycles between the records that are needed.
+    every: u32,
+    /// Records of a life that doesn't end early.
+    records: usize,
+}
+
+impl Behaviour {
+    /// None if the experiment's optimiser does not use behaviour.
+    pub(super) fn new(experiment: &Experiment) -> Option<Self> {
+        let evolution = &experiment.settings().evolution;
+        if !evolution.uses_behaviour() {
+            return None;
+        }
+        let (world, known) = (experiment.world(), measures::descriptors(experiment.world()));
+        let own = |measure: &str| known.iter().find(|own| own.column.name == measure).cloned();
+        let wanted = evolution.descriptors.iter();
+        let descriptors: Vec<_> = wanted.filter_map(|wanted| own(&wanted.measure)).collect();
+        let frame = Frame::new(world, world.cycles(), &descriptors);
+        // Then those of the first cycle and the last.
+        let last = world.cycles() - 1;
+        let every = if frame.needs_only_the_end() { last.max(1) } else { 1 };
+        Some(Self {
+            frame: Arc::new(frame),
+            descriptors,
+            every,
+            records: (last / every) as usize + 1,
+        })
+    }
+
+    /// The number of individuals that have a measure that is not a number, among behaviours of [`Behaviour::of`].
+    pub(super) fn unmeasured(&self, behaviours: &[f64]) -> u32 {
+        let individuals = behaviours.chunks_exact(self.descriptors.len());
+        individuals
+            .filter(|own| own.iter().any(|measure| measure.is_nan()))
+            .count() as u32
+    }
+
+    /// Cycles between records of the traces that it measures.
+    pub(super) fn every(&self) -> u32 {
+        self.every
+    }
+
+    /// What describes each individual, one after the other: means over its lives. A life that ended before its first cycle has no
+    /// behaviour: NaN. None if a life ended early, so that its last record lies between those that were asked for: then all
+    /// are asked for from now on.
+    pub(super) fn of(&mut self, traces: &[Trace], trials: u32) -> Option<Vec<f64>> {
+        if self.every > 1 && traces.iter().any(|life| life.len() < self.records) {
+            self.every = 1;
+            return None;
+        }
+        let individual = |lives: &[Trace]| {
+            let mut measured = Vec::with_capacity(lives.len() * self.descriptors.len());
+            for life in lives {
+                let life = self.measured(life);
+                measured.extend(self.descriptors.iter().map(|own| own.value(&life)));
+            }
+            means(&measured, self.descriptors.len()).collect::<Vec<f64>>()
+        };
+        let all = traces.par_chunks_exact(trials as usize).map(individual);
+        Some(all.collect::<Vec<_>>().concat())
+    }
+
+    fn measured(&self, life: &Trace) -> measures::Measures {
+        let mut meter = Meter::new(Arc::clone(&self.frame));
+        meter.add_all(life);
+        meter.finish()
+    }
+}

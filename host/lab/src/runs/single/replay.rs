@@ -1,0 +1,207 @@
+//! `oneiro replay`: repeats a champion's life, or lets it live another one.
+
+use std::path::Path;
+
+use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::differential::{Build, Differential};
+use oneiro::parameter::Choice;
+use oneiro::random::Key;
+use oneiro::world::{Start, World, WorldSpec};
+use serde_json::json;
+
+use super::job::{keys, score};
+use super::trace::TraceTable;
+use super::{Experiment, REPLAY, Recorded, Replay, Single};
+use crate::engine::handle::Engine;
+use crate::genomes;
+use crate::lives::Keys;
+use crate::reality::site::LIVES;
+use oneiro_base::console::{Console, decimal};
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::plain;
+use oneiro_report::figures;
+use oneiro_report::numbers::significant;
+
+/// Simulates the champion's lives again, compares its score with the recorded one, and writes one life's path and
+/// trace. A life from another start, with other random numbers or of another genome is also written, but not compared.
+pub(super) fn run(
+    single: &Single,
+    run: &Recorded<'_>,
+    replay: &Replay<'_>,
+    engine: &Engine,
+    console: Console,
+) -> Result {
+    let experiment = &single.experiment;
+    if single.ends_outside() {
+        let directory = run.directory.display();
+        return Err(Failure::input(format_args!(
+            "{directory}: its champion lived on a robot on a wire, and such a life can't be repeated; allowed: runs in a simulator. \
+             Its lives are in {directory}/{LIVES}, and `oneiro evaluate --genomes {directory}` lets it live in the simulator"
+        )));
+    }
+    if replay.elites {
+        return super::elites::page(single, run, replay, engine, console);
+    }
+    let champion = match replay.elite {
+        Some(cell) => super::archive::elite(run, experiment, cell)?,
+        None => super::champion(run, experiment)?,
+    };
+    let other = replay
+        .genome
+        .map(|file| genome(file, experiment, console))
+        .transpose()?;
+    let settings = experiment.settings();
+    if replay.trial >= settings.trials {
+        return Err(Failure::input(format_args!(
+            "--trial {}: no such life; allowed: 0 to {}",
+            replay.trial,
+            settings.trials - 1
+        )));
+    }
+    if let (Some(_), Build::Differential(Differential { count: Some(_), .. })) =
+        (replay.start, &experiment.world().spec().robot.build)
+    {
+        return Err(Failure::input(
+            "--start: is given, and robots that live together start at random; allowed: with single robots, or --seed for other starts",
+        ));
+    }
+    let is_new = replay.start.is_some() || replay.seed.is_some() || other.is_some();
+    let lived_in = single.world_of(champion.generation)?;
+    let world = match replay.start {
+        None => lived_in,
+        Some([x, y, heading]) => World::new(WorldSpec {
+            start: Start::At { x, y, heading },
+            ..lived_in.spec().clone()
+        })
+        .map_err(|invalid| Failure::input(format_args!("--start {x},{y},{heading}: {invalid}")))?,
+    };
+    let keys: Vec<Key> = match replay.seed.or(other.as_ref().map(|_| 1)) {
+        None => keys(settings, run.seed, champion.generation, champion.individual).collect(),
+        Some(seed) => {
+            let keys = Keys::of_seed(seed);
+            (0..settings.trials as usize).map(|trial| keys.of(0, trial)).collect()
+        }
+    };
+    let worlds = std::slice::from_ref(&world);
+    let rollouts: Vec<Rollout<'_>> = keys
+        .into_iter()
+        .map(|key| Rollout {
+            world: 0,
+            genes: other.as_ref().unwrap_or(&champion.genome),
+            key,
+        })
+        .collect();
+    let lives = engine.evaluate(&Batch::new(worlds, &rollouts, None)?)?;
+    let own = score(settings.trial_score, &lives.fitness);
+    let (bits, recorded) = (own.to_bits(), champion.fitness.to_bits());
+    if !is_new && bits != recorded {
+        return Err(Failure::failed(format_args!(
+            "{}: the recorded fitness is {} (bits {recorded:08x}), but {own} (bits {bits:08x}) on {}",
+            run.directory.display(),
+            champion.fitness,
+            engine.name()
+        )));
+    }
+
+    let shown = rollouts[replay.trial as usize];
+    let every = replay.every.min(world.cycles());
+    let traced = Batch::new(worlds, &[shown], Some(TraceRequest { every }))?;
+    let trace = engine.evaluate(&traced)?.traces.into_iter().next().unwrap_or_default();
+    let life = lives.fitness[replay.trial as usize];
+    let shown_life = significant(life.into(), 6);
+    let title = match replay.genome {
+        Some(file) => format!("{}: {}, fitness {shown_life}", experiment.name(), file.display()),
+        None => format!(
+            "{}, seed {}: generation {}, fitness {shown_life}",
+            experiment.name(),
+            run.seed,
+            champion.generation
+        ),
+    };
+    let spec = world.spec();
+    let picture = figures::life(&spec.arena, spec.robot.body_radius, &title, &trace, every);
+
+    let directory = replay.out;
+    plain::make_directory(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+    let stem = match settings.trials {
+        1 => format!("{REPLAY}{}", differences(replay)),
+        _ => format!("{REPLAY}-{}{}", replay.trial, differences(replay)),
+    };
+    let [path, table] = ["svg", "csv"].map(|extension| directory.join(format!("{stem}.{extension}")));
+    disk::write(&path, picture.as_bytes())?;
+    disk::write(&table, TraceTable::new(&world).csv(&trace, every).as_bytes())?;
+    let watched = super::together::watch(&world, &shown, replay.every, life, engine, console)?;
+    let mut files = vec![path, table];
+    if let Some(watched) = watched {
+        files.extend(watched.write(directory, &stem, &title)?);
+    }
+    let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
+    if console.json() {
+        return console.json_data(&json!({
+            "genome": replay.genome,
+            "generation": other.is_none().then_some(champion.generation),
+            "individual": other.is_none().then_some(champion.individual),
+            "fitness": decimal(own),
+            "bits": format!("{bits:08x}"),
+            "compared": !is_new,
+            "trial": replay.trial,
+            "trial_fitness": decimal(life),
+            "trial_bits": format!("{:08x}", life.to_bits()),
+            "collisions": collisions,
+            "path": files[0],
+            "trace": files[1],
+            "page": files.get(2),
+            "robots": files.get(3),
+            "device": engine.name(),
+        }));
+    }
+    let compared = if is_new {
+        "a new life, which is not compared with the record"
+    } else {
+        "as recorded"
+    };
+    let who = match replay.genome {
+        Some(file) => file.display().to_string(),
+        None => format!("generation {}, individual {}", champion.generation, champion.individual),
+    };
+    let (all, one) = match settings.trials {
+        1 => (String::new(), String::new()),
+        trials => {
+            let (score, trial) = (settings.trial_score.word(), replay.trial);
+            let one = format!("\nlife {trial}: fitness {life} (bits {:08x})", life.to_bits());
+            (format!(" of {trials} lives ({score})"), one)
+        }
+    };
+    console.data(format!(
+        "{who}: fitness {own}{all} (bits {bits:08x}), {compared}{one}\n{}",
+        files.join("\n")
+    ))
+}
+
+/// What a replayed life has other than the champion's recorded one, for the names of its files: they never take the place of the
+/// recorded life's.
+fn differences(replay: &Replay<'_>) -> String {
+    let plain = |name: &Path| -> String {
+        let stem = name.file_stem().unwrap_or_default().to_string_lossy();
+        stem.replace(|c: char| !c.is_alphanumeric() && !"-_.".contains(c), "_")
+    };
+    let elite = replay.elite.map(|cell| format!("-elite-{cell}"));
+    let genome = replay.genome.map(|file| format!("-genome-{}", plain(file)));
+    let start = replay.start.map(|[x, y, heading]| format!("-start-{x}_{y}_{heading}"));
+    let seed = replay.seed.map(|seed| format!("-seed-{seed}"));
+    [elite, genome, start, seed].into_iter().flatten().collect()
+}
+
+/// The one genome of a file.
+fn genome(file: &Path, experiment: &Experiment, console: Console) -> Result<Vec<f32>> {
+    let all = genomes::read(file, experiment.world().gene_layout(), |word| console.say(word))?;
+    if all.len() > 1 {
+        let (file, count) = (file.display(), all.len());
+        return Err(Failure::input(format_args!(
+            "--genome {file}: has {count} genomes; allowed: one"
+        )));
+    }
+    Ok(all.genome(0).to_vec())
+}

@@ -1,0 +1,231 @@
+//! `oneiro replay` of robots that live together: a page that plays the life, and a table with a row for each robot.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use oneiro::automode::{Behaviour, Form};
+use oneiro::batch::{LANES, Rollout, Trace, TraceRequest, Worlds};
+use oneiro::compose::{DetailKind, Kind};
+use oneiro::cpu::Cpu;
+use oneiro::world::World;
+
+use crate::engine::handle::Engine;
+use oneiro_base::console::Console;
+use oneiro_base::contents::Column;
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_report::csv::Csv;
+use oneiro_report::figures::{self, MissionReplay};
+use oneiro_report::numbers::significant;
+
+/// Words of a trace that is in memory at a time, 64 MB, and bytes of a page.
+const WORDS: usize = 16 << 20;
+const PAGE: usize = 4_900_000;
+
+pub(super) static COLUMNS: [Column; 6] = [
+    Column::whole("robot", "", "its number, from 0"),
+    Column::number(
+        "score",
+        "",
+        "what the task has given this robot; empty if the mission scores the swarm as a whole",
+    ),
+    Column::number(
+        "distance_mm",
+        "mm",
+        "the length of its path, from the start of the first cycle to that of the last",
+    ),
+    Column::whole("contacts", "cycles", "those that ended elsewhere than if it were alone"),
+    Column::whole("heard", "", "messages that it heard; empty without a reference model"),
+    Column::text(
+        "states",
+        "cycles after which its machine was in each state, from state 0 on, or in each branch of its behaviour tree; empty without either",
+    ),
+];
+
+/// A life that was watched.
+pub(super) struct Watched {
+    /// Its world, observed.
+    world: World,
+    robots: Vec<Lived>,
+    /// Cycles between the records that the page has.
+    every: u32,
+    /// What each robot does in each state of its machine; empty without machines.
+    states: Vec<Vec<String>>,
+}
+
+/// What a robot did.
+#[derive(Default)]
+struct Lived {
+    /// The records that the page has, and what the robot had earned by then.
+    trace: Trace,
+    earned: Vec<f32>,
+    cycles: u32,
+    score: f32,
+    distance: f64,
+    contacts: u32,
+    heard: u64,
+    /// Cycles after which its machine was in each state.
+    states: Vec<u32>,
+    /// Where the last cycle began.
+    at: Option<[f32; 2]>,
+}
+
+/// Lets robots that live together live once more, all watched; none if the robot lives alone, or if its world can't be watched.
+pub(super) fn watch(
+    world: &World,
+    life: &Rollout<'_>,
+    every: u32,
+    fitness: f32,
+    engine: &Engine,
+    console: Console,
+) -> Result<Option<Watched>> {
+    if world.robots() == 1 {
+        return Ok(None);
+    }
+    let observed = match world.observed() {
+        Ok(observed) => observed,
+        Err(invalid) => {
+            console.say(format!("warning: there is no page that plays the life: {invalid}"));
+            return Ok(None);
+        }
+    };
+    let mut watched = Watched::new(observed, life, every);
+    // The code that the user asks for may exist of the world alone, and not of the observed one; the bits are the same.
+    let processor = Engine::new(Box::new(Cpu::new(Some(1))?), Arc::clone(engine.stop()));
+    let lived = watched.live(life, &processor)?;
+    if lived.to_bits() != fitness.to_bits() {
+        return Err(Failure::failed(format_args!(
+            "the watched life has the fitness {lived} on this processor, but the same life {fitness} on {}",
+            engine.name()
+        )));
+    }
+    if watched.robots[0].cycles == 0 {
+        console.say("warning: there is no page that plays the life: it ends before its first cycle");
+        return Ok(None);
+    }
+    Ok(Some(watched))
+}
+
+impl Watched {
+    fn new(world: World, life: &Rollout<'_>, every: u32) -> Self {
+        let robots = world.robots() as usize;
+        let most = PAGE / (robots * figures::bytes_of_record(&world));
+        let named = |(number, own): (usize, Behaviour)| format!("{number} {}", own.word());
+        let states = |form: Form, robot| -> Vec<String> {
+            let own = form.behaviours(&life.genes[world.genes_of(robot)]);
+            own.into_iter().enumerate().map(named).collect()
+        };
+        let states: Vec<Vec<String>> = Form::of(world.gene_layout()).map_or_else(Vec::new, |form| {
+            (0..world.robots()).map(|robot| states(form, robot)).collect()
+        });
+        let own = |robot| Lived {
+            states: vec![0; states.get(robot).map_or(0, Vec::len)],
+            ..Lived::default()
+        };
+        Self {
+            every: every.max(world.cycles().div_ceil(most.max(1) as u32)),
+            robots: (0..robots).map(own).collect(),
+            states,
+            world,
+        }
+    }
+
+    /// Lives, in stretches whose traces fit in memory; returns the fitness.
+    fn live(&mut self, life: &Rollout<'_>, engine: &Engine) -> Result<f32> {
+        let worlds = Worlds::new(std::slice::from_ref(&self.world))?;
+        let lives = [Rollout { world: 0, ..*life }];
+        let (mut first, mut states, mut fitness) = (0, Vec::new(), f32::NAN);
+        // The first cycle tells how long a record is.
+        let mut stretch = 1;
+        while first < self.world.cycles() {
+            let end = (first + stretch).min(self.world.cycles());
+            let batch = worlds.stretch(&lives, first..end, &states, Some(TraceRequest { every: 1 }))?;
+            stretch = (WORDS / LANES / batch.record_words()).max(1) as u32;
+            let outcome = engine.evaluate(&batch)?;
+            for (own, trace) in self
+                .robots
+                .iter_mut()
+                .zip(outcome.traces[0].by_robot(self.world.robots()))
+            {
+                own.add(&self.world, &trace, first, self.every);
+            }
+            (states, fitness, first) = (outcome.states, outcome.fitness[0], end);
+        }
+        Ok(fitness)
+    }
+
+    /// Writes the page and the table beside the files of the life; returns their paths.
+    pub(super) fn write(&self, directory: &Path, stem: &str, title: &str) -> Result<[PathBuf; 2]> {
+        let (page, table) = (
+            directory.join(format!("{stem}.html")),
+            directory.join(format!("{stem}-robots.csv")),
+        );
+        let traces: Vec<Trace> = self.robots.iter().map(|own| own.trace.clone()).collect();
+        let earned: Vec<Vec<f32>> = self.robots.iter().map(|own| own.earned.clone()).collect();
+        let html = figures::mission_page(&MissionReplay {
+            title,
+            world: &self.world,
+            cycles: self.robots[0].cycles,
+            robots: &traces,
+            every: self.every,
+            earned: &earned,
+            states: &self.states,
+        });
+        disk::write(&page, html.as_bytes())?;
+        disk::write(&table, self.table().as_bytes())?;
+        Ok([page, table])
+    }
+
+    /// A row for each robot.
+    fn table(&self) -> String {
+        let has = |kind| self.world.details().iter().any(|own| own.kind == kind);
+        let (scores, hears) = (has(DetailKind::Earned), has(DetailKind::Heard));
+        let only = |is_known: bool, value: String| if is_known { value } else { String::new() };
+        let mut csv = Csv::new(&COLUMNS);
+        for (robot, own) in self.robots.iter().enumerate() {
+            let states: Vec<String> = own.states.iter().map(u32::to_string).collect();
+            csv.row([
+                robot.to_string(),
+                only(scores, own.score.to_string()),
+                significant(own.distance, 6),
+                own.contacts.to_string(),
+                only(hears, own.heard.to_string()),
+                states.join(" "),
+            ]);
+        }
+        csv.text()
+    }
+}
+
+impl Lived {
+    /// Adds the records of the next cycles, `first` and following.
+    fn add(&mut self, world: &World, trace: &Trace, first: u32, every: u32) {
+        let acting = Form::of(world.gene_layout()).map(Form::acting);
+        self.cycles += trace.len() as u32;
+        for ((record, details), cycle) in trace.lines().zip(first..) {
+            let at = [record.x, record.y];
+            if let Some(before) = self.at.replace(at) {
+                self.distance += f64::from(at[0] - before[0]).hypot(f64::from(at[1] - before[1]));
+            }
+            self.contacts += u32::from(record.collided > 0.0);
+            for (detail, &word) in world.details().iter().zip(details) {
+                match detail.kind {
+                    // As the kernel adds what it earns.
+                    DetailKind::Earned => self.score += f32::from_bits(word),
+                    DetailKind::Heard => self.heard += u64::from(word.count_ones()),
+                    DetailKind::Memory(Kind::Controller) if Some(detail.name.as_str()) == acting => {
+                        if let Some(cycles) = self.states.get_mut(word as usize) {
+                            *cycles += 1;
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            if cycle % every == 0 {
+                self.earned.push(self.score);
+            }
+        }
+        let skipped = (every - first % every) % every;
+        self.trace.append(&trace.thinned(skipped as usize, every as usize));
+    }
+}

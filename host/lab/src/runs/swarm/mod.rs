@@ -1,0 +1,270 @@
+//! Swarms whose on-board simulators evolve: [`crate::swarm`] has the algorithm.
+
+mod replay;
+
+use oneiro_base::console::counted;
+use std::path::Path;
+use std::sync::Arc;
+
+use oneiro::batch::Worlds;
+use oneiro::foraging::Light;
+use serde_json::json;
+
+use super::{Audit, Experiment, Recorded, Recording, Replay, Shown, Summary, Table};
+use crate::engine::handle::Engine;
+use crate::engine::job::Job;
+use crate::engine::watcher::Watcher;
+use crate::experiment::source::LeftOut;
+use crate::experiment::swarm::SwarmExperiment;
+use crate::experiment::{self, Identities, Input};
+use crate::swarm::job::SwarmJob;
+use crate::swarm::record::{Case, Run};
+use crate::swarm::steps;
+use crate::swarm::tables::{FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS, outcomes};
+use oneiro_base::console::Console;
+use oneiro_base::contents::{Column, Entry, head};
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+
+const REPLAY: &str = "replay.html";
+
+/// The files of the directory of any run.
+#[cfg(any(test, feature = "testing"))]
+pub fn all_contents() -> Vec<Entry> {
+    contents()
+}
+
+/// The columns of a run's table of steps.
+#[cfg(any(test, feature = "testing"))]
+pub fn all_steps() -> &'static [Column] {
+    &INTERVALS_COLUMNS
+}
+
+/// The columns of what runs give in a sweep's table of results.
+#[cfg(any(test, feature = "testing"))]
+pub fn all_outcomes() -> Vec<Column> {
+    outcomes()
+}
+
+fn contents() -> Vec<Entry> {
+    let intervals = "one row per robot and interval; none in the case `random`, in which nothing evolves";
+    vec![
+        Entry::table(INTERVALS, intervals, &INTERVALS_COLUMNS),
+        Entry::table(FOOD, "one row per second", &FOOD_COLUMNS),
+        Entry::file(REPLAY, "written by `oneiro replay`: a page that plays the run"),
+    ]
+}
+
+/// Food in each second, from a run's table.
+fn food(directory: &Path) -> Result<Vec<u32>> {
+    let path = directory.join(FOOD);
+    let text = disk::read_text(&path)?;
+    let of_line = |line: &str| line.split_once(',')?.1.parse().ok();
+    let lines = text.strip_prefix(&head(&FOOD_COLUMNS));
+    let seconds: Option<Vec<u32>> = lines.and_then(|lines| lines.lines().map(of_line).collect());
+    seconds.ok_or_else(|| Failure::corrupt(format_args!("{}: is not a table of food", path.display())))
+}
+
+/// Repeats a recorded run.
+fn again(experiment: &SwarmExperiment, seed: u64, engine: &Engine, console: Console) -> Result<SwarmJob> {
+    let plan = experiment.plan(seed);
+    let mut watcher = Watcher::new(steps(&plan), "foraging", None, console);
+    let jobs = engine.finished(vec![SwarmJob::new(plan).keeping_lines()], &mut watcher)?;
+    let job = jobs.into_iter().next();
+    job.ok_or_else(|| Failure::failed("a swarm has no result"))
+}
+
+/// Name of the first table that differs from the recorded one, if any.
+fn difference(run: &Run, directory: &Path) -> Result<Option<String>> {
+    let tables = [
+        (INTERVALS, head(&INTERVALS_COLUMNS) + &run.interval_rows()),
+        (FOOD, run.food_table()),
+    ];
+    for (name, text) in tables {
+        if disk::read_text(&directory.join(name))? != text {
+            return Ok(Some(format!("{name} is not what this device computes")));
+        }
+    }
+    Ok(None)
+}
+
+impl Experiment for SwarmExperiment {
+    fn name(&self) -> &str {
+        self.name()
+    }
+
+    fn single(&self) -> Option<&experiment::Experiment> {
+        None
+    }
+
+    fn swarm(&self) -> Option<&SwarmExperiment> {
+        Some(self)
+    }
+
+    fn seed(&self) -> Option<u64> {
+        self.seed()
+    }
+
+    fn warnings(&self) -> &[String] {
+        &[]
+    }
+
+    fn left_out(&self) -> &LeftOut {
+        SwarmExperiment::left_out(self)
+    }
+
+    fn inputs(&self) -> &[Input] {
+        &[]
+    }
+
+    fn resolved_toml(&self, seed: u64) -> String {
+        self.resolved_toml(seed)
+    }
+
+    fn identities(&self) -> Identities {
+        self.identities()
+    }
+
+    fn length(&self) -> u32 {
+        self.settings().minutes
+    }
+
+    fn steps(&self) -> u64 {
+        steps(&self.plan(0))
+    }
+
+    fn kernel(&self) -> &'static str {
+        // If nothing evolves, there is only the arena.
+        if self.settings().case == Case::Random {
+            oneiro_shaders::SWARM.name
+        } else {
+            oneiro_shaders::FORAGER.name
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        let settings = self.settings();
+        u64::from(settings.world.robots) * u64::from(settings.seconds()) * 64
+    }
+
+    fn sample(&self) -> Result<Worlds> {
+        Ok(Worlds::new(&[self.settings().simulator(Light::OverNest)])?)
+    }
+
+    fn job(self: Arc<Self>, seed: u64, _: Recording<'_>) -> Result<Box<dyn Job>> {
+        Ok(Box::new(SwarmJob::new(self.plan(seed))))
+    }
+
+    fn restored(self: Arc<Self>, seed: u64, _: Recording<'_>, saved: &[u8]) -> Result<Box<dyn Job>> {
+        Ok(Box::new(SwarmJob::restore(self.plan(seed), saved)?))
+    }
+
+    fn tables(&self, _: Recording<'_>) -> Vec<Table> {
+        vec![Table {
+            file: INTERVALS,
+            head: head(&INTERVALS_COLUMNS).into_bytes(),
+        }]
+    }
+
+    fn results(&self) -> Vec<&'static str> {
+        vec![INTERVALS, FOOD]
+    }
+
+    fn contents(&self) -> Vec<Entry> {
+        contents()
+    }
+
+    fn outcomes(&self) -> Vec<Column> {
+        outcomes()
+    }
+
+    fn columns(&self) -> &'static [Column] {
+        &INTERVALS_COLUMNS
+    }
+
+    fn shown(&self) -> Shown {
+        Shown {
+            by: ("rate", "food per robot-minute"),
+            time: ("interval", "interval"),
+            value: ("real", "real fitness of a robot's interval"),
+        }
+    }
+
+    fn summary(&self, run: &Recorded<'_>) -> Result<Summary> {
+        let brought: u32 = food(run.directory)?.iter().sum();
+        Ok(Summary {
+            line: ("food", brought.to_string()),
+            values: vec![("brought", json!(brought))],
+            cells: vec![("food", brought.to_string())],
+            warnings: Vec::new(),
+        })
+    }
+
+    fn progress(&self, run: &Recorded<'_>) -> Result<(u32, Option<f32>)> {
+        if !run.is_done {
+            let minutes = checkpointed(run.directory).unwrap_or(0);
+            return Ok((minutes, None));
+        }
+        let food = food(run.directory)?;
+        Ok((food.len() as u32 / 60, Some(food.iter().sum::<u32>() as f32)))
+    }
+
+    fn check(&self, picture: Option<&Path>, console: Console) -> Result {
+        let settings = self.settings();
+        if picture.is_some() {
+            return Err(Failure::usage("--out: an arena of a swarm is drawn by `oneiro replay`"));
+        }
+        if console.json() {
+            return console.json_data(&json!({
+                "name": self.name(),
+                "robot_steps": Experiment::steps(self),
+                "settings": self.values()["swarm"],
+            }));
+        }
+        console.data(format!(
+            "{} is valid\n  case        {}\n  robots      {}, for {}\n  arena       radius {} mm\n  work        \
+             {:.1} million robot-steps a run",
+            self.name(),
+            settings.case.title(),
+            settings.world.robots,
+            counted(settings.minutes, "minute", "minutes"),
+            settings.world.forager.arena_radius,
+            Experiment::steps(self) as f64 / 1e6
+        ))
+    }
+
+    fn check_lives(&self, _: u32, _: Console) -> Result {
+        Err(Failure::usage(
+            "--lives: is given for a swarm, whose arithmetic is shipped and checked by the tests; allowed: experiments of single \
+             robots",
+        ))
+    }
+
+    fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result {
+        replay::run(self, run, replay, engine, console)
+    }
+
+    /// Audits the whole run, whatever the share.
+    fn audit(&self, run: &Recorded<'_>, _: f64, engine: &Engine, console: Console) -> Result<Audit> {
+        let directory = run.directory.display();
+        if !run.is_done {
+            return Err(Failure::failed(format_args!(
+                "{directory}: is not finished; `oneiro resume` continues it"
+            )));
+        }
+        let again = again(self, run.seed, engine, console)?.run();
+        let problem = difference(&again, run.directory)?;
+        let text = match &problem {
+            None => format!("{directory}: as recorded, all of it, on {}", engine.name()),
+            Some(problem) => format!("{directory}: {problem}"),
+        };
+        let value = json!({ "directory": directory.to_string(), "problem": problem });
+        Ok(Audit { text, value, problem })
+    }
+}
+
+/// Finished minutes at a run's newest checkpoint.
+fn checkpointed(directory: &Path) -> Option<u32> {
+    let (newest, _) = crate::engine::checkpoint::list(directory).ok()?.into_iter().next()?;
+    u32::try_from(newest).ok()
+}

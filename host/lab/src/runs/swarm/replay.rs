@@ -1,0 +1,86 @@
+//! `oneiro replay` for a swarm: a page that plays it.
+
+use oneiro::swarm::SECOND;
+use serde_json::json;
+
+use super::{REPLAY, again, difference};
+use crate::engine::handle::Engine;
+use crate::experiment::swarm::SwarmExperiment;
+use crate::runs::{Recorded, Replay};
+use crate::swarm::record::RobotInterval;
+use oneiro_base::console::Console;
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::plain;
+use oneiro_report::figures::{self, BEHAVIOURS, Genes, SwarmReplay, Teller};
+
+/// Repeats a finished run and writes a page that plays it.
+pub(super) fn run(
+    experiment: &SwarmExperiment,
+    recorded: &Recorded<'_>,
+    replay: &Replay<'_>,
+    engine: &Engine,
+    console: Console,
+) -> Result {
+    // A default can't be told from what was typed.
+    let given = [
+        ("--start", replay.start.is_some()),
+        ("--seed", replay.seed.is_some()),
+        ("--genome", replay.genome.is_some()),
+        ("--elite", replay.elite.is_some()),
+        ("--elites", replay.elites),
+        ("--trial", replay.trial != 0),
+        ("--every", replay.every != 1),
+    ];
+    if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
+        return Err(Failure::usage(format_args!(
+            "{option}: is given for a swarm of the 2014 study, which is replayed whole; allowed: with runs that have a champion"
+        )));
+    }
+    let job = again(experiment, recorded.seed, engine, console)?;
+    let run = job.run();
+    if let Some(problem) = difference(&run, recorded.directory)? {
+        return Err(Failure::failed(format_args!(
+            "{}: {problem}",
+            recorded.directory.display()
+        )));
+    }
+    let settings = experiment.settings();
+    let genes: Vec<Vec<Genes>> = (0..run.intervals.first().map_or(0, Vec::len))
+        .map(|robot| {
+            let clock = settings.clock.interval_s;
+            let of = |(interval, robots): (usize, &Vec<_>)| {
+                let own: &RobotInterval = &robots[robot];
+                Genes {
+                    cycle: SECOND * (u32::from(run.switched_on[robot]) + interval as u32 * clock),
+                    s0: own.s0,
+                    g0: own.g0,
+                    g1: own.g1,
+                }
+            };
+            run.intervals.iter().enumerate().map(of).collect()
+        })
+        .collect();
+    let page = figures::swarm_page(&SwarmReplay {
+        title: &format!("{}, seed {}", experiment.name(), recorded.seed),
+        swarm: &settings.swarm(),
+        lamp: settings.case.lamp(SECOND * settings.light_moves()),
+        names: &(1..=settings.world.robots).collect::<Vec<_>>(),
+        acts: &BEHAVIOURS,
+        teller: Teller::Arena,
+        lines: &figures::moments(job.lines(), SECOND),
+        genes: &genes,
+    });
+    let directory = replay.out;
+    plain::make_directory(directory).map_err(|error| Failure::unreadable(directory, &error))?;
+    let path = directory.join(REPLAY);
+    disk::write(&path, page.as_bytes())?;
+    if console.json() {
+        return console.json_data(&json!({
+            "brought": run.total(),
+            "page": path.display().to_string(),
+            "device": engine.name(),
+        }));
+    }
+    console.data(format!("food {}, as recorded\n{}", run.total(), path.display()))
+}

@@ -1,0 +1,190 @@
+//! The program on board of one robot: its simulator, its controllers, and its decisions at the end of each interval. It
+//! needs only its own fitness, the results of its simulations and the messages it heard.
+
+use oneiro::batch::Rollout;
+use oneiro::foraging::Light;
+use oneiro::random::Key;
+use serde::{Deserialize, Serialize};
+
+use super::clock::Clock;
+use super::settings::{Says, Settings};
+use crate::exchange::Message;
+use crate::exchange::pairs::Pairs;
+use crate::swarm::record::Credit;
+use oneiro_evolve::encapsulated::{Controllers, Genome, any_gene};
+use oneiro_evolve::random::{Stream, stream};
+
+/// One robot's evolution of controllers and of its simulator.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OnBoard {
+    seed: u64,
+    pub clock: Clock,
+    /// The controller that it starts with.
+    pub first: Genome,
+    controllers: Controllers,
+    /// The controller that did best in each interval's simulations, and its fitness there.
+    pub chosen: Vec<Genome>,
+    pub simulated: Vec<f32>,
+    /// The gene of its simulator in each interval so far, the present one last.
+    pub simulators: Vec<f32>,
+    /// Its real fitness in each interval that has ended.
+    pub real: Vec<f32>,
+    /// The ranking of the controllers in the present simulator.
+    ranking: Vec<usize>,
+}
+
+impl OnBoard {
+    /// State of a robot that is about to be switched on.
+    pub fn new(settings: &Settings, clock: Clock, seed: u64) -> Self {
+        let controllers = Controllers::new(settings.controllers.population as usize, seed);
+        Self {
+            seed,
+            clock,
+            first: controllers.genomes()[0],
+            controllers,
+            chosen: Vec::new(),
+            simulated: Vec::new(),
+            simulators: vec![any_gene(&mut stream(seed, Stream::Exchange, 0))],
+            real: Vec::new(),
+            ranking: Vec::new(),
+        }
+    }
+
+    /// The interval that it is in.
+    pub fn interval(&self) -> u32 {
+        self.simulators.len() as u32 - 1
+    }
+
+    /// The gene of its simulator.
+    pub fn simulator(&self) -> f32 {
+        self.simulators[self.simulators.len() - 1]
+    }
+
+    /// Replaces its simulator.
+    pub fn set_simulator(&mut self, gene: f32) {
+        if let Some(own) = self.simulators.last_mut() {
+            *own = gene;
+        }
+    }
+
+    /// The scenario that it simulates.
+    pub fn scenario(&self) -> Light {
+        Light::of_gene(self.simulator())
+    }
+
+    /// The controllers that are simulated in this interval.
+    pub fn controllers(&self) -> &[Genome] {
+        self.controllers.genomes()
+    }
+
+    /// Their lives in its simulator, which is world number `world` of a batch. `robot` is its number in the run with this seed.
+    pub fn rollouts(&self, world: usize, seed: u64, robot: u64) -> impl Iterator<Item = Rollout<'_>> {
+        let generation = u64::from(self.interval()) + 1;
+        self.controllers().iter().zip(0..).map(move |(genes, index)| Rollout {
+            world,
+            genes,
+            key: Key::rollout(seed, generation, robot, index),
+        })
+    }
+
+    /// Whether this interval's controllers are still to be simulated.
+    pub fn is_to_simulate(&self) -> bool {
+        self.simulated.len() < self.simulators.len()
+    }
+
+    /// Takes the fitness of its controllers in its simulator.
+    pub fn take_simulated(&mut self, fitness: &[f32]) {
+        self.ranking = self.controllers.ranking(fitness, self.seed, self.interval());
+        let best = self.ranking[0];
+        self.chosen.push(self.controllers.genomes()[best]);
+        self.simulated.push(fitness[best]);
+    }
+
+    /// The simulator in which the controller was chosen that acts in an interval's last second; that of the interval
+    /// itself if none was.
+    pub fn chosen_under(&self, interval: u32) -> f32 {
+        let last = self.clock.seconds_of(interval).end - 1;
+        self.simulators[self.clock.chosen_in(last).unwrap_or(interval) as usize]
+    }
+
+    /// The simulator that a fitness of an interval is credited to.
+    pub fn credited(&self, interval: u32, credit: Credit) -> f32 {
+        match credit {
+            Credit::Lagged => self.simulators[interval as usize],
+            Credit::Matched => self.chosen_under(interval),
+        }
+    }
+
+    /// The controller that acts in a second: the one before, while the simulations that choose it are late.
+    pub fn acts(&self, second: u32) -> Genome {
+        let count = self.clock.chosen_in(second).map_or(0, |interval| interval as usize + 1);
+        let chosen = &self.chosen[..count.min(self.chosen.len())];
+        chosen.last().copied().unwrap_or(self.first)
+    }
+
+    /// What it broadcasts in a second; none before it is switched on. `so_far` is its fitness in this interval until then, and
+    /// `whole` gives that of an interval that has ended.
+    pub fn message(
+        &self,
+        sender: usize,
+        at: u32,
+        (says, credit): (Says, Credit),
+        so_far: f32,
+        whole: impl FnOnce(usize) -> Option<f32>,
+    ) -> Option<Message> {
+        let now = self.clock.interval_at(at)?;
+        let (interval, fitness) = match says {
+            Says::SoFar => (now, so_far),
+            Says::LastWhole => {
+                let last = now.checked_sub(1)?;
+                (last, whole(last as usize)?)
+            }
+        };
+        Some(Message {
+            sender,
+            interval,
+            simulator: self.credited(interval, credit),
+            fitness,
+            controller: self.acts(at),
+        })
+    }
+
+    /// Ends an interval that it has not lived through, or whose controllers were not simulated in time: its controllers and its
+    /// simulator stay as they are.
+    pub fn miss_interval(&mut self, real: f32) {
+        if self.is_to_simulate() {
+            let acting = self.chosen.last().copied().unwrap_or(self.first);
+            self.chosen.push(acting);
+            self.simulated.push(self.simulated.last().copied().unwrap_or(f32::NAN));
+        }
+        self.real.push(real);
+        self.simulators.push(self.simulator());
+    }
+
+    /// Ends an interval in which its real fitness was `real`: breeds its controllers, and takes over the best simulator
+    /// that it knows of, mutated. Returns whether that came from another robot.
+    pub fn end_interval(&mut self, settings: &Settings, real: f32, heard: &[Message]) -> bool {
+        let interval = self.interval();
+        let mut pairs = Pairs::new(settings.pair_rules());
+        for message in heard {
+            pairs.hear(*message);
+        }
+        let guests: Vec<Genome> = pairs
+            .ranked()
+            .iter()
+            .take(settings.controllers.guests as usize)
+            .map(|pair| pair.controller)
+            .collect();
+        self.controllers = self
+            .controllers
+            .bred(&self.ranking, &settings.breeding(), &guests, self.seed, interval + 1);
+        let own = self.credited(interval, settings.simulators.credit);
+        let better = pairs.better_than(real);
+        let kept = better.map_or(own, |pair| pair.simulator);
+        let mut random = stream(self.seed, Stream::Exchange, interval + 1);
+        self.real.push(real);
+        self.simulators
+            .push(settings.simulator_mutation().of(kept, &mut random));
+        better.is_some()
+    }
+}

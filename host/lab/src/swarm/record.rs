@@ -1,0 +1,174 @@
+//! Cases and controls of swarms' runs, and the record that a run gives.
+
+use clap::ValueEnum;
+use oneiro::foraging::Light;
+use oneiro::swarm::Lamp;
+use serde::{Deserialize, Serialize};
+
+/// The experiment cases of section 4.1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Case {
+    /// 1. No light source.
+    NoLight,
+    /// 2. The light stays over the nest.
+    Over,
+    /// 3. The light stays opposite the nest.
+    Opposite,
+    /// 4. Over the nest, after half of the time opposite.
+    OverThenOpposite,
+    /// 5. Opposite the nest, after half of the time over it.
+    OppositeThenOver,
+    /// 6. No evolution: all search at random.
+    Random,
+}
+
+impl Case {
+    /// All of them, in the paper's order.
+    pub const ALL: [Self; 6] = [
+        Self::NoLight,
+        Self::Over,
+        Self::Opposite,
+        Self::OverThenOpposite,
+        Self::OppositeThenOver,
+        Self::Random,
+    ];
+
+    /// The paper's name.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::NoLight => "No Light Source",
+            Self::Over => "Light Fixed Over Nest",
+            Self::Opposite => "Light Fixed Opposite Nest",
+            Self::OverThenOpposite => "Light Over Nest \u{2192} Light Opposite Nest",
+            Self::OppositeThenOver => "Light Opposite Nest \u{2192} Light Over Nest",
+            Self::Random => "Random Movement",
+        }
+    }
+
+    /// The light's place in the first and in the second half.
+    pub fn lights(self) -> [Light; 2] {
+        match self {
+            Self::NoLight | Self::Random => [Light::Nowhere; 2],
+            Self::Over => [Light::OverNest; 2],
+            Self::Opposite => [Light::OppositeNest; 2],
+            Self::OverThenOpposite => [Light::OverNest, Light::OppositeNest],
+            Self::OppositeThenOver => [Light::OppositeNest, Light::OverNest],
+        }
+    }
+
+    /// Its lamp, which moves at this cycle.
+    pub fn lamp(self, moves: u32) -> Lamp {
+        let [first, then] = self.lights();
+        Lamp { first, then, moves }
+    }
+}
+
+/// The paper's distributed evolution, or a control in which the experimenter intervenes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// The paper's evolution.
+    #[default]
+    Evolved,
+    /// The null: real fitness is shuffled among robots before it is compared.
+    FitnessShuffled,
+    /// Simulators are shuffled among robots after each exchange.
+    SimulatorShuffled,
+    /// All simulators always have the light where it is.
+    SimulatorRight,
+    /// All simulators always have the light where it is not.
+    SimulatorWrong,
+    /// Each simulator is drawn anew each interval.
+    SimulatorRandom,
+    /// One robot alone.
+    Alone,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Evolved,
+        Self::FitnessShuffled,
+        Self::SimulatorShuffled,
+        Self::SimulatorRight,
+        Self::SimulatorWrong,
+        Self::SimulatorRandom,
+        Self::Alone,
+    ];
+
+    /// The name in reports.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Evolved => "as the paper",
+            Self::FitnessShuffled => "fitness shuffled",
+            Self::SimulatorShuffled => "simulators shuffled",
+            Self::SimulatorRight => "simulators right",
+            Self::SimulatorWrong => "simulators wrong",
+            Self::SimulatorRandom => "simulators random",
+            Self::Alone => "one robot alone",
+        }
+    }
+}
+
+/// The simulator that a robot's fitness is credited to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Credit {
+    /// The one that the robot has while it earns the fitness, as the paper says.
+    Lagged,
+    /// The one in which the controller was chosen that earns it.
+    Matched,
+}
+
+impl Credit {
+    /// The name in reports.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Lagged => "lagged",
+            Self::Matched => "matched",
+        }
+    }
+}
+
+/// The record of a swarm's run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// Its experiment case.
+    pub case: Case,
+    /// The evolution or the control.
+    pub kind: Kind,
+    /// Its number among those of its case and kind, from 0.
+    pub number: u32,
+    /// The second in which each robot is switched on, and its first interval begins.
+    pub switched_on: Vec<u16>,
+    /// Food that all robots brought in each second.
+    pub brought: Vec<u16>,
+    /// Each robot in each interval; empty without evolution. If robots are switched on a whole interval apart, there is one
+    /// interval less than there is time for.
+    pub intervals: Vec<Vec<RobotInterval>>,
+}
+
+/// One robot in one interval of 60 s of its own clock.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotInterval {
+    /// The gene of its simulator, 0 to 0.99.
+    pub s0: f32,
+    /// The gene of the simulator in which the controller was chosen that acts: that of the interval before, unless
+    /// controllers are installed within their interval.
+    pub chosen_under: f32,
+    /// Gene of the acting controller for behaviour with food, 0 to 0.99.
+    pub g0: f32,
+    /// Gene of the acting controller for behaviour without food, 0 to 0.99.
+    pub g1: f32,
+    /// Its real fitness, `F_R` (equation 1); under the null another robot's.
+    pub real: f32,
+    /// The fitness of the same controller in the simulator in which it was chosen; none in the first interval.
+    pub simulated: Option<f32>,
+    /// How many robots it heard.
+    pub heard: u16,
+    /// How many robots it can reach by the encounters of this interval, itself among them.
+    pub reached: u16,
+    /// Whether the simulator of its next interval came from another robot; false in the last interval.
+    pub taken: bool,
+}

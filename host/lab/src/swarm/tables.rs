@@ -1,0 +1,343 @@
+//! Tables and figures of a swarm's run.
+
+use std::fmt::Write;
+use std::ops::Range;
+
+use oneiro::foraging::Light;
+
+use super::record::{RobotInterval, Run};
+use super::settings::Settings;
+use crate::engine::job::Named;
+use oneiro_base::contents::{Column, OutcomeColumn, head};
+use oneiro_report::numbers::fixed;
+
+/// Columns of an interval that the table of a robot's own daemon has as well.
+pub const ROBOT: Column = Column::whole("robot", "", "its number, from 0");
+pub const SIMULATOR: Column = Column::number("s0", "0 to 0.99", "the gene of its simulator");
+pub const CHOSEN_UNDER: Column = Column::number(
+    "chosen_under",
+    "0 to 0.99",
+    "the gene of the simulator in which the acting controller was chosen",
+);
+pub const WITH_FOOD: Column = Column::number(
+    "g0",
+    "0 to 0.99",
+    "the gene of the acting controller's behaviour with food, at the interval's end",
+);
+pub const WITHOUT_FOOD: Column = Column::number("g1", "0 to 0.99", "the gene of its behaviour without food");
+pub const HEARD: Column = Column::whole("heard", "robots", "the number of robots that it heard");
+pub const TAKEN: Column = Column::whole("taken", "", "1 if its next simulator came from another robot, else 0");
+
+/// The table of intervals: its file, and its columns.
+pub const INTERVALS: &str = "intervals.csv";
+pub static INTERVALS_COLUMNS: [Column; 11] = [
+    Column::whole(
+        "interval",
+        "",
+        "its number, from 0, by the robot's own clock (`swarm.clock.interval_s`)",
+    ),
+    ROBOT,
+    SIMULATOR,
+    CHOSEN_UNDER,
+    WITH_FOOD,
+    WITHOUT_FOOD,
+    Column::number(
+        "real",
+        "",
+        "its fitness in the arena during this interval; in the study's null model, that of another robot",
+    ),
+    Column::number(
+        "simulated",
+        "",
+        "the same controller's fitness in the simulator in which it was chosen; empty in the first interval",
+    ),
+    HEARD,
+    Column::whole(
+        "reached",
+        "robots",
+        "the number of robots linked to it by this interval's encounters, itself included",
+    ),
+    TAKEN,
+];
+/// The table of food: its file, and its columns.
+pub const FOOD: &str = "food.csv";
+pub static FOOD_COLUMNS: [Column; 2] = [
+    Column::whole("second", "s", "its number, from 0"),
+    Column::whole("brought", "items", "food that all robots brought in that second"),
+];
+
+/// A column of a sweep's table of results, and its value.
+type Outcome = OutcomeColumn<fn(&Lived<'_>) -> String>;
+
+/// What a run gives in a sweep's table of results. "Before the move" is before the light may move (`swarm.light_moves_minute`).
+static OUTCOMES: [Outcome; 21] = [
+    OutcomeColumn::new(
+        Column::whole("brought", "items", "food that all robots brought"),
+        |own| own.run.total().to_string(),
+    ),
+    OutcomeColumn::new(Column::number("rate", "items a robot-minute", "food brought"), |own| {
+        fixed(own.rate(0..own.seconds()), 6)
+    }),
+    OutcomeColumn::new(
+        Column::number(
+            "late_rate",
+            "items a robot-minute",
+            "food in the last fifth of the time",
+        ),
+        |own| fixed(own.rate(late(own.seconds())..own.seconds()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "before_rate",
+            "items a robot-minute",
+            "food in the 250 s before the light may move",
+        ),
+        |own| fixed(own.rate(own.moves_at().saturating_sub(BIN)..own.moves_at()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("after_rate", "items a robot-minute", "food in the 500 s after that"),
+        |own| {
+            fixed(
+                own.rate(own.moves_at()..(own.moves_at() + 2 * BIN).min(own.seconds())),
+                6,
+            )
+        },
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "second_rate",
+            "items a robot-minute",
+            "food from when the light may move to the end",
+        ),
+        |own| fixed(own.rate(own.moves_at()..own.seconds()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "late_right",
+            "0 to 1",
+            "the share of simulators with the light in its true position, in the last fifth of the intervals",
+        ),
+        |own| fixed(own.run.share(own.light_at_the_end(), own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "before_right",
+            "0 to 1",
+            "the same in the ten intervals before the light may move",
+        ),
+        |own| fixed(own.run.share(own.light_at_first(), own.before()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "before_later",
+            "0 to 1",
+            "in these intervals the share with the light where it is at the end",
+        ),
+        |own| fixed(own.run.share(own.light_at_the_end(), own.before()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "second_later",
+            "0 to 1",
+            "the share with the light where it is at the end, from when it may move",
+        ),
+        |own| fixed(own.run.share(own.light_at_the_end(), own.second()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "settled_later",
+            "0 to 1",
+            "the share with the light where it is at the end, after the first fifth of the intervals",
+        ),
+        |own| {
+            fixed(
+                own.run
+                    .share(own.light_at_the_end(), own.intervals() / 5..own.intervals()),
+                6,
+            )
+        },
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "first_s0",
+            "0 to 0.99",
+            "the mean gene of simulators in the intervals before the light may move",
+        ),
+        |own| fixed(own.run.mean(|robot| robot.s0, 0..own.moves()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("before_s0", "0 to 0.99", "the same in the last ten of them"),
+        |own| fixed(own.run.mean(|robot| robot.s0, own.before()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("late_s0", "0 to 0.99", "the same in the last fifth of the intervals"),
+        |own| fixed(own.run.mean(|robot| robot.s0, own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "second_s0_deviation",
+            "",
+            "the standard deviation of that gene over robots and intervals, from when the light may move",
+        ),
+        |own| fixed(own.run.deviation(|robot| robot.s0, own.second()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("late_s0_deviation", "", "the same in the last fifth of the intervals"),
+        |own| fixed(own.run.deviation(|robot| robot.s0, own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "late_g0",
+            "0 to 0.99",
+            "the mean gene of acting controllers for behaviour with food, in the last fifth of the intervals",
+        ),
+        |own| fixed(own.run.mean(|robot| robot.g0, own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("late_g0_deviation", "", "its standard deviation"),
+        |own| fixed(own.run.deviation(|robot| robot.g0, own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("late_g1", "0 to 0.99", "the mean gene for behaviour without food"),
+        |own| fixed(own.run.mean(|robot| robot.g1, own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number("late_g1_deviation", "", "its standard deviation"),
+        |own| fixed(own.run.deviation(|robot| robot.g1, own.last()), 6),
+    ),
+    OutcomeColumn::new(
+        Column::number(
+            "chosen_area",
+            "0 to 1",
+            "the area under the curve of real fitness for \"the simulator in which the controller was chosen is right\"; NaN if all or none are",
+        ),
+        |own| fixed(own.area(), 6),
+    ),
+];
+
+/// The columns of what runs give in a sweep's table of results.
+pub fn outcomes() -> Vec<Column> {
+    OUTCOMES.iter().map(|outcome| outcome.column.clone()).collect()
+}
+
+/// Seconds of a bin of the paper's Figure 5.
+const BIN: usize = 250;
+
+/// A line for each robot in an interval.
+pub fn interval_rows(interval: usize, robots: &[RobotInterval]) -> String {
+    let mut text = String::new();
+    for (robot, own) in robots.iter().enumerate() {
+        let simulated = own.simulated.map(|fitness| fitness.to_string()).unwrap_or_default();
+        // Writing to a string can't fail.
+        let _ = writeln!(
+            text,
+            "{interval},{robot},{},{},{},{},{},{simulated},{},{},{}",
+            own.s0,
+            own.chosen_under,
+            own.g0,
+            own.g1,
+            own.real,
+            own.heard,
+            own.reached,
+            u8::from(own.taken)
+        );
+    }
+    text
+}
+
+impl Run {
+    /// All lines of the table of intervals but the first.
+    pub fn interval_rows(&self) -> String {
+        let robots = self.intervals.iter().enumerate();
+        robots
+            .map(|(interval, robots)| interval_rows(interval, robots))
+            .collect()
+    }
+
+    /// The table of food: a line for each second.
+    pub fn food_table(&self) -> String {
+        let mut text = head(&FOOD_COLUMNS);
+        for (second, food) in self.brought.iter().enumerate() {
+            let _ = writeln!(text, "{second},{food}");
+        }
+        text
+    }
+
+    /// Total food that the swarm collected.
+    pub fn total(&self) -> u32 {
+        self.brought.iter().map(|&food| u32::from(food)).sum()
+    }
+
+    /// Its values in a sweep's table of results.
+    pub fn outcomes(&self, settings: &Settings) -> Named {
+        let own = Lived { run: self, settings };
+        let named = |outcome: &Outcome| (outcome.column.name.clone(), (outcome.value)(&own));
+        OUTCOMES.iter().map(named).collect()
+    }
+}
+
+/// A run that has ended, for its values in a sweep's table.
+struct Lived<'a> {
+    run: &'a Run,
+    settings: &'a Settings,
+}
+
+impl Lived<'_> {
+    fn seconds(&self) -> usize {
+        self.run.brought.len()
+    }
+
+    fn intervals(&self) -> usize {
+        self.run.intervals.len()
+    }
+
+    /// The second in which the light may move.
+    fn moves_at(&self) -> usize {
+        (self.settings.light_moves() as usize).min(self.seconds())
+    }
+
+    /// The interval in which the light may move.
+    fn moves(&self) -> usize {
+        (self.settings.light_moves() / self.settings.clock.interval_s) as usize
+    }
+
+    /// The ten intervals before that.
+    fn before(&self) -> Range<usize> {
+        self.moves().saturating_sub(10)..self.moves()
+    }
+
+    /// The intervals from then on.
+    fn second(&self) -> Range<usize> {
+        self.moves()..self.intervals().max(self.moves())
+    }
+
+    /// The last fifth of the intervals.
+    fn last(&self) -> Range<usize> {
+        late(self.intervals())..self.intervals()
+    }
+
+    fn light_at_first(&self) -> Light {
+        self.settings.case.lights()[0]
+    }
+
+    fn light_at_the_end(&self) -> Light {
+        self.settings.case.lights()[1]
+    }
+
+    /// Items that a robot brought in a minute, in some seconds.
+    fn rate(&self, seconds: Range<usize>) -> f64 {
+        let brought = &self.run.brought[seconds];
+        let food: f64 = brought.iter().copied().map(f64::from).sum();
+        60.0 * food / (brought.len() as f64 * f64::from(self.settings.world.robots))
+    }
+
+    fn area(&self) -> f64 {
+        let chosen_under = |interval: usize, robot: usize| self.run.intervals[interval][robot].chosen_under;
+        self.run.area(self.moves(), chosen_under).unwrap_or(f64::NAN)
+    }
+}
+
+/// Where the last fifth begins.
+fn late(length: usize) -> usize {
+    length - length / 5
+}

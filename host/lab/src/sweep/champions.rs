@@ -1,0 +1,52 @@
+//! The champions of a sweep, read from its tables.
+
+use std::path::{Path, PathBuf};
+
+use oneiro::world::GeneLayout;
+
+use super::store::Store;
+use super::{Plan, Sweep, contents, tables};
+use crate::genomes;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_evolve::Population;
+
+/// A finished sweep of single robots.
+#[derive(Debug)]
+pub struct Champions {
+    pub sweep: Sweep,
+    plan: Plan,
+    /// The table.
+    path: PathBuf,
+}
+
+impl Champions {
+    /// Opens a sweep's directory.
+    ///
+    /// # Errors
+    /// Exit 3 when it is none that this program can read, when its runs are of swarms, or when it has no tables yet.
+    pub fn open(directory: &Path) -> Result<Self> {
+        let (sweep, plan) = Store::open(directory)?.sweep()?;
+        let refused = |problem: &str| Err(Failure::input(format_args!("{}: {problem}", directory.display())));
+        if plan.layouts.contains(&None) {
+            return refused("is of swarms, whose controllers live among others; allowed: sweeps of single robots");
+        }
+        let path = tables::table(directory, contents::CHAMPIONS)?;
+        Ok(Self { sweep, plan, path })
+    }
+
+    /// The file that has them: a row for each run, in the order of the runs.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// All of them, for a controller.
+    ///
+    /// # Errors
+    /// Exit 3 when a run's controller has other genes, and when the file is not what was written.
+    pub fn genomes(&self, layout: &GeneLayout) -> Result<Population> {
+        for own in self.plan.layouts.iter().flatten() {
+            genomes::check_names(&self.path, own, layout)?;
+        }
+        genomes::read(&self.path, layout, drop)
+    }
+}

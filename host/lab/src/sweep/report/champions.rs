@@ -1,0 +1,54 @@
+//! The best runs.
+
+use super::runs::{Run, Runs};
+use super::{DIGITS, Tables};
+use oneiro_report::numbers::shown;
+use oneiro_report::page::{Cell, Head, Row, Section, table};
+
+/// Number of runs shown.
+const BEST: usize = 20;
+
+/// The best runs by outcome, the greatest first and equal ones by number. Runs without an outcome are left out.
+pub(super) fn champions(runs: &Runs) -> Vec<&Run> {
+    let mut best: Vec<&Run> = runs.all.iter().filter(|run| run.outcome.is_finite()).collect();
+    best.sort_by(|a, b| b.outcome.total_cmp(&a.outcome));
+    best.truncate(BEST);
+    best
+}
+
+/// Table of the best runs.
+pub(super) fn section(tables: &Tables<'_>, runs: &Runs) -> Section {
+    let best = champions(runs);
+    let example = best.first().map_or_else(String::new, |run| {
+        let number = run.number;
+        format!(", such as <code>oneiro sweep extract DIR {number}</code> of the best")
+    });
+    let words = format!(
+        "<p>The best runs. A sweep keeps of each run what these tables have; \
+         <code>oneiro sweep extract DIR RUN</code>, with this sweep\u{2019}s directory and a run\u{2019}s number{example}, \
+         makes the run\u{2019}s own directory, to replay, verify and audit it.</p>\n"
+    );
+    let mut head = vec![Head::Number("Run"), Head::Text("id")];
+    head.extend(runs.factors.iter().map(|factor| Head::Text(&factor.name)));
+    head.extend([Head::Number("seed"), Head::Number(tables.outcome.1)]);
+    head.extend(tables.others.iter().map(|other| Head::Number(other)));
+    head.push(Head::Text("result"));
+    let row = |run: &&Run| -> Row {
+        let mut cells = vec![Cell::number(run.number.to_string()), Cell::code(&run.id)];
+        cells.extend(runs.texts(&run.levels).map(Cell::name));
+        cells.push(Cell::number(run.seed.to_string()));
+        cells.push(Cell::number(shown(run.outcome, DIGITS)));
+        cells.extend(run.others.iter().map(|other| match other.parse() {
+            Ok(number) => Cell::number(shown(number, DIGITS)),
+            Err(_) => Cell::text(other),
+        }));
+        cells.push(Cell::code(&run.result));
+        cells.into()
+    };
+    let rows: Vec<Row> = best.iter().map(row).collect();
+    Section::new(
+        "champions",
+        "Champions",
+        format!("{words}{}", table("", "", &head, &rows)),
+    )
+}

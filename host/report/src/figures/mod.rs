@@ -1,0 +1,45 @@
+//! Pictures as SVG text, and pages that play a swarm: each function takes data and returns a whole file.
+
+mod archive;
+mod arena;
+mod bands;
+#[cfg(any(test, feature = "testing"))]
+pub mod browser;
+mod curve;
+mod factor;
+mod foraging;
+mod heat;
+mod journeys;
+mod mission;
+mod network;
+mod player;
+mod plot;
+mod svg;
+mod swarm;
+mod tables;
+mod tournament;
+
+pub use archive::archive;
+pub use arena::{arena, life, stage};
+pub use bands::{Band, Ground, Panel, Spread, bands, evenly, grid};
+pub use curve::{Series, learning_curve};
+pub use factor::{Column, Outcomes, Scale, factor, level_styles};
+pub use foraging::{scenarios, swarm};
+pub use heat::{HeatMap, Side, Square, heat_map};
+pub use journeys::{Journey, journeys};
+pub use mission::{MissionReplay, bytes_of_record, mission_page};
+pub use network::network;
+pub use player::{packed, turns};
+pub use svg::escaped;
+pub use swarm::{
+    Act, BEHAVIOURS, Genes, Moment, Sight, SwarmReplay, Teller, live_page, live_script, moments, swarm_page,
+};
+pub use tables::sensor_table;
+pub use tournament::tournament;
+
+/// Why an object that isn't round needs a sample for each point of view: Figure 4 of the 1995 study.
+pub const POINTS_OF_VIEW: &str = include_str!("points_of_view.svg");
+/// How a simulator and its controllers evolve on a robot, numbered as in the caption of Figure 1 of the 2014 study.
+pub const COEVOLUTION: &str = include_str!("coevolution.svg");
+/// Layers of behaviours, of which higher ones override lower ones: Figure 3 of the 2014 study.
+pub const SUBSUMPTION: &str = include_str!("subsumption.svg");

@@ -1,0 +1,23 @@
+//! Output for readers: pages, figures, tables, numbers and CSV files. It knows nothing of studies, sweeps or runs.
+
+// Only this workspace uses it.
+#![allow(
+    missing_docs,
+    clippy::missing_errors_doc,
+    clippy::missing_panics_doc,
+    reason = "what its name does not say has documentation"
+)]
+// `clippy.toml` says what has one place only.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
+pub mod csv;
+pub mod figures;
+pub mod numbers;
+pub mod page;
+
+#[cfg(any(test, feature = "testing"))]
+#[path = "../../../tests/skips/mod.rs"]
+mod skips;

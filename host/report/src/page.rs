@@ -1,0 +1,319 @@
+//! Just enough HTML: a document, sections, figures and tables. Arguments named text are escaped here; those named HTML
+//! were escaped where they were made.
+
+use std::borrow::Cow;
+
+use crate::figures::escaped;
+
+/// Style of the page on screen and on paper.
+const STYLE: &str = include_str!("page/style.css");
+
+/// A section of the document.
+pub struct Section {
+    /// Target of links.
+    id: Cow<'static, str>,
+    title: Cow<'static, str>,
+    /// Its content, as HTML.
+    body: String,
+}
+
+impl Section {
+    pub fn new(id: impl Into<Cow<'static, str>>, title: impl Into<Cow<'static, str>>, body: String) -> Self {
+        Self {
+            id: id.into(),
+            title: title.into(),
+            body,
+        }
+    }
+}
+
+/// The whole file: the title, the lead below it as HTML, and the sections with links to them.
+pub fn document(title: &str, lead: &str, sections: &[Section]) -> String {
+    let title = escaped(title);
+    let links = joined(sections, |section| {
+        format!("<a href=\"#{}\">{}</a>\n", section.id, escaped(&section.title))
+    });
+    let body = joined(sections, |Section { id, title, body }| {
+        format!("<section id=\"{id}\">\n<h2>{}</h2>\n{body}</section>\n", escaped(title))
+    });
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{lead}\
+         <nav>\n{links}</nav>\n</header>\n<main>\n{body}</main>\n</body>\n</html>\n"
+    )
+}
+
+/// A paragraph of text.
+pub fn paragraph(text: &str) -> String {
+    format!("<p>{}</p>\n", escaped(text))
+}
+
+/// Text that may break after the dots and slashes of a long name; copying it leaves the name intact.
+pub fn breakable(text: &str) -> String {
+    let mut html = String::new();
+    let mut rest = text;
+    while let Some(place) = rest.find(['_', '.', '/']) {
+        let (before, after) = rest.split_at(place + 1);
+        html.push_str(&escaped(before));
+        // Numbers and abbreviations aren't broken.
+        let letters = |side: &[u8]| side.len() == 2 && side.iter().all(u8::is_ascii_alphabetic);
+        let (left, right) = (&before.as_bytes()[place.saturating_sub(2)..place], after.as_bytes());
+        if letters(left) && letters(&right[..right.len().min(2)]) {
+            html.push_str("<wbr/>");
+        }
+        rest = after;
+    }
+    html + &escaped(rest)
+}
+
+/// A picture with its name, such as `Figure 6`, and a caption.
+pub fn figure(name: &str, words: &str, svg: &str) -> String {
+    format!(
+        "<figure id=\"{}\">\n{svg}<figcaption><b>{}.</b> {}</figcaption>\n</figure>\n",
+        id(name),
+        escaped(name),
+        escaped(words)
+    )
+}
+
+/// Converts a name into the target of a link.
+pub fn id(name: &str) -> String {
+    let words = name
+        .split(|c: char| !c.is_ascii_alphanumeric())
+        .filter(|word| !word.is_empty());
+    words.collect::<Vec<_>>().join("-").to_ascii_lowercase()
+}
+
+/// Text after a dot in the given colour, as HTML.
+pub fn dotted(colour: &str, text: &str) -> String {
+    format!(
+        "<span class=\"condition\"><span class=\"dot\" style=\"background:{colour}\"></span>{}</span>",
+        escaped(text)
+    )
+}
+
+/// A list of texts.
+pub fn list(items: &[&str]) -> String {
+    let items = joined(items, |item| format!("<li>{}</li>\n", escaped(item)));
+    format!("<ul>\n{items}</ul>\n")
+}
+
+/// Names with their values, as HTML.
+pub fn facts(facts: &[(&str, String)]) -> String {
+    let facts = joined(facts, |(name, value)| {
+        format!("<dt>{}</dt><dd>{}</dd>\n", escaped(name), escaped(value))
+    });
+    format!("<dl class=\"facts\">\n{facts}</dl>\n")
+}
+
+/// A cell of a table.
+pub struct Cell {
+    html: String,
+    class: &'static str,
+    /// Number of columns that it spans.
+    columns: usize,
+}
+
+impl Cell {
+    /// Text.
+    pub fn text(text: &str) -> Self {
+        Self::html(escaped(text))
+    }
+
+    /// A name: short ones aren't broken, long ones may be.
+    pub fn name(text: &str) -> Self {
+        const SHORT: usize = 24;
+        let is_short = text.chars().count() <= SHORT;
+        Self {
+            class: if is_short { "short" } else { "long" },
+            ..Self::html(breakable(text))
+        }
+    }
+
+    /// HTML, aligned like text.
+    pub fn html(html: String) -> Self {
+        Self {
+            html,
+            class: "",
+            columns: 1,
+        }
+    }
+
+    /// HTML, aligned like a number.
+    pub fn number(html: String) -> Self {
+        Self {
+            class: "number",
+            ..Self::html(html)
+        }
+    }
+
+    /// Text that spans several columns.
+    pub fn across(columns: usize, text: &str) -> Self {
+        Self {
+            columns,
+            ..Self::text(text)
+        }
+    }
+
+    /// A name in a program.
+    pub fn code(text: &str) -> Self {
+        Self::html(format!("<code>{}</code>", escaped(text)))
+    }
+}
+
+/// A row of a table.
+pub struct Row {
+    pub cells: Vec<Cell>,
+    /// Whether the row sums up others.
+    pub sum: bool,
+}
+
+impl Row {
+    fn html(&self) -> String {
+        let class = if self.sum { " class=\"sum\"" } else { "" };
+        let cells = joined(&self.cells, |Cell { html, class, columns }| {
+            let class = if class.is_empty() {
+                String::new()
+            } else {
+                format!(" class=\"{class}\"")
+            };
+            let columns = if *columns == 1 {
+                String::new()
+            } else {
+                format!(" colspan=\"{columns}\"")
+            };
+            format!("<td{class}{columns}>{html}</td>")
+        });
+        format!("<tr{class}>{cells}</tr>\n")
+    }
+}
+
+impl From<Vec<Cell>> for Row {
+    fn from(cells: Vec<Cell>) -> Self {
+        Self { cells, sum: false }
+    }
+}
+
+/// A column's heading.
+#[derive(Clone, Copy)]
+pub enum Head<'a> {
+    /// Heading of a column of text.
+    Text(&'a str),
+    /// Heading of a column of numbers.
+    Number(&'a str),
+    /// Heading of two columns of numbers: simulated and real.
+    Pair(&'a str),
+}
+
+impl Head<'_> {
+    fn columns(&self) -> usize {
+        if let Self::Pair(_) = self { 2 } else { 1 }
+    }
+}
+
+/// A table with a name and a text above it, either of which may be empty. A table without rows says so.
+pub fn table(name: &str, words: &str, head: &[Head<'_>], rows: &[Row]) -> String {
+    let (id, name) = if name.is_empty() {
+        (String::new(), String::new())
+    } else {
+        (format!(" id=\"{}\"", id(name)), format!("<b>{}.</b> ", escaped(name)))
+    };
+    let caption = if name.is_empty() && words.is_empty() {
+        String::new()
+    } else {
+        format!("<caption>{name}{}</caption>\n", escaped(words))
+    };
+    let columns: usize = head.iter().map(Head::columns).sum();
+    let body = if rows.is_empty() {
+        format!("<tr><td colspan=\"{columns}\" class=\"nothing\">nothing recorded</td></tr>\n")
+    } else {
+        joined(rows, Row::html)
+    };
+    let head = headings(head);
+    format!("<div class=\"scroll\">\n<table{id}>\n{caption}{head}<tbody>\n{body}</tbody>\n</table>\n</div>\n")
+}
+
+/// Joins the HTML of all items.
+pub fn joined<T>(items: &[T], html: impl Fn(&T) -> String) -> String {
+    items.iter().map(html).collect::<Vec<_>>().concat()
+}
+
+/// One row of headings, or two if there are pairs.
+fn headings(head: &[Head<'_>]) -> String {
+    let pairs = head.iter().any(|head| matches!(head, Head::Pair(_)));
+    let rows = if pairs { " rowspan=\"2\"" } else { "" };
+    let first = joined(head, |head| match head {
+        Head::Text(words) => format!("<th{rows}>{}</th>", breakable(words)),
+        Head::Number(words) => format!("<th{rows} class=\"number\">{}</th>", breakable(words)),
+        Head::Pair(words) => format!("<th colspan=\"2\" class=\"pair\">{}</th>", escaped(words)),
+    });
+    let second = joined(head, |head| match head {
+        Head::Pair(_) => "<th class=\"number\">sim.</th><th class=\"number\">real</th>".to_owned(),
+        Head::Text(_) | Head::Number(_) => String::new(),
+    });
+    if pairs {
+        format!("<thead>\n<tr>{first}</tr>\n<tr>{second}</tr>\n</thead>\n")
+    } else {
+        format!("<thead>\n<tr>{first}</tr>\n</thead>\n")
+    }
+}
+
+/// Checks that the tests of all reports share.
+#[cfg(any(test, feature = "testing"))]
+pub mod check {
+    /// The first tag that isn't closed or doesn't close anything; text outside tags is skipped.
+    pub fn unbalanced(html: &str) -> Option<String> {
+        let mut open = Vec::new();
+        for piece in html.split('<').skip(1) {
+            let Some((tag, _)) = piece.split_once('>') else {
+                return Some(piece.to_owned());
+            };
+            let name = tag.split_whitespace().next().unwrap_or_default().trim_end_matches('/');
+            if tag.starts_with('!') || tag.ends_with('/') {
+                continue;
+            }
+            if let Some(closed) = name.strip_prefix('/') {
+                if open.pop() != Some(closed) {
+                    return Some(tag.to_owned());
+                }
+            } else {
+                open.push(name);
+            }
+        }
+        open.pop().map(str::to_owned)
+    }
+
+    /// Content of the element with an id, up to its end tag.
+    pub fn part<'a>(html: &'a str, element: &str, id: &str) -> &'a str {
+        let start = html
+            .find(&format!("<{element} id=\"{id}\""))
+            .unwrap_or_else(|| panic!("no {element} {id}"));
+        let end = html[start..].find(&format!("</{element}>")).expect("it ends");
+        &html[start..start + end]
+    }
+
+    /// The first thing on the page that would be fetched from elsewhere.
+    pub fn outside(html: &str) -> Option<&'static str> {
+        let fetches = ["<script", "<img", "<link", "src=", "url(", "@import"];
+        fetches.into_iter().find(|outside| html.contains(outside))
+    }
+
+    #[test]
+    fn long_names_may_be_broken_and_numbers_not() {
+        assert_eq!(super::breakable("noise.sensor_range"), "noise.<wbr/>sensor_<wbr/>range");
+        assert_eq!(super::breakable("s.d. 0.25 a/b"), "s.d. 0.25 a/b");
+        assert_eq!(
+            super::breakable("<in>/\u{e9}t\u{e9}.toml"),
+            "&lt;in&gt;/\u{e9}t\u{e9}.toml"
+        );
+        assert_eq!(super::breakable("my/files.toml"), "my/<wbr/>files.<wbr/>toml");
+    }
+
+    #[test]
+    fn unbalanced_tags_are_detected() {
+        assert_eq!(unbalanced("<p>a <b>c</b><br/></p>"), None);
+        assert_eq!(unbalanced("<p><b>c</p></b>"), Some("/p".into()));
+        assert_eq!(unbalanced("<p><b>c</b>"), Some("p".into()));
+    }
+}

@@ -1,0 +1,337 @@
+//! The papers' claims and the studies' verdicts on them. Each claim's statement, criterion and printed figures stand in
+//! one table per study, `experiments/*/claims.toml`, and nowhere else.
+
+use std::collections::BTreeMap;
+
+use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
+
+use super::verdict::{Judged, LEVEL, Part, Verdict, of_parts};
+use oneiro_statistics::{Interval, Probability, StudentT, bootstrap_interval, mean, mean_interval};
+
+/// Name of a claim's first effect if the claim is judged separately in several combinations of settings.
+pub const MET_IN: &str = "combinations in which the registered criterion is met";
+/// Draws of a bootstrap.
+pub const RESAMPLES: usize = 2000;
+
+/// A figure that a verdict rests on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Effect {
+    /// Label, such as `d, no noise, noise on in simulation`.
+    pub name: String,
+    pub value: f64,
+    /// Both ends of its 95 % interval over runs, if it is an estimate from several.
+    pub interval: Option<[f64; 2]>,
+    /// The paper's own value, if it prints one.
+    pub paper: Option<f64>,
+}
+
+/// A test of significance.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Test {
+    /// The comparison and its method.
+    pub name: String,
+    /// Statistic: `F`, `t`, `U` or `z`.
+    pub statistic: String,
+    /// Value of the statistic.
+    pub value: f64,
+    /// Degrees of freedom; empty if the statistic has none.
+    pub degrees_of_freedom: Vec<f64>,
+    /// Probability of a value at least as extreme under the null hypothesis.
+    pub p: f64,
+    /// p after Holm's correction over the family of tests named in the preregistration.
+    pub p_holm: Option<f64>,
+}
+
+impl Test {
+    /// A test that belongs to no family yet.
+    pub fn new(name: String, (statistic, value): (&str, f64), degrees_of_freedom: &[f64], p: Probability) -> Self {
+        Self {
+            name,
+            statistic: statistic.into(),
+            value,
+            degrees_of_freedom: degrees_of_freedom.into(),
+            p: p.value,
+            p_holm: None,
+        }
+    }
+
+    /// A t test.
+    pub fn t(name: String, StudentT { t, df, p }: StudentT) -> Self {
+        Self::new(name, ("t", t), &[df], p)
+    }
+}
+
+/// One claim and its verdict.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Claim {
+    /// Identifier, such as `C1`.
+    pub id: String,
+    /// Key of the question that it is part of an answer to.
+    pub question: String,
+    /// The paper's statement.
+    pub statement: String,
+    /// Where the paper makes it.
+    pub source: String,
+    /// The registered criterion, fixed before anything was evolved.
+    pub criterion: String,
+    /// Unit of analysis of the criterion's figures.
+    pub unit: String,
+    pub verdict: Verdict,
+    /// Why it doesn't hold: the figures whose intervals span or miss a bound, or what is missing. Empty if it holds.
+    pub reasons: Vec<String>,
+    /// Whether the registered criterion is met, by the figures alone, without their intervals; `None` if it can't be asked.
+    pub registered: Option<bool>,
+    /// Figures that the verdict rests on.
+    pub effects: Vec<Effect>,
+    /// Significance tests: the paper's, over individuals, and ours, over runs.
+    pub tests: Vec<Test>,
+    /// Remarks for the reader.
+    pub remark: String,
+}
+
+/// A claim before it is judged.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Preregistered {
+    id: String,
+    question: String,
+    /// Title in the preregistration.
+    #[cfg_attr(not(test), expect(dead_code, reason = "the preregistration is held against it"))]
+    title: String,
+    statement: String,
+    source: String,
+    criterion: String,
+    unit: String,
+    #[serde(default)]
+    remark: String,
+    /// The paper's own figures by the name of the effect.
+    #[serde(default)]
+    paper: BTreeMap<String, f64>,
+}
+
+/// Evidence found for or against a claim.
+#[derive(Debug, Default)]
+pub struct Finding {
+    /// Whether its registered criterion is met; `None` if the runs it needs are missing.
+    pub registered: Option<bool>,
+    /// The parts of its criterion with their verdicts.
+    pub parts: Vec<Part>,
+    /// What its criterion needs and was not measured, and why, if so.
+    pub missing: Option<&'static str>,
+    pub effects: Vec<Effect>,
+    pub tests: Vec<Test>,
+    /// Remark that depends on the results, in addition to the claim's fixed one.
+    pub remark: String,
+}
+
+impl Finding {
+    /// The verdict by the intervals of the criterion's parts, and why it doesn't hold, unless something is missing that it needs.
+    pub fn verdict(&self) -> Judged {
+        match self.missing {
+            Some(missing) => (Verdict::Undecided, vec![missing.to_owned()]),
+            None => of_parts(self.parts.clone()),
+        }
+    }
+
+    /// Adds a figure. The paper's own figure comes from the table of claims.
+    pub fn note(&mut self, name: impl Into<String>, value: f64) {
+        self.estimate(name, value, None);
+    }
+
+    /// Adds a figure with its interval.
+    pub fn estimate(&mut self, name: impl Into<String>, value: f64, interval: Option<Interval>) {
+        self.effects.push(Effect {
+            name: name.into(),
+            value,
+            interval: interval.map(|Interval { low, high }| [low, high]),
+            paper: None,
+        });
+    }
+
+    /// Adds the mean of a figure of each run, and returns it.
+    pub fn mean(&mut self, name: impl Into<String>, runs: &[f64]) -> f64 {
+        let mean = mean(runs);
+        self.estimate(name, mean, mean_interval(runs, LEVEL).ok());
+        mean
+    }
+}
+
+/// The bootstrap's interval of a statistic of samples of runs, by draws that are always the same; `None` of single runs.
+pub fn over_runs(samples: &[&[f64]], statistic: impl Fn(&[Vec<f64>]) -> f64) -> Option<Interval> {
+    if samples.iter().any(|sample| sample.len() < 2) {
+        return None;
+    }
+    bootstrap_interval(samples, statistic, LEVEL, RESAMPLES, &mut Pcg64::new(0, 0)).ok()
+}
+
+/// A study's claims, with the questions that they belong to and the words that its report uses.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    questions: BTreeMap<String, String>,
+    /// Meanings of words.
+    pub words: BTreeMap<String, String>,
+    pub claims: Vec<Preregistered>,
+}
+
+impl Table {
+    /// Parses a compiled-in table.
+    pub fn of(table: &str) -> Self {
+        toml::from_str(table).expect("a test has read it")
+    }
+
+    /// Keys and words of all questions, in the order of their first claims.
+    pub fn questions(&self) -> Vec<(&str, &str)> {
+        let mut all: Vec<(&str, &str)> = Vec::new();
+        for Preregistered { question, .. } in &self.claims {
+            if all.iter().all(|(key, _)| key != question) {
+                all.push((question, &self.questions[question]));
+            }
+        }
+        all
+    }
+}
+
+impl Preregistered {
+    /// Identifier of the claim within its study, such as `C1`.
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// Key of the question that it is part of an answer to.
+    #[cfg(test)]
+    pub fn question(&self) -> &str {
+        &self.question
+    }
+
+    /// The paper's own figure, if it prints one.
+    pub fn paper(&self, name: &str) -> Option<f64> {
+        self.paper.get(name).copied()
+    }
+
+    /// Adds the paper's own figures to the effects.
+    pub fn beside_the_papers(&self, effects: Vec<Effect>) -> impl Iterator<Item = Effect> {
+        effects.into_iter().map(|effect| Effect {
+            paper: effect.paper.or_else(|| self.paper(&effect.name)),
+            ..effect
+        })
+    }
+
+    /// The claim with its verdict: effects stand beside the paper's figures, and remarks are joined.
+    pub fn judged(&self, (verdict, reasons): Judged, finding: Finding, remark: String) -> Claim {
+        Claim {
+            id: self.id.clone(),
+            question: self.question.clone(),
+            statement: self.statement.clone(),
+            source: self.source.clone(),
+            criterion: self.criterion.clone(),
+            unit: self.unit.clone(),
+            verdict,
+            reasons,
+            registered: finding.registered.filter(|_| finding.missing.is_none()),
+            effects: self.beside_the_papers(finding.effects).collect(),
+            tests: finding.tests,
+            remark,
+        }
+    }
+
+    /// Remark that applies whatever was found.
+    pub fn remark(&self) -> &str {
+        &self.remark
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::{MIGLINO1995_CLAIMS, ODOWD2014_CLAIMS};
+    use super::*;
+
+    fn document(name: &str) -> String {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+        std::fs::read_to_string(docs.join(name)).unwrap()
+    }
+
+    /// Rows of all tables in a document, split into cells.
+    fn rows(document: &str) -> impl Iterator<Item = Vec<&str>> {
+        let rows = document
+            .lines()
+            .filter_map(|line| line.strip_prefix("| ")?.strip_suffix(" |"));
+        rows.map(|row| row.split(" | ").collect())
+    }
+
+    /// Criteria match the preregistration word for word, and neither side has one that the other lacks.
+    #[test]
+    fn criteria_are_those_that_were_preregistered() {
+        for (table, name, letter) in [
+            (MIGLINO1995_CLAIMS, "preregistration-1995.md", 'C'),
+            (ODOWD2014_CLAIMS, "preregistration-2014.md", 'D'),
+        ] {
+            let document = document(name);
+            let is_claim = |row: &Vec<&str>| {
+                let number = row[0].strip_prefix(letter).and_then(|rest| rest.split(' ').next());
+                number.is_some_and(|number| number.parse::<u32>().is_ok())
+            };
+            let preregistered: Vec<Vec<&str>> = rows(&document).filter(is_claim).collect();
+            let Table {
+                questions,
+                claims: criteria,
+                ..
+            } = Table::of(table);
+            assert!(criteria.iter().all(|own| questions.contains_key(&own.question)));
+            assert_eq!(Table::of(table).questions().len(), questions.len(), "each has claims");
+            let ours: Vec<Vec<String>> = criteria
+                .iter()
+                .map(|own| vec![format!("{} {}", own.id, own.title), own.criterion.clone()])
+                .collect();
+            assert_eq!(ours, preregistered, "{name}");
+            for own in criteria {
+                assert!(
+                    ![own.statement, own.source, own.unit].contains(&String::new()),
+                    "{}",
+                    own.id
+                );
+            }
+        }
+    }
+
+    /// Words mean in the documents what they mean in the reports.
+    #[test]
+    fn documents_have_the_reports_words() {
+        for (table, name) in [
+            (MIGLINO1995_CLAIMS, "miglino1995.md"),
+            (ODOWD2014_CLAIMS, "odowd2014.md"),
+        ] {
+            let document = document(name);
+            for (word, meaning) in Table::of(table).words {
+                assert!(
+                    document.contains(&format!("\n| {word} | {meaning} |\n")),
+                    "{name}: {word}"
+                );
+            }
+        }
+    }
+
+    /// The paper's figures in `docs/miglino1995.md` are those of the table of claims.
+    #[test]
+    fn documents_have_the_papers_figures() {
+        let document = document("miglino1995.md");
+        let mut compared = 0;
+        for criterion in Table::of(MIGLINO1995_CLAIMS).claims {
+            let start = format!("{}: ", criterion.id);
+            for row in rows(&document) {
+                let Some(effect) = row[0].strip_prefix(&start) else {
+                    continue;
+                };
+                let paper = criterion
+                    .paper(effect)
+                    .map_or_else(|| "-".to_owned(), |figure| figure.to_string());
+                assert_eq!(row[1], paper, "{}", row[0]);
+                compared += usize::from(paper != "-");
+            }
+        }
+        assert!(compared >= 8, "{compared} figures");
+    }
+}

@@ -1,0 +1,295 @@
+//! Code shared by all studies: a directory that keeps finished work, the study under each arm, and the files and
+//! messages it produces.
+
+use std::fs::File;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::assumptions::Assumption;
+use super::claims::Claim;
+use super::file::{Arm, StudyFile};
+use super::verdict::brief;
+use super::verdicts::{Assumed, Sensitivity};
+use oneiro_base::console::{Console, columns};
+use oneiro_base::contents::{Column, Entry, describe};
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::directory::{Form, Holds};
+use oneiro_base::sealed::{self, Problem};
+use oneiro_report::csv::Csv;
+
+/// File that records the settings of the study in a directory.
+const SETTINGS: &str = "study.json";
+const RESULTS: &str = "results.json";
+const CLAIMS: &str = "claims.json";
+const REPORT: &str = "report.html";
+const SENSITIVITY: &str = "sensitivity.csv";
+/// The directory of the study under each other arm.
+const ARMS: &str = "arms";
+
+static ARM: Column = Column::text("arm", "the arm: which assumption is changed");
+static CLAIM: Column = Column::text("CLAIM", "the verdict on a claim, one column per claim");
+
+/// The files of a study's directory: its own, among those that every study has.
+pub(super) fn contents(own: Vec<Entry>, sensitivity: bool) -> Vec<Entry> {
+    let mut all = vec![
+        Entry::file(REPORT, "the report: a verdict on each claim, with figures and tables"),
+        Entry::file(CLAIMS, "each claim with its verdict, its figures and its tests"),
+        Entry::file(RESULTS, "the study's results, before they are judged"),
+    ];
+    all.extend(own);
+    if sensitivity {
+        let verdicts = "with `--sensitivity`: one row per arm";
+        all.push(Entry::table(SENSITIVITY, verdicts, [&ARM, &CLAIM]));
+        all.push(Entry::file(
+            format!("{ARMS}/"),
+            "with `--sensitivity`: the study's directory under each other arm",
+        ));
+    }
+    all.extend([
+        Entry::file(SETTINGS, "the arguments that the study was started with"),
+        Entry::file("cohorts/", "finished runs, from which a stopped study continues"),
+        Entry::file(disk::LOCK, "locked by the process that is writing"),
+    ]);
+    all
+}
+
+/// A study under one arm.
+pub(super) trait Reproduction {
+    /// Results of the study.
+    type Found;
+
+    /// Record of the settings, kept in the directory to recognise the study again.
+    fn record(&self) -> String;
+
+    /// All values in force.
+    fn assumptions(&self) -> Vec<Assumption>;
+
+    /// Runs the study, except for results that the directory already has.
+    fn run(&self, directory: &Directory, console: Console) -> Result<Self::Found>;
+
+    fn judge(&self, found: &Self::Found) -> Vec<Claim>;
+
+    /// The results as JSON.
+    fn json(&self, found: &Self::Found) -> Result<Vec<u8>>;
+
+    /// The files of its directory that other studies don't have.
+    fn contents(&self) -> Vec<Entry>;
+
+    /// Names and contents of the CSV files.
+    fn csv(&self, found: &Self::Found) -> Vec<(&'static str, String)>;
+
+    /// The report as HTML.
+    fn html(&self, found: &Self::Found, claims: &[Claim], arms: Option<&Sensitivity>) -> String;
+}
+
+/// The study that the command line asks for, and its output directory.
+pub(super) struct Request<'a> {
+    /// Name of the study.
+    pub(super) name: &'a str,
+    pub(super) seed: u64,
+    pub(super) arm: &'a str,
+    /// Whether to repeat the study under every other arm.
+    pub(super) sensitivity: bool,
+    pub(super) out: Option<&'a Path>,
+}
+
+/// Runs or resumes a study. `under` constructs the study from the name of an arm.
+pub(super) fn reproduce<S: Reproduction>(
+    request: &Request<'_>,
+    file: &StudyFile,
+    under: impl Fn(&str) -> Result<S>,
+    console: Console,
+) -> Result {
+    let main = under(request.arm)?;
+    let out = request.out.map_or_else(|| usual(request, &main), Path::to_owned);
+    let (found, claims) = studied(&main, &out, request.sensitivity, console)?;
+    if request.sensitivity {
+        let mut arms = Sensitivity {
+            main: Assumed {
+                arm: Arm::main(),
+                claims: claims.clone(),
+            },
+            groups: Vec::new(),
+        };
+        for group in file.groups()? {
+            let mut own = Vec::new();
+            for arm in group.arms {
+                console.say(format!("arm {}", arm.name));
+                let folder = disk::make_folder(&out, Path::new(ARMS).join(&arm.name))?;
+                let (_, claims) = studied(&under(&arm.name)?, &folder, false, console)?;
+                own.push(Assumed { arm, claims });
+            }
+            arms.groups.push((group.about, own));
+        }
+        disk::write(&out.join(SENSITIVITY), sensitivity(&arms).as_bytes())?;
+        write_report(&main, &out, &found, &claims, Some(&arms))?;
+    }
+    tell(&claims, &out, console)
+}
+
+/// Default directory of a study.
+fn usual(request: &Request<'_>, study: &impl Reproduction) -> PathBuf {
+    let hash = blake3::hash(study.record().as_bytes()).to_hex();
+    PathBuf::from(format!("runs/{}-{}-{}", request.name, request.seed, &hash[..8]))
+}
+
+/// Runs one study in its directory and writes all of its files.
+fn studied<S: Reproduction>(
+    study: &S,
+    path: &Path,
+    sensitivity: bool,
+    console: Console,
+) -> Result<(S::Found, Vec<Claim>)> {
+    let directory = Directory::open(path, study)?;
+    describe(path, "A study of oneiro", &contents(study.contents(), sensitivity))?;
+    let found = study.run(&directory, console)?;
+    let claims = study.judge(&found);
+    disk::write(&path.join(RESULTS), &study.json(&found)?)?;
+    let text = serde_json::to_vec_pretty(&claims).map_err(Failure::failed)?;
+    disk::write(&path.join(CLAIMS), &text)?;
+    for (name, csv) in study.csv(&found) {
+        disk::write(&path.join(name), csv.as_bytes())?;
+    }
+    write_report(study, path, &found, &claims, None)?;
+    Ok((found, claims))
+}
+
+fn write_report<S: Reproduction>(
+    study: &S,
+    path: &Path,
+    found: &S::Found,
+    claims: &[Claim],
+    arms: Option<&Sensitivity>,
+) -> Result {
+    disk::write(&path.join(REPORT), study.html(found, claims, arms).as_bytes())
+}
+
+/// Claims by assumption as CSV: one row per assumption, one column per claim.
+fn sensitivity(arms: &Sensitivity) -> String {
+    let ids = arms.main.claims.iter().map(|claim| claim.id.as_str());
+    let claim = |id: &str| CLAIM.clone().named(id.to_owned());
+    let columns: Vec<Column> = std::iter::once(ARM.clone()).chain(ids.map(claim)).collect();
+    let mut table = Csv::new(&columns);
+    for Assumed { arm, claims } in arms.all() {
+        let verdicts = claims.iter().map(|claim| claim.verdict.to_string());
+        table.row(std::iter::once(arm.name.clone()).chain(verdicts));
+    }
+    table.text()
+}
+
+/// A study's directory.
+pub(super) struct Directory {
+    path: PathBuf,
+    /// Hash of everything that decides the contents of the directory.
+    owner: blake3::Hash,
+    _lock: File,
+}
+
+/// A study's directory.
+const FORM: Form<'_> = Form {
+    mark: SETTINGS,
+    before: &[],
+    option: "--out",
+};
+
+impl Directory {
+    /// Creates the directory, or checks that an existing one belongs to this study.
+    ///
+    /// # Errors
+    /// Exit 3 if it holds anything else, or if another process works on it; exit 6.
+    pub(super) fn open(path: &Path, study: &impl Reproduction) -> Result<Self> {
+        let busy = || {
+            let path = path.display();
+            Failure::input(format_args!(
+                "{path}: another process is working on this study; allowed: one at a time"
+            ))
+        };
+        let (lock, holds) = FORM.take(path, busy)?;
+        let settings = path.join(SETTINGS);
+        let text = study.record();
+        if holds == Holds::Nothing {
+            disk::write(&settings, text.as_bytes())?;
+        } else if disk::read(&settings)? != text.as_bytes() {
+            return Err(Failure::input(format_args!(
+                "{}: is another study's; allowed: the arguments that it was begun with, or another --out",
+                settings.display()
+            )));
+        }
+        let decides = format!("{text}{:?}", study.assumptions());
+        Ok(Self {
+            path: path.to_owned(),
+            owner: blake3::hash(decides.as_bytes()),
+            _lock: lock,
+        })
+    }
+
+    /// Path of a file or directory in it.
+    pub(super) fn join(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// A folder in it, which is made.
+    ///
+    /// # Errors
+    /// Exit 3 if a link or a file has its name, exit 6.
+    pub(super) fn folder(&self, name: impl AsRef<Path>) -> Result<PathBuf> {
+        disk::make_folder(&self.path, name)
+    }
+
+    /// Loads a file of the directory, or makes its contents and saves them there.
+    pub(super) fn kept<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        make: impl FnOnce() -> Result<T>,
+    ) -> Result<T> {
+        const NAME: &str = "part of a study";
+        /// Version 1 had means of ratios of paths.
+        const VERSION: u32 = 2;
+        let path = self.join(name);
+        if let Some(bytes) = disk::read_if_there(&path)? {
+            return sealed::open(NAME, VERSION, &self.owner, &bytes).map_err(|problem| match problem {
+                Problem::Other(words) => Failure::input(format_args!(
+                    "{}: {words}; allowed: finish the study with the program that began it, or begin again in another --out",
+                    path.display()
+                )),
+                Problem::Damaged | Problem::Owner => {
+                    Failure::corrupt(format_args!("{}: {problem}", path.display()))
+                }
+            });
+        }
+        let made = make()?;
+        self.folder(Path::new(name).parent().unwrap_or(Path::new("")))?;
+        disk::write(&path, &sealed::seal(NAME, VERSION, &self.owner, &made))?;
+        Ok(made)
+    }
+}
+
+/// Refuses a number of runs that is too small to have a spread, unless one is allowed, or too large.
+pub(super) fn check_runs(runs: u32, allowed: &RangeInclusive<u32>) -> Result {
+    if allowed.contains(&runs) {
+        return Ok(());
+    }
+    let (least, most) = (allowed.start(), allowed.end());
+    Err(Failure::input(format_args!(
+        "--runs {runs}: a test of runs needs at least two; allowed: {least} to {most}"
+    )))
+}
+
+/// Prints the verdicts.
+fn tell(claims: &[Claim], directory: &Path, console: Console) -> Result {
+    let verdicts: Vec<Vec<String>> = claims
+        .iter()
+        .map(|claim| vec![claim.id.clone(), claim.verdict.to_string(), brief(&claim.reasons)])
+        .collect();
+    if console.json() {
+        console.json_data(&claims)?;
+    } else {
+        console.data(columns(&["claim", "verdict", "reason"], &verdicts))?;
+    }
+    console.say(format!("wrote {}", directory.display()));
+    Ok(())
+}

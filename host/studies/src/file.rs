@@ -1,0 +1,345 @@
+//! A study's file: the values that it changes in an experiment, and its arms, which are named sets of further changes.
+//! The papers' studies are compiled in; a user's own file can replace one.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use serde::Deserialize;
+use toml::{Table, Value};
+
+use super::assumptions::Assumption;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
+use oneiro_lab::experiment::source::{Parsed, Setting, Source};
+use oneiro_lab::kinds::FileKind;
+
+/// A compiled-in study and the experiment that it names.
+pub struct Shipped {
+    pub path: &'static str,
+    pub text: &'static str,
+    pub experiment_path: &'static str,
+    pub experiment: &'static str,
+}
+
+/// The study of 1995.
+pub const MIGLINO1995: Shipped = Shipped {
+    path: "experiments/miglino1995/study.toml",
+    text: include_str!("../../../experiments/miglino1995/study.toml"),
+    experiment_path: "experiments/khepera-avoidance.toml",
+    experiment: include_str!("../../../experiments/khepera-avoidance.toml"),
+};
+
+/// The study of 2014.
+pub const ODOWD2014: Shipped = Shipped {
+    path: "experiments/odowd2014/study.toml",
+    text: include_str!("../../../experiments/odowd2014/study.toml"),
+    experiment_path: "experiments/odowd2014-over.toml",
+    experiment: include_str!("../../../experiments/odowd2014-over.toml"),
+};
+
+/// A study's file, read from disk or compiled in.
+pub struct StudyFile {
+    shipped: &'static Shipped,
+    /// Path of the file; `None` if it is compiled in.
+    path: Option<PathBuf>,
+    text: Cow<'static, str>,
+}
+
+impl StudyFile {
+    /// Reads a user's own file, or takes the compiled-in one.
+    ///
+    /// # Errors
+    /// Exit 3 if the file doesn't exist or isn't text.
+    pub fn open(shipped: &'static Shipped, path: Option<&Path>) -> Result<Self> {
+        let text = match path {
+            None => Cow::Borrowed(shipped.text),
+            Some(path) => {
+                let text = FileKind::Study.text(path)?;
+                FileKind::Study.parsed(path, &text)?;
+                Cow::Owned(text)
+            }
+        };
+        Ok(Self {
+            shipped,
+            path: path.map(Path::to_owned),
+            text,
+        })
+    }
+
+    /// Hash of a user's own file; `None` for the compiled-in one.
+    pub fn own_hash(&self) -> Option<String> {
+        self.path
+            .is_some()
+            .then(|| blake3::hash(self.text.as_bytes()).to_hex()[..16].to_owned())
+    }
+
+    /// Reads the file's values under an arm and converts them; the conversion may refuse a value, with its place in the
+    /// file.
+    ///
+    /// # Errors
+    /// Exit 3: the file, line and column (or the arm), the key, the value found and the values allowed.
+    pub fn under<T: for<'a> Deserialize<'a>, U>(
+        &self,
+        arm: &Arm,
+        make: impl FnOnce(T, &Source<'_>) -> Result<U>,
+    ) -> Result<U> {
+        let name = self.path.as_deref().unwrap_or(Path::new(self.shipped.path));
+        let name = name.display().to_string();
+        let settings = arm.settings(&name);
+        let parsed = Parsed::new(name, &self.text)?;
+        let (values, source) = Source::read(&parsed, &settings)?;
+        make(values, &source)
+    }
+
+    /// The arms, grouped by subject.
+    ///
+    /// # Errors
+    /// As [`StudyFile::under`].
+    pub fn groups(&self) -> Result<Vec<Group>> {
+        /// The rest of the file is read by the study.
+        #[derive(Deserialize)]
+        struct File {
+            #[serde(default)]
+            arms: Vec<Group>,
+        }
+        self.under(&Arm::main(), |file: File, _| Ok(file.arms))
+    }
+
+    /// Finds an arm by name.
+    ///
+    /// # Errors
+    /// Exit 2 with the names of all arms.
+    pub fn arm(&self, name: &str) -> Result<Arm> {
+        if name == Arm::MAIN {
+            return Ok(Arm::main());
+        }
+        let arms: Vec<Arm> = self.groups()?.into_iter().flat_map(|group| group.arms).collect();
+        let names: Vec<&str> = arms.iter().map(|arm| arm.name.as_str()).collect();
+        let unknown = Failure::usage(format_args!(
+            "--arm {name}: no such arm; allowed: {}, {}",
+            Arm::MAIN,
+            names.join(", ")
+        ));
+        arms.into_iter().find(|arm| arm.name == name).ok_or(unknown)
+    }
+
+    /// Path and text of the experiment that a file names, or of the compiled-in one if it names none.
+    ///
+    /// # Errors
+    /// Exit 3 if the file doesn't exist or isn't text.
+    pub fn experiment(&self, named: Option<&str>) -> Result<(PathBuf, Cow<'static, str>)> {
+        match (&self.path, named) {
+            (Some(study), Some(named)) => {
+                let path = study.parent().unwrap_or(Path::new("")).join(named);
+                let text = files::text(&path)?;
+                Ok((path, Cow::Owned(text)))
+            }
+            _ => Ok((
+                self.shipped.experiment_path.into(),
+                Cow::Borrowed(self.shipped.experiment),
+            )),
+        }
+    }
+}
+
+/// Parser of an arm's name on the command line. It lists the compiled-in study's arms; a user's own file may have
+/// others.
+#[derive(Clone)]
+pub struct ArmParser(pub &'static Shipped);
+
+impl TypedValueParser for ArmParser {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&clap::Arg>,
+        value: &OsStr,
+    ) -> std::result::Result<String, clap::Error> {
+        StringValueParser::new().parse_ref(command, argument, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let groups = StudyFile::open(self.0, None).and_then(|file| file.groups()).ok()?;
+        let others = groups.into_iter().flat_map(|group| group.arms);
+        let values = std::iter::once(Arm::main()).chain(others);
+        Some(Box::new(values.map(|arm| PossibleValue::new(arm.name).help(arm.words))))
+    }
+}
+
+/// Arms that vary the same subject.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Group {
+    pub about: String,
+    pub arms: Vec<Arm>,
+}
+
+/// An alternative to one of the study's assumptions.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Arm {
+    /// Name on the command line and in files.
+    pub name: String,
+    /// One-line description of the assumption.
+    pub words: String,
+    /// Values that replace those of the study's file.
+    #[serde(flatten)]
+    changes: Table,
+}
+
+impl Arm {
+    /// Name of the unchanged study.
+    pub const MAIN: &str = "main";
+
+    /// The unchanged study.
+    pub fn main() -> Self {
+        Self {
+            name: Self::MAIN.into(),
+            words: "As preregistered".into(),
+            changes: Table::new(),
+        }
+    }
+
+    /// Whether the arm changes nothing.
+    pub fn is_main(&self) -> bool {
+        self.changes.is_empty()
+    }
+
+    /// Keys of the values that it replaces.
+    pub fn changed(&self) -> Vec<String> {
+        leaves(&self.changes).into_iter().map(|(key, _)| key).collect()
+    }
+
+    fn settings(&self, file: &str) -> Vec<Setting> {
+        let place = format!("{file}: arm {}", self.name);
+        let values = leaves(&self.changes).into_iter();
+        values
+            .map(|(key, value)| Setting::at(place.clone(), &key, &value))
+            .collect()
+    }
+
+    /// Rows of the report's table of assumptions: each value by its key, with its source. For values that the arm
+    /// changes, the source is the arm.
+    pub fn assumptions<'a>(
+        &self,
+        values: impl IntoIterator<Item = (String, String)>,
+        source: impl Fn(&str) -> Option<&'a str>,
+    ) -> Vec<Assumption> {
+        let changed = self.changed();
+        let own = format!("arm {}: {}", self.name, self.words);
+        let rows = values.into_iter().map(|(name, value)| {
+            // In the study's file, the values of all conditions stand under `set`.
+            let is_changed = changed
+                .iter()
+                .any(|key| *key == name || key.strip_prefix("set.") == Some(&name));
+            let source = if is_changed {
+                &own
+            } else {
+                source(&name).unwrap_or_default()
+            };
+            Assumption {
+                value,
+                source: source.into(),
+                name,
+            }
+        });
+        let arm = (!self.is_main()).then(|| Assumption {
+            name: "arm".into(),
+            value: self.name.clone(),
+            source: self.words.clone(),
+        });
+        arm.into_iter().chain(rows).collect()
+    }
+}
+
+/// Values of a table and its nested tables by dotted key.
+pub fn leaves(table: &Table) -> Vec<(String, Value)> {
+    fn collect(table: &Table, prefix: &str, all: &mut Vec<(String, Value)>) {
+        for (key, value) in table {
+            let key = format!("{prefix}{key}");
+            match value {
+                Value::Table(table) => collect(table, &format!("{key}."), all),
+                _ => all.push((key, value.clone())),
+            }
+        }
+    }
+    let mut all = Vec::new();
+    collect(table, "", &mut all);
+    all
+}
+
+/// Converts the values of a table that stands under a key of a study's file into settings that know their place.
+pub fn settings(under: &str, table: &Table, source: &Source<'_>) -> Vec<Setting> {
+    let values = leaves(table).into_iter();
+    values
+        .map(|(key, value)| Setting::at(source.place_of(&format!("{under}.{key}")), &key, &value))
+        .collect()
+}
+
+/// Values of an experiment that affect results, formatted for readers, by key.
+pub fn listed(resolved: &str) -> BTreeMap<String, String> {
+    let table: Table = resolved.parse().expect("a resolved experiment is TOML");
+    let decides =
+        |key: &str| !["name", "seed"].contains(&key) && !["record.", "files."].iter().any(|no| key.starts_with(no));
+    let values = leaves(&table).into_iter().filter(|(key, _)| decides(key));
+    values.map(|(key, value)| (key, words(&value))).collect()
+}
+
+/// Formats a value for readers: strings without quotes.
+pub fn words(value: &Value) -> String {
+    match value {
+        Value::String(word) => word.clone(),
+        // In single precision, as it was written.
+        Value::Float(number) => (*number as f32).to_string(),
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Compiled-in texts are those of the repository, and studies name experiments from beside them.
+    #[test]
+    fn shipped_studies_name_the_experiments_that_are_compiled_in_with_them() {
+        for shipped in [&MIGLINO1995, &ODOWD2014] {
+            let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+            let table: Table = shipped.text.parse().unwrap();
+            let named = root
+                .join(shipped.path)
+                .parent()
+                .unwrap()
+                .join(table["experiment"].as_str().unwrap());
+            let compiled_in = root.join(shipped.experiment_path);
+            assert_eq!(named.canonicalize().unwrap(), compiled_in.canonicalize().unwrap());
+        }
+    }
+
+    #[test]
+    fn arms_have_names_and_words_of_their_own_and_change_something() {
+        for shipped in [&MIGLINO1995, &ODOWD2014] {
+            let file = StudyFile::open(shipped, None).unwrap();
+            let arms: Vec<Arm> = file
+                .groups()
+                .unwrap()
+                .into_iter()
+                .flat_map(|group| group.arms)
+                .collect();
+            for (place, arm) in arms.iter().enumerate() {
+                assert!(!arm.is_main() && !arm.words.is_empty(), "{}", arm.name);
+                let differs =
+                    |other: &Arm| other.name != arm.name && other.words != arm.words && other.changes != arm.changes;
+                assert!(arms[..place].iter().all(differs), "{}", arm.name);
+                assert_eq!(file.arm(&arm.name).unwrap(), *arm);
+            }
+            let refusal = file.arm("only-magic").unwrap_err().to_string();
+            assert!(
+                refusal.contains("allowed: main, ") && refusal.contains(&arms[3].name),
+                "{refusal}"
+            );
+        }
+    }
+}

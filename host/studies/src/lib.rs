@@ -1,0 +1,47 @@
+//! Whole studies of papers, from one command to a report. Experiments and claims stand in files under `experiments`;
+//! only the arithmetic of judging is here.
+
+// Only this workspace uses it.
+#![allow(
+    missing_docs,
+    clippy::missing_errors_doc,
+    clippy::missing_panics_doc,
+    reason = "what its name does not say has documentation"
+)]
+// `clippy.toml` says what has one place only.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
+pub mod assumptions;
+pub mod claims;
+mod contrasts;
+mod directory;
+pub mod file;
+pub mod miglino1995;
+pub mod odowd2014;
+mod sweep_results;
+pub mod verdict;
+mod verdicts;
+
+/// The files of any directory of the 1995 study and of the 2014 study, and of their second editions.
+#[cfg(any(test, feature = "testing"))]
+pub fn all_contents() -> [Vec<oneiro_base::contents::Entry>; 4] {
+    let of = |own| directory::contents(own, true);
+    let [of_1995, of_2014] = [miglino1995::contents(true, true, true), odowd2014::contents(true)].map(of);
+    [
+        of_1995,
+        miglino1995::contents_of_second(),
+        of_2014,
+        odowd2014::contents_of_second(),
+    ]
+}
+
+/// The claims of the papers.
+const MIGLINO1995_CLAIMS: &str = include_str!("../../../experiments/miglino1995/claims.toml");
+const ODOWD2014_CLAIMS: &str = include_str!("../../../experiments/odowd2014/claims.toml");
+
+#[cfg(test)]
+#[path = "../../../tests/scratch/mod.rs"]
+mod scratch;

@@ -1,0 +1,227 @@
+//! The study's methods and limits, and what it would have cost with the paper's hardware.
+
+use super::{Report, last_generation, life_seconds, paper, runs_of};
+use crate::miglino1995::results::Condition;
+use crate::{assumptions, verdicts};
+use oneiro_report::numbers::{count, shown};
+use oneiro_report::page::{self, Cell, Head, Row, Section, paragraph, table};
+
+const DIGITS: usize = 4;
+/// Seconds in a day.
+const DAY: f64 = 86_400.0;
+
+/// What the study is about, as HTML.
+pub(super) const ABOUT: &str = "<p class=\"lead\">\u{201c}Evolving Mobile Robots in Simulated and Real Environments\u{201d}, Artificial Life 2(4), \
+     1995, done again. A robot is sampled, controllers evolve in the simulator made from the samples, move to reality and \
+     evolve on there. The paper asks whether noise in the simulator makes this move succeed; each of its claims is held \
+     against what came out.</p>\n";
+
+pub(super) fn methods(study: &Report<'_>) -> Section {
+    let results = study.results;
+    let runs: Vec<String> = Condition::ALL
+        .iter()
+        .map(|&condition| format!("{} with {}", runs_of(results, condition).count(), condition.title()))
+        .collect();
+    let facts = [
+        ("robot", study.robot.to_owned()),
+        ("runs", runs.join(", ")),
+        (
+            "generations",
+            format!(
+                "{} in simulation, then {} in reality: 0 to {}",
+                results.simulated_generations,
+                results.real_generations,
+                last_generation(results)
+            ),
+        ),
+        (
+            "individuals",
+            format!(
+                "{} a generation, of which the best {} reproduce",
+                results.population, results.parents
+            ),
+        ),
+        (
+            "a life",
+            format!(
+                "{} cycles of 100 ms: {} s",
+                results.cycles,
+                shown(life_seconds(results), DIGITS)
+            ),
+        ),
+        ("seed", study.seed.to_string()),
+    ];
+    let robot = if results.is_wired {
+        "A robot on a wire"
+    } else {
+        "A surrogate, a simulation that stands in for a real Khepera,"
+    };
+    let words = format!(
+        "{robot} was sampled in front of the arena's objects, and the simulator replays the samples. In each run {} networks of 16 \
+         weights and 2 biases evolve for {} generations in the simulator, under one of three conditions: {}. Noise is part of \
+         the simulator alone. Generation {} lives in the simulator and in reality, and {} generations are then selected by \
+         their fitness in reality, which is that robot. Fitness is the paper's, 500 at most.",
+        results.population,
+        results.simulated_generations,
+        Condition::ALL.map(Condition::title).join(", "),
+        results.simulated_generations,
+        results.real_generations,
+    );
+    let body = [
+        paragraph(&words),
+        page::facts(&facts),
+        super::robot::methods(study),
+        verdicts::judging(),
+    ];
+    Section::new("methods", "Methods", body.concat())
+}
+
+/// What the results do not show, or hang on.
+pub(super) fn limits(study: &Report<'_>) -> Section {
+    let mut limits = vec![
+        "One robot, one severity of the differences between simulator and reality, and one rule for collisions stand for all. The \
+         second edition of the study varies them, and contradicts some verdicts of studies like this one (docs/miglino1995.md).",
+        "Analyses of variance over individuals, as in Tables 1 and 2, take relatives as independent.",
+    ];
+    if !study.results.is_wired {
+        limits.insert(
+            0,
+            "Reality is a simulation with differences that are published or assumed, listed below, and no Khepera.",
+        );
+    }
+    let body = [
+        page::list(&limits),
+        study.arms.map_or_else(String::new, verdicts::by_assumption),
+        differences(study),
+        assumptions::html(&study.results.assumptions),
+    ];
+    Section::new("limits", "Limits", body.concat())
+}
+
+fn differences(study: &Report<'_>) -> String {
+    if study.results.differences.is_empty() {
+        return String::new();
+    }
+    let head = [
+        Head::Text("Difference"),
+        Head::Number("activation, 0 to 1"),
+        Head::Number("displacement, mm"),
+        Head::Number("turn, degrees"),
+    ];
+    let rows: Vec<Row> = study
+        .results
+        .differences
+        .iter()
+        .map(|difference| {
+            let number = |x| Cell::number(shown(x, 3));
+            Row::from(vec![
+                Cell::text(&difference.name),
+                number(difference.activation),
+                number(difference.displacement),
+                number(difference.turn),
+            ])
+        })
+        .collect();
+    let words = "Root mean square change of the sensors' activations, of the place and of the heading after one \
+                 cycle, along lives of random controllers, with one difference alone switched on.";
+    format!(
+        "<h3>What sets reality apart from the simulator</h3>\n{}",
+        table("", words, &head, &rows)
+    )
+}
+
+/// Lives, and their duration at the paper's rates.
+struct Bill {
+    what: &'static str,
+    simulated: u64,
+    real: u64,
+    cycles: f64,
+}
+
+/// What the lives would have cost with the paper's hardware.
+pub(super) fn cost(study: &Report<'_>) -> String {
+    let results = study.results;
+    let lives = |generations: fn(&super::Run) -> usize| -> u64 {
+        let generations: usize = results.runs.iter().map(generations).sum();
+        generations as u64 * u64::from(results.population)
+    };
+    let bills = [
+        Bill {
+            what: "the paper",
+            simulated: paper::RUNS * paper::SIMULATED_GENERATIONS * paper::POPULATION,
+            real: paper::RUNS * paper::REAL_GENERATIONS * paper::POPULATION,
+            cycles: paper::CYCLES,
+        },
+        Bill {
+            what: "this study",
+            simulated: lives(|run| run.simulated.len()),
+            real: lives(|run| run.real.len()),
+            cycles: f64::from(results.cycles),
+        },
+    ];
+    let rows: Vec<Row> = bills.iter().map(|bill| Row::from(bill.cells())).collect();
+    let head = [
+        Head::Text("Whose"),
+        Head::Number("simulated lives"),
+        Head::Number("workstation time"),
+        Head::Number("real lives"),
+        Head::Number("robot time"),
+        Head::Number("cycles in all"),
+    ];
+    let [papers, _] = &bills;
+    let (simulated, real) = papers.seconds();
+    format!(
+        "{}{}",
+        paragraph(&format!(
+            "A life took the paper's authors about {} s on an IBM RISC/6000 and {} s on the robot, {} times as long. \
+             Their {} runs of {} and {} generations of {} individuals are {} days of workstation time and {} days of \
+             robot time.",
+            paper::SIMULATED_LIFE,
+            paper::REAL_LIFE,
+            paper::REAL_LIFE / paper::SIMULATED_LIFE,
+            paper::RUNS,
+            paper::SIMULATED_GENERATIONS,
+            paper::REAL_GENERATIONS,
+            paper::POPULATION,
+            days(simulated),
+            days(real),
+        )),
+        table(
+            "",
+            "The lives of the generations at the paper's rates, without further tests. Here the transferred generation \
+             lives in simulation too.",
+            &head,
+            &rows
+        )
+    )
+}
+
+impl Bill {
+    /// Seconds on a workstation and on a robot.
+    fn seconds(&self) -> (f64, f64) {
+        let lives = self.cycles / paper::CYCLES;
+        (
+            self.simulated as f64 * lives * paper::SIMULATED_LIFE,
+            self.real as f64 * lives * paper::REAL_LIFE,
+        )
+    }
+
+    fn cells(&self) -> Vec<Cell> {
+        let (simulated, real) = self.seconds();
+        let cycles = (self.simulated + self.real) as f64 * self.cycles;
+        let number = |html: String| Cell::number(html);
+        vec![
+            Cell::text(self.what),
+            number(count(self.simulated)),
+            number(format!("{} days", days(simulated))),
+            number(count(self.real)),
+            number(format!("{} days", days(real))),
+            number(count(cycles as u64)),
+        ]
+    }
+}
+
+/// Formats seconds as days, to a tenth.
+fn days(seconds: f64) -> String {
+    format!("{:.1}", seconds / DAY)
+}

@@ -1,0 +1,154 @@
+//! Properties of the surrogate and its simulator that the study relies on.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use oneiro::arena::Arena;
+use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::random::{Key, pcg4d};
+use oneiro::surrogate::{Differences, Surrogate};
+use oneiro::world::{Robot, World, WorldSpec};
+
+use super::settings::{Asked, Settings};
+use super::simulated_robot;
+use super::study::Study;
+use crate::file::{MIGLINO1995, StudyFile};
+use oneiro_base::console::{Console, Output};
+use oneiro_lab::engine::handle::Engine;
+use oneiro_lab::reality::Object;
+use oneiro_lab::reality::sampling::sample_unkept;
+use oneiro_lab::reality::site::Site;
+use oneiro_robots::address::Address;
+
+pub(super) fn evaluations() -> Engine {
+    Engine::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))
+}
+
+mod wired;
+
+/// A small study.
+pub(super) fn settings(arm: &str, severity: f32) -> Settings {
+    let asked = Asked {
+        seed: 1,
+        runs: Some(2),
+        robot: Address::Surrogate(3),
+        severity: Some(severity),
+        full: false,
+        tables: Vec::new(),
+    };
+    Settings::new(&StudyFile::open(&MIGLINO1995, None).unwrap(), arm, asked).unwrap()
+}
+
+/// A study of the built-in robot.
+pub(super) fn study<'a>(settings: &'a Settings, evaluations: &'a Engine) -> Study<'a> {
+    let console = Console::new(Output::default());
+    Study::new(settings, Robot::khepera(), settings.site(), evaluations, console).unwrap()
+}
+
+/// The simulator made from a surrogate's samples, and the surrogate's own world.
+fn worlds(seed: u64, differences: Differences, arena: Arena) -> [World; 2] {
+    let evaluations = evaluations();
+    let surrogate = Surrogate::drawn(seed, differences);
+    let settings = settings("main", 0.0);
+    let spec = settings.world();
+    let mut robot = Site::surrogate(seed, surrogate.clone())
+        .sampled(&evaluations, &spec)
+        .unwrap();
+    let objects: Vec<Object> = Object::NAMES.into_iter().filter_map(Object::named).collect();
+    let samples = sample_unkept(&mut *robot, &objects).unwrap();
+    let simulator = WorldSpec {
+        robot: simulated_robot(&settings, samples.sensors, &samples.motors),
+        arena,
+        ..spec
+    };
+    let real = WorldSpec {
+        surrogate: Some(Arc::new(surrogate)),
+        ..simulator.clone()
+    };
+    [World::new(simulator).unwrap(), World::new(real).unwrap()]
+}
+
+/// Genes of random controllers that drive forwards if nothing is near, so that they get around.
+fn genes(life: u32) -> Vec<f32> {
+    (0..18)
+        .map(|gene| {
+            let share = (pcg4d([life, gene, 7, 7])[0] >> 8) as f32 / 8_388_608.0 - 1.0;
+            if gene % 9 == 8 { 1.0 + share } else { 4.0 * share }
+        })
+        .collect()
+}
+
+/// Without differences a surrogate reads the same as its simulator, in the first cycle bit for bit, and its lives are
+/// as good.
+#[test]
+fn without_severity_reality_is_the_simulator() {
+    for arena in [Arena::miglino1995(), Arena::miglino1995_block()] {
+        without_severity_reality_is_the_simulator_in(&arena);
+    }
+}
+
+fn without_severity_reality_is_the_simulator_in(arena: &Arena) {
+    const LIVES: u32 = 4000;
+    let genomes: Vec<_> = (0..LIVES).map(genes).collect();
+    let [simulated, real] = worlds(5, Differences::all(0.0), arena.clone()).map(|world| {
+        let rollouts: Vec<_> = genomes
+            .iter()
+            .zip(0..)
+            .map(|(genes, life)| Rollout {
+                world: 0,
+                genes,
+                key: Key::rollout(3, 0, life, 0),
+            })
+            .collect();
+        let batch = Batch::new(&[world], &rollouts, Some(TraceRequest { every: 50 })).unwrap();
+        Cpu::new(None).unwrap().evaluate(&batch, &Control::new()).unwrap()
+    });
+    let mut same = 0;
+    let mut seen = 0;
+    for (a, b) in simulated.traces.iter().zip(&real.traces) {
+        let first = [a.activations(0), b.activations(0)];
+        same += usize::from(first[0] == first[1]);
+        seen += usize::from(first[0].iter().any(|reading| *reading > 0.0));
+    }
+    assert!(seen > 2000, "{seen} lives start where something is seen");
+    assert_eq!(same, LIVES as usize);
+    let moments = |fitness: &[f32]| {
+        let count = fitness.len() as f64;
+        let mean = fitness.iter().map(|&f| f64::from(f)).sum::<f64>() / count;
+        let square = fitness
+            .iter()
+            .map(|&f| (f64::from(f) - mean) * (f64::from(f) - mean))
+            .sum::<f64>();
+        (mean, square / (count - 1.0))
+    };
+    let ((a, va), (b, vb)) = (moments(&simulated.fitness), moments(&real.fitness));
+    let d = (a - b) / (0.5 * (va + vb)).sqrt();
+    // Rounding makes paths part after many cycles. Two samples of 4,000 from one population differ by 0.045 at p = .05,
+    // and these share their starts.
+    assert!(d.abs() < 0.02, "{}, d {d}: {a} and {b}", arena.name);
+}
+
+/// With all differences, reality is not the simulator, so the test above can fail.
+#[test]
+fn with_severity_reality_is_another() {
+    let [simulated, real] = worlds(5, Differences::all(1.0), Arena::miglino1995());
+    let genome = genes(1);
+    let lives = |world: World| {
+        let rollouts: Vec<_> = (0..500)
+            .map(|life| Rollout {
+                world: 0,
+                genes: &genome,
+                key: Key::rollout(3, 0, life, 0),
+            })
+            .collect();
+        let batch = Batch::new(&[world], &rollouts, None).unwrap();
+        Cpu::new(None)
+            .unwrap()
+            .evaluate(&batch, &Control::new())
+            .unwrap()
+            .fitness
+    };
+    assert_ne!(lives(simulated), lives(real));
+}

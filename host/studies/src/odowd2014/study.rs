@@ -1,0 +1,456 @@
+//! The study's swarms, and how they are run.
+
+use std::fmt;
+
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use super::results::{Case, Combination, Credit, Kind, Question, Run};
+use crate::assumptions::Assumption;
+use crate::file::{self, Arm, StudyFile};
+use oneiro_base::exit::Result;
+use oneiro_lab::engine::handle::Engine;
+use oneiro_lab::experiment;
+use oneiro_lab::experiment::source::{Parsed, Setting, Source};
+use oneiro_lab::experiment::swarm::SwarmExperiment;
+use oneiro_lab::swarm::settings::Settings;
+use oneiro_lab::swarm::{Plan, live, steps};
+
+/// Values from the command line.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Runs of each case and kind; `None` takes the file's number.
+    pub runs: Option<u32>,
+    /// Mutation scales and rules of credit; empty takes the file's.
+    pub scales: Vec<f64>,
+    pub credits: Vec<Credit>,
+    /// Whether to run only the paper's six cases, without the null and the interventions.
+    pub only_cases: bool,
+    /// Whether to run the open questions.
+    pub questions: bool,
+}
+
+/// The study's file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    experiment: Option<String>,
+    runs: u32,
+    scales: Vec<f64>,
+    credits: Vec<Credit>,
+    #[serde(default)]
+    set: Table,
+    conditions: Vec<Conditions>,
+    questions: Questions,
+    /// Read before the rest.
+    #[serde(default, rename = "arms")]
+    _arms: IgnoredAny,
+}
+
+/// All kinds of all cases.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Conditions {
+    cases: Vec<Case>,
+    kinds: Vec<Kind>,
+    #[serde(default)]
+    set: Table,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Questions {
+    scale: f64,
+    credit: Credit,
+    asked: Vec<OneQuestion>,
+}
+
+#[derive(Deserialize)]
+struct OneQuestion {
+    about: String,
+    #[serde(flatten)]
+    set: Table,
+}
+
+/// A study under an arm.
+#[derive(Debug)]
+pub struct Study {
+    record: Record,
+    arm: Arm,
+    /// The swarms of each combination of scale and credit.
+    combinations: Vec<Swarms>,
+    /// The open questions with the settings of their swarms; empty if not requested.
+    questions: Vec<(Open, Settings)>,
+}
+
+/// Record of the settings for the study's directory.
+#[derive(Clone, Debug, Serialize)]
+struct Record {
+    seed: u64,
+    runs: u32,
+    scales: Vec<f64>,
+    credits: Vec<Credit>,
+    only_cases: bool,
+    arm: String,
+    questions: bool,
+    /// Hash of a user's own file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    study: Option<String>,
+}
+
+/// The swarms of one scale and credit.
+#[derive(Debug)]
+struct Swarms {
+    scale: f64,
+    credit: Credit,
+    all: Vec<(Case, Kind, Settings)>,
+}
+
+/// Some consecutively numbered runs of one combination.
+#[derive(Clone, Copy, Debug)]
+pub struct Cohort<'a> {
+    swarms: &'a Swarms,
+    /// First number, and how many.
+    first: u32,
+    runs: u32,
+}
+
+impl Cohort<'_> {
+    /// Name under which the cohort's runs are saved.
+    pub fn name(&self) -> String {
+        let Swarms { scale, credit, .. } = self.swarms;
+        format!("{scale}-{}-{:04}", credit.title(), self.first)
+    }
+}
+
+impl Study {
+    /// Whether open questions are asked.
+    pub fn has_questions(&self) -> bool {
+        !self.questions.is_empty()
+    }
+
+    /// Reads the study under an arm.
+    ///
+    /// # Errors
+    /// Exit 2 for an unknown arm. Exit 3: the file, line and column (or the arm), the key, the value found and the
+    /// values allowed.
+    pub fn new(file: &StudyFile, arm: &str, asked: &Asked) -> Result<Self> {
+        let arm = file.arm(arm)?;
+        file.under(&arm, |values: File, source| {
+            check(&values, source)?;
+            let (path, text) = file.experiment(values.experiment.as_deref())?;
+            let base = Parsed::new(path.display().to_string(), &text)?;
+            let or = |own: &[f64], file: &[f64]| if own.is_empty() { file } else { own }.to_vec();
+            let record = Record {
+                seed: asked.seed,
+                runs: asked.runs.unwrap_or(values.runs),
+                scales: or(&asked.scales, &values.scales),
+                credits: if asked.credits.is_empty() {
+                    &values.credits
+                } else {
+                    &asked.credits
+                }
+                .clone(),
+                only_cases: asked.only_cases,
+                arm: arm.name.clone(),
+                questions: asked.questions,
+                study: file.own_hash(),
+            };
+            let of_all = taken("set", &values.set, source)?;
+            let settings = |scale: f64, credit: Credit, case: Case, more: Vec<Setting>| -> Result<Settings> {
+                const WORD: &str = "cases and rules are words";
+                let own = [
+                    ("swarm.case", Value::try_from(case).expect(WORD)),
+                    ("swarm.controllers.mutation_scale", Value::Float(scale)),
+                    ("swarm.simulators.mutation_scale", Value::Float(scale)),
+                    ("swarm.simulators.credit", Value::try_from(credit).expect(WORD)),
+                ];
+                // The case leaves out what only others need.
+                let rank = |key: &str| if key == "swarm.case" { 3 } else { 1 };
+                let own = own
+                    .map(|(key, value)| Setting::at(format!("{}, {key}", record.arm), key, &value).ranked(rank(key)));
+                let more = more.into_iter().map(|own| own.ranked(2)).collect::<Vec<_>>();
+                let set = [&own[..], &of_all, &more].concat();
+                let why = "is a control, which the kinds of [[conditions]] give";
+                let own = SwarmExperiment::without_control(&path, &base, &set, why)?;
+                Ok(own.settings().clone())
+            };
+            let mut combinations = Vec::new();
+            for &scale in &record.scales {
+                for &credit in &record.credits {
+                    let mut all = Vec::new();
+                    for (place, own) in values.conditions.iter().enumerate() {
+                        let set = taken(&format!("conditions[{place}].set"), &own.set, source)?;
+                        for &case in &own.cases {
+                            for &kind in own
+                                .kinds
+                                .iter()
+                                .filter(|kind| !asked.only_cases || **kind == Kind::Evolved)
+                            {
+                                all.push((case, kind, settings(scale, credit, case, set.clone())?));
+                            }
+                        }
+                    }
+                    combinations.push(Swarms { scale, credit, all });
+                }
+            }
+            let mut questions = Vec::new();
+            for (place, own) in values.questions.asked.iter().enumerate().filter(|_| asked.questions) {
+                let set = taken(&format!("questions.asked[{place}]"), &own.set, source)?;
+                let Questions { scale, credit, .. } = values.questions;
+                let settings = settings(scale, credit, Case::Over, set)?;
+                questions.push((Open::new(&own.about, &settings), settings));
+            }
+            Ok(Self {
+                record,
+                arm: arm.clone(),
+                combinations,
+                questions,
+            })
+        })
+    }
+
+    /// Record of the settings for the study's directory.
+    pub fn record(&self) -> String {
+        serde_json::to_string_pretty(&self.record).expect("numbers and words are JSON")
+    }
+
+    pub fn seed(&self) -> u64 {
+        self.record.seed
+    }
+
+    /// Runs of each case and kind.
+    pub fn runs(&self) -> u32 {
+        self.record.runs
+    }
+
+    /// Settings that all swarms share, before the values in which they differ.
+    pub fn settings(&self) -> &Settings {
+        let all = self.combinations.iter().flat_map(|own| &own.all);
+        let mut of_light = all.filter(|(case, kind, _)| (*case, *kind) == (Case::Over, Kind::Evolved));
+        &of_light.next().expect("every study has the light over the nest").2
+    }
+
+    /// All values in force.
+    pub fn assumptions(&self) -> Vec<Assumption> {
+        let join = |words: Vec<String>| words.join(", ");
+        let scales = join(self.record.scales.iter().map(f64::to_string).collect());
+        let credits = join(self.record.credits.iter().map(|credit| credit.title().into()).collect());
+        let listed = self.settings().listed();
+        let runs = ("runs".to_owned(), format!("{} of each case", self.record.runs));
+        let rows = listed.iter().map(|(key, value, _)| {
+            let value = match key.as_str() {
+                "case" => "all six",
+                "controllers.mutation_scale" | "simulators.mutation_scale" => &scales,
+                "simulators.credit" => &credits,
+                _ => value,
+            };
+            (format!("swarm.{key}"), value.to_owned())
+        });
+        self.arm.assumptions(std::iter::once(runs).chain(rows), |name| {
+            match name.strip_prefix("swarm.") {
+                None => Some("O'Dowd et al. 2014, section 4.5: 10"),
+                Some(key) => listed.iter().find(|(own, ..)| own == key).map(|(.., source)| *source),
+            }
+        })
+    }
+
+    /// The cohorts of the study, with `size` runs of each case and kind in each.
+    pub fn cohorts(&self, size: u32) -> impl Iterator<Item = Cohort<'_>> {
+        let runs = self.record.runs;
+        self.combinations.iter().flat_map(move |swarms| {
+            (0..runs).step_by(size as usize).map(move |first| Cohort {
+                swarms,
+                first,
+                runs: size.min(runs - first),
+            })
+        })
+    }
+
+    /// The swarms of a cohort.
+    fn plans(&self, cohort: &Cohort<'_>) -> Vec<Plan> {
+        let Swarms { scale, credit, all } = cohort.swarms;
+        let numbers = cohort.first..cohort.first + cohort.runs;
+        let plans = all.iter().flat_map(|(case, kind, settings)| {
+            numbers.clone().map(move |number| Plan {
+                settings: settings.clone(),
+                kind: *kind,
+                number,
+                seed: self.seed_of(&(case, kind, scale.to_bits(), credit, number)),
+            })
+        });
+        plans.collect()
+    }
+
+    /// Seed derived from whatever distinguishes a run. The arm isn't part of it, so that all arms begin alike.
+    fn seed_of(&self, what: &impl fmt::Debug) -> u64 {
+        let hash = blake3::hash(format!("{}, {what:?}", self.record.seed).as_bytes());
+        let bytes: &[u8; 32] = hash.as_bytes();
+        u64::from_le_bytes(*bytes.first_chunk().expect("a hash has 32 bytes"))
+    }
+
+    /// Runs a cohort.
+    pub fn run(&self, cohort: &Cohort<'_>, evaluations: &Engine) -> Result<Vec<Run>> {
+        live(&self.plans(cohort), evaluations)
+    }
+
+    /// The open questions.
+    pub fn questions(&self) -> &[(Open, Settings)] {
+        &self.questions
+    }
+
+    /// Total robot-steps, on board and in the arena.
+    pub fn steps(&self) -> u64 {
+        let of = |settings: &Settings| steps(&plan(settings, 0, 0));
+        let swarms = self
+            .combinations
+            .iter()
+            .flat_map(|own| &own.all)
+            .map(|(.., settings)| of(settings));
+        let questions = self.questions.iter().map(|(_, settings)| of(settings));
+        u64::from(self.record.runs) * swarms.chain(questions).sum::<u64>()
+    }
+
+    /// Answers an open question.
+    pub fn answer(&self, (open, settings): &(Open, Settings), evaluations: &Engine) -> Result<Question> {
+        let numbers = 0..self.record.runs;
+        let plans: Vec<Plan> = numbers
+            .map(|number| plan(settings, number, self.seed_of(&(open, number))))
+            .collect();
+        Ok(Question {
+            about: open.about.clone(),
+            robots: open.robots,
+            arena_radius: f64::from(open.radius),
+            range: f64::from(open.range),
+            lamp: f64::from(open.lamp),
+            runs: live(&plans, evaluations)?,
+        })
+    }
+}
+
+/// Keys that the study gives its swarms itself, and where it has them from.
+const GIVEN: [(&str, &str); 7] = [
+    ("name", "no such key: the study's runs have no names"),
+    ("seed", "--seed"),
+    ("swarm.case", "the cases of [[conditions]]"),
+    ("swarm.control", "the kinds of [[conditions]]"),
+    ("swarm.controllers.mutation_scale", "scales"),
+    ("swarm.simulators.mutation_scale", "scales"),
+    ("swarm.simulators.credit", "credits"),
+];
+
+/// Settings from a table of the study's file, without keys that the study gives itself.
+fn taken(under: &str, table: &Table, source: &Source<'_>) -> Result<Vec<Setting>> {
+    let leaves = file::leaves(table);
+    let given = |(own, _): &&(&str, &str)| leaves.iter().any(|(key, _)| key == own);
+    match GIVEN.iter().find(given) {
+        Some((key, instead)) => {
+            let problem = format!("is given by the study; allowed: {instead}");
+            Err(source.invalid_key(&format!("{under}.{key}"), problem))
+        }
+        None => Ok(file::settings(under, table, source)),
+    }
+}
+
+/// Checks what the study needs, and values that mean the same as a key of experiments.
+fn check(values: &File, source: &Source<'_>) -> Result {
+    let has_light_over = |own: &Conditions| own.cases.contains(&Case::Over) && own.kinds.contains(&Kind::Evolved);
+    if !values.conditions.iter().any(has_light_over) {
+        let problem =
+            "lack the case \"over\" of the kind \"evolved\", which others are compared with; allowed: with it";
+        return Err(source.invalid("conditions", problem));
+    }
+    for (key, is_empty) in [
+        ("scales", values.scales.is_empty()),
+        ("credits", values.credits.is_empty()),
+    ] {
+        if is_empty {
+            return Err(source.invalid(key, "is empty; allowed: one and more"));
+        }
+    }
+    let scales = values.scales.iter().enumerate();
+    let scales = scales.map(|(index, scale)| (format!("scales[{index}]"), scale));
+    for (key, scale) in scales.chain([("questions.scale".to_owned(), &values.questions.scale)]) {
+        let (is_allowed, allowed) = experiment::allows("swarm.controllers.mutation_scale", scale);
+        if !is_allowed {
+            return Err(source.invalid(&key, format_args!("is {scale}; allowed: {allowed}")));
+        }
+    }
+    Ok(())
+}
+
+fn plan(settings: &Settings, number: u32, seed: u64) -> Plan {
+    Plan {
+        settings: settings.clone(),
+        kind: Kind::Evolved,
+        number,
+        seed,
+    }
+}
+
+/// An open question.
+#[derive(Clone, PartialEq)]
+pub struct Open {
+    about: String,
+    robots: u32,
+    radius: f32,
+    range: f32,
+    lamp: f32,
+}
+
+/// Seeds are derived from this text, so it must never change.
+impl fmt::Debug for Open {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Asked")
+            .field("about", &self.about)
+            .field("robots", &self.robots)
+            .field("radius", &self.radius)
+            .field("range", &self.range)
+            .field("lamp", &self.lamp)
+            .finish()
+    }
+}
+
+impl Open {
+    fn new(about: &str, settings: &Settings) -> Self {
+        Self {
+            about: about.into(),
+            robots: settings.world.robots,
+            radius: settings.world.forager.arena_radius,
+            range: settings.world.range,
+            lamp: settings.world.forager.lamp_behind_wall,
+        }
+    }
+
+    /// Name under which its runs are saved.
+    pub fn name(&self) -> String {
+        let Self {
+            about,
+            robots,
+            radius,
+            range,
+            lamp,
+        } = self;
+        format!("{about}-{robots}-{radius}-{range}-{lamp}")
+    }
+}
+
+/// Groups runs by combination.
+pub fn combined(cohorts: Vec<(Cohort<'_>, Vec<Run>)>) -> Vec<Combination> {
+    let mut all: Vec<Combination> = Vec::new();
+    for (Cohort { swarms, .. }, runs) in cohorts {
+        let is_of = |own: &&mut Combination| own.scale == swarms.scale && own.credit == swarms.credit;
+        match all.iter_mut().find(is_of) {
+            Some(own) => own.runs.extend(runs),
+            None => all.push(Combination {
+                scale: swarms.scale,
+                credit: swarms.credit,
+                runs,
+            }),
+        }
+    }
+    all
+}
