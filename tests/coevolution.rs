@@ -19,18 +19,20 @@ const POPULATION: usize = 10;
 const CONTESTS: usize = 3;
 
 /// A short evolution of the experiment that ships, in which every contest is recorded.
-const SHORT: [&str; 10] = [
+const SHORT: [&str; 9] = [
     "cycles=60",
     "evolution.generations=7",
     "evolution.population=10",
     "evolution.parents=5",
-    "evolution.opponents.generations=2",
     "evolution.opponents.contests=3",
     "evolution.finalist_lives=4",
     "record.individuals=true",
     "record.checkpoint_every=1",
     "evolution.mutation.rate=0.1",
 ];
+
+/// With the opponents of the last generations.
+const RECENT: [&str; 2] = ["--set", "evolution.opponents.generations=2"];
 
 fn shipped() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/predator-prey.toml");
@@ -150,7 +152,7 @@ fn check_record(place: &Place, run: &str, is_recent: bool) {
 #[test]
 fn records_are_what_the_contests_say() {
     let place = Place::new("record");
-    run(&place, "recent", &[]);
+    run(&place, "recent", &RECENT);
     check_record(&place, "recent", true);
     run(&place, "hall", &["--set", "evolution.opponents.kind=hall-of-fame"]);
     check_record(&place, "hall", false);
@@ -191,12 +193,12 @@ fn a_run_is_the_same_however_it_is_computed() {
             .unwrap()
             .to_owned()
     };
-    run(&place, "one", &[]);
+    run(&place, "one", &RECENT);
     let others = [("two", "cpu:interpretedx1"), ("gpu", "gpu:llvmpipe")];
     for (out, device) in others.into_iter().take(if cfg!(feature = "gpu") { 2 } else { 1 }) {
         // The last of two options counts.
         let experiment = shipped();
-        let mut other = arguments(&experiment, out, &[]);
+        let mut other = arguments(&experiment, out, &RECENT);
         let place_of_device = other.iter().position(|word| *word == "cpu").unwrap();
         other[place_of_device] = device;
         place.good(&other);
@@ -205,7 +207,7 @@ fn a_run_is_the_same_however_it_is_computed() {
     run(&place, "other", &["--set", "evolution.opponents.generations=3"]);
     assert_ne!(result("other"), result("one"));
     let experiment = shipped();
-    let killed = arguments(&experiment, "killed", &[]);
+    let killed = arguments(&experiment, "killed", &RECENT);
     let mut kills = 0;
     for wait in (0..).map(|turn| 20 + 15 * turn) {
         let resume = ["resume", "killed", "--backend", "cpu"];

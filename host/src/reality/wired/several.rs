@@ -1,7 +1,7 @@
 //! Several robots that share lives.
 
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Condvar, Mutex};
 
 use super::tests::{Mock, Place, Troubles, genes, life, spec};
@@ -44,11 +44,14 @@ fn robot() -> Mock {
     Mock::new(vec![[40; 8]])
 }
 
-/// A robot that begins its first life when something comes, and says when it has begun one.
-fn held(until: Receiver<()>) -> Mock {
+/// A robot whose first life goes on when something comes; it says when it has begun that life.
+fn held(until: Receiver<()>, begun: Sender<()>) -> Mock {
     let mut mock = robot();
+    let mut is_first = true;
     mock.meanwhile = Box::new(move |look| {
-        if look == 0 {
+        if look == 0 && std::mem::take(&mut is_first) {
+            // Nobody may be waiting.
+            let _ = begun.send(());
             assert_ne!(until.recv_timeout(LONG), Err(RecvTimeoutError::Timeout));
         }
     });
@@ -121,7 +124,8 @@ fn the_order_in_which_lives_end_does_not_show() {
     // They differ, so that an exchange shows.
     assert!((1..6).all(|other| expected[other] != expected[0]), "{expected:?}");
     let (go, until) = mpsc::channel();
-    let mut robots = robots(&place, [held(until), held(mpsc::channel().1)]);
+    let (begun, other_has_begun) = mpsc::channel();
+    let mut robots = robots(&place, [held(until, begun), held(other_has_begun, mpsc::channel().0)]);
     let order = Mutex::new(Vec::new());
     let on_lived = |number: usize, _: &Lived| {
         let mut order = order.lock().unwrap();
@@ -173,7 +177,7 @@ fn the_life_of_a_robot_that_stops_goes_to_another() {
                 let _ = go.send(());
             }
         });
-        let mut robots = robots(&place, [stops, held(until)]);
+        let mut robots = robots(&place, [stops, held(until, mpsc::channel().0)]);
         let lived = robots.live(&lives, false).unwrap();
         assert_eq!(bits(&lived), expected, "{trouble}");
         let status = place.column("lives.csv", "status");
@@ -235,7 +239,7 @@ fn without_a_robot_nothing_goes_on() {
             let _ = go.send(());
         }
     });
-    let mut robots = robots(&place, [stopped, held(until)]);
+    let mut robots = robots(&place, [stopped, held(until, mpsc::channel().0)]);
     // The other robot may finish a few lives before it learns that the run has stopped.
     let all: Vec<Vec<f32>> = (0..400).map(genes).collect();
     let trouble = robots.live(&self::lives(&all), false).unwrap_err();
