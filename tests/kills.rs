@@ -552,7 +552,10 @@ impl Bench {
         ];
         self.write("miglino.toml", study("miglino1995", &miglino));
         let odowd = [
-            ("\n[set]\n", "\n[set]\nswarm.minutes = 4\n"),
+            (
+                "\n[set]\n",
+                "\n[set]\nswarm.minutes = 4\nswarm.light_moves_minute = 2\n",
+            ),
             ("scales = [2.0, 0.2, 0.02]", "scales = [0.2]"),
             ("credits = [\"lagged\", \"matched\"]", "credits = [\"lagged\"]"),
         ];

@@ -517,7 +517,7 @@ fn starts_lights_and_sensors_that_are_out_of_place_are_named() {
     place.write("odd.toml", odd);
     place.run(&["check", "odd.toml"]).exits(0).says(&[
         "warning: odd.toml:11:52: robot.sensors[1].offset_mm: is 2500, which is far off the body of 35 mm radius",
-        "warning: odd.toml:18:11: arena.lights[0]: is at (1200, 300) mm, outside the arena (0 to 1000 by 0 to 600 mm)",
+        "warning: odd.toml:18:11: arena.lights[0]: is outside of the arena, and walls between hide it: the arena has x from 0 to 1000 and y from 0",
     ]);
     place.write("word.toml", SEVERAL.replace("\"floor\"", "\"target\""));
     place
