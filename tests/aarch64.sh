@@ -45,7 +45,10 @@ emulated+=(
 )
 
 # Little optimisation, and none of the program: bits don't depend on it, and compiling takes most of the time.
-options=(--release --locked --target $arm --config 'profile.release.package.oneiro-host.opt-level=0' --no-default-features)
+options=(--release --locked --target $arm --no-default-features)
+for crate in host base evolve fleet lab report robots statistics studies; do
+    options+=(--config "profile.release.package.oneiro-$crate.opt-level=0")
+done
 
 if [ "$wanted" = --program ]; then
     "${emulated[@]}" cargo build "${options[@]}" -p oneiro-host --features native >&2
@@ -60,8 +63,8 @@ packages=(-p oneiro-shader-corpus -p oneiro-shader-native -p oneiro-tests --feat
 say "operations, corpus and lives on qemu"
 "${emulated[@]}" cargo test "${options[@]}" "${packages[@]}" \
     --test variants --test operations --test goldens --test random --test kernels
-# Without the rest of the program, which would take as long to compile as naga and Cranelift: tests/long.sh runs it on ARM.
+# The rest of the program would take as long to compile as naga and Cranelift: tests/long.sh runs it on ARM.
 say "optimisers, restored between any two generations"
-"${emulated[@]}" cargo test "${options[@]}" "${packages[@]}" --test optimisers -- optimisers_are_as_pinned | tee "$folder/aarch64/optimisers"
+"${emulated[@]}" cargo test "${options[@]}" -p oneiro-evolve --lib -- optimisers_are_as_pinned | tee "$folder/aarch64/optimisers"
 grep -q "^test result: ok. 1 passed" "$folder/aarch64/optimisers"
 say "the bits are those of tests/goldens/kernels and tests/goldens/optimisers"

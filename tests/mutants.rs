@@ -11,6 +11,7 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
 use oneiro::world::{Controller, Task, World, WorldSpec};
 
+#[allow(dead_code, reason = "other tests use the rest")]
 mod mutations;
 use mutations::{Spent, mutant, peak};
 

@@ -24,6 +24,7 @@ mod documented;
 #[path = "../../tests/mutations/mod.rs"]
 mod mutations;
 #[cfg(test)]
+#[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../../tests/scratch/mod.rs"]
 mod scratch;
 

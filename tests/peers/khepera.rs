@@ -4,6 +4,8 @@
 //! It is a state machine over time, so it runs on a virtual clock as well as in real time: bytes go in and come out with the
 //! times that they take on a serial line. It keeps its last speeds for ever.
 
+#![allow(unreachable_pub, reason = "tests of several crates use it")]
+
 use std::collections::VecDeque;
 use std::time::Duration;
 

@@ -71,7 +71,7 @@ pub fn unit(random: &mut (impl Rng + ?Sized)) -> f64 {
 }
 
 /// The number in `[0, 1)` that [`unit()`] makes of a random word.
-pub fn unit_of(word: u64) -> f64 {
+pub(crate) fn unit_of(word: u64) -> f64 {
     const SPACING: f64 = 1.0 / UNITS as f64;
     (word >> 11) as f64 * SPACING
 }

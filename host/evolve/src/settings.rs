@@ -429,7 +429,7 @@ pub enum SelectionKind {
 
 impl SelectionKind {
     /// Whether only `parents` of the best have children.
-    pub fn is_of_the_best(self) -> bool {
+    pub(crate) fn is_of_the_best(self) -> bool {
         matches!(self, Self::Truncation | Self::Uniform)
     }
 }
@@ -569,7 +569,7 @@ pub enum MutationKind {
 
 impl MutationKind {
     /// Whether the chance is of a gene or of an individual, as the experiment says; else it is of an individual.
-    pub fn has_unit(self) -> bool {
+    pub(crate) fn has_unit(self) -> bool {
         !matches!(self, Self::AddVector | Self::EvoStick | Self::FlipBits)
     }
 }

@@ -354,7 +354,7 @@ fn adapter(name: &str) -> Result<Candidate> {
 
 /// The indices of the adapters that are no software.
 #[cfg(feature = "gpu")]
-pub fn gpus_here() -> Vec<usize> {
+pub(crate) fn gpus_here() -> Vec<usize> {
     let here = oneiro::gpu::adapters().into_iter();
     let gpus = here.filter(|adapter| !adapter.is_software());
     gpus.map(|adapter| adapter.index()).collect()
@@ -362,7 +362,7 @@ pub fn gpus_here() -> Vec<usize> {
 
 /// Without GPUs' code there are none.
 #[cfg(not(feature = "gpu"))]
-pub fn gpus_here() -> Vec<usize> {
+pub(crate) fn gpus_here() -> Vec<usize> {
     Vec::new()
 }
 

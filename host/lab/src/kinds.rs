@@ -139,7 +139,7 @@ impl FileKind {
     ///
     /// # Errors
     /// Exit 3: what it is, and what to type.
-    pub fn must_be(self, path: &Path, values: &Parsed<'_>) -> Result {
+    pub(crate) fn must_be(self, path: &Path, values: &Parsed<'_>) -> Result {
         let Some(other) = self.mistaken(values) else {
             return Ok(());
         };

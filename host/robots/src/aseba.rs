@@ -29,7 +29,7 @@ const ROLL_CALL: Duration = Duration::from_secs(3);
 /// A wireless dongle can lose many messages (Aseba, issue 538).
 const TRIES: u32 = 4;
 /// Longest time in which all nodes describe themselves: a radio's dongle takes some seconds for a Thymio II.
-pub const DESCRIBING: Duration = Duration::from_secs(30);
+pub(crate) const DESCRIBING: Duration = Duration::from_secs(30);
 /// Most nodes of a network, and most variables, events or functions of one: a Thymio II has about 60 of each.
 const MOST_NODES: usize = 128;
 const MOST_NAMES: u16 = 1000;
@@ -58,13 +58,13 @@ const GET_FRAGMENT: u16 = 0xa015;
 
 /// A message.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Message {
+pub(crate) struct Message {
     /// The node that sent it; 0 is the computer.
     pub source: u16,
     /// Its type.
     pub kind: u16,
     /// What depends on the type.
-    pub payload: Vec<u8>,
+    pub(crate) payload: Vec<u8>,
 }
 
 impl Message {
@@ -117,14 +117,14 @@ impl Reader<'_> {
 
 /// Splits a stream into messages. Holds less than one message between calls.
 #[derive(Debug, Default)]
-pub struct Messages(Vec<u8>);
+pub(crate) struct Messages(Vec<u8>);
 
 impl Messages {
     /// Adds bytes, and returns the messages that they complete.
     ///
     /// # Errors
     /// A length that no message has: the stream is out of step, and has no mark to find the next message by.
-    pub fn push(&mut self, bytes: &[u8]) -> std::result::Result<Vec<Message>, u16> {
+    pub(crate) fn push(&mut self, bytes: &[u8]) -> std::result::Result<Vec<Message>, u16> {
         self.0.extend_from_slice(bytes);
         let (mut rest, mut messages) = (&self.0[..], Vec::new());
         while let Some((head, after)) = rest.split_first_chunk::<6>() {
@@ -152,7 +152,7 @@ impl Messages {
 
 /// A node of a network.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Node {
+pub(crate) struct Node {
     /// Its number.
     pub id: u16,
     /// Version of its protocol.
@@ -170,7 +170,7 @@ pub struct Node {
 
 impl Node {
     /// Addresses of a variable.
-    pub fn variable(&self, name: &str) -> Option<Range<u16>> {
+    pub(crate) fn variable(&self, name: &str) -> Option<Range<u16>> {
         let variable = self.variables.iter().find(|(known, _)| known == name);
         variable.map(|(_, addresses)| addresses.clone())
     }
@@ -210,7 +210,7 @@ impl Head {
 }
 
 /// A network.
-pub struct Network {
+pub(crate) struct Network {
     link: Box<dyn Link>,
     messages: Messages,
     /// Messages received, until they are looked at.
@@ -220,7 +220,7 @@ pub struct Network {
 
 impl Network {
     /// The network at the end of a link.
-    pub fn new(link: Box<dyn Link>) -> Self {
+    pub(crate) fn new(link: Box<dyn Link>) -> Self {
         Self {
             link,
             messages: Messages::default(),
@@ -230,12 +230,12 @@ impl Network {
     }
 
     /// The time on the link's clock.
-    pub fn now(&self) -> Duration {
+    pub(crate) fn now(&self) -> Duration {
         self.link.now()
     }
 
     /// The link's address.
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         self.link.name()
     }
 
@@ -243,7 +243,7 @@ impl Network {
     ///
     /// # Errors
     /// It can't be opened.
-    pub fn reopen(&mut self) -> Result {
+    pub(crate) fn reopen(&mut self) -> Result {
         self.clear();
         self.in_step = false;
         self.link.reopen()
@@ -253,7 +253,7 @@ impl Network {
     ///
     /// # Errors
     /// None answers, or the link fails.
-    pub fn list(&mut self) -> Result<Vec<(u16, u16)>> {
+    pub(crate) fn list(&mut self) -> Result<Vec<(u16, u16)>> {
         self.persistently(|network| {
             network.send(&[Message::new(LIST_NODES, [VERSION])])?;
             let (mut nodes, mut until) = (Vec::new(), network.now() + PATIENCE);
@@ -283,7 +283,7 @@ impl Network {
     ///
     /// # Errors
     /// The node does not answer in time, or the link fails.
-    pub fn describe(&mut self, id: u16, version: u16, end: Duration) -> Result<Node> {
+    pub(crate) fn describe(&mut self, id: u16, version: u16, end: Duration) -> Result<Node> {
         let (head, variables, events) = if version >= FRAGMENTS {
             let head = self.fragment(id, -1, end, DESCRIPTION, Head::read)?;
             let variables = (0..head.counts[0]).map(|index| self.fragment(id, index as i16, end, VARIABLE, variable));
@@ -314,7 +314,7 @@ impl Network {
     ///
     /// # Errors
     /// The node does not answer, or the link fails.
-    pub fn events(&mut self, node: &Node) -> Result<Vec<String>> {
+    pub(crate) fn events(&mut self, node: &Node) -> Result<Vec<String>> {
         if node.version < FRAGMENTS {
             return Ok(node.events.clone());
         }
@@ -371,7 +371,7 @@ impl Network {
     ///
     /// # Errors
     /// The node does not answer, or the link fails.
-    pub fn get(&mut self, id: u16, addresses: &[u16]) -> Result<Vec<i16>> {
+    pub(crate) fn get(&mut self, id: u16, addresses: &[u16]) -> Result<Vec<i16>> {
         self.persistently(|network| network.exchange(id, &[], addresses))
     }
 
@@ -379,7 +379,7 @@ impl Network {
     ///
     /// # Errors
     /// The node does not answer or holds other values, or the link fails.
-    pub fn set(&mut self, id: u16, values: &[(u16, i16)]) -> Result {
+    pub(crate) fn set(&mut self, id: u16, values: &[(u16, i16)]) -> Result {
         let addresses: Vec<u16> = values.iter().map(|(address, _)| *address).collect();
         self.persistently(|network| {
             let held = network.exchange(id, values, &addresses)?;
@@ -397,7 +397,7 @@ impl Network {
     ///
     /// # Errors
     /// The node does not confirm that it runs, or the link fails.
-    pub fn load(&mut self, id: u16, bytecode: &[u16]) -> Result {
+    pub(crate) fn load(&mut self, id: u16, bytecode: &[u16]) -> Result {
         let set = Message::new(SET_BYTECODE, [id, 0].into_iter().chain(bytecode.iter().copied()));
         self.persistently(|network| {
             let others = [RUN, GET_EXECUTION_STATE].map(|kind| Message::new(kind, [id]));
@@ -416,7 +416,7 @@ impl Network {
     ///
     /// # Errors
     /// The node does not answer or holds other values, or the link fails.
-    pub fn set_running(&mut self, id: u16, values: &[(u16, i16)], count: usize) -> Result<bool> {
+    pub(crate) fn set_running(&mut self, id: u16, values: &[(u16, i16)], count: usize) -> Result<bool> {
         let addresses: Vec<u16> = values[..count].iter().map(|(address, _)| *address).collect();
         self.persistently(|network| {
             let get = |span: Range<u16>| Message::new(GET_VARIABLES, [id, span.start, span.end - span.start]);
@@ -465,7 +465,7 @@ impl Network {
     ///
     /// # Errors
     /// The node does not confirm it, or the link fails.
-    pub fn halt(&mut self, id: u16) -> Result {
+    pub(crate) fn halt(&mut self, id: u16) -> Result {
         self.persistently(|network| {
             let request = [STOP, GET_EXECUTION_STATE].map(|kind| Message::new(kind, [id]));
             network.send(&request)?;
@@ -483,7 +483,7 @@ impl Network {
     ///
     /// # Errors
     /// The link fails.
-    pub fn tell_to_halt(&mut self, id: u16) -> Result {
+    pub(crate) fn tell_to_halt(&mut self, id: u16) -> Result {
         self.send(&[Message::new(STOP, [id])])
     }
 
@@ -491,7 +491,7 @@ impl Network {
     ///
     /// # Errors
     /// The link fails.
-    pub fn put(&mut self, id: u16, values: &[(u16, i16)]) -> Result {
+    pub(crate) fn put(&mut self, id: u16, values: &[(u16, i16)]) -> Result {
         self.send(&sets(id, values).collect::<Vec<_>>())
     }
 
@@ -582,7 +582,7 @@ fn event(message: &Message) -> Option<String> {
 }
 
 /// The bytes of messages that set words of a node by their addresses.
-pub fn set(id: u16, values: &[(u16, i16)]) -> Vec<u8> {
+pub(crate) fn set(id: u16, values: &[(u16, i16)]) -> Vec<u8> {
     sets(id, values).flat_map(|message| message.frame()).collect()
 }
 

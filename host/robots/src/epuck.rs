@@ -126,7 +126,7 @@ enum Dialect {
 }
 
 /// An e-puck or an e-puck2.
-pub struct EPuck {
+pub(crate) struct EPuck {
     talk: Talk,
     description: Description,
     dialect: Dialect,
@@ -139,7 +139,7 @@ pub struct EPuck {
 
 impl EPuck {
     /// A robot at the end of a link, which is not asked yet.
-    pub fn new(link: Box<dyn Link>) -> Self {
+    pub(crate) fn new(link: Box<dyn Link>) -> Self {
         Self {
             talk: Talk::new(link, BANNER, PATIENCE),
             description: Description {
@@ -157,7 +157,7 @@ impl EPuck {
     }
 
     /// Gives the link back.
-    pub fn into_link(self) -> Box<dyn Link> {
+    pub(crate) fn into_link(self) -> Box<dyn Link> {
         self.talk.into_link()
     }
 
@@ -166,7 +166,7 @@ impl EPuck {
     ///
     /// # Errors
     /// None answers.
-    pub fn begin(&mut self) -> Result {
+    pub(crate) fn begin(&mut self) -> Result {
         self.speeds = [0; 2];
         self.steps = Unwrapped::default();
         talk::afresh(self)?;
@@ -184,7 +184,7 @@ impl EPuck {
     }
 
     /// Whether an e-puck has answered, ever.
-    pub fn has_answered(&self) -> bool {
+    pub(crate) fn has_answered(&self) -> bool {
         !self.description.firmware.is_empty()
     }
 

@@ -191,7 +191,7 @@ struct Arrival {
 }
 
 /// An e-puck2 on Wi-Fi.
-pub struct EPuck2 {
+pub(crate) struct EPuck2 {
     link: Box<dyn Link>,
     description: Description,
     answers: Answers,
@@ -212,7 +212,7 @@ impl EPuck2 {
     ///
     /// # Errors
     /// An e-puck2 answers and does not stop, or the link fails.
-    pub fn connect(link: Box<dyn Link>) -> Result<Option<Self>> {
+    pub(crate) fn connect(link: Box<dyn Link>) -> Result<Option<Self>> {
         let mut robot = Self {
             looked: link.now(),
             link,

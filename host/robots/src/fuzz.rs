@@ -19,7 +19,7 @@ use super::recording::replay::Replay;
 use super::script::Random;
 use super::tracker::{Seen, lines};
 use super::{Kind, Robot, epuck, epuck2, recognise, thymio};
-use crate::mutations::{for_seeds, for_seeds_within};
+use crate::mutations::for_seeds;
 
 /// What a robot answers to bytes that it has heard at a time.
 pub(super) type Answer = Box<dyn FnMut(&[u8], Duration) -> Vec<Vec<u8>> + Send>;

@@ -72,13 +72,6 @@ const WHEELS: Wheels = Wheels {
 
 /// A command, with pairs of arguments for the left and the right wheel.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[cfg_attr(
-    not(test),
-    expect(
-        dead_code,
-        reason = "the manual's whole table, of which a robot with two wheels needs a part"
-    )
-)]
 pub enum Command {
     /// `A`: gains of the speed controller: proportional, integral, derivative. Default 3800, 800, 100.
     SpeedGains([i32; 3]),
@@ -134,7 +127,7 @@ pub enum Answer {
 
 impl Command {
     /// What is sent. Clients end a command with CR (K-Team) or LF (Player).
-    pub fn line(&self) -> String {
+    pub(crate) fn line(&self) -> String {
         let with = |letter: &str, arguments: &[i32]| {
             arguments.iter().fold(letter.to_owned(), |mut line, argument| {
                 // Writing to a string can't fail.
@@ -191,7 +184,7 @@ impl Command {
     ///
     /// # Errors
     /// The robot refuses, or the line is no answer to this.
-    pub fn parse(&self, line: &str) -> Result<Answer> {
+    pub(crate) fn parse(&self, line: &str) -> Result<Answer> {
         let command = self.line();
         let Some((count, range)) = self.numbers() else {
             return match &talk::fields(&command, line)?[..] {
@@ -241,7 +234,7 @@ impl Khepera {
     }
 
     /// Whether a Khepera has answered, ever.
-    pub fn has_answered(&self) -> bool {
+    pub(crate) fn has_answered(&self) -> bool {
         !self.description.firmware.is_empty()
     }
 

@@ -19,6 +19,7 @@
 pub mod address;
 mod aseba;
 #[cfg(any(test, feature = "testing"))]
+#[cfg_attr(not(test), allow(dead_code, reason = "its own tests use the rest"))]
 pub mod emulated;
 mod epuck;
 mod epuck2;
@@ -28,7 +29,7 @@ mod fuzz;
 pub mod guard;
 pub mod khepera;
 pub mod link;
-pub mod realtime;
+pub(crate) mod realtime;
 pub mod recording;
 #[cfg(any(test, feature = "testing"))]
 pub mod script;

@@ -90,7 +90,7 @@ pub fn open(transport: &Transport) -> Result<Box<dyn Link>> {
 ///
 /// # Errors
 /// The link is lost.
-pub fn send_whole(link: &mut dyn Link, bytes: &[u8], limit: Duration) -> Result {
+pub(crate) fn send_whole(link: &mut dyn Link, bytes: &[u8], limit: Duration) -> Result {
     let until = link.now() + limit;
     link.write(bytes, until).map_err(|error| match error {
         Error::Unsent { .. } => Error::Disconnected {
@@ -109,7 +109,7 @@ pub struct Port {
     pub about: String,
     /// Whether a Thymio II or its dongle is there, by the vendor's number.
     pub is_thymio: bool,
-    pub is_bluetooth: bool,
+    pub(crate) is_bluetooth: bool,
 }
 
 impl Port {
@@ -153,7 +153,7 @@ pub fn ports() -> Vec<Port> {
 }
 
 /// Whether a path leads to a Bluetooth channel, as far as the system reports it.
-pub fn is_bluetooth(path: &str) -> bool {
+pub(crate) fn is_bluetooth(path: &str) -> bool {
     let real = fs::canonicalize(path).map_or(path.into(), |path| path.display().to_string());
     ports().iter().any(|port| port.is_bluetooth && port.path == real)
 }

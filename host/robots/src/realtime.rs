@@ -2,7 +2,7 @@
 
 /// A thread at real-time priority, until this is dropped.
 #[derive(Debug)]
-pub struct RealTime {
+pub(crate) struct RealTime {
     #[cfg(target_os = "linux")]
     thread: nix::unistd::Pid,
     #[cfg(target_os = "linux")]
@@ -17,13 +17,13 @@ impl RealTime {
 
     /// Raises the calling thread, but not those that it starts. None where the system does not allow it, and for a thread that
     /// is at real-time priority already.
-    pub fn of_this_thread() -> Option<Self> {
+    pub(crate) fn of_this_thread() -> Option<Self> {
         Self::raised(libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK)
     }
 
     /// Raises the calling thread and those that it starts from now on, until they end. Nothing where the system does not allow
     /// it.
-    pub fn from_here_on() {
+    pub(crate) fn from_here_on() {
         std::mem::forget(Self::raised(libc::SCHED_FIFO));
     }
 
@@ -64,11 +64,11 @@ fn set(thread: nix::unistd::Pid, policy: i32, priority: i32) -> bool {
 
 #[cfg(not(target_os = "linux"))]
 impl RealTime {
-    pub fn of_this_thread() -> Option<Self> {
+    pub(crate) fn of_this_thread() -> Option<Self> {
         None
     }
 
-    pub fn from_here_on() {}
+    pub(crate) fn from_here_on() {}
 }
 
 #[cfg(all(test, target_os = "linux"))]

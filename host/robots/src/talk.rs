@@ -17,7 +17,7 @@ const BABBLE: Duration = Duration::from_millis(800);
 
 /// Bytes received, until they are taken as lines or as they are. Holds a bounded number of bytes.
 #[derive(Debug, Default)]
-pub struct Received {
+pub(crate) struct Received {
     bytes: Vec<u8>,
     /// The rest of a line that is too long.
     skipping: bool,
@@ -25,16 +25,16 @@ pub struct Received {
 
 impl Received {
     /// The longest line kept. Robots' answers have up to 60 characters, and their banners 80.
-    pub const LONGEST: usize = 256;
+    pub(crate) const LONGEST: usize = 256;
 
     /// Adds bytes.
-    pub fn push(&mut self, bytes: &[u8]) {
+    pub(crate) fn push(&mut self, bytes: &[u8]) {
         self.bytes.extend_from_slice(bytes);
     }
 
     /// The next line that is not empty, without its end: CR, LF or both. A byte that is no printable ASCII character is
     /// written `\xNN`. Of a line that is too long only the beginning is returned, with dots at its end.
-    pub fn line(&mut self) -> Option<String> {
+    pub(crate) fn line(&mut self) -> Option<String> {
         let is_end = |byte: &u8| matches!(byte, b'\r' | b'\n');
         loop {
             if !self.skipping {
@@ -59,18 +59,18 @@ impl Received {
     }
 
     /// Takes a number of bytes, if there are as many.
-    pub fn take(&mut self, count: usize) -> Option<Vec<u8>> {
+    pub(crate) fn take(&mut self, count: usize) -> Option<Vec<u8>> {
         (count <= self.bytes.len()).then(|| self.bytes.drain(..count).collect())
     }
 
     /// Forgets all bytes.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         *self = Self::default();
     }
 }
 
 /// Bytes as text; what is no printable ASCII character as `\xNN`.
-pub fn shown(bytes: &[u8]) -> String {
+pub(crate) fn shown(bytes: &[u8]) -> String {
     bytes
         .iter()
         .map(|&byte| match byte {
@@ -82,7 +82,7 @@ pub fn shown(bytes: &[u8]) -> String {
 
 /// Finds a text in a stream, wherever it is cut.
 #[derive(Debug)]
-pub struct Watch {
+pub(crate) struct Watch {
     text: &'static [u8],
     /// The last bytes, one fewer than the text has.
     tail: Vec<u8>,
@@ -91,7 +91,7 @@ pub struct Watch {
 
 impl Watch {
     /// Looks for a text.
-    pub fn new(text: &'static str) -> Self {
+    pub(crate) fn new(text: &'static str) -> Self {
         Self {
             text: text.as_bytes(),
             tail: Vec::new(),
@@ -100,7 +100,7 @@ impl Watch {
     }
 
     /// Adds bytes of the stream.
-    pub fn push(&mut self, bytes: &[u8]) {
+    pub(crate) fn push(&mut self, bytes: &[u8]) {
         self.tail.extend_from_slice(bytes);
         self.found |= self.tail.windows(self.text.len()).any(|part| part == self.text);
         let known = self.tail.len().saturating_sub(self.text.len() - 1);
@@ -108,7 +108,7 @@ impl Watch {
     }
 
     /// Whether the text has come since the last call.
-    pub fn take(&mut self) -> bool {
+    pub(crate) fn take(&mut self) -> bool {
         std::mem::take(&mut self.found)
     }
 }
@@ -117,7 +117,7 @@ impl Watch {
 ///
 /// # Errors
 /// A refusal, which begins with `z` or is "Command not found", or another line.
-pub fn fields<'a>(command: &str, line: &'a str) -> Result<Vec<&'a str>> {
+pub(crate) fn fields<'a>(command: &str, line: &'a str) -> Result<Vec<&'a str>> {
     let command = command.trim_end();
     let letter = command.chars().next().map_or(' ', |letter| letter.to_ascii_lowercase());
     if letter != 'z' && (line.starts_with('z') || line.starts_with("Command not found")) {
@@ -134,13 +134,13 @@ pub fn fields<'a>(command: &str, line: &'a str) -> Result<Vec<&'a str>> {
 }
 
 /// The range of numbers of 32 bits.
-pub const ANY: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
+pub(crate) const ANY: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 
 /// The numbers of an answer, as many as `counts` allows, each from `low` to `high`.
 ///
 /// # Errors
 /// As [`fields`], and for other numbers.
-pub fn numbers(command: &str, line: &str, counts: &[usize], (low, high): (i64, i64)) -> Result<Vec<i64>> {
+pub(crate) fn numbers(command: &str, line: &str, counts: &[usize], (low, high): (i64, i64)) -> Result<Vec<i64>> {
     let fields = fields(command, line)?;
     let numbers: Option<Vec<i64>> = fields.iter().map(|field| field.parse().ok()).collect();
     numbers
@@ -149,7 +149,7 @@ pub fn numbers(command: &str, line: &str, counts: &[usize], (low, high): (i64, i
 }
 
 /// The error of an answer that makes no sense.
-pub fn garbage(command: &str, received: &str) -> Error {
+pub(crate) fn garbage(command: &str, received: &str) -> Error {
     Error::Garbage {
         command: shown(command.trim_end().as_bytes()),
         received: received.into(),
@@ -157,7 +157,7 @@ pub fn garbage(command: &str, received: &str) -> Error {
 }
 
 /// A conversation with a robot that says a banner when it starts.
-pub struct Talk {
+pub(crate) struct Talk {
     link: Box<dyn Link>,
     received: Received,
     banner: Watch,
@@ -170,7 +170,7 @@ pub struct Talk {
 
 impl Talk {
     /// A conversation over a link. `patience` is how long an answer may take over a cable.
-    pub fn new(link: Box<dyn Link>, banner: &'static str, patience: Duration) -> Self {
+    pub(crate) fn new(link: Box<dyn Link>, banner: &'static str, patience: Duration) -> Self {
         let patience = patience + link.delay();
         Self {
             link,
@@ -183,22 +183,22 @@ impl Talk {
     }
 
     /// Whether no answer to an earlier command can still come.
-    pub fn in_step(&mut self) -> &mut bool {
+    pub(crate) fn in_step(&mut self) -> &mut bool {
         &mut self.in_step
     }
 
     /// The link.
-    pub fn link(&mut self) -> &mut dyn Link {
+    pub(crate) fn link(&mut self) -> &mut dyn Link {
         &mut *self.link
     }
 
     /// Ends the conversation.
-    pub fn into_link(self) -> Box<dyn Link> {
+    pub(crate) fn into_link(self) -> Box<dyn Link> {
         self.link
     }
 
     /// The time on the link's clock.
-    pub fn now(&self) -> Duration {
+    pub(crate) fn now(&self) -> Duration {
         self.link.now()
     }
 
@@ -220,7 +220,7 @@ impl Talk {
     ///
     /// # Errors
     /// The robot has restarted, or the link fails.
-    pub fn send(&mut self, bytes: &[u8]) -> Result {
+    pub(crate) fn send(&mut self, bytes: &[u8]) -> Result {
         let mut buffer = [0; 512];
         // As many as an operating system keeps for a port; a stream that does not end is found out by the answer.
         for _ in 0..128 {
@@ -241,7 +241,7 @@ impl Talk {
     ///
     /// # Errors
     /// None came in time, the robot has restarted, or the link fails.
-    pub fn line(&mut self, command: &str) -> Result<String> {
+    pub(crate) fn line(&mut self, command: &str) -> Result<String> {
         self.line_until(command, self.now() + self.patience)
     }
 
@@ -259,7 +259,7 @@ impl Talk {
     ///
     /// # Errors
     /// They did not come in time, there are more, the robot has restarted, or the link fails.
-    pub fn bytes(&mut self, command: &str, count: usize) -> Result<Vec<u8>> {
+    pub(crate) fn bytes(&mut self, command: &str, count: usize) -> Result<Vec<u8>> {
         let bytes = self.answer(command, self.now() + self.patience, |received| received.take(count))?;
         match self.received.take(1) {
             None => Ok(bytes),
@@ -288,7 +288,7 @@ impl Talk {
     ///
     /// # Errors
     /// The answer did not come in time, which names what came in its place; the robot has restarted, or the link fails.
-    pub fn meet(&mut self, question: &str, silence: Duration) -> Result<Vec<String>> {
+    pub(crate) fn meet(&mut self, question: &str, silence: Duration) -> Result<Vec<String>> {
         // An answer to the same question, asked before, must not pass for that to this one.
         self.silence(if self.is_owed { self.patience } else { silence })?;
         self.is_owed = true;
@@ -323,7 +323,7 @@ impl Talk {
     ///
     /// # Errors
     /// It does not end, or the link fails.
-    pub fn silence(&mut self, silence: Duration) -> Result {
+    pub(crate) fn silence(&mut self, silence: Duration) -> Result {
         let end = self.now() + BABBLE;
         loop {
             let until = (self.now() + silence).min(end);
@@ -340,7 +340,7 @@ impl Talk {
 }
 
 /// One end of a conversation that can fall out of step: an answer that comes late passes for that to a later command.
-pub trait Stepped {
+pub(crate) trait Stepped {
     /// Whether no answer to an earlier command can still come.
     fn in_step(&mut self) -> &mut bool;
 
@@ -362,7 +362,7 @@ fn restore(robot: &mut impl Stepped) -> Result {
 ///
 /// # Errors
 /// That of the second attempt, or one that does not pass.
-pub fn afresh(robot: &mut impl Stepped) -> Result {
+pub(crate) fn afresh(robot: &mut impl Stepped) -> Result {
     match restore(robot) {
         Err(error) if error.may_pass() || error == Error::Restarted => restore(robot),
         outcome => outcome,
@@ -374,7 +374,7 @@ pub fn afresh(robot: &mut impl Stepped) -> Result {
 ///
 /// # Errors
 /// That of the last attempt; that of getting in step if it says more, or if no attempt could be made.
-pub fn persistently<R: Stepped, T>(
+pub(crate) fn persistently<R: Stepped, T>(
     robot: &mut R,
     tries: u32,
     mut attempt: impl FnMut(&mut R) -> Result<T>,

@@ -122,7 +122,7 @@ const PLAYGROUND_EPUCK: Body = Body {
 const BODIES: [Body; 2] = [THYMIO, PLAYGROUND_EPUCK];
 
 /// A robot on an Aseba network.
-pub struct Thymio {
+pub(crate) struct Thymio {
     network: Network,
     node: Node,
     body: &'static Body,
@@ -146,7 +146,7 @@ impl Thymio {
     ///
     /// # Errors
     /// There is no robot that is known, there are several, or the link fails.
-    pub fn connect(link: Box<dyn Link>, node: Option<u16>) -> Result<Self> {
+    pub(crate) fn connect(link: Box<dyn Link>, node: Option<u16>) -> Result<Self> {
         let mut network = Network::new(link);
         let (node, body) = find(&mut network, node)?;
         let mut robot = Self {

@@ -118,7 +118,7 @@ pub struct Ignored {
     /// They are not newer than the last one.
     pub late: u64,
     /// The robot can't have got there, or can't have brought so much, since the last one.
-    pub impossible: u64,
+    pub(crate) impossible: u64,
     /// More came than are looked at in the time.
     pub too_many: u64,
 }

@@ -3,12 +3,10 @@
 use oneiro::differential::Build;
 use oneiro::foraging::Drive;
 use oneiro::random::Key;
-use oneiro::reported;
-use oneiro::swarm::{Command, Driven, Lamp, Line, Swarm, Trouble};
+use oneiro::swarm::{Command, Driven, Lamp, Line, Swarm};
 
 use super::experiment::Experiment;
 use super::{Error, Result, Task, device};
-use oneiro_base::exit::Failure;
 use oneiro_lab::numbers::check_seed;
 
 /// Lives in an experiment's world, whose controller is left out.

@@ -31,9 +31,9 @@ pub struct RandomIntercept {
     /// the same within each.
     pub p: Probability,
     /// The variance of the groups' effects.
-    pub between_variance: f64,
+    pub(crate) between_variance: f64,
     /// The variance of the residuals.
-    pub within_variance: f64,
+    pub(crate) within_variance: f64,
     /// Groups.
     pub groups: usize,
 }

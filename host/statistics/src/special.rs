@@ -35,7 +35,7 @@ impl Probability {
 }
 
 /// P(F >= f) of Fisher's distribution; f at least 0, both degrees of freedom positive.
-pub fn f_tail(f: f64, between: f64, within: f64) -> Probability {
+pub(crate) fn f_tail(f: f64, between: f64, within: f64) -> Probability {
     let total = within + between * f;
     beta_tail(within / 2.0, between / 2.0, within / total, between * f / total)
 }
@@ -46,7 +46,7 @@ pub fn t_tails(t: f64, df: f64) -> Probability {
 }
 
 /// P(|Z| >= |z|) of the standard normal distribution.
-pub fn normal_tails(z: f64) -> Probability {
+pub(crate) fn normal_tails(z: f64) -> Probability {
     chi_squared_tail(z * z, 1.0)
 }
 

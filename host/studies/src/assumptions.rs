@@ -6,7 +6,7 @@ use oneiro_report::page::{Cell, Head, Row, table};
 
 /// A value that a study assumes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Assumption {
+pub(crate) struct Assumption {
     /// Key in the settings, such as `noise.walk_step`.
     pub name: String,
     /// Value with its unit.

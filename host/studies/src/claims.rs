@@ -10,7 +10,7 @@ use super::verdict::{Judged, LEVEL, Part, Verdict, of_parts};
 use oneiro_statistics::{Interval, Probability, StudentT, bootstrap_interval, mean, mean_interval};
 
 /// Name of a claim's first effect if the claim is judged separately in several combinations of settings.
-pub const MET_IN: &str = "combinations in which the registered criterion is met";
+pub(crate) const MET_IN: &str = "combinations in which the registered criterion is met";
 /// Draws of a bootstrap.
 pub const RESAMPLES: usize = 2000;
 
@@ -36,7 +36,7 @@ pub struct Test {
     /// Value of the statistic.
     pub value: f64,
     /// Degrees of freedom; empty if the statistic has none.
-    pub degrees_of_freedom: Vec<f64>,
+    pub(crate) degrees_of_freedom: Vec<f64>,
     /// Probability of a value at least as extreme under the null hypothesis.
     pub p: f64,
     /// p after Holm's correction over the family of tests named in the preregistration.
@@ -70,7 +70,7 @@ pub struct Claim {
     /// Key of the question that it is part of an answer to.
     pub question: String,
     /// The paper's statement.
-    pub statement: String,
+    pub(crate) statement: String,
     /// Where the paper makes it.
     pub source: String,
     /// The registered criterion, fixed before anything was evolved.
@@ -87,7 +87,7 @@ pub struct Claim {
     /// Significance tests: the paper's, over individuals, and ours, over runs.
     pub tests: Vec<Test>,
     /// Remarks for the reader.
-    pub remark: String,
+    pub(crate) remark: String,
 }
 
 /// A claim before it is judged.
@@ -112,7 +112,7 @@ pub struct Preregistered {
 
 /// Evidence found for or against a claim.
 #[derive(Debug, Default)]
-pub struct Finding {
+pub(crate) struct Finding {
     /// Whether its registered criterion is met; `None` if the runs it needs are missing.
     pub registered: Option<bool>,
     /// The parts of its criterion with their verdicts.
@@ -122,12 +122,12 @@ pub struct Finding {
     pub effects: Vec<Effect>,
     pub tests: Vec<Test>,
     /// Remark that depends on the results, in addition to the claim's fixed one.
-    pub remark: String,
+    pub(crate) remark: String,
 }
 
 impl Finding {
     /// The verdict by the intervals of the criterion's parts, and why it doesn't hold, unless something is missing that it needs.
-    pub fn verdict(&self) -> Judged {
+    pub(crate) fn verdict(&self) -> Judged {
         match self.missing {
             Some(missing) => (Verdict::Undecided, vec![missing.to_owned()]),
             None => of_parts(self.parts.clone()),
@@ -135,12 +135,12 @@ impl Finding {
     }
 
     /// Adds a figure. The paper's own figure comes from the table of claims.
-    pub fn note(&mut self, name: impl Into<String>, value: f64) {
+    pub(crate) fn note(&mut self, name: impl Into<String>, value: f64) {
         self.estimate(name, value, None);
     }
 
     /// Adds a figure with its interval.
-    pub fn estimate(&mut self, name: impl Into<String>, value: f64, interval: Option<Interval>) {
+    pub(crate) fn estimate(&mut self, name: impl Into<String>, value: f64, interval: Option<Interval>) {
         self.effects.push(Effect {
             name: name.into(),
             value,
@@ -150,7 +150,7 @@ impl Finding {
     }
 
     /// Adds the mean of a figure of each run, and returns it.
-    pub fn mean(&mut self, name: impl Into<String>, runs: &[f64]) -> f64 {
+    pub(crate) fn mean(&mut self, name: impl Into<String>, runs: &[f64]) -> f64 {
         let mean = mean(runs);
         self.estimate(name, mean, mean_interval(runs, LEVEL).ok());
         mean
@@ -158,7 +158,7 @@ impl Finding {
 }
 
 /// The bootstrap's interval of a statistic of samples of runs, by draws that are always the same; `None` of single runs.
-pub fn over_runs(samples: &[&[f64]], statistic: impl Fn(&[Vec<f64>]) -> f64) -> Option<Interval> {
+pub(crate) fn over_runs(samples: &[&[f64]], statistic: impl Fn(&[Vec<f64>]) -> f64) -> Option<Interval> {
     if samples.iter().any(|sample| sample.len() < 2) {
         return None;
     }
@@ -195,23 +195,23 @@ impl Table {
 
 impl Preregistered {
     /// Identifier of the claim within its study, such as `C1`.
-    pub fn id(&self) -> &str {
+    pub(crate) fn id(&self) -> &str {
         &self.id
     }
 
     /// Key of the question that it is part of an answer to.
     #[cfg(test)]
-    pub fn question(&self) -> &str {
+    pub(crate) fn question(&self) -> &str {
         &self.question
     }
 
     /// The paper's own figure, if it prints one.
-    pub fn paper(&self, name: &str) -> Option<f64> {
+    pub(crate) fn paper(&self, name: &str) -> Option<f64> {
         self.paper.get(name).copied()
     }
 
     /// Adds the paper's own figures to the effects.
-    pub fn beside_the_papers(&self, effects: Vec<Effect>) -> impl Iterator<Item = Effect> {
+    pub(crate) fn beside_the_papers(&self, effects: Vec<Effect>) -> impl Iterator<Item = Effect> {
         effects.into_iter().map(|effect| Effect {
             paper: effect.paper.or_else(|| self.paper(&effect.name)),
             ..effect
@@ -219,7 +219,7 @@ impl Preregistered {
     }
 
     /// The claim with its verdict: effects stand beside the paper's figures, and remarks are joined.
-    pub fn judged(&self, (verdict, reasons): Judged, finding: Finding, remark: String) -> Claim {
+    pub(crate) fn judged(&self, (verdict, reasons): Judged, finding: Finding, remark: String) -> Claim {
         Claim {
             id: self.id.clone(),
             question: self.question.clone(),
@@ -237,7 +237,7 @@ impl Preregistered {
     }
 
     /// Remark that applies whatever was found.
-    pub fn remark(&self) -> &str {
+    pub(crate) fn remark(&self) -> &str {
         &self.remark
     }
 }

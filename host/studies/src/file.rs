@@ -20,7 +20,7 @@ use oneiro_lab::kinds::FileKind;
 pub struct Shipped {
     pub path: &'static str,
     pub text: &'static str,
-    pub experiment_path: &'static str,
+    pub(crate) experiment_path: &'static str,
     pub experiment: &'static str,
 }
 
@@ -70,7 +70,7 @@ impl StudyFile {
     }
 
     /// Hash of a user's own file; `None` for the compiled-in one.
-    pub fn own_hash(&self) -> Option<String> {
+    pub(crate) fn own_hash(&self) -> Option<String> {
         self.path
             .is_some()
             .then(|| blake3::hash(self.text.as_bytes()).to_hex()[..16].to_owned())
@@ -148,7 +148,7 @@ impl StudyFile {
 /// Parser of an arm's name on the command line. It lists the compiled-in study's arms; a user's own file may have
 /// others.
 #[derive(Clone)]
-pub struct ArmParser(pub &'static Shipped);
+pub(crate) struct ArmParser(pub &'static Shipped);
 
 impl TypedValueParser for ArmParser {
     type Value = String;
@@ -192,10 +192,10 @@ pub struct Arm {
 
 impl Arm {
     /// Name of the unchanged study.
-    pub const MAIN: &str = "main";
+    pub(crate) const MAIN: &str = "main";
 
     /// The unchanged study.
-    pub fn main() -> Self {
+    pub(crate) fn main() -> Self {
         Self {
             name: Self::MAIN.into(),
             words: "As preregistered".into(),
@@ -204,12 +204,12 @@ impl Arm {
     }
 
     /// Whether the arm changes nothing.
-    pub fn is_main(&self) -> bool {
+    pub(crate) fn is_main(&self) -> bool {
         self.changes.is_empty()
     }
 
     /// Keys of the values that it replaces.
-    pub fn changed(&self) -> Vec<String> {
+    pub(crate) fn changed(&self) -> Vec<String> {
         leaves(&self.changes).into_iter().map(|(key, _)| key).collect()
     }
 
@@ -223,7 +223,7 @@ impl Arm {
 
     /// Rows of the report's table of assumptions: each value by its key, with its source. For values that the arm
     /// changes, the source is the arm.
-    pub fn assumptions<'a>(
+    pub(crate) fn assumptions<'a>(
         &self,
         values: impl IntoIterator<Item = (String, String)>,
         source: impl Fn(&str) -> Option<&'a str>,

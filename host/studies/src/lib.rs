@@ -14,7 +14,7 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
-pub mod assumptions;
+pub(crate) mod assumptions;
 pub mod claims;
 mod contrasts;
 mod directory;
@@ -43,5 +43,6 @@ const MIGLINO1995_CLAIMS: &str = include_str!("../../../experiments/miglino1995/
 const ODOWD2014_CLAIMS: &str = include_str!("../../../experiments/odowd2014/claims.toml");
 
 #[cfg(test)]
+#[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../../../tests/scratch/mod.rs"]
 mod scratch;

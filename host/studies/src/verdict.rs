@@ -54,7 +54,7 @@ pub struct Part {
 
 impl Part {
     /// Something that was counted or measured without an error.
-    pub fn fact(what: &str, holds: bool) -> Self {
+    pub(crate) fn fact(what: &str, holds: bool) -> Self {
         let (verdict, no) = if holds {
             (Verdict::Holds, "")
         } else {
@@ -124,7 +124,7 @@ impl Part {
     }
 
     /// The same, undecided if it is of too few runs.
-    pub fn of_runs(self, runs: usize) -> Self {
+    pub(crate) fn of_runs(self, runs: usize) -> Self {
         if runs >= FEWEST {
             return self;
         }
@@ -145,10 +145,10 @@ impl Part {
 }
 
 /// A verdict, and the reasons why a criterion doesn't hold; none if it does.
-pub type Judged = (Verdict, Vec<String>);
+pub(crate) type Judged = (Verdict, Vec<String>);
 
 /// The verdict of a criterion by its parts: the worst of them.
-pub fn of_parts(parts: Vec<Part>) -> Judged {
+pub(crate) fn of_parts(parts: Vec<Part>) -> Judged {
     let verdict = parts
         .iter()
         .map(|part| part.verdict)

@@ -264,7 +264,7 @@ pub struct Sensitivity {
 
 impl Sensitivity {
     /// All arms, the study's own first.
-    pub fn all(&self) -> impl Iterator<Item = &Assumed> + Clone {
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Assumed> + Clone {
         std::iter::once(&self.main).chain(self.groups.iter().flat_map(|(_, group)| group))
     }
 }

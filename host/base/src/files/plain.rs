@@ -16,7 +16,7 @@ pub const MAXIMUM: u64 = 16 << 30;
 /// Maximum size of a file of JSON that says what a directory is, bytes.
 pub const MAXIMUM_NOTE: u64 = 64 << 20;
 /// Maximum size of a table that is read piece by piece, bytes.
-pub const MAXIMUM_TABLE: u64 = 1 << 40;
+pub(crate) const MAXIMUM_TABLE: u64 = 1 << 40;
 
 /// Why a file is not opened: it is not a plain one, too large, or a link.
 #[derive(Debug, thiserror::Error)]
@@ -28,7 +28,7 @@ fn refused(problem: impl Into<Cow<'static, str>>) -> io::Error {
 }
 
 /// Whether an error is a refusal of this module.
-pub fn is_refusal(error: &io::Error) -> bool {
+pub(crate) fn is_refusal(error: &io::Error) -> bool {
     error
         .get_ref()
         .is_some_and(<dyn std::error::Error + Send + Sync>::is::<Refused>)
@@ -153,7 +153,7 @@ pub fn create_anew(path: &Path) -> io::Result<File> {
 ///
 /// # Errors
 /// As [`create_anew`].
-pub fn create_secret_anew(path: &Path) -> io::Result<File> {
+pub(crate) fn create_secret_anew(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
@@ -211,7 +211,7 @@ pub fn append_or_create(path: &Path) -> io::Result<File> {
 ///
 /// # Errors
 /// As [`append`].
-pub fn edit(path: &Path) -> io::Result<File> {
+pub(crate) fn edit(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
     options.read(true);
     match options.clone().write(true).create_new(true).open(path) {
@@ -224,7 +224,7 @@ pub fn edit(path: &Path) -> io::Result<File> {
 ///
 /// # Errors
 /// The name is taken (`AlreadyExists`), or the system's error.
-pub fn take_name(now: &Path, path: &Path) -> io::Result<()> {
+pub(crate) fn take_name(now: &Path, path: &Path) -> io::Result<()> {
     match fs::hard_link(now, path) {
         Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
             // Some file systems have no second names.

@@ -3,7 +3,7 @@
 /// What the robot does, for the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Activity {
+pub(crate) enum Activity {
     /// It has heard no beacon yet.
     Waiting,
     /// The operator lets it stand, or the beacon has fallen silent.
@@ -29,12 +29,12 @@ impl Activity {
     ];
 
     /// The one with a status's number, if there is one.
-    pub fn of(number: u8) -> Option<Self> {
+    pub(crate) fn of(number: u8) -> Option<Self> {
         Self::ALL.get(usize::from(number)).copied()
     }
 
     /// In a word, for logs and tables.
-    pub fn word(self) -> &'static str {
+    pub(crate) fn word(self) -> &'static str {
         match self {
             Self::Waiting => "waiting",
             Self::Standing => "standing",
@@ -48,25 +48,25 @@ impl Activity {
 
 /// Problems, a bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Problems(u32);
+pub(crate) struct Problems(u32);
 
 impl Problems {
     /// The tracker does not see the robot.
-    pub const TRACKER: u32 = 1;
+    pub(crate) const TRACKER: u32 = 1;
     /// The operator's beacon has fallen silent.
-    pub const BEACON: u32 = 2;
+    pub(crate) const BEACON: u32 = 2;
     /// The robot can't be read or driven.
-    pub const ROBOT: u32 = 4;
+    pub(crate) const ROBOT: u32 = 4;
     /// Nothing can be saved.
-    pub const DISK: u32 = 8;
+    pub(crate) const DISK: u32 = 8;
 
     /// Those of a status.
-    pub fn of(bits: u32) -> Self {
+    pub(crate) fn of(bits: u32) -> Self {
         Self(bits)
     }
 
     /// For a status.
-    pub fn bits(self) -> u32 {
+    pub(crate) fn bits(self) -> u32 {
         self.0
     }
 
@@ -91,7 +91,7 @@ impl Problems {
     }
 
     /// Those that hold, in words.
-    pub fn words(self) -> Vec<&'static str> {
+    pub(crate) fn words(self) -> Vec<&'static str> {
         let all = [
             (Self::TRACKER, "tracker"),
             (Self::BEACON, "beacon"),

@@ -33,7 +33,7 @@ pub trait Air: Send {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Losses {
     /// Not sent to a peer: its address can't be reached, or the system's buffer was full.
-    pub unsent: u64,
+    pub(crate) unsent: u64,
     /// Longer than any that is valid.
     pub too_long: u64,
     /// Errors of the system's in place of a datagram.

@@ -17,7 +17,7 @@ use oneiro_base::files::plain;
 use oneiro_base::sealed;
 
 /// The file of the checkpoint, and its version.
-pub const CHECKPOINT: &str = "checkpoint";
+pub(crate) const CHECKPOINT: &str = "checkpoint";
 const VERSION: u32 = 1;
 /// After a write has failed, the next attempt.
 const PAUSE: Duration = Duration::from_secs(1);
@@ -125,7 +125,7 @@ impl<S: Kept> Keeper<S> {
     ///
     /// # Errors
     /// Exit 6.
-    pub fn save_now(&mut self, saved: &S) -> Result {
+    pub(crate) fn save_now(&mut self, saved: &S) -> Result {
         self.finish();
         self.files.write(saved)
     }
@@ -155,7 +155,7 @@ impl<S: Kept> Keeper<S> {
     }
 
     /// Whether it has to be told to try again: otherwise its thread does.
-    pub fn is_to_repeat(&self) -> bool {
+    pub(crate) fn is_to_repeat(&self) -> bool {
         self.thread.is_none() && self.problem().is_some()
     }
 }

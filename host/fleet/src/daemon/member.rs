@@ -16,7 +16,7 @@ const CYCLE_S: f32 = 0.1;
 
 /// What the tracker says of the robot in a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Sighted {
+pub(crate) struct Sighted {
     /// Whether it carries food.
     pub carries: bool,
     /// Food that it has brought to the nest since the experiment began.
@@ -52,7 +52,7 @@ pub struct Ended {
 
 /// What a cycle asks for.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Deeds {
+pub(crate) struct Deeds {
     /// The controller that acts; none before the robot is switched on.
     pub controller: Option<Genome>,
     /// What is to be broadcast, and the second in which it is said.
@@ -65,7 +65,7 @@ pub struct Deeds {
 
 /// A robot and its evolution.
 #[derive(Clone, Debug)]
-pub struct Member {
+pub(crate) struct Member {
     plan: Plan,
     robot: usize,
     state: State,
@@ -96,7 +96,7 @@ pub struct State {
 
 impl Member {
     /// A robot before the experiment.
-    pub fn new(plan: Plan, robot: usize, contact: Contact) -> Self {
+    pub(crate) fn new(plan: Plan, robot: usize, contact: Contact) -> Self {
         let state = State {
             evolution: OnBoard::new(&plan.settings, plan.clocks()[robot], plan.robot_seed(robot)),
             brought: None,
@@ -105,7 +105,7 @@ impl Member {
     }
 
     /// A robot from where its state was saved.
-    pub fn at(plan: Plan, robot: usize, contact: Contact, state: State) -> Self {
+    pub(crate) fn at(plan: Plan, robot: usize, contact: Contact, state: State) -> Self {
         /// What comes early or late beside an interval and the time within which robots are switched on, s.
         const SPARE: u32 = 5;
         let clock = &plan.settings.clock;
@@ -125,27 +125,27 @@ impl Member {
     }
 
     /// What has to be saved.
-    pub fn state(&self) -> &State {
+    pub(crate) fn state(&self) -> &State {
         &self.state
     }
 
     /// Its evolution on board.
-    pub fn evolution(&self) -> &OnBoard {
+    pub(crate) fn evolution(&self) -> &OnBoard {
         &self.state.evolution
     }
 
     /// Whether it carries food.
-    pub fn carries(&self) -> bool {
+    pub(crate) fn carries(&self) -> bool {
         self.carries
     }
 
     /// Its fitness in this interval so far.
-    pub fn earned(&self) -> f32 {
+    pub(crate) fn earned(&self) -> f32 {
         self.earned
     }
 
     /// Takes the fitness of its controllers in its simulator, if these are still those of its interval.
-    pub fn take_simulated(&mut self, interval: u32, fitness: &[f32]) {
+    pub(crate) fn take_simulated(&mut self, interval: u32, fitness: &[f32]) {
         let own = &mut self.state.evolution;
         if own.is_to_simulate() && own.interval() == interval && own.controllers().len() == fitness.len() {
             own.take_simulated(fitness);
@@ -153,17 +153,17 @@ impl Member {
     }
 
     /// Takes a message of another robot, said in this second of the experiment. Returns whether it is new.
-    pub fn hear(&mut self, second: u32, message: Message) -> bool {
+    pub(crate) fn hear(&mut self, second: u32, message: Message) -> bool {
         self.heard.hear(second, message)
     }
 
     /// Can hear these robots in a second, a bit each.
-    pub fn meet(&mut self, second: u32, robots: u128) {
+    pub(crate) fn meet(&mut self, second: u32, robots: u128) {
         self.heard.meet(second, robots);
     }
 
     /// Whether the robot can have brought so many items by a cycle: since its last sighting, and since the experiment began.
-    pub fn can_have_brought(&self, items: u32, cycle: u32) -> bool {
+    pub(crate) fn can_have_brought(&self, items: u32, cycle: u32) -> bool {
         let before = self.state.brought.unwrap_or_default();
         let since = self
             .sighted
@@ -173,7 +173,7 @@ impl Member {
 
     /// Lives through a cycle of the experiment, which must be later than the one before. Until then `sighted` was seen of the
     /// robot, if the tracker saw it. A sighting of more items than it can have brought is ignored.
-    pub fn cycle(&mut self, cycle: u32, sighted: Option<Sighted>) -> Deeds {
+    pub(crate) fn cycle(&mut self, cycle: u32, sighted: Option<Sighted>) -> Deeds {
         let mut deeds = Deeds::default();
         if let Some(sighted) = sighted.filter(|sighted| self.can_have_brought(sighted.brought, cycle)) {
             self.see(sighted, cycle);

@@ -17,7 +17,7 @@
 //! | [`log`] | a line of JSON for each event |
 //! | [`notify`] | what systemd is told |
 
-pub mod activity;
+pub(crate) mod activity;
 pub mod air;
 mod beside;
 #[cfg(unix)]
@@ -30,7 +30,7 @@ pub mod keeper;
 pub mod log;
 pub mod member;
 #[cfg(unix)]
-pub mod notify;
+pub(crate) mod notify;
 pub mod settings;
 #[cfg(all(unix, feature = "compose"))]
 pub mod single;

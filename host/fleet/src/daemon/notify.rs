@@ -10,13 +10,13 @@ use std::os::unix::net::{SocketAddr, UnixDatagram};
 
 /// The connection to systemd, if it has started this process and wants to hear of it.
 #[derive(Debug)]
-pub struct Notify {
+pub(crate) struct Notify {
     socket: Option<(UnixDatagram, SocketAddr)>,
 }
 
 impl Notify {
     /// As the environment says.
-    pub fn of_environment() -> Self {
+    pub(crate) fn of_environment() -> Self {
         Self::new(env::var_os("NOTIFY_SOCKET").as_deref())
     }
 
@@ -28,22 +28,22 @@ impl Notify {
     }
 
     /// The wheels stand, and all is ready for the experiment.
-    pub fn ready(&self) {
+    pub(crate) fn ready(&self) {
         self.send("READY=1");
     }
 
     /// The control thread lives. Said once a second, several times in the `WatchdogSec` of the daemon's unit.
-    pub fn watchdog(&self) {
+    pub(crate) fn watchdog(&self) {
         self.send("WATCHDOG=1");
     }
 
     /// It ends on purpose.
-    pub fn stopping(&self) {
+    pub(crate) fn stopping(&self) {
         self.send("STOPPING=1");
     }
 
     /// One line for `systemctl status`.
-    pub fn status(&self, words: &str) {
+    pub(crate) fn status(&self, words: &str) {
         self.send(&format!("STATUS={}", words.replace('\n', " ")));
     }
 

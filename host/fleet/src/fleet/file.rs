@@ -36,7 +36,7 @@ use oneiro_robots::guard;
 use oneiro_robots::tracker;
 
 /// Names of a robot's files in its directory on its computer.
-pub const BINARY: &str = "oneiro";
+pub(crate) const BINARY: &str = "oneiro";
 pub const EXPERIMENT: &str = "experiment.toml";
 pub const ROBOT: &str = "robot.toml";
 pub const KEY: &str = "experiment.key";
@@ -119,7 +119,7 @@ pub struct Ssh {
     /// Robots that are served at a time.
     pub parallel: u32,
     /// Time for one command or one file, s.
-    pub timeout_s: u32,
+    pub(crate) timeout_s: u32,
 }
 
 impl Default for Ssh {

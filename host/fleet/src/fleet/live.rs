@@ -22,7 +22,7 @@ use oneiro_lab::exchange::radio::Windows;
 /// How often the operator looks at what has come.
 const GLANCE: Duration = Duration::from_millis(20);
 /// A robot that has said nothing for this long is away.
-pub const AWAY: Duration = Duration::from_secs(3);
+pub(crate) const AWAY: Duration = Duration::from_secs(3);
 /// A robot that has said nothing for this long has its daemon started again: a restart by systemd takes some seconds.
 const SILENT: Duration = Duration::from_secs(15);
 /// How often a daemon is started again in one silence, each time after twice the pause.

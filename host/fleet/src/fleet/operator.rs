@@ -195,7 +195,7 @@ impl Beacon {
     }
 
     /// Gives robots leave to move for another second.
-    pub fn renew(&self) {
+    pub(crate) fn renew(&self) {
         *locked(&self.leave) = Instant::now() + LEAVE;
     }
 
@@ -225,14 +225,14 @@ pub struct Known {
     /// Why it can't take part: another version of the program.
     pub refused: Option<String>,
     /// What may be wrong with it, by datagrams that may be old or anybody's: they count for nothing else.
-    pub doubt: Option<String>,
+    pub(crate) doubt: Option<String>,
     /// Whether datagrams of another start have come in its name.
-    pub is_stale: bool,
+    pub(crate) is_stale: bool,
 }
 
 impl Known {
     /// Whether it has said something of late.
-    pub fn is_here(&self) -> bool {
+    pub(crate) fn is_here(&self) -> bool {
         self.heard.is_some_and(|at| at.elapsed() <= AWAY)
     }
 

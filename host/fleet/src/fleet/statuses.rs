@@ -18,8 +18,8 @@ use oneiro_base::files::{self, plain};
 use oneiro_report::figures::{Act, Genes, Moment, Sight};
 
 /// The table.
-pub const STATUSES: &str = "statuses.csv";
-pub static STATUSES_COLUMNS: [Column; 17] = [
+pub(crate) const STATUSES: &str = "statuses.csv";
+pub(crate) static STATUSES_COLUMNS: [Column; 17] = [
     Column::whole("second", "s", "of the experiment"),
     Column::whole("robot", "", "its number"),
     Column::text(
@@ -57,7 +57,7 @@ pub struct Row {
     pub second: u32,
     pub robot: u32,
     pub state: String,
-    pub age_s: Option<f32>,
+    pub(crate) age_s: Option<f32>,
     pub interval: Option<u32>,
     pub s0: Option<f32>,
     pub g0: Option<f32>,
@@ -202,7 +202,7 @@ pub fn rows(directory: &Path) -> Result<Vec<Row>> {
 
 /// The robots' story so far, with a line a second, or fewer: as many as make up a bounded number of robots' lines.
 #[derive(Debug)]
-pub struct Story {
+pub(crate) struct Story {
     robots: Vec<u32>,
     /// Robots' lines that it may have.
     most: usize,
@@ -213,7 +213,7 @@ pub struct Story {
 
 impl Story {
     /// The story of these robots, from rows in the order of time.
-    pub fn of(robots: Vec<u32>, most: usize, rows: Vec<Row>) -> Self {
+    pub(crate) fn of(robots: Vec<u32>, most: usize, rows: Vec<Row>) -> Self {
         let mut story = Self {
             robots,
             most,
@@ -237,7 +237,7 @@ impl Story {
     }
 
     /// Adds a line, of a second. It takes the place of those that are not before it, and of a last one between those that stay.
-    pub fn add(&mut self, line: Vec<Row>) {
+    pub(crate) fn add(&mut self, line: Vec<Row>) {
         let second = |line: &[Row]| line.first().map_or(0, |row| row.second);
         let every = self.every;
         let now = second(&line);
@@ -258,7 +258,7 @@ impl Story {
     }
 
     /// The same for a page. Robots of whom there is nothing have never been heard.
-    pub fn moments(&self) -> Vec<Moment> {
+    pub(crate) fn moments(&self) -> Vec<Moment> {
         let mut totals = vec![0; self.robots.len()];
         let unheard = Row {
             state: "silent".to_owned(),
@@ -279,7 +279,7 @@ impl Story {
     }
 
     /// The genes of each robot, where they change.
-    pub fn genes(&self) -> Vec<Vec<Genes>> {
+    pub(crate) fn genes(&self) -> Vec<Vec<Genes>> {
         let of_robot = |robot: &u32| {
             let rows = self.lines.iter().flatten().filter(|row| row.robot == *robot);
             let mut genes: Vec<Genes> = rows.filter_map(Row::genes).collect();
@@ -309,7 +309,7 @@ fn sight(row: &Row, total: &mut u32) -> Sight {
 }
 
 /// States of robots, by their words in tables, and at the end one that is none of these.
-pub const ACTS: [Act; 11] = [
+pub(crate) const ACTS: [Act; 11] = [
     act("waiting", "#8593b5", Act::LIGHT),
     act("standing", "#5b6b8c", Act::LIGHT),
     act("off", "#c9ccd3", Act::DARK),

@@ -31,11 +31,11 @@ const PASSES: usize = 4;
 pub struct Line {
     pub robot: u32,
     /// Number of the daemon's start.
-    pub boot: u32,
+    pub(crate) boot: u32,
     /// Time since that start, ms.
-    pub at_ms: f64,
+    pub(crate) at_ms: f64,
     /// The experiment's time as the robot knew it, ms.
-    pub experiment_ms: Option<f64>,
+    pub(crate) experiment_ms: Option<f64>,
     /// All that the line has.
     values: Map<String, Value>,
 }
@@ -107,7 +107,7 @@ impl By {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clock {
     pub robot: u32,
-    pub boot: u32,
+    pub(crate) boot: u32,
     pub by: By,
     lines: usize,
     /// What is added to its time at `pivot`, ms.
@@ -128,7 +128,7 @@ pub struct Clock {
 
 /// The table of clocks: its file, and its columns.
 pub const CLOCKS: &str = "clocks.csv";
-pub static CLOCKS_COLUMNS: [Column; 11] = [
+pub(crate) static CLOCKS_COLUMNS: [Column; 11] = [
     Column::whole("robot", "", "its number"),
     Column::whole("boot", "", "number of the daemon's start; each has a clock of its own"),
     Column::text(
@@ -203,7 +203,7 @@ struct Message {
 }
 
 /// Most clocks that are aligned: ten daemons that start again every other minute for half a day.
-pub const MOST_CLOCKS: usize = 4096;
+pub(crate) const MOST_CLOCKS: usize = 4096;
 
 /// The clocks of some logs, in the order of robots and starts, aligned to the experiment's time. They are no more than [`MOST_CLOCKS`].
 pub fn aligned(lines: &[Line]) -> Vec<Clock> {

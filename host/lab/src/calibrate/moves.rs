@@ -128,12 +128,12 @@ impl Moves {
     }
 
     /// The gain of both wheels.
-    pub fn mean_gain(&self) -> f64 {
+    pub(crate) fn mean_gain(&self) -> f64 {
         mean(self.gains)
     }
 
     /// Whether either wheel is so far from its commands that the simulator's motors should be sampled again.
-    pub fn is_far_off(&self) -> bool {
+    pub(crate) fn is_far_off(&self) -> bool {
         self.gains.iter().any(|gain| (gain - 1.0).abs() > FAR_OFF)
     }
 

@@ -43,7 +43,7 @@ pub fn write(directory: &Path, number: u64, kept: usize, identity: &blake3::Hash
 ///
 /// # Errors
 /// Exit 6.
-pub fn prune(directory: &Path, kept: usize) -> Result {
+pub(crate) fn prune(directory: &Path, kept: usize) -> Result {
     for (_, path) in list(directory)?.into_iter().skip(kept) {
         fs::remove_file(&path).map_err(|error| Failure::storage(&path, &error))?;
     }

@@ -109,12 +109,12 @@ pub struct Stage {
     /// Range of cycles to live, in worlds whose lives are cut into stretches; `None` for whole lives.
     pub cycles: Option<[u32; 2]>,
     /// Cycles between records of a trace; `None` for no trace.
-    pub trace_every: Option<u32>,
+    pub(crate) trace_every: Option<u32>,
 }
 
 impl Stage {
     /// Lives outside of the device.
-    pub const OUTSIDE: Self = Self {
+    pub(crate) const OUTSIDE: Self = Self {
         kernel: "outside",
         reached: 0,
         cycles: None,
@@ -122,7 +122,7 @@ impl Stage {
     };
 
     /// Whole lives without a trace, for jobs whose steps are all alike.
-    pub fn lives(kernel: &'static str) -> Self {
+    pub(crate) fn lives(kernel: &'static str) -> Self {
         Self {
             kernel,
             reached: 0,
@@ -137,7 +137,7 @@ impl Stage {
     }
 
     /// The trace to request from the evaluator, if any.
-    pub fn trace(&self) -> Option<TraceRequest> {
+    pub(crate) fn trace(&self) -> Option<TraceRequest> {
         self.trace_every.map(|every| TraceRequest { every })
     }
 }
@@ -176,7 +176,7 @@ pub struct Results<'a> {
     /// Traces of worlds of several robots, as words of lines; empty unless requested.
     pub logs: &'a [Vec<u32>],
     /// Words per line of a log; at least as many as the lines of the world have.
-    pub log_words: usize,
+    pub(crate) log_words: usize,
     /// State from which each rollout continues; empty for whole lives. It may be longer than the world's own state: the
     /// engine cuts and pads the states that come back in [`Request::states`].
     pub states: &'a [Vec<u32>],
@@ -190,7 +190,7 @@ pub struct Step {
     /// Progress to show to the user; `None` if unchanged.
     pub progress: Option<Progress>,
     /// Whether a run with its own directory should be saved here. A shard of a sweep saves on its own clock.
-    pub is_checkpoint: bool,
+    pub(crate) is_checkpoint: bool,
 }
 
 /// Bytes to append to one of a job's tables, which only grow. One of them is the table of steps that [`Job::finish`]

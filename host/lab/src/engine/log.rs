@@ -18,14 +18,14 @@ pub struct Extent {
 
 /// The beginning of a log, known to be unchanged.
 #[derive(Debug)]
-pub struct Prefix {
+pub(crate) struct Prefix {
     bytes: u64,
     hasher: blake3::Hasher,
 }
 
 impl Prefix {
     /// Reads the beginning of a log, if it is still there.
-    pub fn of(path: &Path, extent: &Extent) -> Option<Self> {
+    pub(crate) fn of(path: &Path, extent: &Extent) -> Option<Self> {
         let file = plain::open_table(path).ok()?;
         let is_long_enough = file.metadata().is_ok_and(|file| file.len() >= extent.bytes);
         let mut hasher = blake3::Hasher::new();
@@ -68,7 +68,7 @@ impl Log {
     }
 
     /// Cuts a log back to its beginning and continues from there.
-    pub fn cut_back(path: PathBuf, prefix: Prefix) -> Result<Self> {
+    pub(crate) fn cut_back(path: PathBuf, prefix: Prefix) -> Result<Self> {
         let cut = plain::append(&path).and_then(|file| file.set_len(prefix.bytes));
         cut.map_err(|error| Failure::storage(&path, &error))?;
         Ok(Self::new(path, prefix.bytes, prefix.hasher))

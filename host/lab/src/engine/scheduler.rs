@@ -29,7 +29,7 @@ const FEW: usize = 16;
 const GROUPS: usize = 4;
 
 /// Index of a run given to the scheduler.
-pub type RunNumber = usize;
+pub(crate) type RunNumber = usize;
 
 /// Time that the engine's thread has spent, by what it did or let other threads do.
 #[derive(Clone, Copy, Debug, Default)]

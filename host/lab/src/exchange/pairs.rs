@@ -84,7 +84,7 @@ impl Pairs {
     }
 
     /// The pair of the highest fitness, if that is above the robot's own; of equals the first received.
-    pub fn better_than(&self, own: f32) -> Option<&Message> {
+    pub(crate) fn better_than(&self, own: f32) -> Option<&Message> {
         self.kept
             .iter()
             .filter(|pair| pair.fitness > own)

@@ -10,7 +10,7 @@ use std::sync::{Arc, LazyLock, Mutex};
 use std::thread;
 
 use oneiro::cpu::Cpu;
-use oneiro::parameter::{Allowed, Parameter};
+use oneiro::parameter::Parameter;
 use toml::{Table, Value};
 
 use super::source::{Parsed, Setting};

@@ -319,7 +319,7 @@ impl Experiment {
     }
 
     /// Hash of everything that decides how its robots live. Experiments that differ only in their evolution share it.
-    pub fn world_identity(&self) -> blake3::Hash {
+    pub(crate) fn world_identity(&self) -> blake3::Hash {
         blake3::hash(text(&self.world_values()).as_bytes())
     }
 
@@ -442,7 +442,7 @@ pub fn allows(key: &str, value: &dyn Field) -> (bool, String) {
 }
 
 /// Checks a name of an experiment or a sweep, which becomes part of directory names; the error says what is wrong.
-pub fn check_name(name: &str) -> std::result::Result<(), String> {
+pub(crate) fn check_name(name: &str) -> std::result::Result<(), String> {
     check::name(name).map_err(|invalid| invalid.problem)
 }
 

@@ -22,7 +22,7 @@ pub struct Entry {
     /// The allowed words with their meanings.
     pub choices: Vec<(&'static str, &'static str)>,
     /// The kind that the key requires, if it requires one.
-    pub only_with: Option<String>,
+    pub(crate) only_with: Option<String>,
     /// The key of that kind: `kind` for its table's.
     #[serde(skip)]
     kind: &'static str,

@@ -424,9 +424,9 @@ pub struct Samples {
 }
 
 /// Name of the compiled-in tables.
-pub const BUILT_IN: &str = "khepera";
+pub(crate) const BUILT_IN: &str = "khepera";
 /// Name of tables that are sampled from the surrogate of `[reality]`.
-pub const FROM_REALITY: &str = "reality";
+pub(crate) const FROM_REALITY: &str = "reality";
 
 /// Source of the sensor tables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -485,14 +485,14 @@ pub struct PartFile {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArenaSize {
     pub preset: Option<String>,
-    pub width_mm: Option<f32>,
-    pub height_mm: Option<f32>,
+    pub(crate) width_mm: Option<f32>,
+    pub(crate) height_mm: Option<f32>,
     /// Whether it has no sides.
     pub open: Option<bool>,
     /// Corners of a convex polygon instead of its width and height.
     pub corners: Option<Corners>,
     /// Radius of the disc in its middle that robots start in.
-    pub start_radius: Option<f32>,
+    pub(crate) start_radius: Option<f32>,
 }
 
 /// Individuals that live again after the last generation, so that the champion is chosen by the mean of many lives.

@@ -82,7 +82,7 @@ pub struct Source<'a> {
 }
 
 /// Paths of settings that others of a higher rank left without effect, and what a refusal of each would say.
-pub type LeftOut = BTreeMap<String, String>;
+pub(crate) type LeftOut = BTreeMap<String, String>;
 
 /// Rank of a value that a sweep varies. Values of this rank can leave each other out: each cell takes what it uses.
 const SWEPT: u8 = u8::MAX;
@@ -167,12 +167,12 @@ impl Setting {
     }
 
     /// Makes it a value that a sweep varies.
-    pub fn swept(self) -> Self {
+    pub(crate) fn swept(self) -> Self {
         self.ranked(SWEPT)
     }
 
     /// Looks for the files that it names from this folder.
-    pub fn in_folder(self, folder: &Path) -> Self {
+    pub(crate) fn in_folder(self, folder: &Path) -> Self {
         Self {
             folder: Some(folder.to_owned()),
             ..self
@@ -277,7 +277,7 @@ impl<'a> Source<'a> {
     }
 
     /// Folder from which the files that a value names are looked for; `None` for the experiment's.
-    pub fn folder_of(&self, key: &str) -> Option<&Path> {
+    pub(crate) fn folder_of(&self, key: &str) -> Option<&Path> {
         let start = self.start_of(key).unwrap_or_default();
         self.setting(start)?.folder.as_deref()
     }
@@ -291,7 +291,7 @@ impl<'a> Source<'a> {
     ///
     /// # Errors
     /// Exit 3 if the kind doesn't outrank the value: its place, its key and `problem`.
-    pub fn leave_out_of_kind(&self, key: &str, problem: impl Display) -> Result {
+    pub(crate) fn leave_out_of_kind(&self, key: &str, problem: impl Display) -> Result {
         const SELECTION: &str = "evolution.selection.kind";
         let list = key.split('[').next().unwrap_or_default();
         let tables = list.match_indices('.').map(|(end, _)| &list[..end]);
@@ -306,7 +306,7 @@ impl<'a> Source<'a> {
     ///
     /// # Errors
     /// Exit 3 if none of them outranks the value: its place, its key and `problem`.
-    pub fn leave_out(&self, key: &str, others: &[impl AsRef<str>], problem: impl Display) -> Result {
+    pub(crate) fn leave_out(&self, key: &str, others: &[impl AsRef<str>], problem: impl Display) -> Result {
         let own = self.rank_of(key);
         let outranks = |other| other > own || other == own && own == Some(SWEPT);
         let refused = self.invalid(key, problem);
@@ -351,7 +351,7 @@ impl<'a> Source<'a> {
     }
 
     /// Error for a key that is given in two places.
-    pub fn conflict(key: &str, place: &str, other: &str, first: &str) -> Failure {
+    pub(crate) fn conflict(key: &str, place: &str, other: &str, first: &str) -> Failure {
         let problem = format!("{key}: is already given, as {other} ({first}); allowed: each key once");
         refused(place, problem)
     }
@@ -363,7 +363,7 @@ impl<'a> Source<'a> {
     }
 
     /// Offset of that place in all texts together, by which keys can be sorted in the order of the texts.
-    pub fn start_of(&self, key: &str) -> Option<usize> {
+    pub(crate) fn start_of(&self, key: &str) -> Option<usize> {
         let mut prefix = key;
         loop {
             if let Some(found) = self.keys().iter().find(|known| known.path == prefix) {

@@ -94,7 +94,7 @@ pub fn by_name(path: &Path, own: &GeneLayout, genomes: Population, layout: &Gene
 ///
 /// # Errors
 /// Exit 3 with the names that differ.
-pub fn check_names(path: &Path, own: &GeneLayout, layout: &GeneLayout) -> Result<Vec<usize>> {
+pub(crate) fn check_names(path: &Path, own: &GeneLayout, layout: &GeneLayout) -> Result<Vec<usize>> {
     order(&own.names(), layout).map_err(|problem| Failure::input(format_args!("{}: {problem}", path.display())))
 }
 

@@ -176,7 +176,7 @@ pub static LIFE: [(Column, Part, Measured); 9] = [
 
 /// What the lives of a world are measured against.
 #[derive(Debug)]
-pub struct Frame {
+pub(crate) struct Frame {
     grid: Grid,
     arena: Arena,
     body_radius: f64,
@@ -191,7 +191,7 @@ pub struct Frame {
 impl Frame {
     /// Measures lives of `cycles` cycles by some descriptors; others have no meaning then, but take no time. Records of later cycles
     /// only count as places: the first of them is where the life ends.
-    pub fn new(world: &World, cycles: u32, wanted: &[Descriptor]) -> Self {
+    pub(crate) fn new(world: &World, cycles: u32, wanted: &[Descriptor]) -> Self {
         let details = world.details().iter().enumerate();
         let spec = world.spec();
         Self {
@@ -208,7 +208,7 @@ impl Frame {
     }
 
     /// Whether the record of the last cycle is enough.
-    pub fn needs_only_the_end(&self) -> bool {
+    pub(crate) fn needs_only_the_end(&self) -> bool {
         self.parts & !(1 << Part::End as u32) == 0
     }
 
@@ -222,7 +222,7 @@ impl Frame {
 }
 
 /// Free distance from the rim of a body at a place to the nearest object, mm.
-pub fn free_distance(arena: &Arena, body_radius: f64, at: [f64; 2]) -> f64 {
+pub(crate) fn free_distance(arena: &Arena, body_radius: f64, at: [f64; 2]) -> f64 {
     let Arena {
         walls,
         obstacles,
@@ -277,7 +277,7 @@ fn size(a: [f64; 2]) -> f64 {
 
 /// Takes the records of a life, one after another. Its memory doesn't grow with the life's length.
 #[derive(Debug)]
-pub struct Meter {
+pub(crate) struct Meter {
     frame: Arc<Frame>,
     visited: BTreeSet<usize>,
     collisions: u32,
@@ -299,7 +299,7 @@ pub struct Meter {
 
 impl Meter {
     /// Measures a life.
-    pub fn new(frame: Arc<Frame>) -> Self {
+    pub(crate) fn new(frame: Arc<Frame>) -> Self {
         Self {
             frame,
             visited: BTreeSet::new(),
@@ -349,7 +349,7 @@ impl Meter {
     }
 
     /// Takes the records of the next cycles.
-    pub fn add_all(&mut self, trace: &Trace) {
+    pub(crate) fn add_all(&mut self, trace: &Trace) {
         for (record, details) in trace.lines() {
             self.add(record, details);
         }
@@ -369,7 +369,7 @@ impl Meter {
     }
 
     /// Measures of the life.
-    pub fn finish(&self) -> Measures {
+    pub(crate) fn finish(&self) -> Measures {
         let seconds = |moves: u32| f64::from(moves) / CYCLES_A_SECOND;
         let duration = seconds(self.moved.max(1));
         Measures {

@@ -31,7 +31,7 @@ pub struct Meta {
     /// The best score so far.
     pub best: Option<f32>,
     /// Processes that worked on it, in order.
-    pub sessions: Vec<Session>,
+    pub(crate) sessions: Vec<Session>,
 }
 
 /// Progress of a run.
@@ -52,7 +52,7 @@ pub struct Session {
     /// Version of the program.
     pub version: String,
     /// Commit that it was built from.
-    pub commit: String,
+    pub(crate) commit: String,
     /// Backend on the command line.
     pub backend: String,
     /// Name of the device.
@@ -62,7 +62,7 @@ pub struct Session {
     /// Whether it guarantees the bits that every other exact device gives.
     pub exact: bool,
     /// First generation of this session.
-    pub from_generation: u32,
+    pub(crate) from_generation: u32,
     /// Beginning, UTC.
     pub started: String,
     /// End, UTC; `None` if it was killed.

@@ -198,11 +198,11 @@ pub struct Shown {
 }
 
 /// The outcome that runs with finalists are compared by: the mean of lives that no selection has seen.
-pub const CHAMPION_MEAN: &str = "champion_mean";
+pub(crate) const CHAMPION_MEAN: &str = "champion_mean";
 
 impl Shown {
     /// Whether runs without finalists lack the outcome.
-    pub fn needs_finalists(self) -> bool {
+    pub(crate) fn needs_finalists(self) -> bool {
         self.by.0 == CHAMPION_MEAN
     }
 }

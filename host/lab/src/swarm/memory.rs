@@ -12,18 +12,18 @@ use crate::exchange::{Exchange, Message};
 
 /// Messages heard in one second, and the fitness that they reported.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Second {
+pub(crate) struct Second {
     /// The robots that each robot heard, a bit each.
     pub heard: Vec<u128>,
     /// Each robot's fitness in its interval so far, when the second began.
     pub earned: Vec<f32>,
     /// The same when the second ended.
-    pub earned_after: Vec<f32>,
+    pub(crate) earned_after: Vec<f32>,
 }
 
 /// The last seconds of a world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Seconds {
+pub(crate) struct Seconds {
     kept: usize,
     first: u32,
     last: VecDeque<Second>,
@@ -32,7 +32,7 @@ pub struct Seconds {
 impl Seconds {
     /// Keeps the last `kept` seconds: an interval and the time within which robots are switched on, since the first robot's
     /// interval is looked up when the last robot's has ended.
-    pub fn new(kept: u32) -> Self {
+    pub(crate) fn new(kept: u32) -> Self {
         Self {
             kept: kept as usize,
             first: 0,
@@ -41,7 +41,7 @@ impl Seconds {
     }
 
     /// Adds the next second.
-    pub fn push(&mut self, second: Second) {
+    pub(crate) fn push(&mut self, second: Second) {
         if self.last.len() == self.kept {
             self.last.pop_front();
             self.first += 1;
@@ -50,13 +50,13 @@ impl Seconds {
     }
 
     /// A second, if it is still kept.
-    pub fn get(&self, second: u32) -> Option<&Second> {
+    pub(crate) fn get(&self, second: u32) -> Option<&Second> {
         self.last.get(second.checked_sub(self.first)? as usize)
     }
 }
 
 /// The messages of one world.
-pub struct Memory<'a> {
+pub(crate) struct Memory<'a> {
     /// The last seconds of the world.
     pub seconds: &'a Seconds,
     /// The robots that spoke.

@@ -61,7 +61,7 @@ impl OnBoard {
     }
 
     /// Replaces its simulator.
-    pub fn set_simulator(&mut self, gene: f32) {
+    pub(crate) fn set_simulator(&mut self, gene: f32) {
         if let Some(own) = self.simulators.last_mut() {
             *own = gene;
         }

@@ -70,7 +70,7 @@ impl Default for Settings {
 pub struct Controllers {
     pub population: u32,
     pub parents: u32,
-    pub mutation_rate: f64,
+    pub(crate) mutation_rate: f64,
     pub mutation_scale: f64,
     pub boundary: Boundary,
     pub guests: u32,
@@ -275,7 +275,7 @@ impl Settings {
     }
 
     /// The second in which the light moves.
-    pub fn light_moves(&self) -> u32 {
+    pub(crate) fn light_moves(&self) -> u32 {
         60 * self.light_moves_minute
     }
 
@@ -314,7 +314,7 @@ impl Settings {
     }
 
     /// How simulators change.
-    pub fn simulator_mutation(&self) -> Mutation {
+    pub(crate) fn simulator_mutation(&self) -> Mutation {
         Mutation {
             deviation: self.simulators.mutation_scale,
             boundary: self.simulators.boundary,
@@ -336,7 +336,7 @@ impl Settings {
     }
 
     /// How pairs are kept.
-    pub fn pair_rules(&self) -> Rules {
+    pub(crate) fn pair_rules(&self) -> Rules {
         let own = &self.simulators;
         Rules {
             room: own.pairs as usize,

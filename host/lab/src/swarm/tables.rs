@@ -61,7 +61,7 @@ pub static INTERVALS_COLUMNS: [Column; 11] = [
 ];
 /// The table of food: its file, and its columns.
 pub const FOOD: &str = "food.csv";
-pub static FOOD_COLUMNS: [Column; 2] = [
+pub(crate) static FOOD_COLUMNS: [Column; 2] = [
     Column::whole("second", "s", "its number, from 0"),
     Column::whole("brought", "items", "food that all robots brought in that second"),
 ];
@@ -224,7 +224,7 @@ pub fn outcomes() -> Vec<Column> {
 const BIN: usize = 250;
 
 /// A line for each robot in an interval.
-pub fn interval_rows(interval: usize, robots: &[RobotInterval]) -> String {
+pub(crate) fn interval_rows(interval: usize, robots: &[RobotInterval]) -> String {
     let mut text = String::new();
     for (robot, own) in robots.iter().enumerate() {
         let simulated = own.simulated.map(|fitness| fitness.to_string()).unwrap_or_default();
@@ -247,7 +247,7 @@ pub fn interval_rows(interval: usize, robots: &[RobotInterval]) -> String {
 
 impl Run {
     /// All lines of the table of intervals but the first.
-    pub fn interval_rows(&self) -> String {
+    pub(crate) fn interval_rows(&self) -> String {
         let robots = self.intervals.iter().enumerate();
         robots
             .map(|(interval, robots)| interval_rows(interval, robots))
@@ -255,7 +255,7 @@ impl Run {
     }
 
     /// The table of food: a line for each second.
-    pub fn food_table(&self) -> String {
+    pub(crate) fn food_table(&self) -> String {
         let mut text = head(&FOOD_COLUMNS);
         for (second, food) in self.brought.iter().enumerate() {
             let _ = writeln!(text, "{second},{food}");

@@ -139,7 +139,7 @@ pub struct SweepFile {
     pub name: String,
     /// The experiment as the file names it, and the place where it does.
     pub experiment: String,
-    pub experiment_place: String,
+    pub(crate) experiment_place: String,
     pub seeds: Vec<u64>,
     pub seeds_place: String,
     /// The axis whose levels have seeds of their own, which of them each level has, and by how much these are apart.
@@ -149,7 +149,7 @@ pub struct SweepFile {
     /// The sweep's cells are all combinations of their levels; the last axis varies fastest.
     pub axes: Vec<Axis>,
     pub reality: Option<Reality>,
-    pub reality_place: String,
+    pub(crate) reality_place: String,
     /// Folder from which the files that its values name are looked for.
     folder: PathBuf,
 }
@@ -159,7 +159,7 @@ impl SweepFile {
     ///
     /// # Errors
     /// Exit 3: the file, the line and column in it, the problem and the allowed values.
-    pub fn read(path: &Path, folder: &Path) -> Result<Self> {
+    pub(crate) fn read(path: &Path, folder: &Path) -> Result<Self> {
         // All are at work on the cells.
         threads::prepare();
         let text = FileKind::Sweep.text(path)?;
@@ -230,7 +230,7 @@ impl SweepFile {
     }
 
     /// The values that a cell changes in the experiment.
-    pub fn settings(&self, cell: usize) -> Vec<Setting> {
+    pub(crate) fn settings(&self, cell: usize) -> Vec<Setting> {
         let swept = self.keys().zip(self.values(cell));
         let setting = |(key, (value, place)): (&str, &(Value, String))| {
             Setting::at(place.clone(), key, value).in_folder(&self.folder).swept()
@@ -240,7 +240,7 @@ impl SweepFile {
     }
 
     /// The seeds of a cell's runs.
-    pub fn seeds_of(&self, cell: usize) -> impl Iterator<Item = u64> {
+    pub(crate) fn seeds_of(&self, cell: usize) -> impl Iterator<Item = u64> {
         let block = self.seeds_by.as_ref().map_or(0, |(axis, blocks)| {
             let after: usize = self.axes[axis + 1..].iter().map(|axis| axis.levels.len()).product();
             blocks[cell / after % self.axes[*axis].levels.len()]
@@ -259,7 +259,7 @@ impl SweepFile {
     }
 
     /// Values of the swept keys in a cell, with their places, in the order of [`SweepFile::keys`].
-    pub fn values(&self, cell: usize) -> Vec<&(Value, String)> {
+    pub(crate) fn values(&self, cell: usize) -> Vec<&(Value, String)> {
         let mut rest = cell;
         let mut levels = vec![0; self.axes.len()];
         for (level, axis) in levels.iter_mut().zip(&self.axes).rev() {

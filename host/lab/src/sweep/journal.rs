@@ -86,7 +86,7 @@ fn tag(json: &[u8]) -> [u8; TAG] {
 
 /// Contents of a shard's logs.
 #[derive(Debug, Default)]
-pub struct Logged {
+pub(crate) struct Logged {
     /// The shard's finished runs.
     pub lines: Vec<Line>,
     /// Warnings about unusable lines; their runs are repeated.
@@ -97,7 +97,7 @@ pub struct Logged {
 
 impl Logged {
     /// Reads a shard's logs. A process may be writing them.
-    pub fn read(directory: &Path) -> Result<Self> {
+    pub(crate) fn read(directory: &Path) -> Result<Self> {
         let path = directory.join(RESULTS);
         let Some(text) = disk::read_if_there(&path)? else {
             return Ok(Self::default());

@@ -73,7 +73,7 @@ pub struct Plan {
     pub table: Table,
     pub columns: &'static [Column],
     /// Genes of each cell's controllers; `None` for swarms.
-    pub layouts: Vec<Option<GeneLayout>>,
+    pub(crate) layouts: Vec<Option<GeneLayout>>,
     /// Columns that reports show.
     pub shown: Shown,
     /// Time that all runs take robots on wires, if any end there.

@@ -29,7 +29,7 @@ const ROWS: usize = 1 << 17;
 /// # Errors
 /// Exit 5 with the line and the column if the CSV file is missing or has a cell of the wrong type; exit 6 if reading or
 /// writing fails.
-pub fn convert(csv: &Path, parquet: &Path, columns: &[contents::Column]) -> Result {
+pub(crate) fn convert(csv: &Path, parquet: &Path, columns: &[contents::Column]) -> Result {
     let mut table = Table::open(csv, columns)?;
     let unwritten = |error| Failure::storage(parquet, &system(error));
     write_through(parquet, |file| {

@@ -2,7 +2,7 @@ use super::super::script::{Random, Scripted, Step, hear, say, say_after};
 use super::*;
 
 /// A message of a node, as it is sent.
-pub fn from(source: u16, kind: u16, payload: &[u8]) -> Vec<u8> {
+pub(crate) fn from(source: u16, kind: u16, payload: &[u8]) -> Vec<u8> {
     Message {
         source,
         kind,
@@ -12,7 +12,7 @@ pub fn from(source: u16, kind: u16, payload: &[u8]) -> Vec<u8> {
 }
 
 /// The words of a payload.
-pub fn words(words: &[u16]) -> Vec<u8> {
+pub(crate) fn words(words: &[u16]) -> Vec<u8> {
     words.iter().copied().flat_map(u16::to_le_bytes).collect()
 }
 
@@ -21,13 +21,13 @@ fn text(text: &str) -> Vec<u8> {
 }
 
 /// A description's head.
-pub fn head(id: u16, name: &str, version: u16, size: u16, counts: [u16; 3]) -> Vec<u8> {
+pub(crate) fn head(id: u16, name: &str, version: u16, size: u16, counts: [u16; 3]) -> Vec<u8> {
     let rest = [&[version, 1534, 32, size], &counts[..]].concat();
     from(id, DESCRIPTION, &[text(name), words(&rest)].concat())
 }
 
 /// A variable's description.
-pub fn named(id: u16, size: u16, name: &str) -> Vec<u8> {
+pub(crate) fn named(id: u16, size: u16, name: &str) -> Vec<u8> {
     from(id, VARIABLE, &[words(&[size]), text(name)].concat())
 }
 

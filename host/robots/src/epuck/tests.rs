@@ -3,9 +3,9 @@ use super::*;
 
 const BOOT: &str =
     "\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type \"H\" for help\r\n";
-pub const VERSION_1: &str = "v,Version 1.2.2 August 2008 GCtronic\r\nHW version: FFFF\r\n";
-pub const VERSION_2: &str = "v,Version 2.0 January 2018 GCtronic\r\nHW version: FFFF\r\n";
-pub const EIGHT: &str = "n,1,2,3,4,5,6,7,8\r\n";
+pub(crate) const VERSION_1: &str = "v,Version 1.2.2 August 2008 GCtronic\r\nHW version: FFFF\r\n";
+pub(crate) const VERSION_2: &str = "v,Version 2.0 January 2018 GCtronic\r\nHW version: FFFF\r\n";
+pub(crate) const EIGHT: &str = "n,1,2,3,4,5,6,7,8\r\n";
 const TEN: &str = "n,1,2,3,4,5,6,7,8,9,10\r\n";
 
 /// Getting back in step while the wheels turn.
@@ -37,7 +37,7 @@ fn chain(commands: &[u8], answer: &[i16], speeds: [i16; 2]) -> Vec<Step> {
 }
 
 /// What is said until the robot has begun.
-pub fn opening(version: &str, infrared: &str, is_binary: bool) -> Vec<Step> {
+pub(crate) fn opening(version: &str, infrared: &str, is_binary: bool) -> Vec<Step> {
     let text = vec![hear("N\r"), say(infrared)];
     // 0xaf is -'Q'.
     let probe = if is_binary {
@@ -50,7 +50,7 @@ pub fn opening(version: &str, infrared: &str, is_binary: bool) -> Vec<Step> {
 }
 
 /// An opening in which the robot never has the speeds 0.
-pub fn opening_that_keeps(speeds: &str) -> Vec<Step> {
+pub(crate) fn opening_that_keeps(speeds: &str) -> Vec<Step> {
     let kept = [stopped(speeds), resynchronised(VERSION_1)].concat();
     [resynchronised(VERSION_1), vec![kept; TRIES as usize].concat()].concat()
 }

@@ -10,7 +10,7 @@ fn block(steps: [i16; 2]) -> [u8; 104] {
 }
 
 /// An answer with sensors.
-pub fn answer(steps: [i16; 2]) -> Vec<u8> {
+pub(crate) fn answer(steps: [i16; 2]) -> Vec<u8> {
     [&[2], &block(steps)[..]].concat()
 }
 
@@ -29,7 +29,7 @@ fn standing(steps: [i16; 2]) -> Vec<Step> {
 }
 
 /// What is said until the robot has begun.
-pub fn opening() -> Vec<Step> {
+pub(crate) fn opening() -> Vec<Step> {
     [vec![hear(command(0, 0))], standing([0, 0])].concat()
 }
 

@@ -70,7 +70,7 @@ pub fn failure(code: u8, message: &str) -> Failure {
 }
 
 /// Whether threads are to have real-time priority. Settings that are not valid are for the guard to refuse.
-pub fn is_realtime(settings: &[String]) -> bool {
+pub(crate) fn is_realtime(settings: &[String]) -> bool {
     Values::of(settings).is_ok_and(|values| values.realtime())
 }
 

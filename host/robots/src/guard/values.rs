@@ -14,10 +14,10 @@ pub struct Row {
     pub range: (f64, f64),
     /// What it does.
     #[cfg_attr(not(test), expect(dead_code, reason = "a test holds the documents to it"))]
-    pub meaning: &'static str,
+    pub(crate) meaning: &'static str,
     /// Where default and range are from.
     #[cfg_attr(not(test), expect(dead_code, reason = "a test holds the documents to it"))]
-    pub source: &'static str,
+    pub(crate) source: &'static str,
     field: fn(&mut Values) -> &mut f64,
 }
 
@@ -210,7 +210,7 @@ impl Values {
     }
 
     /// How long a stop may be unconfirmed.
-    pub fn unconfirmed(&self) -> Duration {
+    pub(crate) fn unconfirmed(&self) -> Duration {
         milliseconds(self.unconfirmed_ms)
     }
 
@@ -225,17 +225,17 @@ impl Values {
     }
 
     /// Whether a robot that can gets a program that stops it.
-    pub fn fuse(&self) -> bool {
+    pub(crate) fn fuse(&self) -> bool {
         self.fuse > 0.5
     }
 
     /// How long to try to stop before giving up.
-    pub fn give_up(&self) -> Duration {
+    pub(crate) fn give_up(&self) -> Duration {
         milliseconds(1000.0 * self.give_up_s)
     }
 
     /// Whether real-time priority is wanted.
-    pub fn realtime(&self) -> bool {
+    pub(crate) fn realtime(&self) -> bool {
         self.realtime > 0.5
     }
 }

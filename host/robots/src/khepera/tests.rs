@@ -21,7 +21,7 @@ fn resynchronised() -> Vec<Step> {
 }
 
 /// What is said until the robot has begun.
-pub fn opening() -> Vec<Step> {
+pub(crate) fn opening() -> Vec<Step> {
     [resynchronised(), exchanges(STOP)].concat()
 }
 

@@ -54,7 +54,7 @@ fn begun(id: u16) -> Vec<Step> {
 }
 
 /// What is said until the robot has begun.
-pub fn opening(id: u16) -> Vec<Step> {
+pub(crate) fn opening(id: u16) -> Vec<Step> {
     let described = described(id, "thymio-II", &NAMES);
     [listed(&[id]), halted(&[id]), described, begun(id)].concat()
 }

@@ -62,7 +62,7 @@ impl Person {
     }
 
     /// Whether Enter has been pressed since this was asked last.
-    pub fn has_answered(&mut self) -> bool {
+    pub(crate) fn has_answered(&mut self) -> bool {
         self.answer().is_some()
     }
 }

@@ -36,7 +36,7 @@ pub struct Arguments {
     pub arm: String,
     /// Repeat the study under each other assumption, and tabulate the claims by assumption
     #[arg(long, conflicts_with = "arm")]
-    pub sensitivity: bool,
+    pub(crate) sensitivity: bool,
     /// Instead of the study, measure the gap without noise by severity, on five other robots
     #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "arm", "full", "sensitivity"])]
     pub calibrate: bool,

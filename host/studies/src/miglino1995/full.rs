@@ -28,7 +28,7 @@ fn average(one: &SensorTables, other: &SensorTables) -> SensorTables {
 
 /// Evolves in each other simulator and tests the transferred generation in reality; returns the mean fitness of each
 /// run.
-pub fn variants(settings: &Settings, study: &Study<'_>, own: &Robot, other: &Robot) -> Result<Vec<Variant>> {
+pub(crate) fn variants(settings: &Settings, study: &Study<'_>, own: &Robot, other: &Robot) -> Result<Vec<Variant>> {
     let averaged = Robot {
         sensors: Arc::new(average(&own.sensors, &other.sensors)),
         ..own.clone()

@@ -10,7 +10,7 @@ const FINER: u32 = 4;
 /// Refines tables to [`FINER`] times the rows and bearings by bilinear interpolation. Sampled points keep their
 /// readings, and points of view aren't mixed. Beyond the last row, where there is no next sample to interpolate to, its
 /// readings hold as far as before.
-pub fn interpolated(tables: &SensorTables) -> SensorTables {
+pub(crate) fn interpolated(tables: &SensorTables) -> SensorTables {
     SensorTables {
         classes: tables.classes.iter().map(finer).collect(),
         ..tables.clone()

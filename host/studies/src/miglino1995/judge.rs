@@ -36,7 +36,7 @@ const LEVEL: f64 = 0.01;
 const OF_A_MEDIAN: usize = 6;
 
 /// Judges all claims, C1 to C12.
-pub fn judge(results: &Results, sensors: &SensorTables) -> Vec<Claim> {
+pub(crate) fn judge(results: &Results, sensors: &SensorTables) -> Vec<Claim> {
     let mut claims: Vec<Claim> = Table::of(MIGLINO1995_CLAIMS)
         .claims
         .iter()

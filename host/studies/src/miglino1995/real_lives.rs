@@ -22,7 +22,7 @@ const WALKS: u64 = 16;
 
 /// A robot that lives the lives of several runs: one after another within a run, and all runs in parallel, as if each
 /// had its own arena.
-pub struct RealLives<'a> {
+pub(crate) struct RealLives<'a> {
     starts: RealStarts,
     robot: Box<dyn Reality + 'a>,
     /// The same robot with lives of [`WALK`] cycles, if it drives about between lives.
@@ -41,7 +41,7 @@ impl<'a> RealLives<'a> {
     ///
     /// # Errors
     /// Exit 3 with the reason why the world is invalid; as the connection and the record of a robot on a wire.
-    pub fn new(
+    pub(crate) fn new(
         evaluations: &'a Engine,
         site: &Site,
         world: &WorldSpec,

@@ -44,9 +44,9 @@ impl Condition {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// Generations selected by simulated fitness: 200.
-    pub simulated_generations: u32,
+    pub(crate) simulated_generations: u32,
     /// Generations that live in reality: 20, the first of them numbered `simulated_generations`.
-    pub real_generations: u32,
+    pub(crate) real_generations: u32,
     /// Individuals per generation.
     pub population: u32,
     /// Number of best individuals that reproduce, and whose mean is the peak: 20.
@@ -54,14 +54,14 @@ pub struct Results {
     /// Cycles of a life, 100 ms each.
     pub cycles: u32,
     /// Assumptions in force, for the report.
-    pub assumptions: Vec<Assumption>,
+    pub(crate) assumptions: Vec<Assumption>,
     /// How much each difference between reality and simulator changes readings and motion by itself.
     pub differences: Vec<DifferenceEffect>,
     /// Fitness of a handmade controller that goes to and fro without turning, in 100 lives in the simulator without
     /// noise.
-    pub to_and_fro: Vec<f32>,
+    pub(crate) to_and_fro: Vec<f32>,
     /// Whether a simulated life took less than 2 s on this machine, a 25th of a real one.
-    pub life_within_two_seconds: bool,
+    pub(crate) life_within_two_seconds: bool,
     /// Whether reality is a robot on a wire, of which less is measured than of a surrogate.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_wired: bool,
@@ -104,11 +104,11 @@ pub struct Variant {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Controls {
     /// Replaced by as many in simulation.
-    pub simulated_on: f64,
+    pub(crate) simulated_on: f64,
     /// Replaced by as many in reality with randomly drawn parents.
-    pub neutral: f64,
+    pub(crate) neutral: f64,
     /// Replaced by as many in reality, starting from random genes.
-    pub from_random: f64,
+    pub(crate) from_random: f64,
 }
 
 /// Effect of a single difference between reality and simulator.
@@ -161,15 +161,15 @@ pub struct Transferred {
     /// In simulation with the noise it evolved with, as compared in the paper.
     pub simulated: Vec<f32>,
     /// In the same simulation from another start.
-    pub simulated_again: Vec<f32>,
+    pub(crate) simulated_again: Vec<f32>,
     /// In simulation without noise.
     pub quiet: Vec<f32>,
     /// In reality.
     pub real: Vec<f32>,
     /// In reality again, from another start.
-    pub real_again: Vec<f32>,
+    pub(crate) real_again: Vec<f32>,
     /// In another robot of the same kind, in the same surroundings. Empty for a robot on a wire.
-    pub other_robot: Vec<f32>,
+    pub(crate) other_robot: Vec<f32>,
 }
 
 /// Best individual of a run's generation 200.
@@ -187,7 +187,7 @@ pub struct Champion {
     /// Life in reality, from the same start.
     pub real: Life,
     /// Distances between simulated and real paths.
-    pub discrepancy: Discrepancy,
+    pub(crate) discrepancy: Discrepancy,
 }
 
 /// A life with measures of its behaviour.
@@ -207,12 +207,12 @@ pub struct Life {
     /// Length of the path, mm.
     pub length: f64,
     /// Whether the robot spends its last 100 cycles within 100 mm of a corner and moves less than 50 mm in them.
-    pub stuck_in_corner: bool,
+    pub(crate) stuck_in_corner: bool,
 }
 
 /// Cumulative distances between two paths at cycles 5, 10, .. 5 k (equation 2), mm; entry i is of k = i + 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Discrepancy {
+pub(crate) struct Discrepancy {
     /// Between the simulated and the real life from the shared start: the paper's Figure 12.
     pub paper: Vec<f64>,
     /// The same, as the mean over 100 other starts. Like all that follow it is not there for a robot on a wire: empty, or NaN.
@@ -222,18 +222,18 @@ pub struct Discrepancy {
     /// Between two real lives from the same start, as the mean over the 100 starts.
     pub repeated: Vec<f64>,
     /// Between the simulated life and the real life of another run's champion, as the mean over the 100 starts.
-    pub unrelated: Vec<f64>,
+    pub(crate) unrelated: Vec<f64>,
 }
 
 impl Discrepancy {
     /// D from the 100 starts at the end of a life: its sum over the starts, as it is over their number.
-    pub fn whole(&self) -> f64 {
+    pub(crate) fn whole(&self) -> f64 {
         self.starts.last().copied().unwrap_or(f64::NAN)
     }
 
     /// D per mm of the simulated path: the ratio of the sums over several champions and all of their starts. A mean of ratios would hang
     /// on the lives in which a robot hardly moves.
-    pub fn per_length<'a>(all: impl IntoIterator<Item = &'a Self>) -> f64 {
+    pub(crate) fn per_length<'a>(all: impl IntoIterator<Item = &'a Self>) -> f64 {
         let sum = |(whole, length): (f64, f64), own: &Self| (whole + own.whole(), length + own.length);
         let (whole, length) = all.into_iter().fold((0.0, 0.0), sum);
         whole / length

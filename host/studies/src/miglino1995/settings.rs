@@ -91,7 +91,7 @@ pub struct Samples {
     /// Turns in front of an object that are averaged into a row of its table.
     pub turns: u32,
     /// Whether simulators interpolate between samples.
-    pub interpolated: bool,
+    pub(crate) interpolated: bool,
 }
 
 /// Criteria of selection in simulation, besides fitness.
@@ -444,7 +444,7 @@ impl Settings {
     }
 
     /// Generations selected by simulated fitness.
-    pub fn simulated_generations(&self) -> u32 {
+    pub(crate) fn simulated_generations(&self) -> u32 {
         self.experiment(Condition::None).settings().evolution.generations
     }
 
@@ -471,7 +471,7 @@ impl Settings {
     }
 
     /// Tables that a simulator looks up in place of a robot's samples.
-    pub fn looked_up(&self, sensors: &Arc<SensorTables>) -> Arc<SensorTables> {
+    pub(crate) fn looked_up(&self, sensors: &Arc<SensorTables>) -> Arc<SensorTables> {
         if self.samples.interpolated {
             Arc::new(interpolated(sensors))
         } else {
@@ -501,7 +501,7 @@ impl Settings {
     }
 
     /// The site with another robot of the same kind in the same surroundings, if reality is a simulation.
-    pub fn other_site(&self) -> Option<Site> {
+    pub(crate) fn other_site(&self) -> Option<Site> {
         let (seed, surrogate) = self.surrogate()?;
         let surrogate = Surrogate {
             individual: Individual::drawn(seed.wrapping_add(1)),
@@ -558,13 +558,13 @@ impl Settings {
     }
 
     /// Seed of a run.
-    pub fn run_seed(&self, condition: Condition, number: u32) -> u64 {
+    pub(crate) fn run_seed(&self, condition: Condition, number: u32) -> u64 {
         let index = self.seed().wrapping_mul(1 << 20).wrapping_add(u64::from(number));
         index.wrapping_mul(4).wrapping_add(condition as u64)
     }
 
     /// All values in force, for the report.
-    pub fn assumptions(&self) -> Vec<Assumption> {
+    pub(crate) fn assumptions(&self) -> Vec<Assumption> {
         let resolved = |condition| {
             let mut listed = file::listed(&self.experiment(condition).resolved_toml(0));
             listed.retain(|key, _| is_used(key) || is_fixed(key));

@@ -36,7 +36,7 @@ use oneiro_lab::reality::site::Site;
 use oneiro_statistics::cohens_d;
 
 /// Number of best individuals whose mean is the peak.
-pub const PEAK: usize = 20;
+pub(crate) const PEAK: usize = 20;
 /// Starts from which champions' paths are compared, besides the paper's one.
 const STARTS: usize = 100;
 /// Starts whose traces are in memory at once.
@@ -124,7 +124,7 @@ impl<'a> Study<'a> {
     }
 
     /// Runs the numbered runs of each condition, from their first genes to their last real generation.
-    pub fn cohort(&self, numbers: Range<u32>) -> Result<Vec<Run>> {
+    pub(crate) fn cohort(&self, numbers: Range<u32>) -> Result<Vec<Run>> {
         let mut runs: Vec<Evolving> = numbers
             .flat_map(|number| Condition::ALL.map(|condition| (number, condition)))
             .map(|(number, condition)| self.begin(condition, number))
@@ -232,7 +232,7 @@ impl<'a> Study<'a> {
     }
 
     /// Cohen's d of generation 200 without noise, simulated minus real. The severity is calibrated by it.
-    pub fn gap_without_noise(&self, runs: u32) -> Result<f64> {
+    pub(crate) fn gap_without_noise(&self, runs: u32) -> Result<f64> {
         let mut runs: Vec<Evolving> = (0..runs).map(|number| self.begin(Condition::None, number)).collect();
         self.evolve(&mut runs)?;
         let simulated = self.simulate(&runs, Trial::Simulated)?;
@@ -590,7 +590,7 @@ impl<'a> Study<'a> {
 
     /// Fitness in the simulator without noise of a handmade controller that goes to and fro between two obstacles it
     /// hardly sees, without turning: the deceptive optimum that the paper's conclusions describe.
-    pub fn to_and_fro(&self) -> Result<Vec<f32>> {
+    pub(crate) fn to_and_fro(&self) -> Result<Vec<f32>> {
         const LIVES: u64 = 100;
         let wheel = [-60.0, -60.0, -60.0, -60.0, -60.0, -60.0, 60.0, 60.0, 3.0];
         let genes = [wheel, wheel].concat();

@@ -26,7 +26,7 @@ pub struct Arguments {
     pub credit: Vec<Credit>,
     /// Run only the paper's six cases, without the null and the interventions
     #[arg(long)]
-    pub only_cases: bool,
+    pub(crate) only_cases: bool,
     /// Also run the open questions: number of robots, density, range
     #[arg(long)]
     pub questions: bool,
@@ -35,7 +35,7 @@ pub struct Arguments {
     pub arm: String,
     /// Repeat the study under each other assumption, and tabulate the claims by assumption
     #[arg(long, conflicts_with = "arm")]
-    pub sensitivity: bool,
+    pub(crate) sensitivity: bool,
     /// Device that evaluates.
     #[command(flatten)]
     pub backend: Backend,

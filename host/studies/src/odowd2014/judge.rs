@@ -32,7 +32,7 @@ const MANY: usize = 20;
 const SETS: usize = 1000;
 
 /// Judges all claims, D1 to D17.
-pub fn judge(results: &Results) -> Vec<Claim> {
+pub(crate) fn judge(results: &Results) -> Vec<Claim> {
     let Table { claims, .. } = Table::of(ODOWD2014_CLAIMS);
     claims.iter().map(|criterion| claim(results, criterion)).collect()
 }

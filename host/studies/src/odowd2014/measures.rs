@@ -2,20 +2,20 @@
 
 use std::ops::Range;
 
-pub use oneiro_lab::swarm::measures::{BIN, G0, G1, Gene, MINUTE, S0, per_minute, total};
+pub(crate) use oneiro_lab::swarm::measures::{BIN, G0, G1, Gene, MINUTE, S0, per_minute, total};
 use oneiro_lab::swarm::record::Run;
 use oneiro_statistics::mean;
 
 /// Phases that the claims name, in intervals of a minute; the light moves at 25.
-pub const ALL: Range<usize> = 0..50;
-pub const SETTLED: Range<usize> = 10..50;
-pub const FIRST_HALF: Range<usize> = 0..25;
-pub const SECOND_HALF: Range<usize> = 25..50;
-pub const BEFORE_MOVE: Range<usize> = 15..25;
-pub const LATE: Range<usize> = 40..50;
+pub(crate) const ALL: Range<usize> = 0..50;
+pub(crate) const SETTLED: Range<usize> = 10..50;
+pub(crate) const FIRST_HALF: Range<usize> = 0..25;
+pub(crate) const SECOND_HALF: Range<usize> = 25..50;
+pub(crate) const BEFORE_MOVE: Range<usize> = 15..25;
+pub(crate) const LATE: Range<usize> = 40..50;
 
 /// Food in each minute, as the mean over runs: the samples of the paper's test.
-pub fn minutes<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<f64> {
+pub(crate) fn minutes<'a>(runs: impl Iterator<Item = &'a Run>) -> Vec<f64> {
     let rows: Vec<Vec<f64>> = runs.map(|run| run.rates(MINUTE)).collect();
     let length = rows.iter().map(Vec::len).min().unwrap_or(0);
     (0..length)

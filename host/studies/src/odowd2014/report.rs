@@ -28,18 +28,18 @@ mod system;
 #[cfg(test)]
 mod tests;
 
-pub use csv::{contents, csv_files};
-pub use summary::summary;
+pub(crate) use csv::{contents, csv_files};
+pub(crate) use summary::summary;
 
 /// Input of a report.
-pub struct Report<'a> {
+pub(crate) struct Report<'a> {
     pub results: &'a Results,
     /// Claims with their verdicts.
     pub claims: &'a [Claim],
     /// The arena and the robots in it.
     pub swarm: &'a Swarm,
     /// Values in force.
-    pub assumptions: &'a [Assumption],
+    pub(crate) assumptions: &'a [Assumption],
     /// Seed of all random numbers.
     pub seed: u64,
     /// The claims under each arm, if requested.
@@ -47,7 +47,7 @@ pub struct Report<'a> {
 }
 
 /// The report as one self-contained HTML file.
-pub fn html(study: &Report<'_>) -> String {
+pub(crate) fn html(study: &Report<'_>) -> String {
     let (table, claims) = (Table::of(ODOWD2014_CLAIMS), study.claims);
     let mut sections = vec![
         verdicts::summary(&table, claims, background::ABOUT),

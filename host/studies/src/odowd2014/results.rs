@@ -15,7 +15,7 @@ pub struct Results {
     /// Runs of each case and kind.
     pub runs: u32,
     /// Whether ten simulated lives of a minute took less than 34 s on one core (claim D11).
-    pub generation_within_34_s: bool,
+    pub(crate) generation_within_34_s: bool,
     /// Results by mutation scale and rule of credit.
     pub combinations: Vec<Combination>,
     /// The open questions; empty if they were not requested.
@@ -50,12 +50,12 @@ pub struct Combination {
 
 impl Combination {
     /// Name for readers, such as `0.2, matched`.
-    pub fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         format!("{}, {}", self.scale, self.credit.title())
     }
 
     /// The runs of a case and kind.
-    pub fn of(&self, case: Case, kind: Kind) -> impl Iterator<Item = &Run> {
+    pub(crate) fn of(&self, case: Case, kind: Kind) -> impl Iterator<Item = &Run> {
         self.runs.iter().filter(move |run| run.case == case && run.kind == kind)
     }
 }

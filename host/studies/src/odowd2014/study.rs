@@ -19,16 +19,16 @@ use oneiro_lab::swarm::{Plan, live, steps};
 
 /// Values from the command line.
 #[derive(Clone, Debug)]
-pub struct Asked {
+pub(crate) struct Asked {
     /// Seed of everything random.
     pub seed: u64,
     /// Runs of each case and kind; `None` takes the file's number.
     pub runs: Option<u32>,
     /// Mutation scales and rules of credit; empty takes the file's.
     pub scales: Vec<f64>,
-    pub credits: Vec<Credit>,
+    pub(crate) credits: Vec<Credit>,
     /// Whether to run only the paper's six cases, without the null and the interventions.
-    pub only_cases: bool,
+    pub(crate) only_cases: bool,
     /// Whether to run the open questions.
     pub questions: bool,
 }
@@ -77,7 +77,7 @@ struct OneQuestion {
 
 /// A study under an arm.
 #[derive(Debug)]
-pub struct Study {
+pub(crate) struct Study {
     record: Record,
     arm: Arm,
     /// The swarms of each combination of scale and credit.
@@ -111,7 +111,7 @@ struct Swarms {
 
 /// Some consecutively numbered runs of one combination.
 #[derive(Clone, Copy, Debug)]
-pub struct Cohort<'a> {
+pub(crate) struct Cohort<'a> {
     swarms: &'a Swarms,
     /// First number, and how many.
     first: u32,
@@ -120,7 +120,7 @@ pub struct Cohort<'a> {
 
 impl Cohort<'_> {
     /// Name under which the cohort's runs are saved.
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         let Swarms { scale, credit, .. } = self.swarms;
         format!("{scale}-{}-{:04}", credit.title(), self.first)
     }
@@ -128,7 +128,7 @@ impl Cohort<'_> {
 
 impl Study {
     /// Whether open questions are asked.
-    pub fn has_questions(&self) -> bool {
+    pub(crate) fn has_questions(&self) -> bool {
         !self.questions.is_empty()
     }
 
@@ -137,7 +137,7 @@ impl Study {
     /// # Errors
     /// Exit 2 for an unknown arm. Exit 3: the file, line and column (or the arm), the key, the value found and the
     /// values allowed.
-    pub fn new(file: &StudyFile, arm: &str, asked: &Asked) -> Result<Self> {
+    pub(crate) fn new(file: &StudyFile, arm: &str, asked: &Asked) -> Result<Self> {
         let arm = file.arm(arm)?;
         file.under(&arm, |values: File, source| {
             check(&values, source)?;
@@ -214,28 +214,28 @@ impl Study {
     }
 
     /// Record of the settings for the study's directory.
-    pub fn record(&self) -> String {
+    pub(crate) fn record(&self) -> String {
         serde_json::to_string_pretty(&self.record).expect("numbers and words are JSON")
     }
 
-    pub fn seed(&self) -> u64 {
+    pub(crate) fn seed(&self) -> u64 {
         self.record.seed
     }
 
     /// Runs of each case and kind.
-    pub fn runs(&self) -> u32 {
+    pub(crate) fn runs(&self) -> u32 {
         self.record.runs
     }
 
     /// Settings that all swarms share, before the values in which they differ.
-    pub fn settings(&self) -> &Settings {
+    pub(crate) fn settings(&self) -> &Settings {
         let all = self.combinations.iter().flat_map(|own| &own.all);
         let mut of_light = all.filter(|(case, kind, _)| (*case, *kind) == (Case::Over, Kind::Evolved));
         &of_light.next().expect("every study has the light over the nest").2
     }
 
     /// All values in force.
-    pub fn assumptions(&self) -> Vec<Assumption> {
+    pub(crate) fn assumptions(&self) -> Vec<Assumption> {
         let join = |words: Vec<String>| words.join(", ");
         let scales = join(self.record.scales.iter().map(f64::to_string).collect());
         let credits = join(self.record.credits.iter().map(|credit| credit.title().into()).collect());
@@ -259,7 +259,7 @@ impl Study {
     }
 
     /// The cohorts of the study, with `size` runs of each case and kind in each.
-    pub fn cohorts(&self, size: u32) -> impl Iterator<Item = Cohort<'_>> {
+    pub(crate) fn cohorts(&self, size: u32) -> impl Iterator<Item = Cohort<'_>> {
         let runs = self.record.runs;
         self.combinations.iter().flat_map(move |swarms| {
             (0..runs).step_by(size as usize).map(move |first| Cohort {
@@ -293,17 +293,17 @@ impl Study {
     }
 
     /// Runs a cohort.
-    pub fn run(&self, cohort: &Cohort<'_>, evaluations: &Engine) -> Result<Vec<Run>> {
+    pub(crate) fn run(&self, cohort: &Cohort<'_>, evaluations: &Engine) -> Result<Vec<Run>> {
         live(&self.plans(cohort), evaluations)
     }
 
     /// The open questions.
-    pub fn questions(&self) -> &[(Open, Settings)] {
+    pub(crate) fn questions(&self) -> &[(Open, Settings)] {
         &self.questions
     }
 
     /// Total robot-steps, on board and in the arena.
-    pub fn steps(&self) -> u64 {
+    pub(crate) fn steps(&self) -> u64 {
         let of = |settings: &Settings| steps(&plan(settings, 0, 0));
         let swarms = self
             .combinations
@@ -315,7 +315,7 @@ impl Study {
     }
 
     /// Answers an open question.
-    pub fn answer(&self, (open, settings): &(Open, Settings), evaluations: &Engine) -> Result<Question> {
+    pub(crate) fn answer(&self, (open, settings): &(Open, Settings), evaluations: &Engine) -> Result<Question> {
         let numbers = 0..self.record.runs;
         let plans: Vec<Plan> = numbers
             .map(|number| plan(settings, number, self.seed_of(&(open, number))))
@@ -393,7 +393,7 @@ fn plan(settings: &Settings, number: u32, seed: u64) -> Plan {
 
 /// An open question.
 #[derive(Clone, PartialEq)]
-pub struct Open {
+pub(crate) struct Open {
     about: String,
     robots: u32,
     radius: f32,
@@ -426,7 +426,7 @@ impl Open {
     }
 
     /// Name under which its runs are saved.
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         let Self {
             about,
             robots,
@@ -439,7 +439,7 @@ impl Open {
 }
 
 /// Groups runs by combination.
-pub fn combined(cohorts: Vec<(Cohort<'_>, Vec<Run>)>) -> Vec<Combination> {
+pub(crate) fn combined(cohorts: Vec<(Cohort<'_>, Vec<Run>)>) -> Vec<Combination> {
     let mut all: Vec<Combination> = Vec::new();
     for (Cohort { swarms, .. }, runs) in cohorts {
         let is_of = |own: &&mut Combination| own.scale == swarms.scale && own.credit == swarms.credit;

@@ -9,7 +9,7 @@ use oneiro_base::npy::npy;
 use oneiro_evolve::{Champion, by_fitness};
 
 /// The table of transfers, and the best controller so far.
-pub const TRANSFERS: &str = "transfers.csv";
+pub(crate) const TRANSFERS: &str = "transfers.csv";
 pub const BEST: &str = "best.npy";
 pub static COLUMNS: [Column; 9] = [
     Column::whole("transfer", "", "its number, from 0"),
@@ -37,11 +37,11 @@ pub struct Rules {
     /// Simulated generations from one transfer to the next.
     pub generations: u32,
     /// Every how many transfers the best measured controller is tried again in place of a new one; 0 for never.
-    pub again_every: u32,
+    pub(crate) again_every: u32,
     /// Lives that the best measured controller must have had before the robot goes back to it.
-    pub least_lives: u32,
+    pub(crate) least_lives: u32,
     /// Lives by the controller that the robot has gone back to.
-    pub final_lives: u32,
+    pub(crate) final_lives: u32,
 }
 
 impl Default for Rules {
@@ -115,7 +115,7 @@ pub struct Saved {
     /// The evolution in the simulator, once it has begun.
     pub evolution: Option<Vec<u8>>,
     /// Whether that is over.
-    pub is_evolved: bool,
+    pub(crate) is_evolved: bool,
     /// The simulator's best, if it was not tried yet.
     pub waiting: Option<Champion>,
     /// Every life on the robot.

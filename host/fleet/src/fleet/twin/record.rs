@@ -60,7 +60,7 @@ pub(super) struct Row {
 }
 
 /// The files of a twin's directory.
-pub static CONTENTS: LazyLock<Vec<Entry>> = LazyLock::new(|| {
+pub(crate) static CONTENTS: LazyLock<Vec<Entry>> = LazyLock::new(|| {
     vec![
         Entry::table(ARENA, "one row per second and robot", &ARENA_COLUMNS),
         Entry::file(

@@ -6,7 +6,7 @@ use oneiro_evolve::encapsulated::GREATEST;
 
 /// How many seconds a pair may be from the receiver's own second. Robots that hear no beacon for half a second stand, and a pair is
 /// said when its second begins.
-pub const TOLERANCE: u32 = 2;
+pub(crate) const TOLERANCE: u32 = 2;
 
 /// The earliest time of an experiment before it begins, and the latest after its end, ms: a day, and an hour.
 const EARLIEST: i64 = -86_400_000;

@@ -11,7 +11,7 @@ use oneiro_evolve::Population;
 
 /// Every individual of a run with its genes and score.
 #[derive(Debug)]
-pub struct Individuals {
+pub(crate) struct Individuals {
     genes: usize,
     population: usize,
     values: Vec<f32>,
@@ -32,7 +32,7 @@ impl Individuals {
     ///
     /// # Errors
     /// Exit 1 if the run doesn't record them, exit 5 if the file isn't what was written.
-    pub fn read(directory: &Path, experiment: &Experiment) -> Result<Self> {
+    pub(crate) fn read(directory: &Path, experiment: &Experiment) -> Result<Self> {
         if !experiment.settings().record.individuals {
             let problem = "its individuals were not recorded (record.individuals = false)";
             return Err(Failure::failed(format_args!("{}: {problem}", directory.display())));
@@ -53,7 +53,7 @@ impl Individuals {
     }
 
     /// Number of individuals in complete generations.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.values.len() / (self.genes + 1) / self.population * self.population
     }
 
@@ -64,12 +64,12 @@ impl Individuals {
     }
 
     /// Generation and number of the index-th individual.
-    pub fn place(&self, index: usize) -> (u32, u32) {
+    pub(crate) fn place(&self, index: usize) -> (u32, u32) {
         ((index / self.population) as u32, (index % self.population) as u32)
     }
 
     /// Genome and score of the index-th individual, counted through all generations.
-    pub fn get(&self, index: usize) -> Option<(&[f32], f32)> {
+    pub(crate) fn get(&self, index: usize) -> Option<(&[f32], f32)> {
         let own = self.values.get(index * (self.genes + 1)..)?.get(..=self.genes)?;
         Some((&own[..self.genes], own[self.genes]))
     }

@@ -32,7 +32,7 @@ pub(super) static COLUMNS: [Column; 9] = [
 /// One row of `generations.csv`: statistics of a generation. NaN scores are counted and left out of the rest;
 /// statistics without any score are NaN.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub(crate) struct Row {
     /// Number, from 0.
     pub generation: u32,
     /// The best score.
@@ -53,7 +53,7 @@ pub struct Row {
 
 impl Row {
     /// Statistics of a generation with `parents` parents.
-    pub fn new(generation: &Generation, parents: u32) -> Self {
+    pub(crate) fn new(generation: &Generation, parents: u32) -> Self {
         Self::of(generation.number, &generation.fitness, &generation.ranking, parents)
     }
 
@@ -94,7 +94,7 @@ impl Row {
     }
 
     /// Formats a line of the table.
-    pub fn line(&self) -> String {
+    pub(crate) fn line(&self) -> String {
         let Self {
             generation,
             best,

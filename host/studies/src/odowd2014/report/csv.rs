@@ -118,7 +118,7 @@ fn of(number: &Column, others: &[Column]) -> Vec<Column> {
 }
 
 /// The files of numbers; one of them only where open questions are asked.
-pub fn contents(has_questions: bool) -> Vec<Entry> {
+pub(crate) fn contents(has_questions: bool) -> Vec<Entry> {
     let mut all = vec![
         Entry::table("runs.csv", "one row per run", &of(&RUN, &RUNS)),
         Entry::table(
@@ -146,7 +146,7 @@ pub fn contents(has_questions: bool) -> Vec<Entry> {
 }
 
 /// Names and contents of the files that [`contents()`] describes, if they were run.
-pub fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
+pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
     vec![
         ("runs.csv", runs(results)),
         ("intervals.csv", robots(results)),

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use crate::odowd2014::measures::{ALL, FIRST_HALF, G0, G1, LATE, S0, SECOND_HALF};
 use crate::odowd2014::results::{Results, Run};
 
-pub fn summary(results: &Results) -> Value {
+pub(crate) fn summary(results: &Results) -> Value {
     let combinations = results.combinations.iter().map(|combination| {
         json!({
             "scale": combination.scale,
