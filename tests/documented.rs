@@ -781,7 +781,7 @@ fn mistakes_in_pages_are_found() {
         assert!(from("docs/a.md", wrong).is_err(), "{wrong}");
     }
 
-    let sources = ["/host/robots/src/mod.rs".to_owned(), "/src/arena.rs".to_owned()];
+    let sources = ["/host/robots/src/lib.rs".to_owned(), "/src/arena.rs".to_owned()];
     for (name, expected) in [
         ("tests/all.sh", Some(true)),
         ("tests/none.sh", Some(false)),
@@ -799,13 +799,13 @@ fn mistakes_in_pages_are_found() {
     }
 
     let found = pages::traits(
-        "the trait `Robot`\n(`host/robots/src/mod.rs`), and an implementation of `Exchange` (`host/lab/src/exchange/`); the trait `Far`.",
+        "the trait `Robot`\n(`host/robots/src/lib.rs`), and an implementation of `Exchange` (`host/lab/src/exchange/`); the trait `Far`.",
     );
     let named = |name: &str, place: Option<&str>| (name.to_owned(), place.map(str::to_owned));
     assert_eq!(
         found,
         [
-            named("Robot", Some("host/robots/src/mod.rs")),
+            named("Robot", Some("host/robots/src/lib.rs")),
             named("Exchange", Some("host/lab/src/exchange/")),
             named("Far", None)
         ]

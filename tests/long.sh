@@ -30,7 +30,7 @@ tests/machine-code.sh --release
 
 say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test random --test mutants
-long -p oneiro-host --lib mutants
+long -p oneiro-lab --lib mutants
 
 say "ten thousand parts drawn or changed at random, by all code"
 long --test one_hash -- --nocapture
@@ -48,13 +48,13 @@ arm=$(tests/aarch64.sh --program)
 ONEIRO_ARM_PROGRAM=$arm long -p oneiro-host --test classics emulated_arm -- --include-ignored --nocapture
 
 say "anything over the links of robots"
-long -p oneiro-host --lib -- robots::fuzz a_file_may_have_anything
+long --lib -- fuzz:: a_file_may_have_anything
 
 say "a whole robot is sampled, 20 rows of two objects and all motor states, and killed ten times on the way"
-long -p oneiro-host --lib -- a_robot_is_sampled_into --nocapture
+long --lib -- a_robot_is_sampled_into --nocapture
 
 say "anything by radio, and two million forged or damaged datagrams"
-long -p oneiro-host --lib -- exchange::radio --nocapture
+long -p oneiro-lab --lib -- exchange::radio --nocapture
 
 say "the whole study of 1995, killed, on one thread and on a GPU"
 long --test reproduce settings

@@ -12,7 +12,6 @@ use std::process::ExitCode;
 pub use oneiro_base::ending::Ending;
 use oneiro_base::{console, ending};
 use oneiro_lab::device;
-use oneiro_lab::record::meta;
 
 pub mod api;
 mod cli;
@@ -28,9 +27,11 @@ mod mutations;
 #[path = "../../tests/scratch/mod.rs"]
 mod scratch;
 
+/// The commit that it was built from, `-modified` if files differed.
+const COMMIT: &str = env!("ONEIRO_COMMIT");
+
 /// Does what the command line says, prints what there is to say, and returns the exit code.
 pub fn main() -> ExitCode {
-    meta::COMMIT.get_or_init(|| env!("ONEIRO_COMMIT"));
     ending::prepare();
     device::quiet_drivers();
     let (output, command) = match cli::Cli::typed() {

@@ -74,14 +74,12 @@ impl Console {
     }
 
     /// Prints data as JSON, indented.
-    #[expect(clippy::unused_self, reason = "all that is printed goes through the console")]
     pub fn json_data(self, value: &impl serde::Serialize) -> Result {
         let text = serde_json::to_string_pretty(value).map_err(Failure::failed)?;
         Self::print(&shown_in_json(&text))
     }
 
     /// Prints data as a line of JSON.
-    #[expect(clippy::unused_self, reason = "all that is printed goes through the console")]
     pub fn json_line(self, value: &serde_json::Value) -> Result {
         Self::print(&shown_in_json(&value.to_string()))
     }
@@ -92,7 +90,6 @@ impl Console {
     }
 
     /// Asks a person to do something, also if `--quiet` is given.
-    #[expect(clippy::unused_self, reason = "all that is printed goes through the console")]
     pub fn ask(self, text: impl AsRef<str>) {
         // If standard error is closed, there is nobody to read it.
         let _ = writeln!(io::stderr(), "{}", shown(text.as_ref()));

@@ -6,6 +6,7 @@
     missing_docs,
     clippy::missing_errors_doc,
     clippy::missing_panics_doc,
+    clippy::return_self_not_must_use,
     reason = "what its name does not say has documentation"
 )]
 // `clippy.toml` says what has one place only.
@@ -71,6 +72,7 @@ impl Population {
     }
 
     /// Individuals.
+    #[expect(clippy::len_without_is_empty, reason = "a population has at least one")]
     pub fn len(&self) -> usize {
         self.values.len() / self.genes
     }

@@ -5,11 +5,12 @@
     missing_docs,
     clippy::missing_errors_doc,
     clippy::missing_panics_doc,
+    clippy::return_self_not_must_use,
     reason = "what its name does not say has documentation"
 )]
 // `clippy.toml` says what has one place only.
 #![cfg_attr(
-    not(test),
+    not(any(test, feature = "testing")),
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 

@@ -187,10 +187,6 @@ impl Candidate {
     ///
     /// # Errors
     /// Exit 4: it can't run the kernels.
-    #[cfg_attr(
-        not(feature = "gpu"),
-        expect(clippy::unnecessary_wraps, reason = "only GPUs can fail to open")
-    )]
     pub fn probe(&self) -> Result<Probe> {
         match &self.way {
             Way::Cpu(lanes) => Ok(Probe::Cpu(lanes)),

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::experiment::Experiment;
 use super::{Counted, Error, Result, Task, device};
+use crate::COMMIT;
 use crate::cli::SweepRun;
 use crate::commands::places::{Places, sorted_out};
 use crate::commands::sweep::{self, Means};
@@ -60,7 +61,7 @@ fn all(places: Vec<RunPlace>, backend: &str, task: &Task) -> Result {
     }
     device::threaded(|| {
         let engine = engine(backend, task)?;
-        let session = Session::new(backend, engine.description());
+        let session = Session::new(COMMIT, backend, engine.description());
         let mut runs = Directories::new(places, session, device::quiet());
         task.expect(runs.steps());
         engine.run(runs.waiting(), Directories::MOST, &mut runs, &mut Counted(task))?;

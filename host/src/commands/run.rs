@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::places::{Places, seeds_and_places, sorted_out};
 use super::report::{self, Report};
+use crate::COMMIT;
 use crate::cli;
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
@@ -50,7 +51,7 @@ pub(super) fn run_all(places: Vec<RunPlace>, title: &str, backend: &Backend, con
     }
     let engine = device::engine(backend)?;
     console.say(format!("{title} on {}", engine.name()));
-    let session = Session::new(&backend.name, engine.description());
+    let session = Session::new(COMMIT, &backend.name, engine.description());
     let mut runs = Directories::new(places, session, console);
     let mut watcher = Watcher::new(runs.steps(), "", None, console);
     engine.run(runs.waiting(), Directories::MOST, &mut runs, &mut watcher)?;

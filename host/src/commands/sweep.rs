@@ -11,6 +11,7 @@ use super::places::{already_done, done_of};
 use super::report::Report;
 use super::run::run_all;
 use super::slurm;
+use crate::COMMIT;
 use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
 use oneiro_base::console::{Console, columns, counted};
 use oneiro_base::disk;
@@ -309,7 +310,7 @@ fn work(
     console: Console,
 ) -> Result<(Vec<Line>, f64)> {
     let engine = (means.engine)()?;
-    let session = Session::new(&arguments.backend.name, engine.description());
+    let session = Session::new(COMMIT, &arguments.backend.name, engine.description());
     let (journal, begun) = Journal::begin(&store.make_journal(shard)?, store.identity()?, session)?;
     console.warn(&begun.problems);
     todo.retain(|run| !begun.finished.contains(run));

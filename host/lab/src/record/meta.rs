@@ -1,7 +1,6 @@
 //! Provenance of a run, which isn't part of its results: who computed it, where and when.
 
 use std::path::Path;
-use std::sync::OnceLock;
 
 use oneiro::evaluator::Device;
 use serde::{Deserialize, Serialize};
@@ -10,10 +9,6 @@ use super::META;
 use oneiro_base::disk;
 use oneiro_base::exit::Result;
 use oneiro_base::utc::now;
-
-/// The commit that the program was built from, which it says when it begins: a crate that asked for it would be compiled again
-/// with each.
-pub static COMMIT: OnceLock<&'static str> = OnceLock::new();
 
 /// `meta.json`
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -70,11 +65,11 @@ pub struct Session {
 }
 
 impl Session {
-    /// Begins a session now.
-    pub fn new(backend: &str, device: &Device) -> Self {
+    /// Begins a session now, of a program that was built from `commit`.
+    pub fn new(commit: &str, backend: &str, device: &Device) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
-            commit: COMMIT.get().copied().unwrap_or("unknown").into(),
+            commit: commit.into(),
             backend: backend.into(),
             device: device.name.clone(),
             detail: device.detail.clone(),

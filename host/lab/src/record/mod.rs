@@ -3,7 +3,7 @@
 
 mod directories;
 mod done;
-pub mod meta;
+mod meta;
 mod recorder;
 mod saved;
 mod single;

@@ -122,7 +122,7 @@ impl Scratch {
     /// Does runs and returns their results, in the order of their directories.
     fn run(places: Vec<RunPlace>, mock: Mock, patience: u32) -> Result<Vec<(PathBuf, Done)>> {
         let engine = Engine::new(Box::new(mock), Arc::new(AtomicBool::new(false)));
-        let session = Session::new("mock", engine.description());
+        let session = Session::new("f00d", "mock", engine.description());
         let console = Console::new(Output {
             json: false,
             quiet: true,

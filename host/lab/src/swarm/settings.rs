@@ -96,7 +96,6 @@ pub enum Says {
 }
 
 /// Times of events.
-#[expect(clippy::struct_field_names, reason = "the unit of each")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clock {
     pub interval_s: u32,

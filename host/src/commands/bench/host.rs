@@ -14,6 +14,7 @@ use serde_json::json;
 
 use super::median;
 use super::null::Null;
+use crate::COMMIT;
 use crate::cli::Bench;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::disk;
@@ -222,7 +223,7 @@ fn evolved(runs: u32, stop: &Arc<AtomicBool>) -> Result<Turn> {
     let null = Null::default();
     let placing = null.placing();
     let engine = Engine::new(Box::new(null), Arc::clone(stop));
-    let session = Session::new(NULL, engine.description());
+    let session = Session::new(COMMIT, NULL, engine.description());
     let mut clock = Clock(Times::default());
     memory::forget_peak();
     let began = Instant::now();

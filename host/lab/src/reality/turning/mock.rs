@@ -50,6 +50,7 @@ pub struct Mock {
 
 impl Mock {
     /// A robot without faults.
+    #[expect(clippy::new_without_default, reason = "for tests")]
     pub fn new() -> Self {
         let names = (0..8).map(|sensor| format!("proximity_{sensor}"));
         Self {

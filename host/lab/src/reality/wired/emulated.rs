@@ -4,13 +4,14 @@ use std::time::Duration;
 
 use oneiro::arena::Arena;
 use oneiro::random::Key;
+use oneiro_robots::Kind;
 use oneiro_robots::emulated::Bench;
 use oneiro_robots::emulated::khepera::surrogate::Simulated;
 use oneiro_robots::emulated::khepera::{Firmware, Khepera};
 use oneiro_robots::khepera;
 use oneiro_robots::vehicle::direct::Direct;
-
-use super::*;
+use oneiro_robots::vehicle::trouble::Trouble;
+use oneiro_robots::vehicle::{Moment, Profile, Vehicle};
 
 #[cfg(test)]
 mod tests;
@@ -43,7 +44,7 @@ impl Vehicle for Watched {
         self.own.now()
     }
 
-    fn look(&mut self) -> std::result::Result<Moment, Trouble> {
+    fn look(&mut self) -> Result<Moment, Trouble> {
         if self.readings.len() >= self.looks {
             self.own.stop()?;
             return Err(Trouble::Stopped);
@@ -54,28 +55,28 @@ impl Vehicle for Watched {
         Ok(moment)
     }
 
-    fn drive(&mut self, speeds: [f64; 2]) -> std::result::Result<(), Trouble> {
+    fn drive(&mut self, speeds: [f64; 2]) -> Result<(), Trouble> {
         self.own.drive(speeds)?;
         self.units.push(self.bench.line().robot.speeds());
         Ok(())
     }
 
-    fn keep_until(&mut self, until: Duration) -> std::result::Result<(), Trouble> {
+    fn keep_until(&mut self, until: Duration) -> Result<(), Trouble> {
         self.own.keep_until(until)
     }
 
-    fn stop(&mut self) -> std::result::Result<(), Trouble> {
+    fn stop(&mut self) -> Result<(), Trouble> {
         self.own.stop()
     }
 
-    fn ask(&mut self, _: &str) -> std::result::Result<(), Trouble> {
+    fn ask(&mut self, _: &str) -> Result<(), Trouble> {
         let body = &mut self.bench.line().robot.body;
         body.key = self.next.1;
         body.place(self.next.0);
         Ok(())
     }
 
-    fn recover(&mut self) -> std::result::Result<(), Trouble> {
+    fn recover(&mut self) -> Result<(), Trouble> {
         self.own.recover()
     }
 }

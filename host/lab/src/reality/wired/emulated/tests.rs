@@ -21,7 +21,8 @@ use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::Start;
 
 use super::super::tests::{Place, opened};
-use super::*;
+use super::super::*;
+use super::{INSTANT, SEED, Watched, connected};
 
 const CYCLES: u32 = 30;
 /// Directories of lives that are written at the same time: the disk takes most of the time.
