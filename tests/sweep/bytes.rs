@@ -104,23 +104,29 @@ fn are_the_same_when_time_runs_out_again_and_again() {
     let place = Place::with("budget", &long(150));
     let begun = Instant::now();
     let known = place.swept("whole", &["--threads", "1"]);
-    let budget = format!("{:.3}s", begun.elapsed().as_secs_f64() / 4.0);
-    let arguments = sweep("stopped", &["--threads", "1", "--time-budget", &budget]);
-    let mut stops = 0;
-    let hash = loop {
-        let ran = place.run(&arguments);
-        if ran.code == Some(0) {
-            break hash(&ran.stdout);
-        }
-        ran.exits(75).says(&["run the same command again to continue"]);
-        assert!(!place.at("stopped/results.csv").exists());
-        assert!(!place.checkpoints("stopped").is_empty());
-        stops += 1;
-        assert!(stops < 50, "it does not come to an end");
+    let took = begun.elapsed().as_secs_f64();
+    // If other processes slowed down that one, a fourth of its time may be enough for all runs.
+    let stops = |share: f64| {
+        let out = format!("stopped-{share}");
+        let budget = format!("{:.3}s", took / share);
+        let arguments = sweep(&out, &["--threads", "1", "--time-budget", &budget]);
+        let mut stops = 0;
+        let hash = loop {
+            let ran = place.run(&arguments);
+            if ran.code == Some(0) {
+                break hash(&ran.stdout);
+            }
+            ran.exits(75).says(&["run the same command again to continue"]);
+            assert!(!place.at(format!("{out}/results.csv")).exists());
+            assert!(!place.checkpoints(&out).is_empty());
+            stops += 1;
+            assert!(stops < 50, "it does not come to an end");
+        };
+        assert_eq!(hash, known);
+        place.assert_same("whole", &out);
+        stops
     };
-    assert!(stops >= 2, "only {stops} stops");
-    assert_eq!(hash, known);
-    place.assert_same("whole", "stopped");
+    assert!([4.0, 8.0, 16.0, 32.0].into_iter().any(|share| stops(share) >= 2));
 }
 
 /// Sixty processes, 2,000 in `tests/long.sh`, are killed at any moment; each is followed by the same

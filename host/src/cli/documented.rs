@@ -259,7 +259,7 @@ fn what_is_written_to_be_typed_is_a_command_line() {
         ("README.md", 50),
         ("docs/", 250),
         ("experiments/", 30),
-        ("host/src/", 100),
+        ("host/", 100),
         ("help of", 10),
         ("python/", 5),
     ] {

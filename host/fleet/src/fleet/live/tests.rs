@@ -100,7 +100,7 @@ fn loopback() -> UdpSocket {
 pub(in crate::fleet) fn fleet(name: &str) -> (Arc<Fleet>, [UdpSocket; 2]) {
     let (operator, robots) = (loopback().local_addr().unwrap(), [loopback(), loopback()]);
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("..")
+        .join("../..")
         .canonicalize()
         .unwrap();
     let place = std::env::temp_dir().join(format!("oneiro-fleet-live-{name}-{}", std::process::id()));
