@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use oneiro::compose::Scalar;
+use toml::Table;
 
 use crate::commands;
 use crate::scratch::holds;
@@ -69,4 +70,36 @@ fn the_page_on_measures_is_that_of_the_writers() {
         columns.map(|Column { name, unit, about, .. }| [format!("`{name}`"), (*unit).to_owned(), about.to_string()]);
     let table = table(["measure", "unit", "meaning"], &rows.collect::<Vec<_>>());
     holds(&path, &format!("{head}{MARK}{table}")).unwrap();
+}
+
+/// The names after `oneiro-` among the dependencies of a crate's manifest.
+fn uses(manifest: &Path) -> Vec<String> {
+    let manifest: Table = fs::read_to_string(manifest).unwrap().parse().unwrap();
+    let all = manifest["dependencies"].as_table().unwrap().keys();
+    let mut uses: Vec<String> = all
+        .filter_map(|name| name.strip_prefix("oneiro-").filter(|name| *name != "shaders"))
+        .map(str::to_owned)
+        .collect();
+    uses.sort();
+    uses
+}
+
+#[test]
+fn what_architecture_says_is_what_manifests_say() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let text = fs::read_to_string(root.join("docs/architecture.md")).unwrap();
+    let (_, section) = text.split_once("## Crates of the program").unwrap();
+    let (section, _) = section.split_once("\n## ").unwrap();
+    let rows = section.lines().filter_map(|line| line.strip_prefix("| `host/"));
+    let mut crates = 0;
+    for row in rows {
+        let (name, rest) = row.split_once("` |").unwrap();
+        let said = rest.trim_end().trim_end_matches('|').rsplit('|').next().unwrap().trim();
+        let manifest = root.join("host").join(name).join("Cargo.toml");
+        assert_eq!(uses(&manifest).join(", "), said, "{name}");
+        crates += 1;
+    }
+    let folders = fs::read_dir(root.join("host")).unwrap();
+    let have_manifests = folders.filter(|folder| folder.as_ref().unwrap().path().join("Cargo.toml").exists());
+    assert_eq!(crates, 1 + have_manifests.count());
 }
