@@ -7,7 +7,9 @@ use std::process::Command;
 
 fn main() {
     // Files that determine the commit, and whether the build differs from it.
-    for path in ["build.rs", "src", "../src", "../shaders", "../.git/logs/HEAD"] {
+    let crates = ["base", "evolve", "fleet", "lab", "report", "robots", "statistics", "studies"];
+    let sources = ["build.rs", "src", "../src", "../shaders", "../.git/logs/HEAD"];
+    for path in sources.into_iter().chain(crates) {
         if Path::new(path).exists() {
             println!("cargo::rerun-if-changed={path}");
         }
