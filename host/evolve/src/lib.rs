@@ -7,6 +7,7 @@
     clippy::missing_errors_doc,
     clippy::missing_panics_doc,
     clippy::return_self_not_must_use,
+    rustdoc::private_intra_doc_links,
     reason = "what its name does not say has documentation"
 )]
 // `clippy.toml` says what has one place only.
