@@ -7,7 +7,16 @@ use std::process::Command;
 
 fn main() {
     // Files that determine the commit, and whether the build differs from it.
-    let crates = ["base", "evolve", "fleet", "lab", "report", "robots", "statistics", "studies"];
+    let crates = [
+        "base",
+        "evolve",
+        "fleet",
+        "lab",
+        "report",
+        "robots",
+        "statistics",
+        "studies",
+    ];
     let sources = ["build.rs", "src", "../src", "../shaders", "../.git/logs/HEAD"];
     for path in sources.into_iter().chain(crates) {
         if Path::new(path).exists() {
