@@ -10,8 +10,6 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum, ValueHint};
 use oneiro::backend::Specialise;
 use oneiro::parameter;
-
-use crate::commands::rules;
 use oneiro_base::console::Output;
 use oneiro_base::exit;
 use oneiro_base::files;
@@ -23,6 +21,8 @@ use oneiro_lab::reality::wired::{self, Starts};
 use oneiro_lab::sweep::store::Shard;
 use oneiro_robots::{Kind, tracker};
 use oneiro_studies::{miglino1995, odowd2014};
+
+use crate::commands::rules;
 
 /// Evolves robot controllers in simulated lives, bit for bit the same on every device.
 ///

@@ -4,10 +4,6 @@ use std::fs;
 use std::path::Path;
 
 use oneiro::compose::Scalar;
-use toml::Table;
-
-use crate::commands;
-use crate::scratch::holds;
 use oneiro_base::contents::{Column, Entry, table, tables};
 use oneiro_fleet::fleet;
 use oneiro_lab::lives::measures;
@@ -16,6 +12,10 @@ use oneiro_lab::record;
 use oneiro_lab::runs;
 use oneiro_lab::sweep;
 use oneiro_studies as studies;
+use toml::Table;
+
+use crate::commands;
+use crate::scratch::holds;
 
 /// All directories, each with all that it may hold.
 fn page() -> String {

@@ -9,13 +9,13 @@
 mod jacobi;
 
 use oneiro::exact::exponential;
+use oneiro_base::exit::Result;
 use rand::distr::Distribution as _;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, Uniform, logarithm, stream};
 use super::settings::{Kind, Ranges, Settings, Space};
 use super::{Optimizer, Population, ranked, saved};
-use oneiro_base::exit::Result;
 
 /// Names by kind, and the version of saved states.
 const FULL: &str = "cma-es";

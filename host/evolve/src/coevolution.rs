@@ -5,13 +5,13 @@
 //! are two populations. Its fitness is the first one's score, and the second's is what is left of the total.
 
 use oneiro::world::Gene;
+use oneiro_base::exit::Result;
 use rand::Rng;
 
 use super::genetic::Genetic;
 use super::random::{Stream, shuffled, stream};
 use super::settings::{OpponentKind, Opponents, Ranges, Settings, Shares};
 use super::{Champion, Finalists, Optimizer, Population, ranked, saved};
-use oneiro_base::exit::Result;
 
 const NAME: &str = "coevolution";
 const VERSION: u32 = 1;

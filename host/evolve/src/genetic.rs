@@ -1,6 +1,7 @@
 //! A genetic algorithm: parents are selected, have children, and these are mutated. Its default is that of Miglino, Lund and
 //! Nolfi (1995): the best are copied, each equally often, and the copies mutated.
 
+use oneiro_base::exit::Result;
 use rand::Rng;
 use rand::distr::Distribution;
 use rand_pcg::Pcg64;
@@ -11,7 +12,6 @@ use super::settings::{
     initial_range, kept,
 };
 use super::{Optimizer, Population, saved};
-use oneiro_base::exit::Result;
 
 /// The algorithm's name, and the version of its saved states.
 const NAME: &str = "genetic";

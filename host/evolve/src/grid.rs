@@ -1,10 +1,10 @@
 //! Exhaustive search: every combination of evenly spaced genes once, as Gauci et al. 2014 searched for a controller of four numbers.
 
+use oneiro_base::exit::Result;
 use serde::{Deserialize, Serialize};
 
 use super::settings::{Ranges, Settings, Space};
 use super::{Champion, Finalists, Optimizer, Population, by_fitness, saved};
-use oneiro_base::exit::Result;
 
 const NAME: &str = "grid";
 const VERSION: u32 = 1;

@@ -38,20 +38,20 @@ mod pinned;
 use std::cmp::Ordering;
 use std::fmt::Debug;
 
+use oneiro::world::Gene;
+use oneiro_base::exit::{Failure, Result};
+use serde::{Deserialize, Serialize};
+
 use cma::Cma;
 use coevolution::Coevolution;
 use genetic::Genetic;
 use grid::Grid;
 use map_elites::{Archive, MapElites};
 use novelty::Novelty;
-use oneiro::world::Gene;
 use open_es::OpenEs;
 use race::Race;
 use random_search::RandomSearch;
-use serde::{Deserialize, Serialize};
 use settings::{Kind, Ranges, Settings};
-
-use oneiro_base::exit::{Failure, Result};
 
 /// Genomes of equal length, one after the other.
 #[derive(Clone, Debug, PartialEq)]

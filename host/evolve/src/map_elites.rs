@@ -6,13 +6,13 @@
 
 use std::collections::BTreeMap;
 
+use oneiro_base::exit::Result;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, below, shuffled, stream, unit};
 use super::settings::{Acceptance, Archive as Values, Cells as Kind, Descriptor, Ranges, Settings, Space};
 use super::{Champion, Finalists, Optimizer, Population, saved};
-use oneiro_base::exit::Result;
 
 const NAME: &str = "map-elites";
 const VERSION: u32 = 1;

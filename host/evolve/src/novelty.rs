@@ -2,11 +2,12 @@
 //! Computation 19(2), 2011): a genetic algorithm that selects who behaves unlike the others of its generation and unlike those whose
 //! behaviour an archive has kept. Fitness is recorded and chooses the champion, and decides nothing else.
 
+use oneiro_base::exit::Result;
+
 use super::genetic::Genetic;
 use super::random::{Stream, shuffled, stream};
 use super::settings::{Descriptor, Novelty as Values, Ranges, Settings};
 use super::{Optimizer, Population, ranked, saved};
-use oneiro_base::exit::Result;
 
 const NAME: &str = "novelty";
 const VERSION: u32 = 1;

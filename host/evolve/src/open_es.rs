@@ -3,13 +3,13 @@
 //! gradient, which Adam (Kingma and Ba, arXiv 1412.6980, 2014) follows. Places count from the middle of the initial range of each
 //! gene, in halves of that range.
 
+use oneiro_base::exit::Result;
 use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, Uniform, stream};
 use super::settings::{Ranges, Settings, Space, Strategy};
 use super::{Optimizer, Population, saved};
-use oneiro_base::exit::Result;
 
 const NAME: &str = "open-es";
 const VERSION: u32 = 1;

@@ -8,12 +8,12 @@ mod sampling;
 mod tails;
 
 use oneiro::world::Gene;
+use oneiro_base::exit::Result;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Stream, stream};
 use super::settings::{self, Settings};
 use super::{Champion, Finalists, Optimizer, Population, saved};
-use oneiro_base::exit::Result;
 use sampling::{Candidate, Model};
 
 const NAME: &str = "race";

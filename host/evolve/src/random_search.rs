@@ -1,10 +1,11 @@
 //! Random search, a control: every generation has new genomes, drawn as those of generation 0 are. What selection adds is what an
 //! optimiser does better than this at equal evaluations.
 
+use oneiro_base::exit::Result;
+
 use super::random::{Stream, stream};
 use super::settings::{Ranges, Settings, Space};
 use super::{Optimizer, Population, saved};
-use oneiro_base::exit::Result;
 
 const NAME: &str = "random";
 const VERSION: u32 = 1;

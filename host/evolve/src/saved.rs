@@ -1,10 +1,11 @@
 //! Saved states of optimisers.
 
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::sealed;
 use serde::de::DeserializeOwned;
 
 use super::settings::{Ranges, Settings};
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::sealed;
+
 pub(super) use oneiro_base::sealed::seal;
 
 /// Hash of everything that decides an optimiser's results besides the fitness and behaviour that it gets.

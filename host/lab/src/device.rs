@@ -10,14 +10,14 @@ use oneiro::background;
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Device, Evaluator};
 use oneiro::probe::Case;
+use oneiro_base::console::Console;
+use oneiro_base::exit::{Failure, Result};
 use oneiro_shaders::Kernel;
 
 use crate::engine::handle::{Closed, Engine};
 use crate::engine::watcher::stop_signal;
 use crate::numbers::{number, whole};
 use crate::threads;
-use oneiro_base::console::Console;
-use oneiro_base::exit::{Failure, Result};
 
 /// Options of the device that evaluates.
 #[derive(Args, Clone, Debug)]

@@ -5,12 +5,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use oneiro::parameter::nearest;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
 
 use crate::experiment::source::Parsed;
 use crate::record;
 use crate::sweep::store::Store;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files;
 
 /// A kind of TOML file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,9 +9,9 @@ use std::str::FromStr;
 use clap::builder::TypedValueParser;
 use clap::error::{ContextKind, ContextValue};
 use oneiro::parameter::Field;
+use oneiro_base::exit::{Failure, Result};
 
 use crate::experiment;
-use oneiro_base::exit::{Failure, Result};
 
 /// Reads a whole number in a range, ends included.
 pub fn whole<T>(range: RangeInclusive<u64>) -> impl TypedValueParser<Value = T>

@@ -3,9 +3,9 @@
 use std::borrow::Cow;
 
 use ::csv::{QuoteStyle, Writer, WriterBuilder};
+use oneiro_base::contents::Column;
 
 use super::numbers::significant;
-use oneiro_base::contents::Column;
 
 /// Significant digits of a number.
 const DIGITS: usize = 6;

@@ -1,8 +1,9 @@
 //! Formatting of numbers, and means and spreads of several.
 
-use crate::figures::Spread;
 use oneiro_statistics as statistics;
 use oneiro_statistics::quantile_of_sorted;
+
+use crate::figures::Spread;
 
 /// Number of runs from which a spread leaves the outer ones out.
 const MANY: usize = 10;

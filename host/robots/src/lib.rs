@@ -48,13 +48,13 @@ mod mutations;
 use std::fmt;
 use std::time::Duration;
 
+use oneiro_base::exit::Failure;
+
 use address::{Transport, Wire};
 use error::{Error, Result};
 use guard::Brake;
 use link::Link;
 use recording::Recording;
-
-use oneiro_base::exit::Failure;
 
 /// What a sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]

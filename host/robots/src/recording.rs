@@ -13,11 +13,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use oneiro_base::files::plain;
 use serde_json::json;
 
 use super::error::Result;
 use super::link::{Clock, Link};
-use oneiro_base::files::plain;
 
 const TITLE: &str = "oneiro link recording 1";
 

@@ -11,10 +11,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
 use std::time::Duration;
 
+use oneiro_base::exit::Failure;
 use serde::{Deserialize, Deserializer};
 
 use super::link::wall;
-use oneiro_base::exit::Failure;
 
 /// Default age of a tracker's last sighting at which the robot counts as lost, ms.
 pub const AGE_MS: u64 = 300;

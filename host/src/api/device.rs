@@ -8,12 +8,12 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use oneiro::backend::Specialise;
 use oneiro::evaluator::{Device, Evaluator};
-
-use super::{Error, Result};
-use crate::commands::{devices, selftest};
 use oneiro_base::console::{Console, Output};
 use oneiro_base::exit::Failure;
 use oneiro_lab::device::{self, Backend};
+
+use super::{Error, Result};
+use crate::commands::{devices, selftest};
 
 /// What a process has opened. A forked process has the memory of its parent, but none of its threads: it begins anew, and what was its
 /// parent's stays as it is for ever.

@@ -5,16 +5,16 @@ use oneiro::compose::Scalar;
 use oneiro::evaluator::{Device, Evaluator};
 use oneiro::random::Keys as GenerationKeys;
 use oneiro::world::World;
-
-use super::device;
-use super::experiment::Experiment;
-use super::{Error, Result, Task};
 use oneiro_base::exit::Failure;
 use oneiro_evolve::Population;
 use oneiro_lab::lives::measures::{Measures, descriptors};
 use oneiro_lab::lives::{Keys, LifeIndex, Lives};
 use oneiro_lab::numbers::check_seed;
 use oneiro_lab::runs::single::trace::TraceTable;
+
+use super::device;
+use super::experiment::Experiment;
+use super::{Error, Result, Task};
 
 /// Lives in a batch: enough for any device.
 const MOST: usize = LANES << 12;

@@ -10,9 +10,6 @@ use std::sync::{Arc, OnceLock};
 
 use oneiro::batch::{GREATEST_GENE, Worlds};
 use oneiro::world::World;
-
-use super::evaluate::TraceColumn;
-use super::{Error, Result};
 use oneiro_base::columns;
 use oneiro_base::disk;
 use oneiro_base::exit::Failure;
@@ -27,6 +24,9 @@ use oneiro_lab::numbers::check_seed;
 use oneiro_lab::runs;
 use oneiro_lab::runs::single::job::{means, score};
 use oneiro_lab::runs::single::trace::TraceTable;
+
+use super::evaluate::TraceColumn;
+use super::{Error, Result};
 
 /// What the states of evolutions are sealed as.
 const STATE: &str = "oneiro evolution";

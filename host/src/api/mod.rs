@@ -22,7 +22,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use oneiro::evaluator::Control;
-
 use oneiro_base::exit::Failure;
 use oneiro_lab::engine::job::Progress;
 use oneiro_lab::engine::watcher::Watch;

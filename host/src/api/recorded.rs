@@ -4,12 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::experiment::Experiment;
-use super::{Counted, Error, Result, Task, device};
-use crate::COMMIT;
-use crate::cli::SweepRun;
-use crate::commands::places::{Places, sorted_out};
-use crate::commands::sweep::{self, Means};
 use oneiro_base::exit::Failure;
 use oneiro_lab::device as devices;
 use oneiro_lab::engine::handle::Engine;
@@ -17,6 +11,13 @@ use oneiro_lab::numbers::check_seed;
 use oneiro_lab::record::{self, Directories, RunPlace, SavedRun, Session, SingleRun};
 use oneiro_lab::sweep::store::Shard;
 use oneiro_lab::sweep::tables::Written;
+
+use super::experiment::Experiment;
+use super::{Counted, Error, Result, Task, device};
+use crate::COMMIT;
+use crate::cli::SweepRun;
+use crate::commands::places::{Places, sorted_out};
+use crate::commands::sweep::{self, Means};
 
 /// A finished or stopped run.
 #[derive(Debug)]

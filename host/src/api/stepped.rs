@@ -4,10 +4,10 @@ use oneiro::differential::Build;
 use oneiro::foraging::Drive;
 use oneiro::random::Key;
 use oneiro::swarm::{Command, Driven, Lamp, Line, Swarm};
+use oneiro_lab::numbers::check_seed;
 
 use super::experiment::Experiment;
 use super::{Error, Result, Task, device};
-use oneiro_lab::numbers::check_seed;
 
 /// Lives in an experiment's world, whose controller is left out.
 #[derive(Debug)]

@@ -5,9 +5,9 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use clap::{Arg, Command};
+use oneiro_lab::sweep::store::Shard;
 
 use super::Speed;
-use oneiro_lab::sweep::store::Shard;
 
 /// Lets each flag with a number read a text that begins with a hyphen, so that its own message refuses a negative number.
 pub(super) fn with_hyphens(command: Command) -> Command {

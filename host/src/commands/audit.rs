@@ -1,13 +1,13 @@
 //! `oneiro audit`: evaluates a share of recorded individuals again on this machine and compares them bit for bit.
 
-use serde_json::json;
-
-use super::list;
-use crate::cli::Audit;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::device;
 use oneiro_lab::record::SavedRun;
+use serde_json::json;
+
+use super::list;
+use crate::cli::Audit;
 
 /// Audits a run, or each run of a directory; fails if a single bit differs.
 pub(crate) fn run(arguments: &Audit, console: Console) -> Result {

@@ -4,7 +4,6 @@
 mod host;
 mod null;
 
-use oneiro_base::console::counted;
 use std::fmt::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -14,16 +13,17 @@ use oneiro::batch::{Batch, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::world::{World, WorldSpec};
-use serde_json::{Value, json};
-
-use super::devices;
-use crate::cli::Bench;
+use oneiro_base::console::counted;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_lab::device::{self, Candidate};
 use oneiro_lab::runs;
 use oneiro_lab::workload;
+use serde_json::{Value, json};
+
+use super::devices;
+use crate::cli::Bench;
 
 /// How long a GPU is kept busy before it is timed. An idle H100 is slow for 5 ms.
 const WAKING: Duration = Duration::from_millis(20);

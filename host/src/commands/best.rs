@@ -3,11 +3,6 @@
 use std::path::Path;
 
 use oneiro::evaluator::Control;
-use serde::Serialize;
-use serde_json::{Value, json};
-
-use super::subjects::{Common, Named, Subjects, Which};
-use crate::cli::Best;
 use oneiro_base::console::{Console, columns, counted, decimal};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -18,6 +13,11 @@ use oneiro_lab::device;
 use oneiro_lab::experiment::Experiment;
 use oneiro_lab::lives::{Keys, Lives};
 use oneiro_report::numbers::{significant, to_six_places};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::subjects::{Common, Named, Subjects, Which};
+use crate::cli::Best;
 
 const MOST_LIVES: u32 = 1_000_000;
 /// Generation in the keys of the lives, which no run uses for its evolution or its finalists.

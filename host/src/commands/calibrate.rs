@@ -2,9 +2,6 @@
 
 use std::fmt::Write as _;
 
-use serde_json::json;
-
-use crate::cli::Calibrate;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::contents::{Column, Entry, README, describe};
 use oneiro_base::disk;
@@ -16,6 +13,9 @@ use oneiro_lab::device;
 use oneiro_lab::experiment::Experiment;
 use oneiro_report::csv::{Csv, known};
 use oneiro_report::numbers::significant;
+use serde_json::json;
+
+use crate::cli::Calibrate;
 
 const PAGE: &str = "calibration.html";
 const ERRORS: &str = "errors.csv";

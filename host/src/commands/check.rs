@@ -1,11 +1,12 @@
 //! `oneiro check`: validates and summarises an experiment, counts what its cycles cost, or explains a rule that its parts keep.
 
-use super::{cost, rules};
-use crate::cli::Check;
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
 use oneiro_base::files;
 use oneiro_lab::runs;
+
+use super::{cost, rules};
+use crate::cli::Check;
 
 /// Reads the experiment and prints a summary; without one, explains a rule.
 pub(crate) fn run(arguments: &Check, console: Console) -> Result {

@@ -7,13 +7,13 @@ use oneiro::backend::Specialise;
 use oneiro::batch::{Outcome, TraceRequest, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
-use serde_json::json;
-
-use crate::cli::Compile;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::{Code, Failure, Result};
 use oneiro_lab::runs;
 use oneiro_lab::workload;
+use serde_json::json;
+
+use crate::cli::Compile;
 
 /// The lane code that new code is compared with: that compiled at run time.
 const REFERENCE: &str = "native128x16";

@@ -1,8 +1,9 @@
 //! `oneiro completions`: a completion script for a shell.
 
-use crate::cli::{self, Completions};
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
+
+use crate::cli::{self, Completions};
 
 /// Prints the script.
 pub(crate) fn run(arguments: &Completions, console: Console) -> Result {

@@ -1,10 +1,9 @@
 //! What a cycle costs a GPU, and how many of them cards can do at most.
 
 use oneiro::batch::Worlds;
-use serde::Serialize;
-
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
+use serde::Serialize;
 
 /// A card, and the operations of single lanes that it issues in a second: its lanes times its boost clock.
 struct Card {

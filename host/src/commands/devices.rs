@@ -3,13 +3,13 @@
 use std::thread;
 
 use oneiro::cpu::Cpu;
+use oneiro_base::console::{Console, counted};
+use oneiro_base::exit::Result;
+use oneiro_lab::device;
 use serde_json::{Value, json};
 
 use super::machine_code::MachineCode;
 use crate::cli::Devices;
-use oneiro_base::console::{Console, counted};
-use oneiro_base::exit::Result;
-use oneiro_lab::device;
 
 /// The CPU's lane codes, widest first, and its threads.
 fn cpu() -> (Vec<&'static str>, usize) {

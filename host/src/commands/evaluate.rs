@@ -7,10 +7,6 @@ use oneiro::batch::Trace;
 use oneiro::differential::Build;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::world::{self, World, WorldSpec};
-use serde_json::json;
-
-use super::subjects::{Common, Named, Subjects, Which};
-use crate::cli::{Evaluate, Noise};
 use oneiro_base::console::{Console, counted, decimal};
 use oneiro_base::contents::{Column, Entry, README, describe};
 use oneiro_base::exit::{Failure, Result};
@@ -27,6 +23,10 @@ use oneiro_lab::lives::{Keys, LifeIndex, Lives, scores, starts};
 use oneiro_lab::runs::single::trace::TraceTable;
 use oneiro_report::csv::Csv;
 use oneiro_report::numbers::{significant, unsigned_zero};
+use serde_json::json;
+
+use super::subjects::{Common, Named, Subjects, Which};
+use crate::cli::{Evaluate, Noise};
 
 mod on_robot;
 

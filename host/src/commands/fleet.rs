@@ -5,12 +5,9 @@ mod start;
 #[cfg(all(unix, feature = "twin"))]
 pub(crate) mod twin;
 
-use oneiro_base::console::counted;
 use std::path::Path;
 
-use serde_json::{Value, json};
-
-use crate::cli::{self, FleetCommand, FleetFile, FleetStatus, FleetWork};
+use oneiro_base::console::counted;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::contents::describe;
 use oneiro_base::exit::{Code, Failure, Result};
@@ -19,6 +16,9 @@ use oneiro_fleet::fleet::install::Stock;
 use oneiro_fleet::fleet::remote::{Remote, on_each};
 use oneiro_fleet::fleet::{Outcomes, collect, enough, page, service};
 use oneiro_lab::exchange::radio::key::Key;
+use serde_json::{Value, json};
+
+use crate::cli::{self, FleetCommand, FleetFile, FleetStatus, FleetWork};
 
 /// Runs the subcommand.
 pub(super) fn run(arguments: &cli::Fleet, console: Console) -> Result {

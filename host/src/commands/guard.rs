@@ -1,11 +1,12 @@
 //! `oneiro guard`: a separate process that owns a robot's link, for a program that drives.
 
-use super::robot;
-use crate::cli::GuardProcess;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_robots::guard::process::{self, Options};
 use oneiro_robots::guard::values::Values;
 use oneiro_robots::guard::wheels::Wanted;
+
+use super::robot;
+use crate::cli::GuardProcess;
 
 /// Guards a robot until the program at the other end of standard input is gone, or a signal comes.
 pub(crate) fn run(arguments: GuardProcess) -> Result {

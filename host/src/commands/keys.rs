@@ -1,12 +1,12 @@
 //! `oneiro keys`: lists the settings of an experiment.
 
 use oneiro::parameter::nearest;
-use serde_json::json;
-
-use crate::cli::Keys;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::experiment::reference::{self, Entry};
+use serde_json::json;
+
+use crate::cli::Keys;
 
 /// Prints the keys that contain the given text.
 pub(crate) fn run(arguments: &Keys, console: Console) -> Result {

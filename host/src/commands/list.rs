@@ -3,14 +3,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
-
-use crate::cli::List;
 use oneiro_base::console::{Console, columns, decimal};
 use oneiro_base::exit::{Code, Failure, Result};
 use oneiro_base::files;
 use oneiro_lab::record::{self, SavedRun, State};
 use oneiro_lab::sweep::store::Store;
+use serde_json::{Value, json};
+
+use crate::cli::List;
 
 /// The directory of runs that have no other.
 const USUAL: &str = "runs";

@@ -1,10 +1,9 @@
 //! What a driver tells of the machine code that it makes of the kernels.
 
+use oneiro_base::console::columns;
 #[cfg(feature = "gpu")]
 use oneiro_shaders::Kernel;
 use serde_json::{Value, json};
-
-use oneiro_base::console::columns;
 
 /// What an adapter's driver tells of all kernels, and of that of the 1995 world; or why it doesn't.
 pub(super) struct MachineCode(Result<Vec<Compiled>, String>);

@@ -1,10 +1,11 @@
 //! The commands, one file each.
 
-use crate::cli::Command;
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
 #[cfg(unix)]
 use oneiro_lab::engine::watcher::stop_at_once;
+
+use crate::cli::Command;
 
 mod audit;
 mod bench;

@@ -5,9 +5,6 @@ use std::path::Path;
 
 use oneiro::compose;
 use oneiro::parameter::nearest;
-use serde_json::json;
-
-use crate::cli::New;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
@@ -15,6 +12,9 @@ use oneiro_lab::experiment::examples::{EXAMPLES, Example};
 use oneiro_lab::experiment::reference::{self, Template};
 use oneiro_lab::experiment::robots;
 use oneiro_lab::experiment::values::instead;
+use serde_json::json;
+
+use crate::cli::New;
 
 /// Writes `NAME.toml`, and a file for each part that is named; or an example with its parts.
 pub(crate) fn run(arguments: &New, console: Console) -> Result {

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use crate::cli;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_fleet::daemon::air::Sockets;
@@ -19,6 +18,8 @@ use oneiro_lab::reality::wired;
 use oneiro_robots::Kind;
 use oneiro_robots::guard::wheels::Wanted;
 use oneiro_robots::vehicle::guarded::{Guarded, Options};
+
+use crate::cli;
 
 /// Lives on board until the experiment is over, or a signal comes.
 pub(crate) fn run(arguments: &cli::OnBoard, console: Console) -> Result {

@@ -4,10 +4,11 @@ use std::hash::BuildHasher;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use crate::cli;
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
 use oneiro_lab::record::{Done, SavedRun, Standing, standing};
+
+use crate::cli;
 
 /// The seeds and their runs' directories, and the seed if it was drawn. `own` is the experiment's seed; `name` makes the
 /// default name of a run's directory.

@@ -1,12 +1,13 @@
 //! `oneiro replay`: evaluates a finished run's best again.
 
-use super::list;
-use crate::cli;
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
 use oneiro_lab::device;
 use oneiro_lab::record::SavedRun;
 use oneiro_lab::runs::Replay;
+
+use super::list;
+use crate::cli;
 
 /// Evaluates the best again, compares it with the record, and draws it.
 pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {

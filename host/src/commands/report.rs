@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::ser::SerializeMap;
-use serde::{Serialize, Serializer};
-
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::Result;
 use oneiro_lab::record::{Done, SavedRun};
 use oneiro_lab::runs::Summary;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 
 /// Summary of a finished run.
 #[derive(Debug)]

@@ -1,9 +1,10 @@
 //! `oneiro reproduce`: a paper's whole study.
 
-use crate::cli::{Paper, Reproduce};
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
 use oneiro_studies::{miglino1995, odowd2014};
+
+use crate::cli::{Paper, Reproduce};
 
 /// Runs the requested study.
 pub(crate) fn run(arguments: &Reproduce, console: Console) -> Result {

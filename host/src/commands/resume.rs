@@ -2,15 +2,16 @@
 
 use std::path::PathBuf;
 
+use oneiro_base::console::Console;
+use oneiro_base::exit::Result;
+use oneiro_base::files;
+use oneiro_lab::record::{Done, RunPlace, SavedRun};
+
 use super::list;
 use super::places::already_done;
 use super::report::{self, Report};
 use super::run::run_all;
 use crate::cli;
-use oneiro_base::console::Console;
-use oneiro_base::exit::Result;
-use oneiro_base::files;
-use oneiro_lab::record::{Done, RunPlace, SavedRun};
 
 /// Resumes a run, or all runs of a directory, from their last good checkpoints.
 pub(crate) fn run(arguments: &cli::Resume, console: Console) -> Result {

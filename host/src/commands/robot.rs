@@ -3,9 +3,6 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use serde_json::{Value, json};
-
-use crate::cli::{Robot as Arguments, RobotCommand, RobotLight, RobotLink, Switch};
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
@@ -15,6 +12,9 @@ use oneiro_robots::error::{self, Error};
 use oneiro_robots::link::{self, Port};
 use oneiro_robots::recording::Recording;
 use oneiro_robots::{Battery, Description, Group, Kind, Robot, stopped, unstopped};
+use serde_json::{Value, json};
+
+use crate::cli::{Robot as Arguments, RobotCommand, RobotLight, RobotLink, Switch};
 
 mod drive;
 pub(super) mod watch;

@@ -2,11 +2,10 @@
 
 use oneiro::compose::Rule;
 use oneiro::parameter::nearest;
-use serde_json::{Value, json};
-
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::experiment::values::instead;
+use serde_json::{Value, json};
 
 /// In place of a rule's name, lists all of them.
 pub(crate) const ALL: &str = "list";

@@ -3,16 +3,17 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::places::{Places, seeds_and_places, sorted_out};
-use super::report::{self, Report};
-use crate::COMMIT;
-use crate::cli;
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
 use oneiro_lab::device::{self, Backend};
 use oneiro_lab::engine::watcher::Watcher;
 use oneiro_lab::record::{Directories, Done, RunPlace, Session};
 use oneiro_lab::runs;
+
+use super::places::{Places, seeds_and_places, sorted_out};
+use super::report::{self, Report};
+use crate::COMMIT;
+use crate::cli;
 
 /// Runs the experiment for each seed, except for finished runs.
 pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {

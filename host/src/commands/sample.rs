@@ -3,10 +3,6 @@
 use std::path::Path;
 
 use oneiro::world::WorldSpec;
-use serde_json::json;
-
-use crate::cli::Sample;
-use objects::objects;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::device;
@@ -21,6 +17,10 @@ use oneiro_robots::guard::values::Values;
 use oneiro_robots::guard::wheels::Wanted;
 use oneiro_robots::vehicle::guarded::{Guarded, Options};
 use oneiro_robots::vehicle::{Profile, Vehicle};
+use serde_json::json;
+
+use crate::cli::Sample;
+use objects::objects;
 use person::{AtTerminal, Nobody, Person};
 use walk::{Plan, Walk};
 

@@ -13,16 +13,16 @@ use oneiro::random::{KNOWN_ANSWERS, pcg4d};
 use oneiro::swarm::Swarm;
 use oneiro::tables::SensorTables;
 use oneiro::world::{Robot, World, WorldSpec};
+use oneiro_base::console::{Console, columns};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::device::{self, Candidate};
+use oneiro_lab::workload;
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::bench::{self, Plan, Timed};
 use super::machine_code::MachineCode;
 use crate::cli::Selftest;
-use oneiro_base::console::{Console, columns};
-use oneiro_base::exit::{Failure, Result};
-use oneiro_lab::device::{self, Candidate};
-use oneiro_lab::workload;
 
 /// Rollouts whose traces are compared, for each controller.
 const TRACED: u32 = 256;

@@ -4,13 +4,14 @@ use std::env;
 use std::path::{Path, absolute};
 use std::time::Duration;
 
-use super::sweep::directory;
-use crate::cli::SweepRun;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::for_shell;
 use oneiro_lab::sweep::Sweep;
 use oneiro_lab::sweep::store::Shard;
+
+use super::sweep::directory;
+use crate::cli::SweepRun;
 
 /// The script, with names in braces as placeholders.
 const SCRIPT: &str = include_str!("slurm.sh");

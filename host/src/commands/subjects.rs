@@ -5,9 +5,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use oneiro::world::GeneLayout;
-use rayon::prelude::*;
-
-use super::list;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_evolve::Population;
@@ -17,6 +14,9 @@ use oneiro_lab::genomes;
 use oneiro_lab::record::SingleRun;
 use oneiro_lab::sweep::champions::Champions;
 use oneiro_lab::sweep::store::Store;
+use rayon::prelude::*;
+
+use super::list;
 
 /// Genomes and their sources.
 pub(super) struct Subjects {

@@ -3,16 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use serde::Serialize;
-use serde_json::json;
-
-use super::cost::{self, Ceiling};
-use super::places::{already_done, done_of};
-use super::report::Report;
-use super::run::run_all;
-use super::slurm;
-use crate::COMMIT;
-use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
 use oneiro_base::console::{Console, columns, counted};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -31,6 +21,16 @@ use oneiro_lab::sweep::store::{AllFinished, Shard, Store};
 use oneiro_lab::sweep::tables::{self, Written};
 use oneiro_lab::sweep::work::Work;
 use oneiro_lab::sweep::{Plan, RunIndex, Sweep, report};
+use serde::Serialize;
+use serde_json::json;
+
+use super::cost::{self, Ceiling};
+use super::places::{already_done, done_of};
+use super::report::Report;
+use super::run::run_all;
+use super::slurm;
+use crate::COMMIT;
+use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
 
 /// Where extracted runs are.
 const RUNS: &str = "runs";

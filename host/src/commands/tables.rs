@@ -1,16 +1,16 @@
 //! `oneiro tables`: shows, converts and exports sampled sensor and motor tables.
 
-use oneiro_report::numbers::fixed;
 use std::path::Path;
 
 use oneiro::tables::{self, Format, GREATEST_READING, MotorSamples, SensorTable, SensorTables};
-use serde::Serialize;
-
-use crate::cli::{Tables, TablesCommand};
 use oneiro_base::console::{Console, columns, counted};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_report::figures;
+use oneiro_report::numbers::fixed;
+use serde::Serialize;
+
+use crate::cli::{Tables, TablesCommand};
 
 /// Runs the subcommand.
 pub(crate) fn run(arguments: &Tables, console: Console) -> Result {

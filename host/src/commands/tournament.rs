@@ -1,15 +1,10 @@
 //! `oneiro tournament`: plays the best of each generation of one population against the best of each generation of the other
 //! (Floreano and Nolfi 1997), writes all results and pictures of them, and says whether later generations are better.
 
-use oneiro_report::numbers::fixed;
 use std::fmt::Write;
 use std::path::Path;
 
 use oneiro::evaluator::{Control, Evaluator};
-use serde_json::{Value, json};
-
-use super::list;
-use crate::cli::Tournament;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -22,8 +17,13 @@ use oneiro_lab::lives::{Keys, Lives};
 use oneiro_lab::record::SingleRun;
 use oneiro_lab::runs::single::{HALL, TOURNAMENT, TOURNAMENT_PICTURE, TOURNAMENT_PROGRESS};
 use oneiro_report::figures::{self, Series};
+use oneiro_report::numbers::fixed;
 use oneiro_report::numbers::{significant, to_six_places};
 use oneiro_statistics::{kendall, mean};
+use serde_json::{Value, json};
+
+use super::list;
+use crate::cli::Tournament;
 
 /// Pairs whose contests are evaluated at a time.
 const AT_ONCE: usize = 1 << 14;

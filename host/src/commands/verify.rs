@@ -3,15 +3,15 @@
 
 use std::path::Path;
 
-use serde_json::json;
-
-use super::list;
-use crate::cli::Verify;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::Result;
 use oneiro_lab::record;
 use oneiro_lab::sweep::store::Store;
 use oneiro_lab::sweep::tables::{self, Sums};
+use serde_json::json;
+
+use super::list;
+use crate::cli::Verify;
 
 /// Checks a run, or each run of a directory. Stops at the first damaged one.
 pub(crate) fn run(arguments: &Verify, console: Console) -> Result {

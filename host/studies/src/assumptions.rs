@@ -1,8 +1,7 @@
 //! Assumptions of a study and the source of each.
 
-use serde::{Deserialize, Serialize};
-
 use oneiro_report::page::{Cell, Head, Row, table};
+use serde::{Deserialize, Serialize};
 
 /// A value that a study assumes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

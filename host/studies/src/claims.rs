@@ -3,11 +3,11 @@
 
 use std::collections::BTreeMap;
 
+use oneiro_statistics::{Interval, Probability, StudentT, bootstrap_interval, mean, mean_interval};
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
 use super::verdict::{Judged, LEVEL, Part, Verdict, of_parts};
-use oneiro_statistics::{Interval, Probability, StudentT, bootstrap_interval, mean, mean_interval};
 
 /// Name of a claim's first effect if the claim is judged separately in several combinations of settings.
 pub(crate) const MET_IN: &str = "combinations in which the registered criterion is met";

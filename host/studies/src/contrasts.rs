@@ -1,11 +1,12 @@
 //! What the second editions of the studies share: contrasts with intervals, tests corrected over families, outcomes, and whether
 //! these survive other criteria.
 
-use crate::verdict::{Part, Verdict, of_parts};
 use oneiro_base::contents::Column;
 use oneiro_report::csv::{Csv, number};
 use oneiro_report::numbers::significant;
 use oneiro_statistics::{Undefined, holm, t_tails, t_within};
+
+use crate::verdict::{Part, Verdict, of_parts};
 
 /// Level of each family's tests, and of intervals.
 const LEVEL: f64 = 0.05;

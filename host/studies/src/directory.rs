@@ -5,6 +5,13 @@ use std::fs::File;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+use oneiro_base::console::{Console, columns};
+use oneiro_base::contents::{Column, Entry, describe};
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::directory::{Form, Holds};
+use oneiro_base::sealed::{self, Problem};
+use oneiro_report::csv::Csv;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -13,13 +20,6 @@ use super::claims::Claim;
 use super::file::{Arm, StudyFile};
 use super::verdict::brief;
 use super::verdicts::{Assumed, Sensitivity};
-use oneiro_base::console::{Console, columns};
-use oneiro_base::contents::{Column, Entry, describe};
-use oneiro_base::disk;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::directory::{Form, Holds};
-use oneiro_base::sealed::{self, Problem};
-use oneiro_report::csv::Csv;
 
 /// File that records the settings of the study in a directory.
 const SETTINGS: &str = "study.json";

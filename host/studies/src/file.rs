@@ -7,14 +7,14 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
-use serde::Deserialize;
-use toml::{Table, Value};
-
-use super::assumptions::Assumption;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_lab::experiment::source::{Parsed, Setting, Source};
 use oneiro_lab::kinds::FileKind;
+use serde::Deserialize;
+use toml::{Table, Value};
+
+use super::assumptions::Assumption;
 
 /// A compiled-in study and the experiment that it names.
 pub struct Shipped {

@@ -4,7 +4,6 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use csv::{Reader, StringRecord};
-
 use oneiro_base::contents::{Entry, describe};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};

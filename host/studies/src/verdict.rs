@@ -4,10 +4,9 @@
 use std::cmp::Ordering;
 use std::fmt;
 
-use serde::Serialize;
-
 use oneiro_report::numbers::significant;
 use oneiro_statistics::{Interval, contrast_interval};
+use serde::Serialize;
 
 /// Level of the intervals.
 pub const LEVEL: f64 = 0.95;

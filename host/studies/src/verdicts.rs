@@ -1,15 +1,16 @@
 //! A study's claims as its report has them: an abstract, a section for each question with the evidence for each verdict, the
 //! verdicts under other assumptions, and a glossary.
 
-use oneiro_base::console::counted;
 use std::fmt::Write;
+
+use oneiro_base::console::counted;
+use oneiro_report::figures::escaped;
+use oneiro_report::numbers::{NONE, probability, shown};
+use oneiro_report::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
 
 use crate::claims::{Claim, Effect, MET_IN, RESAMPLES, Table, Test};
 use crate::file::Arm;
 use crate::verdict::Verdict;
-use oneiro_report::figures::escaped;
-use oneiro_report::numbers::{NONE, probability, shown};
-use oneiro_report::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
 
 /// Significant digits of effects and statistics.
 const DIGITS: usize = 4;

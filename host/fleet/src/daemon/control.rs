@@ -9,6 +9,15 @@ use oneiro::acting::{Acting, Mind};
 use oneiro::cpu::Cpu;
 use oneiro::random::Key;
 use oneiro::swarm::SECOND;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_evolve::encapsulated::Genome;
+use oneiro_lab::exchange::radio::beacon::Beacons;
+use oneiro_lab::exchange::radio::key::Key as Secret;
+use oneiro_lab::exchange::radio::{Packet, Radio, Received, Refusal, Status};
+use oneiro_robots::tracker::{Budget, Seen, lines};
+use oneiro_robots::vehicle::Vehicle;
+use oneiro_robots::vehicle::late::Late;
+use oneiro_robots::vehicle::trouble::Trouble;
 use serde_json::json;
 
 use super::activity::{Activity, Problems};
@@ -21,15 +30,6 @@ use super::member::{Deeds, Member, Sighted};
 use super::notify::Notify;
 use super::settings::Settings;
 use super::{epuck, log};
-use oneiro_base::exit::{Failure, Result};
-use oneiro_evolve::encapsulated::Genome;
-use oneiro_lab::exchange::radio::beacon::Beacons;
-use oneiro_lab::exchange::radio::key::Key as Secret;
-use oneiro_lab::exchange::radio::{Packet, Radio, Received, Refusal, Status};
-use oneiro_robots::tracker::{Budget, Seen, lines};
-use oneiro_robots::vehicle::Vehicle;
-use oneiro_robots::vehicle::late::Late;
-use oneiro_robots::vehicle::trouble::Trouble;
 
 /// A cycle, ms.
 const MILLISECONDS: i64 = 100;

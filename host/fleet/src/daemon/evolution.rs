@@ -7,11 +7,11 @@ use oneiro::batch::Worlds;
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::swarm::SECOND;
-
-use super::beside::{Beside, rest};
 use oneiro_base::exit::Result;
 use oneiro_lab::swarm::Plan;
 use oneiro_lab::swarm::on_board::OnBoard;
+
+use super::beside::{Beside, rest};
 
 /// The fitness of an interval's controllers.
 #[derive(Clone, Debug)]

@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
+use oneiro_base::contents::{Column, head};
+use oneiro_lab::exchange::radio::Windows;
+use oneiro_lab::swarm::tables::{CHOSEN_UNDER, HEARD, ROBOT, SIMULATOR, TAKEN, WITH_FOOD, WITHOUT_FOOD};
 use serde::{Deserialize, Serialize};
 
 use super::keeper::Kept;
 use super::member::{Ended, State};
-use oneiro_base::contents::{Column, head};
-use oneiro_lab::exchange::radio::Windows;
-use oneiro_lab::swarm::tables::{CHOSEN_UNDER, HEARD, ROBOT, SIMULATOR, TAKEN, WITH_FOOD, WITHOUT_FOOD};
 
 /// The table of intervals: its file, and its columns.
 pub const INTERVALS: &str = "intervals.csv";

@@ -8,13 +8,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use serde::Serialize;
-use serde::de::DeserializeOwned;
-
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
 use oneiro_base::sealed;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// The file of the checkpoint, and its version.
 pub(crate) const CHECKPOINT: &str = "checkpoint";

@@ -21,11 +21,10 @@ use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::thread;
 use std::time::Duration;
 
-use serde_json::{Map, Value, json};
-
 use oneiro_base::console::shown_in_json;
 use oneiro_base::files::plain;
 use oneiro_base::utc;
+use serde_json::{Map, Value, json};
 
 /// The file that is written; those before it are `log-1.jsonl`, `log-2.jsonl` and so on.
 pub const FILE: &str = "log.jsonl";

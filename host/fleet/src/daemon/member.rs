@@ -2,14 +2,13 @@
 //! evolution are those of the batched study (`swarm/`), without clock, files or sockets.
 
 use oneiro::swarm::SECOND;
-use serde::{Deserialize, Serialize};
-
 use oneiro_evolve::encapsulated::Genome;
 use oneiro_lab::exchange::contact::{Contact, Heard};
 use oneiro_lab::exchange::{Exchange, Message};
 use oneiro_lab::swarm::Plan;
 use oneiro_lab::swarm::on_board::OnBoard;
 use oneiro_lab::swarm::settings::most_items;
+use serde::{Deserialize, Serialize};
 
 /// A cycle in s, as kernels count it.
 const CYCLE_S: f32 = 0.1;

@@ -32,10 +32,10 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use serde::Deserialize;
-
 use oneiro_base::exit::Result;
 use oneiro_base::files;
+use serde::Deserialize;
+
 pub use oneiro_lab::exchange::contact::Contact;
 use oneiro_lab::exchange::radio::beacon;
 pub use oneiro_lab::exchange::radio::beacon::LIMITS_MS as BEACON_LIMITS_MS;

@@ -22,6 +22,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use oneiro::random::Keys;
+use oneiro_base::console::Console;
+use oneiro_base::contents::describe;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_evolve::Champion;
+use oneiro_lab::reality::wired::{Shared, WiredRobots};
+use oneiro_lab::reality::{Life, Reality, Trouble};
+use oneiro_lab::runs::single::on_board::OnBoard;
+use oneiro_robots::vehicle::Vehicle;
 use serde_json::{Value, json};
 
 use self::evolving::Evolved;
@@ -32,14 +40,6 @@ use super::beside::Beside;
 use super::keeper::Keeper;
 use super::log::{self, Log};
 use super::notify::Notify;
-use oneiro_base::console::Console;
-use oneiro_base::contents::describe;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_evolve::Champion;
-use oneiro_lab::reality::wired::{Shared, WiredRobots};
-use oneiro_lab::reality::{Life, Reality, Trouble};
-use oneiro_lab::runs::single::on_board::OnBoard;
-use oneiro_robots::vehicle::Vehicle;
 
 /// Number of the generation in the keys of lives on the robot, larger than any that is simulated.
 const ON_ROBOT: u64 = 1 << 33;

@@ -11,13 +11,13 @@
 
 use std::path::Path;
 
-use serde::Deserialize;
-
-use super::file::{Computers, Robot, Service, Ssh, check_host, directory, remote};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::experiment::source::{Parsed, Source};
 #[cfg(feature = "compose")]
 use oneiro_lab::kinds::FileKind;
+use serde::Deserialize;
+
+use super::file::{Computers, Robot, Service, Ssh, check_host, directory, remote};
 
 /// Keys of the file.
 #[derive(Debug, Deserialize)]

@@ -6,17 +6,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use oneiro_base::contents::{Entry, describe, head};
+use oneiro_base::disk;
+use oneiro_base::exit::{Code, Failure, Result};
+use oneiro_base::files::{by_numbers, plain};
+use oneiro_lab::swarm::tables::INTERVALS;
+
 use super::file::{Computers, Fleet, Robot, STATE};
 use super::page::{PAGE, REPLAY, SCRIPT};
 use super::remote::Remote;
 use super::sha256_hex;
 use super::statuses::{STATUSES, STATUSES_COLUMNS};
 use super::timeline::{self, By, CLOCKS, CLOCKS_COLUMNS, Clock, Line, MOST_CLOCKS};
-use oneiro_base::contents::{Entry, describe, head};
-use oneiro_base::disk;
-use oneiro_base::exit::{Code, Failure, Result};
-use oneiro_base::files::{by_numbers, plain};
-use oneiro_lab::swarm::tables::INTERVALS;
 
 /// All logs as one.
 pub const TIMELINE: &str = "timeline.jsonl";

@@ -4,11 +4,6 @@ use std::path::{Path, PathBuf};
 
 use oneiro::foraging::Light;
 use oneiro::swarm::Line;
-use rand::SeedableRng;
-use rand_pcg::Pcg64;
-use serde::{Deserialize, Serialize};
-
-use crate::daemon::intervals::INTERVALS;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
 use oneiro_evolve::encapsulated::GREATEST;
@@ -18,6 +13,11 @@ use oneiro_lab::swarm::clock::Clock;
 use oneiro_lab::swarm::job::SwarmJob;
 use oneiro_lab::swarm::record::RobotInterval;
 use oneiro_statistics::{Interval, bootstrap_interval, mean, variance};
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
+
+use crate::daemon::intervals::INTERVALS;
 
 /// The share of differences that the interval of each figure has.
 pub const LEVEL: f64 = 0.9;

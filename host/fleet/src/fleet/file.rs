@@ -21,11 +21,6 @@ use std::net::{IpAddr, SocketAddr};
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
-use toml::{Table, Value};
-
-use super::alone;
-use crate::daemon::settings::{BEACON_LIMITS_MS, Contact, SHARES, wire};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_lab::experiment::GREATEST_SEED;
@@ -34,6 +29,11 @@ use oneiro_lab::experiment::swarm::SwarmExperiment;
 use oneiro_lab::kinds::FileKind;
 use oneiro_robots::guard;
 use oneiro_robots::tracker;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use super::alone;
+use crate::daemon::settings::{BEACON_LIMITS_MS, Contact, SHARES, wire};
 
 /// Names of a robot's files in its directory on its computer.
 pub(crate) const BINARY: &str = "oneiro";

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
+use oneiro_base::exit::{Code, Failure, Result};
+use oneiro_base::files;
+use oneiro_lab::exchange::radio::key::Key;
 use serde::Serialize;
 
 use super::file::{BINARY, Computers, KEY, ROBOT, Robot};
 use super::remote::Remote;
 use super::{service, sha256_hex};
-use oneiro_base::exit::{Code, Failure, Result};
-use oneiro_base::files;
-use oneiro_lab::exchange::radio::key::Key;
 
 /// A file of a robot's directory.
 #[derive(Clone, Debug)]

@@ -1,23 +1,23 @@
 //! A fleet's life: the operator waits for the robots, lets them live by the beacon until the experiment is over, and starts the daemons of
 //! robots again that have fallen silent.
 
-use oneiro_base::console::counted;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use oneiro_base::console::counted;
+use oneiro_base::disk;
+use oneiro_base::exit::{Code, Failure, Result};
+use oneiro_base::files::plain;
+use oneiro_lab::exchange::radio::Windows;
 use serde::{Deserialize, Serialize};
 
 use super::file::Fleet;
 use super::operator::{Beacon, Ears, Socket, Station, Time};
 use super::remote::Remote;
 use super::service;
-use oneiro_base::disk;
-use oneiro_base::exit::{Code, Failure, Result};
-use oneiro_base::files::plain;
-use oneiro_lab::exchange::radio::Windows;
 
 /// How often the operator looks at what has come.
 const GLANCE: Duration = Duration::from_millis(20);

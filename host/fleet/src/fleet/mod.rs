@@ -34,12 +34,11 @@ pub mod timeline;
 #[cfg(unix)]
 pub mod twin;
 
-use oneiro_base::console::counted;
 use std::fmt::Display;
 
-use sha2::{Digest, Sha256};
-
+use oneiro_base::console::counted;
 use oneiro_base::exit::{Code, Failure, Result};
+use sha2::{Digest, Sha256};
 
 /// The hash that `sha256sum` prints: all that robots' computers can check before they have our program.
 fn sha256_hex(bytes: &[u8]) -> String {

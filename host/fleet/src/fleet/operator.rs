@@ -15,11 +15,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::file::{Fleet, Robot};
-use super::live::{AWAY, Record};
 use oneiro_base::exit::{Code, Failure, Result};
 use oneiro_lab::exchange::radio::key::{Key, random};
 use oneiro_lab::exchange::radio::{self, LONGEST, OPERATOR, Packet, Radio, Received, Refusal, Status, Windows};
+
+use super::file::{Fleet, Robot};
+use super::live::{AWAY, Record};
 
 /// Time between two beacons: robots that allow for a silence of 400 ms may lose three in a row.
 const PERIOD: Duration = Duration::from_millis(100);

@@ -11,13 +11,13 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime};
 
 use oneiro::swarm::{Lamp, Swarm};
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_report::figures::{Genes, Moment, SwarmReplay, Teller, live_page, live_script, swarm_page};
 
 use super::file::Fleet;
 use super::operator::Known;
 use super::statuses::{self, ACTS, Row, Story, Table};
-use oneiro_base::disk;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_report::figures::{Genes, Moment, SwarmReplay, Teller, live_page, live_script, swarm_page};
 
 /// The files.
 pub const PAGE: &str = "live.html";

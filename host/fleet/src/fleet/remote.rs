@@ -11,10 +11,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use oneiro_base::exit::{Code, Failure, Result};
+
 use super::Outcomes;
 use super::file::{Computers, Robot, Ssh};
 use super::sha256_hex;
-use oneiro_base::exit::{Code, Failure, Result};
 
 /// Exit status of `ssh` itself.
 const OWN: i32 = 255;

@@ -1,8 +1,9 @@
 //! The daemon on a robot's computer: installed, started, stopped and asked for, by systemd or as a process.
 
+use oneiro_base::exit::{Code, Failure, Result};
+
 use super::file::{BINARY, Computers, ROBOT, Robot, STATE, Service};
 use super::remote::Remote;
-use oneiro_base::exit::{Code, Failure, Result};
 
 /// The unit, with `@NAME@` as placeholders.
 const UNIT: &str = include_str!("../../../../packaging/oneiro-on-board.service");

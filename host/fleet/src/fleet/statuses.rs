@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 
 use csv::{ReaderBuilder, WriterBuilder};
 use oneiro::swarm::SECOND;
-use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
-
-use super::operator::Known;
-use super::table::{known_value, problems, state};
 use oneiro_base::contents::{Column, head};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::{self, plain};
 use oneiro_report::figures::{Act, Genes, Moment, Sight};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::operator::Known;
+use super::table::{known_value, problems, state};
 
 /// The table.
 pub(crate) const STATUSES: &str = "statuses.csv";

@@ -1,13 +1,13 @@
 //! What is known of a fleet's robots while they live, as a table for a terminal and as a line of JSON.
 
 use oneiro_base::console::counted;
+use oneiro_base::console::{columns, decimal};
+use oneiro_lab::exchange::radio::Status;
 use oneiro_report::numbers::significant;
 use serde_json::{Value, json};
 
 use super::operator::{Ears, Known};
 use crate::daemon::activity::{Activity, Problems};
-use oneiro_base::console::{columns, decimal};
-use oneiro_lab::exchange::radio::Status;
 
 const HEAD: [&str; 11] = [
     "robot",

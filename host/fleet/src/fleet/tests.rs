@@ -4,12 +4,13 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use oneiro_lab::exchange::radio::key::Key;
+
 use super::file::{Fleet, Robot};
 use super::install::{Installed, Stock};
 use super::remote::{Remote, on_each};
 use super::service::{self, State};
 use super::{Outcomes, collect, enough};
-use oneiro_lab::exchange::radio::key::Key;
 
 /// A place with a fleet's file, and a home for each host behind a stand-in for ssh.
 struct Place(PathBuf);

@@ -9,12 +9,12 @@
 
 mod solve;
 
-use oneiro_report::numbers::fixed;
 use std::collections::BTreeMap;
 
+use oneiro_base::contents::Column;
+use oneiro_report::numbers::fixed;
 use serde_json::{Map, Value, json};
 
-use oneiro_base::contents::Column;
 use solve::{Equation, Term, solved};
 
 /// How long clocks may be apart by chance while they drift: pairs of messages are looked for within this, ms.

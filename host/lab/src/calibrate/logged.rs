@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use csv::StringRecord;
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
 
 use super::{Cycle, Logged};
 use crate::reality::wired::logbook::{COMPLETE, INDEX, table};
-use oneiro_base::disk;
-use oneiro_base::exit::{Failure, Result};
 
 /// Reads the complete lives of a directory. `sensors` are the names of the robot's own sensors in the experiment.
 ///

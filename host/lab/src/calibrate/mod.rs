@@ -17,11 +17,11 @@ use std::fmt::Write as _;
 
 use oneiro::differential::Build;
 use oneiro::world::World;
+use oneiro_base::exit::Result;
+use oneiro_report::numbers::fixed;
 
 use crate::engine::handle::Engine;
 use moves::Moves;
-use oneiro_base::exit::Result;
-use oneiro_report::numbers::fixed;
 use readings::Readings;
 
 /// A logged life of a robot.

@@ -1,7 +1,8 @@
 //! Moves: how far each wheel travels for what is commanded, and how late.
 
-use super::{Logged, half_width};
 use oneiro_statistics::{mean, variance};
+
+use super::{Logged, half_width};
 
 /// Wheels as they were measured.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,12 +1,13 @@
 //! The page of a calibration.
 
-use super::Calibration;
-use super::readings::{Errors, RANGES, SensorErrors};
 use oneiro_base::console::counted;
 use oneiro_report::figures::{Band, Panel, Spread, escaped, grid};
 use oneiro_report::numbers::{shown, significant};
 use oneiro_report::page::{Cell, Head, Row, Section, document, facts, figure, paragraph, table};
 use oneiro_statistics::{mean, quantile};
+
+use super::Calibration;
+use super::readings::{Errors, RANGES, SensorErrors};
 
 /// Bins of predicted activations in the figure.
 const BINS: usize = 10;

@@ -4,12 +4,12 @@ use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::compose::DetailKind;
 use oneiro::random::Key;
 use oneiro::world::{Collision, Noise, Robot, Start, World, WorldSpec};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_statistics::{mean, variance};
 
 use super::{Logged, half_width};
 use crate::engine::handle::Engine;
 use crate::lives::measures::free_distance;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_statistics::{mean, variance};
 
 /// Errors of readings.
 #[derive(Clone, Debug)]

@@ -4,13 +4,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
-use serde::de::DeserializeOwned;
-
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
 use oneiro_base::sealed::{self, Problem};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 const FORMAT: &str = "oneiro checkpoint";
 /// Version 1 had two formats, of runs and of sweeps; version 2 had no outcomes of runs.

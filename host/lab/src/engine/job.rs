@@ -27,10 +27,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use oneiro::batch::{Rollout, Trace, TraceRequest, WorldKind};
+use oneiro_base::exit::Result;
 use serde::{Deserialize, Serialize};
 
 use super::queue::Interruption;
-use oneiro_base::exit::Result;
 
 /// A state machine that asks for evaluations, takes their results, and can be saved and restored between any two steps.
 pub trait Job: Send + Sync {

@@ -4,10 +4,9 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
-
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
+use serde::{Deserialize, Serialize};
 
 /// Length of a log and its hash.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -10,11 +10,11 @@ use oneiro::batch::{Batch, Outcome, Rollout};
 use oneiro::evaluator::Error;
 use oneiro::parameter::Invalid;
 use oneiro::random::Key;
+use oneiro_base::exit::Failure;
 
 use super::handle::Engine;
 use super::job::Outside;
 use super::watcher::Watch;
-use oneiro_base::exit::Failure;
 
 /// Reasons for work on a device to end early.
 #[derive(Debug)]

@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 
 use oneiro::batch::{Outcome, Rollout, WorldKind, Worlds};
 use oneiro::evaluator;
+use oneiro_base::exit::{Failure, Result};
 use rayon::prelude::*;
 
 use super::job::{Job, Place, Progress, Request, Results, Stage, Step};
 use super::queue::{Interruption, Lives, Queue, Work};
 use super::watcher::Watch;
-use oneiro_base::exit::{Failure, Result};
 
 /// Target duration of a batch, long enough to hide the cost of handing it over.
 const BATCH: Duration = Duration::from_millis(30);

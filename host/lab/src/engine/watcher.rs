@@ -6,16 +6,16 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::{SigId, flag, low_level};
-
-use super::job::Progress;
-use super::scheduler::Times;
 use oneiro_base::console::Console;
 #[cfg(unix)]
 use oneiro_base::ending;
 use oneiro_base::exit::{Code, Failure, Result};
 use oneiro_base::progress;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::{SigId, flag, low_level};
+
+use super::job::Progress;
+use super::scheduler::Times;
 
 /// Observer of the engine at work.
 pub trait Watch {

@@ -6,12 +6,12 @@ use oneiro::arena::{Arena, Field};
 use oneiro::differential::{Build, Sensor, SensorKind};
 use oneiro::parameter::Invalid;
 use oneiro::world::{Gene, World};
-
-use super::settings::{ArenaSize, Finalists, Settings, Transfer};
-use crate::lives::measures;
 use oneiro_base::console::counted;
 use oneiro_evolve::settings::{self as optimiser, Cells, Descriptor, Kind, SelectionKind};
 use oneiro_evolve::{cma, race};
+
+use super::settings::{ArenaSize, Finalists, Settings, Transfer};
+use crate::lives::measures;
 
 pub(super) type Checked = Result<(), Invalid>;
 

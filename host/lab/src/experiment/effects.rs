@@ -11,6 +11,7 @@ use std::thread;
 
 use oneiro::cpu::Cpu;
 use oneiro::parameter::Parameter;
+use oneiro_base::exit::Result;
 use toml::{Table, Value};
 
 use super::source::{Parsed, Setting};
@@ -24,7 +25,6 @@ use crate::runs::{self, Experiment, Recording};
 use crate::scratch::Scratch;
 use crate::sweep::Sweep;
 use bases::BASES;
-use oneiro_base::exit::Result;
 
 /// A run in memory.
 struct Whole {

@@ -1,6 +1,5 @@
 //! Files that an experiment names: found, read, and hashed, so that a run can keep copies.
 
-use oneiro_base::console::counted;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -12,6 +11,10 @@ use oneiro::backend::{self, Options};
 use oneiro::compose::{Kind, OwnPart, Part};
 use oneiro::tables::{self, MotorStates, MotorTable, SensorTables};
 use oneiro::world::{GeneLayout, WorldSpec};
+use oneiro_base::console::counted;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
+use oneiro_evolve::{Population, settings as evolution};
 
 use super::settings::{BUILT_IN, FROM_REALITY, PartFile, SensorFiles, Settings};
 use super::source::Source;
@@ -20,9 +23,6 @@ use crate::genomes;
 use crate::reality::Object;
 use crate::reality::sampling::{self, Samples};
 use crate::reality::site::Site;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files;
-use oneiro_evolve::{Population, settings as evolution};
 
 /// Directory of a run's copies.
 pub const DIRECTORY: &str = "inputs";

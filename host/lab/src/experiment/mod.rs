@@ -23,6 +23,7 @@ use toml::{Table, Value};
 use crate::kinds::FileKind;
 use crate::reality::site::Site;
 use crate::reality::wired::Time;
+
 pub use inputs::DIRECTORY as INPUTS;
 use inputs::Inputs;
 pub use inputs::{Content, Files, Input};

@@ -10,6 +10,8 @@ use oneiro::batch::{Rollout, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
+use oneiro_base::exit::Result;
+use oneiro_base::files;
 
 use super::settings::Settings;
 use super::source::Parsed;
@@ -19,8 +21,6 @@ use crate::mutations::{Spent, mutant, peak};
 use crate::runs::{self, Experiment};
 use crate::scratch::Scratch;
 use crate::sweep::Sweep;
-use oneiro_base::exit::Result;
-use oneiro_base::files;
 
 /// Values that few keys have a use for.
 const ODD: [&str; 25] = [

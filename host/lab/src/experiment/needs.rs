@@ -6,13 +6,13 @@ use oneiro::differential::{Build, SensorKind};
 use oneiro::reference::Model;
 use oneiro::surrogate::Difference;
 use oneiro::world::{Controller, Gene, Task, World};
+use oneiro_base::exit::Result;
+use oneiro_evolve::settings::{Cells, MutationKind, OpponentKind};
 use toml::Table;
 
 use super::settings::Settings;
 use super::source::Source;
 use super::values::{self, Described};
-use oneiro_base::exit::Result;
-use oneiro_evolve::settings::{Cells, MutationKind, OpponentKind};
 
 /// Keys that have an effect only under a condition.
 pub(super) struct Need {

@@ -1,11 +1,11 @@
 //! Robots by name: descriptions that ship, which an experiment may change key by key.
 
 use oneiro::parameter::{Datum, Field, nearest};
+use oneiro_base::exit::{Failure, Result};
 use toml::{Table, Value};
 
 use super::source::Source;
 use super::values::instead;
-use oneiro_base::exit::{Failure, Result};
 
 /// Names of robots, and what describes them: an experiment that has a robot only.
 const ROBOTS: [(&str, &str); 6] = [

@@ -16,13 +16,13 @@ use oneiro::parameter::{Choice, Choices, Datum, Field, Parameter, Select, row};
 use oneiro::surrogate::{Difference, Differences};
 use oneiro::tables::MotorStates;
 use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
+use oneiro_evolve::settings::{self as evolution, CrossoverKind, SelectionKind};
+use oneiro_robots::tracker;
 
 use super::robots::{self, Preset};
 use super::values::Described;
 use crate::reality::site::{SEVERITY, Site};
 use crate::reality::wired;
-use oneiro_evolve::settings::{self as evolution, CrossoverKind, SelectionKind};
-use oneiro_robots::tracker;
 
 /// A whole experiment.
 #[derive(Clone, Debug, PartialEq)]

@@ -8,12 +8,12 @@ use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
 use oneiro::parameter::nearest;
+use oneiro_base::exit::{Failure, Result};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::values::instead;
-use oneiro_base::exit::{Failure, Result};
 
 /// Values of a file, parsed once for any number of settings that override them.
 #[derive(Debug)]

@@ -6,6 +6,7 @@ use std::sync::LazyLock;
 use oneiro::foraging::{AsForaging, Foraging};
 use oneiro::parameter::{Allowed, Choice, Choices, Parameter, row};
 use oneiro::swarm::Swarm;
+use oneiro_base::exit::Result;
 use toml::Table;
 
 use super::check::{Checked, invalid, name};
@@ -17,7 +18,6 @@ use super::{Identities, text};
 use crate::swarm::Plan;
 use crate::swarm::record::{Case, Kind};
 use crate::swarm::settings::{self, Clock, Settings};
-use oneiro_base::exit::Result;
 
 /// The key of the control.
 const CONTROL: &str = "swarm.control";

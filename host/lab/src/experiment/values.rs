@@ -1,10 +1,10 @@
 //! Conversion between an experiment's TOML and its fields, by the rows that describe each value.
 
 use oneiro::parameter::{Allowed, Datum, Field, Parameter, nearest};
+use oneiro_base::exit::{Failure, Result};
 use toml::{Table, Value};
 
 use super::source::{Source, Unknown};
-use oneiro_base::exit::{Failure, Result};
 
 /// Values that rows describe.
 pub trait Described: Default + 'static {

@@ -5,11 +5,11 @@ use oneiro::compose::{Kind, OwnParts};
 use oneiro::differential::Build;
 use oneiro::parameter::Invalid;
 use oneiro::world::{Controller, Noise, Robot, Task, World, WorldSpec};
+use oneiro_base::exit::{Failure, Result};
 
 use super::inputs::Inputs;
 use super::settings::{FROM_REALITY, Samples, SensorFiles, Settings};
 use super::source::Source;
-use oneiro_base::exit::{Failure, Result};
 
 /// Makes the world; its errors are reported with the place in the experiment.
 pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Inputs<'_>) -> Result<World> {

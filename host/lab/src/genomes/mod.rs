@@ -2,19 +2,18 @@
 
 mod npy;
 
-use oneiro_base::console::counted;
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use oneiro::automode::Form;
 use oneiro::batch::GREATEST_GENE;
 use oneiro::world::GeneLayout;
-use serde::Deserialize;
-
 use oneiro_base::columns;
+use oneiro_base::console::counted;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_evolve::Population;
+use serde::Deserialize;
 
 /// Reads genomes of a controller:
 /// - `.npy`: float32 or float64, of the shape rows x genes, or genes alone for one genome, in the order of the controller's genes;

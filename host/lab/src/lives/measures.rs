@@ -10,7 +10,6 @@ use oneiro::arena::{Arena, Block, Field, Obstacle, Wall};
 use oneiro::batch::{Record, Trace};
 use oneiro::compose::{DetailKind, Kind, Scalar};
 use oneiro::world::World;
-
 use oneiro_base::contents::Column;
 use oneiro_report::csv::number;
 

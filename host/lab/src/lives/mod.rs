@@ -15,14 +15,14 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use measures::{Descriptor, Frame, Measures, Meter};
 use oneiro::batch::{Batch, LANES, Outcome, Rollout, Trace, TraceRequest, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
 use oneiro::world::World;
-
 use oneiro_base::exit::Result;
 use oneiro_evolve::Population;
+
+use measures::{Descriptor, Frame, Measures, Meter};
 
 /// Groups of lanes per batch: enough for any device, and a few hundred megabytes at most.
 const GROUPS: usize = 1 << 12;

@@ -4,10 +4,10 @@ use oneiro::batch::{LANES, Rollout, TraceRequest, Worlds};
 use oneiro::compose::DetailKind;
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator as _};
+use oneiro_base::exit::Result;
 
 use super::measures::Descriptor;
 use super::{Chunk, GROUPS, Lives};
-use oneiro_base::exit::Result;
 
 /// Words of states in memory at a time, 256 MB.
 const WORDS: usize = 64 << 20;

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use oneiro::world::{Start, World, WorldSpec};
-
 use oneiro_base::columns::{self, Columns};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;

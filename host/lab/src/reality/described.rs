@@ -13,12 +13,12 @@ use oneiro::differential::{Build, Differential, SensorKind};
 use oneiro::random::Key;
 use oneiro::tables::{GREATEST_READING, MotorSamples, SensorTable, SensorTables};
 use oneiro::world::{Controller, Robot, Start, World, WorldSpec};
+use oneiro_base::exit::{Failure, Result};
 
 use super::place::{arena, direction, turned};
 use super::sampling::{self, BEARINGS, SPACING, SPEEDS};
 use super::{Driven, Object, Trouble};
 use crate::engine::handle::Engine;
-use oneiro_base::exit::{Failure, Result};
 
 /// A controller without genes that count, whose outputs are values.
 const HELD: &str = "\

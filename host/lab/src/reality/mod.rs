@@ -11,9 +11,9 @@ pub mod wired;
 
 use oneiro::batch::Trace;
 use oneiro::random::Key;
+use oneiro_base::exit::Result;
 use serde::{Deserialize, Serialize};
 
-use oneiro_base::exit::Result;
 pub use oneiro_robots::vehicle::trouble::Trouble;
 
 /// An object that a robot can be placed before.

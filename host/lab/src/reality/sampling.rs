@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use oneiro::tables::{MotorSamples, SensorTable, SensorTables};
-use serde::Serialize;
-use serde::de::DeserializeOwned;
-
-use super::{Driven, Object, Sampled, Trouble, Turned, patiently};
 use oneiro_base::console::Console;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
 use oneiro_base::progress;
 use oneiro_report::figures;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::{Driven, Object, Sampled, Trouble, Turned, patiently};
 
 /// Bearings of a turn.
 pub const BEARINGS: u32 = 180;

@@ -12,13 +12,6 @@ use oneiro::differential::Build;
 use oneiro::evaluator::Error;
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Collision, Noise, Robot, World, WorldSpec};
-
-use super::surrogate::SurrogateRobot;
-use super::wired::{self, Shared, Time, WiredRobots};
-use super::{Life, Reality, Sampled, Trouble};
-use crate::engine::handle::Engine;
-use crate::engine::job::Outside;
-use crate::engine::queue::Interruption;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Code, Failure};
 use oneiro_robots::Kind;
@@ -28,6 +21,13 @@ use oneiro_robots::guard::wheels::Wanted;
 #[cfg(any(test, feature = "testing"))]
 use oneiro_robots::vehicle::Vehicle;
 use oneiro_robots::vehicle::guarded::{Guarded, Options};
+
+use super::surrogate::SurrogateRobot;
+use super::wired::{self, Shared, Time, WiredRobots};
+use super::{Life, Reality, Sampled, Trouble};
+use crate::engine::handle::Engine;
+use crate::engine::job::Outside;
+use crate::engine::queue::Interruption;
 
 /// How much a surrogate differs from the simulator made from its samples, unless another value is given: chosen by the
 /// calibration of `docs/preregistration-1995.md`, on the condition without noise and on other robots.

@@ -9,11 +9,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use oneiro::tables::GREATEST_READING;
+use oneiro_robots::vehicle::{Moment, Profile, Vehicle};
 use serde::{Deserialize, Serialize};
 
 use super::sampling::{self, BEARINGS, Row};
 use super::{Driven, Trouble, Turned};
-use oneiro_robots::vehicle::{Moment, Profile, Vehicle};
 use signal::Signal;
 
 #[cfg(any(test, feature = "testing"))]

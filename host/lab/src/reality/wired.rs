@@ -19,18 +19,18 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::parameter::{Choice, Choices};
 use oneiro::reported::{self, Reported};
 use oneiro::world::{World, WorldSpec};
-
-use self::logbook::{Begun, Cycle, Identity, Logbook, Row};
-use self::senses::Senses;
-use self::sharing::{OnLived, Standing, Taker, shared};
-use super::wander::{WALK, wanderer};
-use super::{Life, Lived, Reality, Trouble};
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_report::numbers::fixed;
 use oneiro_robots::vehicle::late::Late;
 use oneiro_robots::vehicle::{Moment, Profile, Vehicle};
 use oneiro_robots::{Kind, guard, tracker};
+
+use self::logbook::{Begun, Cycle, Identity, Logbook, Row};
+use self::senses::Senses;
+use self::sharing::{OnLived, Standing, Taker, shared};
+use super::wander::{WALK, wanderer};
+use super::{Life, Lived, Reality, Trouble};
 
 /// A cycle of a life.
 const CYCLE: Duration = Duration::from_millis(100);

@@ -1,15 +1,16 @@
 //! Runs with a directory each, for the engine.
 
-use oneiro_base::console::counted;
 use std::path::PathBuf;
 use std::sync::Arc;
+
+use oneiro_base::console::Console;
+use oneiro_base::console::counted;
+use oneiro_base::exit::Result;
 
 use super::{Done, Recorder, SavedRun, Session};
 use crate::engine::job::{Job, Step};
 use crate::engine::scheduler::{Record, RunNumber, Runs, UnderWay, Waiting};
 use crate::runs::Experiment;
-use oneiro_base::console::Console;
-use oneiro_base::exit::Result;
 
 /// A run to be done, and its place.
 #[derive(Debug)]

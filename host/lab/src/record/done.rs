@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
-
-use super::{CONFIG, DONE, SavedRun};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
+use serde::{Deserialize, Serialize};
+
+use super::{CONFIG, DONE, SavedRun};
 
 /// The last file of a run. All hashes are BLAKE3.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use oneiro::evaluator::Device;
-use serde::{Deserialize, Serialize};
-
-use super::META;
 use oneiro_base::disk;
 use oneiro_base::exit::Result;
 use oneiro_base::utc::now;
+use serde::{Deserialize, Serialize};
+
+use super::META;
 
 /// `meta.json`
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -4,6 +4,12 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use oneiro_base::console::Console;
+use oneiro_base::contents::describe;
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::directory::Holds;
+use oneiro_base::sealed::Problem;
 use serde::{Deserialize, Serialize};
 
 use super::{CONFIG, Done, FORM, Meta, SavedRun, Session, Status};
@@ -12,12 +18,6 @@ use crate::engine::job::{Job, Progress, Step};
 use crate::engine::log::{Extent, Log, Prefix};
 use crate::experiment::INPUTS;
 use crate::runs::{Experiment, Recording, Table};
-use oneiro_base::console::Console;
-use oneiro_base::contents::describe;
-use oneiro_base::disk;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::directory::Holds;
-use oneiro_base::sealed::Problem;
 
 /// Checkpoints that are kept: if the newest is damaged, there is one before.
 const KEPT: usize = 2;

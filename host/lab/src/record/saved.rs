@@ -4,12 +4,13 @@ use std::fs::TryLockError;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{CONFIG, Done, FORM, Meta, Status};
-use crate::runs::{self, Experiment, Recorded};
 use oneiro_base::disk::LOCK;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::directory::Holds;
 use oneiro_base::files::plain;
+
+use super::{CONFIG, Done, FORM, Meta, Status};
+use crate::runs::{self, Experiment, Recorded};
 
 /// Whether a directory is a run's, readable or not.
 pub fn is_run(directory: &Path) -> bool {

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use oneiro_base::exit::{Failure, Result};
+use oneiro_evolve::{Champion, Population};
+
 use super::SavedRun;
 use crate::experiment::Experiment;
 use crate::runs::single;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_evolve::{Champion, Population};
 
 /// A run of single robots in its directory.
 #[derive(Debug)]

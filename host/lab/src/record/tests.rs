@@ -7,15 +7,15 @@ use std::sync::atomic::AtomicBool;
 
 use oneiro::batch::{LANES, Part, PartResult};
 use oneiro::evaluator::{self, Control, Error, Evaluator};
+use oneiro_base::console::Console;
+use oneiro_base::console::Output;
+use oneiro_base::exit::{Failure, Result};
 
 use super::*;
 use crate::engine::handle::Engine;
 use crate::engine::job::Progress;
 use crate::engine::watcher::Watch;
 use crate::runs::{self, Experiment};
-use oneiro_base::console::Console;
-use oneiro_base::console::Output;
-use oneiro_base::exit::{Failure, Result};
 
 /// Prefers genes near one half, and gives NaN to genomes whose first gene is above `nan_above`.
 struct Mock {

@@ -13,6 +13,11 @@ use std::fmt::Debug;
 use std::path::Path;
 use std::sync::Arc;
 
+use oneiro::batch::Worlds;
+use oneiro_base::console::Console;
+use oneiro_base::contents::{Column, Entry};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
 use serde_json::Value;
 
 use crate::engine::handle::Engine;
@@ -23,11 +28,6 @@ use crate::experiment::{self, Files, Identities, Input};
 use crate::kinds::FileKind;
 use crate::reality::site::Site;
 use crate::reality::wired::Time;
-use oneiro::batch::Worlds;
-use oneiro_base::console::Console;
-use oneiro_base::contents::{Column, Entry};
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files;
 
 /// An experiment of any kind, as needed to run it.
 pub trait Experiment: Debug + Send + Sync {

@@ -4,9 +4,8 @@
 use std::ops::Range;
 
 use oneiro::swarm::{Order, SECOND};
-use serde::{Deserialize, Serialize};
-
 use oneiro_evolve::encapsulated::Genome;
+use serde::{Deserialize, Serialize};
 
 /// A robot's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -9,6 +9,10 @@ use oneiro::batch::{Rollout, WorldKind};
 use oneiro::foraging::Light;
 use oneiro::random::Key;
 use oneiro::swarm::{Line, Order, SECOND, Swarm};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::sealed;
+use oneiro_evolve::encapsulated::{Genome, any_gene};
+use oneiro_evolve::random::{Stream, shuffled, stream};
 use serde::{Deserialize, Serialize};
 
 use super::clock::Clock;
@@ -18,10 +22,6 @@ use super::record::{Case, Kind, RobotInterval, Run};
 use super::{Plan, tables};
 use crate::engine::job::{Added, Finished, Job, Place, Progress, Request, Results, Stage, Step};
 use crate::exchange::Exchange;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::sealed;
-use oneiro_evolve::encapsulated::{Genome, any_gene};
-use oneiro_evolve::random::{Stream, shuffled, stream};
 
 /// The name of saved states, and their version.
 const NAME: &str = "swarm";

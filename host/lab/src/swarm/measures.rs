@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use oneiro::foraging::Light;
+use oneiro_statistics::{mean, roc_area, variance};
 
 use super::record::{Case, RobotInterval, Run};
-use oneiro_statistics::{mean, roc_area, variance};
 
 /// Seconds of a minute, and of a bin of Figure 5.
 pub const MINUTE: usize = 60;

@@ -19,14 +19,14 @@ pub mod tables;
 
 use oneiro::random::Key;
 use oneiro::swarm::{Lamp, SECOND};
+use oneiro_base::exit::Result;
+use oneiro_evolve::random::{Stream, below, stream};
 use serde::Serialize;
 
 use crate::engine::handle::Engine;
 use crate::swarm::record::{Case, Kind, Run};
 use clock::Clock;
 use job::SwarmJob;
-use oneiro_base::exit::Result;
-use oneiro_evolve::random::{Stream, below, stream};
 use settings::Settings;
 
 /// A swarm's run: its experiment, its control and its seed.

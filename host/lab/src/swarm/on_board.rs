@@ -4,6 +4,8 @@
 use oneiro::batch::Rollout;
 use oneiro::foraging::Light;
 use oneiro::random::Key;
+use oneiro_evolve::encapsulated::{Controllers, Genome, any_gene};
+use oneiro_evolve::random::{Stream, stream};
 use serde::{Deserialize, Serialize};
 
 use super::clock::Clock;
@@ -11,8 +13,6 @@ use super::settings::{Says, Settings};
 use crate::exchange::Message;
 use crate::exchange::pairs::Pairs;
 use crate::swarm::record::Credit;
-use oneiro_evolve::encapsulated::{Controllers, Genome, any_gene};
-use oneiro_evolve::random::{Stream, stream};
 
 /// One robot's evolution of controllers and of its simulator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -5,12 +5,12 @@ use oneiro::foraging::{self, AsForaging, Foraging, Light};
 use oneiro::parameter::Allowed::{Any, Number, Whole, WholeUpTo};
 use oneiro::parameter::{Choice, Choices, Datum, Parameter, row};
 use oneiro::swarm::{self, Swarm};
+use oneiro_evolve::encapsulated::{Boundary, Breeding, Mutation};
 use serde::{Serialize, Serializer};
 
 use crate::exchange::pairs::{Key, Leaves, Rules};
 use crate::exchange::radio::limits::Limits;
 use crate::swarm::record::{Case, Credit};
-use oneiro_evolve::encapsulated::{Boundary, Breeding, Mutation};
 
 /// All settings. Lengths in mm, times in s.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use oneiro::foraging::Light;
+use oneiro_base::contents::{Column, OutcomeColumn, head};
+use oneiro_report::numbers::fixed;
 
 use super::record::{RobotInterval, Run};
 use super::settings::Settings;
 use crate::engine::job::Named;
-use oneiro_base::contents::{Column, OutcomeColumn, head};
-use oneiro_report::numbers::fixed;
 
 /// Columns of an interval that the table of a robot's own daemon has as well.
 pub const ROBOT: Column = Column::whole("robot", "", "its number, from 0");

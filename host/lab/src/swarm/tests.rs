@@ -8,6 +8,8 @@ use oneiro::batch::{TraceRequest, WorldKind, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::foraging::Light;
 use oneiro::swarm::Line;
+use oneiro_robots::script::Random;
+use oneiro_robots::tracker::Seen;
 
 use super::clock::Clock;
 use super::job::reached;
@@ -21,8 +23,6 @@ use crate::exchange::radio::{Packet, Radio, Received, Refusal};
 use crate::exchange::{Exchange, Message};
 use crate::swarm::record::{Credit, RobotInterval};
 use crate::swarm::settings::Says;
-use oneiro_robots::script::Random;
-use oneiro_robots::tracker::Seen;
 
 fn small(case: Case) -> Settings {
     Settings {

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use oneiro::world::GeneLayout;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_evolve::Population;
 
 use super::store::Store;
 use super::{Plan, Sweep, contents, tables};
 use crate::genomes;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_evolve::Population;
 
 /// A finished sweep of single robots.
 #[derive(Debug)]

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use oneiro::world::GeneLayout;
+use oneiro_base::contents::{self, Column, Entry, Holds};
+use oneiro_base::exit::Result;
 use toml::Value;
 
 use super::file::Axis;
 use super::{Plan, Sweep};
-use oneiro_base::contents::{self, Column, Entry, Holds};
-use oneiro_base::exit::Result;
 
 /// File names of the tables.
 pub const RESULTS: &str = "results.csv";

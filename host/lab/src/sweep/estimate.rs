@@ -6,13 +6,13 @@ use oneiro::backend::Specialise;
 use oneiro::batch::{Rollout, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
+use oneiro_base::console::Console;
+use oneiro_base::exit::Result;
+use oneiro_base::progress::meanwhile;
 use serde::Serialize;
 
 use super::Sweep;
 use crate::device::{self, Backend};
-use oneiro_base::console::Console;
-use oneiro_base::exit::Result;
-use oneiro_base::progress::meanwhile;
 
 /// A device and its speed.
 #[derive(Clone, Debug, Serialize)]

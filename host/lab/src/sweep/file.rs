@@ -32,6 +32,8 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use oneiro_base::exit::{Failure, Result};
+use oneiro_evolve::random::{Stream, Uniform, logarithm, stream};
 use rand::distr::Distribution;
 use serde::Deserialize;
 use toml::{Table, Value};
@@ -41,8 +43,6 @@ use crate::experiment::{GREATEST_SEED, check_name};
 use crate::kinds::FileKind;
 use crate::reality::site::SEVERITY;
 use crate::threads;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_evolve::random::{Stream, Uniform, logarithm, stream};
 
 /// The most runs of a sweep.
 pub const GREATEST_RUNS: u64 = 10_000_000;

@@ -15,6 +15,10 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, SyncSender};
 use std::thread::{self, JoinHandle};
 
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::plain;
+use oneiro_base::utc::now;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -23,10 +27,6 @@ use crate::engine::checkpoint;
 use crate::engine::job::Named;
 use crate::record::Session;
 use crate::threads;
-use oneiro_base::disk;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
-use oneiro_base::utc::now;
 
 const RESULTS: &str = "results.log";
 const GENERATIONS: &str = "generations.log";

@@ -30,6 +30,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use oneiro::world::GeneLayout;
+use oneiro_base::contents::Column;
+use oneiro_base::exit::{Failure, Result};
 use rayon::prelude::*;
 
 use crate::experiment::source::{Parsed, Setting};
@@ -39,8 +41,6 @@ use crate::reality::site::Site;
 use crate::reality::wired::Time;
 use crate::runs::{self, Experiment, Reality, Recording, Robots, Shown, Table};
 use file::SweepFile;
-use oneiro_base::contents::Column;
-use oneiro_base::exit::{Failure, Result};
 
 /// Index of a run: by cell, then by seed.
 pub type RunIndex = u32;

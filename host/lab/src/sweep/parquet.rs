@@ -7,17 +7,16 @@ use std::path::Path;
 use std::sync::Arc;
 
 use csv::StringRecord;
+use oneiro_base::contents::{self, Holds};
+use oneiro_base::disk::write_through;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::plain;
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::{ParquetError, Result as Written};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{ColumnPath, Type};
-
-use oneiro_base::contents::{self, Holds};
-use oneiro_base::disk::write_through;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
 
 /// Rows of a row group. Only one group is in memory at a time, whatever the table's length.
 const ROWS: usize = 1 << 17;

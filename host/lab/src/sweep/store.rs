@@ -8,7 +8,6 @@
 //! | `shard-I-of-N/` | a process's [journal](super::journal) |
 //! | `results.csv`, `generations.csv`, `champions.csv` | the [tables](super::tables) of all runs, once all are done |
 
-use oneiro_base::console::counted;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::fs;
@@ -16,16 +15,17 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::str::FromStr;
 
+use oneiro_base::console::counted;
+use oneiro_base::disk::{self, LOCK};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::directory::{Form, Holds};
+use oneiro_base::files::{self, plain};
 use serde::{Deserialize, Serialize};
 
 use super::file::{Reality, Robots};
 use super::journal::{Line, Logged};
 use super::{Plan, RunIndex, Sweep};
 use crate::record;
-use oneiro_base::disk::{self, LOCK};
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::directory::{Form, Holds};
-use oneiro_base::files::{self, plain};
 
 const MADE: &str = "sweep.json";
 const SWEEP: &str = "sweep.toml";

@@ -1,7 +1,6 @@
 //! Tables of a sweep: one row per run, in long form one row per generation of each run, and the champions' genes.
 //! Whichever processes did the runs, in whatever order, the files have the same bytes.
 
-use oneiro_base::console::counted;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -10,6 +9,12 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use oneiro::world::GeneLayout;
+use oneiro_base::console::counted;
+use oneiro_base::contents::Column;
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::plain;
+use oneiro_report::csv::cell;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use toml::Value;
@@ -18,11 +23,6 @@ use super::contents::{CHAMPIONS, GENERATIONS, RESULTS, RUN, SUMS, columns_of_cha
 use super::journal::Generations;
 use super::store::{AllFinished, Finished, Store};
 use super::{Plan, RunIndex, Sweep};
-use oneiro_base::contents::Column;
-use oneiro_base::disk;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
-use oneiro_report::csv::cell;
 
 /// Tables written by [`write()`].
 #[derive(Debug)]

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
+use oneiro_base::exit::{Failure, Result};
 use rayon::prelude::*;
 
 use super::journal::{Journal, Outcome, Saved};
@@ -13,7 +14,6 @@ use crate::engine::job::{Job, Step};
 use crate::engine::scheduler::{Record, RunNumber, Runs, UnderWay, Waiting};
 use crate::record::result_of;
 use crate::runs::{Experiment, Recording};
-use oneiro_base::exit::{Failure, Result};
 
 /// Most bytes that all runs in progress may need.
 const MEMORY: u64 = 512 << 20;

@@ -2,7 +2,6 @@
 //! machines, whom each hears, and the readings of the robot that is followed. Readings are rounded to 1/65535 of their range in
 //! this life.
 
-use oneiro_base::console::counted;
 use std::collections::BTreeMap;
 
 use oneiro::arena::{Arena, Block, Patch};
@@ -10,6 +9,7 @@ use oneiro::automode::Form;
 use oneiro::batch::Trace;
 use oneiro::compose::{DetailKind, Kind};
 use oneiro::world::World;
+use oneiro_base::console::counted;
 use serde_json::{Value, json};
 
 use super::player::{self, Player, packed, turns};

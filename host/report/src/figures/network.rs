@@ -1,10 +1,10 @@
 //! A network without hidden units: eight sensors and a bias, two motors, and the weights between them.
 
-use crate::numbers::fixed;
 use oneiro::tables::SENSORS;
 
 use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, SOFT_INK, Svg, number};
 use super::tables::NAMES;
+use crate::numbers::fixed;
 
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 470.0;

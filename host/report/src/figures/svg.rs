@@ -1,7 +1,8 @@
 //! Just enough SVG: elements with attributes, numbers with two decimals, escaped text.
 
-use crate::numbers::fixed;
 use std::fmt::Write;
+
+use crate::numbers::fixed;
 
 /// Fonts of all text.
 const FONT: &str = "system-ui, -apple-system, 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', Arial, sans-serif";

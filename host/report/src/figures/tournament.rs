@@ -1,11 +1,11 @@
 //! The scores of a tournament of generations.
 
-use crate::numbers::significant;
 use std::fmt::Write;
 
 use super::plot::{Plot, Range};
 use super::svg::{Anchor, BOLD, SOFT, Svg, number, ramp};
 use super::tables::HEAT;
+use crate::numbers::significant;
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 660.0;

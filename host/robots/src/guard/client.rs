@@ -7,6 +7,9 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
+use oneiro_base::console::Console;
+use oneiro_base::exit::{Code, Failure};
+
 use super::message::{Report, Request, Status, VERSION};
 use super::values::Values;
 use super::wheels::Wanted;
@@ -15,8 +18,6 @@ use crate::address::Wire;
 use crate::link::wall;
 use crate::realtime::RealTime;
 use crate::{stopped, unstopped};
-use oneiro_base::console::Console;
-use oneiro_base::exit::{Code, Failure};
 
 /// A guard at work. When it is dropped the guard stops the robot and ends, and so it does when this process is killed.
 pub struct Client {

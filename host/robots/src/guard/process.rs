@@ -10,6 +10,7 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender, SyncSender};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use oneiro_base::exit::Failure;
 use signal_hook::flag;
 
 use super::message::{LONGEST, Report, Request, Status, VERSION, sensors};
@@ -21,7 +22,6 @@ use crate::error::Error;
 use crate::link::wall;
 use crate::realtime::RealTime;
 use crate::recording::Recording;
-use oneiro_base::exit::Failure;
 
 /// Between two looks.
 pub(super) const TICK: Duration = Duration::from_millis(10);

@@ -6,6 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use oneiro_base::console::Console;
+use oneiro_base::exit::Failure;
+
 use super::person::Person;
 use super::trouble::Trouble;
 use super::{Moment, Profile, Vehicle};
@@ -18,8 +21,6 @@ use crate::guard::{Condition, State};
 use crate::link::wall;
 use crate::realtime::RealTime;
 use crate::tracker::{self, Tracker};
-use oneiro_base::console::Console;
-use oneiro_base::exit::Failure;
 
 /// What to connect to, and how.
 #[derive(Clone, Debug)]

@@ -2,7 +2,6 @@
 
 use oneiro::evaluator;
 use oneiro::parameter::Invalid;
-
 use oneiro_base::exit::{Code, Failure};
 
 /// The reason why a call to a robot, or to what stands in for it, failed.

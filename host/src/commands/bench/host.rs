@@ -9,13 +9,6 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
-use serde_json::json;
-
-use super::median;
-use super::null::Null;
-use crate::COMMIT;
-use crate::cli::Bench;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -29,6 +22,13 @@ use oneiro_lab::record::Session;
 use oneiro_lab::sweep::Sweep;
 use oneiro_lab::sweep::journal::Journal;
 use oneiro_lab::sweep::work::Work;
+use serde::Serialize;
+use serde_json::json;
+
+use super::median;
+use super::null::Null;
+use crate::COMMIT;
+use crate::cli::Bench;
 
 /// Individuals of a generation, and generations of a run: those of the default experiment.
 const INDIVIDUALS: u64 = 100;

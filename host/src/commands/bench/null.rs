@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use oneiro::batch::{Batch, LANES, Outcome, Part, PartResult};
 use oneiro::evaluator::{Control, Device, Error, Evaluator};
-
 use oneiro_lab::device::NULL;
 
 /// Simulates nothing: a rollout's fitness is the sum of its genes, so that selection has something to sort.

@@ -3,7 +3,6 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use crate::cli::{Evaluate, OnRobot};
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::device;
@@ -12,6 +11,8 @@ use oneiro_lab::reality::site::{Robots, SEVERITY, Site, Wired};
 use oneiro_lab::reality::wired::Values;
 use oneiro_lab::reality::{Life, Lived};
 use oneiro_robots::tracker;
+
+use crate::cli::{Evaluate, OnRobot};
 
 /// Lives all lives on robots, each of which takes one after the other, or those of a surrogate all at once. Returns their fitness, by
 /// genome.

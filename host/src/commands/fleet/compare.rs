@@ -1,17 +1,17 @@
 //! `oneiro fleet compare`: what a fleet or its twins did, beside the batched study.
 
-use oneiro_base::console::counted;
-use oneiro_report::numbers::fixed;
 use std::slice;
 
-use serde_json::json;
-
-use crate::cli::FleetCompare;
+use oneiro_base::console::counted;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::Result;
 use oneiro_fleet::fleet::compare::{Compared, Figures, LEVEL, batched, compare, of_directory};
 use oneiro_fleet::fleet::file::Fleet;
 use oneiro_lab::device;
+use oneiro_report::numbers::fixed;
+use serde_json::json;
+
+use crate::cli::FleetCompare;
 
 /// Compares records with batched runs of the fleet's experiment.
 ///

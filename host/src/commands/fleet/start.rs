@@ -5,9 +5,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
-
-use crate::cli::FleetStart;
-use crate::commands::robot::watch::screen;
 use oneiro_base::console::{Console, shown};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_fleet::fleet::file::{AnyFleet, Computers, Fleet};
@@ -18,6 +15,9 @@ use oneiro_fleet::fleet::remote::on_each;
 use oneiro_fleet::fleet::{enough, service, table};
 use oneiro_lab::engine::watcher::stop_signal;
 use oneiro_lab::exchange::radio::key::Key;
+
+use crate::cli::FleetStart;
+use crate::commands::robot::watch::screen;
 
 /// Time between two tables on a terminal, and between two lines of JSON.
 const TABLE: Duration = Duration::from_millis(500);

@@ -10,8 +10,6 @@ use oneiro::acting::Readings;
 use oneiro::cpu::Cpu;
 use oneiro::random::Key;
 use oneiro::swarm::{self as arena, Drive, Driven, Line, SECOND, Swarm};
-use toml::Table;
-
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::directory::Filling;
@@ -28,6 +26,7 @@ use oneiro_lab::exchange::radio::{OPERATOR, Packet, Radio};
 use oneiro_lab::numbers::{number, seed};
 use oneiro_lab::swarm::clock::Clock;
 use oneiro_robots::guard::values::Values;
+use toml::Table;
 
 /// `oneiro fleet twin`
 #[derive(Args, Debug)]

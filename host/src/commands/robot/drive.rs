@@ -8,12 +8,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
-use serde_json::{Map, Value, json};
-use signal_hook::flag;
-
-use super::{number, watch, wire};
-use crate::cli::{Guard as Guarded, RobotDrive, Speed};
-use keys::{Action, Keys};
 use oneiro_base::console::{Console, shown};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::engine::watcher::stop_signal;
@@ -23,6 +17,12 @@ use oneiro_robots::guard::message::{Report, Request, Sensors, Status};
 use oneiro_robots::guard::values::Values;
 use oneiro_robots::guard::wheels::Wanted;
 use oneiro_robots::guard::{Condition, Guard, Inputs, Order, State};
+use serde_json::{Map, Value, json};
+use signal_hook::flag;
+
+use super::{number, watch, wire};
+use crate::cli::{Guard as Guarded, RobotDrive, Speed};
+use keys::{Action, Keys};
 use script::Script;
 use terminal::Terminal;
 

@@ -6,16 +6,16 @@ use std::time::{Duration, Instant};
 
 use ::console::Term;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use serde_json::{Map, Value, json};
-
-use super::{connected, milliseconds, number, used};
-use crate::cli::RobotWatch;
 use oneiro_base::console::{Console, shown};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::engine::watcher::stop_signal;
 use oneiro_report::numbers::fixed;
 use oneiro_robots::error::Error;
 use oneiro_robots::{Group, Kind, Reading, Robot, stopped, unstopped};
+use serde_json::{Map, Value, json};
+
+use super::{connected, milliseconds, number, used};
+use crate::cli::RobotWatch;
 
 /// Shows readings until Ctrl-C, or until there are as many as wanted.
 pub(super) fn run(arguments: &RobotWatch, console: Console) -> Result {

@@ -4,9 +4,6 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use oneiro::tables::{GREATEST_READING, MotorSamples, SensorTables};
-use serde_json::{Value, json};
-
-use super::person::{Answer, Person, Place};
 use oneiro_base::console::Console;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -15,6 +12,9 @@ use oneiro_lab::reality::turning::{self, Overlap, Turn, Turning};
 use oneiro_lab::reality::{Driven, Object, Shape, Trouble};
 use oneiro_report::figures;
 use oneiro_robots::vehicle::Vehicle;
+use serde_json::{Value, json};
+
+use super::person::{Answer, Person, Place};
 
 /// A whole turn may be this far off, degrees.
 const MOST_DRIFT: f64 = 4.0;

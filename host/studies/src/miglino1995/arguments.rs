@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-
-use crate::file::{ArmParser, MIGLINO1995};
 use oneiro_lab::device::Backend;
 use oneiro_lab::numbers::{of_key, seed, whole};
+
+use crate::file::{ArmParser, MIGLINO1995};
 
 /// `oneiro reproduce miglino1995`
 #[derive(Args, Debug)]

@@ -3,10 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use super::second::{Run, effect};
 use oneiro_base::contents::Column;
 use oneiro_report::csv::{Csv, number};
 use oneiro_statistics::{mean, variance};
+
+use super::second::{Run, effect};
 
 /// d without noise in the paper's Table 1.
 const D: f64 = 0.81;

@@ -1,11 +1,11 @@
 //! Runs in progress and the lives of their individuals.
 
 use oneiro::random::Key;
-
-use super::results::{Condition, Level};
 use oneiro_evolve::Optimizer;
 use oneiro_evolve::genetic::Genetic;
 use oneiro_lab::reality;
+
+use super::results::{Condition, Level};
 
 /// Identifies one life of an individual; each has random numbers of its own.
 #[derive(Clone, Copy)]

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use oneiro::tables::{SensorTable, SensorTables};
 use oneiro::world::{Robot, World, WorldSpec};
+use oneiro_base::exit::Result;
 
 use super::results::Variant;
 use super::settings::{Settings, Tables};
 use super::study::Study;
-use oneiro_base::exit::Result;
 
 /// Averages the readings of two robots.
 fn average(one: &SensorTables, other: &SensorTables) -> SensorTables {

@@ -2,20 +2,19 @@
 //! estimates alone, and the verdict by the 95 % intervals of its parts. Runs are the unit of all intervals. Ratios enter as differences, such
 //! as half of one mean minus another, so that no interval divides by a figure near zero.
 
+use Condition::{Conservative, None as Without, Sensor};
 use oneiro::tables::{GREATEST_READING, SENSORS, SensorTable, SensorTables};
+use oneiro_base::console::counted;
+use oneiro_statistics::{
+    Interval, anova, cohens_d, holm, mean, mean_interval, median, median_interval, paired_t, pseudo_values, quantile,
+    random_intercept, student_t, subset, variance,
+};
 use rand_pcg::Pcg64;
 
 use super::results::{Condition, Controls, Discrepancy, Family, Level, Results, Run};
 use crate::MIGLINO1995_CLAIMS;
 use crate::claims::{Claim, Effect, Finding, Preregistered, Table, Test, over_runs};
 use crate::verdict::{self, Part, Verdict};
-use oneiro_base::console::counted;
-use oneiro_statistics::{
-    Interval, anova, cohens_d, holm, mean, mean_interval, median, median_interval, paired_t, pseudo_values, quantile,
-    random_intercept, student_t, subset, variance,
-};
-
-use Condition::{Conservative, None as Without, Sensor};
 
 /// Part of the name of each test over runs; Holm's correction covers these tests.
 const RUNS: &str = ": runs, ";

@@ -3,9 +3,9 @@
 use oneiro::batch::{Record, Trace};
 use oneiro::tables::SENSORS;
 use oneiro::world::{Start, World, WorldSpec};
+use oneiro_lab::lives::measures::{Grid, PLACES, distance, is_stuck, moves};
 
 use super::results::{DifferenceEffect, Discrepancy, Life};
-use oneiro_lab::lives::measures::{Grid, PLACES, distance, is_stuck, moves};
 
 /// Cycles between terms of D (equation 2).
 const TERM: usize = 5;

@@ -15,13 +15,13 @@ mod second;
 pub mod settings;
 pub mod study;
 
-use oneiro_report::numbers::fixed;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 use oneiro::tables::{MotorSamples, MotorStates, MotorTable, SensorTables};
 use oneiro::world::Robot;
+use oneiro_report::numbers::fixed;
 
 pub use self::arguments::Arguments;
 #[cfg(any(test, feature = "testing"))]

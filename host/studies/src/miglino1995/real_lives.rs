@@ -6,9 +6,6 @@ use oneiro::batch::Trace;
 use oneiro::random::Key;
 use oneiro::tables::SENSORS;
 use oneiro::world::{Start, World, WorldSpec};
-
-use super::evolving::{Evolving, Trial, by_run, lives};
-use super::settings::RealStarts;
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
 use oneiro_evolve::Optimizer;
@@ -16,6 +13,9 @@ use oneiro_lab::engine::handle::Engine;
 use oneiro_lab::reality::site::Site;
 use oneiro_lab::reality::wander::{WALK, wanderer};
 use oneiro_lab::reality::{Life, Lived, Reality, patiently};
+
+use super::evolving::{Evolving, Trial, by_run, lives};
+use super::settings::RealStarts;
 
 /// First number of the drives between lives among an individual's lives.
 const WALKS: u64 = 16;

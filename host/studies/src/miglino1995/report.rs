@@ -3,12 +3,12 @@
 
 use oneiro::arena::Arena;
 use oneiro::tables::SensorTables;
+use oneiro_report::page;
 
 use super::results::{Condition, Results, Run};
 use crate::MIGLINO1995_CLAIMS;
 use crate::claims::{Claim, Table};
 use crate::verdicts::{self, Sensitivity};
-use oneiro_report::page;
 
 mod background;
 mod behaviour;

@@ -5,16 +5,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use super::calibration::{self, Pairs};
-use super::results::Condition;
-use crate::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
-use crate::sweep_results;
-use crate::verdict::brief;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::contents::{Column, Entry};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_report::csv::{Csv, number};
 use oneiro_statistics::{Undefined, mean, nested_mean, one_sample_t, variance};
+
+use super::calibration::{self, Pairs};
+use super::results::Condition;
+use crate::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
+use crate::sweep_results;
+use crate::verdict::brief;
 
 const CONTRASTS: &str = "contrasts.csv";
 const CLAIMS: &str = "claims.csv";

@@ -7,6 +7,13 @@ use oneiro::parameter::{Choice, Invalid};
 use oneiro::surrogate::{Difference, Differences, Individual, Surrogate};
 use oneiro::tables::{MotorStates, SensorTables};
 use oneiro::world::{Noise, Robot, Start, World, WorldSpec};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_evolve as evolve;
+use oneiro_lab::experiment::source::{Parsed, Setting, Source};
+use oneiro_lab::experiment::values::Described;
+use oneiro_lab::experiment::{self, Experiment, Files, settings};
+use oneiro_lab::reality::site::Site;
+use oneiro_robots::address::{Address, Wire};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
@@ -16,13 +23,6 @@ use super::results::{Condition, Family};
 use super::study::SHARED_START;
 use crate::assumptions::Assumption;
 use crate::file::{self, Arm, StudyFile};
-use oneiro_base::exit::{Failure, Result};
-use oneiro_evolve as evolve;
-use oneiro_lab::experiment::source::{Parsed, Setting, Source};
-use oneiro_lab::experiment::values::Described;
-use oneiro_lab::experiment::{self, Experiment, Files, settings};
-use oneiro_lab::reality::site::Site;
-use oneiro_robots::address::{Address, Wire};
 
 /// Values from the command line.
 #[derive(Clone, Debug)]

@@ -20,12 +20,6 @@ use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Difference, Differences, Surrogate};
 use oneiro::tables::SensorTables;
 use oneiro::world::{Robot, Start, Task, World, WorldSpec};
-
-use super::evolving::{Evolving, Trial, by_run, lives};
-use super::measures::{Cells, Moment, Pair, Sums, effect};
-use super::real_lives::RealLives;
-use super::results::{Champion, Condition, Controls, DifferenceEffect, Level, Life, Run, Transferred};
-use super::settings::Settings;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_evolve::Optimizer;
@@ -34,6 +28,12 @@ use oneiro_lab::engine::handle::Engine;
 use oneiro_lab::reality;
 use oneiro_lab::reality::site::Site;
 use oneiro_statistics::cohens_d;
+
+use super::evolving::{Evolving, Trial, by_run, lives};
+use super::measures::{Cells, Moment, Pair, Sums, effect};
+use super::real_lives::RealLives;
+use super::results::{Champion, Condition, Controls, DifferenceEffect, Level, Life, Run, Transferred};
+use super::settings::Settings;
 
 /// Number of best individuals whose mean is the peak.
 pub(crate) const PEAK: usize = 20;

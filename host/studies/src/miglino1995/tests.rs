@@ -10,17 +10,17 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Robot, World, WorldSpec};
-
-use super::settings::{Asked, Settings};
-use super::simulated_robot;
-use super::study::Study;
-use crate::file::{MIGLINO1995, StudyFile};
 use oneiro_base::console::{Console, Output};
 use oneiro_lab::engine::handle::Engine;
 use oneiro_lab::reality::Object;
 use oneiro_lab::reality::sampling::sample_unkept;
 use oneiro_lab::reality::site::Site;
 use oneiro_robots::address::Address;
+
+use super::settings::{Asked, Settings};
+use super::simulated_robot;
+use super::study::Study;
+use crate::file::{MIGLINO1995, StudyFile};
 
 pub(super) fn evaluations() -> Engine {
     Engine::new(Box::new(Cpu::new(None).unwrap()), Arc::new(AtomicBool::new(false)))

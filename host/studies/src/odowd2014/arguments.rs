@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
-
-use crate::file::{ArmParser, ODOWD2014};
 use oneiro_lab::device::Backend;
 use oneiro_lab::numbers::{of_key, seed, whole};
 use oneiro_lab::swarm::record::Credit;
+
+use crate::file::{ArmParser, ODOWD2014};
 
 /// `oneiro reproduce odowd2014`
 #[derive(Args, Debug)]

@@ -5,7 +5,11 @@
 
 use std::ops::Range;
 
+use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
+use Kind::{Alone, Evolved, FitnessShuffled as Null, SimulatorRandom, SimulatorRight};
 use oneiro::foraging::Light;
+use oneiro_report::numbers::significant;
+use oneiro_statistics::{Interval, cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, student_t, subset};
 use rand_pcg::Pcg64;
 
 use super::measures::{ALL, BEFORE_MOVE, BIN, FIRST_HALF, G0, G1, LATE, S0, SECOND_HALF, SETTLED, minutes};
@@ -13,11 +17,6 @@ use super::results::{Case, Combination, Kind, Results, Run};
 use crate::ODOWD2014_CLAIMS;
 use crate::claims::{Claim, Effect, Finding, MET_IN, Preregistered, Table, Test, over_runs};
 use crate::verdict::{Judged as Judgement, Part, Verdict};
-use oneiro_report::numbers::significant;
-use oneiro_statistics::{Interval, cohens_d, holm, mean, one_sample_t, paired_t, ratio_interval, student_t, subset};
-
-use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
-use Kind::{Alone, Evolved, FitnessShuffled as Null, SimulatorRandom, SimulatorRight};
 
 /// Significance level of the study and of the paper.
 const LEVEL: f64 = 0.05;

@@ -3,15 +3,15 @@
 
 use clap::ValueEnum;
 use oneiro::swarm::Swarm;
+use oneiro_report::figures::escaped;
+use oneiro_report::numbers::shown;
+use oneiro_report::page::{self, Cell, joined};
 
 use super::results::{Case, Combination, Credit, Kind, Results};
 use crate::ODOWD2014_CLAIMS;
 use crate::assumptions::Assumption;
 use crate::claims::{Claim, Table};
 use crate::verdicts::{self, Sensitivity};
-use oneiro_report::figures::escaped;
-use oneiro_report::numbers::shown;
-use oneiro_report::page::{self, Cell, joined};
 
 mod background;
 mod csv;

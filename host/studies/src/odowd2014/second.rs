@@ -5,19 +5,19 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use super::report::name;
-use super::results::{Case, Kind};
-use crate::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
-use crate::sweep_results;
-use crate::verdict::brief;
+use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
+use Kind::{Evolved, FitnessShuffled as Null, SimulatorRandom as Drawn, SimulatorRight as Right};
 use oneiro_base::console::{Console, columns};
 use oneiro_base::contents::{Column, Entry};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_report::csv::{Csv, number};
 use oneiro_statistics::{Undefined, mean, variance};
 
-use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
-use Kind::{Evolved, FitnessShuffled as Null, SimulatorRandom as Drawn, SimulatorRight as Right};
+use super::report::name;
+use super::results::{Case, Kind};
+use crate::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
+use crate::sweep_results;
+use crate::verdict::brief;
 
 const CONTRASTS: &str = "contrasts.csv";
 const CLAIMS: &str = "claims.csv";

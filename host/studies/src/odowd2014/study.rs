@@ -2,13 +2,6 @@
 
 use std::fmt;
 
-use serde::de::IgnoredAny;
-use serde::{Deserialize, Serialize};
-use toml::{Table, Value};
-
-use super::results::{Case, Combination, Credit, Kind, Question, Run};
-use crate::assumptions::Assumption;
-use crate::file::{self, Arm, StudyFile};
 use oneiro_base::exit::Result;
 use oneiro_lab::engine::handle::Engine;
 use oneiro_lab::experiment;
@@ -16,6 +9,13 @@ use oneiro_lab::experiment::source::{Parsed, Setting, Source};
 use oneiro_lab::experiment::swarm::SwarmExperiment;
 use oneiro_lab::swarm::settings::Settings;
 use oneiro_lab::swarm::{Plan, live, steps};
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use super::results::{Case, Combination, Credit, Kind, Question, Run};
+use crate::assumptions::Assumption;
+use crate::file::{self, Arm, StudyFile};
 
 /// Values from the command line.
 #[derive(Clone, Debug)]

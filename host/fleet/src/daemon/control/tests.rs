@@ -7,13 +7,14 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use super::*;
-use crate::daemon::settings::{Beacon, Evolution, Radio as RadioSettings, Tracker};
 use oneiro_lab::exchange::radio::OPERATOR;
 use oneiro_lab::swarm::Plan;
 use oneiro_lab::swarm::record::{Case, Kind};
 use oneiro_lab::swarm::settings::Settings as Swarm;
 use oneiro_robots::vehicle::{Moment, Profile};
+
+use super::*;
+use crate::daemon::settings::{Beacon, Evolution, Radio as RadioSettings, Tracker};
 
 const KEY: &str = "00112233445566778899aabbccddeeff00112233445566778899aabbccddeeff";
 /// The number of the operator's start.

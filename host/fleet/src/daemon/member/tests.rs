@@ -7,13 +7,13 @@ use oneiro::cpu::Cpu;
 use oneiro::evaluator::Control;
 use oneiro::random::Key;
 use oneiro::swarm::{Arena, Order, Simulated, World};
-
-use super::*;
-use crate::daemon::evolution::simulate;
 use oneiro_lab::engine::handle::Engine;
 use oneiro_lab::swarm::live;
 use oneiro_lab::swarm::record::{Case, Credit, Kind, RobotInterval};
 use oneiro_lab::swarm::settings::{Says, Settings};
+
+use super::*;
+use crate::daemon::evolution::simulate;
 
 fn plan(change: impl Fn(&mut Settings)) -> Plan {
     let mut settings = Settings {

@@ -3,11 +3,11 @@
 use std::time::{Duration, Instant};
 
 use oneiro::cpu::Cpu;
-
-use crate::daemon::beside::{Beside, rest};
 use oneiro_base::exit::Result;
 use oneiro_evolve::Champion;
 use oneiro_lab::runs::single::on_board::OnBoard;
+
+use crate::daemon::beside::{Beside, rest};
 
 /// Work from one rest to the next, at least: a shorter rest would take longer than it should.
 const SPELL: Duration = Duration::from_millis(10);

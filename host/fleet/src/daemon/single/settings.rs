@@ -27,10 +27,6 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use oneiro::reported::Reported;
-use serde::Deserialize;
-
-use super::transfers::Rules;
-use crate::daemon::settings::{Evolution, SHARES, guard, wire};
 use oneiro_base::exit::{Code, Failure, Result};
 use oneiro_base::files;
 use oneiro_lab::experiment::settings::{Addresses, Transfer};
@@ -43,6 +39,10 @@ use oneiro_robots::address::Wire;
 use oneiro_robots::guard::wheels::Wanted;
 use oneiro_robots::tracker;
 use oneiro_robots::vehicle::guarded::Options;
+use serde::Deserialize;
+
+use super::transfers::Rules;
+use crate::daemon::settings::{Evolution, SHARES, guard, wire};
 
 /// Allowed numbers of generations, and of lives.
 const GENERATIONS: RangeInclusive<u32> = 1..=1_000_000;

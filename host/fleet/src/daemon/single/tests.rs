@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
-use super::*;
 use oneiro_base::console::Output;
 use oneiro_base::files;
 use oneiro_lab::experiment::source::Parsed;
 use oneiro_lab::reality::wired::emulated::{INSTANT, connected};
 use oneiro_lab::reality::wired::logbook::COMPLETE;
+
+use super::*;
 
 const EXPERIMENT: &str =
     "cycles = 20\n[evolution]\npopulation = 8\nparents = 2\ngenerations = 7\n[noise]\nsensor = [-0.1, 0.1]\n";

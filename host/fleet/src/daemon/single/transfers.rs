@@ -1,12 +1,12 @@
 //! What a robot has measured: the lives of the controllers that it has tried, and which of them it tries next.
 
-use serde::{Deserialize, Serialize};
-
-use crate::daemon::keeper::{CHECKPOINT, Kept};
 use oneiro_base::contents::{Column, Entry, head};
 use oneiro_base::disk;
 use oneiro_base::npy::npy;
 use oneiro_evolve::{Champion, by_fitness};
+use serde::{Deserialize, Serialize};
+
+use crate::daemon::keeper::{CHECKPOINT, Kept};
 
 /// The table of transfers, and the best controller so far.
 pub(crate) const TRANSFERS: &str = "transfers.csv";

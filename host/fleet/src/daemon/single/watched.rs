@@ -4,9 +4,10 @@
 use std::cell::Cell;
 use std::time::Duration;
 
-use crate::daemon::notify::Notify;
 use oneiro_robots::vehicle::trouble::Trouble;
 use oneiro_robots::vehicle::{Moment, Profile, Vehicle};
+
+use crate::daemon::notify::Notify;
 
 /// Least time between two pings: several fit into the `WatchdogSec` of the daemon's unit.
 const PERIOD: Duration = Duration::from_secs(1);

@@ -1,11 +1,12 @@
 use std::fmt::Write;
 use std::net::UdpSocket;
 
+use oneiro_lab::exchange::radio::key::Key;
+use oneiro_lab::exchange::radio::{LONGEST, Packet, Radio, Status};
+
 use super::super::operator::{Station, VERSION};
 use super::super::table;
 use super::*;
-use oneiro_lab::exchange::radio::key::Key;
-use oneiro_lab::exchange::radio::{LONGEST, Packet, Radio, Status};
 
 /// A robot that says what it is told to, and hears the beacon: when, the experiment's time, and whether it may move.
 struct Robot {

@@ -1,12 +1,12 @@
 use std::sync::Arc;
 
 use oneiro::swarm::SECOND;
+use oneiro_lab::exchange::radio::Status;
+use oneiro_report::figures::browser;
 use serde_json::{Value, json};
 
 use super::super::live::tests::fleet;
 use super::*;
-use oneiro_lab::exchange::radio::Status;
-use oneiro_report::figures::browser;
 
 /// A robot that spoke `age` ms ago, and has brought this much.
 fn known(age: u64, brought: u32) -> Known {

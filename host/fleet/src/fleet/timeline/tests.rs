@@ -1,8 +1,8 @@
+use oneiro_evolve::random::{Stream, Uniform, stream};
 use rand::Rng;
 use rand::distr::Distribution;
 
 use super::*;
-use oneiro_evolve::random::{Stream, Uniform, stream};
 
 const MINUTES: u64 = 50;
 

@@ -7,9 +7,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use super::lockstep::{Conducted, Lockstep};
-use super::wire::{Port, Time, Up, VERSION};
-use crate::daemon::air::{Air, Channel};
 use oneiro_base::console::{Console, Output};
 use oneiro_base::exit::Failure;
 use oneiro_robots::guard::client::Lost;
@@ -17,6 +14,10 @@ use oneiro_robots::guard::message::{self, Report, Request};
 use oneiro_robots::link::Clock;
 use oneiro_robots::vehicle::Vehicle;
 use oneiro_robots::vehicle::guarded::{Connection, Guarded};
+
+use super::lockstep::{Conducted, Lockstep};
+use super::wire::{Port, Time, Up, VERSION};
+use crate::daemon::air::{Air, Channel};
 
 /// A robot, and what carries a daemon's datagrams.
 pub type Connected = (Box<dyn Vehicle + Send>, Box<dyn Air>);

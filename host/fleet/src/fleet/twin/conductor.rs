@@ -16,6 +16,9 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use oneiro::swarm::Line;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::plain;
+use oneiro_robots::guard::values::Values;
 
 use super::clocks::LocalClock;
 use super::disk::SmallDisk;
@@ -25,9 +28,6 @@ use super::guard::Guard;
 use super::record::{Record, Stop};
 use super::wire::{Port, Time, Up, VERSION};
 use crate::daemon::epuck::{Activations, readings};
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
-use oneiro_robots::guard::values::Values;
 
 /// A cycle of the arena, ns, and the time between two beacons.
 const CYCLE: u64 = SECOND / 10;

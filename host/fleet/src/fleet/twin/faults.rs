@@ -38,11 +38,10 @@
 use std::path::Path;
 
 use oneiro::random::pcg4d;
-use serde::{Deserialize, Serialize};
-
 use oneiro_base::exit::Result;
 use oneiro_base::files;
 use oneiro_lab::experiment::source::{Parsed, Source};
+use serde::{Deserialize, Serialize};
 
 /// A second, ns.
 pub(super) const SECOND: u64 = 1_000_000_000;

@@ -11,9 +11,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use generator::{Generator, Gn};
-
-use super::lockstep::{Conducted, Lockstep};
-use super::wire::{Time, Up};
 use oneiro_robots::Kind;
 use oneiro_robots::error::{Error, Result};
 use oneiro_robots::guard::alone::{self, Pipe};
@@ -21,6 +18,9 @@ use oneiro_robots::guard::message::Report;
 use oneiro_robots::guard::values::Values;
 use oneiro_robots::guard::wheels::Wanted;
 use oneiro_robots::link::{Clock, Link};
+
+use super::lockstep::{Conducted, Lockstep};
+use super::wire::{Time, Up};
 
 /// A robot's guard.
 pub(super) struct Guard(Generator<'static, Time, Vec<Up>>);

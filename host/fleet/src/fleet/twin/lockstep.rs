@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use oneiro_robots::link::Clock;
+
 use super::wire::{Time, Up};
 use crate::daemon::air::Channel;
-use oneiro_robots::link::Clock;
 
 /// What connects a participant with the conductor.
 pub(super) trait Conducted: Send {

@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use oneiro::swarm::Line;
+use oneiro_base::contents::{Column, Entry, head};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::plain;
 use serde::{Deserialize, Serialize};
 
 use super::super::page::REPLAY;
 use super::faults::{Event, Fate, SECOND};
-use oneiro_base::contents::{Column, Entry, head};
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
 
 /// The files.
 pub(super) const ARENA: &str = "twin.csv";

@@ -3,6 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use oneiro::swarm::SECOND;
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::whole_lines;
+use oneiro_lab::swarm::Plan;
+use oneiro_report::figures::{Act, Genes, Moment, Sight, SwarmReplay, Teller, swarm_page};
 use serde::Deserialize;
 
 use super::super::page::REPLAY;
@@ -10,11 +15,6 @@ use super::super::statuses::read;
 use super::record::{ARENA, Row};
 use crate::daemon::intervals::INTERVALS;
 use crate::daemon::settings::Settings;
-use oneiro_base::disk;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::whole_lines;
-use oneiro_lab::swarm::Plan;
-use oneiro_report::figures::{Act, Genes, Moment, Sight, SwarmReplay, Teller, swarm_page};
 
 /// What the wheels of a robot do.
 const ACTS: [Act; 2] = [

@@ -11,16 +11,16 @@ use std::time::Duration;
 use std::{env, fs, thread};
 
 use oneiro::swarm::{Behaviour, Line, Seen};
+use oneiro_base::exit::Result;
+use oneiro_robots::guard::values::Values;
+use oneiro_robots::vehicle::Vehicle;
+use oneiro_robots::vehicle::trouble::Trouble;
 
 use super::client::connect;
 use super::conductor::{Conductor, Daemons, Operator, Outcome, Plan, World};
 use super::faults::Faults;
 use crate::daemon::air::{Air, Channel};
 use crate::daemon::epuck::{Activations, activations};
-use oneiro_base::exit::Result;
-use oneiro_robots::guard::values::Values;
-use oneiro_robots::vehicle::Vehicle;
-use oneiro_robots::vehicle::trouble::Trouble;
 
 /// Robots on an endless floor, whose sensors read where they are.
 struct Floor(Vec<Seen>);

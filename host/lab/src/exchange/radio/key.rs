@@ -3,11 +3,10 @@
 use std::fmt;
 use std::path::Path;
 
-use rand::TryRng;
-use rand::rngs::SysRng;
-
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
+use rand::TryRng;
+use rand::rngs::SysRng;
 
 /// A key of 256 bits. It is never shown.
 #[derive(Clone, PartialEq, Eq)]

@@ -1,8 +1,9 @@
 //! What the values of a packet may be.
 
+use oneiro_evolve::encapsulated::GREATEST;
+
 use super::{OPERATOR, Packet, Refusal, Status};
 use crate::exchange::Message;
-use oneiro_evolve::encapsulated::GREATEST;
 
 /// How many seconds a pair may be from the receiver's own second. Robots that hear no beacon for half a second stand, and a pair is
 /// said when its second begins.

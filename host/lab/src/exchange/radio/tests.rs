@@ -2,10 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
+use oneiro_robots::script::Random;
+
 use super::limits::TOLERANCE;
 use super::*;
 use crate::mutations::for_seeds_within;
-use oneiro_robots::script::Random;
 
 const LIMITS: Limits = Limits {
     robots: 10,

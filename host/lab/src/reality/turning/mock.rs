@@ -5,11 +5,11 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use oneiro::tables::SensorTables;
+use oneiro_robots::guard::message::Sensors;
+use oneiro_robots::vehicle::{Moment, Profile, Vehicle};
 
 use super::super::Trouble;
 use super::super::sampling::Row;
-use oneiro_robots::guard::message::Sensors;
-use oneiro_robots::vehicle::{Moment, Profile, Vehicle};
 
 /// Where somebody puts the robot, and sets its odometers to 0: before an object, by its class and the row, or in the open.
 pub type Hands = Arc<Mutex<Option<Option<(usize, usize)>>>>;

@@ -1,10 +1,10 @@
 use std::sync::Arc;
 
 use oneiro::tables::SensorTables;
+use oneiro_robots::guard::message::Sensors;
 
 use super::mock::Mock;
 use super::*;
-use oneiro_robots::guard::message::Sensors;
 
 static GOES_ON: AtomicBool = AtomicBool::new(false);
 

@@ -9,7 +9,6 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use oneiro::random::Key;
-
 use oneiro_base::contents::{Column, Entry, describe};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};

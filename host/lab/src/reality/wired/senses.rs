@@ -4,7 +4,6 @@ use oneiro::differential::{Build, Sensor, SensorKind};
 use oneiro::parameter::Choice;
 use oneiro::tables::{GREATEST_READING, SENSOR_NAMES};
 use oneiro::world::WorldSpec;
-
 use oneiro_robots::Kind;
 use oneiro_robots::vehicle::Profile;
 

@@ -4,9 +4,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Condvar, Mutex};
 
+use oneiro_base::console::Output;
+
 use super::tests::{Mock, Place, Troubles, genes, life, spec};
 use super::*;
-use oneiro_base::console::Output;
 
 /// For what has no limit but must happen.
 const LONG: Duration = Duration::from_secs(20);

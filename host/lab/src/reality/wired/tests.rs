@@ -6,10 +6,10 @@ use std::path::Path;
 
 use oneiro::arena::Arena;
 use oneiro::random::Key;
-
-use super::*;
 use oneiro_base::console::Output;
 use oneiro_base::exit::Code;
+
+use super::*;
 
 /// What goes wrong, and at which look.
 pub(super) type Troubles = BTreeMap<u32, Trouble>;

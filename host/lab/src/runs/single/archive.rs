@@ -2,9 +2,6 @@
 
 use std::fmt::Write;
 
-use super::{ARCHIVE, ARCHIVE_GENES, ARCHIVE_PICTURE, Recorded};
-use crate::experiment::Experiment;
-use crate::genomes;
 use oneiro_base::contents::{Column, head};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -12,6 +9,10 @@ use oneiro_base::npy::npy;
 use oneiro_evolve::Champion;
 use oneiro_evolve::map_elites::{Archive, Elite};
 use oneiro_report::figures;
+
+use super::{ARCHIVE, ARCHIVE_GENES, ARCHIVE_PICTURE, Recorded};
+use crate::experiment::Experiment;
+use crate::genomes;
 
 /// Columns of the table of the archive's growth.
 pub(super) static GROWTH: [Column; 5] = [

@@ -6,10 +6,10 @@ use oneiro::batch::{Batch, Rollout};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Error, Evaluator};
 use oneiro::random::{Key, pcg4d};
-
-use crate::experiment::Experiment;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::{Failure, Result};
+
+use crate::experiment::Experiment;
 
 /// Lives of random genomes, each up to the first operation whose result devices may compute in different ways. Every other genome
 /// is drawn from the range of initial genes, the rest from their limits.

@@ -2,16 +2,16 @@
 
 use oneiro::batch::{Batch, Rollout};
 use oneiro::random::pcg4d;
+use oneiro_base::console::Console;
 use oneiro_base::console::counted;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::progress;
 use serde_json::{Value, json};
 
 use super::individuals::Individuals;
 use super::job::{keys, score};
 use super::{Audit, Recorded, Single};
 use crate::engine::handle::Engine;
-use oneiro_base::console::Console;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::progress;
 
 /// Individuals per batch.
 const AT_ONCE: usize = 1 << 16;

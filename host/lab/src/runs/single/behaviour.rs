@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use oneiro::batch::Trace;
+use oneiro_base::contents::Column;
 use rayon::prelude::*;
 
 use super::job::means;
 use crate::experiment::Experiment;
 use crate::lives::measures::{self, Descriptor, Frame, Meter};
-use oneiro_base::contents::Column;
 
 /// Columns of the table of individuals without a behaviour.
 pub(super) static COLUMNS: [Column; 2] = [

@@ -5,16 +5,16 @@ use std::path::Path;
 use oneiro::automode::Form;
 use oneiro::random::Key;
 use oneiro::world::GeneLayout;
-use serde::{Deserialize, Serialize};
-
-use super::CHAMPION;
-use crate::genomes;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::npy::npy;
 use oneiro_evolve::Champion;
 use oneiro_evolve::appraisal::Appraisal;
 use oneiro_report::numbers::to_six_places;
+use serde::{Deserialize, Serialize};
+
+use super::CHAMPION;
+use crate::genomes;
 
 /// An individual of a run, for humans and programs to read.
 #[derive(Debug, Serialize, Deserialize)]

@@ -9,14 +9,14 @@ use oneiro::foraging::{Forager, Foraging};
 use oneiro::parameter::Choice;
 use oneiro::tables::SENSORS;
 use oneiro::world::{Drawn, Noise, Robot, Start, WorldSpec};
-use serde_json::{Value, json};
-
-use crate::experiment::Experiment;
 use oneiro_base::console::{Console, counted, decimal};
 use oneiro_base::exit::Result;
 use oneiro_base::files;
 use oneiro_evolve::settings::{Kind as Optimiser, OpponentKind, SelectionKind, Settings};
 use oneiro_report::figures;
+use serde_json::{Value, json};
+
+use crate::experiment::Experiment;
 
 /// Draws the experiment's arena if a file is named, and prints a summary of the experiment.
 pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Console) -> Result {

@@ -1,19 +1,12 @@
 //! `oneiro replay --elites`: lets all elites of an archive live again, and writes a page that shows the archive and plays their lives.
 
-use oneiro_base::console::counted;
 use std::collections::BTreeMap;
 
 use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Record, Rollout, TraceRequest};
 use oneiro::world::World;
-use serde_json::{Value, json};
-
-use super::archive::{self, RecordedElite};
-use super::job::{keys, score};
-use super::{ARCHIVE_PAGE, Recorded, Replay, Single};
-use crate::engine::handle::Engine;
-use crate::experiment::settings::Settings;
 use oneiro_base::console::Console;
+use oneiro_base::console::counted;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
@@ -21,6 +14,13 @@ use oneiro_evolve::settings::Descriptor;
 use oneiro_report::figures::{self, escaped, packed, turns};
 use oneiro_report::numbers::significant;
 use oneiro_report::page::{Section, document};
+use serde_json::{Value, json};
+
+use super::archive::{self, RecordedElite};
+use super::job::{keys, score};
+use super::{ARCHIVE_PAGE, Recorded, Replay, Single};
+use crate::engine::handle::Engine;
+use crate::experiment::settings::Settings;
 
 const SCRIPT: &str = include_str!("elites.js");
 /// Poses on the page, about 6 MB, and of one life.

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use super::INDIVIDUALS;
-use crate::experiment::Experiment;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::npy;
 use oneiro_evolve::Population;
+
+use super::INDIVIDUALS;
+use crate::experiment::Experiment;
 
 /// Every individual of a run with its genes and score.
 #[derive(Debug)]

@@ -5,6 +5,11 @@ use std::sync::Arc;
 
 use oneiro::batch::{Rollout, Trace};
 use oneiro::random::{Key, Keys};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::npy::{self, npy};
+use oneiro_evolve::appraisal::{Appraisal, by_mean};
+use oneiro_evolve::coevolution::{Coevolution, Scores};
+use oneiro_evolve::{Champion, Evolution, SavedEvolution};
 use serde::{Deserialize, Serialize};
 
 use super::behaviour::Behaviour;
@@ -20,11 +25,6 @@ use super::{
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::experiment::settings::{Settings, TrialScore};
 use crate::runs::Recording;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::npy::{self, npy};
-use oneiro_evolve::appraisal::{Appraisal, by_mean};
-use oneiro_evolve::coevolution::{Coevolution, Scores};
-use oneiro_evolve::{Champion, Evolution, SavedEvolution};
 
 /// A run of single robots.
 pub(super) struct Evolving {

@@ -35,6 +35,13 @@ use std::sync::{Arc, OnceLock};
 use oneiro::automode::Form;
 use oneiro::batch::Worlds;
 use oneiro::world::{Noise, Start, World, WorldSpec};
+use oneiro_base::console::{Console, counted, decimal};
+use oneiro_base::contents::{self, Column, Entry};
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::{self, plain};
+use oneiro_evolve::{Champion, Population};
+use oneiro_report::numbers::significant;
 use serde_json::json;
 
 use super::{Audit, CHAMPION_MEAN, Reality, Recorded, Recording, Replay, Robots, Shown, Summary, Table};
@@ -48,13 +55,6 @@ use crate::reality::wired::Time;
 use champion::IndividualFile;
 use individuals::Individuals;
 use job::Evolving;
-use oneiro_base::console::{Console, counted, decimal};
-use oneiro_base::contents::{self, Column, Entry};
-use oneiro_base::disk;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::{self, plain};
-use oneiro_evolve::{Champion, Population};
-use oneiro_report::numbers::significant;
 use rows::Row;
 use trace::TraceTable;
 

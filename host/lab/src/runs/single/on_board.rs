@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use oneiro::batch::Worlds;
 use oneiro::evaluator::{Control, Evaluator};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_evolve::Champion;
 
 use super::Single;
 use super::job::Evolving;
 use crate::engine::job::{Job, Results};
 use crate::experiment::Experiment;
 use crate::runs::Recording;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_evolve::Champion;
 
 /// Lives that are evaluated before the processor rests: as many as a batch of the widest lane code.
 const LIVES: usize = 64;

@@ -1,15 +1,16 @@
 //! A run's values in a sweep's table of results: each column once, with the function that gives its value.
 
-use super::rows::Row;
-use super::transferred::{self, Compared};
-use super::{CHAMPION_MEAN, Single};
-use crate::engine::job::Named;
 use oneiro_base::contents::{Column, OutcomeColumn};
 use oneiro_evolve::Champion;
 use oneiro_evolve::appraisal::Appraisal;
 use oneiro_evolve::map_elites::Archive;
 use oneiro_report::numbers::fixed;
 use oneiro_statistics::mean;
+
+use super::rows::Row;
+use super::transferred::{self, Compared};
+use super::{CHAMPION_MEAN, Single};
+use crate::engine::job::Named;
 
 /// A finished run.
 pub(super) struct Ended<'a> {

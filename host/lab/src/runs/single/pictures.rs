@@ -1,13 +1,13 @@
 //! Pictures of a finished run: its champion's life and its learning curve.
 
 use oneiro::batch::{Record, Trace};
+use oneiro_evolve::Champion;
+use oneiro_report::figures::{self, Series};
 
 use super::rows::Row;
 use super::trace::{TraceTable, trace_every};
 use super::{LEARNING_CURVE, PATH, TRACE};
 use crate::experiment::Experiment;
-use oneiro_evolve::Champion;
-use oneiro_report::figures::{self, Series};
 
 /// Files with the trace of the champion's life and its path, if it was traced, and the learning curve.
 pub(super) fn all(

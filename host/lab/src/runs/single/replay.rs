@@ -7,6 +7,12 @@ use oneiro::differential::{Build, Differential};
 use oneiro::parameter::Choice;
 use oneiro::random::Key;
 use oneiro::world::{Start, World, WorldSpec};
+use oneiro_base::console::{Console, decimal};
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::plain;
+use oneiro_report::figures;
+use oneiro_report::numbers::significant;
 use serde_json::json;
 
 use super::job::{keys, score};
@@ -16,12 +22,6 @@ use crate::engine::handle::Engine;
 use crate::genomes;
 use crate::lives::Keys;
 use crate::reality::site::LIVES;
-use oneiro_base::console::{Console, decimal};
-use oneiro_base::disk;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
-use oneiro_report::figures;
-use oneiro_report::numbers::significant;
 
 /// Simulates the champion's lives again, compares its score with the recorded one, and writes one life's path and
 /// trace. A life from another start, with other random numbers or of another genome is also written, but not compared.

@@ -2,11 +2,10 @@
 
 use std::fmt::Write as _;
 
-use serde::{Deserialize, Serialize};
-
 use oneiro_base::contents::{Column, head};
 use oneiro_evolve::Generation;
 use oneiro_report::numbers::fixed;
+use serde::{Deserialize, Serialize};
 
 /// The table's columns.
 pub(super) static COLUMNS: [Column; 9] = [

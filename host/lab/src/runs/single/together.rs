@@ -8,8 +8,6 @@ use oneiro::batch::{LANES, Rollout, Trace, TraceRequest, Worlds};
 use oneiro::compose::{DetailKind, Kind};
 use oneiro::cpu::Cpu;
 use oneiro::world::World;
-
-use crate::engine::handle::Engine;
 use oneiro_base::console::Console;
 use oneiro_base::contents::Column;
 use oneiro_base::disk;
@@ -17,6 +15,8 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_report::csv::Csv;
 use oneiro_report::figures::{self, MissionReplay};
 use oneiro_report::numbers::significant;
+
+use crate::engine::handle::Engine;
 
 /// Words of a trace that is in memory at a time, 64 MB, and bytes of a page.
 const WORDS: usize = 16 << 20;

@@ -9,9 +9,9 @@ use oneiro::foraging;
 use oneiro::parameter::Choice;
 use oneiro::tables::SENSOR_NAMES;
 use oneiro::world::{Robot, World};
+use oneiro_base::contents::{Column, head};
 
 use crate::experiment::Experiment;
-use oneiro_base::contents::{Column, head};
 
 /// Cycles from one record of a champion's trace to the next: a long life is traced less often.
 pub(super) fn trace_every(experiment: &Experiment) -> u32 {

@@ -2,12 +2,12 @@
 //! of the best of them.
 
 use oneiro::batch::Trace;
-use serde::{Deserialize, Serialize};
-
-use super::rows::Row;
 use oneiro_base::contents::{Column, OutcomeColumn};
 use oneiro_evolve::ranked;
 use oneiro_report::numbers::fixed;
+use serde::{Deserialize, Serialize};
+
+use super::rows::Row;
 
 /// Cycles between the moments at which paths are compared (Miglino et al. 1995, equation 2).
 pub(super) const TERM: u32 = 5;

@@ -2,12 +2,16 @@
 
 mod replay;
 
-use oneiro_base::console::counted;
 use std::path::Path;
 use std::sync::Arc;
 
 use oneiro::batch::Worlds;
 use oneiro::foraging::Light;
+use oneiro_base::console::Console;
+use oneiro_base::console::counted;
+use oneiro_base::contents::{Column, Entry, head};
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
 use serde_json::json;
 
 use super::{Audit, Experiment, Recorded, Recording, Replay, Shown, Summary, Table};
@@ -21,10 +25,6 @@ use crate::swarm::job::SwarmJob;
 use crate::swarm::record::{Case, Run};
 use crate::swarm::steps;
 use crate::swarm::tables::{FOOD, FOOD_COLUMNS, INTERVALS, INTERVALS_COLUMNS, outcomes};
-use oneiro_base::console::Console;
-use oneiro_base::contents::{Column, Entry, head};
-use oneiro_base::disk;
-use oneiro_base::exit::{Failure, Result};
 
 const REPLAY: &str = "replay.html";
 

@@ -1,6 +1,11 @@
 //! `oneiro replay` for a swarm: a page that plays it.
 
 use oneiro::swarm::SECOND;
+use oneiro_base::console::Console;
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files::plain;
+use oneiro_report::figures::{self, BEHAVIOURS, Genes, SwarmReplay, Teller};
 use serde_json::json;
 
 use super::{REPLAY, again, difference};
@@ -8,11 +13,6 @@ use crate::engine::handle::Engine;
 use crate::experiment::swarm::SwarmExperiment;
 use crate::runs::{Recorded, Replay};
 use crate::swarm::record::RobotInterval;
-use oneiro_base::console::Console;
-use oneiro_base::disk;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
-use oneiro_report::figures::{self, BEHAVIOURS, Genes, SwarmReplay, Teller};
 
 /// Repeats a finished run and writes a page that plays it.
 pub(super) fn run(

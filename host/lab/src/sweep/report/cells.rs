@@ -1,13 +1,14 @@
 //! Combinations of levels, best first.
 
-use super::runs::{Cell, Runs};
-use super::sample::Sample;
-use super::{DIGITS, Tables};
 use oneiro_base::contents::Column;
 use oneiro_report::csv::{Csv, known};
 use oneiro_report::numbers::{count, shown};
 use oneiro_report::page::{self, Head, Row, Section, paragraph, table};
 use oneiro_statistics::mean;
+
+use super::runs::{Cell, Runs};
+use super::sample::Sample;
+use super::{DIGITS, Tables};
 
 /// Number of cells on the page.
 const SHOWN: usize = 200;

@@ -1,9 +1,10 @@
 //! The best runs.
 
-use super::runs::{Run, Runs};
-use super::{DIGITS, Tables};
 use oneiro_report::numbers::shown;
 use oneiro_report::page::{Cell, Head, Row, Section, table};
+
+use super::runs::{Run, Runs};
+use super::{DIGITS, Tables};
 
 /// Number of runs shown.
 const BEST: usize = 20;

@@ -1,14 +1,15 @@
 //! Tables of effect sizes and tests.
 
+use oneiro_base::contents::Column;
+use oneiro_report::csv::{Csv, known};
+use oneiro_report::numbers::{NONE, count, probability, shown};
+use oneiro_report::page::{Cell, Head, Row, Section, list, paragraph, table};
+
 use super::cells::Cells;
 use super::effects::{Comparison, EXACT, Effects, FEW, FEWER_RESAMPLES, Family, LEAST, LEVEL, RESAMPLES};
 use super::levels::Factor;
 use super::runs::Runs;
 use super::{DIGITS, Tables, marked};
-use oneiro_base::contents::Column;
-use oneiro_report::csv::{Csv, known};
-use oneiro_report::numbers::{NONE, count, probability, shown};
-use oneiro_report::page::{Cell, Head, Row, Section, list, paragraph, table};
 
 /// Number of comparisons of a family on the page.
 const SHOWN: usize = 200;

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use oneiro_base::exit::Result;
+use oneiro_report::figures::Spread;
+
 use super::Tables;
 use super::runs::Runs;
 use super::sample::{Critical, Moments};
 use super::table::Table;
-use oneiro_base::exit::Result;
-use oneiro_report::figures::Spread;
 
 /// Most values that a line is drawn with; more couldn't be distinguished.
 const MOST_POINTS: usize = 300;

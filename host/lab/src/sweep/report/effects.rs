@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use oneiro_statistics::{
+    Interval, Method, bootstrap_interval, cliffs_delta, holm, kruskal_wallis, mann_whitney, vargha_delaney,
+};
 use rand_pcg::Pcg64;
 
 use super::cells::Cells;
 use super::runs::Runs;
 use super::sample::{CONFIDENCE, Sample};
-use oneiro_statistics::{
-    Interval, Method, bootstrap_interval, cliffs_delta, holm, kruskal_wallis, mann_whitney, vargha_delaney,
-};
 
 /// Fewest runs that a sample needs to be tested.
 pub(super) const LEAST: usize = 3;

@@ -1,14 +1,15 @@
 //! Each factor: the variance it explains, the curves of its levels, and their outcomes.
 
+use oneiro_report::figures::escaped;
+use oneiro_report::numbers::{NONE, count, probability, shown};
+use oneiro_report::page::{Cell, Head, Row, Section, breakable, paragraph, table};
+
 use super::curves::Curves;
 use super::effects::{Comparison, Effects, FactorEffect, LEAST, LEVEL};
 use super::levels::{Factor, Group, Kind};
 use super::runs::Runs;
 use super::sample::Sample;
 use super::{DIGITS, Tables, cells, marked, pictures};
-use oneiro_report::figures::escaped;
-use oneiro_report::numbers::{NONE, count, probability, shown};
-use oneiro_report::page::{Cell, Head, Row, Section, breakable, paragraph, table};
 
 /// Most levels that are listed individually.
 const LISTED: usize = 12;

@@ -1,12 +1,13 @@
 //! Pairs of factors: the mean outcome for each pair of their levels.
 
+use oneiro_report::figures::{HeatMap, Side, Square, escaped, heat_map};
+use oneiro_report::page::{Section, figure, id, joined, paragraph};
+
 use super::Tables;
 use super::effects::{Effects, FactorEffect};
 use super::pictures::MOST_COLUMNS;
 use super::runs::Runs;
 use super::sample::Moments;
-use oneiro_report::figures::{HeatMap, Side, Square, escaped, heat_map};
-use oneiro_report::page::{Section, figure, id, joined, paragraph};
 
 /// Most factors of which all pairs are shown; if there are more, those that explain the most.
 const FACTORS: usize = 4;

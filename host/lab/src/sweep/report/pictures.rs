@@ -1,14 +1,15 @@
 //! A picture for each factor: the curves of its levels, and their outcomes.
 
+use oneiro_report::figures::{Band, Column, Outcomes, Panel, Scale, factor, level_styles};
+use oneiro_report::numbers::count;
+use oneiro_report::page::figure;
+use oneiro_statistics::quantile_of_sorted;
+
 use super::Tables;
 use super::curves::{Curves, Line};
 use super::levels::{Factor, Group, Kind};
 use super::runs::Runs;
 use super::sample::Sample;
-use oneiro_report::figures::{Band, Column, Outcomes, Panel, Scale, factor, level_styles};
-use oneiro_report::numbers::count;
-use oneiro_report::page::figure;
-use oneiro_statistics::quantile_of_sorted;
 
 /// Most runs that are drawn as points; the outcomes of more are drawn as boxes.
 const MOST_POINTS: usize = 600;

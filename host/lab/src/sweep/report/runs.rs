@@ -2,11 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use oneiro_base::exit::Result;
+
 use super::Tables;
 use super::levels::Factor;
 use super::sample::Sample;
 use super::table::Table;
-use oneiro_base::exit::Result;
 
 /// Letters shown of an identifier or a hash.
 const SHORT: usize = 12;

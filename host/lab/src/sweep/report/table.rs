@@ -6,7 +6,6 @@ use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use csv::{ErrorKind, Reader, StringRecord};
-
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
 

@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::PathBuf;
 
+use oneiro_report::page::check::{outside, part, unbalanced};
+
 use super::levels::Factor;
 use super::*;
-use oneiro_report::page::check::{outside, part, unbalanced};
 
 /// Tables of a sweep on disk, for one test.
 struct Example {

@@ -8,9 +8,6 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use oneiro::arena::{Arena, Obstacle, Wall};
-
-use super::tests::{GOES_ON, Scratch, plan, quiet};
-use super::*;
 use oneiro_robots::Kind;
 use oneiro_robots::emulated::Bench;
 use oneiro_robots::emulated::khepera::surrogate::Simulated;
@@ -18,6 +15,9 @@ use oneiro_robots::emulated::khepera::{Body, Firmware, Khepera};
 use oneiro_robots::khepera;
 use oneiro_robots::vehicle::direct::Direct;
 use oneiro_robots::vehicle::{Moment, Profile};
+
+use super::tests::{GOES_ON, Scratch, plan, quiet};
+use super::*;
 
 const SEED: u64 = 3;
 const RADIUS: f32 = 27.5;

@@ -1,10 +1,11 @@
 use std::fs;
 use std::path::PathBuf;
 
-use super::super::person::Nobody;
-use super::*;
 use oneiro_base::console::Output;
 use oneiro_lab::reality::turning::mock::{Hands, Mock};
+
+use super::super::person::Nobody;
+use super::*;
 
 pub(super) static GOES_ON: AtomicBool = AtomicBool::new(false);
 

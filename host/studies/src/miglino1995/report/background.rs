@@ -1,10 +1,11 @@
 //! The study's methods and limits, and what it would have cost with the paper's hardware.
 
+use oneiro_report::numbers::{count, shown};
+use oneiro_report::page::{self, Cell, Head, Row, Section, paragraph, table};
+
 use super::{Report, last_generation, life_seconds, paper, runs_of};
 use crate::miglino1995::results::Condition;
 use crate::{assumptions, verdicts};
-use oneiro_report::numbers::{count, shown};
-use oneiro_report::page::{self, Cell, Head, Row, Section, paragraph, table};
 
 const DIGITS: usize = 4;
 /// Seconds in a day.

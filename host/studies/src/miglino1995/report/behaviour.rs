@@ -1,13 +1,14 @@
 //! Figures 9 to 12: the behaviour of the best individuals in both environments, and the distance between their paths.
 
-use super::evolution::name;
-use super::{Report, colours, life_seconds, paper, run_name, runs_of};
-use crate::miglino1995::results::{Condition, Discrepancy, Life, Results, Run};
 use oneiro_base::console::counted;
 use oneiro_report::figures::{self, Band, Journey, Panel, Spread, evenly};
 use oneiro_report::numbers::{NONE, percent, shown, spread_words, spreads};
 use oneiro_report::page::{Cell, Head, Row, figure, paragraph, table};
 use oneiro_statistics::mean;
+
+use super::evolution::name;
+use super::{Report, colours, life_seconds, paper, run_name, runs_of};
+use crate::miglino1995::results::{Condition, Discrepancy, Life, Results, Run};
 
 /// Runs shown individually: the paper's five.
 const SHOWN: usize = 5;

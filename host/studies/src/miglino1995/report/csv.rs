@@ -1,8 +1,9 @@
 //! The numbers behind the figures, for readers who want to do their own statistics.
 
-use crate::miglino1995::results::{Discrepancy, Family, Level, Life, Results, Run};
 use oneiro_base::contents::{Column, Entry};
 use oneiro_report::csv::{Csv, known, number};
+
+use crate::miglino1995::results::{Discrepancy, Family, Level, Life, Results, Run};
 
 static CONDITION: Column = Column::text("condition", "the simulator's noise: `none`, `sensor` or `conservative`");
 static RUN: Column = Column::whole("run", "", "the run's number within its condition, from 0");

@@ -1,14 +1,15 @@
 //! Figures 6 to 8 and Tables 1 and 2: fitness over the generations, at the transfer and after it.
 
-use super::verdicts::degrees_of_freedom;
-use super::{Report, colours, last_generation, paper, runs_of};
-use crate::claims::Test;
-use crate::miglino1995::results::{Condition, Level, Results, Run};
 use oneiro_base::console::counted;
 use oneiro_report::figures::{self, Band, Panel, Spread, evenly};
 use oneiro_report::numbers::{NONE, probability, shown, spread_words, spreads};
 use oneiro_report::page::{Cell, Head, Row, dotted, figure, paragraph, table};
 use oneiro_statistics::mean;
+
+use super::verdicts::degrees_of_freedom;
+use super::{Report, colours, last_generation, paper, runs_of};
+use crate::claims::Test;
+use crate::miglino1995::results::{Condition, Level, Results, Run};
 
 /// Generations before the transfer that are shown again, enlarged.
 const NEAR: f64 = 10.0;

@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
+use oneiro_report::numbers::{NONE, shown, significant};
+use oneiro_report::page::{Cell, Head, Row, table};
+use oneiro_statistics::{Interval, bootstrap_interval, mean, variance};
 use rand_pcg::Pcg64;
 
 use super::evolution::name;
 use super::{colours, last_generation, runs_of};
 use crate::miglino1995::results::{Condition, Controls, Family, Results, Run, Variant};
-use oneiro_report::numbers::{NONE, shown, significant};
-use oneiro_report::page::{Cell, Head, Row, table};
-use oneiro_statistics::{Interval, bootstrap_interval, mean, variance};
 
 /// Significant digits of fitness.
 const DIGITS: usize = 4;

@@ -1,10 +1,10 @@
 //! Figures 2 to 5: the arena, the samples, why points of view matter, and a controller.
 
 use oneiro::world::Start;
-
-use super::{Report, run_name};
 use oneiro_report::figures;
 use oneiro_report::page::figure;
+
+use super::{Report, run_name};
 
 /// Figures 2, 4 and 5.
 pub(super) fn methods(study: &Report<'_>) -> String {

@@ -1,6 +1,7 @@
 use oneiro::arena::Arena;
 use oneiro::random::pcg4d;
 use oneiro::tables::SensorTables;
+use oneiro_report::page::check::{outside, part, unbalanced};
 
 use super::*;
 use crate::assumptions::Assumption;
@@ -9,7 +10,6 @@ use crate::miglino1995::results::{
     Champion, Controls, DifferenceEffect, Discrepancy, Family, Level, Life, Transferred, Variant,
 };
 use crate::verdict::Verdict;
-use oneiro_report::page::check::{outside, part, unbalanced};
 
 const GENERATIONS: u32 = 200;
 const REAL: u32 = 20;

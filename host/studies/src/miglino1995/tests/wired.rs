@@ -3,15 +3,16 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use oneiro_lab::reality::wired::emulated::{INSTANT, SEED, Watched, connected};
+use oneiro_report::page::check::unbalanced;
+use oneiro_robots::link::Clock;
+
 use super::*;
 use crate::claims::Claim;
 use crate::directory::{Directory, Reproduction};
 use crate::miglino1995::Whole;
 use crate::miglino1995::results::Results;
 use crate::verdict::Verdict;
-use oneiro_lab::reality::wired::emulated::{INSTANT, SEED, Watched, connected};
-use oneiro_report::page::check::unbalanced;
-use oneiro_robots::link::Clock;
 
 const POPULATION: usize = 6;
 const CYCLES: u32 = 60;

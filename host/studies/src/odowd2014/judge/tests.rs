@@ -1,8 +1,9 @@
 //! Made-up studies: one that agrees with the paper and one in which nothing has an effect.
 
+use Kind::{SimulatorShuffled, SimulatorWrong};
+
 use super::*;
 use crate::odowd2014::results::{Credit, RobotInterval};
-use Kind::{SimulatorShuffled, SimulatorWrong};
 
 /// Deterministic numbers from -1 to 1 that look random.
 struct Numbers(u64);

@@ -1,9 +1,10 @@
 //! The study's methods and limits.
 
-use super::{Report, credit_words, paper, system};
-use crate::{assumptions, verdicts};
 use oneiro_report::numbers::shown;
 use oneiro_report::page::{self, Section, list, paragraph};
+
+use super::{Report, credit_words, paper, system};
+use crate::{assumptions, verdicts};
 
 const DIGITS: usize = 4;
 

@@ -1,11 +1,12 @@
 //! The numbers behind the figures, for readers who want to do their own statistics.
 
-use super::measures::{BIN, G0, G1, MINUTE, S0, at_the_end, intervals, level, robots_at, runs_of, shares, total};
-use super::{name, questions};
-use crate::odowd2014::results::{Case, Combination, Kind, Results, Run};
 use oneiro_base::contents::{Column, Entry};
 use oneiro_lab::swarm::tables::INTERVALS_COLUMNS;
 use oneiro_report::csv::{Csv, known, number};
+
+use super::measures::{BIN, G0, G1, MINUTE, S0, at_the_end, intervals, level, robots_at, runs_of, shares, total};
+use super::{name, questions};
+use crate::odowd2014::results::{Case, Combination, Kind, Results, Run};
 
 static WHOSE: [Column; 4] = [
     Column::number("scale", "", "the standard deviation of mutations"),

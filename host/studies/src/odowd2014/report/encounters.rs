@@ -1,11 +1,12 @@
 //! Connectivity of the swarm: who hears whom, and whose simulators are passed on.
 
-use super::measures::runs_of;
-use super::{DIGITS, case_name, evolving, named};
-use crate::odowd2014::results::{Combination, Kind, Results, RobotInterval, Run};
 use oneiro_report::numbers::{percent, shown};
 use oneiro_report::page::{Cell, Head, Row, table};
 use oneiro_statistics::mean;
+
+use super::measures::runs_of;
+use super::{DIGITS, case_name, evolving, named};
+use crate::odowd2014::results::{Combination, Kind, Results, RobotInterval, Run};
 
 pub(super) fn html(results: &Results, combination: &Combination) -> String {
     let head = [

@@ -1,13 +1,14 @@
 //! Figure 5 and its tests: food collected, by case.
 
-use super::measures::{BIN, MINUTE, difference, minutes, runs_of};
-use super::{colour, moves, named, paper, short_title};
-use crate::odowd2014::results::{Case, Combination, Kind, Results, Run};
 use oneiro_base::console::counted;
 use oneiro_report::figures::{self, Band, Panel, evenly};
 use oneiro_report::numbers::{probability, shown, spread_words, spreads};
 use oneiro_report::page::{Cell, Head, Row, dotted, figure, table};
 use oneiro_statistics::{mean, variance};
+
+use super::measures::{BIN, MINUTE, difference, minutes, runs_of};
+use super::{colour, moves, named, paper, short_title};
+use crate::odowd2014::results::{Case, Combination, Kind, Results, Run};
 
 pub(super) fn html(results: &Results, combination: &Combination) -> String {
     rate_figure(results, combination) + &tests(results, combination)

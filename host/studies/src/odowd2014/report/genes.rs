@@ -1,14 +1,15 @@
 //! Figures 6 to 10: the evolution of simulators and controllers by case, and their final genes.
 
-use super::measures::{G0, G1, Gene, LAST, S0, alone, at_the_end, difference, level, levels, robots_at, runs_of};
-use super::measures::{intervals, shares, third_of};
-use super::{DIGITS, case_name, colour, evolving, kind_name, moves, named, other_kinds, paper};
-use crate::odowd2014::results::{Case, Combination, Kind, Results, Run};
 use oneiro_base::console::counted;
 use oneiro_report::figures::{self, Band, Ground, Panel, Spread, evenly};
 use oneiro_report::numbers::{percent, probability, shown};
 use oneiro_report::page::{Cell, Head, Row, figure, table};
 use oneiro_statistics::mean;
+
+use super::measures::{G0, G1, Gene, LAST, S0, alone, at_the_end, difference, level, levels, robots_at, runs_of};
+use super::measures::{intervals, shares, third_of};
+use super::{DIGITS, case_name, colour, evolving, kind_name, moves, named, other_kinds, paper};
+use crate::odowd2014::results::{Case, Combination, Kind, Results, Run};
 
 /// Names of the thirds of `S0`, `G0` and `G1`, their line colours and their background colours.
 const SCENARIOS: [&str; 3] = ["opposite nest", "no light", "over nest"];

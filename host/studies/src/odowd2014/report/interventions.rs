@@ -1,11 +1,12 @@
 //! Usefulness of simulators: foraging rates when they are shuffled, fixed or drawn at random, and of a lone robot.
 
-use super::measures::{difference, per_minute, runs_of};
-use super::{DIGITS, case_name, kind_name, named, other_kinds};
-use crate::odowd2014::results::{Case, Combination, Kind, Run};
 use oneiro_report::numbers::{probability, shown};
 use oneiro_report::page::{Cell, Head, Row, table};
 use oneiro_statistics::{mean, variance};
+
+use super::measures::{difference, per_minute, runs_of};
+use super::{DIGITS, case_name, kind_name, named, other_kinds};
+use crate::odowd2014::results::{Case, Combination, Kind, Run};
 
 /// The table of interventions; empty if there were none.
 pub(super) fn html(combination: &Combination) -> String {

@@ -1,11 +1,12 @@
 //! All combinations of mutation scale and credit side by side.
 
-use super::measures::{LAST, S0, at_the_end, per_minute, runs_of, shares, third_of};
-use super::{DIGITS, evolving, short_title, title};
-use crate::odowd2014::results::{Case, Combination, Kind, Results};
 use oneiro_report::numbers::{percent, shown};
 use oneiro_report::page::{Cell, Head, Row, table};
 use oneiro_statistics::mean;
+
+use super::measures::{LAST, S0, at_the_end, per_minute, runs_of, shares, third_of};
+use super::{DIGITS, evolving, short_title, title};
+use crate::odowd2014::results::{Case, Combination, Kind, Results};
 
 /// Food per minute by case; empty unless there are several combinations to compare.
 pub(super) fn rates(results: &Results) -> String {

@@ -1,15 +1,15 @@
 //! The paper's open questions: number and density of robots, range of messages, and distance of the light.
 
 use oneiro::foraging::Light;
-
-use super::measures::S0;
-use crate::odowd2014::measures::{ALL, LATE};
-use crate::odowd2014::results::{Question, Results, Run};
 use oneiro_base::contents::Column;
 use oneiro_report::csv::{Csv, number};
 use oneiro_report::numbers::{NONE, shown};
 use oneiro_report::page::{Cell, Head, Row, paragraph, table};
 use oneiro_statistics::mean;
+
+use super::measures::S0;
+use crate::odowd2014::measures::{ALL, LATE};
+use crate::odowd2014::results::{Question, Results, Run};
 
 /// Columns of the table of open questions.
 pub(super) static COLUMNS: [Column; 12] = [

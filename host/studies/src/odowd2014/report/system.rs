@@ -1,8 +1,9 @@
 //! Figures 1 to 4: the loop on a robot, the scenarios, the controller, and the arena with its robots.
 
-use super::Report;
 use oneiro_report::figures;
 use oneiro_report::page::figure;
+
+use super::Report;
 
 pub(super) fn html(study: &Report<'_>) -> String {
     let forager = &study.swarm.forager;

@@ -1,5 +1,6 @@
 use oneiro::foraging::Light;
 use oneiro::random::pcg4d;
+use oneiro_report::page::check::{outside, part, unbalanced};
 
 use super::measures::{self, runs_of};
 use super::questions;
@@ -7,7 +8,6 @@ use super::*;
 use crate::claims::{Effect, Test};
 use crate::odowd2014::results::{RobotInterval, Run};
 use crate::verdict::Verdict;
-use oneiro_report::page::check::{outside, part, unbalanced};
 
 const MINUTES: u32 = 50;
 const ROBOTS: u32 = 10;
