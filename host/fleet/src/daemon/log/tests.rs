@@ -138,11 +138,10 @@ fn nobody_waits_for_a_log_and_what_is_missing_is_counted() {
         1,
     );
     let all = 10 * QUEUE as u64;
-    let began = Instant::now();
+    // Whoever waited would wait for ever.
     for number in 0..all {
         log.event(at(number), None, "said", json!({ "sequence": number }));
     }
-    assert!(began.elapsed() < at(2000), "{:?}", began.elapsed());
     let lost = log.lost();
     assert!(lost >= all - QUEUE as u64 - 2, "{lost}");
     drop(held);
