@@ -789,7 +789,7 @@ fn mistakes_in_pages_are_found() {
         ("host/robots/src/", Some(true)),
         ("host/robots/src/NAME.rs", None),
         ("tests/goldens/kernels/*.rows", None),
-        ("robots/mod.rs", Some(true)),
+        ("robots/src/lib.rs", Some(true)),
         ("arena.rs", Some(true)),
         ("moon.rs", Some(false)),
         ("mine.toml", None),
