@@ -185,7 +185,7 @@ fn a_stop_is_repeated_until_it_is_confirmed() {
                     }
                     let event = Instant::now();
                     program.send("\"stop\"");
-                    // It goes on saying that it wants to drive. A slow robot may confirm the stop.
+                    // It keeps sending commands to drive. A slow robot may confirm the stop.
                     program.drive_until("the end", LONG, |program| {
                         let has_moved = event.elapsed() > Duration::from_millis(50);
                         event.elapsed() > WATCHED || has_moved && program.state()["state"] == "standing"

@@ -60,7 +60,7 @@ const ODD: [&str; 24] = [
     "before",
 ];
 
-/// How long lives of one mutant may take.
+/// Maximum processor time for the episodes of one mutant.
 const PATIENCE: Duration = Duration::from_secs(30);
 /// Most memory of the process, KB.
 const MEMORY: u64 = 768 << 10;

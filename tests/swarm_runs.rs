@@ -194,12 +194,30 @@ fn invalid_values_are_refused_by_key() {
             "swarm.controllers.parents: is 11; allowed: 1 to 10",
         ),
         ("cycles=5", "unknown key"),
+        // No effect in these cases.
+        (
+            "swarm.case=random swarm.messages.range_mm=325",
+            "swarm.messages.range_mm: is 325, which has no effect",
+        ),
+        (
+            "swarm.case=random swarm.robot.phototaxis_gain=4",
+            "neither see a light nor send anything",
+        ),
+        (
+            "swarm.case=random swarm.controllers.mutation_scale=0.3",
+            "in which nothing evolves",
+        ),
+        (
+            "swarm.case=no-light swarm.differences.shadows=0.9",
+            "only with a swarm.case that has a light",
+        ),
     ] {
+        let set: Vec<&str> = set.split(' ').flat_map(|set| ["--set", set]).collect();
         place
-            .run(&["run", &file, "--set", set, "--out", "none"])
+            .run(&[&["run", &file][..], &set, &["--out", "none"]].concat())
             .exits(3)
             .says(&[words]);
-        assert!(!place.at("none").exists(), "{set}");
+        assert!(!place.at("none").exists(), "{set:?}");
     }
     place.write("own.toml", "[swarm]\nrobots = 10\nminutes = 0\n");
     place

@@ -1,4 +1,4 @@
-//! What the program writes is what its pages say.
+//! Tests: the pages describe what the program writes.
 
 use std::fs;
 use std::path::Path;

@@ -297,7 +297,7 @@ fn start_radius(arena: &Arena) -> Option<f32> {
     let radius = 0.5 * width;
     let middle = Vec2::new(x + radius, y + radius);
     let rooms = arena.polygon_sides().iter().map(|side| side.room(middle));
-    // The greatest disc is rounded.
+    // The largest possible disc is rounded.
     let is_larger_possible = radius + 0.01 < rooms.fold(f32::INFINITY, f32::min);
     (arena.is_field_round && is_larger_possible).then_some(radius)
 }
@@ -343,7 +343,7 @@ fn greatest_speed(spec: &WorldSpec) -> Result<(), Invalid> {
     Ok(())
 }
 
-/// The greatest displacement of a cycle, noise included, mm; of robots that are no foragers.
+/// Maximum displacement in a cycle, including noise, mm; not for foragers.
 pub(super) fn farthest(spec: &WorldSpec) -> f32 {
     let described = match &spec.robot.build {
         Build::Differential(own) => own.farthest(),

@@ -1,4 +1,4 @@
-//! Where robots get to in an arena, and which of its things they never notice.
+//! Where robots can get in an arena, and the objects out of their reach.
 
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
@@ -168,7 +168,7 @@ fn find(spec: &WorldSpec, things: &[Thing]) -> Vec<String> {
         .iter()
         .filter(|(_, shape, distance)| !reached.is_within(shape, distance + beyond));
     keys.extend(unnoticed.map(|(key, ..)| key.clone()));
-    // Random starts fill the field; what can't be reached from them, while they can't leave it, is outside.
+    // Random starts fill the field. If robots can't leave it, a place that they can't reach is outside.
     let Some(inside) = Reached::from(spec, Start::Random).filter(|inside| !inside.is_open) else {
         return keys;
     };

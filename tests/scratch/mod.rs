@@ -32,7 +32,7 @@ impl Drop for Scratch {
     }
 }
 
-/// Compares a file of the repository with its expected content. If it differs, the expected content is written beside
+/// Compares a file of the repository with its expected content. If it differs, the expected content is written next to
 /// it, with the suffix `.new`, to be read and moved by hand: nothing is overwritten.
 pub(crate) fn holds(path: &Path, text: &str) -> Result<(), String> {
     let old = fs::read_to_string(path).unwrap_or_default();

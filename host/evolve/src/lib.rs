@@ -8,7 +8,7 @@
     clippy::missing_panics_doc,
     clippy::return_self_not_must_use,
     rustdoc::private_intra_doc_links,
-    reason = "what its name does not say has documentation"
+    reason = "items whose names do not say everything are documented"
 )]
 // `clippy.toml` says what has one place only.
 #![cfg_attr(
@@ -73,7 +73,7 @@ impl Population {
     }
 
     /// Individuals.
-    #[expect(clippy::len_without_is_empty, reason = "a population has at least one")]
+    #[expect(clippy::len_without_is_empty, reason = "no population is empty")]
     pub fn len(&self) -> usize {
         self.values.len() / self.genes
     }

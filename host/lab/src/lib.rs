@@ -1,4 +1,4 @@
-//! Experiments and what is done with them: runs, sweeps, calibrations, lives in reality, and the swarms of the 2014 study.
+//! Experiments, runs, sweeps, calibrations, episodes in reality, and the swarms of the 2014 study.
 
 // Only this workspace uses it.
 #![allow(
@@ -7,7 +7,7 @@
     clippy::missing_panics_doc,
     clippy::return_self_not_must_use,
     rustdoc::private_intra_doc_links,
-    reason = "what its name does not say has documentation"
+    reason = "items whose names do not say everything are documented"
 )]
 // `clippy.toml` says what has one place only.
 #![cfg_attr(

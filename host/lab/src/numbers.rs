@@ -40,7 +40,7 @@ fn allowed(kind: &str, least: &impl Display, greatest: &impl Display) -> String 
     format!("allowed: {kind} from {least} to {greatest}")
 }
 
-/// What a flag allows that stands for a key of experiments: a number out of its range is an invalid input, as it is in a file.
+/// The range of a flag that stands for a key of experiments. A number out of it is an invalid input, as in a file.
 #[derive(Debug)]
 struct OutOfRange(String);
 

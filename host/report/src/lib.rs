@@ -1,4 +1,4 @@
-//! Output for readers: pages, figures, tables, numbers and CSV files. It knows nothing of studies, sweeps or runs.
+//! Output for readers: pages, figures, tables, numbers and CSV files. It does not depend on studies, sweeps or runs.
 
 // Only this workspace uses it.
 #![allow(
@@ -7,7 +7,7 @@
     clippy::missing_panics_doc,
     clippy::return_self_not_must_use,
     rustdoc::private_intra_doc_links,
-    reason = "what its name does not say has documentation"
+    reason = "items whose names do not say everything are documented"
 )]
 // `clippy.toml` says what has one place only.
 #![cfg_attr(

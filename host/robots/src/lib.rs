@@ -10,7 +10,7 @@
     clippy::missing_panics_doc,
     clippy::return_self_not_must_use,
     rustdoc::private_intra_doc_links,
-    reason = "what its name does not say has documentation"
+    reason = "items whose names do not say everything are documented"
 )]
 // `clippy.toml` says what has one place only.
 #![cfg_attr(

@@ -841,7 +841,7 @@ mod tests {
         ] {
             let refusal = read("page", &text).unwrap_err().to_string();
             let (_, keys) = refusal.split_once("unknown key `colour`; allowed: ").unwrap();
-            // Other problems have lines of their own.
+            // Each other problem has a line.
             let keys = keys.lines().next().unwrap();
             for key in keys
                 .split(';')

@@ -123,28 +123,15 @@ impl Table {
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-    use std::path::PathBuf;
-
     use super::*;
+    use crate::scratch::Scratch;
 
-    struct Scratch(PathBuf);
-
-    impl Scratch {
-        fn new(name: &str, files: &[(&str, &str)]) -> Self {
-            let path = std::env::temp_dir().join(format!("oneiro-logged-{}-{name}", std::process::id()));
-            fs::create_dir_all(&path).unwrap();
-            for (file, text) in files {
-                fs::write(path.join(file), text).unwrap();
-            }
-            Self(path)
+    fn scratch(name: &str, files: &[(&str, &str)]) -> Scratch {
+        let scratch = Scratch::new(&format!("logged-{name}"));
+        for (file, text) in files {
+            scratch.write(file, text);
         }
-    }
-
-    impl Drop for Scratch {
-        fn drop(&mut self) {
-            let _ = fs::remove_dir_all(&self.0);
-        }
+        scratch
     }
 
     const INDEX: &str =
@@ -154,8 +141,8 @@ mod tests {
 
     #[test]
     fn poses_and_travel_are_those_at_the_beginning_of_a_cycle() {
-        let scratch = Scratch::new("whole", &[("lives.csv", INDEX), ("life-1.csv", LIFE)]);
-        let lives = lives(&scratch.0, &["front".into()]).unwrap();
+        let scratch = scratch("whole", &[("lives.csv", INDEX), ("life-1.csv", LIFE)]);
+        let lives = lives(scratch.path(), &["front".into()]).unwrap();
         let cycle = |time, activation, commanded, travel, pose| Cycle {
             time,
             activations: vec![activation],
@@ -173,8 +160,8 @@ mod tests {
     #[test]
     fn what_is_no_directory_of_lives_is_refused() {
         let refused = |name: &str, files: &[(&str, &str)]| {
-            let scratch = Scratch::new(name, files);
-            lives(&scratch.0, &["front".into()]).unwrap_err().to_string()
+            let scratch = scratch(name, files);
+            lives(scratch.path(), &["front".into()]).unwrap_err().to_string()
         };
         assert!(refused("empty", &[]).contains("has no lives.csv; allowed: what `oneiro evaluate --robot"));
         let other = LIFE.replace("front", "back");

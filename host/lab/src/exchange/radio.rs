@@ -1,6 +1,6 @@
 //! The radio between robots and their operator: datagrams that only those who hold the experiment's key can make, each of which
-//! counts once. Without sockets or clocks: what is sealed here is carried by the daemon, and whoever
-//! opens it says what time it is.
+//! counts once. It has no sockets or clocks: the daemon carries
+//! sealed datagrams, and passes the time to what opens them.
 //!
 //! A datagram is refused that has another format, version or experiment, was not made with the key, has come before, comes
 //! too often, or has a value that is out of range: see [`Refusal`]. Nothing is encrypted.

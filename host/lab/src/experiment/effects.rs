@@ -1,4 +1,4 @@
-//! What is accepted has an effect.
+//! Tests: each accepted value has an effect on results.
 
 mod bases;
 mod ends;
@@ -86,7 +86,7 @@ impl Runs for Whole {
 
 /// Hash of the results of a run.
 fn result(experiment: &Arc<dyn Experiment>) -> Result<blake3::Hash> {
-    // A few cycles are interpreted sooner than a kernel is compiled.
+    // Interpreting a few cycles is faster than compiling a kernel.
     let is_composed = experiment
         .single()
         .is_some_and(|own| own.world().kernel().variants.is_empty());
@@ -122,20 +122,17 @@ fn read(text: &str, set: &[Setting]) -> Result<Arc<dyn Experiment>> {
 /// Keys that have no effect on results, with the reason.
 const NEVER: &[(&str, &str)] = &[
     ("name", "names files"),
-    (
-        "files",
-        "hashes that are only compared: each is of a file that is named, or refused",
-    ),
+    ("files", "hashes are only compared: each is of a named file, or refused"),
     ("record.checkpoint_every", "when a run is saved"),
     ("record.individuals", "whether every individual is recorded"),
     ("robot.sensors[].name", "names a reading"),
-    ("reality.starts", "of robots on a wire, which tests/wired.rs has"),
-    ("reality.speed_mm_s", "of robots on a wire"),
-    ("reality.walk_s", "of robots on a wire"),
-    ("reality.sensors", "of robots on a wire"),
-    ("reality.tracker", "of robots on a wire"),
-    ("reality.tracker_age_ms", "of robots on a wire"),
-    ("reality.guard", "of robots on a wire"),
+    ("reality.starts", "of connected robots, which tests/wired.rs has"),
+    ("reality.speed_mm_s", "of connected robots"),
+    ("reality.walk_s", "of connected robots"),
+    ("reality.sensors", "of connected robots"),
+    ("reality.tracker", "of connected robots"),
+    ("reality.tracker_age_ms", "of connected robots"),
+    ("reality.guard", "of connected robots"),
 ];
 
 /// Keys, or tables with a dot and lists with `[]`, that have no effect in some bases, or in any for the same reason, and the reason.
@@ -216,12 +213,12 @@ const SAME: &[(&str, &[&str], &str)] = &[
     (
         "robot.signal_range_mm",
         &["state machine"],
-        "all robots are within the least range",
+        "all robots are within the shortest range",
     ),
     (
         "robot.sensors[].range_mm",
         &["genes with ranges"],
-        "all robots are within the least range",
+        "all robots are within the shortest range",
     ),
     (
         "arena.start_radius_mm",
@@ -247,7 +244,7 @@ const SAME: &[(&str, &[&str], &str)] = &[
     (
         "evolution.common_random_numbers",
         &["start"],
-        "a life without noise from a given place draws nothing",
+        "an episode without noise from a given start draws nothing",
     ),
     (
         "robot.collision",
@@ -572,7 +569,7 @@ fn each_place_takes_a_key_alike() {
             }
             let changed = scratch.write("changed.toml", in_file.to_string());
             let in_file = told(runs::read(&changed, &[]));
-            // A setting may make another value of the file needless, which is refused beside it in one file.
+            // A setting may make a value of the file needless; one file with both is refused.
             if all[0].1.is_err() || in_file.is_ok() {
                 all.push(("file", in_file));
             }

@@ -435,7 +435,7 @@ impl Identities {
 /// The key of a run's seed.
 pub const SEED: &str = "seed";
 
-/// Whether a key allows a value that is given elsewhere, and in words what it allows.
+/// Whether a key allows a value from elsewhere, and in words what it allows.
 pub fn allows(key: &str, value: &dyn Field) -> (bool, String) {
     let single = values::alone::<Settings>(key, value);
     let found = single.or_else(|| values::alone::<swarm::File>(key, value));

@@ -82,7 +82,7 @@ pub(super) fn check_used(
     Ok(())
 }
 
-/// What the value at a path is, in words; `None` if it is the default, or if no row has the path.
+/// Describes the value at a path; `None` if it is the default, or if no row has the path.
 fn no_default<T: Described>(path: &str, settings: &mut T) -> Option<String> {
     let (row, index) = values::row_of::<T>(path)?;
     let Some(now) = (row.field)(settings, index)?.get() else {
@@ -107,7 +107,7 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
     ];
     const ROBOT: &[&str] = &["reality.robot"];
     const SURROGATE: &str = "with a surrogate as reality.robot";
-    const WIRE: &str = "with a robot on a wire as reality.robot";
+    const WIRE: &str = "with a connected robot as reality.robot";
     let evolution = &settings.evolution;
     let noise = &settings.world.noise;
     let is_some = |value: Option<f32>| value.is_some_and(|value| value > 0.0);
@@ -115,7 +115,7 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
         || noise.motor > 0.0
         || [noise.gain, noise.veer, noise.delay].into_iter().any(is_some);
     let site = settings.reality.site();
-    // What is wrong with the robot is refused later.
+    // A wrong robot is refused later.
     let is_unclear = site.is_err();
     let site = site.ok().flatten();
     let (is_real, is_wired) = (site.is_some(), site.is_some_and(|site| site.is_wired()));
@@ -138,7 +138,7 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
         Need::new(
             &["evolution.finalists"],
             !is_wired || settings.finalists.count == 0,
-            "without a robot on a wire as reality.robot",
+            "without a connected robot as reality.robot",
             ROBOT,
         ),
         Need::new(
@@ -321,7 +321,7 @@ pub(super) fn of_world(world: &World) -> Vec<Need> {
     let mut needs = vec![Need::new(
         &["evolution.initial", "evolution.limits"],
         !world.gene_layout().all().iter().all(has_range),
-        "with a gene that has no range of its own",
+        "with a gene that has no range",
         &["controller.kind", "controller.part", "robot.kind"],
     )];
     needs.extend(Difference::ALL.map(|difference| Need {

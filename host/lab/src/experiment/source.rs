@@ -319,7 +319,7 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
-    /// The settings that were left out.
+    /// Takes the settings that [`Source::leave_out`] has left out.
     pub fn left_out(&self) -> LeftOut {
         self.left_out.take()
     }
@@ -432,7 +432,7 @@ impl Unknown {
     /// One failure for all of them.
     ///
     /// # Errors
-    /// Exit 3: each key, in a line of its own.
+    /// Exit 3: a line for each key.
     pub fn refused(self) -> Result {
         let more = (self.more > 0).then(|| Failure::input(format_args!("and {} more unknown keys", self.more)));
         match self.refused.into_iter().chain(more).reduce(Failure::and) {

@@ -146,6 +146,6 @@ pub fn names_a_key<T: Described>(message: &str) -> bool {
         };
         ends(row.key, &plain) || ends(&plain, row.key)
     };
-    // What is wrong in a part has its own place.
+    // A mistake in a part has a place in that part.
     message.contains(".wgsl:") || T::rows().iter().any(is_key)
 }

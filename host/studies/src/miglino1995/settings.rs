@@ -362,7 +362,7 @@ impl Settings {
         })
     }
 
-    /// Checks the worlds that are made only after the robot has been sampled.
+    /// Checks the worlds made only after the robot has been sampled.
     fn check_worlds(&self, source: &Source<'_>) -> Result {
         let place = |Invalid { field, problem }: Invalid| {
             let key = match &*field {

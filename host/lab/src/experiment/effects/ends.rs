@@ -17,7 +17,7 @@ use crate::runs::{self, Experiment};
 use crate::scratch::Scratch;
 use crate::sweep::Sweep;
 
-/// A run that ends on a robot on a wire, beside the other bases.
+/// A run that ends on a connected robot, in addition to the other bases.
 const WIRED: (&str, &str) = (
     "wired",
     "
@@ -65,7 +65,7 @@ fn is_read_again(experiment: &Arc<dyn Experiment>, seed: u64, scratch: &Scratch)
     }
 }
 
-/// The least and the greatest value of a row; `None` if it is of no range, or if the value that it depends on is not given.
+/// Minimum and maximum of a row; `None` if it has no range, or if the value that it depends on is not given.
 fn ends<T>(row: &Parameter<T>, values: &Table) -> Option<[Value; 2]> {
     let whole = |ends: [u64; 2]| Some(ends.map(|end| Value::Integer(end.try_into().expect("TOML has such a number"))));
     match row.allowed {

@@ -17,14 +17,14 @@ use oneiro_robots::vehicle::{Moment, Profile, Vehicle};
 mod tests;
 
 pub const SEED: u64 = 5;
-/// A line that takes no time: 2 ns for a byte, which is the least that is not 0.
+/// A line that takes no time: 2 ns for a byte, the shortest possible.
 pub const INSTANT: u32 = 4_000_000_000;
 
-/// A robot that is placed where lives start, and the record of its readings and commands.
+/// A robot that is placed where episodes start, with a record of its readings and commands.
 pub struct Watched {
     own: Direct<Bench<Simulated>>,
     pub bench: Bench<Simulated>,
-    /// Where the next life starts, and the key of its noise.
+    /// Start of the next episode, and the key of its noise.
     pub next: ([f32; 3], Key),
     /// The user stops it after as many looks.
     pub looks: usize,
@@ -81,7 +81,7 @@ impl Vehicle for Watched {
     }
 }
 
-/// Connects to a robot of its own, in the arena of the paper.
+/// Connects to a new robot in the paper's arena.
 pub fn connected(baud: u32) -> Watched {
     let body = Simulated::new(SEED, Arena::miglino1995(), [100.0, 90.0, 0.0]);
     let bench = Bench::new(Khepera::new(body, Firmware::ALL[0], baud));

@@ -45,7 +45,7 @@ fn robot() -> Mock {
     Mock::new(vec![[40; 8]])
 }
 
-/// A robot whose first life goes on when something comes; it says when it has begun that life.
+/// A robot that sends when its first episode has begun, and continues it when it receives.
 fn held(until: Receiver<()>, begun: Sender<()>) -> Mock {
     let mut mock = robot();
     let mut is_first = true;
