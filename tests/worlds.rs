@@ -159,13 +159,14 @@ fn an_arena_without_objects_is_allowed() {
 
 #[test]
 fn headings_are_from_0_to_less_than_1() {
-    for (given, expected) in [(-0.25, 0.75), (1.0, 0.0), (-1.0, 0.0), (-1e-9, 0.0), (0.5, 0.5)] {
+    for (given, expected) in [(-0.25, 0.75), (1.0, 0.0), (-1.0, 0.0), (-1e-6, 1.0 - 1e-6), (0.5, 0.5)] {
         let mut spec = WorldSpec::miglino1995();
         spec.start = at(90.0, 90.0, given);
         let Start::At { heading, .. } = World::new(spec).unwrap().spec().start else {
             panic!("it starts at a place");
         };
         assert_eq!(heading, expected, "{given}");
+        assert!((0.0..1.0).contains(&heading), "{given}");
     }
 }
 

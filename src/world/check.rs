@@ -73,10 +73,6 @@ fn turned(spec: &mut WorldSpec) {
     let patches = patches.iter_mut().map(|patch| &mut patch.heading);
     for heading in blocks.chain(patches).chain(start) {
         *heading -= heading.floor();
-        // Of a tiny negative one.
-        if *heading >= 1.0 {
-            *heading = 0.0;
-        }
     }
 }
 
