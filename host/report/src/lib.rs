@@ -11,7 +11,7 @@
 )]
 // `clippy.toml` says what has one place only.
 #![cfg_attr(
-    not(any(test, feature = "testing")),
+    not(test),
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
@@ -21,5 +21,9 @@ pub mod numbers;
 pub mod page;
 
 #[cfg(any(test, feature = "testing"))]
+#[cfg_attr(
+    not(test),
+    allow(clippy::disallowed_methods, clippy::print_stderr, reason = "for tests")
+)]
 #[path = "../../../tests/skips/mod.rs"]
 mod skips;

@@ -14,7 +14,7 @@
 )]
 // `clippy.toml` says what has one place only.
 #![cfg_attr(
-    not(any(test, feature = "testing")),
+    not(test),
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 

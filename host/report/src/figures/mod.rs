@@ -4,6 +4,7 @@ mod archive;
 mod arena;
 mod bands;
 #[cfg(any(test, feature = "testing"))]
+#[cfg_attr(not(test), allow(clippy::disallowed_methods, reason = "for tests"))]
 pub mod browser;
 mod curve;
 mod factor;
