@@ -105,7 +105,7 @@ def test_behaviour_is_told():
 
 
 DESCRIPTOR = {"measure": "mean_speed_mm_s", "least": 0.0, "greatest": 80.0, "cells": 40}
-PLACES = [{"measure": measure, "least": 0.0, "greatest": 600.0, "cells": 9} for measure in ("end_x_mm", "end_y_mm")]
+PLACES = [{"measure": measure, "least": 0.0, "greatest": 600.0} for measure in ("end_x_mm", "end_y_mm")]
 KINDS = {
     "genetic": ("khepera-avoidance", {"parents": 4}),
     "cma-es": ("khepera-avoidance", {}),
