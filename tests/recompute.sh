@@ -55,7 +55,7 @@ changed() {
     sed -i "$2" "$scratch/other-$1/$1.csv"
     ! cmp -s "$scratch/other-$1/$1.csv" "$scratch/judged-effects/$1.csv" || fail "CONTROL: nothing was changed in $1.csv by $2"
 }
-changed claims '2s/holds$/undecided/; 2s/opposed$/holds/; t; 2s/undecided$/holds/'
+changed claims '2s/,holds,/,undecided,/; t; 2s/,opposed,/,holds,/; t; 2s/,undecided,/,holds,/'
 changed contrasts '2s/,yes$/,no/; t; 2s/,no$/,yes/'
 changed cells '2s/,\([0-9]\)\([0-9.]*\)$/,1\1\2/'
 # Judged once, and compared with all four.
