@@ -1,11 +1,8 @@
 //! A described robot, the arena that it lives in and its geometry in double precision, for tests of what it senses and does.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-#[path = "../lives/mod.rs"]
-pub(crate) mod lives;
-
 use std::f64::consts::TAU;
 
+use crate::lives;
 use oneiro::arena::{Arena, Block, Obstacle};
 use oneiro::batch::{Batch, Outcome, Trace};
 use oneiro::cpu::Cpu;

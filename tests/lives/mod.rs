@@ -1,5 +1,8 @@
 //! Varied lives, for tests that compare devices.
 
+pub(crate) mod choices;
+pub(crate) mod subjects;
+
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::random::{Key, pcg4d};
 use oneiro::world::{Controller, Noise, Start, World, WorldSpec};

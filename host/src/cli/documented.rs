@@ -8,7 +8,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use super::Cli;
 
-#[path = "../../../tests/documented/typed.rs"]
+#[path = "../../../tests/program/documented/typed.rs"]
 mod typed;
 
 /// A command to type, and its place.

@@ -1,0 +1,4 @@
+//! The corpus, compiled.
+
+mod spirv;
+mod variants;

@@ -1,0 +1,253 @@
+//! Lives that are commanded cycle by cycle: with the commands of a controller they have the bits of its life as a whole, in which
+//! cycles others are meanwhile and however they are grouped.
+
+use std::sync::Arc;
+
+use crate::described;
+use oneiro::batch::{Batch, Rollout, Trace, TraceRequest};
+use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part};
+use oneiro::cpu::Cpu;
+use oneiro::evaluator::{Control, Evaluator};
+use oneiro::foraging::Forager;
+use oneiro::random::Key;
+use oneiro::stepped::{Error, GREATEST_CYCLES, Stepped};
+use oneiro::surrogate::{Differences, Surrogate};
+use oneiro::world::{Controller, Noise, Task, World, WorldSpec};
+
+/// Sensors and a task that remember, draw random numbers and end some lives early.
+const OWN: [(Kind, &str); 2] = [
+    (
+        Kind::Sensor,
+        "struct SensorReadings { x: f32, before: f32 }
+struct SensorState { last: f32 }
+fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    let chance = random(life, STREAM_OWN_SENSOR, step, 0u).x;
+    return Sensed(SensorReadings(pose.x * 0.001f + chance, before.last), SensorState(pose.y * 0.001f));
+}",
+    ),
+    (
+        Kind::Task,
+        "struct TaskState { path: f32 }
+fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    let apart = vec2<f32>(now.end.x - now.start.x, now.end.y - now.start.y);
+    let way = abs(apart.x) + abs(apart.y);
+    return Reward(way * (1.0f - highest(now.real)) + now.outputs.x, TaskState(before.path + way));
+}
+fn task_ends(life: Life, own: TaskState) -> bool { return own.path > 300.0f; }
+fn task_score(life: Life, own: TaskState, sum: f32) -> f32 { return sum + own.path; }",
+    ),
+];
+
+fn parts() -> OwnParts {
+    OwnParts::from(OWN.map(|(kind, text)| {
+        let part = Part::new(kind, &format!("{}.wgsl", kind.word()), text).unwrap();
+        OwnPart::new(Arc::new(part), &[]).unwrap()
+    }))
+}
+
+/// Worlds of every kind of robot, with all that lives remember between cycles.
+fn specs() -> Vec<(&'static str, WorldSpec)> {
+    let noisy = Noise {
+        sensor: (0.0, 0.4),
+        walk_range: 30.0,
+        walk_step: 1.5,
+        motor: 0.1,
+        ..Noise::NONE
+    };
+    let khepera = WorldSpec {
+        noise: noisy,
+        controller: Controller::Recurrent,
+        task: Task::AVOIDANCE.with_new_cell(2.0),
+        cycles: 60,
+        ..WorldSpec::miglino1995()
+    };
+    let own = WorldSpec {
+        own: parts(),
+        task: Task::Own,
+        ..khepera.clone()
+    };
+    let surrogate = WorldSpec {
+        surrogate: Some(Arc::new(Surrogate::drawn(3, Differences::all(1.0)))),
+        noise: Noise::NONE,
+        task: Task::AVOIDANCE,
+        ..khepera.clone()
+    };
+    let forager = WorldSpec {
+        controller: Controller::Perceptron,
+        cycles: 60,
+        ..WorldSpec::foraging(Forager::ODOWD2014)
+    };
+    let described = described::spec(|spec, _| {
+        spec.noise.motor = 0.1;
+        spec.cycles = 60;
+    });
+    vec![
+        ("khepera", khepera),
+        ("own parts", own),
+        ("surrogate", surrogate),
+        ("forager", forager),
+        ("described", described),
+    ]
+}
+
+/// Genes of either sign, from the number of a life.
+fn genes(life: usize, count: usize) -> Vec<f32> {
+    let gene = |gene: usize| ((life * 31 + gene * 17) % 41) as f32 * 0.25 - 5.0;
+    (0..count).map(gene).collect()
+}
+
+fn key(life: usize) -> Key {
+    Key::rollout(7, 0, life as u64, 0)
+}
+
+/// Whole lives: traces and fitness.
+fn whole(spec: &WorldSpec, lives: usize) -> (World, Vec<Trace>, Vec<f32>) {
+    let world = World::new(spec.clone()).unwrap();
+    let genomes: Vec<Vec<f32>> = (0..lives).map(|life| genes(life, world.genes())).collect();
+    let rollout = |(life, genes)| Rollout {
+        world: 0,
+        genes,
+        key: key(life),
+    };
+    let rollouts: Vec<_> = genomes.iter().map(Vec::as_slice).enumerate().map(rollout).collect();
+    let batch = Batch::new(&[&world], &rollouts, Some(TraceRequest { every: 1 })).unwrap();
+    let outcome = Cpu::new(Some(2)).unwrap().evaluate(&batch, &Control::new()).unwrap();
+    (world, outcome.traces, outcome.fitness)
+}
+
+/// Perceived readings in a record.
+fn readings(world: &World, trace: &Trace, record: usize) -> Vec<u32> {
+    let details = world.details().iter().zip(trace.details(record));
+    let perceived = details.filter(|(detail, _)| detail.kind == DetailKind::Perceived);
+    perceived.map(|(_, word)| *word).collect()
+}
+
+/// Steps lives with the commands of whole ones, of which each begins `apart` cycles after the one before, and compares each cycle.
+/// Returns the number of cycles compared, and how many lives ended early.
+fn compared(spec: &WorldSpec, lives: usize, apart: usize) -> (usize, usize) {
+    let (world, traces, fitness) = whole(spec, lives);
+    let (mut cpu, control) = (Cpu::new(Some(2)).unwrap(), Control::new());
+    let mut stepped = Stepped::new(spec, lives).unwrap();
+    let width = stepped.names().len();
+    let (mut cycles, mut ended) = (0, 0);
+    let mut next = vec![0; lives];
+    let bits = |numbers: &[f32]| numbers.iter().map(|number| number.to_bits()).collect::<Vec<_>>();
+    let mut turn = 0;
+    loop {
+        let begun: Vec<_> = (0..lives).filter(|life| life * apart == turn).collect();
+        let named: Vec<_> = begun.iter().map(|&life| (life, key(life))).collect();
+        stepped.begin(&mut cpu, &control, &named).unwrap();
+        let who: Vec<usize> = (0..lives).filter(|&life| stepped.alive()[life]).collect();
+        let mut commands = Vec::new();
+        for &life in &who {
+            let record = &traces[life][next[life]];
+            let own = &stepped.readings()[life * width..][..width];
+            assert_eq!(
+                bits(own),
+                readings(&world, &traces[life], next[life]),
+                "readings of life {life}"
+            );
+            commands.extend([record.left, record.right]);
+        }
+        stepped.step(&mut cpu, &control, &who, &commands).unwrap();
+        for &life in &who {
+            let record = &traces[life][next[life]];
+            next[life] += 1;
+            cycles += 1;
+            assert_eq!(
+                stepped.rewards()[life].to_bits(),
+                record.reward.to_bits(),
+                "reward of life {life}"
+            );
+            assert_eq!(stepped.cycles()[life] as usize, next[life]);
+            let is_last = next[life] == traces[life].len();
+            assert_eq!(
+                stepped.alive()[life],
+                !is_last,
+                "life {life} after {} cycles",
+                next[life]
+            );
+            if is_last {
+                assert_eq!(
+                    stepped.fitness()[life].to_bits(),
+                    fitness[life].to_bits(),
+                    "fitness of life {life}"
+                );
+                assert_eq!(stepped.ended()[life], next[life] < spec.cycles as usize);
+                ended += usize::from(stepped.ended()[life]);
+            }
+        }
+        turn += 1;
+        if turn > lives * apart && !stepped.alive().contains(&true) {
+            break;
+        }
+    }
+    assert!(next.iter().zip(&traces).all(|(next, trace)| *next == trace.len()));
+    (cycles, ended)
+}
+
+#[test]
+fn stepped_lives_are_whole_lives() {
+    for (name, spec) in specs() {
+        let mut early = 0;
+        for (lives, apart) in [(1, 0), (70, 0), (67, 1)] {
+            let (cycles, ended) = compared(&spec, lives, apart);
+            assert!(cycles > 10 * lives, "{name}: {cycles} cycles");
+            early += ended;
+        }
+        assert_eq!(early > 0, name == "own parts", "{name}: {early} lives ended early");
+    }
+}
+
+/// A command that differs by one unit in the last place shows.
+#[test]
+fn another_command_is_another_life() {
+    // Sampled motors have few speeds; those of a described robot are any.
+    let (_, spec) = specs().pop().unwrap();
+    let (mut cpu, control) = (Cpu::new(Some(1)).unwrap(), Control::new());
+    let mut stepped = Stepped::new(&spec, 2).unwrap();
+    stepped.begin(&mut cpu, &control, &[(0, key(5)), (1, key(5))]).unwrap();
+    let next = f32::from_bits(0.75_f32.to_bits() + 1);
+    let mut differs = false;
+    for _ in 0..20 {
+        stepped
+            .step(&mut cpu, &control, &[0, 1], &[0.75, 0.5, next, 0.5])
+            .unwrap();
+        let (one, other) = stepped.readings().split_at(stepped.names().len());
+        differs |= stepped.rewards()[0].to_bits() != stepped.rewards()[1].to_bits() || one != other;
+    }
+    assert!(differs);
+}
+
+#[test]
+fn what_is_not_allowed_is_refused() {
+    let (_, spec) = specs().remove(0);
+    let (mut cpu, control) = (Cpu::new(Some(1)).unwrap(), Control::new());
+    let message = |result: Result<(), Error>| result.unwrap_err().to_string();
+    let long = WorldSpec {
+        cycles: GREATEST_CYCLES + 1,
+        ..spec.clone()
+    };
+    let error = Stepped::new(&long, 1).unwrap_err().to_string();
+    assert_eq!(error, "cycles: is 1000000; allowed: 1 to 999999 if lives are stepped");
+    let error = Stepped::new(&spec, 0).unwrap_err().to_string();
+    assert_eq!(error, "lives: are 0; allowed: 1 to 1048576");
+    let mut stepped = Stepped::new(&spec, 2).unwrap();
+    let error = message(stepped.step(&mut cpu, &control, &[0], &[0.5, 0.5]));
+    assert_eq!(
+        error,
+        "lives: names life 0, which has ended or not begun; allowed: lives that go on"
+    );
+    stepped.begin(&mut cpu, &control, &[(0, key(0)), (1, key(1))]).unwrap();
+    let mut refused = |who: &[usize], commands: &[f32]| message(stepped.step(&mut cpu, &control, who, commands));
+    assert_eq!(refused(&[2], &[0.5, 0.5]), "lives: is 2; allowed: 0 to 1");
+    assert_eq!(
+        refused(&[1, 1], &[0.5; 4]),
+        "lives: names life 1 twice; allowed: each once"
+    );
+    assert_eq!(refused(&[1], &[0.5]), "commands: are 1; allowed: 2 for each life");
+    let error = refused(&[0, 1], &[0.5, 0.5, 0.5, f32::NAN]);
+    assert_eq!(error, "commands[1][1]: is NaN; allowed: 0 to 1");
+    // What was refused has changed nothing.
+    assert_eq!(stepped.cycles(), [0, 0]);
+}

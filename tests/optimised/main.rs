@@ -1,0 +1,16 @@
+//! Tests that compute much: targets of the library's own package, which the development profile optimises.
+
+#[path = "../described/mod.rs"]
+mod described;
+#[allow(dead_code, reason = "tests of the library use the rest")]
+#[path = "../lives/mod.rs"]
+mod lives;
+#[path = "../pinned/mod.rs"]
+mod pinned;
+#[path = "../skips/mod.rs"]
+mod skips;
+
+#[cfg(all(feature = "gpu", feature = "compose"))]
+mod machine_code;
+#[cfg(feature = "native")]
+mod sampled;

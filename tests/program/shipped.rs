@@ -1,0 +1,148 @@
+//! All experiments and sweeps that ship begin on a GPU, and the CPU repeats and compares everything that it computes. These tests need
+//! Mesa's software driver.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use crate::place::Place;
+
+/// Files that are no experiments and no sweeps.
+const STUDIES: [&str; 2] = ["claims.toml", "study.toml"];
+
+/// Where not all files are tried, every tenth from this one on, which takes half a minute: users' parts, surrogates, two
+/// populations and the foraging study are among them.
+const EVERY: usize = 10;
+const FIRST: usize = 4;
+/// Runs in the first batches, of which some have unequal worlds.
+const JOBS: &str = "24";
+/// One that is always tried: its batches have worlds of 2 to 40 robots.
+const UNEQUAL: &str = "odowd2014-density.toml";
+
+/// All experiments and sweeps, in order.
+fn files() -> Vec<PathBuf> {
+    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments")];
+    let mut files = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "toml") {
+                files.push(path.canonicalize().unwrap());
+            }
+        }
+    }
+    files.retain(|path| !STUDIES.iter().any(|study| path.ends_with(study)));
+    files.sort();
+    files
+}
+
+/// Lets a sweep run until its first generations have been compared. Returns how many were.
+fn compared(place: &Place, sweep: &str, out: &str) -> u64 {
+    for seconds in [3, 10, 30, 256] {
+        let budget = format!("{seconds}s");
+        let ran = place.run(
+            &[
+                &[
+                    "sweep",
+                    "run",
+                    sweep,
+                    "--out",
+                    out,
+                    "--yes",
+                    "--jobs",
+                    JOBS,
+                    "--time-budget",
+                    &budget,
+                ][..],
+                &["--backend", "gpu:llvmpipe", "--recheck", "1"],
+            ]
+            .concat(),
+        );
+        let ran = if ran.code == Some(75) {
+            ran.says(&["stopped"])
+        } else {
+            ran.exits(0)
+        };
+        assert!(
+            !ran.stderr.contains("results of this device"),
+            "{sweep}: {}",
+            ran.stderr
+        );
+        let status = place.good(&["sweep", "status", out, "--json"]);
+        let status: serde_json::Value = serde_json::from_str(&status).unwrap();
+        let generations = status["shards"][0]["generations"].as_u64().unwrap();
+        let generations = generations + status["done"].as_u64().unwrap();
+        if generations > 0 {
+            return generations;
+        }
+    }
+    panic!("{sweep}: nothing was compared in minutes");
+}
+
+#[test]
+fn all_that_ships_begins_on_a_gpu_as_on_the_cpu() {
+    let is_long = std::env::var_os("ONEIRO_LONG").is_some();
+    let place = Place::new("gpu");
+    let began = Instant::now();
+    let (all, mut tried) = (files(), 0);
+    for (number, path) in all.iter().enumerate() {
+        let name = path.file_name().unwrap().to_str().unwrap();
+        if !is_long && number % EVERY != FIRST && name != UNEQUAL {
+            continue;
+        }
+        let shown = path.display().to_string();
+        let is_sweep = fs::read_to_string(path)
+            .unwrap()
+            .lines()
+            .any(|line| line.starts_with("experiment = "));
+        let sweep = if is_sweep {
+            shown
+        } else {
+            let sweep = format!("sweep-{number}.toml");
+            place.write(&sweep, format!("experiment = {shown:?}\nseeds = \"1..2\"\n"));
+            sweep
+        };
+        let began = Instant::now();
+        let generations = compared(&place, &sweep, &format!("out-{number}"));
+        println!("{name}: {generations} generations compared, {:.1?}", began.elapsed());
+        tried += 1;
+    }
+    println!("{tried} of {} files, {:.0?}", all.len(), began.elapsed());
+    assert!(all.len() > 50 && tried > 6, "{tried} of {}", all.len());
+}
+
+/// A sweep of unequal swarms has the CPU's tables, by everything that a GPU computes.
+#[test]
+fn unequal_swarms_have_the_same_tables() {
+    let is_long = std::env::var_os("ONEIRO_LONG").is_some();
+    let place = Place::new("unequal");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../experiments/sweeps")
+        .join(UNEQUAL);
+    let text = fs::read_to_string(&path).unwrap();
+    let folder = path.parent().unwrap().parent().unwrap().canonicalize().unwrap();
+    let minutes = if is_long { 12 } else { 1 };
+    let mut shortened = text.clone();
+    for (before, after) in [
+        ("\"../", format!("\"{}/", folder.display())),
+        // With fewer, the batches leave no larger world's words behind.
+        ("\"1..10\"", "\"1..3\"".to_owned()),
+        ("[set]", format!("[set]\nswarm.minutes = {minutes}")),
+    ] {
+        assert!(shortened.contains(before), "{text}");
+        shortened = shortened.replacen(before, &after, 1);
+    }
+    place.write("density.toml", shortened);
+    let swept = |out: &str, device: &[&str]| {
+        let began = Instant::now();
+        place.good(&[&["sweep", "run", "density.toml", "--out", out], device].concat());
+        println!("{out}: {:.1?}", began.elapsed());
+        ["results.csv", "generations.csv"].map(|file| place.read(Path::new(out).join(file)))
+    };
+    let here = swept("cpu", &["--backend", "cpu"]);
+    let there = swept("gpu", &["--backend", "gpu:llvmpipe", "--recheck", "1"]);
+    assert!(here == there, "the tables differ");
+    assert!(place.text("gpu/results.csv").lines().count() > 45);
+}
