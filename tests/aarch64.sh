@@ -46,7 +46,7 @@ emulated+=(
 
 # Little optimisation, and none of the program: bits don't depend on it, and compiling takes most of the time.
 options=(--release --locked --target $arm --no-default-features)
-for crate in host base evolve fleet lab report robots statistics studies; do
+for crate in tests host base evolve fleet lab report robots statistics studies; do
     options+=(--config "profile.release.package.oneiro-$crate.opt-level=0")
 done
 
@@ -61,8 +61,8 @@ fi
 
 packages=(-p oneiro-shader-corpus -p oneiro-shader-native -p oneiro-tests --features oneiro-tests/native)
 say "operations, corpus and lives on qemu"
-"${emulated[@]}" cargo test "${options[@]}" "${packages[@]}" \
-    --test variants --test operations --test goldens --test random --test kernels
+"${emulated[@]}" cargo test "${options[@]}" "${packages[@]}" --test corpus --test library --test native -- \
+    variants:: operations:: goldens:: random:: kernels::
 # The rest of the program would take as long to compile as naga and Cranelift: tests/long.sh runs it on ARM.
 say "optimisers, restored between any two generations"
 "${emulated[@]}" cargo test "${options[@]}" -p oneiro-evolve --lib -- optimisers_are_as_pinned | tee "$folder/aarch64/optimisers"

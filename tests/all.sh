@@ -112,14 +112,14 @@ all=(cargo test --locked --workspace --features oneiro-host/parquet --no-fail-fa
 "${all[@]}" --no-run
 
 # Tests that wait for robots in real time leave the processors idle, and must get them at once when they need them: they run beside
-# all others, which have a lower priority. The patterns of the others are all names but those that begin with `rea`, and `rapier`.
-beside "robots in real time" 0 "${all[@]}" --test 'real_time_*'
+# all others, which have a lower priority.
+beside "robots in real time" 0 "${all[@]}" --test program -- real_time::
 beside "Python" 5 bash -ec "tests/python-package.sh $learning; tests/python.sh; tests/optimisers.sh; tests/recompute.sh; tests/peers.sh"
 say "all other tests"
 # Kernels have no tests in their library, and would be compiled a second time.
 failed=
 lowered 10 "${all[@]}" --exclude oneiro-shaders --lib || failed=yes
-lowered 10 "${all[@]}" --test '[!r]*' --test 'r[!ae]*' --test 'ra[!p]*' --test 're[!a]*' || failed=yes
+lowered 10 "${all[@]}" --test '*' -- --skip real_time:: || failed=yes
 lowered 10 "${all[@]}" --doc || failed=yes
 
 join "robots in real time" || failed=yes

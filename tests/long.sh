@@ -14,38 +14,38 @@ say() { printf '\n== %s (%s s so far)\n' "$*" "$SECONDS"; }
 long() { cargo test --release --locked --workspace --features oneiro-host/parquet "$@"; }
 
 say "long lives on every lane code and adapter; both studies with all their parts"
-long --test goldens --test program_goldens --test parity -- --include-ignored
+long --test library --test program -- --include-ignored goldens:: parity::
 
 say "a hundred thousand lives by specialised kernels"
-long --test gpu a_hundred_thousand -- --include-ignored --nocapture
+long --test library gpu::a_hundred_thousand -- --include-ignored --nocapture
 
 say "all experiments and sweeps begin on a software driver, and unequal swarms end as on the CPU"
-long -p oneiro-host --test shipped -- --nocapture
+long --test program shipped:: -- --nocapture
 
 say "every command under little memory and few descriptors"
-long -p oneiro-host --test ends -- --nocapture
+long --test program ends:: -- --nocapture
 
 say "machine code for cards of AMD, NVIDIA and Intel"
 tests/machine-code.sh --release
 
 say "random kernels; experiments, sweeps and parts with random mistakes"
-long --test random --test mutants
+long --test compiler --test native --test library -- random:: mutants::
 long -p oneiro-lab --lib mutants
 
 say "ten thousand parts drawn or changed at random, by all code"
-long --test one_hash -- --nocapture
+long --test program one_hash:: -- --nocapture
 
 say "five minutes of robots that are driven from outside"
-long --test swarm minds_outside
+long --test library minds_outside
 
 say "a hundred thousand lives of each well-known experiment on every device"
-long -p oneiro-host --test classics the_same_bits -- --nocapture
+long --test program classics::the_same_bits -- --nocapture
 
 say "all pinned worlds on emulated 64-bit ARM"
 tests/aarch64.sh
 say "a thousand lives of each there"
 arm=$(tests/aarch64.sh --program)
-ONEIRO_ARM_PROGRAM=$arm long -p oneiro-host --test classics emulated_arm -- --include-ignored --nocapture
+ONEIRO_ARM_PROGRAM=$arm long --test program emulated_arm -- --include-ignored --nocapture
 
 say "anything over the links of robots"
 long --lib -- fuzz:: a_file_may_have_anything
@@ -57,31 +57,31 @@ say "anything by radio, and two million forged or damaged datagrams"
 long -p oneiro-lab --lib -- exchange::radio --nocapture
 
 say "the whole study of 1995, killed, on one thread and on a GPU"
-long --test reproduce settings
+long --test program function_of_
 
 say "a swarm of daemons of which a hundred are killed, and one that lives for a day"
-long --test twins -- --ignored --nocapture
+long --test program twins:: -- --ignored --nocapture
 
 say "evolution beside a robot that drives"
-long --test real_time_wired evolution_beside -- --ignored --nocapture
+long --test program evolution_beside -- --ignored --nocapture
 
 say "ten daemons that evolve, in real time; a million hostile datagrams and a hundred thousand lines of a lying tracker"
-long --test real_time_fleets -- --nocapture
+long --test program real_time::fleets:: -- --nocapture
 
 say "every command that writes, killed at each change of a file and thousands of times at random; foreign files behind every name"
-long --test kills --test foreign -- --nocapture
-long --test run survives_being_killed
-long --test sweep after_kills
+long --test program -- kills:: foreign:: --nocapture
+long --test program survives_being_killed
+long --test program bytes::are_the_same_after_kills
 
 say "whatever pages and experiments tell a user to type"
-long --test documented -- --nocapture
+long --test program documented:: -- --nocapture
 
 say "robots that another physics engine moves, in crowds too"
-long --features oneiro-tests/rapier --test rapier -- --include-ignored
+long --features oneiro-tests/rapier --test library rapier:: -- --include-ignored
 
 say "a robot sampled in Aseba's simulator, and its champions there"
 # One at a time: the simulator has to keep up.
-long --test real_time_transfer -- --nocapture --test-threads=1
+long --test program real_time::transfer:: -- --nocapture --test-threads=1
 
 say "instructions of an on-board generation on 64-bit ARM"
 tests/arm-instructions.sh

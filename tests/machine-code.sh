@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # machine-code.sh [OPTION OF CARGO]...: what the compilers for NVIDIA's and Intel's cards, and for AMD's newer ones, make of the
-# kernels, without a card: tests/machine_code.rs with Mesa's drivers of Debian 13, which are unpacked into the build folder
+# kernels, without a card: tests/optimised/machine_code.rs with Mesa's drivers of Debian 13, which are unpacked into the build folder
 # and run there; nothing is installed. They want a device, so two libraries of Mesa's own source are compiled, which answer for the
 # kernel's driver and execute nothing. Needs Debian on x86-64, a C compiler and Python. A quarter of a gigabyte; the first call
 # fetches 130 MB.
@@ -96,4 +96,4 @@ END
 fi
 
 # With the features of all tests, which then have built it already.
-ONEIRO_MESA=$folder cargo test --locked --workspace --features oneiro-host/parquet "$@" --test machine_code of_other_vendors -- --include-ignored --nocapture
+ONEIRO_MESA=$folder cargo test --locked --workspace --features oneiro-host/parquet "$@" --test optimised of_other_vendors -- --include-ignored --nocapture

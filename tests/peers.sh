@@ -11,4 +11,4 @@ python_with thymiodirect,numpy,socketio,unifr_api_epuck thymiodirect==0.1.2 unif
     skipped python "clients of robots: $problem"
     exit 0
 }
-ONEIRO_CLIENTS=$python cargo test --locked --workspace --features oneiro-host/parquet --test clients -- --ignored
+ONEIRO_CLIENTS=$python cargo test --locked --workspace --features oneiro-host/parquet --test program clients:: -- --ignored

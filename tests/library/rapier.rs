@@ -1,5 +1,5 @@
 //! The swarm's arena compared with a [twin] whose bodies rapier moves: ten robots collect as much food in either. The
-//! arena's bits are pinned (`tests/goldens.rs`), so `tests/long.sh` alone runs this: it is due again when they change.
+//! arena's bits are pinned (`tests/library/goldens.rs`), so `tests/long.sh` alone runs this: it is due again when they change.
 //!
 //! Controllers, lights, the margin and the number of worlds were fixed before any comparison: the arena's own worlds of
 //! ten minutes differ by 0.11, 0.08 and 0.11 of their mean for the first three cases, and by 0.46 and 0.50 for the

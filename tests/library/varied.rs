@@ -1,5 +1,5 @@
 //! Noise that the kernels that ship don't have: the same bits everywhere and as pinned, what each value does, and refusals.
-//! `tests/parity.rs` compares it with the witness.
+//! `tests/library/parity.rs` compares it with the witness.
 
 use std::path::Path;
 

@@ -146,12 +146,18 @@ const ELSEWHERE: [(&str, &str); 4] = [
         "fleet deploy",
         "each file is written by the robot's computer, whole or not at all: host/fleet/src/fleet/tests.rs",
     ),
-    ("fleet start", "needs robots in real time: tests/fleets.rs"),
+    (
+        "fleet start",
+        "needs robots in real time: tests/program/real_time/fleets.rs",
+    ),
     (
         "on-board",
-        "needs a robot in real time: tests/wired/on_board.rs, tests/twins.rs",
+        "needs a robot in real time: tests/program/real_time/wired/on_board.rs, tests/program/twins.rs",
     ),
-    ("robot drive", "needs a robot in real time: tests/guard.rs"),
+    (
+        "robot drive",
+        "needs a robot in real time: tests/program/real_time/guard.rs",
+    ),
 ];
 
 /// Options that name what is written, except for recordings of links, which are kept and not overwritten.

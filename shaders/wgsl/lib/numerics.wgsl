@@ -1,6 +1,6 @@
 // Functions that kernels need and WGSL gives no exact promise for, written from exactly rounded operations
 // only. An error is the greatest over every float of the range, unless said otherwise; docs/numerics.md has
-// how the constants were found, and tests/numerics.rs measures the errors again. In its range no function
+// how the constants were found, and tests/library/numerics.rs measures the errors again. In its range no function
 // makes a NaN, an infinity or a subnormal number, not even on the way.
 
 // 1/x for |x| in [2^-126, 0x1.ep125]. Relative error 1.19e-7; exact for powers of two.

@@ -126,7 +126,10 @@ const NEVER: &[(&str, &str)] = &[
     ("record.checkpoint_every", "when a run is saved"),
     ("record.individuals", "whether every individual is recorded"),
     ("robot.sensors[].name", "names a reading"),
-    ("reality.starts", "of connected robots, which tests/wired.rs has"),
+    (
+        "reality.starts",
+        "of connected robots, which tests/program/real_time/wired.rs has",
+    ),
     ("reality.speed_mm_s", "of connected robots"),
     ("reality.walk_s", "of connected robots"),
     ("reality.sensors", "of connected robots"),

@@ -81,7 +81,7 @@ impl Tracker {
 /// daemon proposes what a run from its seed has as the best of each generation.
 #[test]
 fn a_thymio_evolves_on_board_in_the_simulator() {
-    let name = "on_board::a_thymio_evolves_on_board_in_the_simulator";
+    let name = "a_thymio_evolves_on_board_in_the_simulator";
     if !in_a_network(name, "a Thymio II that evolves on board in Aseba's simulator") {
         return;
     }
