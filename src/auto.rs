@@ -1,7 +1,7 @@
 //! The CPU and a GPU side by side: each batch goes to the one that is expected to finish it sooner.
 
 use std::collections::BTreeMap;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use oneiro_shaders::Kernel;
 
@@ -13,8 +13,11 @@ use crate::evaluator::{Control, Device, Error, Evaluator, pass_on};
 const LEAST_CPU_TIME: f64 = 0.001;
 /// CPU time, in seconds, spent on such batches of a kind before the GPU is tried: about as long as opening it or compiling takes.
 const PATIENCE: f64 = 0.25;
-/// Robot-steps per CPU thread from which a batch goes to the GPU while the CPU's speed is unknown: at least 0.1 s of its work.
+/// Robot-steps per CPU thread from which the GPU is opened at once while the CPU's speed is unknown: at least 0.1 s of its work. The CPU
+/// then does so many at a time.
 const MANY_STEPS: u64 = 10_000_000;
+/// CPU time, in seconds, of a piece of a batch while the GPU is being opened, which takes 1.3 to 1.6 s (`docs/gpu.md`).
+const PIECE: f64 = 0.1;
 /// Every 64th batch goes to the slower device, to keep its time up to date.
 const REMEASURE_EVERY: u32 = 64;
 /// A device that is slower by at least this factor is not measured again.
@@ -26,18 +29,27 @@ const GIVE_UP_AFTER: u32 = 3;
 pub type Opener = Box<dyn FnOnce() -> Result<Box<dyn Evaluator>, String> + Send>;
 
 /// Evaluates each batch on the CPU or on a GPU, judging by how long earlier batches of the same kernel took on either. The GPU is opened
-/// once there is enough work for it. Results don't depend on the choice. If the GPU fails, the CPU takes over.
+/// once there is enough work for it, and the CPU works on meanwhile. Results don't depend on the choice. If the GPU fails, the CPU takes
+/// over.
 pub struct Auto {
     cpu: Member,
-    gpu: Option<Member>,
-    opener: Option<Opener>,
+    gpu: Gpu,
     /// The GPU's name.
     name: String,
-    /// Robot-steps from which a batch goes to the GPU while the CPU's speed is unknown.
-    many_steps: u64,
+    /// Of the CPU.
+    threads: usize,
     /// CPU time spent on batches that may go to the GPU, in seconds.
     spent: BTreeMap<Kind, f64>,
     warnings: Vec<String>,
+}
+
+enum Gpu {
+    /// Not needed so far.
+    Closed(Opener),
+    Opening(background::Work<Result<Box<dyn Evaluator>, String>>),
+    Open(Member),
+    /// It can't be used, as a warning says.
+    Gone,
 }
 
 /// One of the two devices.
@@ -87,10 +99,9 @@ impl Auto {
     pub fn new(cpu: Box<dyn Evaluator>, threads: usize, name: String, opener: Opener) -> Self {
         Self {
             cpu: Member::new(cpu, true),
-            gpu: None,
-            opener: Some(opener),
+            gpu: Gpu::Closed(opener),
             name,
-            many_steps: MANY_STEPS * threads as u64,
+            threads,
             spent: BTreeMap::new(),
             warnings: Vec::new(),
         }
@@ -98,7 +109,7 @@ impl Auto {
 
     /// Adds the GPU's name to the CPU's description, unless it can't be used.
     fn with_gpu(&self, cpu: Device) -> Device {
-        if self.gpu.is_none() && self.opener.is_none() {
+        if matches!(self.gpu, Gpu::Gone) {
             return cpu;
         }
         Device {
@@ -107,35 +118,55 @@ impl Auto {
         }
     }
 
+    fn many_steps(&self) -> u64 {
+        MANY_STEPS * self.threads as u64
+    }
+
     /// Whether to try the GPU on a part, given the CPU's expected time in seconds, if known.
     fn is_worth_trying(&self, part: &Part<'_>, expected: Option<f64>) -> bool {
         let spent = self.spent.get(&Kind::of(part)).copied().unwrap_or_default();
         match expected {
-            None => part.steps() >= self.many_steps,
+            None => part.steps() >= self.many_steps(),
             Some(time) => time >= PATIENCE || (time >= LEAST_CPU_TIME && spent >= PATIENCE),
         }
     }
 
-    /// Opens the GPU, on the first call.
-    fn open(&mut self, control: &Control) {
-        let Some(open) = self.opener.take() else { return };
-        let opened = background::wait(|| control.is_cancelled(), open);
-        match opened.unwrap_or_else(|| Err("it was being opened when the work was stopped".into())) {
-            Ok(gpu) => self.gpu = Some(Member::new(gpu, false)),
-            Err(reason) => self
-                .warnings
-                .push(format!("{}: {reason}; the CPU does all work", self.name)),
-        }
+    /// Begins to open the GPU, or takes the one that was opened meanwhile.
+    fn open(&mut self) {
+        self.gpu = match std::mem::replace(&mut self.gpu, Gpu::Gone) {
+            Gpu::Closed(open) => Gpu::Opening(background::Work::begin(open)),
+            Gpu::Opening(mut work) => match work.result(Duration::ZERO) {
+                None => Gpu::Opening(work),
+                Some(Ok(gpu)) => Gpu::Open(Member::new(gpu, false)),
+                Some(Err(reason)) => {
+                    let warning = format!("{}: {reason}; the CPU does all work", self.name);
+                    self.warnings.push(warning);
+                    Gpu::Gone
+                }
+            },
+            known => known,
+        };
+    }
+
+    /// Number of a part's groups that the CPU does before the GPU is thought of again.
+    fn piece(&self, part: &Part<'_>) -> u32 {
+        let all = part.groups().len();
+        let share = match (&self.gpu, self.cpu.expected(part)) {
+            (Gpu::Open(_) | Gpu::Gone, _) => return all as u32,
+            (_, Some(time)) => PIECE / time,
+            (_, None) => self.many_steps() as f64 / part.steps() as f64,
+        };
+        ((all as f64 * share) as usize).clamp(self.threads.min(all), all) as u32
     }
 
     /// Whether the GPU gets a part.
-    fn is_for_gpu(&mut self, part: &Part<'_>, control: &Control) -> bool {
+    fn is_for_gpu(&mut self, part: &Part<'_>) -> bool {
         let expected = self.cpu.expected(part);
         let is_worth_trying = self.is_worth_trying(part, expected);
         if is_worth_trying {
-            self.open(control);
+            self.open();
         }
-        let Some(gpu) = &self.gpu else { return false };
+        let Gpu::Open(gpu) = &self.gpu else { return false };
         let (Some(here), Some(there)) = (expected, gpu.expected(part)) else {
             return is_worth_trying;
         };
@@ -154,17 +185,29 @@ impl Auto {
 
     /// Runs a part on the GPU. `None` if it can't, and the CPU must.
     fn on_gpu(&mut self, part: &Part<'_>, control: &Control) -> Option<Result<PartResult, Error>> {
-        let done = self.gpu.as_mut()?.evaluate(part, control, &mut self.warnings);
+        let Gpu::Open(gpu) = &mut self.gpu else { return None };
+        let done = gpu.evaluate(part, control, &mut self.warnings);
         match done {
             Err(error @ Error::TooLarge(_)) => self.warnings.push(format!("{error}; the CPU does this batch")),
             Err(error @ Error::NoDevice(_)) => {
                 self.warnings
                     .push(format!("{error}; from now on the CPU does all work"));
-                self.gpu = None;
+                self.gpu = Gpu::Gone;
             }
             done => return Some(done.map(|(result, _)| result)),
         }
         None
+    }
+}
+
+impl Auto {
+    /// Runs a part on the CPU.
+    fn on_cpu(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
+        let (result, seconds) = self.cpu.evaluate(part, control, &mut self.warnings)?;
+        if seconds >= LEAST_CPU_TIME {
+            *self.spent.entry(Kind::of(part)).or_default() += seconds;
+        }
+        Ok(result)
     }
 }
 
@@ -232,16 +275,35 @@ impl Evaluator for Auto {
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        if self.is_for_gpu(part, control)
-            && let Some(done) = self.on_gpu(part, control)
-        {
-            return done;
+        let all = part.groups().len() as u32;
+        let (mut pieces, mut next) = (None, 0);
+        loop {
+            let rest = part.part(next..all);
+            let on_gpu = if self.is_for_gpu(&rest) {
+                self.on_gpu(&rest, control)
+            } else {
+                None
+            };
+            let (end, result) = match on_gpu {
+                Some(done) => (all, done?),
+                None => {
+                    let end = next + self.piece(&rest);
+                    (end, self.on_cpu(&part.part(next..end), control)?)
+                }
+            };
+            if (next, end) == (0, all) {
+                return Ok(result);
+            }
+            let whole = match &mut pieces {
+                Some(whole) => whole,
+                none => none.insert(PartResult::blank(part.batch(), part.slots())?),
+            };
+            whole.put(part.batch(), &(next..end), &result);
+            next = end;
+            if next == all {
+                return Ok(pieces.unwrap_or_default());
+            }
         }
-        let (result, seconds) = self.cpu.evaluate(part, control, &mut self.warnings)?;
-        if seconds >= LEAST_CPU_TIME {
-            *self.spent.entry(Kind::of(part)).or_default() += seconds;
-        }
-        Ok(result)
     }
 
     fn warnings(&self) -> &[String] {
@@ -249,8 +311,11 @@ impl Evaluator for Auto {
     }
 
     fn specialised_steps(&self) -> u64 {
-        let members = [Some(&self.cpu), self.gpu.as_ref()].into_iter().flatten();
-        members.map(|member| member.evaluator.specialised_steps()).sum()
+        let on_gpu = match &self.gpu {
+            Gpu::Open(gpu) => gpu.evaluator.specialised_steps(),
+            _ => 0,
+        };
+        self.cpu.evaluator.specialised_steps() + on_gpu
     }
 }
 
@@ -303,7 +368,7 @@ mod tests {
         let opener: Opener = Box::new(|| Err("it is open".into()));
         Auto {
             cpu: member("cpu", true, cpu),
-            gpu: Some(member("gpu", false, gpu)),
+            gpu: Gpu::Open(member("gpu", false, gpu)),
             ..Auto::new(Box::new(Named("cpu")), 1, "gpu".into(), opener)
         }
     }
@@ -313,9 +378,9 @@ mod tests {
         let (mut auto, batch) = (auto(cpu, gpu), batch(64));
         let part = batch.all();
         let chosen = (0..320).filter(|_| {
-            let is_for_gpu = auto.is_for_gpu(&part, &Control::new());
+            let is_for_gpu = auto.is_for_gpu(&part);
             match &mut auto.gpu {
-                Some(member) if is_for_gpu => member.record(&part, gpu),
+                Gpu::Open(member) if is_for_gpu => member.record(&part, gpu),
                 _ => auto.cpu.record(&part, cpu),
             }
             is_for_gpu
@@ -334,7 +399,7 @@ mod tests {
 
     #[test]
     fn batches_of_other_sizes_are_judged_by_what_is_known() {
-        let is_for_gpu = |rollouts, cpu, gpu| auto(cpu, gpu).is_for_gpu(&batch(rollouts).all(), &Control::new());
+        let is_for_gpu = |rollouts, cpu, gpu| auto(cpu, gpu).is_for_gpu(&batch(rollouts).all());
         // Twice the steps take the CPU twice the time. The GPU may take as long as before.
         assert!(is_for_gpu(128, 0.010, 0.019));
         assert!(!is_for_gpu(128, 0.010, 0.021));

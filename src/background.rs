@@ -1,7 +1,7 @@
 //! Work that its caller may abandon: a compiler, such as a driver's, can't be interrupted.
 
 use std::panic::resume_unwind;
-use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::{Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
@@ -9,9 +9,50 @@ use std::time::Duration;
 /// Abandoned threads.
 static ABANDONED: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
 
-/// Does work on another thread and returns its result, or `None` within 10 ms once `stops` says so: the abandoned thread then
-/// finishes by itself. Before the process ends, it waits for abandoned threads, since libraries in use can't be unloaded; a process
-/// that ends by `_exit` doesn't.
+/// Work on another thread. Once it is dropped the thread finishes by itself. Before the process ends, it waits for such threads, since
+/// libraries in use can't be unloaded; a process that ends by `_exit` doesn't.
+pub(crate) struct Work<T> {
+    done: Receiver<T>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl<T: Send + 'static> Work<T> {
+    /// # Panics
+    /// If no thread can be started.
+    pub(crate) fn begin(work: impl FnOnce() -> T + Send + 'static) -> Self {
+        let (tell, done) = mpsc::channel();
+        let thread = thread::spawn(move || {
+            // Nobody may want it any more.
+            let _ = tell.send(work());
+        });
+        Self {
+            done,
+            thread: Some(thread),
+        }
+    }
+
+    /// Its result, if it is done within a time.
+    ///
+    /// # Panics
+    /// If the work does.
+    pub(crate) fn result(&mut self, within: Duration) -> Option<T> {
+        let ended = self.done.recv_timeout(within);
+        if matches!(ended, Err(RecvTimeoutError::Timeout)) {
+            return None;
+        }
+        let thread = self.thread.take()?;
+        thread.join().unwrap_or_else(|panic| resume_unwind(panic));
+        ended.ok()
+    }
+}
+
+impl<T> Drop for Work<T> {
+    fn drop(&mut self) {
+        self.thread.take().into_iter().for_each(abandon);
+    }
+}
+
+/// Does work on another thread and returns its result, or `None` within 10 ms once `stops` says so: the thread is then abandoned.
 ///
 /// # Panics
 /// If the work does, or if no thread can be started.
@@ -20,24 +61,20 @@ pub fn wait<T: Send + 'static>(stops: impl Fn() -> bool, work: impl FnOnce() -> 
     if stops() {
         return None;
     }
-    let (tell, done) = mpsc::channel();
-    let thread = thread::spawn(move || {
-        // Nobody may want it any more.
-        let _ = tell.send(work());
-    });
+    let mut work = Work::begin(work);
     loop {
-        match done.recv_timeout(LOOK_UP) {
-            Err(RecvTimeoutError::Timeout) if stops() => {
-                abandon(thread);
-                return None;
-            }
-            Err(RecvTimeoutError::Timeout) => {}
-            ended => {
-                thread.join().unwrap_or_else(|panic| resume_unwind(panic));
-                return ended.ok();
-            }
+        match work.result(LOOK_UP) {
+            None if stops() => return None,
+            None => {}
+            done => return done,
         }
     }
+}
+
+/// Whether abandoned threads still work.
+pub fn goes_on() -> bool {
+    let abandoned = ABANDONED.lock().unwrap_or_else(PoisonError::into_inner);
+    abandoned.iter().any(|thread| !thread.is_finished())
 }
 
 /// Abandons a thread.

@@ -1,10 +1,11 @@
 //! The trait that every device implements: a batch in, results out.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use oneiro_shaders::Kernel;
 
-use crate::batch::{Batch, Outcome, Part, PartResult};
+use crate::batch::{Batch, LANES, Outcome, Part, PartResult};
 
 /// Watches and cancels an evaluation, from any thread.
 #[derive(Debug, Default)]
@@ -167,6 +168,14 @@ impl PartResult {
             trace: room(slots * batch.trace_words())?,
             states: room(slots * batch.kept_words())?,
         })
+    }
+
+    /// Puts the results of some of a part's groups in their places.
+    pub(crate) fn put(&mut self, batch: &Batch, groups: &Range<u32>, result: &Self) {
+        let first = groups.start as usize * LANES;
+        self.fitness[first..][..result.fitness.len()].copy_from_slice(&result.fitness);
+        self.trace[first * batch.trace_words()..][..result.trace.len()].copy_from_slice(&result.trace);
+        self.states[first * batch.kept_words()..][..result.states.len()].copy_from_slice(&result.states);
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use crate::batch::{LANES, Part, PartResult};
+use crate::batch::{Part, PartResult};
 use crate::evaluator::{Control, Device, Error, Evaluator, pass_on};
 
 /// Least duration of a piece in seconds, so that fixed costs don't matter. A piece is never more than the member's
@@ -215,13 +215,7 @@ impl<'a> Work<'a> {
     }
 
     fn put(&self, groups: &Range<u32>, result: &PartResult) {
-        let mut shared = self.shared();
-        let first = groups.start as usize * LANES;
-        let batch = self.part.batch();
-        let own = &mut shared.result;
-        own.fitness[first..][..result.fitness.len()].copy_from_slice(&result.fitness);
-        own.trace[first * batch.trace_words()..][..result.trace.len()].copy_from_slice(&result.trace);
-        own.states[first * batch.kept_words()..][..result.states.len()].copy_from_slice(&result.states);
+        self.shared().result.put(self.part.batch(), groups, result);
     }
 
     fn into_result(self) -> PartResult {

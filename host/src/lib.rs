@@ -39,7 +39,6 @@ pub fn main() -> ExitCode {
         Err(error) => return ExitCode::from(console::usage(&error)),
     };
     let console = console::Console::new(output);
-    ending::end(ending::code_of(console, || {
-        command.and_then(|command| commands::run(command, console))
-    }))
+    let code = ending::code_of(console, || command.and_then(|command| commands::run(command, console)));
+    ending::end(code, oneiro::background::goes_on())
 }

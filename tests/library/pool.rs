@@ -1,7 +1,7 @@
 //! Evaluators made of others: the pool, the audit, the choice between two devices, and backends by name.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use oneiro::audit::Audited;
@@ -19,8 +19,12 @@ fn cpu() -> Cpu {
 }
 
 fn batch(rollouts: usize) -> Batch {
+    batch_of(50, rollouts)
+}
+
+fn batch_of(cycles: u32, rollouts: usize) -> Batch {
     let world = World::new(WorldSpec {
-        cycles: 50,
+        cycles,
         ..WorldSpec::miglino1995()
     })
     .unwrap();
@@ -401,6 +405,27 @@ fn batches_go_where_they_are_done_sooner() {
 }
 
 #[test]
+fn the_cpu_works_while_a_gpu_is_being_opened() {
+    let (open, opens) = mpsc::channel::<()>();
+    let (here, of_cpu) = slow("cpu", 50);
+    let (there, of_gpu) = slow("a card", 5);
+    let opener = move || {
+        let _ = opens.recv_timeout(Duration::from_mins(1));
+        Ok(there)
+    };
+    let mut auto = Auto::new(here, 1, "a card".into(), Box::new(opener));
+    let batch = batch(100);
+    for _ in 0..20 {
+        fitness(&mut auto, &batch).unwrap();
+    }
+    let [cpu, gpu] = [&of_cpu, &of_gpu].map(|parts| parts.load(Ordering::Relaxed));
+    assert!(cpu >= 20 && gpu == 0, "{cpu} and {gpu}");
+    drop(open);
+    let mut later = (0..1000).map(|_| fitness(&mut auto, &batch).unwrap());
+    assert!(later.any(|_| of_gpu.load(Ordering::Relaxed) > 0));
+}
+
+#[test]
 fn short_batches_open_no_gpu_and_long_ones_do_at_once() {
     let never = || panic!("nothing needs it");
     let (here, _) = slow("cpu", 0);
@@ -413,7 +438,7 @@ fn short_batches_open_no_gpu_and_long_ones_do_at_once() {
     }
     let (there, parts) = slow("a card", 0);
     let mut auto = Auto::new(Box::new(cpu()), 1, "a card".into(), Box::new(move || Ok(there)));
-    let large = batch(200_000);
+    let large = batch_of(150, 200_000);
     assert_eq!(
         fitness(&mut auto, &large).unwrap(),
         fitness(&mut Cpu::new(None).unwrap(), &large).unwrap()
@@ -430,7 +455,7 @@ fn the_cpu_does_what_a_gpu_can_not() {
             "a card".into(),
             Box::new(move || Ok(Box::new(Failing(error)))),
         );
-        let large = batch(200_000);
+        let large = batch_of(150, 200_000);
         assert_eq!(
             fitness(&mut auto, &large).unwrap(),
             fitness(&mut Cpu::new(None).unwrap(), &large).unwrap()

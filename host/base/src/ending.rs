@@ -59,7 +59,7 @@ fn given(memory: *mut u8, size: usize) -> *mut u8 {
 #[cold]
 fn refused(size: usize) {
     if size < LARGE {
-        end_at_once(SHORT, Code::Memory);
+        end_at_once(SHORT, Code::Memory as u8);
     }
     HAD_NO_MEMORY.store(true, Ordering::Relaxed);
 }
@@ -102,7 +102,7 @@ pub fn prepare() {
 fn panicked(panic: &PanicHookInfo<'_>) {
     let message = panic.payload_as_str().unwrap_or("no reason given");
     if is_want(message) {
-        end_at_once(SHORT, Code::Memory);
+        end_at_once(SHORT, Code::Memory as u8);
     }
     let place = panic
         .location()
@@ -124,7 +124,7 @@ fn is_want(message: &str) -> bool {
 /// Ends the program at a signal, before its work has begun.
 #[cfg(unix)]
 pub fn stopped_early() -> ! {
-    end_at_once(NOT_BEGUN, Code::Stopped)
+    end_at_once(NOT_BEGUN, Code::Stopped as u8)
 }
 
 /// Does what the program is to do, and prints why it failed. Returns its exit code.
@@ -138,16 +138,16 @@ pub fn code_of(console: Console, command: impl FnOnce() -> Result + UnwindSafe) 
     failure.code()
 }
 
-/// Ends the program with an exit code. Where the user stopped it, it doesn't wait for what compiles in the background.
+/// Ends the program with an exit code, at once where a driver still does what nobody waits for any more: it can't be stopped.
 #[cfg_attr(
     not(test),
     expect(clippy::disallowed_methods, reason = "it flushes earlier output, and shows nothing")
 )]
-pub fn end(code: u8) -> ExitCode {
+pub fn end(code: u8, at_once: bool) -> ExitCode {
     #[cfg(unix)]
-    if code == Code::Stopped as u8 {
+    if at_once {
         let _ = std::io::stdout().flush();
-        end_at_once("", Code::Stopped);
+        end_at_once("", code);
     }
     ExitCode::from(code)
 }
@@ -158,9 +158,9 @@ fn is_short() -> bool {
 }
 
 #[cfg(not(unix))]
-fn end_at_once(text: &str, code: Code) -> ! {
+fn end_at_once(text: &str, code: u8) -> ! {
     let _ = std::io::stderr().write_all(text.as_bytes());
-    std::process::exit(code as i32)
+    std::process::exit(code.into())
 }
 
 #[cfg(unix)]
@@ -204,9 +204,9 @@ mod unix {
 
     extern "C" fn ended(_: libc::c_int) {
         if HAD_NO_MEMORY.load(Ordering::Relaxed) || is_short() {
-            end_at_once(SHORT, Code::Memory);
+            end_at_once(SHORT, Code::Memory as u8);
         }
-        end_at_once(CRASHED, Code::Broken);
+        end_at_once(CRASHED, Code::Broken as u8);
     }
 
     /// Whether memory has run out or is about to, or the stack may not grow as far as the program needs.
@@ -231,7 +231,7 @@ mod unix {
     }
 
     /// Ends the program with a text on standard error.
-    pub(super) fn end_at_once(text: &str, code: Code) -> ! {
+    pub(super) fn end_at_once(text: &str, code: u8) -> ! {
         /// Clears the line of a progress bar.
         const CLEARED: &str = "\r\x1b[2K";
         // SAFETY: the pointers and lengths are those of texts; nothing of the process is used after the last call.
@@ -241,7 +241,7 @@ mod unix {
                 write(CLEARED);
             }
             write(text);
-            libc::_exit(code as libc::c_int)
+            libc::_exit(code.into())
         }
     }
 }
