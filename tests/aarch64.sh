@@ -13,6 +13,7 @@ case $* in
     ;;
 esac
 cd "$(dirname "$0")/.."
+. tests/install.sh
 . tests/skips.sh
 
 wanted=$*
@@ -26,6 +27,8 @@ not_run() {
     skipped arm "its lane code is not even type-checked: $*"
     exit 0
 }
+has_tools() { command -v qemu-aarch64 >/dev/null && command -v aarch64-linux-gnu-gcc >/dev/null; }
+has_tools || install qemu-user gcc-aarch64-linux-gnu libc6-dev-arm64-cross || true
 command -v qemu-aarch64 >/dev/null || not_run "there is no qemu-aarch64 (Debian: qemu-user)"
 command -v aarch64-linux-gnu-gcc >/dev/null || not_run "there is no linker (Debian: gcc-aarch64-linux-gnu)"
 

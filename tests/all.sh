@@ -1,20 +1,9 @@
 #!/usr/bin/env bash
-# all.sh [--with-slurm] [--with-learning]: all checks, from a clean checkout: formatting, lints, the build without a GPU, all tests, the
-# docs, and on request a sweep on a real Slurm, and learners for which torch is installed. All in the development profile, in which what computes is optimised (Cargo.toml).
-# Skipped tests are listed at the end, and are failures unless ONEIRO_MAY_SKIP names the missing thing: by default the
-# recordings of a real robot, which can't be installed. docs/testing.md has more; tests/long.sh has longer tests.
+# all.sh: all checks, from a clean checkout: formatting, lints, the build without a GPU, all tests, the Python package, the docs. All in
+# the development profile, in which what computes is optimised (Cargo.toml). Skipped tests are listed at the end, and are failures unless
+# ONEIRO_MAY_SKIP names the missing thing: by default the recordings of a real robot, which can't be installed. docs/testing.md has
+# more; tests/long.sh has longer tests, those that need other machines or programs among them.
 set -euo pipefail
-slurm= learning=
-for option in "$@"; do
-    case $option in
-    --with-slurm) slurm=yes ;;
-    --with-learning) learning=--with-learning ;;
-    *)
-        echo "usage: $0 [--with-slurm] [--with-learning]" >&2
-        exit 2
-        ;;
-    esac
-done
 cd "$(dirname "$0")/.."
 . tests/skips.sh
 
@@ -96,8 +85,6 @@ say "lints"
 cargo clippy --workspace --all-targets --features oneiro-host/parquet --locked -- -D warnings
 
 [ -z "${jobs[tools]:-}" ] || join "tools"
-# With what other stages leave of the processors.
-beside "64-bit ARM" 19 tests/aarch64.sh
 
 say "documentation"
 # With the examples, what these need counts as well: all is then checked as for the lints, and nothing a second time.
@@ -114,7 +101,7 @@ all=(cargo test --locked --workspace --features oneiro-host/parquet --no-fail-fa
 # Tests that wait for robots in real time leave the processors idle, and must get them at once when they need them: they run beside
 # all others, which have a lower priority.
 beside "robots in real time" 0 "${all[@]}" --test program -- real_time::
-beside "Python" 5 bash -ec "tests/python-package.sh $learning; tests/python.sh; tests/optimisers.sh; tests/recompute.sh; tests/peers.sh"
+beside "Python" 5 bash -ec "tests/python-package.sh; tests/python.sh"
 say "all other tests"
 # Kernels have no tests in their library, and would be compiled a second time.
 failed=
@@ -128,8 +115,6 @@ join "Python" || failed=yes
     echo "Some tests failed: their names are above, after each \"failures:\"." >&2
     exit 1
 }
-[ -z "$slurm" ] || tests/slurm.sh
-join "64-bit ARM"
 
 # What build scripts, the tests and their Python package need with different features is compiled for each of them (host/Cargo.toml).
 if [ -n "$is_new" ]; then

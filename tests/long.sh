@@ -73,6 +73,16 @@ long --test program -- kills:: foreign:: --nocapture
 long --test program survives_being_killed
 long --test program bytes::are_the_same_after_kills
 
+say "a sweep on a real Slurm"
+cargo build --locked -p oneiro-host --features parquet
+tests/slurm.sh
+
+say "optimisers, both studies' judgements and clients of robots by what others wrote; learners that need torch"
+tests/optimisers.sh
+tests/recompute.sh
+tests/peers.sh
+tests/python-package.sh --with-learning
+
 say "whatever pages and experiments tell a user to type"
 long --test program documented:: -- --nocapture
 

@@ -24,14 +24,6 @@ software_vulkan() {
     exit 4
 }
 
-# 64-bit ARM: its lane code is compiled and run under an emulator if the tools are available.
-arm_tools() {
-    command -v qemu-aarch64 >/dev/null && command -v aarch64-linux-gnu-gcc >/dev/null && return
-    say "installing an emulator and a linker for 64-bit ARM"
-    install qemu-user gcc-aarch64-linux-gnu libc6-dev-arm64-cross ||
-        echo "64-bit ARM: no emulator or linker; its lane code will not be tested"
-}
-
 # The page that plays a swarm is opened in a browser if one is available.
 browser() {
     local name
@@ -61,7 +53,6 @@ simulator() {
 }
 
 software_vulkan
-arm_tools
 browser
 validator
 simulator

@@ -11,7 +11,7 @@ use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
 use oneiro::world::{Controller, Task, World, WorldSpec};
 
-use crate::mutations::{Spent, mutant, peak};
+use crate::mutations::{Spent, alone, mutant, peak};
 
 const PARTS: [(Kind, &str); 8] = [
     (
@@ -128,6 +128,9 @@ fn is_placed(message: &str) -> bool {
 
 #[test]
 fn mutants_are_refused_or_live() {
+    if !alone(concat!(module_path!(), "::mutants_are_refused_or_live")) {
+        return;
+    }
     let times = if std::env::var_os("ONEIRO_LONG").is_some() {
         120
     } else {
@@ -166,6 +169,9 @@ fn mutants_are_refused_or_live() {
 /// Whole texts that compilers have trouble with: each is refused, or its lives end.
 #[test]
 fn deep_and_long_parts_are_refused_or_live() {
+    if !alone(concat!(module_path!(), "::deep_and_long_parts_are_refused_or_live")) {
+        return;
+    }
     let task = |body: &str, rest: &str| {
         format!(
             "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{

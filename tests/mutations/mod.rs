@@ -1,7 +1,8 @@
 //! Texts as nobody would write them: words, lines or characters of a text deleted, doubled, swapped, replaced or repeated.
 
-use std::fs;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
+use std::{env, fs};
 
 use oneiro::random::pcg4d;
 
@@ -58,6 +59,30 @@ pub(crate) fn mutant(text: &str, odd: &[&str], seed: u32) -> String {
         text = pieces.concat();
     }
     text
+}
+
+/// Runs a test, named with its modules and its crate, in a process of its own, since it measures what a process takes. Returns whether
+/// this is that process.
+pub(crate) fn alone(test: &str) -> bool {
+    const ALONE: &str = "ONEIRO_TEST_ALONE";
+    if env::var_os(ALONE).is_some() {
+        return true;
+    }
+    let (_, test) = test.split_once("::").unwrap();
+    let run = Command::new(env::current_exe().unwrap())
+        .args(["--exact", test, "--nocapture", "--include-ignored"])
+        .env(ALONE, "1")
+        .stderr(Stdio::inherit())
+        .output()
+        .unwrap();
+    let output = String::from_utf8_lossy(&run.stdout);
+    // A name that no test has is no failure there.
+    assert!(
+        output.contains("test result: ok. 1 passed"),
+        "{test}: {output}{}",
+        run.status
+    );
+    false
 }
 
 /// The most memory that this process has had, KB; 0 where the system doesn't tell.
@@ -122,7 +147,7 @@ pub(crate) fn for_seeds_within(long: Duration, seeds: u64, mut call: impl FnMut(
         }
     }
 
-    let (spent, is_long) = (Spent::by("thread-self"), std::env::var_os("ONEIRO_LONG").is_some());
+    let (spent, is_long) = (Spent::by("thread-self"), env::var_os("ONEIRO_LONG").is_some());
     let is_over = |seed: u64| seed >= seeds && (!is_long || spent.time() >= long);
     let mut count = 0;
     for seed in (0..).take_while(|seed| !is_over(*seed)) {

@@ -319,14 +319,13 @@ fn what_is_no_command_line_is_noticed() {
 }
 
 /// Options of other programs that documents name: Cargo's, scripts', and words of `AutoMoDe`'s texts.
-const OTHERS: [&str; 14] = [
+const OTHERS: [&str; 13] = [
     "features",
     "profile",
     "no-default-features",
     "test",
-    "ignored",
-    "with-slurm",
     "with-learning",
+    "ignored",
     "nstates",
     "nroot",
     "rwm",

@@ -17,7 +17,7 @@ use super::settings::Settings;
 use super::source::Parsed;
 use super::swarm;
 use super::values::Described;
-use crate::mutations::{Spent, mutant, peak};
+use crate::mutations::{Spent, alone, mutant, peak};
 use crate::runs::{self, Experiment};
 use crate::scratch::Scratch;
 use crate::sweep::Sweep;
@@ -86,8 +86,6 @@ const MEMORY: u64 = 1640 << 10;
 const MESSAGE: usize = 4_000;
 /// Mutants that are tried however long it takes.
 const LEAST: u32 = 200;
-/// Set where the test runs in a process of its own, whose memory is that of no other test.
-const ALONE: &str = "ONEIRO_MUTANTS_ALONE";
 
 /// A folder with all files that ship, and the text of each experiment and sweep with the folder of its mutants.
 fn shipped(scratch: &Scratch) -> Vec<(PathBuf, String)> {
@@ -197,16 +195,9 @@ fn flaw(code: u8, message: &str, is_toml: bool) -> Option<&'static str> {
 
 #[test]
 fn mutants_are_refused_or_lived_in() {
-    if std::env::var_os(ALONE).is_some() {
-        return all_mutants();
+    if !alone(concat!(module_path!(), "::mutants_are_refused_or_lived_in")) {
+        return;
     }
-    let name = std::thread::current().name().unwrap().to_owned();
-    let mut alone = Command::new(std::env::current_exe().unwrap());
-    alone.args(["--exact", &name, "--nocapture"]).env(ALONE, "1");
-    assert!(alone.status().unwrap().success());
-}
-
-fn all_mutants() {
     let is_long = std::env::var_os("ONEIRO_LONG").is_some();
     let patience = Duration::from_secs(if is_long { 600 } else { 4 });
     let scratch = Scratch::new("mutants");
