@@ -8,16 +8,16 @@ use oneiro_shaders::life;
 
 use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
 use super::{Collision, Controller, Noise, Robot, Start, Task, WorldSpec, pack};
-use crate::arena::{Arena, Field, Wall};
-use crate::automode::Modules;
 use crate::batch::WorldKind;
-use crate::compose::{GREATEST_GENES, Kind, OwnPart};
-use crate::differential::Build;
-use crate::foraging;
-use crate::network::Network;
+use crate::foragers::foraging;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Choice, Invalid, allowed_number, integer, number};
-use crate::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
+use crate::parts::automode::Modules;
+use crate::parts::compose::{GREATEST_GENES, Kind, OwnPart};
+use crate::parts::network::Network;
+use crate::world::arena::{Arena, Field, Wall};
+use crate::world::differential::Build;
+use crate::world::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
 pub(super) const GREATEST_SHAPES: usize = life::GREATEST_SHAPES as usize;

@@ -1,7 +1,7 @@
 //! Noise of a simulated life.
 
-use crate::differential::Build;
 use crate::parameter::{Choice, Choices, Invalid, LEAST};
+use crate::world::differential::Build;
 
 /// Noise of a simulated life. All zeros is the paper's "no noise".
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

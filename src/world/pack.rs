@@ -7,15 +7,15 @@ use glam::Vec2;
 use oneiro_shaders::life::{self, BLOCK, CELL, ROUND, WALL};
 
 use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
-use crate::arena::{self, Arena, Field, Light, Patch};
 use crate::batch::Buffers;
 use crate::cells::Cells;
-use crate::compose::OwnParts;
-use crate::differential::Build;
-use crate::foraging::Forager;
+use crate::foragers::foraging::Forager;
 use crate::parameter::Invalid;
-use crate::surrogate::{self, Object};
-use crate::tables::{MotorTable, SENSORS, SensorTable};
+use crate::parts::compose::OwnParts;
+use crate::world::arena::{self, Arena, Field, Light, Patch};
+use crate::world::differential::Build;
+use crate::world::surrogate::{self, Object};
+use crate::world::tables::{MotorTable, SENSORS, SensorTable};
 
 /// Points per side of the grid that is searched for free space.
 const GRID: usize = 64;

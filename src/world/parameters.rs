@@ -5,12 +5,12 @@ use std::sync::LazyLock;
 use oneiro_shaders::life;
 
 use super::{Activation, Collision, Controller, Difference, Robot, Speed, Start, Task, WorldSpec};
-use crate::automode::Modules;
-use crate::differential::{Build, Differential, GREATEST_MEMBERS};
-use crate::foraging::{self, AsForaging, Forager, Foraging};
-use crate::network::Network;
+use crate::foragers::foraging::{self, AsForaging, Forager, Foraging};
 use crate::parameter::Allowed::{Any, Number, Text, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
+use crate::parts::automode::Modules;
+use crate::parts::network::Network;
+use crate::world::differential::{Build, Differential, GREATEST_MEMBERS};
 
 /// Range of coordinates, mm: beyond 100 m single precision is too coarse for a robot's steps.
 pub const COORDINATE: Allowed = Number(-1e5, 1e5);

@@ -9,8 +9,8 @@ use oneiro_shaders::life;
 use super::check::farthest;
 use super::pack::{objects, patch, shapes, squared_distance, touches};
 use super::{Start, WorldSpec};
-use crate::arena::Field;
-use crate::differential::{Build, SensorKind};
+use crate::world::arena::Field;
+use crate::world::differential::{Build, SensorKind};
 
 /// Points along the longest side of the grid: a hundredth of a second for a few dozen objects.
 const MOST: f32 = 400.0;
