@@ -10,6 +10,7 @@ mod devices;
 pub mod evaluator;
 pub mod exact;
 mod foragers;
+mod genes;
 mod outside;
 pub mod parameter;
 mod parts;

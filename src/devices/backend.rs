@@ -1,41 +1,13 @@
 //! Evaluators by the names that users give on the command line.
 
-use std::str::FromStr;
-
 use crate::devices::cpu::Cpu;
 use crate::devices::pool::Pool;
+pub use crate::devices::variants::Specialise;
 use crate::evaluator::{Error, Evaluator};
 
 /// Names that [`open`] accepts, for messages.
 pub const BACKENDS: &str =
     "auto, cpu, cpu:LANES such as cpu:avx2x16, gpu, gpu:NAME or index, pool, pool:A+B.. of these";
-
-/// When kernels of GPUs, and those that processors run by code compiled at run time, are specialised: compiled again for one world,
-/// whose values are constants of the code then. Results don't depend on it, and it needs the feature `compose`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Specialise {
-    /// For worlds that have kept a GPU busy by the generic kernel for as long as compiling takes, or processors for 8 times as long; in
-    /// the background.
-    #[default]
-    Auto,
-    /// For every world, before its first cycle.
-    Always,
-    /// Not at all.
-    Never,
-}
-
-impl FromStr for Specialise {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "auto" => Ok(Self::Auto),
-            "always" => Ok(Self::Always),
-            "never" => Ok(Self::Never),
-            _ => Err("allowed: auto, always, never".into()),
-        }
-    }
-}
 
 /// Options of a backend. They don't affect results.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

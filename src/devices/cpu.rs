@@ -11,9 +11,9 @@ use oneiro_shaders::{Kernel, Words};
 use rayon::prelude::*;
 
 use crate::batch::{Batch, LANES, Part, PartResult, Worlds};
-use crate::devices::backend::Specialise;
 use crate::devices::code::{LaneCode, Specialised, interpreted_because, interpreter, interprets, library};
 use crate::devices::threads::startable;
+use crate::devices::variants::Specialise;
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
 /// Cycles between checks for cancellation: some ten milliseconds of 64 rollouts.

@@ -13,5 +13,4 @@ pub mod gpu;
 pub mod pool;
 pub mod probe;
 pub mod threads;
-#[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
 mod variants;

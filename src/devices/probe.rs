@@ -1,7 +1,7 @@
 //! Runs single operations and functions of the kernels. Tests and `oneiro selftest` compare their results between
 //! devices, bit by bit. The kernels are in `shaders/wgsl/probe/`.
 
-pub(crate) mod functions;
+mod functions;
 mod operations;
 
 use std::fmt;

@@ -16,9 +16,9 @@ use oneiro_shaders::{Kernel, forager, life};
 use crate::batch::{Buffers, WorldKind};
 use crate::cells::Cells;
 use crate::exact::cosine;
+use crate::genes::Gene;
 use crate::parameter::Allowed::{Number, NumberUpTo, Whole};
 use crate::parameter::{self, Choice, Choices, Invalid, Parameter, integer, number, row};
-use crate::world::Gene;
 use crate::world::arena::{Arena, Field, Patch, Wall};
 
 /// Names of a forager's readings: sensors of proximity and of light by their bearings, degrees to the left and to the right, and

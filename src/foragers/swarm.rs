@@ -25,7 +25,6 @@ use crate::parameter::{self, Invalid, Parameter, integer, row};
 use crate::random::Key;
 
 pub use crate::foragers::foraging::Drive;
-pub use crate::outside::acting::Readings;
 pub use driven::{Command, Driven, GREATEST_DRIVEN, robot_key};
 
 /// Most robots of a world.
@@ -416,6 +415,16 @@ impl Behaviour {
             _ => Self::Off,
         }
     }
+}
+
+/// What a robot's sensors read in a cycle, each from 0 to 1 as in the simulator. Less than [`LEAST_GENE`](crate::batch::LEAST_GENE)
+/// counts as 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Readings {
+    /// Proximity: 17 and 50 degrees to the left, 50 and 17 degrees to the right.
+    pub near: [f32; 4],
+    /// Light: 17 and 50 degrees to the left, 50 and 17 to the right, 90 and 150 to the left, 150 and 90 to the right.
+    pub light: [f32; 8],
 }
 
 /// A robot as seen after a cycle.

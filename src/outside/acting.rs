@@ -29,22 +29,13 @@ use crate::batch::{Buffers, Rollout, TraceRequest, WorldKind, Worlds};
 use crate::evaluator::{Control, Evaluator};
 use crate::foragers::foraging::{Drive, Foraging, GENES};
 use crate::foragers::swarm::Behaviour;
+pub use crate::foragers::swarm::Readings;
 pub use crate::outside::reported::Error;
 use crate::parameter::{Invalid, integer};
 use crate::random::Key;
 
 /// Words that a mind remembers from cycle to cycle: `State` of the kernel, `physics/acting.wgsl`.
 pub const MEMORY: usize = 4;
-
-/// What a robot's sensors read in a cycle, each from 0 to 1 as in the simulator. Less than [`LEAST_GENE`](crate::batch::LEAST_GENE)
-/// counts as 0.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Readings {
-    /// Proximity: 17 and 50 degrees to the left, 50 and 17 degrees to the right.
-    pub near: [f32; 4],
-    /// Light: 17 and 50 degrees to the left, 50 and 17 to the right, 90 and 150 to the left, 150 and 90 to the right.
-    pub light: [f32; 8],
-}
 
 /// What a robot does in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,9 +12,9 @@ mod text;
 
 use std::sync::LazyLock;
 
+use crate::genes::{Gene, GeneKind, GeneLayout};
 use crate::parameter::Invalid;
 use crate::world::reference::Model;
-use crate::world::{Gene, GeneKind, GeneLayout};
 
 pub(crate) use behaviour_tree::genes as tree_genes;
 pub(crate) use state_machine::genes as machine_genes;

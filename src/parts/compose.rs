@@ -33,12 +33,13 @@ use std::sync::Arc;
 
 use oneiro_shaders::Kernel;
 
+use crate::genes::Gene;
 use crate::parameter::{Allowed, Datum, Invalid};
 use crate::parts::automode::Modules;
 use crate::parts::network::Network;
+use crate::world::WorldSpec;
 use crate::world::differential::Build;
 use crate::world::tables::SENSORS;
-use crate::world::{Gene, WorldSpec};
 
 pub(crate) use part::too_many_turns;
 pub use part::{Part, Rule};

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use crate::exact;
+use crate::genes::Gene;
 use crate::parameter::{Choice, Choices, Invalid, length, only_where};
-use crate::world::Gene;
 
 /// A neural network from all readings to the commands of the two wheels.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -4,11 +4,14 @@
 use std::f64::consts::TAU;
 
 use crate::foragers::foraging::{self, Forager};
-use crate::parameter::{self, Choice, Choices, Datum, Invalid, field_of_pairs, length, number, only_where};
+use crate::genes::PREVIOUS;
+use crate::parameter::{
+    self, Choice, Choices, Datum, Invalid, field_of_pairs, is_identifier, length, number, only_where,
+};
 use crate::world::arena::{self, Arena, Light, Patch};
 use crate::world::reference::{self, Model, Reference};
 use crate::world::surrogate::{Mounting, Object, Surrogate};
-use crate::world::tables::{self, PREVIOUS, SENSOR_NAMES, SensorTables};
+use crate::world::tables::{self, SENSOR_NAMES, SensorTables};
 use crate::world::{Collision, Robot};
 
 /// Origin of a robot's sensors and motors.
@@ -965,11 +968,3 @@ const LEAST_STEP: f32 = 0.01;
 
 /// Most sensors of a robot, most lights and most patches of its arena.
 pub const GREATEST_LIST: usize = tables::GREATEST_SENSORS;
-
-/// Whether a name has letters from a to z, digits and _ only, a letter first.
-pub(crate) fn is_identifier(name: &str) -> bool {
-    name.starts_with(|c: char| c.is_ascii_lowercase())
-        && name
-            .chars()
-            .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
-}

@@ -19,6 +19,7 @@ use oneiro_shaders::{Kernel, life};
 
 use crate::batch::{Buffers, WorldKind, Worlds};
 use crate::foragers::foraging::{self, Forager};
+use crate::genes::PREVIOUS;
 use crate::parameter::Invalid;
 use crate::parts::automode::{self, Modules};
 use crate::parts::compose::{self, Composed, Detail, GREATEST_GENES, Kind, Lives, OwnPart, OwnParts};
@@ -26,8 +27,9 @@ use crate::parts::network::Network;
 use crate::world::arena::Arena;
 use crate::world::differential::{Build, Genomes, Sensor};
 use crate::world::surrogate::Surrogate;
-use crate::world::tables::{MotorStates, MotorTable, PREVIOUS, SENSOR_NAMES, SensorTables};
+use crate::world::tables::{MotorStates, MotorTable, SENSOR_NAMES, SensorTables};
 
+pub use crate::genes::{Gene, GeneKind, GeneLayout};
 pub use noise::{Drawn, Noise};
 pub use parameters::{COORDINATE, LENGTH, parameters};
 
@@ -174,110 +176,6 @@ impl Controller {
     /// Genes of a shipped controller that reads the eight sampled sensors of proximity.
     pub fn layout(&self) -> GeneLayout {
         GeneLayout::new(self.genes(&SENSOR_NAMES.map(str::to_owned)))
-    }
-}
-
-/// A gene of a controller.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Gene {
-    /// The weight of an input to a unit or an output, such as `left_90_to_right`, a bias, such as `bias_right`, or another
-    /// number of the controller. A user's controller names its genes, or they are numbered, from `gene_0`.
-    pub name: String,
-    /// Least and greatest value, if it has a range of its own.
-    pub range: Option<[f32; 2]>,
-    /// What its values are.
-    pub kind: GeneKind,
-    /// It has an effect only if the whole part of this gene, by its index, is one of these, and that gene has one; `None`: always.
-    pub only: Option<(usize, &'static [u32])>,
-}
-
-/// What the values of a gene are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum GeneKind {
-    /// Numbers.
-    #[default]
-    Number,
-    /// Whole numbers: a value is the one below it.
-    Whole,
-    /// Choices without an order, by number: a value is the one below it.
-    Choice,
-}
-
-impl Gene {
-    /// A gene without a range of its own.
-    pub(crate) fn new(name: String) -> Self {
-        Self::ranged(name, None)
-    }
-
-    /// A gene that is a number, always in effect.
-    pub(crate) fn ranged(name: String, range: Option<[f32; 2]>) -> Self {
-        Self {
-            name,
-            range,
-            kind: GeneKind::Number,
-            only: None,
-        }
-    }
-}
-
-/// Genes in the order of a genome: of one controller, or of several, one after the other.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GeneLayout {
-    all: Arc<[Gene]>,
-    controller: Arc<[Gene]>,
-}
-
-impl GeneLayout {
-    /// Those of one controller.
-    fn new(controller: Vec<Gene>) -> Self {
-        let controller: Arc<[Gene]> = controller.into();
-        Self {
-            all: Arc::clone(&controller),
-            controller,
-        }
-    }
-
-    /// Those of as many controllers as there are names, which the genes' names begin with.
-    fn several(controller: Vec<Gene>, names: &[String]) -> Self {
-        let genes = controller.len();
-        let named = |(index, name): (usize, &String)| {
-            let own = controller.iter().map(|gene| Gene {
-                name: format!("{name}.{}", gene.name),
-                only: gene.only.map(|(other, values)| (index * genes + other, values)),
-                ..gene.clone()
-            });
-            own.collect::<Vec<_>>()
-        };
-        Self {
-            all: names.iter().enumerate().flat_map(named).collect(),
-            controller: controller.into(),
-        }
-    }
-
-    /// The genes.
-    pub fn all(&self) -> &[Gene] {
-        &self.all
-    }
-
-    /// Those of one controller, by their names in it. A genome of robots with one genome each, or with one for each team, has
-    /// several such controllers.
-    pub fn controller(&self) -> &[Gene] {
-        &self.controller
-    }
-
-    /// Number of genes.
-    pub fn genes(&self) -> usize {
-        self.all.len()
-    }
-
-    /// Name of each gene.
-    pub fn names(&self) -> Vec<String> {
-        self.all.iter().map(|gene| gene.name.clone()).collect()
-    }
-
-    /// Range of each gene that has one of its own.
-    pub fn ranges(&self) -> Vec<Option<[f32; 2]>> {
-        self.all.iter().map(|gene| gene.range).collect()
     }
 }
 

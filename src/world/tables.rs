@@ -10,30 +10,13 @@ mod synthesis;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 
+pub use crate::genes::{SENSOR_NAMES, SENSORS};
 pub use sam::Format;
 
 use crate::parameter::{Choice, Choices, LEAST};
 
-/// Number of a Khepera's proximity sensors.
-pub const SENSORS: usize = 8;
-
 /// Most sensors of a table.
 pub const GREATEST_SENSORS: usize = 64;
-
-/// Names of a Khepera's sensors: direction, and degrees from the heading.
-pub const SENSOR_NAMES: [&str; SENSORS] = [
-    "left_90",
-    "left_45",
-    "left_10",
-    "right_10",
-    "right_45",
-    "right_90",
-    "back_right",
-    "back_left",
-];
-
-/// Names of the outputs of the cycle before, which the recurrent controller reads beside the sensors.
-pub(crate) const PREVIOUS: [&str; 2] = ["previous_left", "previous_right"];
 
 /// Greatest reading of a sensor: ten bits.
 pub const GREATEST_READING: u16 = 1023;

@@ -5,8 +5,7 @@ use std::time::Duration;
 
 use super::{LaneCode, native};
 use crate::batch::Part;
-use crate::devices::backend::Specialise;
-use crate::devices::variants::{Setting, Variants};
+use crate::devices::variants::{Setting, Specialise, Variants};
 use crate::evaluator::Control;
 
 /// How many times as long as compiling takes the code for any world works before a world gets its own. What it saves is some fifth, and

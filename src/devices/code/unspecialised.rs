@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::LaneCode;
 use crate::batch::Part;
-use crate::devices::backend::Specialise;
+use crate::devices::variants::Specialise;
 use crate::evaluator::Control;
 
 #[derive(Debug, Default)]

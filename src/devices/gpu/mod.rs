@@ -39,7 +39,7 @@ use device::{Device, Fault};
 use dispatch::Lives;
 
 use crate::batch::{Part, PartResult};
-use crate::devices::backend::Specialise;
+use crate::devices::variants::Specialise;
 use crate::evaluator::{self, Control, Error, Evaluator};
 
 /// Groups of a world that keep a device busy by themselves.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::device::{Device, Pipeline};
 use crate::batch::Part;
-use crate::devices::backend::Specialise;
+use crate::devices::variants::Specialise;
 use crate::evaluator::Control;
 
 /// The variants of kernels: none.

@@ -3,6 +3,7 @@
 use oneiro_shaders::{PROBE_NUMERICS, probe_numerics as kernel};
 
 use super::{Case, Subject};
+use crate::exact::{LEAST, RECIPROCAL_GREATEST, ROOT_LEAST, TURNS_GREATEST};
 use crate::random::pcg4d;
 
 /// Arguments to test a function with: the range for which its comment states an error.
@@ -43,14 +44,6 @@ const FUNCTIONS: &[(u32, &str, Arguments)] = &[
     (kernel::WORD_2, "random word 2", Arguments::Words),
     (kernel::WORD_3, "random word 3", Arguments::Words),
 ];
-
-pub(crate) const LEAST: f32 = f32::MIN_POSITIVE;
-/// 0x1.ep125
-pub(crate) const RECIPROCAL_GREATEST: f32 = 7.975_367_5e37;
-/// 2^-100
-pub(crate) const ROOT_LEAST: f32 = 7.888_609e-31;
-/// 2^23
-pub(crate) const TURNS_GREATEST: f32 = 8_388_608.0;
 
 /// Every function of the kernels' library, each with `arguments` arguments (at least 64) from its whole range. Random
 /// words are those of stream 1, step 4999 and block 3, with the arguments as keys.

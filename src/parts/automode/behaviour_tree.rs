@@ -7,7 +7,7 @@ use super::{
     AT_LEAST, BEHAVIOUR_GENES, Behaviour, CONDITION_GENES, Condition, behaviour_genes, condition_genes, gene, middle,
     whole, wholes, within,
 };
-use crate::world::{Gene, GeneKind};
+use crate::genes::{Gene, GeneKind};
 
 /// Most branches of a tree.
 pub const GREATEST_BRANCHES: usize = 4;

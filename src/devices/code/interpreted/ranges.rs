@@ -4,7 +4,7 @@
 use oneiro_shader_compiler::{Part, Place};
 use oneiro_shader_parts::PARTS;
 
-use crate::devices::probe::functions::{LEAST, RECIPROCAL_GREATEST, ROOT_LEAST, TURNS_GREATEST};
+use crate::exact::{LEAST, RECIPROCAL_GREATEST, ROOT_LEAST, TURNS_GREATEST};
 
 /// The part that has the functions.
 const NUMERICS: &str = "lib/numerics.wgsl";

@@ -7,10 +7,10 @@ use oneiro_shader_compiler::{Place, Refusals, Rule};
 use super::interface::{GENES, Interface};
 use super::refusal;
 use crate::batch::GREATEST_GENE;
+use crate::genes::{PREVIOUS, SENSOR_NAMES};
+use crate::parameter::is_identifier;
 use crate::parameter::{Allowed, Datum};
 use crate::parts::compose::{Scalar, Value, shortest};
-use crate::world::differential::is_identifier;
-use crate::world::tables::{PREVIOUS, SENSOR_NAMES};
 
 /// A field of a part's memory.
 pub(super) struct Remembered {

@@ -15,10 +15,11 @@ use oneiro_shaders::{Binding, Kernel, WordOf};
 
 use super::interface::{GENE_COUNT, GENES};
 use super::{Part, check, generate, interface, members, refusal};
+use crate::genes::Gene;
 use crate::parameter::{Choice, Invalid};
 use crate::parts::compose::{Composed, GREATEST_GENES, Kind, Lives, OwnParts, Refused, fields};
 use crate::world::differential::{Build, Differential};
-use crate::world::{Controller, Gene, Task, WorldSpec};
+use crate::world::{Controller, Task, WorldSpec};
 
 /// Stands for a path in messages about generated declarations.
 pub(super) const GENERATED: &str = "what Oneiro adds";
