@@ -10,6 +10,11 @@ pub(crate) const ROOT_LEAST: f32 = 7.888_609e-31;
 /// The largest argument of cosine and sine, 2^23.
 pub(crate) const TURNS_GREATEST: f32 = 8_388_608.0;
 
+/// Gives zero its one sign.
+pub(crate) fn zero(x: f32) -> f32 {
+    if x == 0.0 { 0.0 } else { x }
+}
+
 /// Cosine of an angle in degrees, to 1e-14.
 pub fn cosine(degrees: f64) -> f64 {
     let turns = degrees / 360.0;

@@ -22,10 +22,24 @@ pub use devices::ahead;
 #[cfg(feature = "gpu")]
 pub use devices::gpu;
 pub use devices::{audit, auto, backend, background, cpu, pool, probe, threads};
-pub use foragers::{foraging, swarm};
+pub use foragers::swarm;
 pub use outside::{acting, reported, stepped};
 pub use parts::{automode, compose, network};
-pub use world::{arena, differential, reference, surrogate, tables};
+pub use world::{arena, reference, surrogate, tables};
+
+pub mod foraging {
+    //! Foraging e-pucks, as worlds and as robots of other worlds.
+
+    pub use crate::foragers::foraging::*;
+    pub use crate::world::Forager;
+}
+
+pub mod differential {
+    //! Robots that are described, and what else a robot may be.
+
+    pub use crate::world::Build;
+    pub use crate::world::differential::*;
+}
 
 #[cfg(all(feature = "compose", panic = "abort"))]
 compile_error!(

@@ -27,7 +27,8 @@ use crate::evaluator::{self, Control, Evaluator};
 use crate::parameter::Invalid;
 use crate::parts::compose::Lives;
 use crate::random::Key;
-use crate::world::differential::{Build, Differential};
+use crate::world::Build;
+use crate::world::differential::Differential;
 use crate::world::{Collision, Noise, Robot, World, WorldSpec};
 
 /// Numbers of a pose: x and y in mm, heading in turns.

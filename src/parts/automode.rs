@@ -1,5 +1,5 @@
 //! Controllers of `AutoMoDe`'s modules: probabilistic finite [state machines](Machine) and [behaviour trees](Tree), as genomes and in
-//! `AutoMoDe`'s text form. `shaders/wgsl/controller/modules.wgsl` has the modules, which use the readings of [`Model::Vectors`].
+//! `AutoMoDe`'s text form. `shaders/wgsl/controller/modules.wgsl` has the modules, which use the readings of [`Model::Vectors`](crate::reference::Model::Vectors).
 //!
 //! Sources: the modules, their parameters and the machines are those of github.com/demiurge-project/AutoMoDe-private (the modules
 //! commit 7e0b0c10, exploration 17d758bf; the ranges `optimization/grammar.txt`, commit 8c346f31), which is the program of
@@ -13,8 +13,6 @@ mod text;
 use std::sync::LazyLock;
 
 use crate::genes::{Gene, GeneKind, GeneLayout};
-use crate::parameter::Invalid;
-use crate::world::reference::Model;
 
 pub(crate) use behaviour_tree::genes as tree_genes;
 pub(crate) use state_machine::genes as machine_genes;
@@ -69,15 +67,6 @@ impl Modules {
         all.into_iter()
             .filter_map(|(name, value)| Some((name, value?.into())))
             .collect()
-    }
-
-    /// Refuses robots without the readings that the modules use.
-    pub(crate) fn check(model: Option<Model>, kind: &str) -> Result<(), Invalid> {
-        if model == Some(Model::Vectors) {
-            return Ok(());
-        }
-        let problem = format!("is `{kind}`; allowed: only with robot.model = \"rm1.1-vectors\"");
-        Err(Invalid::new("controller.kind", problem))
     }
 }
 

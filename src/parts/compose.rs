@@ -37,8 +37,8 @@ use crate::genes::Gene;
 use crate::parameter::{Allowed, Datum, Invalid};
 use crate::parts::automode::Modules;
 use crate::parts::network::Network;
+use crate::world::Build;
 use crate::world::WorldSpec;
-use crate::world::differential::Build;
 use crate::world::tables::SENSORS;
 
 pub(crate) use part::too_many_turns;

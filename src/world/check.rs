@@ -6,17 +6,20 @@ use std::collections::BTreeSet;
 use glam::Vec2;
 use oneiro_shaders::life;
 
-use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
-use super::{Collision, Controller, Noise, Robot, Start, Task, WorldSpec, pack};
 use crate::batch::WorldKind;
 use crate::foragers::foraging;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Choice, Invalid, allowed_number, integer, number};
-use crate::parts::automode::Modules;
 use crate::parts::compose::{GREATEST_GENES, Kind, OwnPart};
 use crate::parts::network::Network;
 use crate::world::arena::{Arena, Field, Wall};
-use crate::world::differential::Build;
+use crate::world::body::Collision;
+use crate::world::noise::Noise;
+use crate::world::pack;
+use crate::world::parameters::{COORDINATE, LENGTH, PARAMETERS};
+use crate::world::reference::Model;
+use crate::world::robot::{Build, Robot};
+use crate::world::spec::{Controller, Start, Task, WorldSpec};
 use crate::world::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
@@ -36,25 +39,21 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
             only_walls(&spec.arena)?;
             eight_sensors(&spec.robot.sensors)?;
         }
-        Build::Differential(own) => own.check(&spec.own.readings(), &spec.robot, &spec.arena)?,
+        Build::Differential(own) => own.check(&spec.own.readings(), &spec.robot.body(), &spec.arena)?,
         Build::Forager(_) => (),
     }
     arena(&spec.arena, spec.robot.tables())?;
     start(spec.start, &spec.arena)?;
     spec.noise.check(&spec.robot.build)?;
     if let Some(own) = &spec.surrogate {
-        own.check(&spec.robot)?;
+        own.check(|difference| spec.robot.differs_by(difference))?;
         surrogate(spec)?;
     }
     if let Controller::Network(own) = &spec.controller {
         network(own, spec)?;
     }
     if let Controller::StateMachine(_) | Controller::BehaviourTree(_) = &spec.controller {
-        let model = match &spec.robot.build {
-            Build::Differential(own) => own.model,
-            Build::Sampled | Build::Forager(_) => None,
-        };
-        Modules::check(model, spec.controller.word())?;
+        modules(spec)?;
     }
     own_parts(spec)?;
     together(spec)?;
@@ -188,6 +187,16 @@ fn surrogate(spec: &WorldSpec) -> Result<(), Invalid> {
         return Err(Invalid::new("robot.collision", problem));
     }
     Ok(())
+}
+
+/// Refuses robots without the readings that modules use.
+fn modules(spec: &WorldSpec) -> Result<(), Invalid> {
+    if matches!(&spec.robot.build, Build::Differential(own) if own.model == Some(Model::Vectors)) {
+        return Ok(());
+    }
+    let kind = spec.controller.word();
+    let problem = format!("is `{kind}`; allowed: only with robot.model = \"rm1.1-vectors\"");
+    Err(Invalid::new("controller.kind", problem))
 }
 
 /// Checks a network, and that its genes have different names.

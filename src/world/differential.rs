@@ -3,66 +3,14 @@
 
 use std::f64::consts::TAU;
 
-use crate::foragers::foraging::{self, Forager};
 use crate::genes::PREVIOUS;
-use crate::parameter::{
-    self, Choice, Choices, Datum, Invalid, field_of_pairs, is_identifier, length, number, only_where,
-};
+use crate::parameter::{self, Choice, Choices, Datum, Invalid, field_of_pairs, length};
 use crate::world::arena::{self, Arena, Light, Patch};
+use crate::world::body::{Body, Collision};
 use crate::world::reference::{self, Model, Reference};
+pub use crate::world::sensors::{GREATEST_POINTS, Law, Response, Sensor, SensorKind};
 use crate::world::surrogate::{Mounting, Object, Surrogate};
-use crate::world::tables::{self, SENSOR_NAMES, SensorTables};
-use crate::world::{Collision, Robot};
-
-/// Origin of a robot's sensors and motors.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub enum Build {
-    /// The tables of [`Robot::sensors`](crate::world::Robot::sensors) and [`Robot::motors`](crate::world::Robot::motors).
-    #[default]
-    Sampled,
-    /// Numbers, which take the tables' place but for what is of the kind sampled. Needs the feature `compose`.
-    Differential(Differential),
-    /// An e-puck in the on-board simulator of O'Dowd et al. 2014: [`Forager`]. It brings its own body and its own arena. Needs the
-    /// feature `compose`.
-    Forager(Forager),
-}
-
-impl Build {
-    /// Names of its readings.
-    pub fn readings(&self) -> Vec<String> {
-        match self {
-            Self::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
-            Self::Differential(own) => own.readings(),
-            Self::Forager(_) => foraging::READINGS.map(str::to_owned).into(),
-        }
-    }
-
-    /// Number of such robots that live together in one world, if they do.
-    pub(crate) fn members(&self) -> Option<u32> {
-        match self {
-            Self::Differential(own) => own.count,
-            Self::Sampled | Self::Forager(_) => None,
-        }
-    }
-
-    /// Genomes of robots that live together.
-    pub(crate) fn genomes(&self) -> &Genomes {
-        match self {
-            Self::Differential(own) => &own.genomes,
-            Self::Sampled | Self::Forager(_) => &Genomes::Homogeneous,
-        }
-    }
-
-    /// Whether such robots hear each other.
-    pub(crate) fn hears(&self) -> bool {
-        matches!(self, Self::Differential(own) if own.model.is_some())
-    }
-
-    /// Whether such a robot may end its life.
-    pub(crate) fn may_end_life(&self) -> bool {
-        matches!(self, Self::Differential(own) if own.battery_ends_life == Some(true))
-    }
-}
+use crate::world::tables::{self, SensorTables};
 
 /// A robot on two wheels. An output of 0 commands full speed backwards, 1 full speed forwards, and each cycle is an arc; or its
 /// motors are sampled.
@@ -253,149 +201,10 @@ impl parameter::Field for Genomes {
 const HOMOGENEOUS: &str = "homogeneous";
 const HETEROGENEOUS: &str = "heterogeneous";
 
-/// A sensor.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sensor {
-    /// Its name, an identifier in WGSL.
-    pub name: String,
-    /// What it measures.
-    pub kind: SensorKind,
-    /// Where it looks, turns counter-clockwise from straight ahead. None of a battery's.
-    pub heading: f32,
-    /// Where it is on the body, turns counter-clockwise from straight ahead. `None`: where it looks. For rays and light.
-    pub bearing: Option<f32>,
-    /// Distance from the body's centre, mm; none of a bumper's and a battery's. `None`: the body's radius.
-    pub offset: Option<f32>,
-    /// Range of all but ground and battery sensors, mm. Of a bumper: the gap between body and object below which it is pressed.
-    pub range: Option<f32>,
-    /// Width of a bumper, turns. `None`: half a turn.
-    pub width: Option<f32>,
-    /// Of a light sensor. `None`: linear.
-    pub law: Option<Law>,
-    /// Of a proximity sensor. `None`: linear.
-    pub response: Option<Response>,
-    /// Of a sampled sensor: its column of the tables, from 0. `None`: its place among the robot's sampled sensors.
-    pub column: Option<u32>,
-}
-
-/// What a sensor reads at some distances, from the nearest to the farthest, mm and 0 to 1 each: straight lines between them,
-/// and beyond either end the reading there, up to the sensor's range.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Response(pub Vec<[f32; 2]>);
-
-impl Default for Sensor {
-    fn default() -> Self {
-        Self {
-            name: String::new(),
-            kind: SensorKind::Proximity,
-            heading: 0.0,
-            bearing: None,
-            offset: None,
-            range: None,
-            width: None,
-            law: None,
-            response: None,
-            column: None,
-        }
-    }
-}
-
-/// What a sensor measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SensorKind {
-    /// Distance to the nearest object along a ray, as a share of the range: 1 if nothing is in range.
-    Distance,
-    /// One minus that: 0 if nothing is in range.
-    Proximity,
-    /// 1 while something is as near as the range within its width, else 0.
-    Bumper,
-    /// Sum of the brightness of all lights that no object hides, each by its distance and direction, at most 1. A light at a
-    /// quarter turn or more adds nothing.
-    Light,
-    /// Grey of the floor below it.
-    Ground,
-    /// Charge of the robot's battery, from 1 for full to 0 for empty.
-    Battery,
-    /// What was sampled: a column of [`Robot::sensors`](crate::world::Robot::sensors).
-    Sampled,
-    /// 1 if what a ray meets first, within its range, is another robot, else 0.
-    Sight,
-}
-
-impl SensorKind {
-    /// Whether it reads numbers between 0 and 1 off something outside of the robot.
-    pub(crate) fn is_analogue(self) -> bool {
-        !matches!(self, Self::Bumper | Self::Battery | Self::Sight)
-    }
-
-    /// Whether the light of the surroundings is in its readings.
-    pub(crate) fn sees_light(self) -> bool {
-        matches!(self, Self::Proximity | Self::Light | Self::Sampled)
-    }
-}
-
-/// How the brightness of a light falls with its distance in ranges, `d`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Law {
-    /// `1 - d`, and 0 from the range on.
-    #[default]
-    Linear,
-    /// `exp(-d)`.
-    Exponential,
-    /// `1 / (1 + d^2)`.
-    InverseSquare,
-}
-
-impl Choice for Law {
-    const CHOICES: Choices<Self> = &[
-        ("linear", Self::Linear, "1 - d, and 0 from the range on"),
-        ("exponential", Self::Exponential, "exp(-d)"),
-        ("inverse_square", Self::InverseSquare, "1 / (1 + d^2)"),
-    ];
-}
-
-impl Choice for SensorKind {
-    const CHOICES: Choices<Self> = &[
-        (
-            "distance",
-            Self::Distance,
-            "distance to the nearest object along a ray, as a share of the range: 1 if there is none",
-        ),
-        ("proximity", Self::Proximity, "one minus that: 0 if there is none"),
-        (
-            "bumper",
-            Self::Bumper,
-            "1 while an object is within its range and its width, else 0",
-        ),
-        (
-            "light",
-            Self::Light,
-            "the brightness of all lights that no object hides, by their distance and direction",
-        ),
-        (
-            "ground",
-            Self::Ground,
-            "grey of the floor below it, from 0 for black to 1 for white",
-        ),
-        (
-            "battery",
-            Self::Battery,
-            "charge of the battery, from 1 for full to 0 for empty",
-        ),
-        ("sampled", Self::Sampled, "a column of the robot's tables of samples"),
-        (
-            "sight",
-            Self::Sight,
-            "1 if what a ray meets first is another robot, else 0",
-        ),
-    ];
-}
-
 /// Where robots that live together start: x and y of each, mm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Starts(pub Vec<[f32; 2]>);
 
-field_of_pairs!(Response);
 field_of_pairs!(Starts);
 
 impl Differential {
@@ -492,15 +301,15 @@ impl Differential {
     /// Those of a surrogate are followed by its differences, `lib/differences.wgsl` says which. A controller has `genes` genes.
     pub(crate) fn cells(
         &self,
-        robot: &Robot,
+        body: &Body<'_>,
         arena: &Arena,
         surrogate: Option<&Surrogate>,
         genes: usize,
     ) -> Vec<[u32; 4]> {
-        let (body_radius, tables) = (robot.body_radius, &robot.sensors);
+        let (body_radius, tables) = (body.radius, body.sensors);
         // Sampled motors don't use the first cell.
         let base = self.wheel_base.unwrap_or(1.0);
-        let speed = self.greatest_speed.or(robot.motors.full_speed()).unwrap_or(1.0);
+        let speed = self.greatest_speed.or(body.motors.full_speed()).unwrap_or(1.0);
         let farthest = 0.1 * f64::from(speed);
         let steps = self.speeds.saturating_sub(1) as f32;
         let wheels = [
@@ -554,13 +363,13 @@ impl Differential {
             .chain(arena.patches.iter().enumerate().flat_map(patch))
             .chain(self.responses().into_iter().flat_map(Response::cells))
             .chain(self.wheel_noise.map(|noise| [noise, 0.0, 0.0, 0.0]))
-            .chain(self.members(robot))
+            .chain(self.members(body))
             .chain(self.differing(genes))
             .chain(self.model.into_iter().flat_map(|_| self.reference.cells(arena)))
             .chain(
                 surrogate
                     .into_iter()
-                    .flat_map(|surrogate| surrogate.differing(self.track(robot))),
+                    .flat_map(|surrogate| surrogate.differing(self.track(body))),
             );
         // Zero has one sign.
         let bits = |number: f32| if number == 0.0 { 0 } else { number.to_bits() };
@@ -568,14 +377,14 @@ impl Differential {
     }
 
     /// The kernel's cell of robots that live together, if they do: `MembersCell`.
-    fn members(&self, robot: &Robot) -> Option<[f32; 4]> {
+    fn members(&self, body: &Body<'_>) -> Option<[f32; 4]> {
         let count = self.count?;
-        let reach = self.reach(robot.body_radius, &robot.sensors, false) + robot.body_radius;
+        let reach = self.reach(body.radius, body.sensors, false) + body.radius;
         let pushes = match self.contact.unwrap_or_default() {
             Contact::Push => 1.0,
             Contact::Stop => 0.0,
         };
-        Some([count as f32, robot.body_radius, reach * reach, pushes])
+        Some([count as f32, body.radius, reach * reach, pushes])
     }
 
     /// Number of robots whose starts or genes differ, if they do.
@@ -630,12 +439,12 @@ impl Differential {
 
     /// Distance between the wheels, mm. Of sampled motors that at which wheels that don't slip would turn as they do on the spot
     /// at full speed; `None` if they don't turn there, or don't move at full speed.
-    fn track(&self, robot: &Robot) -> Option<f64> {
+    fn track(&self, body: &Body<'_>) -> Option<f64> {
         if let Some(base) = self.wheel_base {
             return Some(base.into());
         }
-        let cells = &robot.motors.cells;
-        let [ahead, around] = [cells.last()?, &cells[robot.motors.states.checked_sub(1)? as usize]];
+        let cells = &body.motors.cells;
+        let [ahead, around] = [cells.last()?, &cells[body.motors.states.checked_sub(1)? as usize]];
         let track = 2.0 * f64::from(ahead.displacement) / (TAU * f64::from(around.turn));
         (1.0..=1e5).contains(&track).then_some(track)
     }
@@ -659,8 +468,8 @@ impl Differential {
     }
 
     /// Checks conditions that involve several values.
-    pub(crate) fn check(&self, readings: &[String], robot: &Robot, arena: &Arena) -> Result<(), Invalid> {
-        let tables = &robot.sensors;
+    pub(crate) fn check(&self, readings: &[String], body: &Body<'_>, arena: &Arena) -> Result<(), Invalid> {
+        let tables = body.sensors;
         self.check_drive()?;
         if self.speeds == 1 {
             return Err(Invalid::new("robot.speeds", "is 1; allowed: 0, or 2 to 1024"));
@@ -672,7 +481,7 @@ impl Differential {
             let problem = format!("is {acceleration}; allowed: 0, or {LEAST_ACCELERATION} and more");
             return Err(Invalid::new("robot.acceleration_mm_s2", problem));
         }
-        if self.sampled_motors && (self.is_slow() || self.is_late()) && robot.motors.full_speed().is_none() {
+        if self.sampled_motors && (self.is_slow() || self.is_late()) && body.motors.full_speed().is_none() {
             let problem = "have no speeds between states; allowed with acceleration or latency: 2 states and more of ascending \
                            speeds, the same for both wheels, and a robot that goes forwards and backwards as they do";
             return Err(Invalid::new("robot.motors", problem));
@@ -680,7 +489,7 @@ impl Differential {
         if self.battery.is_none() && self.battery_ends_life == Some(true) {
             return Err(Invalid::new("robot.battery_ends_life", ONLY_WITH_A_BATTERY));
         }
-        self.check_members(robot)?;
+        self.check_members(body)?;
         self.check_arena(arena)?;
         length("robot.sensors", self.sensors.len(), GREATEST_LIST)?;
         let columns = self.columns();
@@ -736,7 +545,7 @@ impl Differential {
     }
 
     /// Checks what only robots that live together have, and what they can't have.
-    fn check_members(&self, robot: &Robot) -> Result<(), Invalid> {
+    fn check_members(&self, body: &Body<'_>) -> Result<(), Invalid> {
         const ALONE: &str = "allowed: only without robot.count";
         let sight = self.sensors.iter().position(|sensor| sensor.kind == SensorKind::Sight);
         let Some(count) = self.count else {
@@ -761,7 +570,7 @@ impl Differential {
         }
         for (key, is_given) in [
             ("robot.motors", self.sampled_motors),
-            ("robot.collision", robot.collision != Collision::Undo),
+            ("robot.collision", body.collision != Collision::Undo),
             ("robot.battery_ends_life", self.battery_ends_life == Some(true)),
         ] {
             if is_given {
@@ -769,7 +578,7 @@ impl Differential {
             }
         }
         let farthest = self.farthest().unwrap_or(0.0);
-        let most = FARTHEST * robot.body_radius;
+        let most = FARTHEST * body.radius;
         if farthest > most {
             let problem = format!(
                 "robots get {farthest} mm in a cycle, noise included; allowed with robot.count: up to {FARTHEST} of the body's \
@@ -778,11 +587,11 @@ impl Differential {
             return Err(Invalid::new("robot.greatest_speed_mm_s", problem));
         }
         self.genomes.check(count)?;
-        self.check_starts(robot)
+        self.check_starts(body)
     }
 
     /// Checks that each robot has a place to start, apart from all others.
-    fn check_starts(&self, robot: &Robot) -> Result<(), Invalid> {
+    fn check_starts(&self, body: &Body<'_>) -> Result<(), Invalid> {
         let (places, count) = (self.start_places(), self.count.unwrap_or_default());
         if self.starts.is_none() {
             return Ok(());
@@ -794,7 +603,7 @@ impl Differential {
                 places.len()
             ));
         }
-        let least = 2.0 * robot.body_radius;
+        let least = 2.0 * body.radius;
         for (second, place) in places.iter().enumerate() {
             let near = |other: &[f32; 2]| {
                 let apart = [place[0] - other[0], place[1] - other[1]];
@@ -871,82 +680,6 @@ impl Differential {
     }
 }
 
-impl Sensor {
-    /// Checks conditions that involve several of its values; errors have keys without the sensor's place.
-    fn check(&self) -> Result<(), Invalid> {
-        use SensorKind::{Battery, Bumper, Distance, Ground, Light, Proximity, Sampled, Sight};
-        let Self { name, kind, .. } = self;
-        if !is_identifier(name) {
-            let allowed = "letters from a to z, digits and _, a letter first";
-            return Err(Invalid::new("name", format!("is `{name}`; allowed: {allowed}")));
-        }
-        let has_range = !matches!(kind, Ground | Battery | Sampled);
-        if has_range && self.range.is_none() {
-            let problem = format!(
-                "lacks `range_mm`; allowed: the range of the {} sensor in mm",
-                kind.word()
-            );
-            return Err(Invalid::new("", problem));
-        }
-        only_where(
-            format_args!("kind = \"{}\"", kind.word()),
-            &[
-                ("heading_turns", self.heading != 0.0, !matches!(kind, Battery | Sampled)),
-                (
-                    "bearing_turns",
-                    self.bearing.is_some(),
-                    matches!(kind, Distance | Proximity | Light),
-                ),
-                ("range_mm", self.range.is_some(), has_range),
-                (
-                    "offset_mm",
-                    self.offset.is_some(),
-                    !matches!(kind, Bumper | Battery | Sampled | Sight),
-                ),
-                ("width_turns", self.width.is_some(), *kind == Bumper),
-                ("law", self.law.is_some(), *kind == Light),
-                ("response", self.response.is_some(), *kind == Proximity),
-                ("column", self.column.is_some(), *kind == Sampled),
-            ],
-        )?;
-        match &self.response {
-            Some(response) => response.check(self.range.unwrap_or(0.0)),
-            None => Ok(()),
-        }
-    }
-}
-
-impl Response {
-    /// Checks its points, which lie within a sensor's range.
-    fn check(&self, range: f32) -> Result<(), Invalid> {
-        let points = &self.0;
-        if !(2..=GREATEST_POINTS).contains(&points.len()) {
-            let problem = format!("has {} points; allowed: 2 to {GREATEST_POINTS}", points.len());
-            return Err(Invalid::new("response", problem));
-        }
-        for (index, &[distance, reading]) in points.iter().enumerate() {
-            number(format_args!("response[{index}][0]"), distance, 0.0..=range)?;
-            number(format_args!("response[{index}][1]"), reading, 0.0..=1.0)?;
-        }
-        let is_late = |[near, far]: &&[[f32; 2]; 2]| far[0] - near[0] < LEAST_STEP;
-        if let Some(&[[near, _], [far, _]]) = points.array_windows().find(is_late) {
-            let allowed = format!("each distance {LEAST_STEP} mm and more beyond the one before");
-            let problem = format!("goes from {near} to {far} mm; allowed: {allowed}");
-            return Err(Invalid::new("response", problem));
-        }
-        Ok(())
-    }
-
-    /// Kernel data: of each point its distance, its reading, and what the reading changes by for each mm to the next.
-    fn cells(&self) -> impl Iterator<Item = [f32; 4]> {
-        let next = self.0.iter().skip(1).map(Some).chain([None]);
-        self.0.iter().zip(next).map(|(&[distance, reading], next)| {
-            let slope = next.map_or(0.0, |next| (next[1] - reading) / (next[0] - distance));
-            [distance, reading, slope, 0.0]
-        })
-    }
-}
-
 /// The inverse of a number; 0 of 0.
 fn inverse(number: f32) -> f32 {
     if number > 0.0 { 1.0 / number } else { 0.0 }
@@ -961,10 +694,6 @@ const FARTHER: f32 = 2.1;
 
 /// Least acceleration of wheels that don't obey at once, mm/s in a second: below, changes of speed would get lost in roundings.
 const LEAST_ACCELERATION: f32 = 1.0;
-
-/// Most points of a sensor's response, and their least distance from each other, mm.
-pub const GREATEST_POINTS: usize = 32;
-const LEAST_STEP: f32 = 0.01;
 
 /// Most sensors of a robot, most lights and most patches of its arena.
 pub const GREATEST_LIST: usize = tables::GREATEST_SENSORS;

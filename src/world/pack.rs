@@ -6,14 +6,16 @@ use std::sync::{Mutex, PoisonError};
 use glam::Vec2;
 use oneiro_shaders::life::{self, BLOCK, CELL, ROUND, WALL};
 
-use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
 use crate::batch::Buffers;
 use crate::cells::Cells;
-use crate::foragers::foraging::Forager;
+use crate::exact::zero;
 use crate::parameter::Invalid;
 use crate::parts::compose::OwnParts;
 use crate::world::arena::{self, Arena, Field, Light, Patch};
-use crate::world::differential::Build;
+use crate::world::body::Collision;
+use crate::world::forager::Forager;
+use crate::world::robot::Build;
+use crate::world::spec::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
 use crate::world::surrogate::{self, Object};
 use crate::world::tables::{MotorTable, SENSORS, SensorTable};
 
@@ -90,7 +92,7 @@ impl Packed {
         let radius = robot.body_radius;
         let numbers = match (&spec.surrogate, &robot.build) {
             (surrogate, Build::Differential(own)) => {
-                buffers.add_table(own.cells(robot, &spec.arena, surrogate.as_deref(), self.genes))
+                buffers.add_table(own.cells(&robot.body(), &spec.arena, surrogate.as_deref(), self.genes))
             }
             (Some(surrogate), Build::Sampled) => {
                 buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
@@ -460,11 +462,6 @@ fn from_segment(from: Vec2, to: Vec2, at: Vec2) -> f32 {
     let length = to - from;
     let along = (at - from).dot(length) / length.length_squared().max(f32::MIN_POSITIVE);
     at.distance(from + along.clamp(0.0, 1.0) * length)
-}
-
-/// Gives zero its one sign.
-pub(super) fn zero(x: f32) -> f32 {
-    if x == 0.0 { 0.0 } else { x }
 }
 
 /// Squared distance from a robot's centre to the nearest point of a wall or a block, or to a round obstacle's centre,

@@ -6,11 +6,12 @@ use std::sync::{Mutex, PoisonError};
 use glam::Vec2;
 use oneiro_shaders::life;
 
-use super::check::farthest;
-use super::pack::{objects, patch, shapes, squared_distance, touches};
-use super::{Start, WorldSpec};
 use crate::world::arena::Field;
-use crate::world::differential::{Build, SensorKind};
+use crate::world::check::farthest;
+use crate::world::pack::{objects, patch, shapes, squared_distance, touches};
+use crate::world::robot::Build;
+use crate::world::sensors::SensorKind;
+use crate::world::spec::{Start, WorldSpec};
 
 /// Points along the longest side of the grid: a hundredth of a second for a few dozen objects.
 const MOST: f32 = 400.0;

@@ -16,9 +16,8 @@ use crate::cells::Cells;
 use crate::exact::{cosine, exponential};
 use crate::parameter::{Invalid, number};
 use crate::random::pcg4d;
-use crate::world::differential::{Build, SensorKind};
+use crate::world::sensors::SensorKind;
 use crate::world::tables::SENSORS;
-use crate::world::{Collision, Robot};
 
 /// Objects farther than this from the rim, in mm, aren't sensed: no individual reads 1 of 1023 there.
 pub(crate) const SIGHT: f32 = 80.0;
@@ -76,25 +75,6 @@ impl Difference {
         Self::Arcs,
         Self::Slip,
     ];
-
-    /// Whether it changes anything for a robot. Of described robots, rays meet all objects anyway, so [`Difference::Geometry`] is
-    /// where their sensors look and how strong they are; described wheels drive arcs; and a robot that slides or sticks in the
-    /// simulator does so in reality.
-    pub fn acts_on(self, robot: &Robot) -> bool {
-        let Build::Differential(own) = &robot.build else {
-            return true;
-        };
-        let has = |is_such: &dyn Fn(SensorKind) -> bool| own.sensors.iter().any(|sensor| is_such(sensor.kind));
-        match self {
-            Self::Geometry => has(&|kind| kind.is_analogue() && kind != SensorKind::Sampled),
-            Self::Reflectivity => has(&|kind| matches!(kind, SensorKind::Proximity | SensorKind::Ground)),
-            Self::Illumination => has(&SensorKind::sees_light),
-            Self::ReadNoise => has(&SensorKind::is_analogue),
-            Self::Latency | Self::MotorLag | Self::Wheels => true,
-            Self::Arcs => own.sampled_motors && own.turn_before_move != Some(0.5),
-            Self::Slip => matches!(robot.collision, Collision::Undo | Collision::KeepTurn),
-        }
-    }
 
     /// Whether it is of motion or of the age of readings, rather than of what sensors see.
     pub fn is_of_motion(self) -> bool {
@@ -381,12 +361,10 @@ impl Surrogate {
         }
     }
 
-    /// Checks every number, and that something differs if anything is to.
-    pub(crate) fn check(&self, robot: &Robot) -> Result<(), Invalid> {
+    /// Checks every number, and that something differs if anything is to: `acts` says which differences change anything.
+    pub(crate) fn check(&self, acts: impl Fn(Difference) -> bool) -> Result<(), Invalid> {
         let is_on = |difference: &Difference| self.differences.own[*difference as usize] != Some(0.0);
-        let (acts, idle): (Vec<_>, Vec<_>) = Difference::ALL
-            .into_iter()
-            .partition(|difference| difference.acts_on(robot));
+        let (acts, idle): (Vec<_>, Vec<_>) = Difference::ALL.into_iter().partition(|difference| acts(*difference));
         if !acts.iter().any(is_on) && idle.iter().any(is_on) {
             let names =
                 |all: &mut dyn Iterator<Item = Difference>| all.map(Difference::name).collect::<Vec<_>>().join(", ");

@@ -4,8 +4,8 @@ use oneiro_shaders::Kernel;
 
 use super::{Composed, Kind, Lives, OwnParts, Refused, Scalar, Value};
 use crate::parameter::{Choice, Invalid};
+use crate::world::Build;
 use crate::world::WorldSpec;
-use crate::world::differential::Build;
 
 /// The text of a controller, which this program can't compose.
 pub(super) const STATE_MACHINE: [(&str, &str); 0] = [];

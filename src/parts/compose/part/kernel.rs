@@ -18,7 +18,8 @@ use super::{Part, check, generate, interface, members, refusal};
 use crate::genes::Gene;
 use crate::parameter::{Choice, Invalid};
 use crate::parts::compose::{Composed, GREATEST_GENES, Kind, Lives, OwnParts, Refused, fields};
-use crate::world::differential::{Build, Differential};
+use crate::world::Build;
+use crate::world::differential::Differential;
 use crate::world::{Controller, Task, WorldSpec};
 
 /// Stands for a path in messages about generated declarations.

@@ -9,9 +9,10 @@ use oneiro_shader_compiler::declarations::members;
 use super::fields::{self, Remembered};
 use super::interface::{self, MISSION_STATE};
 use crate::parts::compose::{Kind, Lives, OwnPart, OwnParts, Scalar};
+use crate::world::Build;
 use crate::world::WorldSpec;
 use crate::world::arena::Arena;
-use crate::world::differential::{Build, Differential, GREATEST_MEMBERS, Genomes};
+use crate::world::differential::{Differential, GREATEST_MEMBERS, Genomes};
 use crate::world::reference::{Model, Reference};
 
 /// Parts of worlds of several robots, and those that they take the place of.
