@@ -25,6 +25,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod owner;
 #[cfg_attr(not(feature = "compose"), path = "compose/absent.rs")]
 mod part;
 
@@ -33,14 +34,14 @@ use std::sync::Arc;
 
 use oneiro_shaders::Kernel;
 
-use crate::genes::Gene;
+use crate::genes::{Gene, SENSORS};
 use crate::parameter::{Allowed, Datum, Invalid};
 use crate::parts::automode::Modules;
 use crate::parts::network::Network;
-use crate::world::Build;
-use crate::world::WorldSpec;
-use crate::world::tables::SENSORS;
 
+#[cfg(feature = "compose")]
+pub(crate) use owner::{Described, Hearing, Together};
+pub(crate) use owner::{Make, Owner};
 pub(crate) use part::too_many_turns;
 pub use part::{Part, Rule};
 #[cfg(feature = "compose")]
@@ -262,23 +263,23 @@ impl OwnParts {
     }
 
     /// Names of all readings of a robot with these parts: its own, then those of a user's sensors.
-    pub(crate) fn readings_of(&self, robot: &Build) -> Vec<String> {
-        [robot.readings(), self.readings().to_vec()].concat()
+    pub(crate) fn readings_of(&self, robot: &[String]) -> Vec<String> {
+        [robot, &self.readings()].concat()
     }
 
     /// The fields of the kernel's `Readings`, in order: the robot's, and those of a user's sensors.
-    fn readings_in(&self, robot: &Build) -> Vec<String> {
+    fn readings_in(&self, robot: &[String]) -> Vec<String> {
         let own = self.readings();
         let own = own.iter().map(|name| format!("own.{name}"));
-        fields(robot).into_iter().chain(own).collect()
+        robot.iter().cloned().chain(own).collect()
     }
 
     /// Details in the trace of a robot with these parts.
-    pub(crate) fn details(&self, robot: &Build, lives: Lives) -> Vec<Detail> {
-        let fields = fields(robot);
-        let name = |index: usize| match robot {
-            Build::Sampled => index.to_string(),
-            Build::Differential(_) | Build::Forager(_) => fields[index].clone(),
+    pub(crate) fn details(&self, owner: &Owner) -> Vec<Detail> {
+        let fields = &owner.fields;
+        let name = |index: usize| match owner.make {
+            Make::Sampled => index.to_string(),
+            Make::Described(_) | Make::Forager { .. } => fields[index].clone(),
         };
         let mut details = Vec::new();
         for (kind, of) in [(DetailKind::Perceived, "perceived"), (DetailKind::Real, "real")] {
@@ -297,7 +298,7 @@ impl OwnParts {
         }));
         for own in self.iter() {
             let kind = own.part.kind();
-            if robot.members().is_some() {
+            if owner.together().is_some() {
                 details.extend(own.part.mission().iter().map(|(name, scalar)| Detail {
                     name: name.clone(),
                     kind: DetailKind::Memory(kind),
@@ -312,14 +313,14 @@ impl OwnParts {
                 expression: format!("own.{}.{name}", kind.word()),
             }));
         }
-        details.extend(self.details_of_others(robot, lives));
+        details.extend(self.details_of_others(owner));
         details
     }
 
     /// Details that have to do with the other robots of a world.
-    fn details_of_others(&self, robot: &Build, lives: Lives) -> Vec<Detail> {
-        let count = robot.members().unwrap_or(1);
-        if lives != Lives::Observed {
+    fn details_of_others(&self, owner: &Owner) -> Vec<Detail> {
+        let count = owner.robots();
+        if owner.lives != Lives::Observed {
             // The first robot's pose is in the record.
             let pose = |robot| {
                 ["x", "y", "z"].map(|part| Detail {
@@ -343,7 +344,8 @@ impl OwnParts {
             scalar: Scalar::Float,
             expression: "number(own.life.member_words, MEMBER_EARNED)".to_owned(),
         };
-        let words = if robot.hears() { count.div_ceil(u32::BITS) } else { 0 };
+        let hears = owner.together().is_some_and(|together| together.hearing.is_some());
+        let words = if hears { count.div_ceil(u32::BITS) } else { 0 };
         let heard = (0..words).map(heard);
         heard.chain(self.scores_each().then_some(earned)).collect()
     }
@@ -354,8 +356,8 @@ impl OwnParts {
         task.is_none_or(|own| own.part.functions().contains(&OF_EACH))
     }
 
-    /// These parts, and a network as the controller.
-    pub(crate) fn with_network(&self, network: &Network, robot: &Build) -> Result<Self, Invalid> {
+    /// These parts, and a network as the controller of a robot whose readings are in these fields.
+    pub(crate) fn with_network(&self, network: &Network, robot: &[String]) -> Result<Self, Invalid> {
         let values = network.values().into_iter().map(|(_, value)| value).collect();
         let text = network.wgsl(&self.readings_in(robot));
         self.with_controller(NETWORK, &text, |part| Ok(OwnPart { part, values }))
@@ -396,13 +398,13 @@ impl OwnParts {
         self.iter().flat_map(OwnPart::cells).collect()
     }
 
-    /// A kernel with these parts, and the sensors and motors of this world's robot, instead of its own.
+    /// A kernel with these parts, and their owner's sensors and motors, instead of its own.
     ///
     /// # Errors
     /// `KIND.part`: everything that is wrong with the parts. `robot.sensors` and `robot.sensors[N].name`: names that WGSL doesn't
     /// allow. `controller.layers`: a network that can't be compiled.
-    pub(crate) fn compose(&self, base: &'static Kernel, spec: &WorldSpec, lives: Lives) -> Result<Composed, Invalid> {
-        part::compose(base, self, spec, lives)
+    pub(crate) fn compose(&self, base: &'static Kernel, owner: &Owner) -> Result<Composed, Invalid> {
+        part::compose(base, self, owner)
     }
 }
 
@@ -440,13 +442,10 @@ pub(crate) struct Composed {
     pub(crate) words: Option<[u32; 2]>,
 }
 
-/// The fields of the kernel's `Readings` that have the robot's, in order.
-fn fields(robot: &Build) -> Vec<String> {
-    let sampled = |sensor: usize| format!("{}.{}", ["first", "last"][sensor / 4], ["x", "y", "z", "w"][sensor % 4]);
-    match robot {
-        Build::Sampled => (0..SENSORS).map(sampled).collect(),
-        Build::Differential(_) | Build::Forager(_) => robot.readings(),
-    }
+/// The fields of the kernel's `Readings` that have a sampled robot's, in order.
+pub(crate) fn sampled_fields() -> Vec<String> {
+    let field = |sensor: usize| format!("{}.{}", ["first", "last"][sensor / 4], ["x", "y", "z", "w"][sensor % 4]);
+    (0..SENSORS).map(field).collect()
 }
 
 /// The number with the fewest digits that is this one in single precision.

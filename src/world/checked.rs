@@ -60,7 +60,7 @@ impl World {
         check::check(&mut spec)?;
         let readings = spec.readings();
         let parts = match &spec.controller {
-            Controller::Network(network) => spec.own.with_network(network, &spec.robot.build)?,
+            Controller::Network(network) => spec.own.with_network(network, &spec.robot.build.fields())?,
             Controller::StateMachine(modules) => spec.own.with_state_machine(modules)?,
             Controller::BehaviourTree(modules) => spec.own.with_behaviour_tree(modules)?,
             _ => spec.own.clone(),
@@ -70,9 +70,10 @@ impl World {
             let problem = "is given; allowed: only in the simulator, where all robots live together";
             return Err(Invalid::new("robot.count", problem));
         }
+        let owner = spec.owner(lives)?;
         let Composed {
             kernel, genes, words, ..
-        } = parts.compose(kernel(&spec), &spec, lives)?;
+        } = parts.compose(kernel(&spec), &owner)?;
         let members = spec.robot.members().unwrap_or(0);
         let genes = match (&spec.controller, genes) {
             (Controller::Own, Some(own)) => own.to_vec(),
@@ -81,7 +82,7 @@ impl World {
         let packed = pack::Packed::new(&spec, &parts, genes.len())?;
         let world = Self(Arc::new(Checked {
             genes: layout(genes, &spec.robot.build)?,
-            details: parts.details(&spec.robot.build, lives),
+            details: parts.details(&owner),
             lines: if lives == Lives::Observed { members } else { 1 },
             words: words.map(|[world, member]| world + members * member),
             spec,

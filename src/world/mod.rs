@@ -8,6 +8,7 @@ mod checked;
 pub(crate) mod differential;
 mod forager;
 mod noise;
+mod owner;
 mod pack;
 mod parameters;
 mod reach;
@@ -17,6 +18,8 @@ mod sensors;
 mod spec;
 pub mod surrogate;
 pub mod tables;
+#[cfg(feature = "compose")]
+mod wgsl;
 
 pub use crate::genes::{Gene, GeneKind, GeneLayout};
 pub use body::Collision;

@@ -85,6 +85,16 @@ impl Model {
         }
     }
 
+    /// The part that has its readings.
+    #[cfg(feature = "compose")]
+    pub(crate) fn part(self) -> &'static str {
+        match self {
+            Self::Rm11 => "sensor/rm11.wgsl",
+            Self::Rm12 => "sensor/rm12.wgsl",
+            Self::Vectors => "sensor/vectors.wgsl",
+        }
+    }
+
     /// The readings as expressions of the kernel's struct `Given`, here `given`, in the order of their names.
     #[cfg(feature = "compose")]
     pub(crate) fn expressions(self) -> Vec<String> {

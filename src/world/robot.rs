@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::foragers::foraging;
 use crate::parameter::{Choice, Choices};
+use crate::parts::compose::sampled_fields;
 use crate::world::body::{Body, Collision};
 use crate::world::differential::{Differential, Genomes};
 use crate::world::forager::Forager;
@@ -130,6 +131,14 @@ impl Build {
         }
     }
 
+    /// The fields of a kernel's `Readings` that have them.
+    pub(crate) fn fields(&self) -> Vec<String> {
+        match self {
+            Self::Sampled => sampled_fields(),
+            Self::Differential(_) | Self::Forager(_) => self.readings(),
+        }
+    }
+
     /// Number of such robots that live together in one world, if they do.
     pub(crate) fn members(&self) -> Option<u32> {
         match self {
@@ -144,11 +153,6 @@ impl Build {
             Self::Differential(own) => &own.genomes,
             Self::Sampled | Self::Forager(_) => &Genomes::Homogeneous,
         }
-    }
-
-    /// Whether such robots hear each other.
-    pub(crate) fn hears(&self) -> bool {
-        matches!(self, Self::Differential(own) if own.model.is_some())
     }
 
     /// Whether such a robot may end its life.

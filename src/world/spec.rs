@@ -228,6 +228,6 @@ impl WorldSpec {
 
     /// Names of all readings: the robot's, then those of a user's sensors.
     pub(crate) fn readings(&self) -> Vec<String> {
-        self.own.readings_of(&self.robot.build)
+        self.own.readings_of(&self.robot.build.readings())
     }
 }

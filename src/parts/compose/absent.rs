@@ -2,10 +2,8 @@
 
 use oneiro_shaders::Kernel;
 
-use super::{Composed, Kind, Lives, OwnParts, Refused, Scalar, Value};
-use crate::parameter::{Choice, Invalid};
-use crate::world::Build;
-use crate::world::WorldSpec;
+use super::{Composed, Kind, Lives, OwnParts, Owner, Refused, Scalar, Value};
+use crate::parameter::Invalid;
 
 /// The text of a controller, which this program can't compose.
 pub(super) const STATE_MACHINE: [(&str, &str); 0] = [];
@@ -112,35 +110,23 @@ pub(super) fn driven() -> Result<&'static Kernel, Invalid> {
     ))
 }
 
-pub(super) fn compose(
-    kernel: &'static Kernel,
-    _: &OwnParts,
-    spec: &WorldSpec,
-    lives: Lives,
-) -> Result<Composed, Invalid> {
-    if lives == Lives::Reported {
+pub(super) fn compose(kernel: &'static Kernel, _: &OwnParts, owner: &Owner) -> Result<Composed, Invalid> {
+    if owner.lives == Lives::Reported {
         return Err(Invalid::new(
             "robot",
             "lives outside of a kernel, but this program can't compose the kernel for that",
         ));
     }
-    if spec.noise.is_varied() {
+    if owner.is_varied {
         return Err(Invalid::new(
             "noise",
             "has gain, veer, delay or draws of a life, but this program can't compose the kernel for that",
         ));
     }
-    let kind = spec.robot.build.word();
-    match spec.robot.build {
-        Build::Sampled => Ok(Composed {
-            kernel,
-            genes: None,
-            files: &[],
-            words: None,
-        }),
-        Build::Differential(_) | Build::Forager(_) => Err(Invalid::new(
-            "robot.kind",
-            format!("is `{kind}`, but this program can't compose kernels; allowed: `sampled`"),
-        )),
-    }
+    Ok(Composed {
+        kernel,
+        genes: None,
+        files: &[],
+        words: None,
+    })
 }

@@ -22,7 +22,7 @@ fn refused(hostile: &Hostile) -> Option<String> {
     };
     let (part, _) = Part::read(kind, &source);
     let own = OwnParts::from([OwnPart::new(Arc::new(part), &[]).expect("it has no values")]);
-    let assembled = kernel::unchecked(&own, &spec, Lives::Simulated);
+    let assembled = kernel::unchecked(&own, &spec.owner(Lives::Simulated).expect("its names are allowed"));
     let isolation = Isolation {
         episode: interface::EPISODE,
         users: &assembled.users,

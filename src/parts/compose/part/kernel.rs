@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use oneiro_shader_compiler as compiler;
-use oneiro_shader_compiler::declarations::{declarations, is_reserved};
+use oneiro_shader_compiler::declarations::declarations;
 use oneiro_shader_compiler::{Allowed, Compiled, Indices, Isolation, Refusal, Refusals, Rule, compile_isolated};
 use oneiro_shader_parts::PARTS;
 use oneiro_shaders::kernel::Turns;
@@ -16,11 +16,8 @@ use oneiro_shaders::{Binding, Kernel, WordOf};
 use super::interface::{GENE_COUNT, GENES};
 use super::{Part, check, generate, interface, members, refusal};
 use crate::genes::Gene;
-use crate::parameter::{Choice, Invalid};
-use crate::parts::compose::{Composed, GREATEST_GENES, Kind, Lives, OwnParts, Refused, fields};
-use crate::world::Build;
-use crate::world::differential::Differential;
-use crate::world::{Controller, Task, WorldSpec};
+use crate::parameter::Invalid;
+use crate::parts::compose::{Composed, GREATEST_GENES, Hearing, Kind, Lives, Make, OwnParts, Owner, Refused, Together};
 
 /// Stands for a path in messages about generated declarations.
 pub(super) const GENERATED: &str = "what Oneiro adds";
@@ -63,8 +60,8 @@ const DIFFERENCES: &str = "lib/differences.wgsl";
 const VARIED: &str = "robot/varied.wgsl";
 
 /// Whether a life has that noise. Reality that is reported has none of the simulator's.
-fn is_varied(spec: &WorldSpec, lives: Lives) -> bool {
-    lives == Lives::Simulated && spec.noise.is_varied()
+fn is_varied(owner: &Owner) -> bool {
+    owner.lives == Lives::Simulated && owner.is_varied
 }
 
 /// Parts of foragers: what all have, and their controllers and their task.
@@ -101,8 +98,7 @@ pub(super) fn is_of_members(path: &str) -> bool {
 }
 
 /// Whether a forager is made of a part, if the part is not of every robot.
-fn is_of_forager(path: &str, spec: &WorldSpec) -> Option<bool> {
-    let behaves = spec.controller == Controller::Behaviours;
+fn is_of_forager(path: &str, behaves: bool, brings: bool) -> Option<bool> {
     let others = [
         &SENSORS[..],
         &MOTORS,
@@ -114,30 +110,30 @@ fn is_of_forager(path: &str, spec: &WorldSpec) -> Option<bool> {
         _ if FORAGER.contains(&path) => Some(true),
         _ if BEHAVIOURS.contains(&path) => Some(behaves),
         OUTPUTS => Some(!behaves),
-        BRINGING => Some(spec.task == Task::Foraging),
+        BRINGING => Some(brings),
         _ if behaves && is_replaced(path, Kind::Controller) && path != GENES_PART => Some(false),
-        _ if spec.task == Task::Foraging && is_replaced(path, Kind::Task) => Some(false),
+        _ if brings && is_replaced(path, Kind::Task) => Some(false),
         _ => others.iter().any(|list| list.contains(&path)).then_some(false),
     }
 }
 
 /// Whether a robot is made of a part, if the part is only of some robots.
-fn is_of_robot(path: &str, spec: &WorldSpec) -> Option<bool> {
-    let own = match &spec.robot.build {
-        Build::Sampled => {
+fn is_of_robot(path: &str, make: &Make) -> Option<bool> {
+    let own = match make {
+        Make::Sampled => {
             return (DESCRIBED.contains(&path) || [TABLES, WHEELS, BETWEEN].contains(&path)).then_some(false);
         }
-        Build::Forager(_) => return is_of_forager(path, spec),
-        Build::Differential(own) => own,
+        Make::Forager { behaves, brings } => return is_of_forager(path, *behaves, *brings),
+        Make::Described(own) => own,
     };
     if SENSORS.contains(&path) || path == TABLES {
-        return Some(own.has_sampled_sensors());
+        return Some(own.has_sampled_sensors);
     }
     if MOTORS.contains(&path) || path == BETWEEN {
-        return Some(own.sampled_motors);
+        return Some(own.has_sampled_motors);
     }
     if path == WHEELS {
-        return Some(!own.sampled_motors);
+        return Some(!own.has_sampled_motors);
     }
     DESCRIBED.contains(&path).then_some(true)
 }
@@ -234,47 +230,40 @@ pub(crate) fn is_of_user(kernel: &Kernel, path: &str) -> bool {
 }
 
 /// The name of a kernel that is composed, and what is generated for its robot.
-fn described(base: &Kernel, parts: &OwnParts, spec: &WorldSpec, lives: Lives) -> Result<(String, String), Invalid> {
-    let (tables, robot) = (&spec.robot.sensors, &spec.robot.build);
-    let fields = fields(robot);
-    let mut generated = generate::details(&parts.details(robot, lives)) + &generate::reading(&parts.readings_in(robot));
+fn described(base: &Kernel, parts: &OwnParts, owner: &Owner) -> (String, String) {
+    let readings = parts.readings_in(&owner.fields);
+    let mut generated = generate::details(&parts.details(owner)) + &generate::reading(&readings);
     let mut name = base.name.to_owned();
-    if let Build::Differential(robot) = robot {
-        check_names(robot)?;
-        let is_individual = lives == Lives::Individual;
-        let mut described =
-            generate::readings(robot, tables, &spec.arena, is_individual) + &generate::drive(robot, &spec.arena);
-        if let Some(count) = robot.count {
-            described += &members::constants(robot, &spec.arena, spec.robot.body_radius);
-            // Its traces have as many poses.
-            let _ = write!(name, "+{count}-together");
-            if let Some(model) = robot.model {
-                let _ = write!(name, "+{}-{}", model.word(), robot.reference.cycles());
+    match &owner.make {
+        Make::Sampled => {}
+        Make::Described(robot) => {
+            if let Some(Together { count, hearing }) = robot.together {
+                // Its traces have as many poses.
+                let _ = write!(name, "+{count}-together");
+                if let Some(Hearing { model, cycles, .. }) = hearing {
+                    let _ = write!(name, "+{model}-{cycles}");
+                }
             }
+            let hash = blake3::hash(robot.text.as_bytes()).to_hex();
+            let _ = write!(name, "+{}-sensors-{}", robot.sensors, &hash[..16]);
+            generated += &robot.text;
         }
-        let hash = blake3::hash(described.as_bytes()).to_hex();
-        let _ = write!(name, "+{}-sensors-{}", robot.sensors.len(), &hash[..16]);
-        generated += &described;
+        Make::Forager { behaves, brings } => {
+            name += "+forager";
+            name += if *behaves { "+behaviours" } else { "" };
+            name += if *brings { "+foraging" } else { "" };
+        }
     }
-    if let Build::Forager(_) = robot {
-        name += "+forager";
-        name += if spec.controller == Controller::Behaviours {
-            "+behaviours"
-        } else {
-            ""
-        };
-        name += if spec.task == Task::Foraging { "+foraging" } else { "" };
-    }
-    match lives {
+    match owner.lives {
         Lives::Simulated => {}
         Lives::Reported => {
             name += "+reported";
-            generated += &generate::reports(&fields);
+            generated += &generate::reports(&owner.fields);
         }
         Lives::Individual => name += "+individual",
         Lives::Observed => name += "+observed",
     }
-    if is_varied(spec, lives) {
+    if is_varied(owner) {
         name += "+varied";
     }
     for own in parts.iter() {
@@ -285,18 +274,17 @@ fn described(base: &Kernel, parts: &OwnParts, spec: &WorldSpec, lives: Lives) ->
         let hash = blake3::hash(format!("{} {}", own.part.kind.word(), own.part.text).as_bytes()).to_hex();
         let _ = write!(name, "+{stem}-{}", &hash[..32]);
     }
-    Ok((name, generated))
+    (name, generated)
 }
 
 /// Composes a kernel. Each is composed once and stays for the rest of the program.
 pub(in crate::parts::compose) fn compose(
     base: &'static Kernel,
     parts: &OwnParts,
-    spec: &WorldSpec,
-    lives: Lives,
+    owner: &Owner,
 ) -> Result<Composed, Invalid> {
-    let robot = &spec.robot.build;
-    if parts.is_empty() && *robot == Build::Sampled && lives == Lives::Simulated && !spec.noise.is_varied() {
+    let ships = matches!(owner.make, Make::Sampled) && owner.lives == Lives::Simulated && !owner.is_varied;
+    if parts.is_empty() && ships {
         return Ok(Composed {
             kernel: base,
             genes: None,
@@ -304,12 +292,12 @@ pub(in crate::parts::compose) fn compose(
             words: None,
         });
     }
-    let (name, generated) = described(base, parts, spec, lives)?;
+    let (name, generated) = described(base, parts, owner);
     if let Some(composed) = known().get(&name) {
         return Ok(*composed);
     }
     let (kernel, genes, files, words) =
-        new(base, parts, spec, lives, generated, &name).map_err(|refusals| invalid(parts, robot, &refusals))?;
+        new(base, parts, owner, generated, &name).map_err(|refusals| invalid(parts, &owner.make, &refusals))?;
     let leaked = || Composed {
         kernel: Box::leak(Box::new(kernel)),
         genes: genes.map(|genes| &*genes.leak()),
@@ -319,23 +307,9 @@ pub(in crate::parts::compose) fn compose(
     Ok(*known().entry(name).or_insert_with(leaked))
 }
 
-/// Refuses names of sensors that no field of `Readings` can have: words of WGSL, and the one that holds a user's sensors.
-fn check_names(robot: &Differential) -> Result<(), Invalid> {
-    const OWN: &str = "own";
-    let is_taken = |name: &str| name == OWN || is_reserved(name);
-    match robot.sensors.iter().position(|sensor| is_taken(&sensor.name)) {
-        None => Ok(()),
-        Some(index) => {
-            let name = &robot.sensors[index].name;
-            let problem = format!("is `{name}`; allowed: a name that is neither `{OWN}` nor a reserved word of WGSL");
-            Err(Invalid::new(format!("robot.sensors[{index}].name"), problem))
-        }
-    }
-}
-
 /// Names the key of the part that is refused first.
-fn invalid(parts: &OwnParts, robot: &Build, refusals: &[Refusal]) -> Invalid {
-    if matches!(robot, Build::Differential(_)) && refusals[0].place.path == GENERATED {
+fn invalid(parts: &OwnParts, robot: &Make, refusals: &[Refusal]) -> Invalid {
+    if matches!(robot, Make::Described(_)) && refusals[0].place.path == GENERATED {
         let is_of_names = matches!(
             refusals[0].rule,
             Rule::ReservedName | Rule::BuiltInName | Rule::UnknownName | Rule::ValidWgsl
@@ -429,17 +403,18 @@ pub(super) struct Assembled {
     few: BTreeSet<String>,
 }
 
-fn assembled(base: &Kernel, own: &OwnParts, spec: &WorldSpec, lives: Lives, mut generated: String) -> Assembled {
+fn assembled(base: &Kernel, own: &OwnParts, owner: &Owner, mut generated: String) -> Assembled {
     let part = |path: &str, text: &str| compiler::Part {
         path: path.to_owned(),
         text: text.to_owned(),
     };
     let is_kept = |path: &str| path != DETAILS && own.iter().all(|own| !is_replaced(path, own.part.kind));
-    let live_together = spec.robot.members().is_some();
+    let (lives, together) = (owner.lives, owner.together());
+    let is_of_robot = |path: &str| is_of_robot(path, &owner.make);
     let is_needed = |path: &str| {
-        let is_of_robot = is_of_robot(path, spec);
-        if is_of_members(path) || live_together && members::REPLACED.contains(&path) {
-            return live_together && members::is_needed(path, &spec.robot.build, lives);
+        let is_of_robot = is_of_robot(path);
+        if is_of_members(path) || together.is_some() && members::REPLACED.contains(&path) {
+            return together.is_some_and(|together| members::is_needed(path, together.hearing, lives));
         }
         if [Lives::Simulated, Lives::Reported, Lives::Individual]
             .map(physics)
@@ -461,33 +436,33 @@ fn assembled(base: &Kernel, own: &OwnParts, spec: &WorldSpec, lives: Lives, mut 
     let needed: Vec<_> = PARTS.iter().filter(|(path, _)| is_needed(path)).collect();
     let (of_robot, others): (Vec<_>, Vec<_>) = needed
         .into_iter()
-        .partition(|(path, _)| is_of_robot(path, spec) == Some(true));
+        .partition(|(path, _)| is_of_robot(path) == Some(true));
     let [of_robot, others] =
         [of_robot, others].map(|parts| -> Vec<_> { parts.into_iter().map(|(path, text)| part(path, text)).collect() });
     // What is generated for a described robot takes the place of its parts' declarations, and those of a forager that of others'.
-    let (instead, replaced, kept) = match &spec.robot.build {
-        Build::Forager(_) => (names(&of_robot), others, of_robot),
+    let (instead, replaced, kept) = match &owner.make {
+        Make::Forager { .. } => (names(&of_robot), others, of_robot),
         _ => (names(&[part(GENERATED, &generated)]), of_robot, others),
     };
     let mut few = BTreeSet::new();
-    if let Build::Forager(_) = spec.robot.build {
+    if let Make::Forager { .. } = owner.make {
         few.clone_from(&instead);
     }
     let replaced = replaced
         .into_iter()
         .map(|own| part(&own.path, &without(&own, &instead)));
     let mut parts: Vec<_> = replaced.chain(kept).collect();
-    if live_together {
-        let (together, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|own| is_of_members(&own.path));
-        few = names(&together);
+    if let Some(together) = together {
+        let (of_members, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|own| is_of_members(&own.path));
+        few = names(&of_members);
         let others = others.into_iter().map(|own| part(&own.path, &without(&own, &few)));
-        parts = others.chain(together).collect();
+        parts = others.chain(of_members).collect();
         let described = [part(GENERATED, &generated)];
         let users: Vec<_> = own.iter().map(|own| own.part.source()).collect();
         let all = [&parts[..], &described, &users].concat();
-        generated += &members::declarations(&all, own, spec, lives, &own.readings_in(&spec.robot.build));
+        generated += &members::declarations(&all, own, owner, together, &own.readings_in(&owner.fields));
     }
-    if is_varied(spec, lives) {
+    if is_varied(owner) {
         parts = with(parts, shipped(VARIED));
     }
     if own.iter().any(|own| !own.part.is_of_oneiro) {
@@ -514,25 +489,18 @@ fn assembled(base: &Kernel, own: &OwnParts, spec: &WorldSpec, lives: Lives, mut 
 
 /// A kernel's parts, of which no text is checked.
 #[cfg(test)]
-pub(super) fn unchecked(own: &OwnParts, spec: &WorldSpec, lives: Lives) -> Assembled {
+pub(super) fn unchecked(own: &OwnParts, owner: &Owner) -> Assembled {
     let base = &oneiro_shaders::LIFE_PERCEPTRON;
-    let (_, generated) = described(base, own, spec, lives).expect("the robot's names are allowed");
-    assembled(base, own, spec, lives, generated)
+    let (_, generated) = described(base, own, owner);
+    assembled(base, own, owner, generated)
 }
 
-fn new(
-    base: &'static Kernel,
-    own: &OwnParts,
-    spec: &WorldSpec,
-    lives: Lives,
-    generated: String,
-    name: &str,
-) -> Result<New, Refusals> {
+fn new(base: &'static Kernel, own: &OwnParts, owner: &Owner, generated: String, name: &str) -> Result<New, Refusals> {
     let Assembled {
         mut parts,
         mut users,
         few,
-    } = assembled(base, own, spec, lives, generated);
+    } = assembled(base, own, owner, generated);
     check::of_few(own, &few)?;
     let mut compiled = compiled(&parts, &users);
     let is_of_generated = |refusals: &Refusals| refusals.iter().any(|refusal| refusal.place.path == GENERATED);
@@ -555,12 +523,12 @@ fn new(
         }
     };
     let genes = match own.get(Kind::Controller) {
-        Some(controller) => Some(genes(&controller.part, &compiled, &own.readings_of(&spec.robot.build))?),
+        Some(controller) => Some(genes(&controller.part, &compiled, &own.readings_of(&owner.readings()))?),
         None => None,
     };
     let words = members::WORDS.map(|name| number(&compiled, name));
     let words = match words {
-        [Some(world), Some(member)] if spec.robot.members().is_some() => Some([world, member]),
+        [Some(world), Some(member)] if owner.together().is_some() => Some([world, member]),
         _ => None,
     };
     Ok((kernel(base, compiled, name)?, genes, files(&parts), words))
@@ -656,6 +624,7 @@ mod tests {
 
     use super::*;
     use crate::parts::compose::OwnPart;
+    use crate::world::WorldSpec;
 
     /// The entry has the line that is replaced: once in a kernel without users' parts, and never in one with them.
     #[test]
@@ -664,8 +633,9 @@ mod tests {
             "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }";
         let part = Part::new(Kind::Task, "own.wgsl", text).expect("it is valid");
         let users = OwnParts::from([OwnPart::new(Arc::new(part), &[]).expect("it has no values")]);
+        let owner = WorldSpec::miglino1995().owner(Lives::Simulated).expect("it is valid");
         for (own, lines) in [(OwnParts::default(), [1, 0]), (users, [0, 1])] {
-            let assembled = unchecked(&own, &WorldSpec::miglino1995(), Lives::Simulated);
+            let assembled = unchecked(&own, &owner);
             let entry = assembled.parts.iter().find(|part| part.path == ENTRY);
             let entry = entry.expect("single robots have it");
             assert_eq!([NEXT, KEPT].map(|line| entry.text.matches(line).count()), lines);

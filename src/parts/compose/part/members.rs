@@ -8,12 +8,7 @@ use oneiro_shader_compiler::declarations::members;
 
 use super::fields::{self, Remembered};
 use super::interface::{self, MISSION_STATE};
-use crate::parts::compose::{Kind, Lives, OwnPart, OwnParts, Scalar};
-use crate::world::Build;
-use crate::world::WorldSpec;
-use crate::world::arena::Arena;
-use crate::world::differential::{Differential, GREATEST_MEMBERS, Genomes};
-use crate::world::reference::{Model, Reference};
+use crate::parts::compose::{Hearing, Kind, Lives, OwnPart, OwnParts, Owner, Scalar, Together};
 
 /// Parts of worlds of several robots, and those that they take the place of.
 pub(super) const PARTS: [&str; 11] = [
@@ -37,18 +32,12 @@ const RM12: &str = "sensor/rm12.wgsl";
 const VECTORS: &str = "sensor/vectors.wgsl";
 
 /// Whether such a world is made of one of these parts.
-pub(super) fn is_needed(path: &str, robot: &Build, lives: Lives) -> bool {
-    let model = match robot {
-        Build::Differential(own) => own.model,
-        Build::Sampled | Build::Forager(_) => None,
-    };
+pub(super) fn is_needed(path: &str, hearing: Option<Hearing>, lives: Lives) -> bool {
     match path {
         FIRST => lives != Lives::Observed,
         OBSERVED => lives == Lives::Observed,
-        REFERENCE => model.is_some(),
-        RM11 => model == Some(Model::Rm11),
-        RM12 => model == Some(Model::Rm12),
-        VECTORS => model == Some(Model::Vectors),
+        REFERENCE => hearing.is_some(),
+        RM11 | RM12 | VECTORS => hearing.is_some_and(|hearing| hearing.part == path),
         _ => PARTS.contains(&path),
     }
 }
@@ -57,38 +46,6 @@ pub(super) const REPLACED: [&str; 2] = ["life.wgsl", "physics/sampled.wgsl"];
 
 /// Names of the numbers of words of a world and of a robot.
 pub(super) const WORDS: [&str; 2] = ["WORLD_WORDS", "MEMBER_WORDS"];
-
-/// What a robot's sensors notice of the others, given what is done for each other robot, for those that press bumpers, and the
-/// widest range of a bumper. None of a single robot's.
-pub(super) fn among(robot: &Differential, others: &str, pressing: &str, widest: &str) -> String {
-    if robot.count.is_none() || others.is_empty() && pressing.is_empty() {
-        return String::new();
-    }
-    let pressed = if pressing.is_empty() {
-        String::new()
-    } else {
-        format!(
-            "            let near = 2.0f * members.body + {widest};
-            if (squared < near * near) {{
-                let bearing = direction(to);
-{pressing}            }}
-"
-        )
-    };
-    format!(
-        "    let members = members_of(world);
-    let body_squared = members.body * members.body;
-    let count = member_count(world);
-    for (var other = 0u; other < count; other++) {{
-        let there = place_in(member_at(life, other), MEMBER_X);
-        let to = vec2<f32>(there.x - at.x, there.y - at.y);
-        let squared = squared_length(to);
-        if ((other != life.member) & (squared < members.reach_squared)) {{
-{others}{pressed}        }}
-    }}
-"
-    )
-}
 
 /// A kind of memory: the word that its functions' names end with, its struct, and whose words it is among.
 struct Memory {
@@ -179,8 +136,8 @@ impl Words {
 pub(super) fn declarations(
     parts: &[compiler::Part],
     own: &OwnParts,
-    spec: &WorldSpec,
-    lives: Lives,
+    owner: &Owner,
+    together: Together,
     readings: &[String],
 ) -> String {
     let mut text = String::new();
@@ -222,7 +179,7 @@ fn save_{word}(own: u32, memory: {structure}) {{
             loaded.join(", ")
         );
     }
-    let is_observed = lives == Lives::Observed;
+    let is_observed = owner.lives == Lives::Observed;
     text += &if earns_alone || is_observed {
         kept(&mut of_member, readings)
     } else {
@@ -230,11 +187,9 @@ fn save_{word}(own: u32, memory: {structure}) {{
     };
     text += if earns_alone { EARNED } else { NOTHING_EARNED };
     if is_observed {
-        text += &observed(spec.robot.members().unwrap_or(1), &mut of_member);
+        text += &observed(together.count, &mut of_member);
     }
-    if let Build::Differential(robot) = &spec.robot.build {
-        text += &heard(robot, &mut of_world, &mut of_member);
-    }
+    text += &heard(together, &mut of_world, &mut of_member);
     let [world, member] = WORDS;
     let _ = writeln!(
         text,
@@ -246,13 +201,12 @@ fn save_{word}(own: u32, memory: {structure}) {{
 
 /// Where what robots hear and see of the floor is kept: of each robot a word for the floor, one for the number that it heard in this
 /// cycle, and two for what it heard in each of the last cycles; of the world a word for each message of a cycle.
-fn heard(robot: &Differential, of_world: &mut Words, of_member: &mut Words) -> String {
-    let (Some(_), Some(count)) = (robot.model, robot.count) else {
+fn heard(Together { count, hearing }: Together, of_world: &mut Words, of_member: &mut Words) -> String {
+    let Some(Hearing { cycles, .. }) = hearing else {
         return "fn hear(life: Life, step: u32) {\n}\n".to_owned();
     };
-    let cycles = robot.reference.cycles() as usize;
     let (member, world) = (of_member.count, of_world.count);
-    of_member.count += 2 + 2 * cycles;
+    of_member.count += 2 + 2 * cycles as usize;
     of_world.count += (count * count) as usize;
     format!(
         "const MEMBER_FLOOR: u32 = MEMBER_MEMORY + {member}u;
@@ -327,68 +281,3 @@ const EARNED: &str = "fn members_earned(life: Life, step: u32) -> f32 {
     return earned;
 }
 ";
-
-/// Where a robot starts: at its own place, or at a drawn one.
-fn start_place(robot: &Differential, arena: &Arena) -> String {
-    if robot.starts.is_some() {
-        let first = robot.differing_cell(arena);
-        return format!("    let cell = numbers(world, {first}u + member);\n    return vec2<f32>(cell.x, cell.y);\n");
-    }
-    let place = if arena.is_field_round {
-        "vec2<f32>(0.5f, 0.5f) + (0.5f * root(u.x)) * cosine_sine(u.y)"
-    } else {
-        "vec2<f32>(u.x, u.y)"
-    };
-    format!(
-        "    let place = {place};
-    return vec2<f32>(
-        worlds[world].field_x + place.x * worlds[world].field_width,
-        worlds[world].field_y + place.y * worlds[world].field_height,
-    );
-"
-    )
-}
-
-/// The index of a robot's first gene.
-fn first_gene(robot: &Differential, arena: &Arena) -> String {
-    match robot.genomes {
-        Genomes::Homogeneous => "life.genes".to_owned(),
-        Genomes::Heterogeneous | Genomes::Teams(_) => {
-            let first = robot.differing_cell(arena);
-            format!("life.genes + u32(numbers(life.world, {first}u + member).z) * LANES")
-        }
-    }
-}
-
-/// Constants of a robot's world.
-pub(super) fn constants(robot: &Differential, arena: &Arena, body_radius: f32) -> String {
-    let mut text = format!(
-        "const GREATEST_MEMBERS: u32 = {GREATEST_MEMBERS}u;
-const MEMBERS_CELL: u32 = {}u;
-fn start_place(world: u32, member: u32, u: vec4<f32>) -> vec2<f32> {{
-{}}}
-fn first_gene(life: Life, member: u32) -> u32 {{
-    return {};
-}}
-",
-        robot.members_cell(arena),
-        start_place(robot, arena),
-        first_gene(robot, arena)
-    );
-    if robot.model.is_some() {
-        let (cell, sides) = (robot.reference_cell(arena), arena.sides);
-        let inner = arena.walls.len() - sides + arena.obstacles.len() + arena.blocks.len();
-        let hiding = inner + if arena.sides_hide_lamps(body_radius) { sides } else { 0 };
-        let _ = write!(
-            text,
-            "const REFERENCE_CELL: u32 = {cell}u;
-const LAMP_CELL: u32 = {}u;
-const INNER_COUNT: u32 = {inner}u;
-const SIDE_COUNT: u32 = {sides}u;
-const HIDING_COUNT: u32 = {hiding}u;
-",
-            cell + Reference::CELLS,
-        );
-    }
-    text
-}
