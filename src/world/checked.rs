@@ -9,7 +9,8 @@ use crate::batch::{Buffers, WorldKind, Worlds};
 use crate::genes::{Gene, GeneLayout};
 use crate::parameter::Invalid;
 use crate::parts::compose::{self, Composed, Detail, GREATEST_GENES, Kind, Lives, OwnPart, OwnParts};
-use crate::world::differential::Genomes;
+use crate::world::described::{Battery, Genomes, Together};
+use crate::world::physics::Physics;
 use crate::world::robot::Build;
 use crate::world::spec::{Controller, Task, WorldSpec};
 use crate::world::{check, pack, reach};
@@ -28,6 +29,7 @@ struct Checked {
     words: Option<u32>,
     /// Lines of a record in its traces.
     lines: u32,
+    physics: Physics,
     packed: pack::Packed,
 }
 
@@ -48,16 +50,17 @@ impl World {
     /// # Errors
     /// The first invalid value: its path, the value itself, and the allowed values.
     pub fn new(spec: WorldSpec) -> Result<Self, Invalid> {
-        let lives = match (&spec.surrogate, &spec.robot.build) {
-            (Some(_), Build::Differential(_)) => Lives::Individual,
-            _ => Lives::Simulated,
+        let lives = if spec.surrogate.is_some() && spec.robot.build.described().is_some() {
+            Lives::Individual
+        } else {
+            Lives::Simulated
         };
         Self::composed(spec, lives)
     }
 
     /// The same, with a kernel in which robots live so.
     pub(crate) fn composed(mut spec: WorldSpec, lives: Lives) -> Result<Self, Invalid> {
-        check::check(&mut spec)?;
+        let physics = check::check(&mut spec)?;
         let readings = spec.readings();
         let parts = match &spec.controller {
             Controller::Network(network) => spec.own.with_network(network, &spec.robot.build.fields())?,
@@ -65,28 +68,28 @@ impl World {
             Controller::BehaviourTree(modules) => spec.own.with_behaviour_tree(modules)?,
             _ => spec.own.clone(),
         };
-        let together = spec.robot.members().is_some();
-        if together && ![Lives::Simulated, Lives::Observed].contains(&lives) {
+        if physics.together().is_some() && ![Lives::Simulated, Lives::Observed].contains(&lives) {
             let problem = "is given; allowed: only in the simulator, where all robots live together";
             return Err(Invalid::new("robot.count", problem));
         }
-        let owner = spec.owner(lives)?;
+        let owner = spec.owner(&physics, lives)?;
         let Composed {
             kernel, genes, words, ..
-        } = parts.compose(kernel(&spec), &owner)?;
-        let members = spec.robot.members().unwrap_or(0);
+        } = parts.compose(kernel(&spec, &physics), &owner)?;
+        let members = physics.together().map_or(0, |own| own.count);
         let genes = match (&spec.controller, genes) {
             (Controller::Own, Some(own)) => own.to_vec(),
             (controller, _) => controller.genes(&readings),
         };
-        let packed = pack::Packed::new(&spec, &parts, genes.len())?;
+        let packed = pack::Packed::new(&spec, &physics, &parts, genes.len())?;
         let world = Self(Arc::new(Checked {
-            genes: layout(genes, &spec.robot.build)?,
+            genes: layout(genes, physics.together())?,
             details: parts.details(&owner),
             lines: if lives == Lives::Observed { members } else { 1 },
             words: words.map(|[world, member]| world + members * member),
             spec,
             kernel,
+            physics,
             packed,
         }));
         if world.kernel().variants.is_empty() {
@@ -106,7 +109,7 @@ impl World {
     /// # Errors
     /// Robots that don't live together; loops that turn too often, as for [`World::new`].
     pub fn observed(&self) -> Result<Self, Invalid> {
-        if self.0.spec.robot.members().is_none() {
+        if self.0.physics.together().is_none() {
             let problem = "is not given; allowed: only robots that live together are observed";
             return Err(Invalid::new("robot.count", problem));
         }
@@ -135,10 +138,8 @@ impl World {
 
     /// A robot's part of a genome; robots of a team have the same.
     pub fn genes_of(&self, robot: u32) -> Range<usize> {
-        let (genes, genome) = (
-            self.0.genes.controller().len(),
-            self.0.spec.robot.build.genomes().of(robot),
-        );
+        let genes = self.0.genes.controller().len();
+        let genome = self.0.physics.together().map_or(0, |own| own.genomes.of(robot));
         let first = genome as usize * genes;
         first..first + genes
     }
@@ -150,20 +151,20 @@ impl World {
 
     /// Number of robots that live in it together; 1 of a single robot.
     pub fn robots(&self) -> u32 {
-        self.0.spec.robot.members().unwrap_or(1)
+        self.0.physics.together().map_or(1, |own| own.count)
     }
 
     /// Whether walls and objects keep a robot within the arena, as far as a grid of half the body's radius shows; `None` if the
     /// arena is too large for such a grid.
     pub fn is_enclosed(&self) -> Option<bool> {
-        reach::is_enclosed(self.spec())
+        reach::is_enclosed(self.spec(), &self.0.physics)
     }
 
     /// Keys of the walls, obstacles, blocks and patches that no robot gets near enough to notice, such as `arena.patches[2]`, and of
     /// starts outside of the arena (`start`, `robot.starts_mm`), as far as the same grid shows. None in an arena that is too large for
     /// it, and none of a forager's.
     pub fn unreached(&self) -> Vec<String> {
-        reach::unreached(self.spec())
+        reach::unreached(self.spec(), &self.0.physics)
     }
 
     /// Estimated share of the field, 0 to 1, where a robot's body touches nothing.
@@ -178,8 +179,8 @@ impl World {
 }
 
 /// Genes of all controllers of a world.
-fn layout(controller: Vec<Gene>, robot: &Build) -> Result<GeneLayout, Invalid> {
-    let names = robot.genomes().names(robot.members().unwrap_or(1));
+fn layout(controller: Vec<Gene>, together: Option<&Together>) -> Result<GeneLayout, Invalid> {
+    let names = together.map_or_else(Vec::new, |own| own.genomes.names(own.count));
     if names.is_empty() {
         return Ok(GeneLayout::new(controller));
     }
@@ -217,16 +218,15 @@ fn key_of_turns(spec: &WorldSpec, parts: &OwnParts) -> String {
 }
 
 /// The shipped kernel of a world, with a perceptron in place of a controller that is composed.
-fn kernel(spec: &WorldSpec) -> &'static Kernel {
+fn kernel(spec: &WorldSpec, physics: &Physics) -> &'static Kernel {
     // A described robot's surrogate is composed from the simulator's parts.
-    let surrogate = spec.surrogate.as_ref().filter(|_| spec.robot.build == Build::Sampled);
-    match (&spec.controller, surrogate) {
-        (Controller::Hidden { .. }, None) => &oneiro_shaders::LIFE_HIDDEN,
-        (Controller::Recurrent, None) => &oneiro_shaders::LIFE_RECURRENT,
-        (_, None) => &oneiro_shaders::LIFE_PERCEPTRON,
-        (Controller::Hidden { .. }, Some(_)) => &oneiro_shaders::SURROGATE_HIDDEN,
-        (Controller::Recurrent, Some(_)) => &oneiro_shaders::SURROGATE_RECURRENT,
-        (_, Some(_)) => &oneiro_shaders::SURROGATE_PERCEPTRON,
+    match (&spec.controller, physics) {
+        (Controller::Hidden { .. }, Physics::Individual(_)) => &oneiro_shaders::SURROGATE_HIDDEN,
+        (Controller::Recurrent, Physics::Individual(_)) => &oneiro_shaders::SURROGATE_RECURRENT,
+        (_, Physics::Individual(_)) => &oneiro_shaders::SURROGATE_PERCEPTRON,
+        (Controller::Hidden { .. }, _) => &oneiro_shaders::LIFE_HIDDEN,
+        (Controller::Recurrent, _) => &oneiro_shaders::LIFE_RECURRENT,
+        (_, _) => &oneiro_shaders::LIFE_PERCEPTRON,
     }
 }
 
@@ -258,16 +258,18 @@ impl WorldKind for World {
     }
 
     fn may_end_early(&self) -> bool {
-        let WorldSpec { own, robot, .. } = &self.0.spec;
-        let task = own.get(Kind::Task).map(OwnPart::part);
+        let task = self.0.spec.own.get(Kind::Task).map(OwnPart::part);
         if self.0.words.is_some() {
             return task.is_some_and(|part| part.functions().contains(&"mission_ends"));
         }
-        task.is_some() || robot.build.may_end_life()
+        let battery = self.0.physics.described().and_then(|own| own.battery);
+        task.is_some() || matches!(battery, Some(Battery { ends_life: true, .. }))
     }
 
     fn pack(&self, buffers: &mut Buffers) -> life::World {
-        let Checked { spec, packed, .. } = &*self.0;
-        packed.in_buffers(spec, buffers)
+        let Checked {
+            spec, physics, packed, ..
+        } = &*self.0;
+        packed.in_buffers(spec, physics, buffers)
     }
 }

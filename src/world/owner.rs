@@ -2,7 +2,7 @@
 
 use crate::parameter::Invalid;
 use crate::parts::compose::{Lives, Make, Owner};
-use crate::world::robot::Build;
+use crate::world::physics::Physics;
 use crate::world::spec::WorldSpec;
 
 impl WorldSpec {
@@ -10,40 +10,48 @@ impl WorldSpec {
     ///
     /// # Errors
     /// A robot that needs what this program can't compose, or names that WGSL doesn't allow.
-    pub(crate) fn owner(&self, lives: Lives) -> Result<Owner, Invalid> {
+    pub(crate) fn owner(&self, physics: &Physics, lives: Lives) -> Result<Owner, Invalid> {
         Ok(Owner {
-            make: make(self, lives)?,
+            make: make(self, physics, lives)?,
             fields: self.robot.build.fields(),
             lives,
             is_varied: self.noise.is_varied(),
         })
     }
+
+    /// That of a world of which only the robot is checked.
+    #[cfg(all(test, feature = "compose"))]
+    pub(crate) fn unchecked_owner(&self) -> Owner {
+        let physics = super::check::physics(self).expect("a robot");
+        self.owner(&physics, Lives::Simulated).expect("names that WGSL allows")
+    }
 }
 
 #[cfg(feature = "compose")]
-fn make(spec: &WorldSpec, lives: Lives) -> Result<Make, Invalid> {
+fn make(spec: &WorldSpec, physics: &Physics, lives: Lives) -> Result<Make, Invalid> {
     use crate::parameter::Choice;
     use crate::parts::compose::{Described, Hearing, Together};
+    use crate::world::described::Drive;
     use crate::world::spec::{Controller, Task};
     use crate::world::wgsl;
 
-    Ok(match &spec.robot.build {
-        Build::Sampled => Make::Sampled,
-        Build::Forager(_) => Make::Forager {
+    Ok(match physics {
+        Physics::Sampled | Physics::Individual(_) => Make::Sampled,
+        Physics::Forager(_) => Make::Forager {
             behaves: spec.controller == Controller::Behaviours,
             brings: spec.task == Task::Foraging,
         },
-        Build::Differential(own) => Make::Described(Described {
+        Physics::Described(own, _) => Make::Described(Described {
             text: wgsl::of(own, spec, lives == Lives::Individual)?,
             sensors: own.sensors.len(),
             has_sampled_sensors: own.has_sampled_sensors(),
-            has_sampled_motors: own.sampled_motors,
-            together: own.count.map(|count| Together {
-                count,
-                hearing: own.model.map(|model| Hearing {
+            has_sampled_motors: matches!(own.drive, Drive::Motors { .. }),
+            together: own.together.as_ref().map(|own| Together {
+                count: own.count,
+                hearing: own.model.as_ref().map(|(model, values)| Hearing {
                     model: model.word(),
                     part: model.part(),
-                    cycles: own.reference.cycles(),
+                    cycles: values.cycles(),
                 }),
             }),
         }),
@@ -51,13 +59,13 @@ fn make(spec: &WorldSpec, lives: Lives) -> Result<Make, Invalid> {
 }
 
 #[cfg(not(feature = "compose"))]
-fn make(spec: &WorldSpec, _: Lives) -> Result<Make, Invalid> {
+fn make(spec: &WorldSpec, physics: &Physics, _: Lives) -> Result<Make, Invalid> {
     use crate::parameter::Choice;
 
-    match &spec.robot.build {
-        Build::Sampled => Ok(Make::Sampled),
-        other => {
-            let kind = other.word();
+    match physics {
+        Physics::Sampled | Physics::Individual(_) => Ok(Make::Sampled),
+        Physics::Described(..) | Physics::Forager(_) => {
+            let kind = spec.robot.build.word();
             let problem = format!("is `{kind}`, but this program can't compose kernels; allowed: `sampled`");
             Err(Invalid::new("robot.kind", problem))
         }

@@ -6,7 +6,7 @@ use crate::foragers::foraging;
 use crate::parameter::{Choice, Choices};
 use crate::parts::compose::sampled_fields;
 use crate::world::body::{Body, Collision};
-use crate::world::differential::{Differential, Genomes};
+use crate::world::differential::Differential;
 use crate::world::forager::Forager;
 use crate::world::sensors::{Sensor, SensorKind};
 use crate::world::surrogate::Difference;
@@ -45,7 +45,7 @@ impl Robot {
 
     /// Number of such robots that live together in one world, if they do.
     pub(crate) fn members(&self) -> Option<u32> {
-        self.build.members()
+        self.build.described()?.count
     }
 
     /// Whether robots that live together start at places of their own.
@@ -55,18 +55,12 @@ impl Robot {
 
     /// Where robots that live together start, if that is given: x and y of each, mm.
     pub(crate) fn start_places(&self) -> &[[f32; 2]] {
-        match &self.build {
-            Build::Sampled | Build::Forager(_) => &[],
-            Build::Differential(own) => own.start_places(),
-        }
+        self.build.described().map_or(&[], Differential::start_places)
     }
 
     /// The sensors of a described robot, in the order of their readings; none of a sampled one.
     pub fn described_sensors(&self) -> &[Sensor] {
-        match &self.build {
-            Build::Sampled | Build::Forager(_) => &[],
-            Build::Differential(own) => &own.sensors,
-        }
+        self.build.described().map_or(&[], |own| &own.sensors)
     }
 
     /// The tables that its sensors read, if any does.
@@ -92,7 +86,7 @@ impl Robot {
     /// [`Difference::Geometry`] is where their sensors look and how strong they are; described wheels drive arcs; and a robot that
     /// slides or sticks in the simulator does so in reality.
     pub fn differs_by(&self, difference: Difference) -> bool {
-        let Build::Differential(own) = &self.build else {
+        let Some(own) = self.build.described() else {
             return true;
         };
         let has = |is_such: &dyn Fn(SensorKind) -> bool| own.sensors.iter().any(|sensor| is_such(sensor.kind));
@@ -122,6 +116,14 @@ pub enum Build {
 }
 
 impl Build {
+    /// The description of a robot that is described.
+    pub fn described(&self) -> Option<&Differential> {
+        match self {
+            Self::Differential(own) => Some(own),
+            Self::Sampled | Self::Forager(_) => None,
+        }
+    }
+
     /// Names of its readings.
     pub fn readings(&self) -> Vec<String> {
         match self {
@@ -137,27 +139,6 @@ impl Build {
             Self::Sampled => sampled_fields(),
             Self::Differential(_) | Self::Forager(_) => self.readings(),
         }
-    }
-
-    /// Number of such robots that live together in one world, if they do.
-    pub(crate) fn members(&self) -> Option<u32> {
-        match self {
-            Self::Differential(own) => own.count,
-            Self::Sampled | Self::Forager(_) => None,
-        }
-    }
-
-    /// Genomes of robots that live together.
-    pub(crate) fn genomes(&self) -> &Genomes {
-        match self {
-            Self::Differential(own) => &own.genomes,
-            Self::Sampled | Self::Forager(_) => &Genomes::Homogeneous,
-        }
-    }
-
-    /// Whether such a robot may end its life.
-    pub(crate) fn may_end_life(&self) -> bool {
-        matches!(self, Self::Differential(own) if own.battery_ends_life == Some(true))
     }
 }
 

@@ -7,7 +7,7 @@ use oneiro_shader_compiler::declarations::is_reserved;
 use crate::genes::SENSORS;
 use crate::parameter::Invalid;
 use crate::world::arena::{Arena, Patch};
-use crate::world::differential::{Differential, GREATEST_MEMBERS, Genomes, WheelNoise};
+use crate::world::described::{Battery, Described, Drive, GREATEST_MEMBERS, Genomes, Together, WheelNoise};
 use crate::world::reference::Reference;
 use crate::world::sensors::{Sensor, SensorKind};
 use crate::world::spec::WorldSpec;
@@ -17,18 +17,18 @@ use crate::world::tables::SensorTables;
 ///
 /// # Errors
 /// Names of sensors that can't be fields.
-pub(super) fn of(robot: &Differential, spec: &WorldSpec, is_individual: bool) -> Result<String, Invalid> {
+pub(super) fn of(robot: &Described, spec: &WorldSpec, is_individual: bool) -> Result<String, Invalid> {
     check_names(robot)?;
     let arena = &spec.arena;
     let mut text = readings(robot, &spec.robot.sensors, arena, is_individual) + &drive(robot, arena);
-    if robot.count.is_some() {
-        text += &constants(robot, arena, spec.robot.body_radius);
+    if let Some(together) = &robot.together {
+        text += &constants(robot, together, arena, spec.robot.body_radius);
     }
     Ok(text)
 }
 
 /// Refuses names of sensors that no field of `Readings` can have: words of WGSL, and the one that holds a user's sensors.
-fn check_names(robot: &Differential) -> Result<(), Invalid> {
+fn check_names(robot: &Described) -> Result<(), Invalid> {
     const OWN: &str = "own";
     let is_taken = |name: &str| name == OWN || is_reserved(name);
     match robot.sensors.iter().position(|sensor| is_taken(&sensor.name)) {
@@ -42,8 +42,8 @@ fn check_names(robot: &Differential) -> Result<(), Invalid> {
 }
 
 /// What a described robot remembers and how it moves, in place of `robot/differential.wgsl`.
-fn drive(robot: &Differential, arena: &Arena) -> String {
-    let latency = robot.latency.unwrap_or(0);
+fn drive(robot: &Described, arena: &Arena) -> String {
+    let latency = robot.latency;
     // Fields beside `stuck`: the commands that are yet to take effect, the oldest first; the wheels' speeds; and the cycles since
     // the battery was full.
     let mut pairs: Vec<String> = (0..latency).map(|age| format!("command_{age}")).collect();
@@ -55,7 +55,7 @@ fn drive(robot: &Differential, arena: &Arena) -> String {
         }
         let _ = writeln!(steps, "    own.command_{} = speeds;\n    speeds = due;", latency - 1);
     }
-    if robot.is_slow() {
+    if robot.acceleration > 0.0 {
         pairs.push("speeds".to_owned());
         steps += "    let drive = drive_of(life.world);
     let left = accelerated(drive, own.speeds.x, speeds.x);
@@ -73,8 +73,8 @@ fn drive(robot: &Differential, arena: &Arena) -> String {
         members += "    used: u32,\n";
         kept += ", own.used";
     }
-    if robot.wheel_noise.is_some() {
-        let [drawn, left, right] = match robot.wheel_noise_law.unwrap_or_default() {
+    if let Some((_, law)) = robot.wheel_noise() {
+        let [drawn, left, right] = match law {
             WheelNoise::Uniform => ["units", "(2.0f * slips.x - 1.0f)", "(2.0f * slips.y - 1.0f)"],
             WheelNoise::Normal => ["normal_pair", "slips.x", "slips.y"],
         };
@@ -87,11 +87,11 @@ fn drive(robot: &Differential, arena: &Arena) -> String {
             robot.noise_cell(arena)
         );
     }
-    let motion = match (robot.sampled_motors, steps.is_empty()) {
-        (true, true) => {
+    let motion = match (&robot.drive, steps.is_empty()) {
+        (Drive::Motors { .. }, true) => {
             "    return Driven(noisy_motion(life, step, commanded(life.world, outputs)), before);\n".to_owned()
         }
-        (true, false) => format!(
+        (Drive::Motors { .. }, false) => format!(
             "    var own = before;
     var speeds = commanded_speeds(life.world, outputs);
 {steps}    var moved = motion_between(life.world, speeds);
@@ -102,7 +102,7 @@ fn drive(robot: &Differential, arena: &Arena) -> String {
     return Driven(noisy_motion(life, step, moved), own);
 "
         ),
-        (false, _) => format!(
+        (Drive::Wheels(_), _) => format!(
             "    let wheels = wheels_of(life.world);
     var own = before;
     var speeds = vec2<f32>(speed_of(wheels, outputs.x), speed_of(wheels, outputs.y));
@@ -111,7 +111,7 @@ fn drive(robot: &Differential, arena: &Arena) -> String {
         ),
     };
     let after = charged(robot, arena);
-    let ends = if robot.battery_ends_life == Some(true) {
+    let ends = if matches!(robot.battery, Some(Battery { ends_life: true, .. })) {
         "f32(own.used) >= drive_of(world).cycles"
     } else {
         "false"
@@ -137,7 +137,7 @@ fn robot_ends(world: u32, own: RobotState) -> bool {{
 }
 
 /// What a cycle takes from a battery, and what the floor gives back at its end.
-fn charged(robot: &Differential, arena: &Arena) -> String {
+fn charged(robot: &Described, arena: &Arena) -> String {
     let charges = |(_, patch): &(usize, &Patch)| patch.charges == Some(true);
     let charging = arena.patches.iter().enumerate().filter(charges);
     let is_on = |(index, _): (usize, &Patch)| format!("is_on_patch(world, {index}u, vec2<f32>(end.x, end.y))");
@@ -153,12 +153,12 @@ fn charged(robot: &Differential, arena: &Arena) -> String {
 const FIRST_SENSOR: usize = 2;
 
 /// The cell with the floor's grey; each sensor has two before it.
-fn floor_cell(robot: &Differential) -> usize {
+fn floor_cell(robot: &Described) -> usize {
     FIRST_SENSOR + 2 * robot.sensors.len()
 }
 
 /// The first cell of a sensor's response and the number of its points.
-fn response_cells(robot: &Differential, arena: &Arena, sensor: &Sensor) -> Option<[usize; 2]> {
+fn response_cells(robot: &Described, arena: &Arena, sensor: &Sensor) -> Option<[usize; 2]> {
     let own = sensor.response.as_ref()?;
     let responses = robot.responses().into_iter();
     let before: usize = responses
@@ -176,12 +176,12 @@ struct Planes {
 }
 
 impl Planes {
-    fn new(robot: &Differential, tables: &SensorTables) -> Self {
+    fn new(robot: &Described, tables: &SensorTables) -> Self {
         let mut read: Vec<_> = robot
-            .columns()
-            .into_iter()
+            .columns
+            .iter()
             .flatten()
-            .map(|column| column as usize / SENSORS)
+            .map(|column| *column as usize / SENSORS)
             .collect();
         read.sort_unstable();
         read.dedup();
@@ -259,7 +259,7 @@ fn of_rays(rays: &[usize]) -> String {
 
 /// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
 /// differ from the description.
-fn readings(robot: &Differential, tables: &SensorTables, arena: &Arena, is_individual: bool) -> String {
+fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individual: bool) -> String {
     let (all, listed) = (robot.readings(), robot.sensors.len());
     let count = all.len();
     let each = |names: &[String], line: &dyn Fn(usize, &str) -> String| -> String {
@@ -291,7 +291,7 @@ fn readings(robot: &Differential, tables: &SensorTables, arena: &Arena, is_indiv
     }
     // How strong a sensor of an individual is.
     let strength = |cell: usize| format!("numbers(world, {}u).y", cell + 1);
-    let (columns, planes) = (robot.columns(), Planes::new(robot, tables));
+    let (columns, planes) = (&robot.columns, Planes::new(robot, tables));
     for (index, sensor) in robot.sensors.iter().enumerate() {
         let cell = FIRST_SENSOR + 2 * index;
         let _ = writeln!(numbers, "    let s{index} = sensor_of(world, {cell}u);");
@@ -439,14 +439,14 @@ fn readings(robot: &Differential, tables: &SensorTables, arena: &Arena, is_indiv
 "
         );
     }
-    if let Some(model) = robot.model {
+    if let Some((model, _)) = robot.model() {
         numbers += "    let given = given_to(life, step, pose);\n";
         for reading in model.expressions() {
             let _ = writeln!(readings, "        {reading},");
         }
     }
     let among = among(robot, &others, &pressing, &widest);
-    let (whose, world) = match robot.count {
+    let (whose, world) = match robot.together {
         None => ("world: u32", ""),
         Some(_) => ("life: Life, step: u32", "    let world = life.world;\n"),
     };
@@ -494,7 +494,7 @@ fn weighed(life: Life, index: u32, r: Readings) -> f32 {{
 }
 
 /// Where an individual's differences are, and how its sensors are read out: `read` has a line for each.
-fn individual(robot: &Differential, arena: &Arena, read: &str) -> String {
+fn individual(robot: &Described, arena: &Arena, read: &str) -> String {
     let mut words = String::new();
     for draw in 0..robot.sensors.len().div_ceil(4) {
         let _ = writeln!(
@@ -516,8 +516,8 @@ fn read_out(life: Life, step: u32, readings: Readings) -> Readings {{
 
 /// What a robot's sensors notice of the others, given what is done for each other robot, for those that press bumpers, and the
 /// widest range of a bumper. None of a single robot's.
-fn among(robot: &Differential, others: &str, pressing: &str, widest: &str) -> String {
-    if robot.count.is_none() || others.is_empty() && pressing.is_empty() {
+fn among(robot: &Described, others: &str, pressing: &str, widest: &str) -> String {
+    if robot.together.is_none() || others.is_empty() && pressing.is_empty() {
         return String::new();
     }
     let pressed = if pressing.is_empty() {
@@ -547,8 +547,8 @@ fn among(robot: &Differential, others: &str, pressing: &str, widest: &str) -> St
 }
 
 /// Where a robot starts: at its own place, or at a drawn one.
-fn start_place(robot: &Differential, arena: &Arena) -> String {
-    if robot.starts.is_some() {
+fn start_place(robot: &Described, together: &Together, arena: &Arena) -> String {
+    if together.starts.is_some() {
         let first = robot.differing_cell(arena);
         return format!("    let cell = numbers(world, {first}u + member);\n    return vec2<f32>(cell.x, cell.y);\n");
     }
@@ -568,8 +568,8 @@ fn start_place(robot: &Differential, arena: &Arena) -> String {
 }
 
 /// The index of a robot's first gene.
-fn first_gene(robot: &Differential, arena: &Arena) -> String {
-    match robot.genomes {
+fn first_gene(robot: &Described, together: &Together, arena: &Arena) -> String {
+    match together.genomes {
         Genomes::Homogeneous => "life.genes".to_owned(),
         Genomes::Heterogeneous | Genomes::Teams(_) => {
             let first = robot.differing_cell(arena);
@@ -579,7 +579,7 @@ fn first_gene(robot: &Differential, arena: &Arena) -> String {
 }
 
 /// Constants of a robot's world.
-fn constants(robot: &Differential, arena: &Arena, body_radius: f32) -> String {
+fn constants(robot: &Described, together: &Together, arena: &Arena, body_radius: f32) -> String {
     let mut text = format!(
         "const GREATEST_MEMBERS: u32 = {GREATEST_MEMBERS}u;
 const MEMBERS_CELL: u32 = {}u;
@@ -590,10 +590,10 @@ fn first_gene(life: Life, member: u32) -> u32 {{
 }}
 ",
         robot.members_cell(arena),
-        start_place(robot, arena),
-        first_gene(robot, arena)
+        start_place(robot, together, arena),
+        first_gene(robot, together, arena)
     );
-    if robot.model.is_some() {
+    if together.model.is_some() {
         let (cell, sides) = (robot.reference_cell(arena), arena.sides);
         let inner = arena.walls.len() - sides + arena.obstacles.len() + arena.blocks.len();
         let hiding = inner + if arena.sides_hide_lamps(body_radius) { sides } else { 0 };

@@ -7,7 +7,7 @@ use oneiro_shader_compiler as compiler;
 use oneiro_shader_compiler::{Isolation, check_compiled};
 
 use super::{Part, interface, kernel};
-use crate::parts::compose::{Lives, OwnPart, OwnParts};
+use crate::parts::compose::{OwnPart, OwnParts};
 
 #[path = "../../../../tests/hostile/world.rs"]
 mod world;
@@ -22,7 +22,7 @@ fn refused(hostile: &Hostile) -> Option<String> {
     };
     let (part, _) = Part::read(kind, &source);
     let own = OwnParts::from([OwnPart::new(Arc::new(part), &[]).expect("it has no values")]);
-    let assembled = kernel::unchecked(&own, &spec.owner(Lives::Simulated).expect("its names are allowed"));
+    let assembled = kernel::unchecked(&own, &spec.unchecked_owner());
     let isolation = Isolation {
         episode: interface::EPISODE,
         users: &assembled.users,

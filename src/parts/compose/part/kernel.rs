@@ -633,7 +633,7 @@ mod tests {
             "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }";
         let part = Part::new(Kind::Task, "own.wgsl", text).expect("it is valid");
         let users = OwnParts::from([OwnPart::new(Arc::new(part), &[]).expect("it has no values")]);
-        let owner = WorldSpec::miglino1995().owner(Lives::Simulated).expect("it is valid");
+        let owner = WorldSpec::miglino1995().unchecked_owner();
         for (own, lines) in [(OwnParts::default(), [1, 0]), (users, [0, 1])] {
             let assembled = unchecked(&own, &owner);
             let entry = assembled.parts.iter().find(|part| part.path == ENTRY);
