@@ -280,14 +280,13 @@ fn folders_of_the_library_use_what_architecture_says() {
 }
 
 /// Crates in which some still do.
-const WITH_CIRCLES: [&str; 7] = [
+const WITH_CIRCLES: [&str; 6] = [
     "host",
     "host/base",
     "host/evolve",
     "host/lab",
     "host/report",
     "host/robots",
-    "shaders/compiler",
 ];
 
 #[test]
