@@ -1,4 +1,4 @@
-//! Genes of controllers, and the inputs that their names begin with.
+//! Genes of controllers, and names of their inputs.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What runs batches: the processor, GPUs, the choice between them, pools of them, and audits.
+//! Evaluators of batches: CPU, GPUs, the choice between them, pools and audits.
 
 #[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
 pub mod ahead;

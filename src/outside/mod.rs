@@ -1,4 +1,4 @@
-//! Episodes in which robots or commands are outside of the kernels.
+//! Episodes whose robots or commands come from outside the kernels.
 
 pub mod acting;
 pub mod reported;

@@ -1,4 +1,4 @@
-//! Parts that kernels are composed of when the program runs: a user's, and networks and machines that are written out as WGSL.
+//! Custom parts of kernels, and networks and machines that become such parts.
 
 pub mod automode;
 pub mod compose;

@@ -1,9 +1,9 @@
-//! The body that a robot's sensors and motors belong to.
+//! The body of a robot.
 
 use crate::parameter::{Choice, Choices};
 use crate::world::tables::{MotorTable, SensorTables};
 
-/// What all robots have, for what is on them.
+/// Values that all robots have.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Body<'a> {
     /// Radius, mm.

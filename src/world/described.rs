@@ -1,4 +1,4 @@
-//! A described robot whose description was checked: what belongs together is together, and nothing is without its default.
+//! A parametric robot whose numbers were checked: defaults are filled in, and values that need each other are one type.
 
 use std::f64::consts::TAU;
 
@@ -10,17 +10,17 @@ use crate::world::sensors::{Response, Sensor, SensorKind};
 use crate::world::surrogate::{Mounting, Object, Surrogate};
 use crate::world::tables::SensorTables;
 
-/// What a checked [`Differential`](crate::world::differential::Differential) says.
+/// A checked [`Differential`](crate::world::differential::Differential).
 #[derive(Clone, Debug)]
 pub(crate) struct Described {
     pub(crate) drive: Drive,
-    /// Greatest change of a wheel's speed, mm/s in a second; 0: wheels obey at once.
+    /// Maximum change of a wheel's speed, mm/s in a second; 0: wheels obey at once.
     pub(crate) acceleration: f32,
     /// Whole cycles from a command to its effect on the wheels.
     #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
     pub(crate) latency: u32,
     pub(crate) battery: Option<Battery>,
-    /// What several of them have that live in one world.
+    /// Values of robots that share a world.
     pub(crate) together: Option<Together>,
     pub(crate) sensors: Vec<Sensor>,
     /// The column of the tables that each sensor reads; `None` for those that aren't sampled.
@@ -31,11 +31,11 @@ pub(crate) struct Described {
 /// What moves it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Drive {
-    /// Two wheels, whose way in a cycle is an arc.
+    /// Two wheels that drive an arc in each cycle.
     Wheels(Wheels),
     /// Sampled motors.
     Motors {
-        /// Share of a cycle's turn made before its displacement, 0 to 1.
+        /// Fraction of a cycle's turn made before its displacement, 0 to 1.
         turn_before_move: f32,
     },
 }
@@ -45,11 +45,11 @@ pub(crate) enum Drive {
 pub(crate) struct Wheels {
     /// Distance between them, mm.
     pub(crate) base: f32,
-    /// Greatest speed of each, mm/s.
+    /// Maximum speed of each, mm/s.
     pub(crate) greatest_speed: f32,
     /// Number of speeds that each can be given, evenly spaced; 0 for any speed.
     pub(crate) speeds: u32,
-    /// Noise of each wheel's speed in each cycle, as a share of that speed, and its distribution.
+    /// Noise of each wheel's speed in each cycle, as a fraction of that speed, and its distribution.
     pub(crate) noise: Option<(f32, WheelNoise)>,
 }
 
@@ -67,11 +67,11 @@ impl Drive {
 pub(crate) struct Battery {
     /// Time that it lasts when full, s.
     pub(crate) seconds: f32,
-    /// Whether a robot's life ends when it is empty.
+    /// Whether an episode ends when it is empty.
     pub(crate) ends_life: bool,
 }
 
-/// Several robots in one world.
+/// Robots that share a world.
 #[derive(Clone, Debug)]
 pub(crate) struct Together {
     /// Number of robots.

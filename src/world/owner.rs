@@ -1,4 +1,4 @@
-//! What a world tells the parts of its kernel about its robot.
+//! The world as the owner of its kernel's parts.
 
 use crate::parameter::Invalid;
 use crate::parts::compose::{Lives, Make, Owner};
@@ -6,7 +6,7 @@ use crate::world::physics::Physics;
 use crate::world::spec::WorldSpec;
 
 impl WorldSpec {
-    /// The owner of this world's parts. A robot lives so in its kernel.
+    /// Describes this world and its robot to the parts of a kernel for these lives.
     ///
     /// # Errors
     /// A robot that needs what this program can't compose, or names that WGSL doesn't allow.
@@ -19,7 +19,7 @@ impl WorldSpec {
         })
     }
 
-    /// That of a world of which only the robot is checked.
+    /// The same without checks, except those of the robot.
     #[cfg(all(test, feature = "compose"))]
     pub(crate) fn unchecked_owner(&self) -> Owner {
         let physics = super::check::physics(self).expect("a robot");

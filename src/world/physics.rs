@@ -1,4 +1,4 @@
-//! The physics that a checked world's robot lives by.
+//! The physics of a checked world.
 
 use std::sync::Arc;
 
@@ -6,21 +6,21 @@ use crate::world::described::{Described, Together};
 use crate::world::forager::Forager;
 use crate::world::surrogate::Surrogate;
 
-/// Each kind of robot has what it needs and nothing else.
+/// Each kind of robot with its values, and no others.
 #[derive(Clone, Debug)]
 pub(crate) enum Physics {
     /// Samples of a real robot.
     Sampled,
-    /// Rays, where an individual lives in place of the robot that was sampled.
+    /// Rays: an individual instead of the sampled robot.
     Individual(Arc<Surrogate>),
-    /// A description, from which an individual may differ.
+    /// A parametric robot, or an individual that differs from it.
     Described(Described, Option<Arc<Surrogate>>),
     /// A forager's on-board simulator.
     Forager(Forager),
 }
 
 impl Physics {
-    /// The described robot.
+    /// The parametric robot.
     pub(crate) fn described(&self) -> Option<&Described> {
         match self {
             Self::Described(own, _) => Some(own),
@@ -28,12 +28,12 @@ impl Physics {
         }
     }
 
-    /// Several robots that live together.
+    /// Values of robots that share a world.
     pub(crate) fn together(&self) -> Option<&Together> {
         self.described()?.together.as_ref()
     }
 
-    /// Where robots that live together start, if that is given: x and y of each, mm.
+    /// Given starts of robots that share a world: x and y of each, mm.
     pub(crate) fn start_places(&self) -> &[[f32; 2]] {
         self.described().map_or(&[], Described::start_places)
     }

@@ -1,4 +1,4 @@
-//! A robot: its body, and what it is made of.
+//! A robot: its body and its kind.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! WGSL of a described robot: what it remembers, how it moves and what it reads.
+//! Generates WGSL for a parametric robot: its memory, its motion and its readings.
 
 use std::fmt::Write;
 
@@ -13,7 +13,7 @@ use crate::world::sensors::{Sensor, SensorKind};
 use crate::world::spec::WorldSpec;
 use crate::world::tables::SensorTables;
 
-/// What is generated for a world's described robot. An individual differs from the description.
+/// Generates the WGSL of a world's parametric robot, or of an individual that differs from it.
 ///
 /// # Errors
 /// Names of sensors that can't be fields.

@@ -1,13 +1,13 @@
-//! What parts know of the robot and the world that their kernel is composed for.
+//! The robot and the world that a kernel is composed for, as its parts see them.
 
 use super::Lives;
 #[cfg(feature = "compose")]
 use crate::genes::SENSOR_NAMES;
 
-/// It is handed to them: parts know no world.
+/// Handed to the parts by whoever composes a kernel: they know no world.
 #[derive(Debug)]
 pub(crate) struct Owner {
-    /// What the robot is made of.
+    /// Source of the robot's parts.
     pub(crate) make: Make,
     /// The fields of the kernel's `Readings` that have its readings.
     pub(crate) fields: Vec<String>,
@@ -17,13 +17,13 @@ pub(crate) struct Owner {
     pub(crate) is_varied: bool,
 }
 
-/// What a robot is made of.
+/// Source of a robot's parts.
 #[derive(Debug)]
 #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
 pub(crate) enum Make {
-    /// Samples: the shipped kernels have it.
+    /// Samples, in shipped kernels.
     Sampled,
-    /// What is generated for its description.
+    /// Numbers, from which WGSL was generated.
     Described(Described),
     /// A forager's parts.
     Forager {
@@ -34,7 +34,7 @@ pub(crate) enum Make {
     },
 }
 
-/// A robot that is described.
+/// A parametric robot.
 #[derive(Debug)]
 #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
 pub(crate) struct Described {
@@ -46,11 +46,11 @@ pub(crate) struct Described {
     pub(crate) has_sampled_sensors: bool,
     /// Whether its motors were.
     pub(crate) has_sampled_motors: bool,
-    /// What it has if several live together.
+    /// Values of robots that share a world.
     pub(crate) together: Option<Together>,
 }
 
-/// What robots have that live together.
+/// Robots that share a world.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Together {
     /// Number of robots.
@@ -81,7 +81,7 @@ impl Owner {
         }
     }
 
-    /// What several robots have that live together.
+    /// Values of robots that share a world.
     pub(crate) fn together(&self) -> Option<Together> {
         match &self.make {
             Make::Described(own) => own.together,
