@@ -4,41 +4,42 @@
 #[cfg(test)]
 extern crate self as oneiro;
 
-pub mod acting;
-#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
-pub mod ahead;
-pub mod arena;
-pub mod audit;
-pub mod auto;
-pub mod automode;
-pub mod backend;
-pub mod background;
 pub mod batch;
 mod cells;
-mod code;
-pub mod compose;
-pub mod cpu;
-pub mod differential;
+mod devices;
 pub mod evaluator;
 pub mod exact;
-pub mod foraging;
-#[cfg(feature = "gpu")]
-pub mod gpu;
-pub mod network;
+mod foragers;
+mod genes;
+mod outside;
 pub mod parameter;
-pub mod pool;
-pub mod probe;
+mod parts;
 pub mod random;
-pub mod reference;
-pub mod reported;
-pub mod stepped;
-pub mod surrogate;
-pub mod swarm;
-pub mod tables;
-pub mod threads;
-#[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
-mod variants;
 pub mod world;
+
+#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
+pub use devices::ahead;
+#[cfg(feature = "gpu")]
+pub use devices::gpu;
+pub use devices::{audit, auto, backend, background, cpu, pool, probe, threads};
+pub use foragers::swarm;
+pub use outside::{acting, reported, stepped};
+pub use parts::{automode, compose, network};
+pub use world::{arena, reference, surrogate, tables};
+
+pub mod foraging {
+    //! Foraging e-pucks, as worlds and as robots of other worlds.
+
+    pub use crate::foragers::foraging::*;
+    pub use crate::world::Forager;
+}
+
+pub mod differential {
+    //! Robots that are described, and what else a robot may be.
+
+    pub use crate::world::Build;
+    pub use crate::world::differential::*;
+}
 
 #[cfg(all(feature = "compose", panic = "abort"))]
 compile_error!(

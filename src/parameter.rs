@@ -510,6 +510,14 @@ pub(crate) fn only_where(other: impl Display, values: &[(&str, bool, bool)]) -> 
     }
 }
 
+/// Whether a name has letters from a to z, digits and _ only, a letter first.
+pub(crate) fn is_identifier(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_lowercase())
+        && name
+            .chars()
+            .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+}
+
 /// Checks a whole number that has no row.
 pub(crate) fn integer(field: &str, value: u32, allowed: RangeInclusive<u32>) -> Result<(), Invalid> {
     if allowed.contains(&value) {

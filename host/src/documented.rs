@@ -1,5 +1,7 @@
 //! Tests: the pages describe what the program writes.
 
+mod imports;
+
 use std::fs;
 use std::path::Path;
 

@@ -6,18 +6,23 @@ use std::collections::BTreeSet;
 use glam::Vec2;
 use oneiro_shaders::life;
 
-use super::parameters::{COORDINATE, LENGTH, PARAMETERS};
-use super::{Collision, Controller, Noise, Robot, Start, Task, WorldSpec, pack};
-use crate::arena::{Arena, Field, Wall};
-use crate::automode::Modules;
 use crate::batch::WorldKind;
-use crate::compose::{GREATEST_GENES, Kind, OwnPart};
-use crate::differential::Build;
-use crate::foraging;
-use crate::network::Network;
+use crate::foragers::foraging;
 pub(super) use crate::parameter::LEAST;
 use crate::parameter::{self, Choice, Invalid, allowed_number, integer, number};
-use crate::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
+use crate::parts::compose::{GREATEST_GENES, Kind, OwnPart};
+use crate::parts::network::Network;
+use crate::world::arena::{Arena, Field, Wall};
+use crate::world::body::Collision;
+use crate::world::described::{Described, Drive, Together};
+use crate::world::noise::Noise;
+use crate::world::pack;
+use crate::world::parameters::{COORDINATE, LENGTH, PARAMETERS};
+use crate::world::physics::Physics;
+use crate::world::reference::Model;
+use crate::world::robot::{Build, Robot};
+use crate::world::spec::{Controller, Start, Task, WorldSpec};
+use crate::world::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
 pub(super) const GREATEST_SHAPES: usize = life::GREATEST_SHAPES as usize;
@@ -26,40 +31,48 @@ const _: () = assert!(life::GREATEST_SHAPES * GREATEST_READING as u32 <= u16::MA
 /// Most cells whose visits a life records.
 const GREATEST_CELLS: usize = life::GREATEST_CELLS as usize;
 
-pub(super) fn check(spec: &mut WorldSpec) -> Result<(), Invalid> {
+/// Checks a world, and returns the physics that its robot lives by.
+pub(super) fn check(spec: &mut WorldSpec) -> Result<Physics, Invalid> {
     parameter::check(&PARAMETERS, spec)?;
     turned(spec);
     forager(spec)?;
     robot(&spec.robot)?;
-    match &spec.robot.build {
-        Build::Sampled => {
-            only_walls(&spec.arena)?;
-            eight_sensors(&spec.robot.sensors)?;
-        }
-        Build::Differential(own) => own.check(&spec.own.readings(), &spec.robot, &spec.arena)?,
-        Build::Forager(_) => (),
-    }
+    let physics = physics(spec)?;
     arena(&spec.arena, spec.robot.tables())?;
     start(spec.start, &spec.arena)?;
     spec.noise.check(&spec.robot.build)?;
     if let Some(own) = &spec.surrogate {
-        own.check(&spec.robot)?;
-        surrogate(spec)?;
+        own.check(|difference| spec.robot.differs_by(difference))?;
+        surrogate(spec, &physics)?;
     }
     if let Controller::Network(own) = &spec.controller {
         network(own, spec)?;
     }
     if let Controller::StateMachine(_) | Controller::BehaviourTree(_) = &spec.controller {
-        let model = match &spec.robot.build {
-            Build::Differential(own) => own.model,
-            Build::Sampled | Build::Forager(_) => None,
-        };
-        Modules::check(model, spec.controller.word())?;
+        modules(spec, &physics)?;
     }
     own_parts(spec)?;
-    together(spec)?;
+    together(spec, &physics)?;
     new_cell(spec)?;
-    greatest_speed(spec)
+    greatest_speed(spec, &physics)?;
+    Ok(physics)
+}
+
+/// Checks what is particular to a kind of robot, and returns its physics.
+pub(super) fn physics(spec: &WorldSpec) -> Result<Physics, Invalid> {
+    let individual = spec.surrogate.clone();
+    Ok(match &spec.robot.build {
+        Build::Sampled => {
+            only_walls(&spec.arena)?;
+            eight_sensors(&spec.robot.sensors)?;
+            individual.map_or(Physics::Sampled, Physics::Individual)
+        }
+        Build::Differential(own) => {
+            let own = own.check(&spec.own.readings(), &spec.robot.body(), &spec.arena)?;
+            Physics::Described(own, individual)
+        }
+        Build::Forager(own) => Physics::Forager(*own),
+    })
 }
 
 /// Writes each direction as turns from 0 to less than 1.
@@ -167,15 +180,13 @@ fn eight_sensors(tables: &SensorTables) -> Result<(), Invalid> {
 }
 
 /// Checks the rest of a world in which a surrogate lives.
-fn surrogate(spec: &WorldSpec) -> Result<(), Invalid> {
-    if let Build::Forager(_) = spec.robot.build {
+fn surrogate(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
+    if let Physics::Forager(_) = physics {
         let problem =
             "is `forager` in a surrogate's life; allowed: another kind, since food exists only in the simulator";
         return Err(Invalid::new("robot.kind", problem));
     }
-    if let Build::Differential(own) = &spec.robot.build
-        && own.wheel_noise.is_some()
-    {
+    if physics.described().and_then(Described::wheel_noise).is_some() {
         let problem = "is given in a surrogate's life; allowed: none, since it has the noise of its own wheels";
         return Err(Invalid::new("robot.wheel_noise", problem));
     }
@@ -183,11 +194,22 @@ fn surrogate(spec: &WorldSpec) -> Result<(), Invalid> {
         let problem = "is not zero in a surrogate's life; allowed: none, since it has the noise of its own sensors";
         return Err(Invalid::new("noise", problem));
     }
-    if spec.robot.build == Build::Sampled && spec.robot.collision != Collision::Undo {
+    if matches!(physics, Physics::Individual(_)) && spec.robot.collision != Collision::Undo {
         let problem = "is not `Undo` in a surrogate's life; allowed: `Undo`, since its slip says how it slides";
         return Err(Invalid::new("robot.collision", problem));
     }
     Ok(())
+}
+
+/// Refuses robots without the readings that modules use.
+fn modules(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
+    let model = physics.described().and_then(Described::model);
+    if model.is_some_and(|(model, _)| *model == Model::Vectors) {
+        return Ok(());
+    }
+    let kind = spec.controller.word();
+    let problem = format!("is `{kind}`; allowed: only with robot.model = \"rm1.1-vectors\"");
+    Err(Invalid::new("controller.kind", problem))
 }
 
 /// Checks a network, and that its genes have different names.
@@ -228,10 +250,10 @@ fn own_parts(spec: &WorldSpec) -> Result<(), Invalid> {
 }
 
 /// Checks the rest of a world in which several robots live together, and that others have no mission.
-fn together(spec: &WorldSpec) -> Result<(), Invalid> {
+fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     const SINGLE: &str = "allowed: only without robot.count";
     let task = spec.own.get(Kind::Task).map(OwnPart::part);
-    let Some(count) = spec.robot.members() else {
+    let Some(Together { count, .. }) = physics.together() else {
         if (spec.arena.sides > 0 || spec.arena.is_field_round) && spec.start == Start::Random {
             let problem = "is `random` in an arena that is no rectangle; allowed: `at`, or robots that live together (robot.count)";
             return Err(Invalid::new("start.kind", problem));
@@ -257,7 +279,7 @@ fn together(spec: &WorldSpec) -> Result<(), Invalid> {
     if let Some((key, _, problem)) = refused.into_iter().find(|(_, is_refused, _)| *is_refused) {
         return Err(Invalid::new(key, format!("{problem}; {SINGLE}")));
     }
-    let places = spec.robot.start_places();
+    let places = physics.start_places();
     if !places.is_empty() {
         let walled = spec.arena.walled();
         return match places.iter().find(|[x, y]| !walled.contains(*x, *y)) {
@@ -271,8 +293,8 @@ fn together(spec: &WorldSpec) -> Result<(), Invalid> {
     // Each robot keeps a disc of twice its radius from the centres of others; a draw finds a place with a chance of a half.
     let disc = 4.0 * std::f32::consts::PI * spec.robot.body_radius * spec.robot.body_radius;
     let Field { width, height, .. } = spec.arena.field;
-    let most = 0.5 * pack::free_share(spec) * width * height / disc;
-    if count as f32 <= most {
+    let most = 0.5 * pack::free_share(spec, physics) * width * height / disc;
+    if *count as f32 <= most {
         return Ok(());
     }
     if let Some(radius) = start_radius(&spec.arena) {
@@ -320,15 +342,15 @@ fn new_cell(spec: &WorldSpec) -> Result<(), Invalid> {
 }
 
 /// Checks that no robot can jump over a wall, which it could if it moved farther than its diameter in a cycle.
-fn greatest_speed(spec: &WorldSpec) -> Result<(), Invalid> {
+fn greatest_speed(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     let diameter = 2.0 * spec.robot.body_radius;
-    let key = match &spec.robot.build {
-        Build::Differential(own) if own.farthest().is_some() => "robot.greatest_speed_mm_s",
-        Build::Differential(_) | Build::Sampled => "robot.motors",
+    let key = match physics {
+        Physics::Described(own, _) if matches!(own.drive, Drive::Wheels(_)) => "robot.greatest_speed_mm_s",
+        Physics::Described(..) | Physics::Sampled | Physics::Individual(_) => "robot.motors",
         // Its wall is a circle, which it is always within.
-        Build::Forager(_) => return Ok(()),
+        Physics::Forager(_) => return Ok(()),
     };
-    let farthest = farthest(spec);
+    let farthest = farthest(spec, physics);
     if farthest >= diameter {
         let problem = format!(
             "the greatest displacement of a cycle is {farthest} mm, noise included; \
@@ -340,11 +362,8 @@ fn greatest_speed(spec: &WorldSpec) -> Result<(), Invalid> {
 }
 
 /// Maximum displacement in a cycle, including noise, mm; not for foragers.
-pub(super) fn farthest(spec: &WorldSpec) -> f32 {
-    let described = match &spec.robot.build {
-        Build::Differential(own) => own.farthest(),
-        Build::Sampled | Build::Forager(_) => None,
-    };
+pub(super) fn farthest(spec: &WorldSpec, physics: &Physics) -> f32 {
+    let described = physics.described().and_then(|own| own.drive.farthest());
     let sampled = || {
         let cells = spec.robot.motors.cells.iter();
         cells.map(|cell| cell.displacement.abs()).fold(0.0, f32::max)

@@ -1,7 +1,8 @@
 //! Noise of a simulated life.
 
-use crate::differential::Build;
+use crate::exact::zero;
 use crate::parameter::{Choice, Choices, Invalid, LEAST};
+use crate::world::robot::Build;
 
 /// Noise of a simulated life. All zeros is the paper's "no noise".
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -63,7 +64,7 @@ impl Noise {
     pub(super) fn cell(&self) -> [u32; 4] {
         let of_life = f32::from(u8::from(self.drawn == Some(Drawn::Life)));
         let [gain, veer, delay] = [self.gain, self.veer, self.delay].map(Option::unwrap_or_default);
-        [gain, veer * 1e-3, delay, of_life].map(|number| super::pack::zero(number).to_bits())
+        [gain, veer * 1e-3, delay, of_life].map(|number| zero(number).to_bits())
     }
 
     pub(super) fn check(&self, robot: &Build) -> Result<(), Invalid> {

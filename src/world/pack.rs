@@ -6,16 +6,19 @@ use std::sync::{Mutex, PoisonError};
 use glam::Vec2;
 use oneiro_shaders::life::{self, BLOCK, CELL, ROUND, WALL};
 
-use super::{Activation, Collision, Controller, Difference, Speed, Start, Task, WorldSpec};
-use crate::arena::{self, Arena, Field, Light, Patch};
 use crate::batch::Buffers;
 use crate::cells::Cells;
-use crate::compose::OwnParts;
-use crate::differential::Build;
-use crate::foraging::Forager;
+use crate::exact::zero;
 use crate::parameter::Invalid;
-use crate::surrogate::{self, Object};
-use crate::tables::{MotorTable, SENSORS, SensorTable};
+use crate::parts::compose::OwnParts;
+use crate::world::arena::{self, Arena, Field, Light, Patch};
+use crate::world::body::Collision;
+use crate::world::described::Drive;
+use crate::world::forager::Forager;
+use crate::world::physics::Physics;
+use crate::world::spec::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
+use crate::world::surrogate::{self, Object};
+use crate::world::tables::{MotorTable, SENSORS, SensorTable};
 
 /// Points per side of the grid that is searched for free space.
 const GRID: usize = 64;
@@ -34,17 +37,17 @@ pub(super) struct Packed {
 
 impl Packed {
     /// Packs a specification whose numbers have been checked. `parts` are a user's, and a network; a controller has `genes` genes.
-    pub(super) fn new(spec: &WorldSpec, parts: &OwnParts, genes: usize) -> Result<Self, Invalid> {
-        if let Build::Forager(own) = &spec.robot.build {
+    pub(super) fn new(spec: &WorldSpec, physics: &Physics, parts: &OwnParts, genes: usize) -> Result<Self, Invalid> {
+        if let Physics::Forager(own) = physics {
             return Ok(Self {
-                world: forager(spec, own),
+                world: forager(spec, physics, own),
                 shapes: Vec::new(),
                 free_share: own.free_share(),
                 values: values(spec, parts),
                 genes,
             });
         }
-        let shapes = shapes(spec);
+        let shapes = shapes(spec, physics);
         let free = Free::of(&spec.arena, &shapes);
         let (random_start, start) = match spec.start {
             Start::Random => (1, random_start(&free)?),
@@ -56,8 +59,7 @@ impl Packed {
                 (0, [x, y, heading])
             }
         };
-        if let Some([x, y]) = spec
-            .robot
+        if let Some([x, y]) = physics
             .start_places()
             .iter()
             .find(|[x, y]| touches(&shapes, Vec2::new(*x, *y)))
@@ -66,7 +68,7 @@ impl Packed {
             return Err(Invalid::new("robot.starts_mm", problem));
         }
         Ok(Self {
-            world: world(spec, random_start, start.map(zero), shapes.len() as u32),
+            world: world(spec, physics, random_start, start.map(zero), shapes.len() as u32),
             shapes,
             free_share: free.share,
             values: values(spec, parts),
@@ -75,7 +77,7 @@ impl Packed {
     }
 
     /// The world with the positions of its objects and tables in a batch's buffers.
-    pub(super) fn in_buffers(&self, spec: &WorldSpec, buffers: &mut Buffers) -> life::World {
+    pub(super) fn in_buffers(&self, spec: &WorldSpec, physics: &Physics, buffers: &mut Buffers) -> life::World {
         let robot = &spec.robot;
         let mut shapes = self.shapes.clone();
         if robot.tables().is_some() {
@@ -88,16 +90,16 @@ impl Packed {
         let first_shape = buffers.add_shapes(shapes);
         let motor_table = buffers.add_shared_table(&robot.motors, 0, || motor_cells(&robot.motors));
         let radius = robot.body_radius;
-        let numbers = match (&spec.surrogate, &robot.build) {
-            (surrogate, Build::Differential(own)) => {
-                buffers.add_table(own.cells(robot, &spec.arena, surrogate.as_deref(), self.genes))
+        let numbers = match physics {
+            Physics::Described(own, surrogate) => {
+                buffers.add_table(own.cells(&robot.body(), &spec.arena, surrogate.as_deref(), self.genes))
             }
-            (Some(surrogate), Build::Sampled) => {
+            Physics::Individual(surrogate) => {
                 buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
             }
-            (_, Build::Forager(own)) => buffers.add_table(own.table()),
-            (None, Build::Sampled) if spec.noise.is_varied() => buffers.add_table(vec![spec.noise.cell()]),
-            (None, Build::Sampled) => 0,
+            Physics::Forager(own) => buffers.add_table(own.table()),
+            Physics::Sampled if spec.noise.is_varied() => buffers.add_table(vec![spec.noise.cell()]),
+            Physics::Sampled => 0,
         };
         let own_values = if self.values.is_empty() {
             0
@@ -177,7 +179,7 @@ fn random_start(free: &Free) -> Result<[f32; 3], Invalid> {
     }
 }
 
-fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> life::World {
+fn world(spec: &WorldSpec, physics: &Physics, random_start: u32, start: [f32; 3], shapes: u32) -> life::World {
     let Field { x, y, width, height } = spec.arena.field;
     let (low, high) = spec.noise.sensor;
     let (task_choices, new_cell) = task(spec.task);
@@ -214,15 +216,18 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
         motor_scale: zero(motors.scale),
         motor_offset: zero(motors.offset),
         motor_noise: zero(spec.noise.motor),
-        turn_before_move: zero(match &spec.robot.build {
-            Build::Sampled => spec.robot.turn_before_move,
-            Build::Differential(own) => {
-                let own = own.turn_before_move.unwrap_or(0.0);
-                spec.surrogate
+        turn_before_move: zero(match physics {
+            Physics::Sampled | Physics::Individual(_) => spec.robot.turn_before_move,
+            Physics::Described(own, surrogate) => {
+                let own = match own.drive {
+                    Drive::Motors { turn_before_move } => turn_before_move,
+                    Drive::Wheels(_) => 0.0,
+                };
+                surrogate
                     .as_ref()
                     .map_or(own, |surrogate| surrogate.turn_before_move(own))
             }
-            Build::Forager(_) => 0.0,
+            Physics::Forager(_) => 0.0,
         }),
         hidden: match spec.controller {
             Controller::Hidden { units } => units,
@@ -243,8 +248,8 @@ fn world(spec: &WorldSpec, random_start: u32, start: [f32; 3], shapes: u32) -> l
 }
 
 /// A forager's world: what its physics read, and what a controller and a task that ship read beside.
-fn forager(spec: &WorldSpec, own: &Forager) -> life::World {
-    let shipped = world(spec, 0, [0.0; 3], 0);
+fn forager(spec: &WorldSpec, physics: &Physics, own: &Forager) -> life::World {
+    let shipped = world(spec, physics, 0, [0.0; 3], 0);
     life::World {
         hidden: shipped.hidden,
         task_choices: shipped.task_choices,
@@ -255,8 +260,8 @@ fn forager(spec: &WorldSpec, own: &Forager) -> life::World {
 }
 
 /// Share of a checked world's field where a body is free.
-pub(super) fn free_share(spec: &WorldSpec) -> f32 {
-    Free::of(&spec.arena, &shapes(spec)).share
+pub(super) fn free_share(spec: &WorldSpec, physics: &Physics) -> f32 {
+    Free::of(&spec.arena, &shapes(spec, physics)).share
 }
 
 /// Number of cells along a side of the field.
@@ -308,7 +313,7 @@ pub(super) fn patch(patch: &Patch) -> life::Shape {
 }
 
 /// Shapes of the walls, the obstacles and the blocks, in this order.
-pub(super) fn objects(spec: &WorldSpec) -> Vec<life::Shape> {
+pub(super) fn objects(spec: &WorldSpec, physics: &Physics) -> Vec<life::Shape> {
     let arena = &spec.arena;
     let walls = arena.walls.iter().enumerate().map(|(index, wall)| {
         let from = Vec2::from(wall.from);
@@ -323,14 +328,22 @@ pub(super) fn objects(spec: &WorldSpec) -> Vec<life::Shape> {
             unit_x: zero(unit.x),
             unit_y: zero(unit.y),
             kind: WALL,
-            ..shape(spec, from, 0.0, &wall.class, Object::Wall, index)
+            ..shape(spec, physics, from, 0.0, &wall.class, Object::Wall, index)
         }
     });
     let obstacles = arena.obstacles.iter().enumerate().map(|(index, obstacle)| {
         let at = Vec2::new(obstacle.x, obstacle.y);
         life::Shape {
             kind: ROUND,
-            ..shape(spec, at, obstacle.radius, &obstacle.class, Object::Obstacle, index)
+            ..shape(
+                spec,
+                physics,
+                at,
+                obstacle.radius,
+                &obstacle.class,
+                Object::Obstacle,
+                index,
+            )
         }
     });
     let blocks = arena.blocks.iter().enumerate().map(|(index, block)| {
@@ -343,6 +356,7 @@ pub(super) fn objects(spec: &WorldSpec) -> Vec<life::Shape> {
             kind: BLOCK,
             ..shape(
                 spec,
+                physics,
                 Vec2::new(block.x, block.y),
                 0.0,
                 &block.class,
@@ -355,42 +369,49 @@ pub(super) fn objects(spec: &WorldSpec) -> Vec<life::Shape> {
 }
 
 /// The same in the order of the kernel.
-pub(super) fn shapes(spec: &WorldSpec) -> Vec<life::Shape> {
+pub(super) fn shapes(spec: &WorldSpec, physics: &Physics) -> Vec<life::Shape> {
     let arena = &spec.arena;
-    let mut objects = objects(spec);
+    let mut objects = objects(spec, physics);
     // Robots that live together know the sides of their polygon by their place, after all else.
-    let sides = if spec.robot.members().is_some() {
+    let sides = if physics.together().is_some() {
         arena.polygon_sides().len()
     } else {
         0
     };
     let walls = arena.walls.len();
     let sides: Vec<_> = objects.drain(walls - sides..walls).collect();
-    let by_rays = spec.surrogate.is_some() && matches!(spec.robot.build, Build::Sampled);
+    let by_rays = matches!(physics, Physics::Individual(_));
     let mut all = layered(objects, by_rays);
     all.extend(sides);
     all
 }
 
 /// Properties that all shapes have.
-fn shape(spec: &WorldSpec, at: Vec2, radius: f32, class: &str, kind: Object, index: usize) -> life::Shape {
+fn shape(
+    spec: &WorldSpec,
+    physics: &Physics,
+    at: Vec2,
+    radius: f32,
+    class: &str,
+    kind: Object,
+    index: usize,
+) -> life::Shape {
     let sensors = &spec.robot.sensors;
     let class = sensors.class(class).unwrap_or_default();
     let views = spec.robot.tables().map_or(1, |tables| tables.classes[class].views);
     let contact = spec.robot.body_radius + radius;
-    let surrogate = spec.surrogate.as_ref();
-    let reach = match (&spec.surrogate, &spec.robot.build) {
-        (Some(_), Build::Sampled) => contact + surrogate::SIGHT,
-        (None, Build::Sampled) => contact + sensors.classes[class].reach(),
-        (_, Build::Differential(own)) => radius + own.reach(spec.robot.body_radius, sensors, surrogate.is_some()),
-        (_, Build::Forager(_)) => contact,
+    let reach = match physics {
+        Physics::Individual(_) => contact + surrogate::SIGHT,
+        Physics::Sampled => contact + sensors.classes[class].reach(),
+        Physics::Described(own, surrogate) => radius + own.reach(spec.robot.body_radius, sensors, surrogate.is_some()),
+        Physics::Forager(_) => contact,
     };
-    let reflectivity = surrogate.map_or(1.0, |surrogate| match &spec.robot.build {
-        Build::Sampled => surrogate.reflectivity(kind, index),
+    let reflectivity = match physics {
+        Physics::Individual(surrogate) => surrogate.reflectivity(kind, index),
         // The share of its distance at which it seems to be.
-        Build::Differential(_) => surrogate.seeming(kind, index),
-        Build::Forager(_) => 1.0,
-    });
+        Physics::Described(_, Some(surrogate)) => surrogate.seeming(kind, index),
+        Physics::Described(_, None) | Physics::Sampled | Physics::Forager(_) => 1.0,
+    };
     life::Shape {
         x: zero(at.x),
         y: zero(at.y),
@@ -460,11 +481,6 @@ fn from_segment(from: Vec2, to: Vec2, at: Vec2) -> f32 {
     let length = to - from;
     let along = (at - from).dot(length) / length.length_squared().max(f32::MIN_POSITIVE);
     at.distance(from + along.clamp(0.0, 1.0) * length)
-}
-
-/// Gives zero its one sign.
-pub(super) fn zero(x: f32) -> f32 {
-    if x == 0.0 { 0.0 } else { x }
 }
 
 /// Squared distance from a robot's centre to the nearest point of a wall or a block, or to a round obstacle's centre,

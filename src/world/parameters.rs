@@ -4,13 +4,14 @@ use std::sync::LazyLock;
 
 use oneiro_shaders::life;
 
-use super::{Activation, Collision, Controller, Difference, Robot, Speed, Start, Task, WorldSpec};
-use crate::automode::Modules;
-use crate::differential::{Build, Differential, GREATEST_MEMBERS};
-use crate::foraging::{self, AsForaging, Forager, Foraging};
-use crate::network::Network;
+use crate::foragers::foraging::{self, AsForaging, Foraging};
 use crate::parameter::Allowed::{Any, Number, Text, Whole};
 use crate::parameter::{Allowed, Choice, Choices, Parameter, row};
+use crate::parts::automode::Modules;
+use crate::parts::network::Network;
+use crate::world::differential::{Differential, GREATEST_MEMBERS};
+use crate::world::robot::{Build, Robot};
+use crate::world::spec::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};
 
 /// Range of coordinates, mm: beyond 100 m single precision is too coarse for a robot's steps.
 pub const COORDINATE: Allowed = Number(-1e5, 1e5);
@@ -374,49 +375,6 @@ impl Choice for Controller {
             "a controller of your own, in WGSL: see docs/extend.md",
         ),
     ];
-}
-
-impl Choice for Build {
-    const CHOICES: Choices<Self> = &[
-        ("sampled", Self::Sampled, "from tables of samples, as the Khepera"),
-        (
-            "differential",
-            Self::Differential(Differential::open()),
-            "two wheels, and the sensors listed: see docs/robots.md",
-        ),
-        (
-            "forager",
-            Self::Forager(Forager::ODOWD2014),
-            "an e-puck in a round arena with food, a nest and a lamp: see docs/epuck.md",
-        ),
-    ];
-
-    /// Experiments from before there was a choice keep their identity.
-    fn is_written(&self) -> bool {
-        *self != Self::Sampled
-    }
-}
-
-impl Choice for Collision {
-    const CHOICES: Choices<Self> = &[
-        ("undo", Self::Undo, "neither the move nor the turn is made"),
-        ("keep_turn", Self::KeepTurn, "the turn is made, the move is not"),
-        (
-            "slide",
-            Self::Slide,
-            "the robot slides along what it would touch, and turns",
-        ),
-        (
-            "stick",
-            Self::Stick,
-            "the robot moves into contact, and stays there for the rest of its life",
-        ),
-    ];
-
-    /// Experiments from before there was a choice keep their identity.
-    fn is_written(&self) -> bool {
-        *self != Self::Undo
-    }
 }
 
 impl Choice for Task {

@@ -6,11 +6,12 @@ use std::sync::{Mutex, PoisonError};
 use glam::Vec2;
 use oneiro_shaders::life;
 
-use super::check::farthest;
-use super::pack::{objects, patch, shapes, squared_distance, touches};
-use super::{Start, WorldSpec};
-use crate::arena::Field;
-use crate::differential::{Build, SensorKind};
+use crate::world::arena::Field;
+use crate::world::check::farthest;
+use crate::world::pack::{objects, patch, shapes, squared_distance, touches};
+use crate::world::physics::Physics;
+use crate::world::sensors::SensorKind;
+use crate::world::spec::{Start, WorldSpec};
 
 /// Points along the longest side of the grid: a hundredth of a second for a few dozen objects.
 const MOST: f32 = 400.0;
@@ -25,7 +26,7 @@ struct Reached {
 
 impl Reached {
     /// Follows all ways from where robots may start. `None` if the arena is too large for such a grid.
-    fn from(spec: &WorldSpec, start: Start) -> Option<Self> {
+    fn from(spec: &WorldSpec, physics: &Physics, start: Start) -> Option<Self> {
         let radius = spec.robot.body_radius;
         let margin = 4.0 * radius;
         let field = spec.arena.field;
@@ -41,7 +42,7 @@ impl Reached {
         let [columns, rows] =
             [around.width, around.height].map(|side| ((side + 2.0 * margin) / step).ceil() as usize + 1);
         let place = |point: usize| low + step * Vec2::new((point % columns) as f32, (point / columns) as f32);
-        let shapes = shapes(spec);
+        let shapes = shapes(spec, physics);
         let may_start = |at: Vec2| match start {
             Start::Random if spec.arena.is_field_round => at.distance(middle) <= 0.5 * field.width,
             Start::Random => field.contains(at.x, at.y),
@@ -81,31 +82,31 @@ impl Reached {
 }
 
 /// Whether walls and objects keep a robot in the arena. `None` if it is too large for the grid.
-pub(super) fn is_enclosed(spec: &WorldSpec) -> Option<bool> {
-    Reached::from(spec, spec.start).map(|reached| !reached.is_open)
+pub(super) fn is_enclosed(spec: &WorldSpec, physics: &Physics) -> Option<bool> {
+    Reached::from(spec, physics, spec.start).map(|reached| !reached.is_open)
 }
 
 /// Keys of what no robot gets near enough to notice, and of starts outside of the arena.
-pub(super) fn unreached(spec: &WorldSpec) -> Vec<String> {
+pub(super) fn unreached(spec: &WorldSpec, physics: &Physics) -> Vec<String> {
     const REMEMBERED: usize = 16;
     type Known = VecDeque<(Vec<u32>, Vec<String>)>;
     static KNOWN: Mutex<Known> = Mutex::new(Known::new());
-    if matches!(spec.robot.build, Build::Forager(_)) {
+    if matches!(physics, Physics::Forager(_)) {
         return Vec::new();
     }
-    let things = things(spec);
+    let things = things(spec, physics);
     // The same for all worlds of an arena: a sweep has thousands of them.
     let Field { x, y, width, height } = spec.arena.field;
     let start = match spec.start {
         Start::Random => [f32::NAN; 2],
         Start::At { x, y, .. } => [x, y],
     };
-    let of_robot = [spec.robot.body_radius, travel(spec)];
+    let of_robot = [spec.robot.body_radius, travel(spec, physics)];
     let numbers = [
         &[x, y, width, height][..],
         &start,
         &of_robot,
-        spec.robot.start_places().as_flattened(),
+        physics.start_places().as_flattened(),
     ]
     .concat();
     let mut key: Vec<u32> = numbers.into_iter().map(f32::to_bits).collect();
@@ -118,7 +119,7 @@ pub(super) fn unreached(spec: &WorldSpec) -> Vec<String> {
     if let Some((_, keys)) = known().iter().find(|(other, _)| *other == key) {
         return keys.clone();
     }
-    let found = find(spec, &things);
+    let found = find(spec, physics, &things);
     let mut known = known();
     known.push_front((key, found.clone()));
     known.truncate(REMEMBERED);
@@ -128,7 +129,7 @@ pub(super) fn unreached(spec: &WorldSpec) -> Vec<String> {
 /// A thing's key, its shape, and the distance of a robot's centre from it at which the robot notices it.
 type Thing = (String, life::Shape, f32);
 
-fn things(spec: &WorldSpec) -> Vec<Thing> {
+fn things(spec: &WorldSpec, physics: &Physics) -> Vec<Thing> {
     let arena = &spec.arena;
     let lists = [
         ("walls", arena.walls.len()),
@@ -139,10 +140,10 @@ fn things(spec: &WorldSpec) -> Vec<Thing> {
         .into_iter()
         .flat_map(|(list, count)| (0..count).map(move |index| format!("arena.{list}[{index}]")));
     let mut things: Vec<Thing> = keys
-        .zip(objects(spec))
+        .zip(objects(spec, physics))
         .map(|(key, shape)| (key, shape, shape.reach_squared.sqrt()))
         .collect();
-    let sensors = spec.robot.described_sensors().iter();
+    let sensors = physics.described().map_or(&[][..], |own| &own.sensors).iter();
     let ground = sensors.filter(|sensor| sensor.kind == SensorKind::Ground);
     let offset = ground.map(|sensor| sensor.offset.unwrap_or(spec.robot.body_radius));
     let offset = offset.fold(0.0, f32::max);
@@ -154,22 +155,22 @@ fn things(spec: &WorldSpec) -> Vec<Thing> {
 }
 
 /// The longest way of a robot in an episode, mm.
-fn travel(spec: &WorldSpec) -> f32 {
-    spec.cycles as f32 * farthest(spec)
+fn travel(spec: &WorldSpec, physics: &Physics) -> f32 {
+    spec.cycles as f32 * farthest(spec, physics)
 }
 
-fn find(spec: &WorldSpec, things: &[Thing]) -> Vec<String> {
-    let Some(reached) = Reached::from(spec, spec.start) else {
+fn find(spec: &WorldSpec, physics: &Physics, things: &[Thing]) -> Vec<String> {
+    let Some(reached) = Reached::from(spec, physics, spec.start) else {
         return Vec::new();
     };
     let mut keys = Vec::new();
-    let beyond = if reached.is_open { travel(spec) } else { 0.0 };
+    let beyond = if reached.is_open { travel(spec, physics) } else { 0.0 };
     let unnoticed = things
         .iter()
         .filter(|(_, shape, distance)| !reached.is_within(shape, distance + beyond));
     keys.extend(unnoticed.map(|(key, ..)| key.clone()));
     // Random starts fill the field. If robots can't leave it, a place that they can't reach is outside.
-    let Some(inside) = Reached::from(spec, Start::Random).filter(|inside| !inside.is_open) else {
+    let Some(inside) = Reached::from(spec, physics, Start::Random).filter(|inside| !inside.is_open) else {
         return keys;
     };
     let is_outside = |[x, y]: [f32; 2]| {
@@ -185,7 +186,7 @@ fn find(spec: &WorldSpec, things: &[Thing]) -> Vec<String> {
     {
         keys.push("start".to_owned());
     }
-    if spec.robot.start_places().iter().any(|place| is_outside(*place)) {
+    if physics.start_places().iter().any(|place| is_outside(*place)) {
         keys.push("robot.starts_mm".to_owned());
     }
     keys

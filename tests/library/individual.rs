@@ -201,7 +201,7 @@ fn each_difference_changes_what_it_should() {
         (Difference::Slip, "", "", "", false),
     ] {
         for (name, spec, expected) in [("full", &full, of_full), ("sampled", &sampled, of_sampled)] {
-            if !difference.acts_on(&spec.robot) {
+            if !spec.robot.differs_by(difference) {
                 assert!(expected.is_empty() && !moves.contains(name));
                 continue;
             }

@@ -1,5 +1,5 @@
 //! Parts that try to reach other episodes, or to have other bits on another device: each is refused by the rule that its first line
-//! names. `src/compose/part/hostile.rs` refuses them by their compiled form alone.
+//! names. `src/parts/compose/part/hostile.rs` refuses them by their compiled form alone.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -11,10 +11,10 @@
 use std::cell::Cell;
 use std::collections::BTreeMap;
 
-use crate::exact::blank_comments;
 use crate::rules::Rule;
 use crate::source::{Refusal, Refusals, Source};
 use crate::tree::{Binary, Label, Op, Program, Statement, Ty, Value, Variable, visit};
+use crate::words::blank_comments;
 
 /// Words of buffers, by the buffer's name, the element and the word.
 pub type WordOf<'a> = dyn Fn(&str, Option<u64>, u32) -> u32 + 'a;

@@ -1,11 +1,11 @@
 //! Counts what a program does: the operations that a group of invocations issues, by class, if they run together as on a GPU. What some of
 //! them do, all wait for.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 use std::ops::{AddAssign, Sub};
 
-use crate::interpret::{Buffers, Trap, run_watched};
-use crate::tree::{Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value};
+use crate::interpret::{Buffers, Trap, Watch, run_watched};
+use crate::tree::{Binary, Block, Op, Program, Statement, Ty, Unary, Value};
 
 /// A class of operations that cost a processor about the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -170,35 +170,6 @@ impl Counted {
     }
 }
 
-/// What some invocation of a group has done: each statement, and in which turns of the loops around it.
-#[derive(Debug, Default)]
-pub(crate) struct Watch {
-    seen: HashSet<(usize, u64)>,
-    /// Stands for the turns at hand.
-    turns: u64,
-}
-
-impl Watch {
-    pub(crate) fn see(&mut self, statement: &Statement) {
-        self.seen.insert((std::ptr::from_ref(statement).addr(), self.turns));
-    }
-
-    /// Begins a turn of a loop that was entered in the turns `around` it.
-    pub(crate) fn turn(&mut self, label: Label, turn: u64, around: u64) {
-        // Mixed well enough that two ways to a statement have two numbers.
-        let mixed = (around ^ (u64::from(label.0) << 32 | turn)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        self.turns = mixed ^ (mixed >> 29);
-    }
-
-    pub(crate) fn turns(&self) -> u64 {
-        self.turns
-    }
-
-    pub(crate) fn leave(&mut self, around: u64) {
-        self.turns = around;
-    }
-}
-
 /// Counts what invocations `0..lanes` of a workgroup do if they run together.
 ///
 /// # Errors
@@ -209,8 +180,8 @@ pub fn count(program: &Program, memory: &mut impl Buffers, workgroup: u32, lanes
         run_watched(program, memory, workgroup, lane, &mut watch)?;
     }
     let mut times: HashMap<usize, u64> = HashMap::new();
-    for (statement, _) in &watch.seen {
-        *times.entry(*statement).or_default() += 1;
+    for statement in watch.statements() {
+        *times.entry(statement).or_default() += 1;
     }
     let mut counted = Counted::default();
     add(program, &program.body, &times, 0, &mut counted);

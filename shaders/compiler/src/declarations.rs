@@ -2,8 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::exact::{CALLS, CONSTRUCTORS, blank_comments, is_built_in, is_call, words};
+use crate::exact::{CALLS, CONSTRUCTORS, is_built_in, is_call};
 use crate::source::{Part, Place, Source};
+use crate::words::{blank_comments, words};
 
 /// Whether WGSL keeps a word for itself, so that nothing can be named by it.
 pub fn is_reserved(word: &str) -> bool {

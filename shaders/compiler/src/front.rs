@@ -3,11 +3,11 @@
 use naga::WithSpan;
 use naga::valid::{Capabilities, ModuleInfo, ValidationError, ValidationFlags, Validator};
 
-use crate::exact::blank_comments;
 use crate::explain::{Logic, explained, returns_another_type, stores_another_type};
 use crate::rules::Rule;
 use crate::source::{Refusal, Source};
 use crate::syntax::Mistake;
+use crate::words::blank_comments;
 
 /// What naga says of a name that nothing declares, and of a field that a struct doesn't have.
 const UNKNOWN: [&str; 2] = ["no definition in scope", "invalid field accessor"];

@@ -2,10 +2,9 @@
 //! where nothing compiles them; and for tests many lanes at once under masks, as lane code does. Both must leave the same bits
 //! in the buffers.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::num::FpCategory;
 
-use crate::count::Watch;
 use crate::tree::{Address, Array, Binary, Block, Label, Op, Program, Statement, Ty, Unary, Value, Variable, visit};
 use crate::uniform::{Region, Shape, Shapes, depth_of};
 
@@ -125,6 +124,40 @@ pub fn run_checked(
     match (invocation.block(&program.body), invocation.breach) {
         (Err(Trap::Inexact(what)), Some(value)) => Ok(Some(Breach { value, what })),
         (done, _) => done.map(|_| None),
+    }
+}
+
+/// What some invocation of a group has done: each statement, and in which turns of the loops around it.
+#[derive(Debug, Default)]
+pub(crate) struct Watch {
+    seen: HashSet<(usize, u64)>,
+    /// Stands for the turns at hand.
+    turns: u64,
+}
+
+impl Watch {
+    fn see(&mut self, statement: &Statement) {
+        self.seen.insert((std::ptr::from_ref(statement).addr(), self.turns));
+    }
+
+    /// Begins a turn of a loop that was entered in the turns `around` it.
+    fn turn(&mut self, label: Label, turn: u64, around: u64) {
+        // Mixed well enough that two ways to a statement have two numbers.
+        let mixed = (around ^ (u64::from(label.0) << 32 | turn)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        self.turns = mixed ^ (mixed >> 29);
+    }
+
+    fn turns(&self) -> u64 {
+        self.turns
+    }
+
+    /// The addresses of the statements, once for each of their turns.
+    pub(crate) fn statements(&self) -> impl Iterator<Item = usize> {
+        self.seen.iter().map(|(statement, _)| *statement)
+    }
+
+    fn leave(&mut self, around: u64) {
+        self.turns = around;
     }
 }
 

@@ -29,6 +29,7 @@ mod tidy;
 pub mod tree;
 pub mod uniform;
 mod unroll;
+mod words;
 
 use std::collections::BTreeSet;
 

@@ -1,7 +1,7 @@
 //! Plain words for the mistakes that naga finds while it parses, most of which are habits from other languages.
 
-use crate::exact::words;
 use crate::explain::{alike, conversion};
+use crate::words::words;
 
 /// What naga says of a mistake, what it says of the places that belong to it, and where the first of them is.
 pub(crate) struct Mistake<'a> {

@@ -1,5 +1,5 @@
 // A behaviour tree of AutoMoDe's modules (modules.wgsl), as AutoMoDe-Maple has it: a sequence with memory of up to four branches, each a
-// selector of a condition and a behaviour. src/automode/behaviour_tree.rs has the genes' names.
+// selector of a condition and a behaviour. src/parts/automode/behaviour_tree.rs has the genes' names.
 
 const BRANCHES: u32 = 4u;
 

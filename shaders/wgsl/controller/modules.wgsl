@@ -1,5 +1,5 @@
 // AutoMoDe's modules for e-pucks: six behaviours, and six conditions that hold with a probability. docs/controllers.md has them and
-// where they are from; src/automode.rs has the genes' names and ranges. State machines and behaviour trees are put together from them.
+// where they are from; src/parts/automode.rs has the genes' names and ranges. State machines and behaviour trees are put together from them.
 
 const EXPLORATION: u32 = 0u;
 const STOP: u32 = 1u;

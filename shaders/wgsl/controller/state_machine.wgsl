@@ -1,5 +1,5 @@
 // A probabilistic finite state machine of AutoMoDe's modules: up to four states, each one of six behaviours, and up to four
-// transitions from each, each by one of six conditions (modules.wgsl). src/automode/state_machine.rs has the genes' names.
+// transitions from each, each by one of six conditions (modules.wgsl). src/parts/automode/state_machine.rs has the genes' names.
 
 const STATES: u32 = 4u;
 const TRANSITIONS: u32 = 4u;

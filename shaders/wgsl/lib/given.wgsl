@@ -1,7 +1,7 @@
 // What parts that a user wrote may ask of the experiment; docs/extend.md lists it. It stands after the values of the parts, from
 // GIVEN_CELL on, which is generated: a cell with the body's radius and the number of lights, and two cells for each light.
 
-// Most lights of an arena, as GREATEST_LIST in src/differential.rs.
+// Most lights of an arena, as GREATEST_LIST in src/world/differential.rs.
 const GREATEST_LIGHTS: u32 = 64u;
 
 // A light: where it stands and its height, mm; what a sensor that faces it reads from nearby; and what its distance is divided

@@ -1,5 +1,5 @@
 // One function of lib/numerics.wgsl or lib/random.wgsl at a time, for tests and for `oneiro selftest`: the
-// same arguments must give the same bits on every device. src/probe/functions.rs makes the arguments.
+// same arguments must give the same bits on every device. src/devices/probe/functions.rs makes the arguments.
 
 // Functions of numbers.
 const RECIPROCAL: u32 = 0u;

@@ -1,6 +1,6 @@
 // One operation of the closed list of allowed ones at a time, for tests and for `oneiro selftest`: the same
 // operands must give the same bits on every device, with both operands known at run time only, and with one of
-// them a constant, since compilers fold those. src/probe/operations.rs makes the operands.
+// them a constant, since compilers fold those. src/devices/probe/operations.rs makes the operands.
 
 // The type of the operands.
 const F32: u32 = 0u;

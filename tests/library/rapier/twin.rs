@@ -1,4 +1,4 @@
-//! A twin of the swarm's arena, written from its documentation (`src/swarm.rs`, `src/foraging.rs`) and not from its
+//! A twin of the swarm's arena, written from its documentation (`src/foragers/swarm.rs`, `src/foragers/foraging.rs`) and not from its
 //! kernel: in double precision, with other random numbers, and with bodies that rapier moves. Where the documentation
 //! leaves a law's form open, [`Forms`] or a comment states the choice. Messages are left out, since food doesn't depend
 //! on them.

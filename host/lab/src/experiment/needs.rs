@@ -326,7 +326,7 @@ pub(super) fn of_world(world: &World) -> Vec<Need> {
     )];
     needs.extend(Difference::ALL.map(|difference| Need {
         keys: vec![format!("reality.differences.{}", difference.name())],
-        is_met: difference.acts_on(&world.spec().robot),
+        is_met: world.spec().robot.differs_by(difference),
         only: "with a robot that it changes",
         by: &[
             "robot.kind",

@@ -1,0 +1,322 @@
+//! Tests: who may know whom inside of a crate. What a crate may use of others its manifest says.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A word or a sign of a file, and its line.
+type Token = (String, usize);
+
+/// The words and signs of a file, without comments and literals.
+fn tokens(text: &str) -> Vec<Token> {
+    let (mut tokens, mut line) = (Vec::new(), 1);
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let is_word = |c: char| c.is_alphanumeric() || c == '_';
+        let word = rest.find(|c| !is_word(c)).unwrap_or(rest.len());
+        let after = &rest[word..];
+        let hashes = after.len() - after.trim_start_matches('#').len();
+        let is_raw = ["r", "br", "cr"].contains(&&rest[..word]) && after[hashes..].starts_with('"');
+        let length = if rest.starts_with("//") {
+            rest.find('\n').unwrap_or(rest.len())
+        } else if rest.starts_with("/*") {
+            rest.find("*/").map_or(rest.len(), |end| end + 2)
+        } else if is_raw {
+            let end = format!("\"{}", "#".repeat(hashes));
+            let begin = word + hashes + 1;
+            rest[begin..].find(&end).map_or(rest.len(), |at| begin + at + end.len())
+        } else if first == '"' {
+            let mut is_escaped = false;
+            let end = rest[1..].find(|c| {
+                let ends = c == '"' && !is_escaped;
+                is_escaped = c == '\\' && !is_escaped;
+                ends
+            });
+            end.map_or(rest.len(), |end| end + 2)
+        } else if rest.starts_with("'\\") {
+            rest[3..].find('\'').map_or(rest.len(), |end| end + 4)
+        } else if first == '\'' {
+            let mut characters = rest.char_indices().skip(2);
+            // Otherwise a lifetime.
+            characters
+                .next()
+                .filter(|(_, c)| *c == '\'')
+                .map_or(1, |(at, _)| at + 1)
+        } else {
+            let length = if rest.starts_with("::") {
+                2
+            } else {
+                word.max(first.len_utf8())
+            };
+            if !first.is_whitespace() {
+                tokens.push((rest[..length].to_owned(), line));
+            }
+            length
+        };
+        line += rest[..length].matches('\n').count();
+        rest = &rest[length..];
+    }
+    tokens
+}
+
+/// The index after the bracket that closes the one at `open`.
+fn closed(tokens: &[Token], open: usize) -> usize {
+    let mut depth = 0;
+    for (index, (token, _)) in tokens.iter().enumerate().skip(open) {
+        match token.as_str() {
+            "(" | "[" | "{" => depth += 1,
+            ")" | "]" | "}" => depth -= 1,
+            _ => (),
+        }
+        if depth == 0 {
+            return index + 1;
+        }
+    }
+    tokens.len()
+}
+
+/// Tokens without what is only compiled for tests, and the modules that are only declared for them.
+fn without_tests(tokens: &[Token]) -> (Vec<Token>, Vec<String>) {
+    let (mut kept, mut modules, mut at) = (Vec::new(), Vec::new(), 0);
+    let is = |at: usize, word: &str| tokens.get(at).is_some_and(|(token, _)| token == word);
+    while at < tokens.len() {
+        let mut end = at;
+        while is(end, "#") && is(end + 1, "[") {
+            end = closed(tokens, end + 1);
+        }
+        let attributes = &tokens[at..end];
+        let of_tests = attributes.windows(2).any(|own| own[0].0 != "not" && own[1].0 == "test")
+            && attributes.iter().any(|(token, _)| token == "cfg")
+            && !attributes.iter().any(|(token, _)| token == "not");
+        if !of_tests {
+            end = end.max(at + 1);
+            kept.extend_from_slice(&tokens[at..end]);
+            at = end;
+            continue;
+        }
+        at = end;
+        while at < tokens.len() {
+            if is(at, "mod") {
+                modules.push(tokens[at + 1].0.clone());
+            }
+            let is_open = ["(", "[", "{"].iter().any(|open| is(at, open));
+            let is_end = is(at, ";") || is(at, "{");
+            at = if is_open { closed(tokens, at) } else { at + 1 };
+            if is_end {
+                break;
+            }
+        }
+    }
+    (kept, modules)
+}
+
+/// Adds the paths that begin at a token, `before` included, and returns the index after them. Only in braces are there several.
+fn paths(tokens: &[Token], mut at: usize, before: &[String], found: &mut Vec<(Vec<String>, usize)>) -> usize {
+    let mut path = before.to_vec();
+    while let Some((token, line)) = tokens.get(at) {
+        if token == "{" && !path.is_empty() {
+            let end = closed(tokens, at) - 1;
+            at += 1;
+            while at < end {
+                at = paths(tokens, at, &path, found);
+                // What comes before a comma may have another name here.
+                let comma = tokens[at..end].iter().position(|(token, _)| token == ",");
+                at = comma.map_or(end, |comma| at + comma + 1);
+            }
+            return end + 1;
+        }
+        if token.starts_with(|c: char| c.is_alphabetic() || c == '_') {
+            path.push(token.clone());
+        }
+        if tokens.get(at + 1).is_none_or(|(next, _)| next != "::") {
+            found.push((path, *line));
+            return at + 1;
+        }
+        at += 2;
+    }
+    at
+}
+
+/// A crate's modules by their paths, with their files.
+fn modules(root: &Path, folder: &Path, found: &mut BTreeMap<Vec<String>, PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            modules(root, &path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let module = path.strip_prefix(root).unwrap().with_extension("");
+            let mut module: Vec<_> = module.iter().map(|name| name.to_str().unwrap().to_owned()).collect();
+            if ["mod", "lib", "main"].contains(&module.last().unwrap().as_str()) {
+                module.pop();
+            }
+            found.insert(module, path);
+        }
+    }
+}
+
+/// Which rooms of a crate use which others, with the file and line of the first use. A room is a file or a folder in the crate's
+/// source, or in one of `folders` there.
+fn uses(root: &Path, folders: &BTreeSet<String>) -> BTreeMap<(String, String), String> {
+    let mut all = BTreeMap::new();
+    modules(root, root, &mut all);
+    let known: BTreeSet<_> = all.keys().cloned().collect();
+    let room = |module: &[String]| match module {
+        [folder, room, ..] if folders.contains(folder) => format!("{folder}/{room}"),
+        [room, ..] => room.clone(),
+        [] => String::new(),
+    };
+    let (mut found, mut of_tests) = (Vec::new(), Vec::new());
+    for (module, path) in &all {
+        let (tokens, tests) = without_tests(&tokens(&fs::read_to_string(path).unwrap()));
+        of_tests.extend(tests.into_iter().map(|name| [&module[..], &[name]].concat()));
+        let mut at = 0;
+        let mut own = Vec::new();
+        while at < tokens.len() {
+            let begins = at == 0 || tokens[at - 1].0 != "::";
+            let is_path = begins && tokens.get(at + 1).is_some_and(|(next, _)| next == "::");
+            at = if is_path {
+                paths(&tokens, at, &[], &mut own)
+            } else {
+                at + 1
+            };
+        }
+        for (path, line) in own {
+            let up = path.iter().take_while(|name| *name == "super").count();
+            let base = match path[0].as_str() {
+                "crate" => &[][..],
+                "self" => &module[..],
+                "super" => &module[..module.len().saturating_sub(up)],
+                child if known.contains(&[&module[..], &[child.to_owned()]].concat()) => &module[..],
+                _ => continue,
+            };
+            let skipped = if base.len() == module.len() && path[0] != "self" {
+                0
+            } else {
+                up.max(1)
+            };
+            let mut used = [base, &path[skipped..]].concat();
+            while !known.contains(&used) {
+                used.pop();
+            }
+            found.push((module.clone(), used, format!("{}:{line}", all[module].display())));
+        }
+    }
+    let is_of_tests = |module: &[String]| of_tests.iter().any(|own| module.starts_with(own));
+    let mut uses = BTreeMap::new();
+    for (module, used, place) in found {
+        let (from, to) = (room(&module), room(&used));
+        if from != to && !from.is_empty() && !to.is_empty() && !is_of_tests(&module) && !is_of_tests(&used) {
+            uses.entry((from, to)).or_insert(place);
+        }
+    }
+    uses
+}
+
+/// Uses that are part of a circle, with their places.
+fn circles(uses: &BTreeMap<(String, String), String>) -> Vec<String> {
+    let reaches = |from: &String, to: &String| {
+        let (mut reached, mut next) = (BTreeSet::from([from]), vec![from]);
+        while let Some(room) = next.pop() {
+            let more = uses
+                .keys()
+                .filter(|(user, used)| user == room && !reached.contains(used));
+            let more: Vec<_> = more.map(|(_, used)| used).collect();
+            reached.extend(&more);
+            next.extend(more);
+        }
+        reached.contains(to)
+    };
+    let in_circle = uses.iter().filter(|((from, to), _)| reaches(to, from));
+    in_circle
+        .map(|((from, to), place)| format!("{place}: {from} uses {to}"))
+        .collect()
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
+}
+
+#[test]
+fn folders_of_the_library_use_what_architecture_says() {
+    let text = fs::read_to_string(root().join("docs/architecture.md")).unwrap();
+    let (_, section) = text.split_once("## Folders of the library").unwrap();
+    let (section, _) = section.split_once("\n## ").unwrap();
+    let rows = section.lines().filter_map(|line| line.strip_prefix("| `src/"));
+    let said: BTreeMap<String, BTreeSet<String>> = rows
+        .map(|row| {
+            let (folder, rest) = row.split_once("` |").unwrap();
+            let uses = rest.trim_end().trim_end_matches('|').rsplit('|').next().unwrap();
+            let uses = uses
+                .split(',')
+                .map(|own| own.trim().to_owned())
+                .filter(|own| !own.is_empty());
+            (folder.trim_end_matches('/').to_owned(), uses.collect())
+        })
+        .collect();
+    let folders: BTreeSet<_> = said.keys().filter(|folder| !folder.is_empty()).cloned().collect();
+    let uses = uses(&root().join("src"), &folders);
+    let folder = |room: &str| {
+        room.split('/')
+            .next()
+            .filter(|own| folders.contains(*own))
+            .unwrap_or("")
+            .to_owned()
+    };
+    let mut problems = Vec::new();
+    let mut found: BTreeMap<String, BTreeSet<String>> = said.keys().map(|own| (own.clone(), BTreeSet::new())).collect();
+    for ((from, to), place) in &uses {
+        let [from, to] = [from, to].map(|room| folder(room));
+        if to.is_empty() || from == to {
+            continue;
+        }
+        if !said[&from].contains(&to) {
+            problems.push(format!("{place}: src/{from} may not use src/{to}"));
+        }
+        found.get_mut(&from).unwrap().insert(to);
+    }
+    problems.extend(circles(&uses));
+    assert!(problems.is_empty(), "\n{}", problems.join("\n"));
+    assert_eq!(found, said, "docs/architecture.md allows more than is used");
+}
+
+/// Crates in which some still do.
+const WITH_CIRCLES: [&str; 6] = [
+    "host",
+    "host/base",
+    "host/evolve",
+    "host/lab",
+    "host/report",
+    "host/robots",
+];
+
+#[test]
+fn rooms_of_a_crate_use_each_other_in_no_circle() {
+    let mut crates = Vec::new();
+    for folder in ["host", "shaders", "python"].map(|folder| root().join(folder)) {
+        let inner = fs::read_dir(&folder).unwrap().map(|own| own.unwrap().path());
+        crates.extend(inner.chain([folder]));
+    }
+    crates.retain(|own| own.join("src").is_dir() && WITH_CIRCLES.iter().all(|known| *own != root().join(known)));
+    let circles = crates
+        .iter()
+        .flat_map(|own| circles(&uses(&own.join("src"), &BTreeSet::new())));
+    let circles: Vec<_> = circles.collect();
+    assert!(circles.is_empty(), "\n{}", circles.join("\n"));
+}
+
+#[test]
+fn only_one_folder_names_wgpu() {
+    let mut all = BTreeMap::new();
+    let source = root().join("src");
+    modules(&source, &source, &mut all);
+    let others = all
+        .iter()
+        .filter(|(module, _)| !module.starts_with(&["devices".to_owned(), "gpu".to_owned()]));
+    for (_, path) in others {
+        let names = tokens(&fs::read_to_string(path).unwrap());
+        let named = names
+            .iter()
+            .find(|(token, _)| ["wgpu", "ash"].contains(&token.as_str()));
+        assert!(named.is_none(), "{}:{}", path.display(), named.unwrap().1);
+    }
+}

@@ -1,0 +1,123 @@
+//! Ranges of the arguments of kernels' functions (`docs/extend.md`). Outside of them results have no meaning, but may well be exact, so
+//! that checks of each operation don't find them.
+
+use oneiro_shader_compiler::{Part, Place};
+use oneiro_shader_parts::PARTS;
+
+use crate::exact::{LEAST, RECIPROCAL_GREATEST, ROOT_LEAST, TURNS_GREATEST};
+
+/// The part that has the functions.
+const NUMERICS: &str = "lib/numerics.wgsl";
+
+/// The range of a function's argument.
+struct Range {
+    function: &'static str,
+    parameter: &'static str,
+    least: f32,
+    greatest: f32,
+    /// Whether that is the range of its magnitude.
+    is_signed: bool,
+    has_zero: bool,
+    words: &'static str,
+}
+
+/// A function of numbers that are not smaller than the least normal one.
+const POSITIVE: Range = Range {
+    function: "",
+    parameter: "x",
+    least: LEAST,
+    greatest: f32::MAX,
+    is_signed: false,
+    has_zero: false,
+    words: "from 1.2e-38",
+};
+
+const RANGES: [Range; 5] = [
+    Range {
+        function: "reciprocal",
+        greatest: RECIPROCAL_GREATEST,
+        is_signed: true,
+        words: "from 1.2e-38 to 8e37, of both signs",
+        ..POSITIVE
+    },
+    Range {
+        function: "reciprocal_root",
+        ..POSITIVE
+    },
+    Range {
+        function: "root",
+        least: ROOT_LEAST,
+        has_zero: true,
+        words: "0, and from 8e-31",
+        ..POSITIVE
+    },
+    Range {
+        function: "cosine_sine",
+        parameter: "turns",
+        greatest: TURNS_GREATEST,
+        is_signed: true,
+        has_zero: true,
+        words: "up to 8 million turns, of both signs",
+        ..POSITIVE
+    },
+    Range {
+        function: "logarithm",
+        ..POSITIVE
+    },
+];
+
+impl Range {
+    /// How the function begins.
+    fn head(&self) -> String {
+        format!("fn {}(", self.function)
+    }
+
+    /// Whether the argument is within, in WGSL.
+    fn within(&self) -> String {
+        let Self {
+            parameter,
+            least,
+            greatest,
+            ..
+        } = self;
+        let size = if self.is_signed {
+            format!("abs({parameter})")
+        } else {
+            (*parameter).to_owned()
+        };
+        let zero = if self.has_zero {
+            format!(" | ({parameter} == 0.0f)")
+        } else {
+            String::new()
+        };
+        format!("(({size} >= {least:?}f) & ({size} <= {greatest:?}f)){zero}")
+    }
+}
+
+/// Makes these functions divide their argument's bits by 0 where it is out of its range, in the line of their head: a division that is
+/// checked.
+pub(super) fn checked(mut parts: Vec<Part>) -> Vec<Part> {
+    for part in parts.iter_mut().filter(|part| part.path == NUMERICS) {
+        for range in &RANGES {
+            let head = part.text.find(&range.head());
+            let body = head.and_then(|head| Some(head + part.text[head..].find('{')? + 1));
+            let (parameter, within) = (range.parameter, range.within());
+            let check = format!(" let within = bitcast<u32>({parameter}) / select(0u, 1u, {within});");
+            part.text.insert_str(body.expect("the part has the function"), &check);
+        }
+    }
+    parts
+}
+
+/// What a breach of these divisions says: the function with its argument, and its range.
+pub(super) fn breach(place: &Place, what: &str) -> Option<String> {
+    let bits = what.split_once("u / 0u")?.0.parse().ok()?;
+    let mut parts = PARTS.iter();
+    let (_, text) = parts.find(|(path, _)| *path == NUMERICS && *path == place.path)?;
+    let line = text.lines().nth(place.line - 1)?;
+    let Range { function, words, .. } = RANGES.iter().find(|range| line.starts_with(&range.head()))?;
+    let argument = f32::from_bits(bits);
+    Some(format!(
+        "{function}({argument:?}f) is out of its range, which is {words}"
+    ))
+}

@@ -1,0 +1,16 @@
+//! Evaluators of batches: CPU, GPUs, the choice between them, pools and audits.
+
+#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
+pub mod ahead;
+pub mod audit;
+pub mod auto;
+pub mod backend;
+pub mod background;
+mod code;
+pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod pool;
+pub mod probe;
+pub mod threads;
+mod variants;

@@ -1,0 +1,96 @@
+//! The robot and the world that a kernel is composed for, as its parts see them.
+
+use super::Lives;
+#[cfg(feature = "compose")]
+use crate::genes::SENSOR_NAMES;
+
+/// Handed to the parts by whoever composes a kernel: they know no world.
+#[derive(Debug)]
+pub(crate) struct Owner {
+    /// Source of the robot's parts.
+    pub(crate) make: Make,
+    /// The fields of the kernel's `Readings` that have its readings.
+    pub(crate) fields: Vec<String>,
+    /// How it lives.
+    pub(crate) lives: Lives,
+    /// Whether its world has noise that the shipped kernels don't have.
+    pub(crate) is_varied: bool,
+}
+
+/// Source of a robot's parts.
+#[derive(Debug)]
+#[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
+pub(crate) enum Make {
+    /// Samples, in shipped kernels.
+    Sampled,
+    /// Numbers, from which WGSL was generated.
+    Described(Described),
+    /// A forager's parts.
+    Forager {
+        /// Whether a forager's behaviours control it.
+        behaves: bool,
+        /// Whether its task is to bring food.
+        brings: bool,
+    },
+}
+
+/// A parametric robot.
+#[derive(Debug)]
+#[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
+pub(crate) struct Described {
+    /// WGSL of its sensors and its drive, in place of shipped declarations of the same names.
+    pub(crate) text: String,
+    /// Number of sensors in its list.
+    pub(crate) sensors: usize,
+    /// Whether one of them was sampled.
+    pub(crate) has_sampled_sensors: bool,
+    /// Whether its motors were.
+    pub(crate) has_sampled_motors: bool,
+    /// Values of robots that share a world.
+    pub(crate) together: Option<Together>,
+}
+
+/// Robots that share a world.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Together {
+    /// Number of robots.
+    pub(crate) count: u32,
+    /// How they hear each other, if they do.
+    pub(crate) hearing: Option<Hearing>,
+}
+
+/// How robots hear each other: by a reference model.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
+pub(crate) struct Hearing {
+    /// The model's name.
+    pub(crate) model: &'static str,
+    /// The path of its part.
+    pub(crate) part: &'static str,
+    /// Cycles whose messages count.
+    pub(crate) cycles: u32,
+}
+
+impl Owner {
+    /// Names of its readings.
+    #[cfg(feature = "compose")]
+    pub(crate) fn readings(&self) -> Vec<String> {
+        match self.make {
+            Make::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
+            Make::Described(_) | Make::Forager { .. } => self.fields.clone(),
+        }
+    }
+
+    /// Values of robots that share a world.
+    pub(crate) fn together(&self) -> Option<Together> {
+        match &self.make {
+            Make::Described(own) => own.together,
+            Make::Sampled | Make::Forager { .. } => None,
+        }
+    }
+
+    /// Number of robots in a world.
+    pub(crate) fn robots(&self) -> u32 {
+        self.together().map_or(1, |together| together.count)
+    }
+}

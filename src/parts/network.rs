@@ -1,0 +1,511 @@
+//! Networks that are described by their layers. Each is written out as the WGSL of a controller, and composed like a user's.
+
+use std::fmt::Write;
+
+use crate::exact;
+use crate::genes::Gene;
+use crate::parameter::{Choice, Choices, Invalid, length, only_where};
+
+/// A neural network from all readings to the commands of the two wheels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Network {
+    /// Layers between readings and outputs, in order.
+    pub layers: Vec<Layer>,
+    /// Source of the outputs. `None`: weighted.
+    pub outputs: Option<Outputs>,
+    /// Activation function of weighted outputs. `None`: logistic.
+    pub activation: Option<Activation>,
+    /// Factor of the sum in that function. `None`: 1.
+    pub slope: Option<f32>,
+    /// Without layers: whether the genes are in the order of the inputs, for each the weight to the left and to the right output, as
+    /// EvoStick has them. `None`: the left output's come first.
+    pub interleaved: Option<bool>,
+}
+
+/// A layer of units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// What its units are.
+    pub kind: LayerKind,
+    /// Number of units, 1 to 64.
+    pub units: u32,
+    /// Activation function of dense and Elman layers. `None`: logistic.
+    pub activation: Option<Activation>,
+    /// Factor of the sum in that function. `None`: 1.
+    pub slope: Option<f32>,
+    /// Whether each unit has a bias. `None`: yes.
+    pub biases: Option<bool>,
+    /// Least and greatest time constant of a continuous-time layer, s. `None`: [`TIME_CONSTANTS`].
+    pub time_constants: Option<[f32; 2]>,
+}
+
+impl Default for Layer {
+    fn default() -> Self {
+        Self {
+            kind: LayerKind::Dense,
+            units: 4,
+            activation: None,
+            slope: None,
+            biases: None,
+            time_constants: None,
+        }
+    }
+}
+
+/// A kind of layer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LayerKind {
+    /// No memory.
+    Dense,
+    /// Each unit also weighs all units' outputs of the previous cycle (Elman 1990).
+    Elman,
+    /// Continuous-time recurrent units, `tau y' = -y + sum`, output `logistic(y + bias)` (Beer 1995), by Euler's method with the
+    /// cycle as its step. Each unit also weighs all units' outputs of the previous cycle, and has its time constant as a gene.
+    Ctrnn,
+    /// Long short-term memory (Hochreiter and Schmidhuber 1997; forget gates by Gers et al. 2000, with 1 added to their sums).
+    /// All gates also weigh all units' outputs of the previous cycle.
+    Lstm,
+}
+
+/// An activation function of a sum `x`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Activation {
+    /// `1 / (1 + exp(-x))`.
+    #[default]
+    Logistic,
+    /// The hyperbolic tangent.
+    Tanh,
+    /// `x`, or 0 if `x` is negative; at most [`GREATEST_OUTPUT`].
+    Relu,
+    /// `x`, within plus and minus [`GREATEST_OUTPUT`].
+    Linear,
+    /// 1 if `x` is positive, else 0.
+    Step,
+}
+
+/// Source of a network's two outputs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Outputs {
+    /// Two units that weigh all outputs of the last layer, or all readings if there is no layer.
+    #[default]
+    Weighted,
+    /// The first two units of the last layer.
+    FirstTwo,
+}
+
+/// Most layers.
+pub const GREATEST_LAYERS: usize = 8;
+/// Greatest output of a unit that is not bounded by its activation function, so that a gene times an output stays finite.
+pub const GREATEST_OUTPUT: f32 = 1000.0;
+/// Default range of time constants, s.
+pub const TIME_CONSTANTS: [f32; 2] = [0.1, 5.0];
+
+/// Duration of a cycle, s.
+const CYCLE: f64 = 0.1;
+
+impl Choice for LayerKind {
+    const CHOICES: Choices<Self> = &[
+        ("dense", Self::Dense, "no memory"),
+        (
+            "elman",
+            Self::Elman,
+            "each unit also weighs all units' outputs of the previous cycle",
+        ),
+        (
+            "ctrnn",
+            Self::Ctrnn,
+            "continuous-time recurrent units, each with its time constant as a gene",
+        ),
+        ("lstm", Self::Lstm, "long short-term memory"),
+    ];
+}
+
+impl Choice for Activation {
+    const CHOICES: Choices<Self> = &[
+        ("logistic", Self::Logistic, "1 / (1 + exp(-x))"),
+        ("tanh", Self::Tanh, "the hyperbolic tangent"),
+        ("relu", Self::Relu, "x, or 0 if x is negative; at most 1000"),
+        ("linear", Self::Linear, "x, from -1000 to 1000"),
+        ("step", Self::Step, "1 if x is positive, else 0"),
+    ];
+}
+
+impl Choice for Outputs {
+    const CHOICES: Choices<Self> = &[
+        (
+            "weighted",
+            Self::Weighted,
+            "two units that weigh all outputs of the last layer, or all readings if there is no layer",
+        ),
+        ("first_two", Self::FirstTwo, "the first two units of the last layer"),
+    ];
+}
+
+impl Activation {
+    /// Its value, in WGSL. The slope is the name of a value.
+    fn of(self, slope: Option<String>, sum: &str) -> String {
+        let x = slope.map_or_else(|| sum.to_owned(), |slope| format!("own.{slope} * {sum}"));
+        match self {
+            Self::Logistic => format!("logistic({x})"),
+            Self::Tanh => format!("hyperbolic_tangent({x})"),
+            Self::Relu => format!("flushed(clamp({x}, 0.0f, {GREATEST_OUTPUT:?}f))"),
+            Self::Linear => format!("flushed(clamp({x}, -{GREATEST_OUTPUT:?}f, {GREATEST_OUTPUT:?}f))"),
+            Self::Step => format!("select(0.0f, 1.0f, {x} > 0.0f)"),
+        }
+    }
+
+    /// The command that an output is, in WGSL: functions from 0 to 1 give the command, and others the speed, from -1 to 1.
+    fn command(self, output: &str) -> String {
+        match self {
+            Self::Logistic | Self::Step => output.to_owned(),
+            Self::Tanh | Self::Relu | Self::Linear => format!("0.5f + 0.5f * {output}"),
+        }
+    }
+}
+
+impl Layer {
+    /// The activation function that its outputs have the range of.
+    fn range(&self) -> Activation {
+        match self.kind {
+            LayerKind::Dense | LayerKind::Elman => self.activation.unwrap_or_default(),
+            LayerKind::Ctrnn => Activation::Logistic,
+            LayerKind::Lstm => Activation::Tanh,
+        }
+    }
+
+    /// The sums that a unit makes, by the endings of their genes' names.
+    fn sums(&self) -> &'static [&'static str] {
+        match self.kind {
+            LayerKind::Lstm => &["_input_gate", "_forget_gate", "_output_gate", "_candidate"],
+            _ => &[""],
+        }
+    }
+
+    fn has_biases(&self) -> bool {
+        self.biases.unwrap_or(true)
+    }
+
+    /// Number of outputs of the previous cycle that each unit weighs.
+    fn recurrent(&self) -> u32 {
+        if self.kind == LayerKind::Dense { 0 } else { self.units }
+    }
+
+    /// Number of genes of a sum.
+    fn sum_genes(&self, inputs: u32) -> u32 {
+        inputs + self.recurrent() + u32::from(self.has_biases())
+    }
+
+    /// Number of genes of a unit.
+    fn unit_genes(&self, inputs: u32) -> u32 {
+        self.sums().len() as u32 * self.sum_genes(inputs) + u32::from(self.kind == LayerKind::Ctrnn)
+    }
+
+    /// What its units remember: outputs of the previous cycle are `unit`.
+    fn memory(&self) -> &'static [&'static str] {
+        match self.kind {
+            LayerKind::Dense => &[],
+            LayerKind::Elman => &["unit"],
+            LayerKind::Ctrnn => &["state"],
+            LayerKind::Lstm => &["unit", "cell"],
+        }
+    }
+
+    /// Its part of a cycle in WGSL, from its first gene on: `unit_N` and so on are what it remembers, `layer_N` its outputs.
+    fn wgsl(&self, index: usize, first: u32, inputs: u32) -> String {
+        let (units, of_unit) = (self.units, self.unit_genes(inputs));
+        let output = self.ctrnn_output(index, first, inputs);
+        let past = if self.kind == LayerKind::Ctrnn {
+            format!(
+                "    var unit_{index} = array<f32, {units}>();
+    for (var unit = 0u; unit < {units}u; unit++) {{
+        unit_{index}[unit] = {output};
+    }}
+"
+            )
+        } else {
+            String::new()
+        };
+        let (sums, unit) = (self.weighed(index, inputs), self.unit(index, of_unit, &output));
+        format!(
+            "    var layer_{index} = array<f32, {units}>();
+{past}    for (var unit = 0u; unit < {units}u; unit++) {{
+    let first = {first}u + unit * {of_unit}u;
+{sums}{unit}    }}
+"
+        )
+    }
+
+    /// The output of a continuous-time unit, from its state.
+    fn ctrnn_output(&self, index: usize, first: u32, inputs: u32) -> String {
+        if !self.has_biases() {
+            return format!("logistic(state_{index}[unit])");
+        }
+        let (bias, of_unit) = (first + inputs + self.units, self.unit_genes(inputs));
+        format!("logistic(state_{index}[unit] + gene(life, {bias}u + unit * {of_unit}u))")
+    }
+
+    /// Declares a unit's sums of inputs, of outputs of the previous cycle, and of biases but those of continuous-time units.
+    fn weighed(&self, index: usize, inputs: u32) -> String {
+        let of_sum = self.sum_genes(inputs);
+        let mut text = String::new();
+        for (sum, ending) in self.sums().iter().enumerate() {
+            let (name, offset) = (format!("sum{ending}"), sum as u32 * of_sum);
+            let weighed = weighed(&name, &format!("first + {offset}u"), index, inputs);
+            let _ = writeln!(text, "    {weighed}");
+            if self.recurrent() > 0 {
+                let _ = writeln!(
+                    text,
+                    "    for (var other = 0u; other < {}u; other++) {{
+        {name} += gene(life, first + {}u + other) * unit_{index}[other];
+    }}",
+                    self.units,
+                    offset + inputs
+                );
+            }
+            if self.has_biases() && self.kind != LayerKind::Ctrnn {
+                let _ = writeln!(text, "    {name} += gene(life, first + {}u);", offset + of_sum - 1);
+            }
+        }
+        text
+    }
+
+    /// Writes how a unit with `genes` genes computes its output from its sums.
+    fn unit(&self, index: usize, genes: u32, ctrnn_output: &str) -> String {
+        match self.kind {
+            LayerKind::Dense | LayerKind::Elman => {
+                let slope = self.slope.map(|_| slope(index));
+                let output = self.activation.unwrap_or_default().of(slope, "sum");
+                format!("    layer_{index}[unit] = {output};\n")
+            }
+            LayerKind::Ctrnn => {
+                let [fastest, span] = rates(index);
+                let gene = format!("clamp(gene(life, first + {}u), 0.0f, 1.0f)", genes - 1);
+                format!(
+                    "    let before_{index} = state_{index}[unit];
+    let rate = own.{fastest} * exponential(-own.{span} * {gene});
+    state_{index}[unit] = flushed(before_{index} + rate * flushed(sum - before_{index}));
+    layer_{index}[unit] = {ctrnn_output};
+"
+                )
+            }
+            LayerKind::Lstm => format!(
+                "    let kept = logistic(sum_forget_gate + 1.0f) * cell_{index}[unit];
+    cell_{index}[unit] = flushed(kept + logistic(sum_input_gate) * hyperbolic_tangent(sum_candidate));
+    layer_{index}[unit] = flushed(logistic(sum_output_gate) * hyperbolic_tangent(cell_{index}[unit]));
+"
+            ),
+        }
+    }
+
+    /// Its values, by name: the slope, if it has one, and of time constants the greatest share of one that a cycle is, and the
+    /// logarithm of the greatest by the least. A time constant is `least (greatest / least)^gene` for a gene from 0 to 1.
+    fn values(&self, index: usize) -> Vec<(String, f32)> {
+        let own = self.slope.map(|factor| (slope(index), factor)).into_iter();
+        if self.kind != LayerKind::Ctrnn {
+            return own.collect();
+        }
+        let [least, greatest] = self.time_constants.unwrap_or(TIME_CONSTANTS).map(f64::from);
+        let numbers = [CYCLE / least, exact::logarithm(greatest / least)].map(|number| number as f32);
+        own.chain(rates(index).into_iter().zip(numbers)).collect()
+    }
+
+    /// Checks conditions that involve several of its values; errors have keys without the layer's place.
+    fn check(&self) -> Result<(), Invalid> {
+        let has_activation = matches!(self.kind, LayerKind::Dense | LayerKind::Elman);
+        let is_ctrnn = self.kind == LayerKind::Ctrnn;
+        only_where(
+            format_args!("kind = \"{}\"", self.kind.word()),
+            &[
+                ("activation", self.activation.is_some(), has_activation),
+                ("slope", self.slope.is_some(), has_activation),
+                ("time_constants_s", self.time_constants.is_some(), is_ctrnn),
+            ],
+        )?;
+        match self.time_constants {
+            Some([least, greatest]) if least > greatest => {
+                let problem = format!("is [{least}, {greatest}]; allowed: the least and the greatest");
+                Err(Invalid::new("time_constants_s", problem))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The name of a layer's slope among the values; that of weighted outputs follows those of the layers.
+fn slope(layer: usize) -> String {
+    format!("slope_{layer}")
+}
+
+/// The names of what a layer's time constants are made of, among the values.
+fn rates(layer: usize) -> [String; 2] {
+    [format!("fastest_{layer}"), format!("span_{layer}")]
+}
+
+impl Network {
+    /// Genes for these readings: of each unit, layer by layer, the weights of its inputs, of the outputs of the previous
+    /// cycle, and its bias; of an LSTM unit for each gate; of a continuous-time unit also its time constant. Then those of
+    /// weighted outputs.
+    pub(crate) fn genes(&self, readings: &[String]) -> Vec<Gene> {
+        let mut genes = Vec::new();
+        let mut inputs = readings.to_vec();
+        for (index, layer) in self.layers.iter().enumerate() {
+            let units: Vec<String> = (0..layer.units)
+                .map(|unit| format!("layer_{index}_unit_{unit}"))
+                .collect();
+            for unit in &units {
+                for sum in layer.sums() {
+                    let recurrent = &units[..layer.recurrent() as usize];
+                    let weights = inputs.iter().chain(recurrent);
+                    genes.extend(weights.map(|input| Gene::new(format!("{input}_to_{unit}{sum}"))));
+                    genes.extend(layer.has_biases().then(|| Gene::new(format!("bias_{unit}{sum}"))));
+                }
+                if layer.kind == LayerKind::Ctrnn {
+                    genes.push(Gene::ranged(format!("time_constant_{unit}"), Some([0.0, 1.0])));
+                }
+            }
+            inputs = units;
+        }
+        if self.is_interleaved() {
+            let to = |input: String| ["left", "right"].map(|output| Gene::new(format!("{input}_{output}")));
+            let weights = inputs.into_iter().map(|input| format!("{input}_to"));
+            genes.extend(weights.chain(["bias".to_owned()]).flat_map(to));
+        } else if self.outputs.unwrap_or_default() == Outputs::Weighted {
+            for output in ["left", "right"] {
+                genes.extend(inputs.iter().map(|input| Gene::new(format!("{input}_to_{output}"))));
+                genes.push(Gene::new(format!("bias_{output}")));
+            }
+        }
+        genes
+    }
+
+    /// Whether the genes are in the order of the inputs.
+    fn is_interleaved(&self) -> bool {
+        self.interleaved == Some(true)
+    }
+
+    /// Writes the network out as the WGSL of a controller. `readings` are its inputs, as fields of `Readings`.
+    pub(crate) fn wgsl(&self, readings: &[String]) -> String {
+        let (mut fields, mut cycle, mut kept) = (String::new(), String::new(), Vec::new());
+        let (mut first, mut inputs) = (0, readings.len() as u32);
+        for (index, layer) in self.layers.iter().enumerate() {
+            for what in layer.memory() {
+                let names: Vec<_> = (0..layer.units)
+                    .map(|unit| format!("layer_{index}_{what}_{unit}"))
+                    .collect();
+                let _ = writeln!(fields, "    {}: f32,", names.join(": f32,\n    "));
+                let before: Vec<_> = names.iter().map(|name| format!("before.{name}")).collect();
+                let (units, before) = (layer.units, before.join(", "));
+                let _ = writeln!(cycle, "    var {what}_{index} = array<f32, {units}>({before});");
+                let array = if *what == "unit" { "layer" } else { what };
+                kept.extend((0..units).map(|unit| format!("{array}_{index}[{unit}]")));
+            }
+            cycle += &layer.wgsl(index, first, inputs);
+            first += layer.units * layer.unit_genes(inputs);
+            inputs = layer.units;
+        }
+        let outputs = match (self.outputs.unwrap_or_default(), self.layers.last()) {
+            (Outputs::FirstTwo, Some(layer)) => {
+                let last = self.layers.len() - 1;
+                [0, 1].map(|unit| layer.range().command(&format!("layer_{last}[{unit}]")))
+            }
+            _ => ["left", "right"].map(|name| {
+                if self.is_interleaved() {
+                    let mut gene = u32::from(name == "right");
+                    let _ = writeln!(cycle, "    var {name} = 0.0f;");
+                    for input in readings {
+                        let _ = writeln!(cycle, "    {name} += gene(life, {gene}u) * readings.{input};");
+                        gene += 2;
+                    }
+                    let _ = writeln!(cycle, "    {name} += gene(life, {gene}u);");
+                } else {
+                    let sum = weighed(name, &format!("{first}u"), self.layers.len(), inputs);
+                    let _ = writeln!(cycle, "    {sum}\n    {name} += gene(life, {}u);", first + inputs);
+                }
+                first += inputs + 1;
+                let activation = self.activation.unwrap_or_default();
+                let slope = self.slope.map(|_| slope(self.layers.len()));
+                activation.command(&activation.of(slope, name))
+            }),
+        };
+        let [left, right] = outputs;
+        let (state, after) = if fields.is_empty() {
+            (String::new(), "before".to_owned())
+        } else {
+            let after = format!("ControllerState({})", kept.join(", "));
+            (format!("struct ControllerState {{\n{fields}}}\n"), after)
+        };
+        let (values, own) = self.declared();
+        format!(
+            "const CONTROLLER_GENES: u32 = {first}u;
+{values}{state}fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
+{own}{cycle}    return Command(vec2<f32>({left}, {right}), {after});
+}}
+"
+        )
+    }
+
+    /// The values that its WGSL declares, in order, so that networks that differ in them share a kernel.
+    pub(crate) fn values(&self) -> Vec<(String, f32)> {
+        let layers = self.layers.iter().enumerate();
+        let of_layers = layers.flat_map(|(index, layer)| layer.values(index));
+        let outputs = self.slope.map(|factor| (slope(self.layers.len()), factor));
+        of_layers.chain(outputs).collect()
+    }
+
+    /// The struct of its values and the statement that reads them, in WGSL.
+    fn declared(&self) -> (String, &'static str) {
+        let field = |(name, _): (String, f32)| format!("    {name}: f32, // 1, 0 to 1000: of the network\n");
+        let fields: String = self.values().into_iter().map(field).collect();
+        if fields.is_empty() {
+            return (fields, "");
+        }
+        let own = "    let own = controller_values(life);\n";
+        (format!("struct ControllerValues {{\n{fields}}}\n"), own)
+    }
+
+    /// Checks conditions that involve several values.
+    pub(crate) fn check(&self, readings: &[String], greatest_genes: u32) -> Result<(), Invalid> {
+        length("controller.layers", self.layers.len(), GREATEST_LAYERS)?;
+        for (index, layer) in self.layers.iter().enumerate() {
+            let place = format!("controller.layers[{index}]");
+            layer.check().map_err(|invalid| invalid.within(&place))?;
+        }
+        if self.is_interleaved() && (!self.layers.is_empty() || self.outputs == Some(Outputs::FirstTwo)) {
+            let problem = "is true; allowed: only without layers";
+            return Err(Invalid::new("controller.interleaved", problem));
+        }
+        if self.outputs == Some(Outputs::FirstTwo) {
+            if self.layers.last().is_none_or(|layer| layer.units < 2) {
+                let problem = "is `first_two`, and the last layer has no two units; allowed: `weighted`";
+                return Err(Invalid::new("controller.outputs", problem));
+            }
+            let checked = only_where(
+                "outputs = \"first_two\"",
+                &[
+                    ("activation", self.activation.is_some(), false),
+                    ("slope", self.slope.is_some(), false),
+                ],
+            );
+            checked.map_err(|invalid| invalid.within("controller"))?;
+        }
+        let genes = self.genes(readings).len();
+        if !(1..=greatest_genes as usize).contains(&genes) {
+            let problem = format!("make {genes} genes; allowed: 1 to {greatest_genes}");
+            return Err(Invalid::new("controller.layers", problem));
+        }
+        Ok(())
+    }
+}
+
+/// Declares the sum of all inputs of a layer, each times its gene; `first` is the index of the first of those genes.
+fn weighed(name: &str, first: &str, layer: usize, inputs: u32) -> String {
+    match layer.checked_sub(1) {
+        None => format!("var {name} = weighed(life, {first}, readings);"),
+        Some(before) => format!(
+            "var {name} = 0.0f;
+    for (var input = 0u; input < {inputs}u; input++) {{
+        {name} += gene(life, {first} + input) * layer_{before}[input];
+    }}"
+        ),
+    }
+}

@@ -1,0 +1,275 @@
+//! A world that was checked, with its kernel.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use oneiro_shaders::{Kernel, life};
+
+use crate::batch::{Buffers, WorldKind, Worlds};
+use crate::genes::{Gene, GeneLayout};
+use crate::parameter::Invalid;
+use crate::parts::compose::{self, Composed, Detail, GREATEST_GENES, Kind, Lives, OwnPart, OwnParts};
+use crate::world::described::{Battery, Genomes, Together};
+use crate::world::physics::Physics;
+use crate::world::robot::Build;
+use crate::world::spec::{Controller, Task, WorldSpec};
+use crate::world::{check, pack, reach};
+
+/// A checked world, ready for lives. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct World(Arc<Checked>);
+
+#[derive(Debug)]
+struct Checked {
+    spec: WorldSpec,
+    kernel: &'static Kernel,
+    genes: GeneLayout,
+    details: Vec<Detail>,
+    /// Words of a world of several robots.
+    words: Option<u32>,
+    /// Lines of a record in its traces.
+    lines: u32,
+    physics: Physics,
+    packed: pack::Packed,
+}
+
+impl World {
+    /// Checks every number and prepares the kernels' data.
+    ///
+    /// ```
+    /// use oneiro::world::{World, WorldSpec};
+    ///
+    /// let world = World::new(WorldSpec { cycles: 100, ..WorldSpec::miglino1995() })?;
+    /// assert_eq!(world.genes(), 18);
+    ///
+    /// let error = World::new(WorldSpec { cycles: 0, ..WorldSpec::miglino1995() }).unwrap_err();
+    /// assert_eq!(error.to_string(), "cycles: is 0; allowed: 1 to 1000000");
+    /// # Ok::<(), oneiro::parameter::Invalid>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The first invalid value: its path, the value itself, and the allowed values.
+    pub fn new(spec: WorldSpec) -> Result<Self, Invalid> {
+        let lives = if spec.surrogate.is_some() && spec.robot.build.described().is_some() {
+            Lives::Individual
+        } else {
+            Lives::Simulated
+        };
+        Self::composed(spec, lives)
+    }
+
+    /// The same, with a kernel in which robots live so.
+    pub(crate) fn composed(mut spec: WorldSpec, lives: Lives) -> Result<Self, Invalid> {
+        let physics = check::check(&mut spec)?;
+        let readings = spec.readings();
+        let parts = match &spec.controller {
+            Controller::Network(network) => spec.own.with_network(network, &spec.robot.build.fields())?,
+            Controller::StateMachine(modules) => spec.own.with_state_machine(modules)?,
+            Controller::BehaviourTree(modules) => spec.own.with_behaviour_tree(modules)?,
+            _ => spec.own.clone(),
+        };
+        if physics.together().is_some() && ![Lives::Simulated, Lives::Observed].contains(&lives) {
+            let problem = "is given; allowed: only in the simulator, where all robots live together";
+            return Err(Invalid::new("robot.count", problem));
+        }
+        let owner = spec.owner(&physics, lives)?;
+        let Composed {
+            kernel, genes, words, ..
+        } = parts.compose(kernel(&spec, &physics), &owner)?;
+        let members = physics.together().map_or(0, |own| own.count);
+        let genes = match (&spec.controller, genes) {
+            (Controller::Own, Some(own)) => own.to_vec(),
+            (controller, _) => controller.genes(&readings),
+        };
+        let packed = pack::Packed::new(&spec, &physics, &parts, genes.len())?;
+        let world = Self(Arc::new(Checked {
+            genes: layout(genes, physics.together())?,
+            details: parts.details(&owner),
+            lines: if lives == Lives::Observed { members } else { 1 },
+            words: words.map(|[world, member]| world + members * member),
+            spec,
+            kernel,
+            physics,
+            packed,
+        }));
+        if world.kernel().variants.is_empty() {
+            // The turns of its loops depend on the world.
+            Worlds::new(&[&world]).map_err(|invalid| {
+                let key = key_of_turns(world.spec(), &parts);
+                Invalid::new(key, compose::too_many_turns(&invalid.problem))
+            })?;
+        }
+        Ok(world)
+    }
+
+    /// The same world of robots that live together, observed: its lives have the same bits, and each record of their traces has a
+    /// line for each robot, which [`Trace::by_robot`](crate::batch::Trace::by_robot) takes apart. The records' fitness is that of a
+    /// life that ends there.
+    ///
+    /// # Errors
+    /// Robots that don't live together; loops that turn too often, as for [`World::new`].
+    pub fn observed(&self) -> Result<Self, Invalid> {
+        if self.0.physics.together().is_none() {
+            let problem = "is not given; allowed: only robots that live together are observed";
+            return Err(Invalid::new("robot.count", problem));
+        }
+        Self::composed(self.0.spec.clone(), Lives::Observed)
+    }
+
+    /// Specification that it was made from.
+    pub fn spec(&self) -> &WorldSpec {
+        &self.0.spec
+    }
+
+    /// Number of genes of a controller that lives in it.
+    pub fn genes(&self) -> usize {
+        self.0.genes.genes()
+    }
+
+    /// Details of each record in a trace of its lives.
+    pub fn details(&self) -> &[Detail] {
+        &self.0.details
+    }
+
+    /// Genes of its controller.
+    pub fn gene_layout(&self) -> &GeneLayout {
+        &self.0.genes
+    }
+
+    /// A robot's part of a genome; robots of a team have the same.
+    pub fn genes_of(&self, robot: u32) -> Range<usize> {
+        let genes = self.0.genes.controller().len();
+        let genome = self.0.physics.together().map_or(0, |own| own.genomes.of(robot));
+        let first = genome as usize * genes;
+        first..first + genes
+    }
+
+    /// Number of cycles of a life.
+    pub fn cycles(&self) -> u32 {
+        self.0.spec.cycles
+    }
+
+    /// Number of robots that live in it together; 1 of a single robot.
+    pub fn robots(&self) -> u32 {
+        self.0.physics.together().map_or(1, |own| own.count)
+    }
+
+    /// Whether walls and objects keep a robot within the arena, as far as a grid of half the body's radius shows; `None` if the
+    /// arena is too large for such a grid.
+    pub fn is_enclosed(&self) -> Option<bool> {
+        reach::is_enclosed(self.spec(), &self.0.physics)
+    }
+
+    /// Keys of the walls, obstacles, blocks and patches that no robot gets near enough to notice, such as `arena.patches[2]`, and of
+    /// starts outside of the arena (`start`, `robot.starts_mm`), as far as the same grid shows. None in an arena that is too large for
+    /// it, and none of a forager's.
+    pub fn unreached(&self) -> Vec<String> {
+        reach::unreached(self.spec(), &self.0.physics)
+    }
+
+    /// Estimated share of the field, 0 to 1, where a robot's body touches nothing.
+    pub fn free_share(&self) -> f32 {
+        self.0.packed.free_share
+    }
+
+    /// Kernel that simulates it.
+    pub fn kernel(&self) -> &'static Kernel {
+        self.0.kernel
+    }
+}
+
+/// Genes of all controllers of a world.
+fn layout(controller: Vec<Gene>, together: Option<&Together>) -> Result<GeneLayout, Invalid> {
+    let names = together.map_or_else(Vec::new, |own| own.genomes.names(own.count));
+    if names.is_empty() {
+        return Ok(GeneLayout::new(controller));
+    }
+    let [genomes, genes] = [names.len(), controller.len()];
+    if genomes * genes > GREATEST_GENES as usize {
+        let problem = format!(
+            "makes {genomes} genomes of {genes} genes each, {}; allowed: up to {GREATEST_GENES} genes in all, with fewer teams or a \
+             smaller controller",
+            genomes * genes
+        );
+        return Err(Invalid::new("robot.genomes", problem));
+    }
+    Ok(GeneLayout::several(controller, &names))
+}
+
+/// The key of what makes a cycle's loops turn too often: the robot's sensors, if they do so without these parts, which are a
+/// user's and a network.
+fn key_of_turns(spec: &WorldSpec, parts: &OwnParts) -> String {
+    let without = || {
+        let mut own = WorldSpec {
+            controller: Controller::Perceptron,
+            task: Task::AVOIDANCE,
+            own: OwnParts::default(),
+            ..spec.clone()
+        };
+        if let Build::Differential(robot) = &mut own.robot.build {
+            robot.genomes = Genomes::Homogeneous;
+        }
+        own
+    };
+    match spec.own.iter().last().or(parts.iter().last()) {
+        Some(own) if World::new(without()).is_ok() => own.key(),
+        _ => "robot.sensors".to_owned(),
+    }
+}
+
+/// The shipped kernel of a world, with a perceptron in place of a controller that is composed.
+fn kernel(spec: &WorldSpec, physics: &Physics) -> &'static Kernel {
+    // A described robot's surrogate is composed from the simulator's parts.
+    match (&spec.controller, physics) {
+        (Controller::Hidden { .. }, Physics::Individual(_)) => &oneiro_shaders::SURROGATE_HIDDEN,
+        (Controller::Recurrent, Physics::Individual(_)) => &oneiro_shaders::SURROGATE_RECURRENT,
+        (_, Physics::Individual(_)) => &oneiro_shaders::SURROGATE_PERCEPTRON,
+        (Controller::Hidden { .. }, _) => &oneiro_shaders::LIFE_HIDDEN,
+        (Controller::Recurrent, _) => &oneiro_shaders::LIFE_RECURRENT,
+        (_, _) => &oneiro_shaders::LIFE_PERCEPTRON,
+    }
+}
+
+impl WorldKind for World {
+    /// A world was checked when it was made.
+    fn check(&self) -> Result<(), Invalid> {
+        Ok(())
+    }
+
+    fn kernel(&self) -> &'static Kernel {
+        self.kernel()
+    }
+
+    fn genes(&self) -> usize {
+        self.genes()
+    }
+
+    fn robots(&self) -> u32 {
+        self.robots()
+    }
+
+    fn state_words(&self) -> u32 {
+        let own = (self.0.kernel.stride("state") / size_of::<u32>()) as u32;
+        self.0.words.unwrap_or(own)
+    }
+
+    fn record_words(&self) -> u32 {
+        self.0.lines * (self.0.kernel.stride("trace") / size_of::<u32>()) as u32
+    }
+
+    fn may_end_early(&self) -> bool {
+        let task = self.0.spec.own.get(Kind::Task).map(OwnPart::part);
+        if self.0.words.is_some() {
+            return task.is_some_and(|part| part.functions().contains(&"mission_ends"));
+        }
+        let battery = self.0.physics.described().and_then(|own| own.battery);
+        task.is_some() || matches!(battery, Some(Battery { ends_life: true, .. }))
+    }
+
+    fn pack(&self, buffers: &mut Buffers) -> life::World {
+        let Checked {
+            spec, physics, packed, ..
+        } = &*self.0;
+        packed.in_buffers(spec, physics, buffers)
+    }
+}

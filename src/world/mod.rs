@@ -1,0 +1,33 @@
+//! The world of an episode: robot, arena, noise, controller, task and start as plain data, and the validated [`World`]
+//! that is made from them.
+
+pub mod arena;
+mod body;
+mod check;
+mod checked;
+mod described;
+pub(crate) mod differential;
+mod forager;
+mod noise;
+mod owner;
+mod pack;
+mod parameters;
+mod physics;
+mod reach;
+pub mod reference;
+mod robot;
+mod sensors;
+mod spec;
+pub mod surrogate;
+pub mod tables;
+#[cfg(feature = "compose")]
+mod wgsl;
+
+pub use crate::genes::{Gene, GeneKind, GeneLayout};
+pub use body::Collision;
+pub use checked::World;
+pub use forager::Forager;
+pub use noise::{Drawn, Noise};
+pub use parameters::{COORDINATE, LENGTH, parameters};
+pub use robot::{Build, Robot};
+pub use spec::{Activation, Controller, Difference, Speed, Start, Task, WorldSpec};

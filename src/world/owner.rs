@@ -1,0 +1,73 @@
+//! The world as the owner of its kernel's parts.
+
+use crate::parameter::Invalid;
+use crate::parts::compose::{Lives, Make, Owner};
+use crate::world::physics::Physics;
+use crate::world::spec::WorldSpec;
+
+impl WorldSpec {
+    /// Describes this world and its robot to the parts of a kernel for these lives.
+    ///
+    /// # Errors
+    /// A robot that needs what this program can't compose, or names that WGSL doesn't allow.
+    pub(crate) fn owner(&self, physics: &Physics, lives: Lives) -> Result<Owner, Invalid> {
+        Ok(Owner {
+            make: make(self, physics, lives)?,
+            fields: self.robot.build.fields(),
+            lives,
+            is_varied: self.noise.is_varied(),
+        })
+    }
+
+    /// The same without checks, except those of the robot.
+    #[cfg(all(test, feature = "compose"))]
+    pub(crate) fn unchecked_owner(&self) -> Owner {
+        let physics = super::check::physics(self).expect("a robot");
+        self.owner(&physics, Lives::Simulated).expect("names that WGSL allows")
+    }
+}
+
+#[cfg(feature = "compose")]
+fn make(spec: &WorldSpec, physics: &Physics, lives: Lives) -> Result<Make, Invalid> {
+    use crate::parameter::Choice;
+    use crate::parts::compose::{Described, Hearing, Together};
+    use crate::world::described::Drive;
+    use crate::world::spec::{Controller, Task};
+    use crate::world::wgsl;
+
+    Ok(match physics {
+        Physics::Sampled | Physics::Individual(_) => Make::Sampled,
+        Physics::Forager(_) => Make::Forager {
+            behaves: spec.controller == Controller::Behaviours,
+            brings: spec.task == Task::Foraging,
+        },
+        Physics::Described(own, _) => Make::Described(Described {
+            text: wgsl::of(own, spec, lives == Lives::Individual)?,
+            sensors: own.sensors.len(),
+            has_sampled_sensors: own.has_sampled_sensors(),
+            has_sampled_motors: matches!(own.drive, Drive::Motors { .. }),
+            together: own.together.as_ref().map(|own| Together {
+                count: own.count,
+                hearing: own.model.as_ref().map(|(model, values)| Hearing {
+                    model: model.word(),
+                    part: model.part(),
+                    cycles: values.cycles(),
+                }),
+            }),
+        }),
+    })
+}
+
+#[cfg(not(feature = "compose"))]
+fn make(spec: &WorldSpec, physics: &Physics, _: Lives) -> Result<Make, Invalid> {
+    use crate::parameter::Choice;
+
+    match physics {
+        Physics::Sampled | Physics::Individual(_) => Ok(Make::Sampled),
+        Physics::Described(..) | Physics::Forager(_) => {
+            let kind = spec.robot.build.word();
+            let problem = format!("is `{kind}`, but this program can't compose kernels; allowed: `sampled`");
+            Err(Invalid::new("robot.kind", problem))
+        }
+    }
+}

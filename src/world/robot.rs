@@ -1,0 +1,164 @@
+//! A robot: its body and its kind.
+
+use std::sync::Arc;
+
+use crate::foragers::foraging;
+use crate::parameter::{Choice, Choices};
+use crate::parts::compose::sampled_fields;
+use crate::world::body::{Body, Collision};
+use crate::world::differential::Differential;
+use crate::world::forager::Forager;
+use crate::world::sensors::{Sensor, SensorKind};
+use crate::world::surrogate::Difference;
+use crate::world::tables::{MotorStates, MotorTable, SENSOR_NAMES, SensorTables};
+
+/// A robot with two wheels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Robot {
+    /// Radius of the round body, mm. Khepera: 27.5 (Miglino et al. 1995).
+    pub body_radius: f32,
+    /// Measured readings of its proximity sensors; of a described robot those of its sensors of the kind sampled.
+    pub sensors: Arc<SensorTables>,
+    /// Measured motions of its motors; of a described robot if it has no wheels of its own.
+    pub motors: Arc<MotorTable>,
+    /// Share of a cycle's turn made before its displacement, 0 to 1. With 0 it moves along the old heading. Described robots
+    /// have their own.
+    pub turn_before_move: f32,
+    /// Effect of a collision.
+    pub collision: Collision,
+    /// Whether sensors and motors are those that were sampled, or described.
+    pub build: Build,
+}
+
+impl Robot {
+    /// The compiled-in Khepera with its symmetric motor states.
+    pub fn khepera() -> Self {
+        Self {
+            body_radius: 27.5,
+            sensors: SensorTables::khepera(),
+            motors: MotorTable::khepera(MotorStates::Symmetric20),
+            turn_before_move: 0.0,
+            collision: Collision::Undo,
+            build: Build::Sampled,
+        }
+    }
+
+    /// Number of such robots that live together in one world, if they do.
+    pub(crate) fn members(&self) -> Option<u32> {
+        self.build.described()?.count
+    }
+
+    /// Whether robots that live together start at places of their own.
+    pub fn has_starts(&self) -> bool {
+        !self.start_places().is_empty()
+    }
+
+    /// Where robots that live together start, if that is given: x and y of each, mm.
+    pub(crate) fn start_places(&self) -> &[[f32; 2]] {
+        self.build.described().map_or(&[], Differential::start_places)
+    }
+
+    /// The sensors of a described robot, in the order of their readings; none of a sampled one.
+    pub fn described_sensors(&self) -> &[Sensor] {
+        self.build.described().map_or(&[], |own| &own.sensors)
+    }
+
+    /// The tables that its sensors read, if any does.
+    pub fn tables(&self) -> Option<&SensorTables> {
+        match &self.build {
+            Build::Differential(own) if !own.has_sampled_sensors() => None,
+            Build::Forager(_) => None,
+            _ => Some(&self.sensors),
+        }
+    }
+
+    /// Its body.
+    pub(crate) fn body(&self) -> Body<'_> {
+        Body {
+            radius: self.body_radius,
+            sensors: &self.sensors,
+            motors: &self.motors,
+            collision: self.collision,
+        }
+    }
+
+    /// Whether a surrogate's difference changes anything for it. Of described robots, rays meet all objects anyway, so
+    /// [`Difference::Geometry`] is where their sensors look and how strong they are; described wheels drive arcs; and a robot that
+    /// slides or sticks in the simulator does so in reality.
+    pub fn differs_by(&self, difference: Difference) -> bool {
+        let Some(own) = self.build.described() else {
+            return true;
+        };
+        let has = |is_such: &dyn Fn(SensorKind) -> bool| own.sensors.iter().any(|sensor| is_such(sensor.kind));
+        match difference {
+            Difference::Geometry => has(&|kind| kind.is_analogue() && kind != SensorKind::Sampled),
+            Difference::Reflectivity => has(&|kind| matches!(kind, SensorKind::Proximity | SensorKind::Ground)),
+            Difference::Illumination => has(&SensorKind::sees_light),
+            Difference::ReadNoise => has(&SensorKind::is_analogue),
+            Difference::Latency | Difference::MotorLag | Difference::Wheels => true,
+            Difference::Arcs => own.sampled_motors && own.turn_before_move != Some(0.5),
+            Difference::Slip => matches!(self.collision, Collision::Undo | Collision::KeepTurn),
+        }
+    }
+}
+
+/// Origin of a robot's sensors and motors.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Build {
+    /// The tables of [`Robot::sensors`](crate::world::Robot::sensors) and [`Robot::motors`](crate::world::Robot::motors).
+    #[default]
+    Sampled,
+    /// Numbers, which take the tables' place but for what is of the kind sampled. Needs the feature `compose`.
+    Differential(Differential),
+    /// An e-puck in the on-board simulator of O'Dowd et al. 2014: [`Forager`]. It brings its own body and its own arena. Needs the
+    /// feature `compose`.
+    Forager(Forager),
+}
+
+impl Build {
+    /// The description of a robot that is described.
+    pub fn described(&self) -> Option<&Differential> {
+        match self {
+            Self::Differential(own) => Some(own),
+            Self::Sampled | Self::Forager(_) => None,
+        }
+    }
+
+    /// Names of its readings.
+    pub fn readings(&self) -> Vec<String> {
+        match self {
+            Self::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
+            Self::Differential(own) => own.readings(),
+            Self::Forager(_) => foraging::READINGS.map(str::to_owned).into(),
+        }
+    }
+
+    /// The fields of a kernel's `Readings` that have them.
+    pub(crate) fn fields(&self) -> Vec<String> {
+        match self {
+            Self::Sampled => sampled_fields(),
+            Self::Differential(_) | Self::Forager(_) => self.readings(),
+        }
+    }
+}
+
+impl Choice for Build {
+    const CHOICES: Choices<Self> = &[
+        ("sampled", Self::Sampled, "from tables of samples, as the Khepera"),
+        (
+            "differential",
+            Self::Differential(Differential::open()),
+            "two wheels, and the sensors listed: see docs/robots.md",
+        ),
+        (
+            "forager",
+            Self::Forager(Forager::ODOWD2014),
+            "an e-puck in a round arena with food, a nest and a lamp: see docs/epuck.md",
+        ),
+    ];
+
+    /// Experiments from before there was a choice keep their identity.
+    fn is_written(&self) -> bool {
+        *self != Self::Sampled
+    }
+}

@@ -1,0 +1,233 @@
+//! The description of a world: arena, noise, controller, task and start as plain data.
+
+use std::sync::Arc;
+
+use crate::foragers::foraging;
+use crate::genes::{Gene, GeneLayout, PREVIOUS};
+use crate::parts::automode::{self, Modules};
+use crate::parts::compose::OwnParts;
+use crate::parts::network::Network;
+use crate::world::arena::Arena;
+use crate::world::forager::Forager;
+use crate::world::noise::Noise;
+use crate::world::robot::{Build, Robot};
+use crate::world::surrogate::Surrogate;
+use crate::world::tables::SENSOR_NAMES;
+
+/// Mapping from sensors to wheel commands, with weights and biases as genes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Controller {
+    /// All readings to 2 logistic outputs: 18 genes for 8 readings.
+    Perceptron,
+    /// All readings to `units` hidden logistic units to 2 logistic outputs: `11 units + 2` genes for 8 readings.
+    Hidden {
+        /// Number of hidden units, 1 to 32.
+        units: u32,
+    },
+    /// All readings and the 2 previous outputs to 2 logistic outputs: 22 genes for 8 readings.
+    Recurrent,
+    /// A network that is described by its layers. Needs the feature `compose`.
+    Network(Network),
+    /// A probabilistic finite state machine of `AutoMoDe`'s modules: 97 genes. Only for [`Model::Vectors`]. Needs the feature
+    /// `compose`.
+    ///
+    /// [`Model::Vectors`]: crate::reference::Model::Vectors
+    StateMachine(Modules),
+    /// A behaviour tree of the same modules: 29 genes. Likewise.
+    BehaviourTree(Modules),
+    /// A forager's behaviours: 2 genes choose between seeking the light, fleeing it and searching at random, with food and
+    /// without. Only for [`Build::Forager`].
+    Behaviours,
+    /// A user's controller, in [`WorldSpec::own`].
+    Own,
+}
+
+impl Controller {
+    /// Genes of a controller with these readings, unless it is a user's.
+    pub(crate) fn genes(&self, readings: &[String]) -> Vec<Gene> {
+        const OUTPUTS: [&str; 2] = ["left", "right"];
+        let weights = |inputs: &[String], to: &str| -> Vec<Gene> {
+            let weights = inputs.iter().map(|input| format!("{input}_to_{to}"));
+            weights.chain([format!("bias_{to}")]).map(Gene::new).collect()
+        };
+        match self {
+            Self::Perceptron => OUTPUTS.iter().flat_map(|to| weights(readings, to)).collect(),
+            Self::Hidden { units } => {
+                let unit = |unit: u32| {
+                    let to_outputs = OUTPUTS.map(|to| Gene::new(format!("unit_{unit}_to_{to}")));
+                    weights(readings, &format!("unit_{unit}")).into_iter().chain(to_outputs)
+                };
+                let biases = OUTPUTS.map(|to| Gene::new(format!("bias_{to}")));
+                (0..*units).flat_map(unit).chain(biases).collect()
+            }
+            Self::Recurrent => {
+                let inputs = [readings, &PREVIOUS.map(str::to_owned)].concat();
+                OUTPUTS.iter().flat_map(|to| weights(&inputs, to)).collect()
+            }
+            Self::Network(network) => network.genes(readings),
+            Self::StateMachine(_) => automode::machine_genes(),
+            Self::BehaviourTree(_) => automode::tree_genes(),
+            Self::Behaviours => foraging::genes(),
+            Self::Own => Vec::new(),
+        }
+    }
+
+    /// Genes of a shipped controller that reads the eight sampled sensors of proximity.
+    pub fn layout(&self) -> GeneLayout {
+        GeneLayout::new(self.genes(&SENSOR_NAMES.map(str::to_owned)))
+    }
+}
+
+/// The role of speed in equation 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Speed {
+    /// `(|left| + |right|) / 2`: driving backwards earns as much as driving forwards.
+    Unsigned,
+    /// `(left + right) / 2`.
+    Signed,
+}
+
+/// Power of the wheels' difference in equation 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Difference {
+    /// `1 - sqrt(DV)`, as in Floreano and Mondada and in Evorobot.
+    Root,
+    /// `1 - DV^2`, as printed in the 1995 paper.
+    Square,
+}
+
+/// Activation that counts in equation 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Activation {
+    /// Without the added sensor noise.
+    Real,
+    /// With the added sensor noise.
+    Perceived,
+    /// No sensor term (the two-term formula of Jakobi et al. 1995).
+    None,
+}
+
+/// Task that fitness measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Task {
+    /// A user's task, in [`WorldSpec::own`].
+    Own,
+    /// The seconds that are left when food is brought to the nest: equation 1 of O'Dowd et al. 2014. Only for
+    /// [`Build::Forager`].
+    Foraging,
+    /// Equation 1 of Miglino et al. 1995, summed over the cycles of a life.
+    Avoidance {
+        /// Signed or unsigned V.
+        speed: Speed,
+        /// Root or square of DV.
+        difference: Difference,
+        /// Activation in (1 - I).
+        activation: Activation,
+        /// Additional value of each 50 mm cell that the robot's centre enters for the first time, 0 to 1000. The
+        /// paper's conclusion proposes such a term, only for simulations, where the robot's position is known. Must be
+        /// 0 for fields of more than 128 cells.
+        new_cell: f32,
+    },
+}
+
+impl Task {
+    /// Equation 1 with unsigned V, the root of DV and the activation without added noise.
+    pub const AVOIDANCE: Self = Self::Avoidance {
+        speed: Speed::Unsigned,
+        difference: Difference::Root,
+        activation: Activation::Real,
+        new_cell: 0.0,
+    };
+
+    /// Sets the value of a new cell, if the task has one.
+    #[must_use]
+    pub fn with_new_cell(mut self, value: f32) -> Self {
+        if let Self::Avoidance { new_cell, .. } = &mut self {
+            *new_cell = value;
+        }
+        self
+    }
+}
+
+/// Start of a life.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// A free pose, drawn uniformly over the arena's field and all headings with the rollout's own key.
+    Random,
+    /// A fixed pose: x and y in mm, heading in turns counter-clockwise from the x axis.
+    At {
+        /// x in mm.
+        x: f32,
+        /// y in mm.
+        y: f32,
+        /// Heading in turns, -1 to 1; a world has it from 0 to less than 1.
+        heading: f32,
+    },
+}
+
+/// Everything about a life except genes and seed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorldSpec {
+    /// The body, its sensors and motors.
+    pub robot: Robot,
+    /// The individual that lives, by its own physics. `None`: the simulator made from the robot's tables or description.
+    pub surrogate: Option<Arc<Surrogate>>,
+    /// Walls and obstacles.
+    pub arena: Arena,
+    /// Noise of the simulation.
+    pub noise: Noise,
+    /// Mapping from sensors to wheel commands.
+    pub controller: Controller,
+    /// Task that fitness measures.
+    pub task: Task,
+    /// Sensors that a user wrote, the controller if `controller` is [`Controller::Own`], and the task if `task` is
+    /// [`Task::Own`].
+    pub own: OwnParts,
+    /// Start of lives.
+    pub start: Start,
+    /// Length of a life in cycles of 100 ms, 1 to 1,000,000.
+    pub cycles: u32,
+}
+
+impl WorldSpec {
+    /// The main conditions of Miglino et al. 1995, without noise: a Khepera, its arena with three obstacles, a
+    /// perceptron, 500 cycles from a random free pose.
+    pub fn miglino1995() -> Self {
+        Self {
+            robot: Robot::khepera(),
+            surrogate: None,
+            arena: Arena::miglino1995(),
+            noise: Noise::NONE,
+            controller: Controller::Perceptron,
+            task: Task::AVOIDANCE,
+            own: OwnParts::default(),
+            start: Start::Random,
+            cycles: 500,
+        }
+    }
+
+    /// A forager in its arena, with its behaviours, its task and the start and the length of its lives.
+    pub fn foraging(forager: Forager) -> Self {
+        let own = forager.foraging;
+        Self {
+            robot: Robot {
+                body_radius: own.body_radius,
+                build: Build::Forager(forager),
+                ..Robot::khepera()
+            },
+            arena: Arena::default(),
+            controller: Controller::Behaviours,
+            task: Task::Foraging,
+            start: own
+                .start
+                .map_or(Start::Random, |[x, y, heading]| Start::At { x, y, heading }),
+            cycles: own.cycles,
+            ..Self::miglino1995()
+        }
+    }
+
+    /// Names of all readings: the robot's, then those of a user's sensors.
+    pub(crate) fn readings(&self) -> Vec<String> {
+        self.own.readings_of(&self.robot.build.readings())
+    }
+}

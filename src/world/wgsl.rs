@@ -1,0 +1,612 @@
+//! Generates WGSL for a parametric robot: its memory, its motion and its readings.
+
+use std::fmt::Write;
+
+use oneiro_shader_compiler::declarations::is_reserved;
+
+use crate::genes::SENSORS;
+use crate::parameter::Invalid;
+use crate::world::arena::{Arena, Patch};
+use crate::world::described::{Battery, Described, Drive, GREATEST_MEMBERS, Genomes, Together, WheelNoise};
+use crate::world::reference::Reference;
+use crate::world::sensors::{Sensor, SensorKind};
+use crate::world::spec::WorldSpec;
+use crate::world::tables::SensorTables;
+
+/// Generates the WGSL of a world's parametric robot, or of an individual that differs from it.
+///
+/// # Errors
+/// Names of sensors that can't be fields.
+pub(super) fn of(robot: &Described, spec: &WorldSpec, is_individual: bool) -> Result<String, Invalid> {
+    check_names(robot)?;
+    let arena = &spec.arena;
+    let mut text = readings(robot, &spec.robot.sensors, arena, is_individual) + &drive(robot, arena);
+    if let Some(together) = &robot.together {
+        text += &constants(robot, together, arena, spec.robot.body_radius);
+    }
+    Ok(text)
+}
+
+/// Refuses names of sensors that no field of `Readings` can have: words of WGSL, and the one that holds a user's sensors.
+fn check_names(robot: &Described) -> Result<(), Invalid> {
+    const OWN: &str = "own";
+    let is_taken = |name: &str| name == OWN || is_reserved(name);
+    match robot.sensors.iter().position(|sensor| is_taken(&sensor.name)) {
+        None => Ok(()),
+        Some(index) => {
+            let name = &robot.sensors[index].name;
+            let problem = format!("is `{name}`; allowed: a name that is neither `{OWN}` nor a reserved word of WGSL");
+            Err(Invalid::new(format!("robot.sensors[{index}].name"), problem))
+        }
+    }
+}
+
+/// What a described robot remembers and how it moves, in place of `robot/differential.wgsl`.
+fn drive(robot: &Described, arena: &Arena) -> String {
+    let latency = robot.latency;
+    // Fields beside `stuck`: the commands that are yet to take effect, the oldest first; the wheels' speeds; and the cycles since
+    // the battery was full.
+    let mut pairs: Vec<String> = (0..latency).map(|age| format!("command_{age}")).collect();
+    let mut steps = String::new();
+    if latency > 0 {
+        steps += "    let due = own.command_0;\n";
+        for age in 1..latency {
+            let _ = writeln!(steps, "    own.command_{} = own.command_{age};", age - 1);
+        }
+        let _ = writeln!(steps, "    own.command_{} = speeds;\n    speeds = due;", latency - 1);
+    }
+    if robot.acceleration > 0.0 {
+        pairs.push("speeds".to_owned());
+        steps += "    let drive = drive_of(life.world);
+    let left = accelerated(drive, own.speeds.x, speeds.x);
+    let right = accelerated(drive, own.speeds.y, speeds.y);
+    own.speeds = vec2<f32>(left.end, right.end);
+    speeds = vec2<f32>(left.mean, right.mean);
+";
+    }
+    let (mut members, mut kept) = (String::new(), String::new());
+    for pair in pairs {
+        let _ = writeln!(members, "    {pair}: vec2<f32>,");
+        let _ = write!(kept, ", vec2<f32>(stored(own.{pair}.x), stored(own.{pair}.y))");
+    }
+    if robot.battery.is_some() {
+        members += "    used: u32,\n";
+        kept += ", own.used";
+    }
+    if let Some((_, law)) = robot.wheel_noise() {
+        let [drawn, left, right] = match law {
+            WheelNoise::Uniform => ["units", "(2.0f * slips.x - 1.0f)", "(2.0f * slips.y - 1.0f)"],
+            WheelNoise::Normal => ["normal_pair", "slips.x", "slips.y"],
+        };
+        let _ = writeln!(
+            steps,
+            "    let slips = {drawn}(random_words(life.key, STREAM_ACTUATOR, step, 1u));
+    let noise = numbers(life.world, {}u).x;
+    speeds.x *= 1.0f + noise * {left};
+    speeds.y *= 1.0f + noise * {right};",
+            robot.noise_cell(arena)
+        );
+    }
+    let motion = match (&robot.drive, steps.is_empty()) {
+        (Drive::Motors { .. }, true) => {
+            "    return Driven(noisy_motion(life, step, commanded(life.world, outputs)), before);\n".to_owned()
+        }
+        (Drive::Motors { .. }, false) => format!(
+            "    var own = before;
+    var speeds = commanded_speeds(life.world, outputs);
+{steps}    var moved = motion_between(life.world, speeds);
+    // Samples may have no speed 0.
+    if (step < {latency}u) {{
+        moved = Motion();
+    }}
+    return Driven(noisy_motion(life, step, moved), own);
+"
+        ),
+        (Drive::Wheels(_), _) => format!(
+            "    let wheels = wheels_of(life.world);
+    var own = before;
+    var speeds = vec2<f32>(speed_of(wheels, outputs.x), speed_of(wheels, outputs.y));
+{steps}    return Driven(noisy_motion(life, step, rolled(wheels, speeds)), own);
+"
+        ),
+    };
+    let after = charged(robot, arena);
+    let ends = if matches!(robot.battery, Some(Battery { ends_life: true, .. })) {
+        "f32(own.used) >= drive_of(world).cycles"
+    } else {
+        "false"
+    };
+    format!(
+        "struct RobotState {{
+    stuck: u32,
+{members}}}
+fn robot_kept(own: RobotState) -> RobotState {{
+    return RobotState(own.stuck{kept});
+}}
+fn motion(life: Life, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {{
+{motion}}}
+fn robot_after(world: u32, end: vec3<f32>, before: RobotState) -> RobotState {{
+    var own = before;
+{after}    return own;
+}}
+fn robot_ends(world: u32, own: RobotState) -> bool {{
+    return {ends};
+}}
+"
+    )
+}
+
+/// What a cycle takes from a battery, and what the floor gives back at its end.
+fn charged(robot: &Described, arena: &Arena) -> String {
+    let charges = |(_, patch): &(usize, &Patch)| patch.charges == Some(true);
+    let charging = arena.patches.iter().enumerate().filter(charges);
+    let is_on = |(index, _): (usize, &Patch)| format!("is_on_patch(world, {index}u, vec2<f32>(end.x, end.y))");
+    let is_on: Vec<_> = charging.map(is_on).collect();
+    match (robot.battery, &is_on[..]) {
+        (None, _) => String::new(),
+        (Some(_), []) => "    own.used += 1u;\n".to_owned(),
+        (Some(_), is_on) => format!("    own.used = select(own.used + 1u, 0u, {});\n", is_on.join(" | ")),
+    }
+}
+
+/// The first cell of sensors; before it are those of the wheels and of the drive.
+const FIRST_SENSOR: usize = 2;
+
+/// The cell with the floor's grey; each sensor has two before it.
+fn floor_cell(robot: &Described) -> usize {
+    FIRST_SENSOR + 2 * robot.sensors.len()
+}
+
+/// The first cell of a sensor's response and the number of its points.
+fn response_cells(robot: &Described, arena: &Arena, sensor: &Sensor) -> Option<[usize; 2]> {
+    let own = sensor.response.as_ref()?;
+    let responses = robot.responses().into_iter();
+    let before: usize = responses
+        .take_while(|other| *other != own)
+        .map(|other| other.0.len())
+        .sum();
+    let first = floor_cell(robot) + 1 + arena.lights.len() + 2 * arena.patches.len();
+    Some([first + before, own.0.len()])
+}
+
+/// The planes of eight sensors that a described robot's tables have, and those of them that its sensors read.
+struct Planes {
+    count: usize,
+    read: Vec<usize>,
+}
+
+impl Planes {
+    fn new(robot: &Described, tables: &SensorTables) -> Self {
+        let mut read: Vec<_> = robot
+            .columns
+            .iter()
+            .flatten()
+            .map(|column| *column as usize / SENSORS)
+            .collect();
+        read.sort_unstable();
+        read.dedup();
+        Self {
+            count: (tables.sensors() as usize).div_ceil(SENSORS),
+            read,
+        }
+    }
+
+    /// What comes before the loop over objects: the sums of readings.
+    fn sums(&self) -> String {
+        let sum = |plane: &usize| format!("    var sums{plane} = vec4<u32>(0u);\n");
+        let sums: String = self.read.iter().map(sum).collect();
+        format!("    var seen = Sighted();\n    let plane = worlds[world].rows * worlds[world].bearings;\n{sums}")
+    }
+
+    /// What is done for each object: as in `sensor/sampled.wgsl`, one object of each layer is looked up. `sensor` is a sampled one.
+    fn of_an_object(&self, sensor: usize) -> String {
+        let sum = |plane: &usize| {
+            let table = format!("seen.table + {plane}u * plane");
+            format!("                sums{plane} += sampled(world, pose.z, seen.to, seen.contact, {table});\n")
+        };
+        let sums: String = self.read.iter().map(sum).collect();
+        format!(
+            "        let next = sighted(world, shape, pose, at, s{sensor}.range);
+        if (next.in_reach) {{
+            seen = next;
+        }}
+        if (shapes[shape].ends_layer != 0u) {{
+            if (seen.in_reach) {{
+{sums}            }}
+            seen.in_reach = false;
+        }}
+"
+        )
+    }
+
+    /// The reading of a column.
+    fn reading(column: usize) -> String {
+        let (plane, sensor) = (column / SENSORS, column % SENSORS);
+        let word = format!("sums{plane}.{}", ["x", "y", "z", "w"][sensor / 2]);
+        let sum = if sensor % 2 == 0 {
+            format!("{word} & 0xffffu")
+        } else {
+            format!("{word} >> 16u")
+        };
+        format!("activation({sum}, worlds[world].reading_scale)")
+    }
+}
+
+/// How far an object leaves rays from the body's centre free. What the rays of one kind of object share is computed once.
+fn of_rays(rays: &[usize]) -> String {
+    if rays.is_empty() {
+        return String::new();
+    }
+    let meet = |kind: &str| {
+        let ray = |index: &usize| {
+            format!(
+                "                free{index} = min(free{index}, ray_to_{kind}(shape, at, ahead{index}, free{index}));\n"
+            )
+        };
+        rays.iter().map(ray).collect::<String>()
+    };
+    format!(
+        "            if (shapes[shape].kind == ROUND) {{
+{}            }} else if (shapes[shape].kind == BLOCK) {{
+{}            }} else {{
+{}            }}
+",
+        meet("round"),
+        meet("block"),
+        meet("wall"),
+    )
+}
+
+/// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
+/// differ from the description.
+fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individual: bool) -> String {
+    let (all, listed) = (robot.readings(), robot.sensors.len());
+    let count = all.len();
+    let each = |names: &[String], line: &dyn Fn(usize, &str) -> String| -> String {
+        let lines = names.iter().enumerate();
+        lines.map(|(index, name)| line(index, name)).collect()
+    };
+    let fields = each(&all, &|_, name| format!("    {name}: f32,\n"));
+    let sum = each(&all, &|index, name| {
+        format!("    sum += gene(life, index + {index}u) * r.{name};\n")
+    });
+    // Four numbers are drawn at a time.
+    let mut draws = String::new();
+    for draw in 0..listed.div_ceil(4) {
+        let words = format!("random_words(life.key, STREAM_SENSOR, step, {draw}u)");
+        let _ = writeln!(draws, "        let n{draw} = units({words}) * span + low;");
+    }
+    let noisy = each(&all[..listed], &|index, name| {
+        let noise = format!("n{}.{}", index / 4, ["x", "y", "z", "w"][index % 4]);
+        format!("        noisy.{name} = clamp(readings.{name} + {noise}, 0.0f, 1.0f);\n")
+    });
+    // One loop over all objects serves all sensors that measure objects.
+    let (mut numbers, mut objects, mut readings) = (String::new(), String::new(), String::new());
+    let (mut rays, mut bumpers, mut widest) = (Vec::new(), String::new(), "0.0f".to_owned());
+    // What is done for each other robot, if several live together.
+    let (mut others, mut pressing) = (String::new(), String::new());
+    let (mut read, mut highest) = (String::new(), "0.0f".to_owned());
+    if is_individual {
+        numbers += "    let gain = illumination(world, at);\n";
+    }
+    // How strong a sensor of an individual is.
+    let strength = |cell: usize| format!("numbers(world, {}u).y", cell + 1);
+    let (columns, planes) = (&robot.columns, Planes::new(robot, tables));
+    for (index, sensor) in robot.sensors.iter().enumerate() {
+        let cell = FIRST_SENSOR + 2 * index;
+        let _ = writeln!(numbers, "    let s{index} = sensor_of(world, {cell}u);");
+        let _ = writeln!(numbers, "    let looks{index} = pose.z + s{index}.heading;");
+        let own = format!("s{index}, looks{index}");
+        let bearing = match sensor.bearing {
+            Some(_) => format!("pose.z + numbers(world, {}u).x", cell + 1),
+            None => format!("looks{index}"),
+        };
+        let outward = format!("cosine_sine({bearing})");
+        let place = format!("at + s{index}.offset * {outward}");
+        let reading = match sensor.kind {
+            SensorKind::Distance | SensorKind::Proximity => {
+                let _ = writeln!(numbers, "    let ahead{index} = cosine_sine(looks{index});");
+                let seems = is_individual && sensor.kind == SensorKind::Proximity;
+                let ray = if seems {
+                    let _ = writeln!(numbers, "    let far{index} = with_farther_sight(s{index});");
+                    let _ = writeln!(numbers, "    var seeming{index} = 1.0f;");
+                    format!("far{index}")
+                } else {
+                    format!("s{index}")
+                };
+                let _ = writeln!(numbers, "    var free{index} = {ray}.offset + {ray}.range;");
+                let is_at_centre = sensor.bearing.is_none();
+                let seen = if is_at_centre {
+                    format!("ray_to_body(to, ahead{index}, body_squared, free{index})")
+                } else {
+                    format!("body_from_place(to, outward{index}, ahead{index}, body_squared, {ray})")
+                };
+                let _ = writeln!(others, "            free{index} = min(free{index}, {seen});");
+                let nearest = if is_at_centre {
+                    format!("ray_to_shape(shape, at, ahead{index}, free{index})")
+                } else {
+                    let _ = writeln!(numbers, "    let outward{index} = {outward};");
+                    format!("free_from_place(shape, at, outward{index}, ahead{index}, {ray})")
+                };
+                let free = if seems {
+                    let _ = writeln!(objects, "            let here{index} = {nearest};");
+                    let _ = writeln!(
+                        objects,
+                        "            seeming{index} = select(seeming{index}, shapes[shape].reflectivity, here{index} < free{index});"
+                    );
+                    let _ = writeln!(objects, "            free{index} = min(free{index}, here{index});");
+                    let share = format!("seeming{index} * (seeming_share(gain) * {})", strength(cell));
+                    format!("seemingly_free(s{index}, free{index}, {share})")
+                } else {
+                    if is_at_centre {
+                        rays.push(index);
+                    } else {
+                        let _ = writeln!(objects, "            free{index} = min(free{index}, {nearest});");
+                    }
+                    format!("free{index}")
+                };
+                let share = format!("range_share(s{index}, {free})");
+                match (sensor.kind, response_cells(robot, arena, sensor)) {
+                    (_, Some([first, points])) => {
+                        format!("response_reading(world, s{index}, {free}, {first}u, {points}u)")
+                    }
+                    (SensorKind::Distance, None) => share,
+                    (_, None) => format!("1.0f - {share}"),
+                }
+            }
+            SensorKind::Sight => {
+                let _ = writeln!(numbers, "    let ahead{index} = cosine_sine(looks{index});");
+                let far = format!("s{index}.offset + s{index}.range");
+                let _ = writeln!(numbers, "    var free{index} = {far};\n    var seen{index} = {far};");
+                let _ = writeln!(
+                    others,
+                    "            seen{index} = min(seen{index}, ray_to_body(to, ahead{index}, body_squared, seen{index}));"
+                );
+                rays.push(index);
+                format!("select(0.0f, 1.0f, seen{index} < free{index})")
+            }
+            SensorKind::Bumper => {
+                let _ = writeln!(
+                    pressing,
+                    "                pressed{index} = max(pressed{index}, bumper_on(2.0f * members.body, squared, bearing, {own}));"
+                );
+                let _ = writeln!(numbers, "    var pressed{index} = 0.0f;");
+                let pressed = format!("max(pressed{index}, bumper_at(shape, squared, bearing, {own}))");
+                let _ = writeln!(bumpers, "                pressed{index} = {pressed};");
+                widest = format!("max({widest}, s{index}.range)");
+                format!("pressed{index}")
+            }
+            SensorKind::Light if is_individual => {
+                let more = format!("gain * {}", strength(cell));
+                format!("min(flushed(light_reading(world, {place}, {own}) * ({more})), 1.0f)")
+            }
+            SensorKind::Light => format!("light_reading(world, {place}, {own})"),
+            SensorKind::Ground if is_individual => {
+                format!("min(ground_reading(world, {place}) * {}, 1.0f)", strength(cell))
+            }
+            SensorKind::Ground => format!("ground_reading(world, {place})"),
+            SensorKind::Battery => "battery_reading(world, robot.used)".to_owned(),
+            SensorKind::Sampled => Planes::reading(columns[index].unwrap_or(0) as usize),
+        };
+        if is_individual && sensor.kind.is_analogue() {
+            let ambient = if sensor.kind.sees_light() {
+                "own.ambient"
+            } else {
+                "0.0f"
+            };
+            let word = format!("w{}.{}", index / 4, ["x", "y", "z", "w"][index % 4]);
+            let name = &sensor.name;
+            let _ = writeln!(
+                read,
+                "    read.{name} = read_with_noise(own, readings.{name}, {ambient}, {word});"
+            );
+        }
+        if matches!(sensor.kind, SensorKind::Proximity | SensorKind::Sampled) {
+            highest = format!("max({highest}, r.{})", sensor.name);
+        }
+        let _ = writeln!(readings, "        {reading},");
+    }
+    objects += &of_rays(&rays);
+    if !bumpers.is_empty() {
+        let _ = write!(
+            objects,
+            "            let near = shapes[shape].contact + {widest};
+            if (squared < near * near) {{
+                let bearing = direction(to);
+{bumpers}            }}
+"
+        );
+    }
+    if !objects.is_empty() {
+        objects = format!(
+            "        let to = toward(shape, at);
+        let squared = squared_length(to);
+        if (squared < shapes[shape].reach_squared) {{
+{objects}        }}
+"
+        );
+    }
+    if let Some(first) = columns.iter().position(Option::is_some) {
+        numbers += &planes.sums();
+        objects += &planes.of_an_object(first);
+    }
+    if !objects.is_empty() {
+        objects = format!(
+            "    let first = worlds[world].first_shape;
+    let end = first + shape_count(world);
+    for (var shape = first; shape < end; shape++) {{
+{objects}    }}
+"
+        );
+    }
+    if let Some((model, _)) = robot.model() {
+        numbers += "    let given = given_to(life, step, pose);\n";
+        for reading in model.expressions() {
+            let _ = writeln!(readings, "        {reading},");
+        }
+    }
+    let among = among(robot, &others, &pressing, &widest);
+    let (whose, world) = match robot.together {
+        None => ("world: u32", ""),
+        Some(_) => ("life: Life, step: u32", "    let world = life.world;\n"),
+    };
+    let (floor, lights, patches) = (floor_cell(robot), arena.lights.len(), arena.patches.len());
+    let individual = if is_individual {
+        individual(robot, arena, &read)
+    } else {
+        String::new()
+    };
+    let counted = if planes.read.is_empty() {
+        String::new()
+    } else {
+        format!("const PLANES: u32 = {}u;\n", planes.count)
+    };
+    format!(
+        "struct Readings {{
+{fields}    own: SensorReadings,
+}}
+const INPUTS: u32 = {count}u + OWN_READINGS;
+const FLOOR_CELL: u32 = {floor}u;
+const LIGHT_COUNT: u32 = {lights}u;
+const PATCH_COUNT: u32 = {patches}u;
+{counted}fn sense({whose}, pose: vec3<f32>, at: vec2<f32>, robot: RobotState) -> Readings {{
+{world}{numbers}{objects}{among}    return Readings(
+{readings}        SensorReadings(),
+    );
+}}
+fn with_noise(life: Life, step: u32, readings: Readings) -> Readings {{
+    let low = worlds[life.world].sensor_noise_low;
+    let span = worlds[life.world].sensor_noise_span;
+    var noisy = readings;
+    if (span > 0.0f) {{
+{draws}{noisy}    }}
+    return noisy;
+}}
+fn highest(r: Readings) -> f32 {{
+    return {highest};
+}}
+fn weighed(life: Life, index: u32, r: Readings) -> f32 {{
+    var sum = 0.0f;
+{sum}    return plus_weighed(life, index + {count}u, r.own, sum);
+}}
+{individual}"
+    )
+}
+
+/// Where an individual's differences are, and how its sensors are read out: `read` has a line for each.
+fn individual(robot: &Described, arena: &Arena, read: &str) -> String {
+    let mut words = String::new();
+    for draw in 0..robot.sensors.len().div_ceil(4) {
+        let _ = writeln!(
+            words,
+            "    let w{draw} = random_words(life.key, STREAM_SENSOR, step, {draw}u);"
+        );
+    }
+    format!(
+        "const DIFFERENCE_CELL: u32 = {}u;
+fn read_out(life: Life, step: u32, readings: Readings) -> Readings {{
+    let own = reading_cell(life.world);
+{words}    var read = readings;
+{read}    return read;
+}}
+",
+        robot.own_cells(arena)
+    )
+}
+
+/// What a robot's sensors notice of the others, given what is done for each other robot, for those that press bumpers, and the
+/// widest range of a bumper. None of a single robot's.
+fn among(robot: &Described, others: &str, pressing: &str, widest: &str) -> String {
+    if robot.together.is_none() || others.is_empty() && pressing.is_empty() {
+        return String::new();
+    }
+    let pressed = if pressing.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "            let near = 2.0f * members.body + {widest};
+            if (squared < near * near) {{
+                let bearing = direction(to);
+{pressing}            }}
+"
+        )
+    };
+    format!(
+        "    let members = members_of(world);
+    let body_squared = members.body * members.body;
+    let count = member_count(world);
+    for (var other = 0u; other < count; other++) {{
+        let there = place_in(member_at(life, other), MEMBER_X);
+        let to = vec2<f32>(there.x - at.x, there.y - at.y);
+        let squared = squared_length(to);
+        if ((other != life.member) & (squared < members.reach_squared)) {{
+{others}{pressed}        }}
+    }}
+"
+    )
+}
+
+/// Where a robot starts: at its own place, or at a drawn one.
+fn start_place(robot: &Described, together: &Together, arena: &Arena) -> String {
+    if together.starts.is_some() {
+        let first = robot.differing_cell(arena);
+        return format!("    let cell = numbers(world, {first}u + member);\n    return vec2<f32>(cell.x, cell.y);\n");
+    }
+    let place = if arena.is_field_round {
+        "vec2<f32>(0.5f, 0.5f) + (0.5f * root(u.x)) * cosine_sine(u.y)"
+    } else {
+        "vec2<f32>(u.x, u.y)"
+    };
+    format!(
+        "    let place = {place};
+    return vec2<f32>(
+        worlds[world].field_x + place.x * worlds[world].field_width,
+        worlds[world].field_y + place.y * worlds[world].field_height,
+    );
+"
+    )
+}
+
+/// The index of a robot's first gene.
+fn first_gene(robot: &Described, together: &Together, arena: &Arena) -> String {
+    match together.genomes {
+        Genomes::Homogeneous => "life.genes".to_owned(),
+        Genomes::Heterogeneous | Genomes::Teams(_) => {
+            let first = robot.differing_cell(arena);
+            format!("life.genes + u32(numbers(life.world, {first}u + member).z) * LANES")
+        }
+    }
+}
+
+/// Constants of a robot's world.
+fn constants(robot: &Described, together: &Together, arena: &Arena, body_radius: f32) -> String {
+    let mut text = format!(
+        "const GREATEST_MEMBERS: u32 = {GREATEST_MEMBERS}u;
+const MEMBERS_CELL: u32 = {}u;
+fn start_place(world: u32, member: u32, u: vec4<f32>) -> vec2<f32> {{
+{}}}
+fn first_gene(life: Life, member: u32) -> u32 {{
+    return {};
+}}
+",
+        robot.members_cell(arena),
+        start_place(robot, together, arena),
+        first_gene(robot, together, arena)
+    );
+    if together.model.is_some() {
+        let (cell, sides) = (robot.reference_cell(arena), arena.sides);
+        let inner = arena.walls.len() - sides + arena.obstacles.len() + arena.blocks.len();
+        let hiding = inner + if arena.sides_hide_lamps(body_radius) { sides } else { 0 };
+        let _ = write!(
+            text,
+            "const REFERENCE_CELL: u32 = {cell}u;
+const LAMP_CELL: u32 = {}u;
+const INNER_COUNT: u32 = {inner}u;
+const SIDE_COUNT: u32 = {sides}u;
+const HIDING_COUNT: u32 = {hiding}u;
+",
+            cell + Reference::CELLS,
+        );
+    }
+    text
+}
