@@ -20,6 +20,7 @@ pub mod appraisal;
 mod cma;
 pub mod coevolution;
 pub mod descriptors;
+mod differential_evolution;
 pub mod encapsulated;
 pub mod genetic;
 mod grid;
@@ -63,6 +64,7 @@ optimisers! {
     Grid: grid::ENTRY, grid: grid::Values;
     Race: race::ENTRY, race: race::Values;
     Coevolution: coevolution::ENTRY, opponents: coevolution::Values;
+    DifferentialEvolution: differential_evolution::ENTRY, differential: differential_evolution::Values;
 }
 
 #[expect(clippy::derivable_impls, reason = "the registry's lines have no attributes")]
