@@ -6,6 +6,8 @@ use std::fs;
 #[path = "extend/given.rs"]
 mod given;
 mod place;
+#[path = "extend/shipped.rs"]
+mod shipped;
 use place::Place;
 
 const CPU: [&str; 3] = ["--backend", "cpu", "--quiet"];

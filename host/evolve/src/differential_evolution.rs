@@ -393,6 +393,71 @@ mod tests {
         }
     }
 
+    /// Evaluations up to the first value of 1e-9: the median of 21 seeds.
+    fn median(values: &Values, factor: fn(i32) -> f64) -> f64 {
+        let settings = Settings {
+            initial: [-1.0, 3.0],
+            ..settings(50, |own| *own = values.clone())
+        };
+        let evaluations = |seed| {
+            let mut own = DifferentialEvolution::new(Beginning {
+                settings: &settings,
+                seed,
+                genes: &vec![number(None); 10],
+                init: None,
+            });
+            for generation in 0..2000 {
+                let square = |(gene, at): (&f32, i32)| factor(at) * f64::from(*gene) * f64::from(*gene);
+                let genomes = own.ask().genomes();
+                let found: Vec<f64> = genomes.map(|genes| genes.iter().zip(0..).map(square).sum()).collect();
+                if let Some(first) = found.iter().position(|value| *value <= 1e-9) {
+                    return 50 * generation + first as u32 + 1;
+                }
+                own.tell(found.iter().map(|value| -*value as f32).collect(), &[])
+                    .unwrap();
+            }
+            panic!("{values:?}, seed {seed}: not found")
+        };
+        let mut counts: Vec<u32> = (1..=21).map(evaluations).collect();
+        counts.sort_unstable();
+        f64::from(counts[10])
+    }
+
+    /// Medians are within 5 % of those of SciPy's differential evolution, which `tests/optimisers.sh` repeats.
+    #[test]
+    fn it_needs_as_many_evaluations_as_scipy() {
+        let mut worst = 0.0_f64;
+        for line in include_str!("differential_evolution/evaluations.txt").lines() {
+            let [function, strategy, weight, expected] = line.split(' ').collect::<Vec<_>>()[..] else {
+                panic!("{line}")
+            };
+            let found = Strategy::CHOICES.iter().find(|(word, ..)| *word == strategy);
+            let values = Values {
+                strategy: found.unwrap().1,
+                weight: weight.parse().unwrap(),
+                ..Values::default()
+            };
+            let factor = if function == "sphere" {
+                |_| 1.0
+            } else {
+                |at| 1e6_f64.powf(f64::from(at) / 9.0)
+            };
+            let expected: f64 = expected.parse().unwrap();
+            let apart = |values: &Values| {
+                let found = median(values, factor);
+                println!("{line}: {found}");
+                (found / expected - 1.0).abs()
+            };
+            worst = worst.max(apart(&values));
+            let control = Values {
+                weight: values.weight + 0.05,
+                ..values
+            };
+            assert!(apart(&control) > 0.05, "CONTROL: {line}");
+        }
+        assert!(worst < 0.05, "{worst}");
+    }
+
     #[test]
     fn genes_stay_within_their_bounds() {
         let settings = Settings {
