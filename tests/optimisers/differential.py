@@ -10,7 +10,8 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 GENES = 10
-FACTORS = 1e6 ** (np.arange(GENES) / (GENES - 1))
+# By Python's power: NumPy's depends on the processor.
+FACTORS = np.array([1e6 ** (gene / (GENES - 1)) for gene in range(GENES)])
 
 
 class Found(Exception):

@@ -49,6 +49,7 @@ pub(crate) const DIAGONAL: Entry = entry([
 const fn entry(words: [&'static str; 3]) -> Entry {
     Entry {
         features: &[Feature::AdaptsCovariances, Feature::SetsFirstGenes],
+        population: "4 + 3 ln(genes), rounded down",
         complete,
         check,
         ..Entry::new(words, |own| Box::new(Cma::new(own.settings, own.seed, &own.ranges())))

@@ -65,7 +65,7 @@ impl Table for Values {
         const SOURCE: &str = "Storn and Price 1997";
         vec![
             row("evolution.differential.strategy", "", Any, SOURCE,
-                "What the difference is added to.", |own, _| Some(&mut own.as_mut().differential()?.strategy)),
+                "The individual that the difference is added to.", |own, _| Some(&mut own.as_mut().differential()?.strategy)),
             row("evolution.differential.weight", "", Number(0.0, 2.0), SOURCE,
                 "The factor F of differences.", |own, _| Some(&mut own.as_mut().differential()?.weight)),
             row("evolution.differential.crossover_rate", "", Number(0.0, 1.0), SOURCE,
@@ -74,7 +74,7 @@ impl Table for Values {
     }
 }
 
-/// What differences are added to, by the authors' names.
+/// The individual that differences are added to, by the authors' names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 enum Strategy {
     Rand,
@@ -111,7 +111,7 @@ struct Members {
 }
 
 impl DifferentialEvolution {
-    /// Begins at random genes, or at those that are given.
+    /// Begins at random genes, or at given ones.
     fn new(own: Beginning<'_>) -> Self {
         let ranges = own.ranges();
         let Beginning {
@@ -292,7 +292,7 @@ mod tests {
             (Strategy::Rand, 0.0),
         ] {
             let settings = settings(5, |own| {
-                (own.strategy, own.crossover_rate, own.weight) = (strategy, rate, 0.7)
+                (own.strategy, own.crossover_rate, own.weight) = (strategy, rate, 0.7);
             });
             let mut own = evolution(&settings, 2);
             let members = own.tell(scores.to_vec(), &[]).unwrap().population;
@@ -423,7 +423,7 @@ mod tests {
         f64::from(counts[10])
     }
 
-    /// Medians are within 5 % of those of SciPy's differential evolution, which `tests/optimisers.sh` repeats.
+    /// Medians are within 5 % of those of `scipy`'s differential evolution, which `tests/optimisers.sh` repeats.
     #[test]
     fn it_needs_as_many_evaluations_as_scipy() {
         let mut worst = 0.0_f64;

@@ -18,6 +18,7 @@ const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
     features: &[Feature::FollowsGradient],
+    population: "40",
     complete,
     check,
     ..Entry::new(

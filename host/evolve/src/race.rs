@@ -24,6 +24,7 @@ const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
     features: &[Feature::SetsFirstGenes, Feature::SetsGenerations, Feature::Unrecorded],
+    population: "as many as its first race may have, which is the most at a time",
     complete,
     check,
     evaluations: |settings| settings.tables.race.evaluations(),

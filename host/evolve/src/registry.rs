@@ -1,5 +1,5 @@
-//! What an optimiser's file tells about it. The registry is in `lib.rs`: one line an optimiser, from which its name, rows, checks
-//! and documentation follow.
+//! Entries of the registry of optimisers. The registry is in `lib.rs`: one line an optimiser, from which its name, rows, checks and
+//! documentation follow.
 
 use std::fmt::Display;
 
@@ -19,6 +19,8 @@ pub struct Entry {
     pub suits: &'static str,
     /// Where it differs from most others.
     pub(crate) features: &'static [Feature],
+    /// Its default population in words that follow "has"; empty if that is everyone's.
+    pub(crate) population: &'static str,
     /// Makes it, before its first generation.
     pub(crate) begin: fn(Beginning<'_>) -> Box<dyn Optimizer>,
     /// Gives values that are not given their defaults.
@@ -42,6 +44,7 @@ impl Entry {
             about,
             suits,
             features: &[],
+            population: "",
             begin,
             complete: |_, _| (),
             check: |_, _| Ok(()),

@@ -214,6 +214,22 @@ impl Settings {
     }
 }
 
+/// Default populations that differ from everyone's, in words.
+fn populations() -> String {
+    let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
+    for entry in Kind::entries().filter(|entry| !entry.population.is_empty()) {
+        match groups.last_mut() {
+            Some((words, names)) if *words == entry.population => names.push(entry.name),
+            _ => groups.push((entry.population, vec![entry.name])),
+        }
+    }
+    let words = groups.iter().map(|(words, names)| match &names[..] {
+        [name] => format!("{name} has {words}"),
+        names => format!("{} have {words}", names.join(" and ")),
+    });
+    words.collect::<Vec<_>>().join("; ")
+}
+
 /// Rows of all values, in the order of a file.
 #[rustfmt::skip]
 pub fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
@@ -223,7 +239,7 @@ pub fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         row("evolution.kind", "", Any, OURS,
             "The optimiser: see docs/optimisers.md; default: genetic.", |own, _| Some(&mut own.as_mut().kind)),
         row("evolution.population", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
-            "Individuals. Where it is not given, cma-es and sep-cma-es have 4 + 3 ln(genes), rounded down, open-es has 40, race has as many as its first race may have, and grid has the combinations of as many of the last genes as make up to 10,000; with race it is the most that live at a time.", |own, _| Some(&mut own.as_mut().population)),
+            format!("Individuals. Where it is not given, {}.", populations()).leak(), |own, _| Some(&mut own.as_mut().population)),
         row("evolution.parents", "", WholeUpTo(1, "evolution.population"), "Miglino et al. 1995, section 3.4",
             "How many of the best have children, with a selection by truncation or uniform.", |own, _| Some(&mut own.as_mut().truncated()?.parents)),
         row("evolution.generations", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
