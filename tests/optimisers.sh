@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # optimisers.sh: the optimisers against the Python packages cma 4.5.0, which computes steps of CMA-ES with 2, 10 and 66 genes and
-# evaluations that it needs, and ribs 0.12.0, which fills an archive of elites. What is committed of these (host/evolve/src) must be
+# evaluations that it needs, ribs 0.12.0, which fills an archive of elites, and scipy 1.17.1, which counts evaluations that differential
+# evolution needs. What is committed of these (host/evolve/src) must be
 # what they compute. Skipped if there is no Python, or the packages aren't available.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -13,8 +14,8 @@ fail() {
     exit 1
 }
 
-python_with cma,ribs cma==4.5.0 ribs==0.12.0 || {
-    skipped python "the optimisers against cma and ribs: $problem"
+python_with cma,ribs,scipy cma==4.5.0 ribs==0.12.0 scipy==1.17.1 || {
+    skipped python "the optimisers against cma, ribs and scipy: $problem"
     exit 0
 }
 scratch=$(mktemp -d)
@@ -26,6 +27,11 @@ export OPENBLAS_CORETYPE=Prescott OPENBLAS_NUM_THREADS=1
 say "what ribs does"
 "$python" tests/optimisers/archive.py "$scratch/archive.txt"
 cmp "$scratch/archive.txt" host/evolve/src/map_elites/oracle.txt || fail "ribs does something else than is committed"
+
+say "what scipy does"
+"$python" tests/optimisers/differential.py "$scratch/differential.txt"
+cmp "$scratch/differential.txt" host/evolve/src/differential_evolution/evaluations.txt ||
+    fail "scipy needs other evaluations than are committed"
 
 say "what cma computes"
 "$python" tests/optimisers/steps.py "$scratch" --all

@@ -106,14 +106,11 @@ def test_behaviour_is_told():
 
 DESCRIPTOR = {"measure": "mean_speed_mm_s", "least": 0.0, "greatest": 80.0, "cells": 40}
 PLACES = [{"measure": measure, "least": 0.0, "greatest": 600.0} for measure in ("end_x_mm", "end_y_mm")]
-KINDS = {
+# What optimisers take besides the values below, or another experiment.
+VALUES = {
     "genetic": ("khepera-avoidance", {"parents": 4}),
-    "cma-es": ("khepera-avoidance", {}),
-    "sep-cma-es": ("khepera-avoidance", {}),
-    "open-es": ("khepera-avoidance", {}),
     "map-elites": ("khepera-avoidance", {"descriptors": [DESCRIPTOR]}),
     "novelty": ("khepera-avoidance", {"descriptors": PLACES, "parents": 4}),
-    "random": ("khepera-avoidance", {}),
     "grid": ("aggregation", {"grid.levels": 2, "population": 4}),
     "race": ("automode-cues", {"race.lives": 400}),
     "coevolution": ("predator-prey", {"parents": 4, "opponents.contests": 3}),
@@ -123,8 +120,10 @@ KINDS = {
 def test_every_kind_that_is_told_is_its_run(short, tmp_path):
     with pytest.raises(oneiro.InputError) as refused:
         oneiro.Evolution(short, seed=1, kind="prayer")
-    assert str(refused.value).split("allowed: ")[1].split(", ") == list(KINDS)
-    for kind, (name, own) in KINDS.items():
+    kinds = str(refused.value).split("allowed: ")[1].split(", ")
+    assert set(VALUES) < set(kinds) and len(kinds) >= 10, kinds
+    for kind in kinds:
+        name, own = VALUES.get(kind, ("khepera-avoidance", {}))
         values = {"cycles": 40, "evolution.kind": kind, "evolution.finalists": 0}
         if kind != "race":
             # Means of nine numbers depend on the order in which they are added.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 mod given;
+mod shipped;
 use crate::place::Place;
 
 const CPU: [&str; 3] = ["--backend", "cpu", "--quiet"];

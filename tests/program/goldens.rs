@@ -522,7 +522,7 @@ fn optimisers_are_as_pinned() {
     const GRID: &str = "descriptors = [\n\
         { measure = \"end_x_mm\", least = 0, greatest = 600, cells = 6 },\n\
         { measure = \"mean_turning_turns_s\", least = 0, greatest = 1, cells = 5 },\n]\n";
-    const OPTIMISERS: [(&str, &str); 8] = [
+    const OPTIMISERS: [(&str, &str); 9] = [
         ("cma-es", "kind = \"cma-es\"\ncommon_random_numbers = true"),
         (
             "sep-cma-es",
@@ -533,6 +533,10 @@ fn optimisers_are_as_pinned() {
             "kind = \"open-es\"\n[evolution.strategy]\nlearning_rate = 0.05",
         ),
         ("random", "kind = \"random\""),
+        (
+            "differential-evolution",
+            "kind = \"differential-evolution\"\n[evolution.differential]\nstrategy = \"best/1/bin\"\nweight = 0.7",
+        ),
         (
             "uniform",
             "parents = 5\nelite = 2\nlimits = [-1, 1]\n[evolution.selection]\nkind = \"uniform\"\n\

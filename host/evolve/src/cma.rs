@@ -14,23 +14,69 @@ use rand::distr::Distribution as _;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, Uniform, logarithm, stream};
-use super::settings::{Kind, Ranges, Settings, Space};
-use super::{Optimizer, Population, ranked, saved};
+use super::registry::{Checked, Entry, Feature, Given, Surroundings, refused};
+use super::settings::{Ranges, Settings, Space};
+use super::{Kind, Optimizer, Population, ranked, saved};
 
-/// Names by kind, and the version of saved states.
-const FULL: &str = "cma-es";
-const DIAGONAL: &str = "sep-cma-es";
+/// The version of saved states.
 const VERSION: u32 = 1;
 
+/// The strategy with a full matrix.
+pub(crate) const FULL: Entry = Entry {
+    check: |settings, surroundings| {
+        let genes = surroundings.genes.len();
+        if genes > MOST_GENES {
+            let problem = format!("is \"cma-es\" with {genes} genes; allowed: up to {MOST_GENES}, or sep-cma-es");
+            return refused("evolution.kind", problem);
+        }
+        check(settings, surroundings)
+    },
+    ..entry([
+        "cma-es",
+        "evolution strategy with a full covariance matrix, up to 100 genes: Hansen 2016",
+        "small networks whose genes depend on each other",
+    ])
+};
+
+/// The strategy with a diagonal matrix.
+pub(crate) const DIAGONAL: Entry = entry([
+    "sep-cma-es",
+    "the same with a diagonal matrix, for any number of genes: Ros and Hansen 2008",
+    "more than 100 genes",
+]);
+
+/// What both have in common.
+const fn entry(words: [&'static str; 3]) -> Entry {
+    Entry {
+        features: &[Feature::AdaptsCovariances, Feature::SetsFirstGenes],
+        population: "4 + 3 ln(genes), rounded down",
+        complete,
+        check,
+        ..Entry::new(words, |own| Box::new(Cma::new(own.settings, own.seed, &own.ranges())))
+    }
+}
+
 /// The most genes that a full matrix is for.
-pub const MOST_GENES: usize = 100;
+const MOST_GENES: usize = 100;
 
 /// The least population: two of them are better than the others.
-pub const LEAST_POPULATION: u32 = 4;
+const LEAST_POPULATION: u32 = 4;
 
-/// Individuals in a generation, if an experiment doesn't say: 4 and three times the logarithm of the number of genes.
-pub(super) fn default_population(genes: usize) -> u32 {
-    4 + (3.0 * logarithm(genes as f64)).floor() as u32
+fn complete(settings: &mut Settings, given: Given) {
+    if !given.has_population {
+        settings.population = 4 + (3.0 * logarithm(given.genes as f64)).floor() as u32;
+    }
+    settings.strategy.sigma.get_or_insert(0.5);
+    settings.common.get_or_insert(false);
+}
+
+fn check(settings: &Settings, _: &Surroundings<'_>) -> Checked {
+    let population = settings.population;
+    if population < LEAST_POPULATION {
+        let problem = format!("is {population}; allowed: {LEAST_POPULATION} or more");
+        return refused("evolution.population", problem);
+    }
+    Ok(())
 }
 
 /// What does not change from generation to generation.
@@ -488,7 +534,11 @@ fn has_risen(history: &[f32]) -> bool {
 
 impl Optimizer for Cma {
     fn name(&self) -> &'static str {
-        if self.constants.is_full { FULL } else { DIAGONAL }
+        if self.constants.is_full {
+            FULL.name
+        } else {
+            DIAGONAL.name
+        }
     }
 
     fn generation(&self) -> u32 {

@@ -4,24 +4,146 @@
 //! A contest is a genome: the first population's genes, then the second's. So worlds, batches and records need not know that there
 //! are two populations. Its fitness is the first one's score, and the second's is what is left of the total.
 
+use oneiro::parameter::Allowed::{Any, Number, Text, Whole};
+use oneiro::parameter::{Choice, Choices, Parameter, row};
 use oneiro::world::Gene;
 use oneiro_base::exit::Result;
 use rand::Rng;
+use serde::Serialize;
 
-use super::genetic::Genetic;
+use super::genetic::{self, Genetic};
 use super::random::{Stream, shuffled, stream};
-use super::settings::{OpponentKind, Opponents, Ranges, Settings, Shares};
+use super::registry::{Checked, Entry, Feature, Need, Surroundings, Table, refused};
+use super::settings::{Ranges, Settings, Shares};
 use super::{Champion, Finalists, Optimizer, Population, ranked, saved};
 
 const NAME: &str = "coevolution";
 const VERSION: u32 = 1;
+
+pub(crate) const ENTRY: Entry = Entry {
+    features: &[Feature::Breeds, Feature::TakesGenomes, Feature::Unrecorded],
+    check,
+    needs,
+    ..Entry::new(
+        [
+            NAME,
+            "two populations that the genetic algorithm breeds by contests with each other: Floreano and Nolfi 1997",
+            "when there is no score but against an opponent",
+        ],
+        |own| Box::new(Coevolution::new(own.settings, own.seed, own.genes, own.init.as_ref())),
+    )
+};
+
+/// Who the individuals of two populations meet.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Values {
+    pub kind: OpponentKind,
+    /// Of recent ones: of how many generations.
+    pub generations: u32,
+    /// Contests of each individual in a generation.
+    pub contests: u32,
+    /// Name of the first gene of the second population's genomes.
+    pub first_gene: String,
+    /// What the scores of both sides of a contest add up to.
+    pub total: f64,
+}
+
+impl Default for Values {
+    fn default() -> Self {
+        Self {
+            kind: OpponentKind::Recent,
+            generations: 10,
+            contests: 10,
+            first_gene: String::new(),
+            total: 1.0,
+        }
+    }
+}
+
+impl Values {
+    /// Genes of the first population's genomes; `None` if the second's have none or all.
+    pub fn split(&self, genes: &[Gene]) -> Option<usize> {
+        let first = genes.iter().position(|gene| gene.name == self.first_gene);
+        first.filter(|first| *first > 0)
+    }
+}
+
+/// Which of the other population's best an individual meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum OpponentKind {
+    Recent,
+    HallOfFame,
+}
+
+impl Choice for OpponentKind {
+    const CHOICES: Choices<Self> = &[
+        (
+            "recent",
+            Self::Recent,
+            "the best of the last generations, the last first",
+        ),
+        (
+            "hall-of-fame",
+            Self::HallOfFame,
+            "the best of generations that are drawn from all earlier ones, anew in each generation",
+        ),
+    ];
+}
+
+impl Table for Values {
+    #[rustfmt::skip]
+    fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
+        vec![
+            row("evolution.opponents.first_gene", "", Text("the name of a gene"), "",
+                "With coevolution: the first gene of the second population's genomes; the genes before it are the first population's.", |own, _| Some(&mut own.as_mut().opponents()?.first_gene)),
+            row("evolution.opponents.kind", "", Any, "Floreano and Nolfi 1997",
+                "Which of the other population's best an individual meets.", |own, _| Some(&mut own.as_mut().opponents()?.kind)),
+            row("evolution.opponents.generations", "", Whole(1, 1_000_000), "Floreano and Nolfi 1997",
+                "Of recent opponents: of how many of the last generations they are the best; a hall of fame has those of all.", |own, _| Some(&mut own.as_mut().opponents()?.generations)),
+            row("evolution.opponents.contests", "", Whole(1, 10_000), "Floreano and Nolfi 1997",
+                "Contests of each individual in a generation, each with another opponent as long as there are enough.", |own, _| Some(&mut own.as_mut().opponents()?.contests)),
+            row("evolution.opponents.total", "", Number(-1e6, 1e6), "Floreano and Nolfi 1997",
+                "What the scores of a contest add up to: the first population's is the fitness, and the second's the rest.", |own, _| Some(&mut own.as_mut().opponents()?.total)),
+        ]
+    }
+}
+
+/// Checks that there are two populations, and what they do not go with.
+fn check(settings: &Settings, surroundings: &Surroundings<'_>) -> Checked {
+    genetic::check(settings)?;
+    let (genes, opponents) = (surroundings.genes, &settings.tables.opponents);
+    if opponents.split(genes).is_none() {
+        let names: Vec<&str> = genes.iter().skip(1).map(|gene| &*gene.name).collect();
+        if names.is_empty() {
+            let problem = "is \"coevolution\" with one gene; allowed: two genes and more, one for each population";
+            return refused("evolution.kind", problem);
+        }
+        let (first, names) = (&opponents.first_gene, names.join(", "));
+        let problem = format!("is {first:?}; allowed: a gene but the first: {names}");
+        return refused("evolution.opponents.first_gene", problem);
+    }
+    if surroundings.has_robot {
+        let problem = "is given; allowed: none with coevolution, whose two robots share a world";
+        return refused("reality.robot", problem);
+    }
+    Ok(())
+}
+
+fn needs(settings: &Settings) -> Vec<Need> {
+    vec![Need::new(
+        &["evolution.opponents.generations"],
+        settings.tables.opponents.kind == OpponentKind::Recent,
+        "with evolution.opponents.kind = \"recent\"",
+        &["evolution.opponents.kind"],
+    )]
+}
 
 /// Both populations at one generation.
 #[derive(Clone, Debug)]
 pub struct Coevolution {
     owner: blake3::Hash,
     seed: u64,
-    opponents: Opponents,
+    opponents: Values,
     sides: [Side; 2],
     contests: Population,
 }
@@ -45,9 +167,9 @@ pub struct Scores {
 
 impl Coevolution {
     /// Starts from random genes, or from those given, whose genomes are a first and a second individual each.
-    pub(super) fn new(settings: &Settings, seed: u64, genes: &[Gene], init: Option<&Population>) -> Self {
+    fn new(settings: &Settings, seed: u64, genes: &[Gene], init: Option<&Population>) -> Self {
         let ranges: Ranges = genes.iter().map(|gene| gene.range).collect();
-        let split = settings.opponents.split(genes).unwrap_or(1);
+        let split = settings.tables.opponents.split(genes).unwrap_or(1);
         let side = |from: usize, to: usize, seed: u64| {
             let mut own = settings.clone();
             let shares = &settings.initial_shares.0;
@@ -66,7 +188,7 @@ impl Coevolution {
         let mut own = Self {
             owner: saved::owner(settings, seed, &ranges),
             seed,
-            opponents: settings.opponents.clone(),
+            opponents: settings.tables.opponents.clone(),
             sides: [side(0, split, seed), side(split, genes.len(), second)],
             contests: Population::new(genes.len(), Vec::new()),
         };

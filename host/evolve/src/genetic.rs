@@ -1,21 +1,37 @@
 //! A genetic algorithm: parents are selected, have children, and these are mutated. Its default is that of Miglino, Lund and
 //! Nolfi (1995): the best are copied, each equally often, and the copies mutated.
 
+mod values;
+
 use oneiro_base::exit::Result;
 use rand::Rng;
 use rand::distr::Distribution;
 use rand_pcg::Pcg64;
 
 use super::random::{Chance, Normal, Stream, Uniform, below, stream, unit, unit_of};
-use super::settings::{
-    Crossover, CrossoverKind, Mutation, MutationKind, MutationUnit, Ranges, SelectionKind, Settings, Space, bounds,
-    initial_range, kept,
-};
+use super::registry::{Entry, Feature};
+use super::settings::{Ranges, Settings, Space, bounds, initial_range, kept};
 use super::{Optimizer, Population, saved};
+use values::MutationUnit;
+pub use values::{Crossover, CrossoverKind, Mutation, MutationKind, Selection, SelectionKind};
+pub(crate) use values::{check, needs, rows};
 
 /// The algorithm's name, and the version of its saved states.
 const NAME: &str = "genetic";
 const VERSION: u32 = 1;
+
+pub(crate) const ENTRY: Entry = Entry {
+    features: &[Feature::Breeds, Feature::TakesGenomes],
+    check: |settings, _| check(settings),
+    ..Entry::new(
+        [
+            NAME,
+            "a genetic algorithm; by default that of Miglino et al. 1995",
+            "to reproduce published evolutions; when scores are rough or noisy",
+        ],
+        |own| Box::new(Genetic::new(own.settings, own.seed, own.ranges(), own.init)),
+    )
+};
 
 /// The algorithm at one generation: a function of its settings, its seed and the fitness reported to it.
 #[derive(Clone, Debug)]

@@ -1,17 +1,101 @@
 //! Exhaustive search: every combination of evenly spaced genes once, as Gauci et al. 2014 searched for a controller of four numbers.
 
+use oneiro::parameter::Allowed::Whole;
+use oneiro::parameter::{Parameter, row};
 use oneiro_base::exit::Result;
 use serde::{Deserialize, Serialize};
 
+use super::registry::{Checked, Entry, Feature, Given, Surroundings, Table, refused};
 use super::settings::{Ranges, Settings, Space};
 use super::{Champion, Finalists, Optimizer, Population, by_fitness, saved};
 
 const NAME: &str = "grid";
 const VERSION: u32 = 1;
 
+pub(crate) const ENTRY: Entry = Entry {
+    features: &[Feature::SetsFirstGenes, Feature::SetsGenerations, Feature::OneDraw],
+    population: "the combinations of as many of the last genes as make up to 10,000",
+    complete,
+    check,
+    ..Entry::new(
+        [
+            NAME,
+            "every combination of evenly spaced genes once: an exhaustive search",
+            "up to some five genes: what the whole landscape looks like, and where its best place is",
+        ],
+        |own| Box::new(Grid::new(own.settings, own.seed, &own.ranges())),
+    )
+};
+
+/// Values of an exhaustive search.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Values {
+    /// Values of each gene.
+    pub levels: u32,
+}
+
+impl Default for Values {
+    fn default() -> Self {
+        Self { levels: 11 }
+    }
+}
+
+impl Values {
+    /// Combinations of the values of all genes.
+    fn combinations(&self, genes: usize) -> u64 {
+        u64::from(self.levels).saturating_pow(u32::try_from(genes).unwrap_or(u32::MAX))
+    }
+
+    /// A generation: all combinations of the last genes, as many as make up to 10,000 individuals.
+    fn default_population(&self, genes: usize) -> u32 {
+        let powers = (1..=genes).map(|genes| self.combinations(genes));
+        let largest = powers.take_while(|&count| count <= 10_000).last();
+        largest.map_or(self.levels, |count| count as u32)
+    }
+}
+
+impl Table for Values {
+    #[rustfmt::skip]
+    fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
+        vec![
+            row("evolution.grid.levels", "", Whole(2, 10_000), "ours",
+                "Values of each gene, evenly spaced from one end of its initial range to the other.", |own, _| Some(&mut own.as_mut().grid()?.levels)),
+        ]
+    }
+}
+
+fn complete(settings: &mut Settings, given: Given) {
+    let grid = &settings.tables.grid;
+    if !given.has_population {
+        settings.population = grid.default_population(given.genes);
+    }
+    let generations = grid.combinations(given.genes) / u64::from(settings.population);
+    settings.generations = u32::try_from(generations).unwrap_or(u32::MAX);
+}
+
+/// Checks that a grid is not too large, and that generations are equal parts of it.
+fn check(settings: &Settings, surroundings: &Surroundings<'_>) -> Checked {
+    const MOST: u64 = 1_000_000_000;
+    let (genes, grid) = (surroundings.genes.len(), &settings.tables.grid);
+    let combinations = grid.combinations(genes);
+    if combinations > MOST {
+        let levels = grid.levels;
+        let problem = format!("is {levels} for {genes} genes; allowed: up to {MOST} combinations");
+        return refused("evolution.grid.levels", problem);
+    }
+    let population = settings.population;
+    if combinations % u64::from(population) != 0 || combinations / u64::from(population) > 1_000_000 {
+        let problem = format!(
+            "is {population}; allowed: a divisor of the grid's {combinations} combinations, at least a millionth of them"
+        );
+        return refused("evolution.population", problem);
+    }
+    Ok(())
+}
+
 /// The search at one generation. The last gene varies fastest.
 #[derive(Clone, Debug)]
-pub(super) struct Grid {
+struct Grid {
     owner: blake3::Hash,
     size: u32,
     levels: u32,
@@ -28,12 +112,12 @@ struct State {
 }
 
 impl Grid {
-    pub(super) fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
+    fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
         let space = Space::new(settings, ranges);
         let mut own = Self {
             owner: saved::owner(settings, seed, ranges),
             size: settings.population,
-            levels: settings.grid.levels,
+            levels: settings.tables.grid.levels,
             population: Population::new(space.len(), Vec::new()),
             space,
             state: State {
@@ -139,7 +223,7 @@ mod tests {
             initial: [-2.0, 1.0],
             ..Settings::default()
         };
-        settings.grid.levels = 3;
+        settings.tables.grid.levels = 3;
         settings.complete(2, 1, false);
         assert_eq!((settings.population, settings.generations), (9, 1));
         settings.population = 3;

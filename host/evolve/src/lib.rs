@@ -17,19 +17,23 @@
 )]
 
 pub mod appraisal;
-pub mod cma;
+mod cma;
 pub mod coevolution;
+pub mod descriptors;
+mod differential_evolution;
 pub mod encapsulated;
 pub mod genetic;
 mod grid;
 pub mod map_elites;
 mod novelty;
 mod open_es;
-pub mod race;
+mod race;
 pub mod random;
 mod random_search;
+pub mod registry;
 mod saved;
 pub mod settings;
+pub mod strategy;
 
 #[cfg(test)]
 #[path = "../../../tests/pinned/mod.rs"]
@@ -38,20 +42,37 @@ mod pinned;
 use std::cmp::Ordering;
 use std::fmt::Debug;
 
+use oneiro::parameter::{Choice, Choices, Parameter};
 use oneiro::world::Gene;
 use oneiro_base::exit::{Failure, Result};
 use serde::{Deserialize, Serialize};
 
-use cma::Cma;
 use coevolution::Coevolution;
-use genetic::Genetic;
-use grid::Grid;
-use map_elites::{Archive, MapElites};
-use novelty::Novelty;
-use open_es::OpenEs;
-use race::Race;
-use random_search::RandomSearch;
-use settings::{Kind, Ranges, Settings};
+use map_elites::Archive;
+use registry::{Beginning, Entry, Table, optimisers};
+use settings::Settings;
+
+// The registry, in the order of documents and messages.
+optimisers! {
+    Genetic: genetic::ENTRY;
+    CmaEs: cma::FULL;
+    SepCmaEs: cma::DIAGONAL;
+    OpenEs: open_es::ENTRY;
+    MapElites: map_elites::ENTRY, archive: map_elites::Values;
+    Novelty: novelty::ENTRY, novelty: novelty::Values;
+    Random: random_search::ENTRY;
+    Grid: grid::ENTRY, grid: grid::Values;
+    Race: race::ENTRY, race: race::Values;
+    Coevolution: coevolution::ENTRY, opponents: coevolution::Values;
+    DifferentialEvolution: differential_evolution::ENTRY, differential: differential_evolution::Values;
+}
+
+#[expect(clippy::derivable_impls, reason = "the registry's lines have no attributes")]
+impl Default for Kind {
+    fn default() -> Self {
+        Self::Genetic
+    }
+}
 
 /// Genomes of equal length, one after the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -238,18 +259,12 @@ pub trait Optimizer: Debug + Send + Sync {
 /// The optimiser that an experiment chooses, before its first generation; `genes` are the controller's, and `init` the first
 /// individuals, if they are given.
 pub fn optimizer(settings: &Settings, seed: u64, genes: &[Gene], init: Option<Population>) -> Box<dyn Optimizer> {
-    let ranges: Ranges = genes.iter().map(|gene| gene.range).collect();
-    match settings.kind {
-        Kind::Genetic => Box::new(Genetic::new(settings, seed, ranges, init)),
-        Kind::CmaEs | Kind::SepCmaEs => Box::new(Cma::new(settings, seed, &ranges)),
-        Kind::OpenEs => Box::new(OpenEs::new(settings, seed, &ranges)),
-        Kind::MapElites => Box::new(MapElites::new(settings, seed, &ranges, init)),
-        Kind::Novelty => Box::new(Novelty::new(settings, seed, ranges, init)),
-        Kind::Race => Box::new(Race::new(settings, seed, genes)),
-        Kind::Coevolution => Box::new(Coevolution::new(settings, seed, genes, init.as_ref())),
-        Kind::Grid => Box::new(Grid::new(settings, seed, &ranges)),
-        Kind::Random => Box::new(RandomSearch::new(settings, seed, &ranges)),
-    }
+    (settings.kind.entry().begin)(Beginning {
+        settings,
+        seed,
+        genes,
+        init,
+    })
 }
 
 /// One run's evolution: an optimiser, for a number of generations, and the luckiest life so far.

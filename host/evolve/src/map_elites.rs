@@ -4,18 +4,38 @@
 //! Transactions on Evolutionary Computation 22(4), 2018). Children are varied along the line between two elites (Vassiliades and
 //! Mouret, "Discovering the elite hypervolume by leveraging interspecies correlation", GECCO 2018).
 
+mod values;
+
 use std::collections::BTreeMap;
 
 use oneiro_base::exit::Result;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::descriptors::Descriptor;
 use super::random::{Normal, Stream, below, shuffled, stream, unit};
-use super::settings::{Acceptance, Archive as Values, Cells as Kind, Descriptor, Ranges, Settings, Space};
+use super::registry::{Entry, Feature};
+use super::settings::{Ranges, Settings, Space};
 use super::{Champion, Finalists, Optimizer, Population, saved};
+use values::Cells as Kind;
+pub use values::{Acceptance, Values};
 
 const NAME: &str = "map-elites";
 const VERSION: u32 = 1;
+
+pub(crate) const ENTRY: Entry = Entry {
+    features: &[Feature::TakesGenomes, Feature::Behaviour],
+    check: values::check,
+    needs: values::needs,
+    ..Entry::new(
+        [
+            NAME,
+            "an archive of the best of each kind of behaviour: Mouret and Clune 2015",
+            "to see what behaviours there are, and when the best is reached by detours",
+        ],
+        |own| Box::new(MapElites::new(own.settings, own.seed, &own.ranges(), own.init)),
+    )
+};
 
 /// The best genome of a cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -51,10 +71,10 @@ enum Cells {
 impl Cells {
     fn new(settings: &Settings) -> Self {
         let descriptors = settings.descriptors.clone();
-        match settings.archive.cells {
+        match settings.tables.archive.cells {
             Kind::Grid => Self::Grid(descriptors),
             Kind::Centroidal => {
-                let centroids = centroids(descriptors.len(), settings.archive.centroids as usize);
+                let centroids = centroids(descriptors.len(), settings.tables.archive.centroids as usize);
                 Self::Centroids(descriptors, centroids)
             }
         }
@@ -166,7 +186,7 @@ impl Archive {
 
 /// The algorithm at one generation.
 #[derive(Clone, Debug)]
-pub(super) struct MapElites {
+struct MapElites {
     owner: blake3::Hash,
     size: u32,
     values: Values,
@@ -180,12 +200,12 @@ pub(super) struct MapElites {
 }
 
 impl MapElites {
-    pub(super) fn new(settings: &Settings, seed: u64, ranges: &Ranges, init: Option<Population>) -> Self {
+    fn new(settings: &Settings, seed: u64, ranges: &Ranges, init: Option<Population>) -> Self {
         let space = Space::new(settings, ranges);
         let mut own = Self {
             owner: saved::owner(settings, seed, ranges),
             size: settings.population,
-            values: settings.archive.clone(),
+            values: settings.tables.archive.clone(),
             seed,
             population: Population::new(space.len(), Vec::new()),
             space,

@@ -2,19 +2,75 @@
 //! Computation 19(2), 2011): a genetic algorithm that selects who behaves unlike the others of its generation and unlike those whose
 //! behaviour an archive has kept. Fitness is recorded and chooses the champion, and decides nothing else.
 
+use oneiro::parameter::Allowed::{Whole, WholeUpTo};
+use oneiro::parameter::{Parameter, row};
 use oneiro_base::exit::Result;
+use serde::Serialize;
 
-use super::genetic::Genetic;
+use super::descriptors::{self, Descriptor};
+use super::genetic::{self, Genetic};
 use super::random::{Stream, shuffled, stream};
-use super::settings::{Descriptor, Novelty as Values, Ranges, Settings};
+use super::registry::{Entry, Feature, Table};
+use super::settings::{Ranges, Settings};
 use super::{Optimizer, Population, ranked, saved};
 
 const NAME: &str = "novelty";
 const VERSION: u32 = 1;
 
+pub(crate) const ENTRY: Entry = Entry {
+    features: &[Feature::Breeds, Feature::TakesGenomes, Feature::Behaviour],
+    check: |settings, _| {
+        genetic::check(settings)?;
+        descriptors::check(settings)
+    },
+    ..Entry::new(
+        [
+            NAME,
+            "the genetic algorithm, selecting by how new a behaviour is: Lehman and Stanley 2011",
+            "when fitness misleads",
+        ],
+        |own| Box::new(Novelty::new(own.settings, own.seed, own.ranges(), own.init)),
+    )
+};
+
+/// Values of novelty search.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Values {
+    /// Nearest behaviours whose mean distance is the novelty.
+    pub neighbours: u32,
+    /// Behaviours of each generation that are kept, drawn at random.
+    pub added: u32,
+}
+
+impl Default for Values {
+    fn default() -> Self {
+        Self {
+            neighbours: 15,
+            added: 6,
+        }
+    }
+}
+
+impl Table for Values {
+    #[rustfmt::skip]
+    fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
+        vec![
+            row("evolution.novelty.neighbours", "", Whole(1, 100_000), "Lehman and Stanley 2011",
+                "Nearest behaviours whose mean distance is an individual's novelty.", |own, _| Some(&mut own.as_mut().novelty()?.neighbours)),
+            row("evolution.novelty.added", "", WholeUpTo(0, "evolution.population"), "ours",
+                "Behaviours of each generation, drawn at random, that the archive keeps.", |own, _| Some(&mut own.as_mut().novelty()?.added)),
+        ]
+    }
+
+    // Experiments of other optimisers had them too.
+    fn is_left_out(&self) -> bool {
+        false
+    }
+}
+
 /// The search at one generation.
 #[derive(Clone, Debug)]
-pub(super) struct Novelty {
+struct Novelty {
     owner: blake3::Hash,
     values: Values,
     descriptors: Vec<Descriptor>,
@@ -25,10 +81,10 @@ pub(super) struct Novelty {
 }
 
 impl Novelty {
-    pub(super) fn new(settings: &Settings, seed: u64, ranges: Ranges, init: Option<Population>) -> Self {
+    fn new(settings: &Settings, seed: u64, ranges: Ranges, init: Option<Population>) -> Self {
         Self {
             owner: saved::owner(settings, seed, &ranges),
-            values: settings.novelty.clone(),
+            values: settings.tables.novelty.clone(),
             descriptors: settings.descriptors.clone(),
             seed,
             genetic: Genetic::new(settings, seed, ranges, init),
@@ -123,7 +179,7 @@ mod tests {
             parents: 2,
             ..Settings::default()
         };
-        settings.novelty = Values { neighbours, added };
+        settings.tables.novelty = Values { neighbours, added };
         settings.descriptors = vec![
             Descriptor::named("x", [0.0, 10.0], 1),
             Descriptor::named("y", [-1.0, 1.0], 1),

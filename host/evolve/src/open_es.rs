@@ -8,11 +8,45 @@ use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, Uniform, stream};
-use super::settings::{Ranges, Settings, Space, Strategy};
+use super::registry::{Checked, Entry, Feature, Given, Surroundings, refused};
+use super::settings::{Ranges, Settings, Space};
+use super::strategy::Strategy;
 use super::{Optimizer, Population, saved};
 
 const NAME: &str = "open-es";
 const VERSION: u32 = 1;
+
+pub(crate) const ENTRY: Entry = Entry {
+    features: &[Feature::FollowsGradient],
+    population: "40",
+    complete,
+    check,
+    ..Entry::new(
+        [
+            NAME,
+            "evolution strategy with mirrored samples, ranks and Adam: Salimans et al. 2017",
+            "networks of hundreds of genes and more, with several lives each",
+        ],
+        |own| Box::new(OpenEs::new(own.settings, own.seed, &own.ranges())),
+    )
+};
+
+fn complete(settings: &mut Settings, given: Given) {
+    if !given.has_population {
+        settings.population = 40;
+    }
+    settings.strategy.sigma.get_or_insert(0.02);
+    settings.common.get_or_insert(true);
+}
+
+fn check(settings: &Settings, _: &Surroundings<'_>) -> Checked {
+    let population = settings.population;
+    if population % 2 == 1 {
+        let problem = format!("is {population}; allowed: an even number, since samples are mirrored");
+        return refused("evolution.population", problem);
+    }
+    Ok(())
+}
 
 /// How much of Adam's means of gradients, and of their squares, stays from step to step.
 const KEPT: [f64; 2] = [0.9, 0.999];
@@ -21,7 +55,7 @@ const ADDED: f64 = 1e-8;
 
 /// The strategy at one generation.
 #[derive(Clone, Debug)]
-pub(super) struct OpenEs {
+struct OpenEs {
     owner: blake3::Hash,
     pairs: usize,
     sigma: f64,
@@ -47,7 +81,7 @@ struct State {
 
 impl OpenEs {
     /// Begins at random genes.
-    pub(super) fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
+    fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
         let space = Space::new(settings, ranges);
         let mut random = stream(seed, Stream::Beginning, 0);
         let uniform = Uniform { low: -1.0, high: 1.0 };

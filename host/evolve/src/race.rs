@@ -7,23 +7,130 @@ mod friedman;
 mod sampling;
 mod tails;
 
+use oneiro::parameter::Allowed::{Number, Whole};
+use oneiro::parameter::{Parameter, row};
 use oneiro::world::Gene;
 use oneiro_base::exit::Result;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Stream, stream};
-use super::settings::{self, Settings};
+use super::registry::{Checked, Entry, Feature, Given, Surroundings, Table, refused};
+use super::settings::Settings;
 use super::{Champion, Finalists, Optimizer, Population, saved};
 use sampling::{Candidate, Model};
 
 const NAME: &str = "race";
 const VERSION: u32 = 1;
 
+pub(crate) const ENTRY: Entry = Entry {
+    features: &[Feature::SetsFirstGenes, Feature::SetsGenerations, Feature::Unrecorded],
+    population: "as many as its first race may have, which is the most at a time",
+    complete,
+    check,
+    evaluations: |settings| settings.tables.race.evaluations(),
+    ..Entry::new(
+        [
+            NAME,
+            "an iterated race, in which candidates drop out by a test on ranks: López-Ibáñez et al. 2016 (irace)",
+            "genomes with choices, such as [state machines](controllers.md#state-machines), with rough or noisy scores",
+        ],
+        |own| Box::new(Race::new(own.settings, own.seed, own.genes)),
+    )
+};
+
+/// Values of a race.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Values {
+    /// Lives of all candidates.
+    pub lives: u64,
+    /// Lives of a candidate in a generation: those of the experiment.
+    pub trials: u32,
+    /// Generations before the first test.
+    pub first_test: u32,
+    /// Of the test.
+    pub confidence: f64,
+}
+
+impl Default for Values {
+    fn default() -> Self {
+        Self {
+            lives: 200_000,
+            trials: 1,
+            first_test: 5,
+            confidence: 0.95,
+        }
+    }
+}
+
+impl Values {
+    /// Candidates that may live for a generation.
+    fn evaluations(&self) -> u64 {
+        self.lives / u64::from(self.trials.max(1))
+    }
+
+    /// Candidates of the first race.
+    fn greatest_population(&self, genes: usize) -> u32 {
+        let iterations = few(genes) as u64;
+        let count = self.evaluations() / iterations / (u64::from(self.first_test) + 1);
+        u32::try_from(count)
+            .unwrap_or(u32::MAX)
+            .clamp(iterations as u32 + 1, 100_000)
+    }
+}
+
+impl Table for Values {
+    #[rustfmt::skip]
+    fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
+        vec![
+            row("evolution.race.lives", "", Whole(1, 1_000_000_000), "the budget of EvoStick and AutoMoDe in Francesca et al. 2014",
+                "Lives of all candidates, after which the race is over; those of finalists are not among them.", |own, _| Some(&mut own.as_mut().race()?.lives)),
+            row("evolution.race.first_test", "", Whole(2, 100), "irace (López-Ibáñez et al. 2016)",
+                "Generations before the first test of a race.", |own, _| Some(&mut own.as_mut().race()?.first_test)),
+            row("evolution.race.confidence", "", Number(0.5, 0.999_999), "irace (López-Ibáñez et al. 2016)",
+                "Confidence of the test by which candidates drop out.", |own, _| Some(&mut own.as_mut().race()?.confidence)),
+        ]
+    }
+}
+
+fn complete(settings: &mut Settings, given: Given) {
+    let race = &mut settings.tables.race;
+    race.trials = given.trials;
+    // No generation has fewer than two.
+    settings.generations = u32::try_from(race.evaluations() / 2 + 1).unwrap_or(u32::MAX);
+    if !given.has_population {
+        settings.population = race.greatest_population(given.genes);
+    }
+    settings.common.get_or_insert(true);
+}
+
+/// Checks what a race needs, and what it does not go with: its generations differ in size, and their number is not known beforehand.
+fn check(settings: &Settings, surroundings: &Surroundings<'_>) -> Checked {
+    let (genes, population) = (surroundings.genes.len(), settings.population);
+    let few = few(genes);
+    if population as usize <= few {
+        let problem = format!("is {population}; allowed: more than {few}, which may survive a race of {genes} genes");
+        return refused("evolution.population", problem);
+    }
+    if !settings.has_common_numbers() {
+        let problem = "is false; allowed: true with race, whose candidates live the same lives";
+        return refused("evolution.common_random_numbers", problem);
+    }
+    if surroundings.records_individuals {
+        let problem = "is true; allowed: false with race, whose generations differ in size";
+        return refused("record.individuals", problem);
+    }
+    if surroundings.has_robot {
+        let problem = "is given; allowed: none with race, whose number of generations is not known beforehand";
+        return refused("reality.robot", problem);
+    }
+    Ok(())
+}
+
 /// The race at one generation.
 #[derive(Clone, Debug)]
-pub(super) struct Race {
+struct Race {
     owner: blake3::Hash,
-    values: settings::Race,
+    values: Values,
     /// The most evaluations.
     budget: u64,
     /// The most candidates of a race.
@@ -62,12 +169,12 @@ struct State {
 }
 
 impl Race {
-    pub(super) fn new(settings: &Settings, seed: u64, genes: &[Gene]) -> Self {
+    fn new(settings: &Settings, seed: u64, genes: &[Gene]) -> Self {
         let ranges = genes.iter().map(|gene| gene.range).collect();
         let mut own = Self {
             owner: saved::owner(settings, seed, &ranges),
-            values: settings.race.clone(),
-            budget: settings.race.evaluations(),
+            values: settings.tables.race.clone(),
+            budget: settings.tables.race.evaluations(),
             most: settings.population.into(),
             seed,
             model: Model::new(settings, genes),
@@ -181,7 +288,7 @@ impl Race {
 }
 
 /// The most candidates that survive a race, and the number of races that the budget is planned for: 2 + log2(genes), rounded down.
-pub fn few(genes: usize) -> usize {
+fn few(genes: usize) -> usize {
     2 + genes.max(1).ilog2() as usize
 }
 

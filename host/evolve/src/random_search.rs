@@ -4,15 +4,25 @@
 use oneiro_base::exit::Result;
 
 use super::random::{Stream, stream};
+use super::registry::Entry;
 use super::settings::{Ranges, Settings, Space};
 use super::{Optimizer, Population, saved};
 
 const NAME: &str = "random";
 const VERSION: u32 = 1;
 
+pub(crate) const ENTRY: Entry = Entry::new(
+    [
+        NAME,
+        "random genomes in every generation: a control",
+        "to see what another optimiser adds",
+    ],
+    |own| Box::new(RandomSearch::new(own.settings, own.seed, &own.ranges())),
+);
+
 /// The search at one generation.
 #[derive(Clone, Debug)]
-pub(super) struct RandomSearch {
+struct RandomSearch {
     owner: blake3::Hash,
     size: u32,
     seed: u64,
@@ -22,7 +32,7 @@ pub(super) struct RandomSearch {
 }
 
 impl RandomSearch {
-    pub(super) fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
+    fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
         let space = Space::new(settings, ranges);
         let mut own = Self {
             owner: saved::owner(settings, seed, ranges),

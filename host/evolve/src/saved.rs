@@ -30,3 +30,45 @@ pub(super) fn open<T: DeserializeOwned>(name: &str, version: u32, owner: &blake3
 pub(super) fn corrupt() -> Failure {
     Failure::corrupt("the saved state of the optimiser has other lengths")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Kind;
+    use super::super::descriptors::Descriptor;
+    use super::*;
+
+    /// States of earlier versions are continued: these hashes are theirs. Values of optimisers that came later are no part of them
+    /// as long as they are the defaults.
+    #[test]
+    fn hashes_of_settings_stay() {
+        for (kind, expected) in [
+            (
+                Kind::Genetic,
+                "75d6fd73ee9d48ddb76fd866b8e20bb90e71279efc417eec12cdacd8fad6ea07",
+            ),
+            (
+                Kind::OpenEs,
+                "b16a436b5e740cc35a7cf10b7f55f8fd5978931171640bc88359ec4582133c2e",
+            ),
+            (
+                Kind::Race,
+                "90cd8e3d69990f9b5608782eb46a7c8b8c7641664492832b4269cafb9a41a989",
+            ),
+        ] {
+            let mut settings = Settings {
+                kind,
+                descriptors: vec![Descriptor::named("x", [0.0, 1.0], 3)],
+                ..Settings::default()
+            };
+            let tables = &mut settings.tables;
+            (tables.grid.levels, tables.race.lives, tables.opponents.first_gene) = (4, 7000, "a".into());
+            settings.complete(3, 2, false);
+            assert_eq!(owner(&settings, 1, &vec![None; 3]).to_string(), expected, "{kind:?}");
+        }
+        let defaults = serde_json::to_string(&Settings::default()).unwrap();
+        assert!(
+            defaults.ends_with(r#""novelty":{"neighbours":15,"added":6}}"#),
+            "{defaults}"
+        );
+    }
+}

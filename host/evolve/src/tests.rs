@@ -1,11 +1,15 @@
 //! Properties of every optimiser, and of an evolution with any.
 
+use std::fs;
 use std::path::Path;
 
 use oneiro::parameter::Choice;
 use oneiro::world::GeneKind;
 
-use super::settings::{Acceptance, CrossoverKind, Descriptor, MutationKind, SelectionKind};
+use super::descriptors::Descriptor;
+use super::genetic::{CrossoverKind, MutationKind, SelectionKind};
+use super::map_elites::Acceptance;
+use super::registry::Feature;
 use super::*;
 use crate::pinned::{self, Rows};
 
@@ -59,10 +63,14 @@ fn made(settings: Settings, seed: u64) -> Box<dyn Optimizer> {
         ..settings
     };
     if settings.kind == Kind::Coevolution {
-        (settings.population, settings.parents, settings.opponents.contests) = (5, 1, 2);
+        (
+            settings.population,
+            settings.parents,
+            settings.tables.opponents.contests,
+        ) = (5, 1, 2);
     }
-    settings.archive.reevaluated = 3;
-    settings.archive.acceptance = Acceptance::Mean;
+    settings.tables.archive.reevaluated = 3;
+    settings.tables.archive.acceptance = Acceptance::Mean;
     settings.complete(GENES, 1, true);
     optimizer(&settings, seed, &vec![number(None); GENES], None)
 }
@@ -90,13 +98,11 @@ fn random_genes_begin_in_their_shares() {
         let mean = |gene: usize| genomes.iter().map(|own| own[gene]).sum::<f64>() / genomes.len() as f64;
         vec![(0..GENES).map(mean).collect()]
     };
-    for kind in [
-        Kind::Genetic,
-        Kind::Novelty,
-        Kind::MapElites,
-        Kind::Random,
-        Kind::OpenEs,
-    ] {
+    for &(_, kind, _) in Kind::CHOICES {
+        // Each population of two has its part of the shares.
+        if kind.entry().features.contains(&Feature::SetsFirstGenes) || kind == Kind::Coevolution {
+            continue;
+        }
         for (own, whole) in drawn(kind, &shares).iter().zip(drawn(kind, &[])) {
             for (gene, (own, whole)) in own.iter().zip(whole).enumerate() {
                 let expected = 3.0 + shares[gene] * (whole - 3.0);
@@ -202,12 +208,13 @@ fn nan_is_the_worst_and_is_counted() {
         let generation = tell(&mut *with, nan).unwrap();
         assert_eq!((generation.nan(), generation.ranking[19]), (1, 7));
         assert_eq!(tell(&mut *without, scores).unwrap().nan(), 0);
-        // A grid keeps scores for its finalists.
-        assert!(
-            with.save() == without.save() || with.name() == "grid",
-            "{}",
-            with.name()
-        );
+        // Some keep scores in their states.
+        for _ in 0..3 {
+            assert_eq!(bits(with.ask()), bits(without.ask()), "{}", with.name());
+            for optimizer in [&mut with, &mut without] {
+                tell(&mut **optimizer, (0..20_u8).map(f32::from).collect()).unwrap();
+            }
+        }
         // All of them.
         let all = tell(&mut *with, vec![f32::NAN; 20]).unwrap();
         assert_eq!(all.nan(), 20);
@@ -279,10 +286,35 @@ fn damaged_states_and_those_of_others_are_refused_without_a_change() {
     }
 }
 
+/// The page's table is the registry.
+#[test]
+fn the_page_lists_all_optimisers() {
+    const HEAD: &str = "| `kind` | what it is | use it |\n|---|---|---|\n";
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/optimisers.md");
+    let page = fs::read_to_string(&path).unwrap();
+    let (before, rest) = page.split_once(HEAD).expect("the table's head");
+    let (_, after) = rest.split_once("\n\n").expect("the table's end");
+    let rows = Kind::entries().map(|Entry { name, about, suits, .. }| {
+        let default = if *name == Kind::default().word() {
+            " (default)"
+        } else {
+            ""
+        };
+        format!("| `\"{name}\"`{default} | {about} | {suits} |\n")
+    });
+    let written = format!("{before}{HEAD}{}\n{after}", rows.collect::<String>());
+    if page != written {
+        let new = path.with_extension("md.new");
+        fs::write(&new, written).unwrap();
+        panic!("{} differs from the registry: read {}", path.display(), new.display());
+    }
+}
+
 /// Of an optimiser that uses behaviour, that of each individual is needed.
 #[test]
 fn missing_behaviour_is_refused_without_a_change() {
-    for kind in [Kind::MapElites, Kind::Novelty] {
+    let kinds = Kind::CHOICES.iter().map(|&(_, kind, _)| kind);
+    for kind in kinds.filter(|kind| kind.entry().features.contains(&Feature::Behaviour)) {
         let mut optimizer = of(kind, 2);
         let before = optimizer.save();
         for count in [0, 39, 41] {

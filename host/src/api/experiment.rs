@@ -401,7 +401,6 @@ mod tests {
                               {measure=\"mean_speed_mm_s\",least=0,greatest=80}]";
         let avoidance = "khepera-avoidance.toml";
         let (file, own): (_, &[&str]) = match kind {
-            Kind::CmaEs | Kind::SepCmaEs | Kind::OpenEs | Kind::Random => (avoidance, &[]),
             Kind::Genetic => (avoidance, &["evolution.parents=4"]),
             Kind::MapElites => (avoidance, &[CELLS]),
             Kind::Novelty => (avoidance, &[RANGES, "evolution.parents=4"]),
@@ -415,6 +414,7 @@ mod tests {
                     "record.individuals=true",
                 ],
             ),
+            _ => (avoidance, &[]),
         };
         let mut set: Vec<String> = own.iter().map(|&own| own.to_owned()).collect();
         set.extend([

@@ -93,7 +93,7 @@ impl Played {
     fn of(run: &SingleRun, arguments: &Tournament, evaluator: &mut dyn Evaluator, console: Console) -> Result<Self> {
         let experiment = run.experiment()?;
         let layout = experiment.world().gene_layout();
-        let opponents = &experiment.settings().evolution.opponents;
+        let opponents = &experiment.settings().evolution.tables.opponents;
         let hall = genomes::recorded(&run.directory().join(HALL), layout)?;
         let split = opponents
             .split(layout.all())

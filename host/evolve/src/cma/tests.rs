@@ -118,7 +118,7 @@ fn it_needs_as_many_evaluations_as_cma() {
             panic!("{line}")
         };
         let value = if function == "sphere" { sphere } else { ellipsoid };
-        let kind = if kind == FULL { Kind::CmaEs } else { Kind::SepCmaEs };
+        let kind = if kind == FULL.name { Kind::CmaEs } else { Kind::SepCmaEs };
         let mut own: Vec<u32> = (1..=21).map(|seed| evaluations(kind, seed, value)).collect();
         own.sort_unstable();
         let (median, expected) = (f64::from(own[10]), expected.parse::<f64>().unwrap());

@@ -15,7 +15,7 @@ fn settings(acceptance: Acceptance, reevaluated: u32) -> Settings {
         ],
         ..Settings::default()
     };
-    (settings.archive.acceptance, settings.archive.reevaluated) = (acceptance, reevaluated);
+    (settings.tables.archive.acceptance, settings.tables.archive.reevaluated) = (acceptance, reevaluated);
     settings
 }
 
@@ -104,7 +104,7 @@ fn grids_count_the_last_descriptor_first() {
 #[test]
 fn centroids_divide_evenly() {
     let mut settings = settings(Acceptance::Optimistic, 0);
-    (settings.archive.cells, settings.archive.centroids) = (Kind::Centroidal, 50);
+    (settings.tables.archive.cells, settings.tables.archive.centroids) = (Kind::Centroidal, 50);
     let cells = Cells::new(&settings);
     // The standard deviation of the regions' sizes, as a share of their mean.
     let unevenness = |cells: &Cells| {
@@ -173,7 +173,7 @@ fn children_vary_along_lines() {
     let mut settings = settings(Acceptance::Optimistic, 0);
     settings.population = 2000;
     for (iso, line) in [(0.0, 0.5), (0.25, 0.0)] {
-        (settings.archive.iso, settings.archive.line) = (iso, line);
+        (settings.tables.archive.iso, settings.tables.archive.line) = (iso, line);
         let mut own = MapElites::new(&settings, 3, &vec![None; 3], None);
         let first = own.ask().clone();
         let mut fitness = vec![f32::NAN; 2000];

@@ -23,7 +23,7 @@ fn race(lives: u64, seed: u64) -> Race {
         kind: Kind::Race,
         ..Settings::default()
     };
-    settings.race.lives = lives;
+    settings.tables.race.lives = lives;
     settings.complete(RANGES.len(), 1, false);
     Race::new(&settings, seed, &genes())
 }

@@ -7,8 +7,8 @@ use oneiro::differential::{Build, Sensor, SensorKind};
 use oneiro::parameter::Invalid;
 use oneiro::world::{Gene, World};
 use oneiro_base::console::counted;
-use oneiro_evolve::settings::{self as optimiser, Cells, Descriptor, Kind, SelectionKind};
-use oneiro_evolve::{cma, race};
+use oneiro_evolve::registry::Surroundings;
+use oneiro_evolve::settings as optimiser;
 
 use super::settings::{ArenaSize, Finalists, Settings, Transfer};
 use crate::lives::measures;
@@ -26,7 +26,6 @@ pub(super) fn invalid(key: &str, problem: impl Display) -> Checked {
 pub(super) fn check(settings: &Settings) -> Checked {
     name(&settings.name)?;
     arena(settings)?;
-    evolution(&settings.evolution)?;
     finalists(settings.finalists)?;
     reality(&settings.reality)
 }
@@ -54,39 +53,13 @@ pub(super) fn bytes(settings: &Settings, genes: usize) -> u64 {
     own.saturating_add(behaviour)
 }
 
-/// Checks what depends on how many genes an individual has, and on a population that follows from it.
-pub(super) fn genes(settings: &Settings, genes: usize) -> Checked {
-    let evolution = &settings.evolution;
-    if evolution.kind == Kind::CmaEs && genes > cma::MOST_GENES {
-        let problem = format!(
-            "is \"cma-es\" with {genes} genes; allowed: up to {}, or sep-cma-es",
-            cma::MOST_GENES
-        );
-        return invalid("evolution.kind", problem);
-    }
-    let shares = evolution.initial_shares.0.len();
-    if shares != 0 && shares != genes {
-        let problem = format!("has {shares} numbers; allowed: one for each gene, {genes}, or none");
-        return invalid("evolution.initial_shares", problem);
-    }
-    let population = evolution.population;
-    if evolution.kind == Kind::Race {
-        race_of(settings, genes)?;
-    }
-    if evolution.kind == Kind::Grid {
-        grid_of(settings, genes)?;
-    }
-    match evolution.kind {
-        Kind::CmaEs | Kind::SepCmaEs if population < cma::LEAST_POPULATION => invalid(
-            "evolution.population",
-            format_args!("is {population}; allowed: {} or more", cma::LEAST_POPULATION),
-        ),
-        Kind::OpenEs if population % 2 == 1 => invalid(
-            "evolution.population",
-            format_args!("is {population}; allowed: an even number, since samples are mirrored"),
-        ),
-        _ => Ok(()),
-    }
+/// Checks the optimiser's values, some of which depend on the genes.
+pub(super) fn evolution(settings: &Settings, genes: &[Gene]) -> Checked {
+    settings.evolution.check(&Surroundings {
+        genes,
+        records_individuals: settings.record.individuals,
+        has_robot: !settings.reality.robot.0.is_empty(),
+    })
 }
 
 /// Checks that genes begin within their own ranges, and not all at the same limit.
@@ -120,70 +93,6 @@ pub(super) fn beginnings(settings: &Settings, genes: &[Gene]) -> Checked {
                 format!("is {share} for {name}; allowed: up to {most}, where its range [{least}, {greatest}] ends");
             return invalid("evolution.initial_shares", problem);
         }
-    }
-    Ok(())
-}
-
-/// Checks that a grid is not too large, and that generations are equal parts of it.
-fn grid_of(settings: &Settings, genes: usize) -> Checked {
-    const MOST: u64 = 1_000_000_000;
-    let evolution = &settings.evolution;
-    let (levels, combinations) = (evolution.grid.levels, evolution.grid.combinations(genes));
-    if combinations > MOST {
-        let problem = format!("is {levels} for {genes} genes; allowed: up to {MOST} combinations");
-        return invalid("evolution.grid.levels", problem);
-    }
-    let population = evolution.population;
-    if combinations % u64::from(population) != 0 || combinations / u64::from(population) > 1_000_000 {
-        let problem = format!(
-            "is {population}; allowed: a divisor of the grid's {combinations} combinations, at least a millionth of them"
-        );
-        return invalid("evolution.population", problem);
-    }
-    Ok(())
-}
-
-/// Checks what a race needs, and what it does not go with: its generations differ in size, and their number is not known beforehand.
-fn race_of(settings: &Settings, genes: usize) -> Checked {
-    let (few, population) = (race::few(genes), settings.evolution.population);
-    if population as usize <= few {
-        let problem = format!("is {population}; allowed: more than {few}, which may survive a race of {genes} genes");
-        return invalid("evolution.population", problem);
-    }
-    if !settings.evolution.has_common_numbers() {
-        let problem = "is false; allowed: true with race, whose candidates live the same lives";
-        return invalid("evolution.common_random_numbers", problem);
-    }
-    if settings.record.individuals {
-        let problem = "is true; allowed: false with race, whose generations differ in size";
-        return invalid("record.individuals", problem);
-    }
-    if !settings.reality.robot.0.is_empty() {
-        let problem = "is given; allowed: none with race, whose number of generations is not known beforehand";
-        return invalid("reality.robot", problem);
-    }
-    Ok(())
-}
-
-/// Checks that there are two populations, and what they do not go with.
-pub(super) fn opponents(settings: &Settings, genes: &[Gene]) -> Checked {
-    let evolution = &settings.evolution;
-    if !evolution.is_coevolution() {
-        return Ok(());
-    }
-    let first = &evolution.opponents.first_gene;
-    if evolution.opponents.split(genes).is_none() {
-        let names: Vec<&str> = genes.iter().skip(1).map(|gene| &*gene.name).collect();
-        if names.is_empty() {
-            let problem = "is \"coevolution\" with one gene; allowed: two genes and more, one for each population";
-            return invalid("evolution.kind", problem);
-        }
-        let problem = format!("is {first:?}; allowed: a gene but the first: {}", names.join(", "));
-        return invalid("evolution.opponents.first_gene", problem);
-    }
-    if !settings.reality.robot.0.is_empty() {
-        let problem = "is given; allowed: none with coevolution, whose two robots share a world";
-        return invalid("reality.robot", problem);
     }
     Ok(())
 }
@@ -373,80 +282,4 @@ fn arena(settings: &Settings) -> Checked {
             _ => Ok(()),
         },
     }
-}
-
-/// Checks measures of behaviour; whether there are such measures is known once there is a world.
-fn descriptors(evolution: &optimiser::Settings) -> Checked {
-    const MOST: usize = 6;
-    const MOST_CELLS: u64 = 1_000_000;
-    let descriptors = &evolution.descriptors;
-    if !evolution.uses_behaviour() {
-        return Ok(());
-    }
-    if descriptors.is_empty() || descriptors.len() > MOST {
-        let problem = format!("has {}; allowed: 1 to {MOST} measures of behaviour", descriptors.len());
-        return invalid("evolution.descriptors", problem);
-    }
-    for (
-        index,
-        Descriptor {
-            least,
-            greatest,
-            measure,
-            ..
-        },
-    ) in descriptors.iter().enumerate()
-    {
-        if least >= greatest || !(greatest - least).is_finite() {
-            let problem = format!("is {greatest}; allowed: above least, {least}");
-            return invalid(&format!("evolution.descriptors[{index}].greatest"), problem);
-        }
-        if descriptors[..index].iter().any(|other| other.measure == *measure) {
-            let problem = format!("is {measure:?}, again; allowed: each once");
-            return invalid(&format!("evolution.descriptors[{index}].measure"), problem);
-        }
-    }
-    let cells = descriptors
-        .iter()
-        .try_fold(1_u64, |all, own| all.checked_mul(own.cells.into()));
-    if evolution.kind == Kind::MapElites
-        && evolution.archive.cells == Cells::Grid
-        && cells.is_none_or(|cells| cells > MOST_CELLS)
-    {
-        let problem = format!("have more than {MOST_CELLS} cells in all; allowed: up to that, or a centroidal archive");
-        return invalid("evolution.descriptors", problem);
-    }
-    Ok(())
-}
-
-fn evolution(evolution: &optimiser::Settings) -> Checked {
-    let is_truncated = evolution.is_genetic() && evolution.selection.kind == SelectionKind::Truncation;
-    if is_truncated && evolution.elite > evolution.parents {
-        let (elite, parents) = (evolution.elite, evolution.parents);
-        let problem = format!("is {elite}; allowed: 0 to {parents}, evolution.parents");
-        return invalid("evolution.elite", problem);
-    }
-    if is_truncated && !evolution.population.is_multiple_of(evolution.parents) {
-        return invalid(
-            "evolution.parents",
-            format_args!(
-                "is {}; allowed: what divides the population, {}, since each parent makes equally many copies",
-                evolution.parents, evolution.population
-            ),
-        );
-    }
-    descriptors(evolution)?;
-    let ranges = [
-        ("evolution.initial", Some(evolution.initial)),
-        ("evolution.limits", evolution.limits),
-    ];
-    for (key, range) in ranges {
-        if let Some([low, high]) = range
-            && low >= high
-        {
-            let problem = format!("is [{low}, {high}]; allowed: a smaller and a greater number");
-            return invalid(key, problem);
-        }
-    }
-    Ok(())
 }

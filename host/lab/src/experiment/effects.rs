@@ -487,7 +487,7 @@ fn what_is_accepted_has_an_effect() {
     };
     let two = scratch.write("two.csv", [genome(3), genome(1)].join("\n"));
     let two = two.to_str().unwrap();
-    let bases = each(BASES, Base::new);
+    let bases = each(&BASES, Base::new);
     let (swarms, single): (Vec<_>, Vec<_>) = bases.into_iter().partition(Base::is_swarm);
     let is_long = std::env::var_os("ONEIRO_LONG").is_some();
     let keys = settings::Settings::rows().len() + swarm::File::rows().len();

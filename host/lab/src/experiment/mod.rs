@@ -124,9 +124,8 @@ impl Experiment {
         if values::at(given, "arena.preset").is_none() && has_own {
             settings.arena.preset = None;
         }
-        let is_large = matches!(settings.evolution.kind, Kind::Race | Kind::Coevolution);
-        if values::at(given, "record.individuals").is_none() && is_large {
-            settings.record.individuals = false;
+        if values::at(given, "record.individuals").is_none() {
+            settings.record.individuals &= settings.evolution.records_individuals();
         }
         settings.reality.complete(settings.evolution.generations);
         let needless = needs::check(needs::of_settings(&settings), given, &mut settings, source)?;
@@ -161,8 +160,7 @@ impl Experiment {
         if !needless.is_empty() {
             return Ok(Made::Without(needless));
         }
-        check::opponents(&settings, world.gene_layout().all()).map_err(refused)?;
-        check::genes(&settings, world.genes()).map_err(refused)?;
+        check::evolution(&settings, world.gene_layout().all()).map_err(refused)?;
         if !source.is_recorded() {
             check::beginnings(&settings, world.gene_layout().all()).map_err(refused)?;
         }
@@ -303,13 +301,11 @@ impl Experiment {
             finalists,
             ..
         } = &self.settings;
-        let individuals = if evolution.kind == Kind::Race {
-            evolution.race.evaluations()
-        } else {
-            u64::from(evolution.lived()) * u64::from(evolution.generations)
-        };
         let again = u64::from(self.finalists()) * u64::from(finalists.lives);
-        let lives = individuals.saturating_mul((*trials).into()).saturating_add(again);
+        let lives = evolution
+            .evaluations()
+            .saturating_mul((*trials).into())
+            .saturating_add(again);
         let steps = u64::from(self.world.cycles()) * u64::from(self.world.robots());
         lives.saturating_mul(steps)
     }

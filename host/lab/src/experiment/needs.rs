@@ -7,30 +7,12 @@ use oneiro::reference::Model;
 use oneiro::surrogate::Difference;
 use oneiro::world::{Controller, Gene, Task, World};
 use oneiro_base::exit::Result;
-use oneiro_evolve::settings::{Cells, MutationKind, OpponentKind};
+pub(super) use oneiro_evolve::registry::Need;
 use toml::Table;
 
 use super::settings::Settings;
 use super::source::Source;
 use super::values::{self, Described};
-
-/// Keys that have an effect only under a condition.
-pub(super) struct Need {
-    /// Keys, or tables of keys.
-    keys: Vec<String>,
-    is_met: bool,
-    /// The condition, in words that follow "only".
-    only: &'static str,
-    /// Keys that decide whether it is met.
-    by: &'static [&'static str],
-}
-
-impl Need {
-    pub(super) fn new(keys: &[&str], is_met: bool, only: &'static str, by: &'static [&'static str]) -> Self {
-        let keys = keys.iter().map(|key| (*key).to_owned()).collect();
-        Self { keys, is_met, only, by }
-    }
-}
 
 /// Finds values whose needs are not met. Returns the paths of those that are to be left out, since a setting of a higher rank made
 /// them needless.
@@ -108,7 +90,6 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
     const ROBOT: &[&str] = &["reality.robot"];
     const SURROGATE: &str = "with a surrogate as reality.robot";
     const WIRE: &str = "with a connected robot as reality.robot";
-    let evolution = &settings.evolution;
     let noise = &settings.world.noise;
     let is_some = |value: Option<f32>| value.is_some_and(|value| value > 0.0);
     let is_noisy = noise.sensor != (0.0, 0.0)
@@ -119,9 +100,6 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
     let is_unclear = site.is_err();
     let site = site.ok().flatten();
     let (is_real, is_wired) = (site.is_some(), site.is_some_and(|site| site.is_wired()));
-    let has_archive = evolution.has_archive();
-    let is_centroidal = evolution.archive.cells == Cells::Centroidal;
-    let cells = (0..evolution.descriptors.len()).map(|index| format!("evolution.descriptors[{index}].cells"));
     let mut needs = vec![
         Need::new(
             &["trial_score"],
@@ -152,36 +130,6 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
             is_noisy,
             "with other noise than that of the walk",
             NOISE,
-        ),
-        Need::new(
-            &["evolution.opponents.generations"],
-            evolution.opponents.kind == OpponentKind::Recent,
-            "with evolution.opponents.kind = \"recent\"",
-            &["evolution.opponents.kind"],
-        ),
-        Need::new(
-            &["evolution.archive.centroids"],
-            is_centroidal,
-            "with evolution.archive.cells = \"centroidal\"",
-            &["evolution.archive.cells"],
-        ),
-        Need {
-            keys: cells.collect(),
-            is_met: has_archive && !is_centroidal,
-            only: "with evolution.kind = \"map-elites\" and evolution.archive.cells = \"grid\"",
-            by: &["evolution.kind", "evolution.archive.cells"],
-        },
-        Need::new(
-            &["evolution.mutation.amount"],
-            evolution.mutation.kind != MutationKind::Replace,
-            "with another evolution.mutation.kind than \"replace\"",
-            &["evolution.mutation.kind"],
-        ),
-        Need::new(
-            &["evolution.initial_shares"],
-            evolution.init.is_none(),
-            "without evolution.init",
-            &["evolution.init"],
         ),
         Need::new(
             &["reality.generations"],
@@ -216,6 +164,7 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
             &["sensor.part"],
         ),
     ];
+    needs.extend(settings.evolution.needs());
     needs.extend(of_robot(settings));
     needs
 }

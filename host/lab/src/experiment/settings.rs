@@ -7,7 +7,6 @@ use std::sync::LazyLock;
 use std::time::Duration;
 
 use oneiro::arena::{Arena, Corners};
-use oneiro::batch::GREATEST_GENE;
 use oneiro::compose::Kind;
 use oneiro::differential::Build;
 use oneiro::foraging::{AsForaging, Foraging};
@@ -16,7 +15,7 @@ use oneiro::parameter::{Choice, Choices, Datum, Field, Parameter, Select, row};
 use oneiro::surrogate::{Difference, Differences};
 use oneiro::tables::MotorStates;
 use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
-use oneiro_evolve::settings::{self as evolution, CrossoverKind, SelectionKind};
+use oneiro_evolve::settings as evolution;
 use oneiro_robots::tracker;
 
 use super::robots::{self, Preset};
@@ -119,6 +118,12 @@ impl AsMut<WorldSpec> for Settings {
     }
 }
 
+impl AsMut<evolution::Settings> for Settings {
+    fn as_mut(&mut self) -> &mut evolution::Settings {
+        &mut self.evolution
+    }
+}
+
 impl AsForaging for Settings {
     fn as_foraging(&mut self) -> Option<&mut Foraging> {
         self.world.as_foraging()
@@ -138,7 +143,6 @@ impl Described for Settings {
 #[rustfmt::skip]
 fn rows() -> Vec<Parameter<Settings>> {
     const OURS: &str = "ours";
-    let gene = Number(-f64::from(GREATEST_GENE), GREATEST_GENE.into());
     let mut rows = head(|own: &mut Settings, _| Some(&mut own.name), |own, _| Some(&mut own.seed));
     rows.extend(world::parameters());
     insert(&mut rows, "cycles", [
@@ -205,125 +209,16 @@ fn rows() -> Vec<Parameter<Settings>> {
         row("arena.start_radius_mm", "mm", LENGTH, OURS,
             "Radius of the disc in the arena's middle that robots start in, of those that live together; default: they start anywhere in the field, and in a polygon in the greatest disc within it.", |own, _| Some(&mut own.arena.start_radius)),
     ]);
-    rows.extend([
-        row("evolution.kind", "", Any, OURS,
-            "The optimiser: see docs/optimisers.md; default: genetic.", |own: &mut Settings, _| Some(&mut own.evolution.kind)),
-        row("evolution.population", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
-            "Individuals. Where it is not given, cma-es and sep-cma-es have 4 + 3 ln(genes), rounded down, open-es has 40, race has as many as its first race may have, and grid has the combinations of as many of the last genes as make up to 10,000; with race it is the most that live at a time.", |own, _| Some(&mut own.evolution.population)),
-        row("evolution.parents", "", WholeUpTo(1, "evolution.population"), "Miglino et al. 1995, section 3.4",
-            "How many of the best have children, with a selection by truncation or uniform.", |own, _| Some(&mut own.evolution.truncated()?.parents)),
-        row("evolution.generations", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
-            "Generations that are evaluated.", |own, _| Some(&mut own.evolution.counted()?.generations)),
-        row("evolution.elite", "", WholeUpTo(0, "evolution.population"), "ours: none mentioned in Miglino et al. 1995, section 3.4",
-            "How many of the best also keep one copy without mutation; with truncation up to evolution.parents.", |own, _| Some(&mut own.evolution.genetic()?.elite)),
-        row("evolution.common_random_numbers", "", Any, OURS,
-            "Whether all individuals of a generation live with the same random numbers, and so from the same starts; default: false, but true with open-es, and always with race.", |own, _| Some(&mut own.evolution.common)),
-        row("evolution.initial", "", gene, "ours: no range in Miglino et al. 1995, section 3.4",
-            "Range of the uniform initial genes.", |own, _| Some(&mut own.evolution.initial)),
-        row("evolution.initial_shares", "", Number(0.0, 1e6), OURS,
-            "The share of that range, around its middle, that random genes begin in: a number for each gene, if they differ.", |own, _| Some(&mut own.evolution.drawing()?.initial_shares)),
-        row("evolution.init", "", Text("a file, .npy or .csv, individuals x genes"), OURS,
-            "Instead of random genes, those of this file.", |own, _| Some(&mut own.evolution.begun()?.init)),
-        row("evolution.limits", "", gene, OURS,
-            "Range that genes are kept within, if any.", |own, _| Some(&mut own.evolution.limits)),
+    rows.extend(evolution::rows());
+    insert(&mut rows, "evolution.limits", [
         row("evolution.finalists", "", Whole(0, 10_000), OURS,
             "How many of the last generation's best, or of a whole grid's, live again, with the luckiest of the run: the best mean is the champion; 0 for none.", |own, _| Some(&mut own.finalists.count)),
         row("evolution.finalist_lives", "", Whole(2, 10_000), OURS,
             "Lives of each finalist, with common random numbers that evolution never used.", |own, _| Some(&mut own.finalists.lives)),
-        row("evolution.selection.kind", "", Any, OURS,
-            "How parents are selected; default: truncation.", |own, _| Some(&mut own.evolution.genetic()?.selection.kind)),
-        row("evolution.selection.pressure", "", Number(1.0, 2.0), "Baker 1985",
-            "How many children the best has for each of an average individual; the last has 2 less this.", |own, _| {
-                let selection = &mut own.evolution.genetic()?.selection;
-                (selection.kind == SelectionKind::Rank).then_some(&mut selection.pressure)
-            }),
-        row("evolution.selection.scaling", "", Number(1.0, 10.0), "Goldberg 1989, linear scaling",
-            "How many children the best has for each of an average individual; fewer where the worst would have less than none.", |own, _| {
-                let selection = &mut own.evolution.genetic()?.selection;
-                (selection.kind == SelectionKind::Roulette).then_some(&mut selection.scaling)
-            }),
-        row("evolution.selection.size", "", Whole(1, 1_000_000), OURS,
-            "Individuals in a tournament.", |own, _| {
-                let selection = &mut own.evolution.genetic()?.selection;
-                (selection.kind == SelectionKind::Tournament).then_some(&mut selection.size)
-            }),
-        row("evolution.crossover.kind", "", Any, "ours: none mentioned in Miglino et al. 1995, section 3.4",
-            "How a child's genes come from two parents, before they are mutated; default: none.", |own, _| Some(&mut own.evolution.genetic()?.crossover.kind)),
-        row("evolution.crossover.rate", "", Number(0.0, 1.0), OURS,
-            "Chance of a child to have two parents.", |own, _| Some(&mut own.evolution.crossed()?.rate)),
-        row("evolution.crossover.share", "", Number(0.0, 1.0), OURS,
-            "Chance of each gene of such a child to be the second parent's.", |own, _| {
-                let crossover = own.evolution.crossed()?;
-                (crossover.kind == CrossoverKind::Uniform).then_some(&mut crossover.share)
-            }),
-        row("evolution.mutation.kind", "", Any, OURS,
-            "What mutation does to a gene.", |own, _| Some(&mut own.evolution.genetic()?.mutation.kind)),
-        row("evolution.mutation.rate", "", Number(0.0, 1.0), "Miglino et al. 1995, section 3.4",
-            "Chance of a change.", |own, _| Some(&mut own.evolution.genetic()?.mutation.rate)),
-        row("evolution.mutation.per", "", Any, "ours: \"25%\", and not of what, in Miglino et al. 1995, section 3.4",
-            "What that chance is drawn for.", |own, _| Some(&mut own.evolution.mutated_by_unit()?.per)),
-        row("evolution.mutation.amount", "", Number(0.0, GREATEST_GENE.into()), "ours: no size in Miglino et al. 1995, section 3.4",
-            "Size of the change: the maximum that is added, or its standard deviation; not with replace.", |own, _| Some(&mut own.evolution.mutated_by_amount()?.amount)),
-        row("evolution.mutation.bits", "bits", Whole(1, 16), "Floreano and Nolfi 1997",
-            "Bits of a gene, where mutation flips them.", |own, _| Some(&mut own.evolution.mutated_by_bits()?.bits)),
-        row("evolution.strategy.sigma", "", Number(1e-6, 1e6), "ours; 0.02 in evorobotpy2 with open-es",
-            "Standard deviation of the samples, of cma-es and sep-cma-es in the beginning, in halves of the initial range; default: 0.5, but 0.02 with open-es.", |own, _| Some(&mut own.evolution.strategy()?.sigma)),
-        row("evolution.strategy.active", "", Any, "Hansen 2016, and the package cma 4.5.0",
-            "Whether the worse half of the samples takes from the covariances.", |own, _| Some(&mut own.evolution.adapting()?.active)),
-        row("evolution.strategy.restarts", "", Any, "Hansen 2016, appendix B.3",
-            "Whether a strategy that can't go on or has not risen for long begins again elsewhere, with as many individuals.", |own, _| Some(&mut own.evolution.adapting()?.restarts)),
-        row("evolution.strategy.learning_rate", "", Number(1e-9, 1e3), "evorobotpy2",
-            "Adam's step, in halves of the initial range.", |own, _| Some(&mut own.evolution.climbing()?.learning_rate)),
-        row("evolution.strategy.weight_decay", "", Number(0.0, 1e3), "Salimans et al. 2017",
-            "Pull to the middle of the initial range: this share of the distance is taken from the gradient.", |own, _| Some(&mut own.evolution.climbing()?.weight_decay)),
-        row("evolution.descriptors", "", Any, OURS,
-            "Measures that describe behaviour: 1 to 6.", |own, _| Some(&mut own.evolution.behaving()?.descriptors)),
-        row("evolution.descriptors[].measure", "", Text("a measure of docs/measures.md"), "",
-            "Name of a measure; of several lives their mean counts.", |own, index| Some(&mut own.evolution.behaving()?.descriptors.get_mut(index)?.measure)),
-        row("evolution.descriptors[].least", "", Any, "",
-            "The least value of its range, in the measure's unit; values outside count as those at the end.", |own, index| Some(&mut own.evolution.behaving()?.descriptors.get_mut(index)?.least)),
-        row("evolution.descriptors[].greatest", "", Any, "",
-            "The greatest.", |own, index| Some(&mut own.evolution.behaving()?.descriptors.get_mut(index)?.greatest)),
-        row("evolution.descriptors[].cells", "", Whole(1, 100_000), "",
-            "Cells that a grid divides the range into.", |own, index| Some(&mut own.evolution.behaving()?.descriptors.get_mut(index)?.cells)),
-        row("evolution.archive.cells", "", Any, OURS,
-            "How an archive divides behaviour.", |own, _| Some(&mut own.evolution.archived()?.cells)),
-        row("evolution.archive.centroids", "", Whole(1, 10_000), "Vassiliades et al. 2018, whose archives have up to 10,000",
-            "Cells of a centroidal archive; a grid has those of its descriptors.", |own, _| Some(&mut own.evolution.archived()?.centroids)),
-        row("evolution.archive.iso", "", Number(0.0, 1e6), "Vassiliades and Mouret 2018; pyribs",
-            "Standard deviation of what is added to each gene of a child, in halves of the initial range.", |own, _| Some(&mut own.evolution.archived()?.iso)),
-        row("evolution.archive.line", "", Number(0.0, 1e6), "Vassiliades and Mouret 2018; pyribs",
-            "Standard deviation of how far a child is on the way to a second elite, as a share of that way.", |own, _| Some(&mut own.evolution.archived()?.line)),
-        row("evolution.archive.reevaluated", "", WholeUpTo(0, "evolution.population"), OURS,
-            "Elites of each generation that live again, as part of its population.", |own, _| Some(&mut own.evolution.archived()?.reevaluated)),
-        row("evolution.archive.acceptance", "", Any, OURS,
-            "What elites are compared by.", |own, _| Some(&mut own.evolution.archived()?.acceptance)),
-        row("evolution.archive.offset", "", Number(-1e6, 1e6), OURS,
-            "Fitness that counts as nothing in the QD score, the sum over all elites.", |own, _| Some(&mut own.evolution.archived()?.offset)),
-        row("evolution.grid.levels", "", Whole(2, 10_000), OURS,
-            "Values of each gene, evenly spaced from one end of its initial range to the other.", |own, _| Some(&mut own.evolution.gridded()?.levels)),
-        row("evolution.race.lives", "", Whole(1, 1_000_000_000), "the budget of EvoStick and AutoMoDe in Francesca et al. 2014",
-            "Lives of all candidates, after which the race is over; those of finalists are not among them.", |own, _| Some(&mut own.evolution.racing()?.lives)),
-        row("evolution.race.first_test", "", Whole(2, 100), "irace (López-Ibáñez et al. 2016)",
-            "Generations before the first test of a race.", |own, _| Some(&mut own.evolution.racing()?.first_test)),
-        row("evolution.race.confidence", "", Number(0.5, 0.999_999), "irace (López-Ibáñez et al. 2016)",
-            "Confidence of the test by which candidates drop out.", |own, _| Some(&mut own.evolution.racing()?.confidence)),
-        row("evolution.opponents.first_gene", "", Text("the name of a gene"), "",
-            "With coevolution: the first gene of the second population's genomes; the genes before it are the first population's.", |own, _| Some(&mut own.evolution.opposed()?.first_gene)),
-        row("evolution.opponents.kind", "", Any, "Floreano and Nolfi 1997",
-            "Which of the other population's best an individual meets.", |own, _| Some(&mut own.evolution.opposed()?.kind)),
-        row("evolution.opponents.generations", "", Whole(1, 1_000_000), "Floreano and Nolfi 1997",
-            "Of recent opponents: of how many of the last generations they are the best; a hall of fame has those of all.", |own, _| Some(&mut own.evolution.opposed()?.generations)),
-        row("evolution.opponents.contests", "", Whole(1, 10_000), "Floreano and Nolfi 1997",
-            "Contests of each individual in a generation, each with another opponent as long as there are enough.", |own, _| Some(&mut own.evolution.opposed()?.contests)),
-        row("evolution.opponents.total", "", Number(-1e6, 1e6), "Floreano and Nolfi 1997",
-            "What the scores of a contest add up to: the first population's is the fitness, and the second's the rest.", |own, _| Some(&mut own.evolution.opposed()?.total)),
-        row("evolution.novelty.neighbours", "", Whole(1, 100_000), "Lehman and Stanley 2011",
-            "Nearest behaviours whose mean distance is an individual's novelty.", |own, _| Some(&mut own.evolution.novel()?.neighbours)),
-        row("evolution.novelty.added", "", WholeUpTo(0, "evolution.population"), OURS,
-            "Behaviours of each generation, drawn at random, that the archive keeps.", |own, _| Some(&mut own.evolution.novel()?.added)),
+    ]);
+    rows.extend([
         row("reality.robot", "", Text("an address, such as surrogate:1 or serial:/dev/ttyUSB0, or a list of several on wires"), OURS,
-            "The robot on which the last generations live, after those that are simulated: on a wire (docs/robots-on-the-wire.md), or a surrogate, which stands in for a Khepera. Several robots on wires, as a list, share the lives of a generation. Lives on a wire are recorded in the run's folder `lives`, and never repeated.", |own, _| Some(&mut own.reality.robot)),
+            "The robot on which the last generations live, after those that are simulated: on a wire (docs/robots-on-the-wire.md), or a surrogate, which stands in for a Khepera. Several robots on wires, as a list, share the lives of a generation. Lives on a wire are recorded in the run's folder `lives`, and never repeated.", |own: &mut Settings, _| Some(&mut own.reality.robot)),
         row("reality.generations", "", WholeUpTo(1, "evolution.generations"), "Miglino et al. 1995, section 4",
             "How many of the last generations live there and are selected by their fitness there; 20, or all if there are fewer, if it is not given.", |own, _| Some(&mut own.reality.generations)),
         row("reality.severity", "", Number(0.0, 2.0), "ours: the 1995 study was calibrated to it",

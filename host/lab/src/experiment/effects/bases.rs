@@ -1,7 +1,28 @@
 //! Small experiments in which, all together, every key has an effect.
 
-/// Name, and text. Files are looked for from `experiments/`.
-pub(super) const BASES: &[(&str, &str)] = &[
+use std::sync::LazyLock;
+
+use oneiro::parameter::Choice;
+use oneiro_evolve::Kind;
+
+/// Name, and text. Files are looked for from `experiments/`. An optimiser that none of those below has gets a base here.
+pub(super) static BASES: LazyLock<Vec<(&str, &str)>> = LazyLock::new(|| {
+    let names = Kind::entries().map(|entry| entry.name);
+    let is_missing = |name: &&str| {
+        let kind = format!("kind = '{name}'");
+        *name != Kind::default().word() && !WRITTEN.iter().any(|(_, text)| text.contains(&kind))
+    };
+    let base = |name: &'static str| {
+        let text = format!(
+            "cycles = 40\n[evolution]\nkind = '{name}'\npopulation = 8\ngenerations = 4\nfinalists = 2\nfinalist_lives = 2\n"
+        );
+        (name, &*text.leak())
+    };
+    let missing = names.filter(is_missing).map(base);
+    WRITTEN.iter().copied().chain(missing).collect()
+});
+
+const WRITTEN: &[(&str, &str)] = &[
     ("khepera", KHEPERA),
     ("files", FILES),
     ("start", START),

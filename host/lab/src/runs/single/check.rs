@@ -12,7 +12,9 @@ use oneiro::world::{Drawn, Noise, Robot, Start, WorldSpec};
 use oneiro_base::console::{Console, counted, decimal};
 use oneiro_base::exit::Result;
 use oneiro_base::files;
-use oneiro_evolve::settings::{Kind as Optimiser, OpponentKind, SelectionKind, Settings};
+use oneiro_evolve::coevolution::OpponentKind;
+use oneiro_evolve::genetic::SelectionKind;
+use oneiro_evolve::settings::{Kind as Optimiser, Settings};
 use oneiro_report::figures;
 use serde_json::{Value, json};
 
@@ -265,7 +267,7 @@ fn summary(experiment: &Experiment) -> String {
 /// How a genetic algorithm breeds, after the numbers of its individuals and generations.
 fn breeding(evolution: &Settings) -> String {
     if evolution.is_coevolution() {
-        let Settings { opponents, .. } = evolution;
+        let opponents = &evolution.tables.opponents;
         let met = match opponents.kind {
             OpponentKind::Recent => format!(
                 "the last {}",

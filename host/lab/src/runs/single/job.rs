@@ -415,7 +415,7 @@ impl Evolving {
         if let Some(archive) = self.evolution.optimizer().archive()
             && self.has_directory
         {
-            let line = super::archive::line(generation.number, archive, settings.evolution.archive.offset);
+            let line = super::archive::line(generation.number, archive, settings.evolution.tables.archive.offset);
             added.push(Added {
                 file: COVERAGE,
                 bytes: line.into_bytes(),
@@ -646,7 +646,7 @@ impl Job for Evolving {
             simulated: &self.simulated,
             real: &self.real,
             compared: first_real.map(|first| self.transferred.compared(evolution.parents, first, last)),
-            archive: archive.map(|archive| (archive, evolution.archive.offset)),
+            archive: archive.map(|archive| (archive, evolution.tables.archive.offset)),
         });
         Ok(Finished {
             files,

@@ -1,0 +1,70 @@
+//! Values that the evolution strategies share: `cma-es`, `sep-cma-es` and `open-es`.
+
+use oneiro::parameter::Allowed::{Any, Number};
+use oneiro::parameter::{Parameter, row};
+use serde::Serialize;
+
+use crate::registry::Feature;
+use crate::settings::Settings;
+
+/// Values of evolution strategies.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Strategy {
+    /// Standard deviation of the first samples, or of all, in halves of the initial range; given once complete.
+    pub sigma: Option<f64>,
+    /// Whether the worse half of the samples shrinks the covariances.
+    pub active: bool,
+    /// Whether a strategy that can't go on begins again.
+    pub restarts: bool,
+    /// Adam's step.
+    pub learning_rate: f64,
+    /// How strongly genes are drawn to the middle of their initial range.
+    pub weight_decay: f64,
+}
+
+impl Default for Strategy {
+    fn default() -> Self {
+        Self {
+            sigma: None,
+            active: true,
+            restarts: true,
+            learning_rate: 0.01,
+            weight_decay: 0.005,
+        }
+    }
+}
+
+/// Values that are the experiment's only with some optimisers.
+impl Settings {
+    /// With an evolution strategy.
+    pub(crate) fn strategy(&mut self) -> Option<&mut Strategy> {
+        (self.is(Feature::AdaptsCovariances) || self.is(Feature::FollowsGradient)).then_some(&mut self.strategy)
+    }
+
+    /// With an evolution strategy that adapts covariances.
+    pub(crate) fn adapting(&mut self) -> Option<&mut Strategy> {
+        self.is(Feature::AdaptsCovariances).then_some(&mut self.strategy)
+    }
+
+    /// With an evolution strategy that follows a gradient.
+    pub(crate) fn climbing(&mut self) -> Option<&mut Strategy> {
+        self.is(Feature::FollowsGradient).then_some(&mut self.strategy)
+    }
+}
+
+/// Rows of these values.
+#[rustfmt::skip]
+pub(crate) fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
+    vec![
+        row("evolution.strategy.sigma", "", Number(1e-6, 1e6), "ours; 0.02 in evorobotpy2 with open-es",
+            "Standard deviation of the samples, of cma-es and sep-cma-es in the beginning, in halves of the initial range; default: 0.5, but 0.02 with open-es.", |own, _| Some(&mut own.as_mut().strategy()?.sigma)),
+        row("evolution.strategy.active", "", Any, "Hansen 2016, and the package cma 4.5.0",
+            "Whether the worse half of the samples takes from the covariances.", |own, _| Some(&mut own.as_mut().adapting()?.active)),
+        row("evolution.strategy.restarts", "", Any, "Hansen 2016, appendix B.3",
+            "Whether a strategy that can't go on or has not risen for long begins again elsewhere, with as many individuals.", |own, _| Some(&mut own.as_mut().adapting()?.restarts)),
+        row("evolution.strategy.learning_rate", "", Number(1e-9, 1e3), "evorobotpy2",
+            "Adam's step, in halves of the initial range.", |own, _| Some(&mut own.as_mut().climbing()?.learning_rate)),
+        row("evolution.strategy.weight_decay", "", Number(0.0, 1e3), "Salimans et al. 2017",
+            "Pull to the middle of the initial range: this share of the distance is taken from the gradient.", |own, _| Some(&mut own.as_mut().climbing()?.weight_decay)),
+    ]
+}
