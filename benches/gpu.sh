@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # gpu.sh [ONEIRO [BACKEND [FOLDER]]]: measures a card's bits and speed as docs/gpu.md has them, by the program alone. Takes minutes on a
-# fast card. BACKEND is a name as of `oneiro devices`, such as gpu:0; by default the best GPU. FOLDER, `gpu-figures` by default, gets:
+# fast card. BACKEND is a name as of `oneiro device list`, such as gpu:0; by default the best GPU. FOLDER, `gpu-figures` by default, gets:
 #   devices.json        what is here, and registers and instructions of all kernels where the driver tells
 #   selftest.json       differing bits of both kinds of kernels, over lives of all worlds
 #   steps-*.json        steps per second of 10^3 to 10^7 rollouts, by the kernel for any world and by specialised ones
@@ -24,10 +24,10 @@ else
     sizes=1000,10000,100000,1000000,10000000 others=10000,100000,1000000 members=1000,10000,100000 lives=1000000 seeds=1..1000
 fi
 say() { echo "$(date +%T) $*" >&2; }
-bench() { "$oneiro" bench --quick --backend "$backend" --json "$@"; }
+bench() { "$oneiro" device bench --quick --backend "$backend" --json "$@"; }
 
 say "what is here"
-"$oneiro" devices --explain --json >devices.json
+"$oneiro" device list --explain --json >devices.json
 for when in never always; do
     say "steps per second, --specialise $when"
     bench --rollouts "$sizes" --specialise "$when" >"steps-$when.json"
@@ -50,10 +50,10 @@ for device in "$backend" cpu; do
 done
 rm -rf out
 say "steps per second of the processor"
-"$oneiro" bench --quick --backend cpu --json --rollouts 10000 >cpu.json
+"$oneiro" device bench --quick --backend cpu --json --rollouts 10000 >cpu.json
 say "differing bits"
-"$oneiro" selftest --backend "$backend" --rollouts "$lives" --json >selftest.json || say "SOME BITS DIFFER: see selftest.json"
+"$oneiro" device test --backend "$backend" --rollouts "$lives" --json >selftest.json || say "SOME BITS DIFFER: see selftest.json"
 say "what to send to others"
 rm -f share.json
-"$oneiro" bench --quick --backend "$backend" --share share.json --quiet >/dev/null
+"$oneiro" device bench --quick --backend "$backend" --share share.json --quiet >/dev/null
 cat sweep.txt

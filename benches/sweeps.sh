@@ -20,7 +20,7 @@ own() {
 }
 timed() { TIMEFORMAT="$1: %R s"; shift; time "$@" >/dev/null; }
 run() { rm -rf out; timed "$1" "$oneiro" sweep run "$2.toml" --out out --backend cpu --quiet "${@:3}"; }
-bench() { "$oneiro" bench --backend cpu --rollouts 10000 --quick 2>/dev/null | tail -n 2; }
+bench() { "$oneiro" device bench --backend cpu --rollouts 10000 --quick 2>/dev/null | tail -n 2; }
 
 small='[set]
 evolution.population = 20
@@ -59,7 +59,9 @@ if [ "$other" ]; then
         "$1" sweep run "$2.toml" --out out --backend cpu --quiet --yes >/dev/null
         awk "BEGIN { print $EPOCHREALTIME - $from }"
     }
-    rate() { "$1" bench --backend cpu --rollouts 10000 --quick 2>/dev/null | awk '/x$/ { rate = $(NF - 1) } END { print rate }'; }
+    quick=(bench --backend cpu --rollouts 10000 --quick)
+    # Older programs have `bench` itself as a command.
+    rate() { { "$1" device "${quick[@]}" || "$1" "${quick[@]}"; } 2>/dev/null | awk '/x$/ { rate = $(NF - 1) } END { print rate }'; }
     quotient() { awk "BEGIN { print $1 / $2 }"; }
     of_times() {
         local others own

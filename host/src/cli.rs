@@ -1,5 +1,7 @@
 //! The command line: its commands, arguments and help texts. What they do is in `commands`.
 
+mod groups;
+mod moved;
 mod numbers;
 
 use std::path::{Path, PathBuf};
@@ -24,13 +26,16 @@ use oneiro_studies::{miglino1995, odowd2014};
 
 use crate::commands::rules;
 
+/// The program's name.
+const PROGRAM: &str = "oneiro";
+
 /// Evolves robot controllers in simulated lives, bit for bit the same on every device.
 ///
 /// Data go to standard output, messages to standard error. Exit codes: 0 done, 1 failed, 2 usage,
 /// 3 configuration or input invalid, 4 no usable device or robot, 5 data corrupt, 6 disk full or I/O, 7 not enough memory, 70 a mistake in Oneiro,
 /// 75 stopped early and resumable, 130 aborted.
 #[derive(Debug, Parser)]
-#[command(name = "oneiro", version, propagate_version = true)]
+#[command(name = PROGRAM, version, propagate_version = true)]
 pub(crate) struct Cli {
     /// Options of every command.
     #[command(flatten)]
@@ -42,7 +47,20 @@ pub(crate) struct Cli {
 
 /// The whole command line.
 pub(crate) fn command() -> clap::Command {
-    numbers::with_hyphens(Cli::command())
+    /// Options of [`Backend`].
+    const DEVICE: [&str; 4] = ["backend", "threads", "recheck", "specialise"];
+    let for_recomputing = |argument: clap::Arg| {
+        if DEVICE.contains(&argument.get_id().as_str()) {
+            argument.requires("recompute")
+        } else {
+            argument
+        }
+    };
+    let program = Cli::command().mut_subcommands(|command| match command.get_name() {
+        "verify" => command.mut_args(for_recomputing),
+        _ => command,
+    });
+    numbers::with_hyphens(groups::grouped(program))
 }
 
 impl Cli {
@@ -87,7 +105,7 @@ fn directories(command: &clap::Command, matches: &ArgMatches) -> exit::Result {
 }
 
 /// Words that other programs have for this one's options, and for its commands.
-const OTHER_WORDS: [(&str, &str); 16] = [
+const OTHER_WORDS: [(&str, &str); 18] = [
     ("device", "--backend NAME"),
     ("gpu", "--backend gpu"),
     ("cuda", "--backend gpu"),
@@ -95,6 +113,8 @@ const OTHER_WORDS: [(&str, &str); 16] = [
     ("output", "--out PATH"),
     ("runs", "--seeds 1..N"),
     ("workers", "--threads N"),
+    ("share", "--fraction F"),
+    ("contests", "--trials N"),
     ("evolve", "run"),
     ("train", "run"),
     ("optimize", "run"),
@@ -182,7 +202,7 @@ fn option_tip(unknown: &str, words: &[String], command: &clap::Command) -> Optio
     Some(format!("a value of the experiment is set by '--set {key}=VALUE'"))
 }
 
-/// What to type instead of an unknown command: that of the same name elsewhere, one that is much like it, or
+/// What to type instead of an unknown command: its new name, that of the same name elsewhere, one that is much like it, or
 /// this program's word for it.
 fn command_tip(unknown: &str, command: &clap::Command, program: &clap::Command) -> Option<String> {
     fn of_name(command: &clap::Command, name: &str, path: &str, found: &mut Vec<String>) {
@@ -193,6 +213,9 @@ fn command_tip(unknown: &str, command: &clap::Command, program: &clap::Command) 
             }
             of_name(own, name, &path, found);
         }
+    }
+    if let Some(tip) = moved::tip(unknown) {
+        return Some(tip);
     }
     let mut found = Vec::new();
     of_name(program, unknown, program.get_name(), &mut found);
@@ -223,67 +246,47 @@ fn command_tip(unknown: &str, command: &clap::Command, program: &clap::Command) 
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Write a commented experiment to start from
+    /// Write an experiment to start from, or list what it may set
     New(New),
     /// Validate an experiment, summarise it and draw its arena
     Check(Check),
-    /// Compile an experiment's kernel at the full width of this machine, with an installed Rust toolchain
-    #[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
-    Compile(Compile),
-    /// List the keys of experiments with their defaults, allowed values and meanings
-    Keys(Keys),
-    /// Evolve controllers: run an experiment from one seed or from many
+    /// Evolve controllers from one seed or from many
     Run(Run),
     /// Finish a run that was stopped
     Resume(Resume),
-    /// Compute the fitness of genomes from a file
-    Evaluate(Evaluate),
-    /// Appraise recorded genomes by the mean of many fresh lives, and name the best
-    Best(Best),
-    /// Simulate a run's champion again, and write its path and its trace
-    Replay(Replay),
-    /// Evaluate a share of a run's individuals again on this machine and compare the bits
-    Audit(Audit),
-    /// Play the best of each generation of two populations against each other
-    Tournament(Tournament),
-    /// Check a run's checksums and its result hash
-    Verify(Verify),
-    /// List the runs below a directory and their state
+    /// Run many evolutions as one job: a grid of values, many seeds each
+    Sweep(Sweep),
+    /// Repeat a paper's whole study and judge its claims
+    Reproduce(Reproduce),
+    /// List runs and their state
     List(List),
-    /// List this machine's devices, and whether each is exact
-    Devices(Devices),
-    /// Check that this machine computes the same bits as every other
-    Selftest(Selftest),
-    /// Measure robot-steps per second
-    Bench(Bench),
-    /// Show, convert and export sampled sensor and motor tables
-    Tables(Tables),
-    /// Sample a robot's sensors and motors into tables
-    Sample(Sample),
-    /// Compare an experiment's simulator with recorded lives of the robot, and print the noise and the settings that follow
-    Calibrate(Calibrate),
-    /// Find robots on a wire, show what they sense, drive them, and stop them
+    /// Simulate a run's champion again, and write its path and trace
+    Replay(Replay),
+    /// Score genomes, find the best of many, or play a tournament
+    Evaluate(Evaluate),
+    /// Check a run's files; recompute its results and compare the bits
+    Verify(Verify),
+    /// Find, watch, drive and stop a robot; sample and calibrate it
     Robot(Robot),
-    /// Install, start, watch and stop a fleet of robots with a computer each, and collect its records
+    /// Install, start, watch and stop robots with a computer each
     Fleet(Fleet),
-    /// Live on board of a robot: act, and evolve beside in its simulator, as a member of a swarm or by itself
+    /// List this machine's devices; test their bits and their speed
+    Device(Device),
+    /// Print a completion script for a shell
+    Completions(Completions),
+    /// Run on a robot's computer: control it while evolving in its simulator, by itself or as a member of a swarm
+    #[command(hide = true)]
     OnBoard(OnBoard),
     /// Own a robot's link for a program that drives, and stop the wheels when it dies, hangs or misses something
     #[command(hide = true)]
     Guard(GuardProcess),
-    /// Repeat a paper's whole study and judge its claims
-    Reproduce(Reproduce),
-    /// Run many evolutions as one job: a grid of values, each from many seeds
-    Sweep(Sweep),
-    /// Print a completion script for a shell
-    Completions(Completions),
 }
 
 /// `oneiro new`
 #[derive(Args, Debug)]
 pub(crate) struct New {
     /// The experiment's name. Writes NAME.toml, and never overwrites a file
-    #[arg(required_unless_present = "example")]
+    #[arg(required_unless_present_any = ["example", "keys"])]
     pub(crate) name: Option<String>,
     /// Write an experiment with a swarm
     #[arg(long)]
@@ -312,14 +315,15 @@ pub(crate) struct New {
         conflicts_with_all = ["name", "swarm", "forager", "robot", "sensor", "controller", "task"]
     )]
     pub(crate) example: Option<String>,
-}
-
-/// `oneiro keys`
-#[derive(Args, Debug)]
-pub(crate) struct Keys {
-    /// Only keys that contain this, such as noise
-    #[arg(default_value = "")]
-    pub(crate) part: String,
+    /// List the keys of experiments with their defaults, allowed values and meanings: those that contain PART, such as noise, or all
+    #[arg(
+        long,
+        value_name = "PART",
+        num_args = 0..=1,
+        default_missing_value = "",
+        conflicts_with_all = ["name", "swarm", "forager", "robot", "sensor", "controller", "task", "example"]
+    )]
+    pub(crate) keys: Option<String>,
 }
 
 /// `oneiro check`
@@ -347,21 +351,6 @@ pub(crate) struct Check {
     /// can do at most
     #[arg(long, conflicts_with = "explain")]
     pub(crate) cost: bool,
-}
-
-/// `oneiro compile`
-#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
-#[derive(Args, Debug)]
-pub(crate) struct Compile {
-    /// The experiment's TOML file
-    #[arg(value_hint = ValueHint::FilePath)]
-    pub(crate) experiment: PathBuf,
-    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
-    pub(crate) set: Vec<String>,
-    /// Compile it even if this version of Rust has compiled it before
-    #[arg(long)]
-    pub(crate) again: bool,
 }
 
 /// `oneiro run`
@@ -401,7 +390,9 @@ pub(crate) struct Resume {
 /// `oneiro evaluate`
 #[derive(Args, Debug)]
 #[command(override_usage = "oneiro evaluate [OPTIONS] [EXPERIMENT] --genomes <FILE|DIR>...
-       oneiro evaluate [OPTIONS] <EXPERIMENT> --random <N>")]
+       oneiro evaluate [OPTIONS] <EXPERIMENT> --random <N>
+       oneiro evaluate [OPTIONS] [EXPERIMENT] --best --genomes <FILE|DIR>...
+       oneiro evaluate [OPTIONS] --tournament --genomes <DIR>...")]
 pub(crate) struct Evaluate {
     /// The experiment's TOML file, given before --genomes [default: that of the runs in --genomes]
     #[arg(value_hint = ValueHint::FilePath)]
@@ -422,7 +413,8 @@ pub(crate) struct Evaluate {
     /// experiment's, else 1; 1 if only runs are given]
     #[arg(long, value_name = "N", value_parser = seed())]
     pub(crate) seed: Option<u64>,
-    /// Rollouts of each genome [default: the experiment's]
+    /// Rollouts of each genome [default: the experiment's; 100 with --best], or contests of each pair of a tournament, at most 10000
+    /// [default: 10]
     #[arg(long, value_name = "K", value_parser = whole::<u32>(1..=1_000_000))]
     pub(crate) trials: Option<u32>,
     /// Give all genomes the same starts and the same random numbers, so that they can be compared trial by trial
@@ -451,9 +443,76 @@ pub(crate) struct Evaluate {
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
-    /// Write the results to this file (.csv or .npy, never overwritten); - is standard output
+    /// Write the results to this file (.csv or .npy, never overwritten); - is standard output. With --best: write the best genome to
+    /// it (.json), as champion.json has it
     #[arg(long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub(crate) out: PathBuf,
+    /// The best genome instead.
+    #[command(flatten)]
+    pub(crate) ranked: Ranked,
+    /// A tournament instead.
+    #[command(flatten)]
+    pub(crate) played: Played,
+}
+
+impl Evaluate {
+    /// The file to write, unless the results go to standard output.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        (self.out.as_os_str() != "-").then_some(self.out.as_path())
+    }
+}
+
+/// Options of `oneiro evaluate` that have no effect on the best of many genomes, nor on a tournament.
+const USUAL: [&str; 18] = [
+    "random",
+    "population",
+    "common_starts",
+    "starts",
+    "noise",
+    "traces",
+    "summary",
+    "measures",
+    "robots",
+    "lives",
+    "between",
+    "walk",
+    "speed",
+    "sensors",
+    "trackers",
+    "tracker_age",
+    "guard",
+    "severity",
+];
+
+/// The best of many genomes, of `oneiro evaluate`.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Comparing genomes")]
+pub(crate) struct Ranked {
+    /// Re-evaluate the genomes on the same new episodes, list them from the best mean to the worst, and report the best. Of each run
+    /// in --genomes, the champion, the luckiest and the last generation take part; of a sweep, each run's champion. The best of many
+    /// genomes was also lucky: another --seed shows its true mean
+    #[arg(long, conflicts_with_all = USUAL)]
+    pub(crate) best: bool,
+    /// Of runs, take every individual that was evaluated, not only the last generation
+    #[arg(long, requires = "best")]
+    pub(crate) individuals: bool,
+    /// List all genomes, not only the best ones
+    #[arg(long, requires = "best")]
+    pub(crate) all: bool,
+}
+
+/// A tournament, of `oneiro evaluate`.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Comparing genomes")]
+pub(crate) struct Played {
+    /// Play the best of each generation of two populations against each other, with the same starts for all pairs. --genomes names
+    /// runs with `evolution.kind = "coevolution"`. The results are written there: tournament.csv, and the pictures tournament.svg and
+    /// tournament-progress.svg
+    #[arg(long, conflicts_with_all = USUAL, conflicts_with_all = ["experiment", "set", "out", "best"])]
+    pub(crate) tournament: bool,
+    /// Let every Nth generation take part
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "tournament", value_parser = whole::<u32>(1..=u32::MAX.into()))]
+    pub(crate) every: u32,
 }
 
 /// Rows and columns of results, of `oneiro evaluate`.
@@ -525,40 +584,6 @@ pub(crate) enum Noise {
     Off,
 }
 
-/// `oneiro best`
-#[derive(Args, Debug)]
-pub(crate) struct Best {
-    /// Run directories (champion, luckiest and last generation of each), directories of runs, directories of sweeps (the
-    /// champion of each run), and files of genomes: .npy, .csv, champion.json
-    #[arg(value_name = "DIR|FILE", required = true, value_hint = ValueHint::AnyPath)]
-    pub(crate) recorded: Vec<PathBuf>,
-    /// Fresh lives of each genome, the same for all. The best of many genomes was also lucky: another --seed shows its
-    /// true mean. At least 2
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = whole::<u32>(0..=u32::MAX.into()))]
-    pub(crate) lives: u32,
-    /// Seed of the lives' random numbers [default: that of --experiment, else 1]
-    #[arg(long, value_name = "N", value_parser = seed())]
-    pub(crate) seed: Option<u64>,
-    /// The experiment whose world all genomes live in [default: that of the runs and sweeps, which must agree]
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub(crate) experiment: Option<PathBuf>,
-    /// Of runs, take every individual that ever lived, not only the last generation
-    #[arg(long)]
-    pub(crate) individuals: bool,
-    /// List all genomes, not only the best ones
-    #[arg(long)]
-    pub(crate) all: bool,
-    /// The device that evaluates.
-    #[command(flatten)]
-    pub(crate) backend: Backend,
-    /// Change a value of the experiments, such as noise.sensor=[0.0,0.4]. May be repeated
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
-    pub(crate) set: Vec<String>,
-    /// Write the best genome into this file (.json, never overwritten), as champion.json has it
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub(crate) out: Option<PathBuf>,
-}
-
 /// `oneiro replay`
 #[derive(Args, Debug)]
 pub(crate) struct Replay {
@@ -591,7 +616,7 @@ pub(crate) struct Replay {
     /// plays a life of the elite that is clicked: archive.html
     #[arg(long, conflicts_with_all = ["elite", "genome", "start", "seed"])]
     pub(crate) elites: bool,
-    /// Draw this genome instead of the champion, such as one written by `oneiro best --out`. Its random numbers are
+    /// Draw this genome instead of the champion, such as one written by `oneiro evaluate --best --out`. Its random numbers are
     /// those of --seed, 1 if not given, and nothing is compared
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) genome: Option<PathBuf>,
@@ -600,47 +625,22 @@ pub(crate) struct Replay {
     pub(crate) every: u32,
 }
 
-/// `oneiro audit`
-#[derive(Args, Debug)]
-pub(crate) struct Audit {
-    /// The run's directory
-    #[arg(value_hint = ValueHint::DirPath)]
-    pub(crate) run_dir: PathBuf,
-    /// Share of the recorded individuals to evaluate again, above 0 and up to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = share)]
-    pub(crate) share: f64,
-    /// The device that evaluates.
-    #[command(flatten)]
-    pub(crate) backend: Backend,
-}
-
-/// `oneiro tournament`
-#[derive(Args, Debug)]
-pub(crate) struct Tournament {
-    /// The directory of a run with `evolution.kind = "coevolution"`, or of several. The results are written there: tournament.csv,
-    /// and the pictures tournament.svg and tournament-progress.svg
-    #[arg(value_hint = ValueHint::DirPath)]
-    pub(crate) run_dir: PathBuf,
-    /// Contests of each pair, from the same starts for all pairs
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = whole::<u32>(1..=10_000))]
-    pub(crate) contests: u32,
-    /// Seed of their random numbers: those of `oneiro evaluate --common-starts --seed N`
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed())]
-    pub(crate) seed: u64,
-    /// Let every Nth generation take part
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u32>(1..=u32::MAX.into()))]
-    pub(crate) every: u32,
-    /// The device that evaluates.
-    #[command(flatten)]
-    pub(crate) backend: Backend,
-}
-
 /// `oneiro verify`
 #[derive(Args, Debug)]
 pub(crate) struct Verify {
     /// The directory of a run, of several runs, or of a sweep
     #[arg(value_hint = ValueHint::DirPath)]
     pub(crate) run_dir: PathBuf,
+    /// Also evaluate a part of each run's individuals again on this machine, and compare the bits with the record. Of a swarm,
+    /// everything is simulated again
+    #[arg(long)]
+    pub(crate) recompute: bool,
+    /// Fraction of the recorded individuals to evaluate again, above 0 and up to 1
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.01, requires = "recompute", value_parser = fraction)]
+    pub(crate) fraction: f64,
+    /// The device that evaluates.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
 }
 
 /// `oneiro list`
@@ -651,9 +651,39 @@ pub(crate) struct List {
     pub(crate) dir: Option<PathBuf>,
 }
 
-/// `oneiro selftest`
+/// `oneiro device`
 #[derive(Args, Debug)]
-pub(crate) struct Selftest {
+pub(crate) struct Device {
+    /// Subcommand to run.
+    #[command(subcommand)]
+    pub(crate) command: DeviceCommand,
+}
+
+/// Commands for this machine's devices.
+#[derive(Debug, Subcommand)]
+pub(crate) enum DeviceCommand {
+    /// List this machine's devices, and whether each is exact
+    List(DeviceList),
+    /// Check that this machine computes the same bits as every other
+    Test(DeviceTest),
+    /// Measure robot-steps per second
+    Bench(DeviceBench),
+    /// Compile an experiment's kernel at the full width of this machine, with an installed Rust toolchain
+    #[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
+    Compile(DeviceCompile),
+}
+
+/// `oneiro device list`
+#[derive(Args, Debug)]
+pub(crate) struct DeviceList {
+    /// Compile every kernel for each adapter, and print what its driver tells of the machine code: registers, instructions and the like
+    #[arg(long)]
+    pub(crate) explain: bool,
+}
+
+/// `oneiro device test`
+#[derive(Args, Debug)]
+pub(crate) struct DeviceTest {
     /// What to check: all, cpu, gpu (every adapter), gpu:NAME or gpu:INDEX
     #[arg(long, value_name = "BACKEND", default_value = "all")]
     pub(crate) backend: String,
@@ -665,17 +695,9 @@ pub(crate) struct Selftest {
     pub(crate) tables: Vec<PathBuf>,
 }
 
-/// `oneiro devices`
+/// `oneiro device bench`
 #[derive(Args, Debug)]
-pub(crate) struct Devices {
-    /// Compile every kernel for each adapter, and print what its driver tells of the machine code: registers, instructions and the like
-    #[arg(long)]
-    pub(crate) explain: bool,
-}
-
-/// `oneiro bench`
-#[derive(Args, Debug)]
-pub(crate) struct Bench {
+pub(crate) struct DeviceBench {
     /// An experiment's TOML file, to time the first 500 cycles of its lives instead of a Khepera's [default: the Khepera of the 1995
     /// paper]
     #[arg(value_hint = ValueHint::FilePath)]
@@ -710,148 +732,19 @@ pub(crate) struct Bench {
     pub(crate) processors: Vec<u16>,
 }
 
-/// `oneiro tables`
+/// `oneiro device compile`
+#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
 #[derive(Args, Debug)]
-pub(crate) struct Tables {
-    /// Subcommand to run.
-    #[command(subcommand)]
-    pub(crate) command: TablesCommand,
-}
-
-/// Commands for sampled tables.
-#[derive(Debug, Subcommand)]
-pub(crate) enum TablesCommand {
-    /// Print a table's key figures, and draw it
-    Show {
-        /// A .sam or .sample file, or the name of a built-in table
-        #[arg(value_hint = ValueHint::FilePath)]
-        table: PathBuf,
-        /// Draw the table into this file (SVG)
-        #[arg(long, value_name = "FILE.svg", value_hint = ValueHint::FilePath)]
-        out: Option<PathBuf>,
-    },
-    /// Convert between .sam (integers) and .sample (shares of 1023)
-    Convert {
-        /// The table to read
-        #[arg(value_hint = ValueHint::FilePath)]
-        from: PathBuf,
-        /// The file to write, never overwritten. Its extension names the format
-        #[arg(value_hint = ValueHint::FilePath)]
-        to: PathBuf,
-    },
-    /// Write a built-in table to a file
-    Export {
-        /// wall, round or motor
-        #[arg(long, value_name = "TABLE")]
-        builtin: String,
-        /// The file to write, never overwritten. Its extension names the format
-        #[arg(value_hint = ValueHint::FilePath)]
-        to: PathBuf,
-    },
-}
-
-/// `oneiro sample`
-#[derive(Args, Debug)]
-pub(crate) struct Sample {
-    /// Which robot: surrogate:SEED, the described robot of an experiment, FILE.toml, or a robot on a wire, such as
-    /// `serial:/dev/ttyUSB0`. `oneiro robot list` has all forms
-    #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
-    pub(crate) robot: String,
-    #[arg(
-        long,
-        value_name = "LAMBDA",
-        value_parser = of_key::<f32>("reality.severity"),
-        help = format!(
-            "How much a surrogate differs from the simulator made from its samples, 0 to 2 [default: {}]",
-            SEVERITY
-        )
-    )]
-    pub(crate) severity: Option<f32>,
-    /// The objects to sample: wall, round, block, or your own: CLASS:wall, CLASS:round:RADIUS or
-    /// CLASS:block:LENGTHxWIDTH, in mm, such as can:round:33
-    #[arg(long, value_name = "OBJECT,..", value_delimiter = ',', default_value = "wall,round")]
-    pub(crate) objects: Vec<String>,
-    /// The device that evaluates.
-    #[command(flatten)]
-    pub(crate) backend: Backend,
-    /// Write tables and pictures into this directory. A sampling that was stopped continues there
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub(crate) out: PathBuf,
-    /// Options for a robot on a wire.
-    #[command(flatten)]
-    pub(crate) wired: SampleWired,
-}
-
-/// Options of `oneiro sample` for robots on a wire.
-#[derive(Args, Debug)]
-#[command(next_help_heading = "Robots on a wire")]
-pub(crate) struct SampleWired {
-    /// Wait for nobody: a machine places the robot, or the object
-    #[arg(long)]
-    pub(crate) yes: bool,
-    /// Turns before an object, 1 to 20; a reading is their rounded mean [default: 1]
-    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=20))]
-    pub(crate) turns: Option<u32>,
-    /// Gap between the robot's rim and the object in the first row, 0 to 10000 mm [default: 5]
-    #[arg(long, value_name = "MM", value_parser = number::<f32>(0.0..=10_000.0))]
-    pub(crate) nearest: Option<f32>,
-    /// Distance from one row to the next, 0.01 to 1000 mm [default: 2]
-    #[arg(long, value_name = "MM", value_parser = number::<f32>(0.01..=1000.0))]
-    pub(crate) spacing: Option<f32>,
-    /// Number of rows, 1 to 1000 [default: 20]
-    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1000))]
-    pub(crate) rows: Option<u32>,
-    /// Speed of a wheel in the state 10 of -10 to 10, 1 to 1100 mm/s [default: ten of the robot's own units if they are a
-    /// twentieth of its greatest speed, as a Khepera's, else the greatest that the guard allows]
-    #[arg(long, value_name = "MM_S", value_parser = number::<f64>(wired::SPEEDS_MM_S[0]..=wired::SPEEDS_MM_S[1]))]
-    pub(crate) full_speed: Option<f64>,
-    /// Sample no motors
-    #[arg(long, conflicts_with = "full_speed")]
-    pub(crate) no_motors: bool,
-    /// Set a value of the guard, such as `link_ms=400`. May be repeated; docs/robots-on-the-wire.md lists them
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub(crate) set: Vec<String>,
-    /// Record all bytes of the link in this file, never overwritten, for a bug report
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub(crate) record: Option<PathBuf>,
-}
-
-impl SampleWired {
-    /// The first option that is given.
-    pub(crate) fn given(&self) -> Option<&'static str> {
-        let given = [
-            (self.yes, "--yes"),
-            (self.turns.is_some(), "--turns"),
-            (self.nearest.is_some(), "--nearest"),
-            (self.spacing.is_some(), "--spacing"),
-            (self.rows.is_some(), "--rows"),
-            (self.full_speed.is_some(), "--full-speed"),
-            (self.no_motors, "--no-motors"),
-            (!self.set.is_empty(), "--set"),
-            (self.record.is_some(), "--record"),
-        ];
-        given.into_iter().find_map(|(is_given, name)| is_given.then_some(name))
-    }
-}
-
-/// `oneiro calibrate`
-#[derive(Args, Debug)]
-pub(crate) struct Calibrate {
+pub(crate) struct DeviceCompile {
     /// The experiment's TOML file
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: PathBuf,
-    /// Directories of lives that `oneiro evaluate --robot`, or a run with `[reality]` on a wire, has written; any number of them
-    #[arg(long, value_name = "DIR", required = true, num_args = 1.., value_hint = ValueHint::DirPath)]
-    pub(crate) lives: Vec<PathBuf>,
-    /// Write a page with figures, the errors as a table, and the settings that follow into this directory, which must be empty or new
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub(crate) out: PathBuf,
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
-    /// The device that evaluates.
-    #[command(flatten)]
-    pub(crate) backend: Backend,
+    /// Compile it even if this version of Rust has compiled it before
+    #[arg(long)]
+    pub(crate) again: bool,
 }
 
 /// `oneiro robot`
@@ -862,7 +755,7 @@ pub(crate) struct Robot {
     pub(crate) command: RobotCommand,
 }
 
-/// Commands for robots on a wire or a radio link.
+/// Commands for robots, and for the samples and recordings of them.
 #[derive(Debug, Subcommand)]
 pub(crate) enum RobotCommand {
     /// List this machine's serial ports and the forms of addresses
@@ -880,6 +773,16 @@ pub(crate) enum RobotCommand {
     Light(RobotLight),
     /// Stop a robot's wheels, and say whether it confirmed that
     Stop(RobotLink),
+    /// Sample a robot's sensors and motors into tables
+    Sample(RobotSample),
+    /// Compare an experiment's simulator with recorded lives of the robot, and print the noise and the settings that follow
+    Calibrate(RobotCalibrate),
+    /// Show, convert and export sampled sensor and motor tables
+    Tables {
+        /// Subcommand to run.
+        #[command(subcommand)]
+        command: RobotTables,
+    },
 }
 
 /// A robot on the command line.
@@ -948,6 +851,142 @@ pub(crate) struct RobotDrive {
     /// Print what would be sent, and open nothing
     #[arg(long, conflicts_with = "record")]
     pub(crate) dry_run: bool,
+}
+
+/// `oneiro robot sample`
+#[derive(Args, Debug)]
+pub(crate) struct RobotSample {
+    /// Which robot: surrogate:SEED, the described robot of an experiment, FILE.toml, or a robot on a wire, such as
+    /// `serial:/dev/ttyUSB0`. `oneiro robot list` has all forms
+    #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
+    pub(crate) robot: String,
+    #[arg(
+        long,
+        value_name = "LAMBDA",
+        value_parser = of_key::<f32>("reality.severity"),
+        help = format!(
+            "How much a surrogate differs from the simulator made from its samples, 0 to 2 [default: {}]",
+            SEVERITY
+        )
+    )]
+    pub(crate) severity: Option<f32>,
+    /// The objects to sample: wall, round, block, or your own: CLASS:wall, CLASS:round:RADIUS or
+    /// CLASS:block:LENGTHxWIDTH, in mm, such as can:round:33
+    #[arg(long, value_name = "OBJECT,..", value_delimiter = ',', default_value = "wall,round")]
+    pub(crate) objects: Vec<String>,
+    /// The device that evaluates.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+    /// Write tables and pictures into this directory. A sampling that was stopped continues there
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: PathBuf,
+    /// Options for a robot on a wire.
+    #[command(flatten)]
+    pub(crate) wired: SampleWired,
+}
+
+/// Options of `oneiro robot sample` for robots on a wire.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Robots on a wire")]
+pub(crate) struct SampleWired {
+    /// Wait for nobody: a machine places the robot, or the object
+    #[arg(long)]
+    pub(crate) yes: bool,
+    /// Turns before an object, 1 to 20; a reading is their rounded mean [default: 1]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=20))]
+    pub(crate) turns: Option<u32>,
+    /// Gap between the robot's rim and the object in the first row, 0 to 10000 mm [default: 5]
+    #[arg(long, value_name = "MM", value_parser = number::<f32>(0.0..=10_000.0))]
+    pub(crate) nearest: Option<f32>,
+    /// Distance from one row to the next, 0.01 to 1000 mm [default: 2]
+    #[arg(long, value_name = "MM", value_parser = number::<f32>(0.01..=1000.0))]
+    pub(crate) spacing: Option<f32>,
+    /// Number of rows, 1 to 1000 [default: 20]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1000))]
+    pub(crate) rows: Option<u32>,
+    /// Speed of a wheel in the state 10 of -10 to 10, 1 to 1100 mm/s [default: ten of the robot's own units if they are a
+    /// twentieth of its greatest speed, as a Khepera's, else the greatest that the guard allows]
+    #[arg(long, value_name = "MM_S", value_parser = number::<f64>(wired::SPEEDS_MM_S[0]..=wired::SPEEDS_MM_S[1]))]
+    pub(crate) full_speed: Option<f64>,
+    /// Sample no motors
+    #[arg(long, conflicts_with = "full_speed")]
+    pub(crate) no_motors: bool,
+    /// Set a value of the guard, such as `link_ms=400`. May be repeated; docs/robots-on-the-wire.md lists them
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Record all bytes of the link in this file, never overwritten, for a bug report
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) record: Option<PathBuf>,
+}
+
+impl SampleWired {
+    /// The first option that is given.
+    pub(crate) fn given(&self) -> Option<&'static str> {
+        let given = [
+            (self.yes, "--yes"),
+            (self.turns.is_some(), "--turns"),
+            (self.nearest.is_some(), "--nearest"),
+            (self.spacing.is_some(), "--spacing"),
+            (self.rows.is_some(), "--rows"),
+            (self.full_speed.is_some(), "--full-speed"),
+            (self.no_motors, "--no-motors"),
+            (!self.set.is_empty(), "--set"),
+            (self.record.is_some(), "--record"),
+        ];
+        given.into_iter().find_map(|(is_given, name)| is_given.then_some(name))
+    }
+}
+
+/// `oneiro robot calibrate`
+#[derive(Args, Debug)]
+pub(crate) struct RobotCalibrate {
+    /// The experiment's TOML file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) experiment: PathBuf,
+    /// Directories of lives that `oneiro evaluate --robot`, or a run with `[reality]` on a wire, has written; any number of them
+    #[arg(long, value_name = "DIR", required = true, num_args = 1.., value_hint = ValueHint::DirPath)]
+    pub(crate) lives: Vec<PathBuf>,
+    /// Write a page with figures, the errors as a table, and the settings that follow into this directory, which must be empty or new
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: PathBuf,
+    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
+    pub(crate) set: Vec<String>,
+    /// The device that evaluates.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+}
+
+/// `oneiro robot tables`
+#[derive(Debug, Subcommand)]
+pub(crate) enum RobotTables {
+    /// Print a table's key figures, and draw it
+    Show {
+        /// A .sam or .sample file, or the name of a built-in table
+        #[arg(value_hint = ValueHint::FilePath)]
+        table: PathBuf,
+        /// Draw the table into this file (SVG)
+        #[arg(long, value_name = "FILE.svg", value_hint = ValueHint::FilePath)]
+        out: Option<PathBuf>,
+    },
+    /// Convert between .sam (integers) and .sample (shares of 1023)
+    Convert {
+        /// The table to read
+        #[arg(value_hint = ValueHint::FilePath)]
+        from: PathBuf,
+        /// The file to write, never overwritten. Its extension names the format
+        #[arg(value_hint = ValueHint::FilePath)]
+        to: PathBuf,
+    },
+    /// Write a built-in table to a file
+    Export {
+        /// wall, round or motor
+        #[arg(long, value_name = "TABLE")]
+        builtin: String,
+        /// The file to write, never overwritten. Its extension names the format
+        #[arg(value_hint = ValueHint::FilePath)]
+        to: PathBuf,
+    },
 }
 
 /// `oneiro on-board`
@@ -1326,9 +1365,9 @@ fn pair(text: &str) -> Result<(String, String), String> {
 }
 
 /// Parses a number above 0 and up to 1.
-fn share(text: &str) -> Result<f64, String> {
+fn fraction(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(share) if share > 0.0 && share <= 1.0 => Ok(share),
+        Ok(fraction) if fraction > 0.0 && fraction <= 1.0 => Ok(fraction),
         _ => Err("allowed: a number above 0 and up to 1, such as 0.01".to_owned()),
     }
 }
@@ -1338,12 +1377,27 @@ mod documented;
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
     use oneiro_studies::file::{MIGLINO1995, ODOWD2014, StudyFile};
 
     #[test]
     fn command_line_is_consistent() {
         command().debug_assert();
+    }
+
+    /// A new option of `oneiro evaluate` has an effect with `--best` and `--tournament`, or is refused there.
+    #[test]
+    fn options_of_evaluations_are_refused_where_they_have_no_effect() {
+        const OTHERS: &str = "experiment genomes seed trials set out best individuals all tournament every backend threads recheck \
+                            specialise json quiet help version";
+        let mut program = command();
+        program.build();
+        let evaluate = program.find_subcommand("evaluate").unwrap();
+        let ids = evaluate.get_arguments().map(|argument| argument.get_id().as_str());
+        let effects: BTreeSet<&str> = ids.filter(|id| !USUAL.contains(id)).collect();
+        assert_eq!(effects, OTHERS.split_whitespace().collect());
     }
 
     #[test]
@@ -1364,10 +1418,10 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_above_nothing() {
-        assert_eq!(share("1"), Ok(1.0));
+    fn fractions_are_above_nothing() {
+        assert_eq!(fraction("1"), Ok(1.0));
         for wrong in ["0", "-0.1", "1.1", "nan", "x"] {
-            assert!(share(wrong).is_err(), "{wrong}");
+            assert!(fraction(wrong).is_err(), "{wrong}");
         }
     }
 

@@ -32,7 +32,7 @@ fn page() -> String {
         ("A sweep of single robots", of_single),
         ("A sweep of swarms", of_swarms),
         ("Lives on a robot", logbook::all_contents()),
-        ("A calibration", commands::calibrate::contents()),
+        ("A calibration", commands::robot::calibrate::contents()),
         #[cfg(all(unix, feature = "compose"))]
         (
             "A robot that evolves on board",

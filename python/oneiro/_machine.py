@@ -10,14 +10,14 @@ from ._experiment import whole
 
 
 def devices() -> dict[str, Any]:
-    """This machine's CPU and adapters, as `oneiro devices --json` prints them."""
+    """This machine's CPU and adapters, as `oneiro device list --json` prints them."""
     import json
 
     return json.loads(_native.devices())
 
 
 def selftest(backend: str = "all", *, rollouts: int = 4000) -> dict[str, Any]:
-    """Checks that this machine computes the same bits as every other; returns the report of `oneiro selftest --json`.
+    """Checks that this machine computes the same bits as every other; returns the report of `oneiro device test --json`.
 
     Its `passed` is whether all `checks` did. Of each controller there are `rollouts`, from 1000. After Ctrl-C nobody waits for it, but it goes on in the background.
     """

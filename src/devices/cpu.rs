@@ -21,7 +21,7 @@ const CHUNK: u32 = 16_384;
 /// Said of a processor that kernels can't be compiled for.
 const SLOW: &str = "; kernels composed at run time are interpreted, which is slow";
 /// What helps where a library can't be used.
-const AGAIN: &str = "`oneiro compile` compiles it ahead again";
+const AGAIN: &str = "`oneiro device compile` compiles it ahead again";
 /// How many times the bound of its loops' turns a call of code made at run time may take before it is stopped. The bound is that of
 /// one life. Of several lanes, some may leave a loop earlier than others; the pass in which the last ones leave it goes on to its end
 /// without any. So a loop may take one pass more than the bound says, which is at most twice as many for each loop around

@@ -1,4 +1,4 @@
-//! Runs single operations and functions of the kernels. Tests and `oneiro selftest` compare their results between
+//! Runs single operations and functions of the kernels. Tests and `oneiro device test` compare their results between
 //! devices, bit by bit. The kernels are in `shaders/wgsl/probe/`.
 
 mod functions;

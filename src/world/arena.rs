@@ -368,7 +368,7 @@ impl Arena {
 
     /// Like [`Arena::miglino1995`], with the middle obstacle replaced by a block of 110 x 55 mm that is rotated by a
     /// twelfth of a turn, for the asymmetric objects of the paper's section 3.2. It needs a sensor table of the class
-    /// `block`, which isn't compiled in: `oneiro sample --objects wall,round,block` makes one.
+    /// `block`, which isn't compiled in: `oneiro robot sample --objects wall,round,block` makes one.
     pub fn miglino1995_block() -> Self {
         let mut arena = Self::rectangle(600.0, 350.0)
             .with_obstacles([(140.0, 175.0), (460.0, 175.0)], 27.5)

@@ -162,7 +162,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
         row("arena.blocks[].heading_turns", "turns", TURNS, "",
             "Direction of its length, counter-clockwise from the x axis.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.heading)),
         row("arena.blocks[].class", "", CLASS, "",
-            "Its class; none is built in, `oneiro sample` makes one.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.class)),
+            "Its class; none is built in, `oneiro robot sample` makes one.", |own, index| Some(&mut own.as_mut().arena.blocks.get_mut(index)?.class)),
         row("arena.lights", "", Any, OURS,
             "Lights, for the light sensors of a described robot.", |own, _| Some(&mut own.as_mut().arena.lights)),
         row("arena.lights[].x_mm", "mm", COORDINATE, "",

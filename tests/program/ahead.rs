@@ -1,4 +1,4 @@
-//! `oneiro compile`: kernels composed at run time and compiled ahead of time have the bits of those compiled at run time, later
+//! `oneiro device compile`: kernels composed at run time and compiled ahead of time have the bits of those compiled at run time, later
 //! commands use them by themselves, and what can't be used is named and replaced.
 
 use std::fs;
@@ -36,7 +36,7 @@ impl Cached {
 
     fn compile(&self, name: &str, more: &[&str]) -> Ran {
         let path = experiment(name);
-        self.run(&[&["compile", path.as_str()], more].concat(), &[])
+        self.run(&[&["device", "compile", path.as_str()], more].concat(), &[])
     }
 
     /// A line for each life of random genomes, by a backend.
@@ -101,6 +101,7 @@ fn kernels_compiled_ahead_have_the_same_bits() {
 
     // The bench times each of them, and what runs without them is the measure.
     let bench = [
+        "device",
         "bench",
         &experiment(EXPERIMENT),
         "--backend",
@@ -133,7 +134,7 @@ fn kernels_compiled_ahead_have_the_same_bits() {
     let ran = place.lines("cpu", "7").says(&[
         "warning: the library ",
         "is damaged",
-        "`oneiro compile` compiles it ahead again",
+        "`oneiro device compile` compiles it ahead again",
     ]);
     assert_eq!(ran.stdout, expected);
 }
@@ -142,7 +143,7 @@ fn kernels_compiled_ahead_have_the_same_bits() {
 fn what_cannot_be_compiled_is_refused() {
     let place = Cached::new("refused");
     let path = experiment(EXPERIMENT);
-    let without = |rustc: &str| place.run(&["compile", &path], &[("RUSTC", rustc)]);
+    let without = |rustc: &str| place.run(&["device", "compile", &path], &[("RUSTC", rustc)]);
     without("no-such-compiler").exits(3).says(&[
         "`no-such-compiler` can't be started",
         "install Rust 1.95 or newer",

@@ -535,9 +535,9 @@ fn directories_in_place_of_files_are_refused_with_what_to_name() {
             &["init.toml:9", "evolution.init", "runs/run-2/champion.npy"],
         ),
         (&["check", "tables.toml"], &["tables.toml:1", "experiments/table.sam"]),
-        (&["tables", "show", "experiments"], &["experiments/table.sam"]),
+        (&["robot", "tables", "show", "experiments"], &["experiments/table.sam"]),
         (
-            &["tables", "convert", "experiments", "a.sam"],
+            &["robot", "tables", "convert", "experiments", "a.sam"],
             &["experiments/table.sam"],
         ),
         (&["sweep", "plan", "experiments"], &["experiments/mine.toml"]),
@@ -614,9 +614,9 @@ fn runs_are_in_the_order_of_their_numbers() {
         let places = ["run-2", "run-10"].map(|name| text.find(name).unwrap_or_else(|| panic!("{text}")));
         assert!(places[0] < places[1], "{text}");
     };
-    for command in ["list", "verify", "audit", "resume"] {
-        ordered(&place.good(&[command, "runs"]));
-        ordered(&place.good(&[command, "runs", "--json"]));
+    for command in [&["list"][..], &["verify"], &["verify", "--recompute"], &["resume"]] {
+        ordered(&place.good(&[command, &["runs"]].concat()));
+        ordered(&place.good(&[command, &["runs", "--json"]].concat()));
     }
     ordered(&place.good(&["evaluate", "--genomes", "runs"]));
 }
@@ -628,7 +628,7 @@ fn drivers_are_quiet_without_a_desktop() {
     let place = Place::new("drivers");
     place.write("small.toml", SMALL);
     for arguments in [
-        &["devices"][..],
+        &["device", "list"][..],
         &[
             "run",
             "small.toml",
@@ -640,7 +640,7 @@ fn drivers_are_quiet_without_a_desktop() {
             "--backend",
             "gpu:0",
         ],
-        &["audit", "run", "--quiet", "--backend", "gpu:0"],
+        &["verify", "--recompute", "run", "--quiet", "--backend", "gpu:0"],
     ] {
         let output = place
             .command(arguments)
@@ -834,7 +834,12 @@ fn small_sweep(place: &Place, grid: &str) {
 }
 
 fn best(place: &Place, arguments: &[&str]) -> Value {
-    let all = [&["best"], arguments, &["--json", "--backend", "cpu", "--quiet"]].concat();
+    let all = [
+        &["evaluate", "--best"],
+        arguments,
+        &["--json", "--backend", "cpu", "--quiet"],
+    ]
+    .concat();
     serde_json::from_str(&place.good(&all)).unwrap()
 }
 
@@ -844,7 +849,19 @@ fn the_best_of_what_was_recorded_has_the_best_mean() {
     const LIVES: usize = 30;
     let place = Place::new("best");
     place.two_runs();
-    let found = best(&place, &["runs", "--lives", "30", "--seed", "4", "--out", "best.json"]);
+    let found = best(
+        &place,
+        &[
+            "--genomes",
+            "runs",
+            "--trials",
+            "30",
+            "--seed",
+            "4",
+            "--out",
+            "best.json",
+        ],
+    );
     let npy = |file: &str| {
         let bytes = place.read(format!("runs/{file}"));
         npyz::NpyFile::new(&bytes[..]).unwrap().into_vec::<f32>().unwrap()
@@ -915,19 +932,38 @@ fn the_best_of_what_was_recorded_has_the_best_mean() {
     assert_eq!(found["best"]["source"], known[0].0);
     assert_eq!(place.text("best.json").parse::<Value>().unwrap(), found["best"]);
     assert_ne!(
-        best(&place, &["runs", "--lives", "30"])["best"]["mean"],
+        best(&place, &["--genomes", "runs", "--trials", "30"])["best"]["mean"],
         found["best"]["mean"]
     );
 
     // For people: the best is marked, and the first of all.
-    let shown = place.good(&["best", "runs", "--lives", "30", "--seed", "4"]);
+    let shown = place.good(&[
+        "evaluate",
+        "--best",
+        "--genomes",
+        "runs",
+        "--trials",
+        "30",
+        "--seed",
+        "4",
+    ]);
     let lines: Vec<&str> = shown.lines().collect();
     assert!(
         lines[1].starts_with(known[0].0) && lines[1].ends_with("  best"),
         "{shown}"
     );
     assert!(lines.len() == 22 && lines[21].contains("more; --all"), "{shown}");
-    let all = place.good(&["best", "runs", "--lives", "30", "--seed", "4", "--all"]);
+    let all = place.good(&[
+        "evaluate",
+        "--best",
+        "--genomes",
+        "runs",
+        "--trials",
+        "30",
+        "--seed",
+        "4",
+        "--all",
+    ]);
     assert_eq!(all.lines().count(), known.len() + 1);
 
     // Other commands accept the written file, also beside run directories.
@@ -960,11 +996,14 @@ fn the_best_of_what_was_recorded_has_the_best_mean() {
     let lived = one[0]["fitness"].as_f64().unwrap();
     assert!((shown - lived).abs() <= 5e-6 * lived.abs(), "{shown}, {lived}");
     assert_ne!(replay(&[])["bits"], drawn["bits"]);
-    let again = best(&place, &["best.json", "runs/run-10", "--lives", "30", "--seed", "4"]);
+    let again = best(
+        &place,
+        &["--genomes", "best.json", "runs/run-10", "--trials", "30", "--seed", "4"],
+    );
     assert_eq!(again["best"]["source"], "best.json");
     assert_eq!(again["best"]["mean"], found["best"]["mean"]);
 
-    let individuals = best(&place, &["runs/run-2", "--lives", "2", "--individuals"]);
+    let individuals = best(&place, &["--genomes", "runs/run-2", "--trials", "2", "--individuals"]);
     let names: Vec<&str> = individuals["genomes"]
         .as_array()
         .unwrap()
@@ -1001,7 +1040,7 @@ fn the_best_of_a_sweep() {
     let own: Vec<f32> = lines[3][1..].iter().map(|gene| gene.parse().unwrap()).collect();
     assert_eq!(own, genome);
 
-    let found = best(&place, &["sweep", "--lives", "50"]);
+    let found = best(&place, &["--genomes", "sweep", "--trials", "50"]);
     let rows = found["genomes"].as_array().unwrap();
     assert_eq!(rows.len(), 4);
     let last = rows
@@ -1010,11 +1049,11 @@ fn the_best_of_a_sweep() {
         .unwrap();
     let alone = best(
         &place,
-        &["run/champion.npy", "--experiment", "small.toml", "--lives", "50"],
+        &["small.toml", "--genomes", "run/champion.npy", "--trials", "50"],
     );
     assert_eq!(alone["best"]["mean"], last["mean"]);
     // The same genome by another name is there once.
-    let with = best(&place, &["sweep", "run/champion.npy", "--lives", "50"]);
+    let with = best(&place, &["--genomes", "sweep", "run/champion.npy", "--trials", "50"]);
     assert_eq!(with, found);
     assert_eq!(place.evaluate(&["--genomes", "sweep", "--trials", "3"]).len(), 12);
 
@@ -1036,7 +1075,7 @@ fn the_best_of_a_sweep() {
         place.good(&all);
     }
     place
-        .run(&["best", "shard-1"])
+        .run(&["evaluate", "--best", "--genomes", "shard-1"])
         .exits(3)
         .says(&["shard-1", "has no champions.csv yet", "sweep merge"]);
     place.good(&["sweep", "merge", "shard-1", "shard-2", "--out", "merged"]);
@@ -1102,7 +1141,7 @@ fn incomparable_genomes_are_refused_with_the_key() {
     ]);
     assert!(!place.at("swarms/champions.csv").exists());
     for (code, arguments, words) in [
-        (3, &["runs", "--lives", "1"][..], &["--lives 1", "allowed: 2 to"][..]),
+        (3, &["runs", "--trials", "1"][..], &["--trials 1", "allowed: 2 to"][..]),
         (
             3,
             &["runs", "quiet"],
@@ -1111,7 +1150,7 @@ fn incomparable_genomes_are_refused_with_the_key() {
                 "quiet",
                 "come from different experiments (noise.sensor: ",
                 "[0.0, 0.4]",
-                "--experiment",
+                "an experiment before --genomes",
                 "--set noise.sensor=VALUE",
             ],
         ),
@@ -1126,16 +1165,8 @@ fn incomparable_genomes_are_refused_with_the_key() {
             &["noise.sensor = [0.0, 0.0]", "different experiments (noise.sensor: "],
         ),
         (3, &["mixed"], &["different experiments (controller.kind: "]),
-        (
-            3,
-            &["mixed", "--experiment", "small.toml"],
-            &["22 genes", "allowed: 18"],
-        ),
-        (
-            3,
-            &["hidden", "--experiment", "small.toml"],
-            &["46 genes", "allowed: 18"],
-        ),
+        (3, &["mixed", "--best", "small.toml"], &["22 genes", "allowed: 18"]),
+        (3, &["hidden", "--best", "small.toml"], &["46 genes", "allowed: 18"]),
         (3, &["swarms"], &["swarms", "allowed: sweeps of single robots"]),
         (
             3,
@@ -1143,20 +1174,37 @@ fn incomparable_genomes_are_refused_with_the_key() {
             &["unfinished: is not finished", "there are no genomes yet", "allowed"],
         ),
         (3, &["empty"], &["empty", "allowed"]),
-        (3, &["nothing.npy", "--experiment", "small.toml"], &["nothing.npy"]),
-        (2, &["runs/run-2/champion.npy"], &["champion.npy", "--experiment"]),
+        (3, &["nothing.npy", "--best", "small.toml"], &["nothing.npy"]),
+        (
+            2,
+            &["runs/run-2/champion.npy"],
+            &["champion.npy", "an experiment before --genomes"],
+        ),
         (3, &["runs", "--out", "best.npy"], &["--out best.npy", ".json"]),
         (3, &["runs", "--out", "runs/run-2/champion.json"], &["exists already"]),
-        (2, &[], &["DIR|FILE"]),
+        (2, &[], &["FILE|DIR"]),
     ] {
-        place.run(&[&["best"], arguments].concat()).exits(code).says(words);
+        // An experiment follows --best.
+        let best: &[&str] = if arguments.contains(&"--best") {
+            &[]
+        } else {
+            &["--best"]
+        };
+        let all = [&["evaluate", "--genomes"], arguments, best].concat();
+        place.run(&all).exits(code).says(words);
     }
     // One world for all, by a setting or by an experiment; unfinished runs are left out.
-    for more in [
-        &["--set", "noise.sensor=[0.0,0.4]"][..],
-        &["--experiment", "small.toml"],
-    ] {
-        let all = [&["sweep", "quiet", "runs/run-2", "unfinished", "--lives", "3"], more].concat();
+    for more in [&["--set", "noise.sensor=[0.0,0.4]"][..], &["small.toml"]] {
+        let genomes = [
+            "--genomes",
+            "sweep",
+            "quiet",
+            "runs/run-2",
+            "unfinished",
+            "--trials",
+            "3",
+        ];
+        let all = [more, &genomes].concat();
         assert!(best(&place, &all)["genomes"].as_array().unwrap().len() > 20);
     }
 }

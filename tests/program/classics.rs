@@ -91,7 +91,7 @@ impl Lives {
 
     /// Compiles the kernel ahead of time, and returns devices with that lane code; none for a kernel that ships.
     fn compiled(&self) -> Vec<String> {
-        let report = self.good(&["compile", &self.experiment, "--json"]);
+        let report = self.good(&["device", "compile", &self.experiment, "--json"]);
         let report: Value = serde_json::from_str(&report).unwrap();
         let codes = report["lane_codes"].as_array().cloned().unwrap_or_default();
         codes
@@ -152,7 +152,7 @@ struct Counts {
 /// Of these kernels, the one that is compiled ahead of time also where `ONEIRO_LONG` is not set.
 const COMPILED: &str = "discrimination";
 
-/// Lives by code compiled at run time are those of code compiled ahead, with the program or by `oneiro compile`, of lavapipe, and
+/// Lives by code compiled at run time are those of code compiled ahead, with the program or by `oneiro device compile`, of lavapipe, and
 /// of the interpreter; and they are those that are pinned. Genes that are off by a two-thousandth or less are noticed.
 #[test]
 fn the_same_bits_on_every_device() {

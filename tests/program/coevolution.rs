@@ -164,9 +164,10 @@ fn records_are_what_the_contests_say() {
         place.good(&[command, "recent"]);
     }
     let audit = [
-        "audit",
+        "verify",
+        "--recompute",
         "recent",
-        "--share",
+        "--fraction",
         "1",
         "--json",
         "--backend",
@@ -225,9 +226,11 @@ fn a_tournament_plays_all_pairs() {
     let place = Place::new("tournament");
     run(&place, "run", &[]);
     let said = place.good(&[
-        "tournament",
+        "evaluate",
+        "--tournament",
+        "--genomes",
         "run",
-        "--contests",
+        "--trials",
         "4",
         "--seed",
         "6",
@@ -354,8 +357,10 @@ fn wrong_input_is_refused() {
     );
     place.good(&["run", "plain.toml", "--seed", "1", "--out", "plain", "--backend", "cpu"]);
     place
-        .run(&["tournament", "plain"])
+        .run(&["evaluate", "--tournament", "--genomes", "plain"])
         .exits(3)
         .says(&["is the run of one population"]);
-    place.run(&["tournament", "nowhere"]).exits(3);
+    place
+        .run(&["evaluate", "--tournament", "--genomes", "nowhere"])
+        .exits(3);
 }

@@ -80,8 +80,7 @@ fn help_is_quick() {
         let text = place.good(&["--help"]);
         least = least.min(start.elapsed());
         for command in [
-            "new", "check", "run", "resume", "evaluate", "best", "replay", "audit", "verify", "list", "devices",
-            "robot",
+            "new", "check", "run", "resume", "evaluate", "replay", "verify", "list", "device", "robot",
         ] {
             assert!(text.contains(command), "{text}");
         }
@@ -103,13 +102,30 @@ fn a_command_line_that_makes_no_sense_exits_with_2() {
         &["run", "small.toml", "--seed", "1", "--seeds", "1..2"],
         &["run", "small.toml", "--threads", "0"],
         &["run", "small.toml", "--set", "cycles"],
-        &["audit", "run", "--share", "0"],
-        &["audit", "run", "--share", "1.5"],
+        &["verify", "run", "--recompute", "--fraction", "0"],
+        &["verify", "run", "--recompute", "--fraction", "1.5"],
+        &["verify", "run", "--fraction", "0.5"],
+        &["verify", "run", "--backend", "cpu"],
+        &["evaluate", "small.toml", "--random", "2", "--best"],
+        &["evaluate", "--best", "--genomes", "run", "--summary"],
+        &["evaluate", "--best", "--genomes", "run", "--lives", "30"],
+        &["evaluate", "--best", "--genomes", "run", "--walk", "30"],
+        &["evaluate", "--tournament", "--genomes", "run", "--set", "cycles=5"],
+        &["evaluate", "--genomes", "run", "--every", "2"],
+        &["new", "name", "--keys"],
         &["replay", "run", "--every", "0"],
         &["completions", "dos"],
     ] {
         place.run(arguments).exits(2);
     }
+    place
+        .run(&["audit", "run", "--share", "0.1"])
+        .exits(2)
+        .says(&["it is now 'oneiro verify RUN_DIR --recompute --fraction"]);
+    place
+        .run(&["verify", "run", "--recompute", "--share", "0.1"])
+        .exits(2)
+        .says(&["did you mean '--fraction F'?"]);
     assert_eq!(place.names(), ["small.toml"]);
 }
 
@@ -267,10 +283,14 @@ fn mistakes_are_told_with_what_to_do_instead() {
             &["run", "small.toml", "--seed", "1", "--out", "afile"][..],
             &["afile: is a file; allowed: a directory's name"][..],
         ),
-        (3, &["keys", "noize"], &["no key contains `noize`; did you mean noise?"]),
         (
             3,
-            &["keys", "zzzzz"],
+            &["new", "--keys", "noize"],
+            &["no key contains `noize`; did you mean noise?"],
+        ),
+        (
+            3,
+            &["new", "--keys", "zzzzz"],
             &["no key contains `zzzzz`; allowed: a part of a key, such as noise"],
         ),
         (
@@ -395,10 +415,12 @@ fn a_missing_device_exits_with_4() {
         assert!(!ran.stderr.contains("seed"), "{}", ran.stderr);
     }
     place
-        .run(&["selftest", "--backend", "abacus"])
+        .run(&["device", "test", "--backend", "abacus"])
         .exits(4)
         .says(&["allowed"]);
-    place.run(&["bench", "--backend", "gpu:no such adapter"]).exits(4);
+    place
+        .run(&["device", "bench", "--backend", "gpu:no such adapter"])
+        .exits(4);
     assert_eq!(place.names(), ["genomes.csv", "small.toml"]);
 }
 
@@ -416,8 +438,8 @@ fn nothing_is_overwritten() {
         &["check", "small.toml", "--out", "kept.svg"],
         &[&evaluate[..], &["kept.csv"]].concat(),
         &[&evaluate[..], &["kept.npy"]].concat(),
-        &["tables", "export", "--builtin", "wall", "kept.sam"],
-        &["tables", "show", "wall", "--out", "kept.svg"],
+        &["robot", "tables", "export", "--builtin", "wall", "kept.sam"],
+        &["robot", "tables", "show", "wall", "--out", "kept.svg"],
     ] {
         place.run(arguments).exits(3).says(&["kept", "nothing is overwritten"]);
     }
@@ -481,7 +503,15 @@ fn from_a_new_experiment_to_its_champion() {
         );
     }
     let verified = place.good(&["verify", "runs"]);
-    let audited = place.good(&["audit", "runs", "--share", "1", "--backend", "cpu:scalarx1"]);
+    let audited = place.good(&[
+        "verify",
+        "--recompute",
+        "runs",
+        "--fraction",
+        "1",
+        "--backend",
+        "cpu:scalarx1",
+    ]);
     assert_eq!(
         audited
             .matches("120 of 120 individuals audited, 0 with other bits")
@@ -730,7 +760,7 @@ fn damage_is_found() {
     individuals[low] ^= 1;
     place.write("run/individuals.npy", &individuals);
     place.run(&["verify", "run"]).exits(5).says(&["individuals.npy"]);
-    let audit = place.run(&["audit", "run", "--share", "1"]).exits(1);
+    let audit = place.run(&["verify", "--recompute", "run", "--fraction", "1"]).exits(5);
     assert!(
         audit
             .stdout
@@ -739,6 +769,12 @@ fn damage_is_found() {
         audit.stdout
     );
     assert!(audit.stdout.contains("generation 4, individual 19"), "{}", audit.stdout);
+    // Without checksums, the bits alone tell.
+    let sums = place.read("run/DONE");
+    fs::remove_file(place.at("run/DONE")).unwrap();
+    let recomputed = place.run(&["verify", "--recompute", "run", "--fraction", "1"]).exits(1);
+    recomputed.says(&["run: 1 individual has other bits"]);
+    place.write("run/DONE", sums);
     individuals[low] ^= 1;
     place.write("run/individuals.npy", &individuals);
     place.good(&["verify", "run"]);
@@ -764,17 +800,21 @@ fn damage_is_found() {
 fn tables_come_and_go_without_a_change() {
     let place = Place::new("tables");
     for table in ["wall", "round", "motor"] {
-        place.good(&["tables", "export", "--builtin", table, &format!("{table}.sam")]);
+        place.good(&["robot", "tables", "export", "--builtin", table, &format!("{table}.sam")]);
     }
-    place.good(&["tables", "convert", "wall.sam", "wall.sample"]);
+    place.good(&["robot", "tables", "convert", "wall.sam", "wall.sample"]);
     fs::create_dir(place.at("back")).unwrap();
-    place.good(&["tables", "convert", "wall.sample", "back/wall.sam"]);
+    place.good(&["robot", "tables", "convert", "wall.sample", "back/wall.sam"]);
     assert_eq!(place.read("back/wall.sam"), place.read("wall.sam"));
-    let shown = place.answer(&["tables", "show", "wall.sam", "--out", "wall.svg", "--json"]);
-    assert_eq!(shown, place.answer(&["tables", "show", "wall", "--json"]));
+    let shown = place.answer(&["robot", "tables", "show", "wall.sam", "--out", "wall.svg", "--json"]);
+    assert_eq!(shown, place.answer(&["robot", "tables", "show", "wall", "--json"]));
     assert_eq!(shown["sensors"].as_array().unwrap().len(), 8);
     assert!(place.text("wall.svg").contains("</svg>"));
-    assert!(place.good(&["tables", "show", "motor.sam"]).contains("25 x 25"));
+    assert!(
+        place
+            .good(&["robot", "tables", "show", "motor.sam"])
+            .contains("25 x 25")
+    );
 
     // An experiment that names the exported tables equals the built-in one.
     place.small_experiment();
@@ -790,28 +830,28 @@ fn tables_come_and_go_without_a_change() {
     let cut = whole.lines().count() / 2;
     place.write("cut.sam", whole.lines().take(cut).collect::<Vec<_>>().join("\n"));
     place
-        .run(&["tables", "show", "cut.sam"])
+        .run(&["robot", "tables", "show", "cut.sam"])
         .exits(3)
         .says(&["cut.sam", "line"]);
     place.write("wrong.sam", whole.replacen("1023", "1024", 1));
     place
-        .run(&["tables", "show", "wrong.sam"])
+        .run(&["robot", "tables", "show", "wrong.sam"])
         .exits(3)
         .says(&["wrong.sam", "line", "1023"]);
     place
-        .run(&["tables", "show", "lamp"])
+        .run(&["robot", "tables", "show", "lamp"])
         .exits(3)
         .says(&["lamp", "wall, round, motor"]);
     place
-        .run(&["tables", "export", "--builtin", "lamp", "lamp.sam"])
+        .run(&["robot", "tables", "export", "--builtin", "lamp", "lamp.sam"])
         .exits(3)
         .says(&["wall, round, motor"]);
     place
-        .run(&["tables", "export", "--builtin", "wall", "wall.txt"])
+        .run(&["robot", "tables", "export", "--builtin", "wall", "wall.txt"])
         .exits(3)
         .says(&[".sam, .sample"]);
     place
-        .run(&["tables", "convert", "motor.sam", "motor.sample"])
+        .run(&["robot", "tables", "convert", "motor.sam", "motor.sample"])
         .exits(3)
         .says(&[".sam"]);
     place.write("cut.toml", format!("robot.tables = [\"cut.sam\"]\n{SMALL}"));
@@ -832,9 +872,9 @@ fn words_go_where_they_belong() {
         &["run", "small.toml", "--seed", "1", "--out", "one", "--backend", "cpu"],
         &["list", "."],
         &["verify", "run"],
-        &["audit", "run", "--backend", "cpu"],
+        &["verify", "--recompute", "run", "--backend", "cpu"],
         &["replay", "run", "--backend", "cpu"],
-        &["tables", "show", "wall"],
+        &["robot", "tables", "show", "wall"],
     ] {
         let quiet = place.run(&[arguments, &["--quiet"]].concat()).exits(0);
         assert_eq!(quiet.stderr, "", "oneiro {}", quiet.arguments);
@@ -897,7 +937,7 @@ fn a_full_disk_exits_with_6_and_leaves_nothing_half_written() {
 fn every_shell_has_its_completions() {
     let place = Place::new("completions");
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        assert!(place.good(&["completions", shell]).contains("selftest"), "{shell}");
+        assert!(place.good(&["completions", shell]).contains("recompute"), "{shell}");
     }
 }
 
@@ -905,7 +945,8 @@ fn every_shell_has_its_completions() {
 fn the_selftest_passes_and_its_controls_are_caught() {
     let place = Place::new("selftest");
     let report = place.answer(&[
-        "selftest",
+        "device",
+        "test",
         "--backend",
         "cpu",
         "--rollouts",
@@ -929,6 +970,7 @@ fn the_selftest_passes_and_its_controls_are_caught() {
 fn the_bench_measures_against_the_scalar_code() {
     let place = Place::new("bench");
     let report = place.answer(&[
+        "device",
         "bench",
         "--backend",
         "cpu",
@@ -954,6 +996,7 @@ fn the_bench_measures_against_the_scalar_code() {
 
 fn quick_bench<'a>(more: &[&'a str]) -> Vec<&'a str> {
     let quick = [
+        "device",
         "bench",
         "gather.toml",
         "--backend",
@@ -985,15 +1028,19 @@ fn the_bench_times_an_experiment() {
         "{text}"
     );
 
-    place.run(&["bench", "none.toml"]).exits(3).says(&["none.toml"]);
-    place.run(&["bench", "--set", "cycles=70"]).exits(2);
-    place.run(&["bench", "gather.toml", "--host"]).exits(2);
+    place
+        .run(&["device", "bench", "none.toml"])
+        .exits(3)
+        .says(&["none.toml"]);
+    place.run(&["device", "bench", "--set", "cycles=70"]).exits(2);
+    place.run(&["device", "bench", "gather.toml", "--host"]).exits(2);
 }
 
 #[test]
 fn figures_are_shared_in_a_file() {
     let place = Place::new("share");
     let bench = [
+        "device",
         "bench",
         "--backend",
         "cpu",
@@ -1066,6 +1113,7 @@ fn the_bench_measures_the_host() {
     let temporary = place.at("temporary");
     fs::create_dir(&temporary).unwrap();
     let mut command = place.command(&[
+        "device",
         "bench",
         "--host",
         "--processors",
@@ -1098,11 +1146,14 @@ fn the_bench_measures_the_host() {
     );
 
     place
-        .run(&["bench", "--backend", "null", "--processors", "1024"])
+        .run(&["device", "bench", "--backend", "null", "--processors", "1024"])
         .exits(3)
         .says(&["--processors 1024", "allowed: 1 to "]);
-    place.run(&["bench", "--host", "--rollouts", "64"]).exits(2);
-    place.run(&["bench", "--seconds", "3"]).exits(2).says(&["--host"]);
+    place.run(&["device", "bench", "--host", "--rollouts", "64"]).exits(2);
+    place
+        .run(&["device", "bench", "--seconds", "3"])
+        .exits(2)
+        .says(&["--host"]);
 }
 
 /// Nothing lives on it: each command that records or reports fitness refuses it, and leaves nothing behind.
@@ -1121,13 +1172,13 @@ fn the_device_that_answers_at_once_is_for_the_bench_alone() {
         &["evaluate", "small.toml", "--genomes", "genomes.csv"],
         &["reproduce", "miglino1995", "--out", "out"],
         &["reproduce", "odowd2014", "--out", "out"],
-        &["sample", "--robot", "surrogate:1", "--out", "out"],
-        &["selftest"],
+        &["robot", "sample", "--robot", "surrogate:1", "--out", "out"],
+        &["device", "test"],
     ] {
         place
             .run(&[command, &["--backend", "null"]].concat())
             .exits(3)
-            .says(&["--backend null: answers without simulating anything; allowed: with `oneiro bench`"]);
+            .says(&["--backend null: answers without simulating anything; allowed: with `oneiro device bench`"]);
         assert_eq!(place.names(), names, "{command:?}");
     }
 }
@@ -1135,12 +1186,12 @@ fn the_device_that_answers_at_once_is_for_the_bench_alone() {
 #[test]
 fn the_cpu_is_a_device_and_exact() {
     let place = Place::new("devices");
-    let devices = place.answer(&["devices", "--json"]);
+    let devices = place.answer(&["device", "list", "--json"]);
     assert_eq!(devices["cpu"]["exact"], true);
     let lanes = devices["cpu"]["lane_codes"].as_array().unwrap();
     assert!(lanes.iter().any(|lane| lane == "scalarx1"), "{devices}");
     // Each driver says what it made of the kernels, or why it doesn't.
-    let explained = place.answer(&["devices", "--explain", "--json"]);
+    let explained = place.answer(&["device", "list", "--explain", "--json"]);
     for adapter in explained["adapters"].as_array().unwrap() {
         assert!(!adapter["machine_code"].as_object().unwrap().is_empty(), "{adapter}");
     }
@@ -1165,7 +1216,7 @@ fn every_exact_adapter_gives_the_cpu_s_bits() {
             "1",
         ])
     };
-    let devices = place.answer(&["devices", "--json"]);
+    let devices = place.answer(&["device", "list", "--json"]);
     let adapters = devices["adapters"].as_array().unwrap();
     let exact: Vec<&Value> = adapters.iter().filter(|adapter| adapter["exact"] == true).collect();
     assert!(!exact.is_empty(), "no exact adapter: {devices}");
@@ -1284,14 +1335,14 @@ fn directories_of_the_first_version() {
 
     assert!(place.good(&["list", "finished"]).contains("done"));
     place.good(&["verify", "finished"]);
-    place.good(&["audit", "finished"]);
+    place.good(&["verify", "--recompute", "finished"]);
     let champion: Value = serde_json::from_str(&place.text("finished/champion.json")).unwrap();
     assert_eq!(
         place.answer(&["replay", "finished", "--json"])["bits"],
         champion["fitness_bits"]
     );
     place.good(&["evaluate", "--genomes", "finished"]);
-    place.good(&["best", "finished", "--lives", "2"]);
+    place.good(&["evaluate", "--best", "--genomes", "finished", "--trials", "2"]);
 
     place.run(&["resume", "stopped"]).exits(3).says(&[
         "its checkpoints were written by another version",

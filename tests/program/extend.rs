@@ -312,7 +312,7 @@ fn each_part_runs_as_it_is_written() {
             );
             assert_eq!(result(&place, name), result(&place, &gpu));
         }
-        place.good(&["audit", name]);
+        place.good(&["verify", "--recompute", name]);
         tables.insert(place.text(format!("{name}/generations.csv")));
     }
     assert_eq!(tables.len(), some.len(), "each part changes what evolves");
@@ -399,7 +399,7 @@ fn a_forager_takes_parts() {
         let config = format!("{name}/config.toml");
         place.good(&[&["run", &config, "--out", &again][..], &CPU].concat());
         assert_eq!(result(&place, name), result(&place, &again));
-        place.good(&["audit", name]);
+        place.good(&["verify", "--recompute", name]);
         place.good(&["replay", name]);
         let head = place.text(format!("{name}/trace.csv"));
         assert!(
@@ -590,7 +590,7 @@ fn a_task_runs_on_all_devices_with_the_same_bits() {
         config.contains("radius = 200.0\nwidth = 30.0"),
         "every value is written out: {config}"
     );
-    place.good(&["audit", "cpu"]);
+    place.good(&["verify", "--recompute", "cpu"]);
     place.good(&["replay", "cpu"]);
     place.good(&[
         "run",
@@ -615,7 +615,7 @@ fn a_task_runs_on_all_devices_with_the_same_bits() {
     let text = place.text("cpu/inputs/circles.wgsl").replace("near * speed", "near");
     place.write("cpu/inputs/circles.wgsl", text);
     place
-        .run(&["audit", "cpu"])
+        .run(&["verify", "--recompute", "cpu"])
         .exits(3)
         .says(&["task.part", "has changed"]);
 }

@@ -240,7 +240,7 @@ fn planted(place: &Place, title: &str, directory: &str, commands: &[&str]) {
 fn with_run(name: &str) -> Place {
     let place = Place::new(name);
     place.write("small.toml", format!("robot.motors = \"motor.sam\"\n{SMALL}"));
-    place.good(&["tables", "export", "--builtin", "motor", "motor.sam"]);
+    place.good(&["robot", "tables", "export", "--builtin", "motor", "motor.sam"]);
     place.good(&["run", "small.toml", "--seed", "1", "--backend", "cpu", "--out", "run"]);
     place
 }
@@ -260,10 +260,10 @@ fn pipes_and_links_in_runs() {
             "resume DIR --backend cpu",
             "replay DIR --backend cpu --seed 5",
             "replay DIR --backend cpu",
-            "audit DIR --backend cpu",
-            "best DIR --lives 2 --individuals --backend cpu",
+            "verify DIR --recompute --backend cpu",
+            "evaluate --best --genomes DIR --trials 2 --individuals --backend cpu",
             "evaluate --genomes DIR --population --backend cpu",
-            "tournament DIR --backend cpu",
+            "evaluate --tournament --genomes DIR --backend cpu",
             "run small.toml --seed 1 --out DIR --backend cpu",
         ],
     );
@@ -365,7 +365,7 @@ fn pipes_and_links_in_swarms_and_studies() {
             "list DIR",
             "resume DIR --backend cpu",
             "replay DIR --backend cpu",
-            "audit DIR --backend cpu",
+            "verify DIR --recompute --backend cpu",
         ],
     );
     fs::remove_dir(place.at("victims")).unwrap();
@@ -405,7 +405,7 @@ fn pipes_and_links_in_sweeps() {
             "sweep merge DIR --out joined",
             "sweep extract DIR 0 --backend cpu",
             "sweep run sweep.toml --backend cpu --out DIR",
-            "best DIR --lives 2 --backend cpu --set noise.motor=0",
+            "evaluate --best --genomes DIR --trials 2 --backend cpu --set noise.motor=0",
             "evaluate --genomes DIR --backend cpu --set noise.motor=0",
         ],
     );
@@ -467,13 +467,14 @@ fn pipes_and_links_in_lives_fleets_and_samples() {
         &place,
         "Lives on a robot",
         "lives",
-        &["calibrate small.toml --lives DIR --out calibrated --backend cpu"],
+        &["robot calibrate small.toml --lives DIR --out calibrated --backend cpu"],
     );
 
     // A calibration that a kill has left.
     fs::remove_dir(place.at("victims")).unwrap();
     remove(&place.at("calibrated"));
     place.good(&[
+        "robot",
         "calibrate",
         "small.toml",
         "--lives",
@@ -485,13 +486,13 @@ fn pipes_and_links_in_lives_fleets_and_samples() {
     ]);
     place.write(
         "calibrated/unfinished",
-        "oneiro calibrate small.toml --lives lives --out planted --backend cpu\n",
+        "oneiro robot calibrate small.toml --lives lives --out planted --backend cpu\n",
     );
     planted(
         &place,
         "A calibration",
         "calibrated",
-        &["calibrate small.toml --lives lives --out DIR --backend cpu"],
+        &["robot calibrate small.toml --lives lives --out DIR --backend cpu"],
     );
 
     fs::remove_dir(place.at("victims")).unwrap();
@@ -542,7 +543,16 @@ fn pipes_and_links_in_lives_fleets_and_samples() {
             }
             ends(
                 &place,
-                &["sample", "--objects", "wall", "--backend", "cpu", "--out", "planted"],
+                &[
+                    "robot",
+                    "sample",
+                    "--objects",
+                    "wall",
+                    "--backend",
+                    "cpu",
+                    "--out",
+                    "planted",
+                ],
                 &format!("{plant:?} at {name}"),
             );
             victim.is_intact(&format!("{plant:?} at {name}"));
@@ -563,11 +573,11 @@ fn pipes_and_devices_as_input() {
         "evaluate small.toml --genomes X.npy",
         "evaluate small.toml --genomes X.csv",
         "evaluate small.toml --genomes X.json",
-        "best X.json --experiment small.toml",
+        "evaluate small.toml --best --genomes X.json",
         "replay run --genome X.json",
-        "tables show X.sam",
-        "tables convert X.sam new.sam",
-        "selftest --tables X.sam,X.sam --backend cpu",
+        "robot tables show X.sam",
+        "robot tables convert X.sam new.sam",
+        "device test --tables X.sam,X.sam --backend cpu",
         "check small.toml --set robot.motors=\"X.sam\"",
         "check small.toml --set robot.tables=[\"X.sam\",\"X.sam\"]",
         "check small.toml --set evolution.init=\"X.npy\"",
@@ -578,8 +588,8 @@ fn pipes_and_devices_as_input() {
         "on-board X.toml",
         "reproduce miglino1995 --study X.toml --out study",
         "reproduce miglino1995 --tables X.sam,X.sam --out study",
-        "sample --robot X.toml --out sampled",
-        "calibrate X.toml --lives run --out calibrated",
+        "robot sample --robot X.toml --out sampled",
+        "robot calibrate X.toml --lives run --out calibrated",
     ];
     for plant in [
         Plant::Pipe,
@@ -617,11 +627,11 @@ fn new_files_go_through_no_link() {
     let victim = Victim::new(&place);
     for command in [
         "check small.toml --out new.svg",
-        "best run --lives 2 --out new.json",
+        "evaluate --best --genomes run --trials 2 --out new.json",
         "evaluate small.toml --random 1 --out new.csv",
         "evaluate small.toml --random 1 --out new.npy",
-        "tables export --builtin wall new.sam",
-        "tables show wall --out new.svg",
+        "robot tables export --builtin wall new.sam",
+        "robot tables show wall --out new.svg",
         "fleet key new",
         "new new",
         "evaluate small.toml --random 1 --traces new",
@@ -712,7 +722,7 @@ fn nothing_acts_on_the_terminal() {
         &["verify", &runs],
         &["verify", &runs, "--json"],
         &["resume", &runs, "--backend", "cpu"],
-        &["audit", &runs, "--backend", "cpu"],
+        &["verify", "--recompute", &runs, "--backend", "cpu"],
         &["evaluate", "small.toml", "--genomes", &npy, &npy, "--backend", "cpu"],
         &[
             "evaluate",
@@ -726,15 +736,26 @@ fn nothing_acts_on_the_terminal() {
         ],
         &["evaluate", "small.toml", "--genomes", &named(".csv")],
         &["evaluate", "small.toml", "--random", "1", "--backend", &named("")],
-        &["best", &runs, &npy, "--lives", "2", "--backend", "cpu", "--all"],
+        &[
+            "evaluate",
+            "--best",
+            "--genomes",
+            &runs,
+            &npy,
+            "--trials",
+            "2",
+            "--backend",
+            "cpu",
+            "--all",
+        ],
         &["replay", "run", "--genome", &npy, "--backend", "cpu"],
         &["new", &named("")],
         &["new", "--example", &named("")],
-        &["keys", &named("")],
+        &["new", "--keys", &named("")],
         &["fleet", "plan", &toml],
         &["robot", "ping", &named("")],
-        &["sample", "--robot", &named(""), "--out", "sampled"],
-        &["sample", "--objects", &named(""), "--out", "sampled"],
+        &["robot", "sample", "--robot", &named(""), "--out", "sampled"],
+        &["robot", "sample", "--objects", &named(""), "--out", "sampled"],
     ] {
         let output = place.command(arguments).output().unwrap();
         for (bytes, of) in [(&output.stdout, "data"), (&output.stderr, "messages")] {

@@ -628,7 +628,7 @@ fn optimisers_are_as_pinned() {
             }
         }
         place.good(&["verify", name]);
-        place.good(&["audit", name, "--share", "1", "--backend", "cpu"]);
+        place.good(&["verify", "--recompute", name, "--fraction", "1", "--backend", "cpu"]);
     }
     found.check("optimisers");
 }

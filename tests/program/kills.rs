@@ -66,9 +66,9 @@ const CASES: [Case; 32] = [
     Case::new("replay", "foraged --out WORK/out"),
     Case {
         stays: true,
-        ..Case::new("best", "done --lives 3 --out WORK/out.json")
+        ..Case::new("evaluate", "--best --genomes done --trials 3 --out WORK/out.json")
     },
-    Case::new("tournament", "WORK/duel --contests 1"),
+    Case::new("evaluate", "--tournament --genomes WORK/duel --trials 1"),
     Case {
         kills: 20,
         ..Case::new("reproduce miglino1995", "--study miglino.toml --runs 2 --out WORK/out")
@@ -80,12 +80,12 @@ const CASES: [Case; 32] = [
             "--study odowd.toml --runs 2 --only-cases --out WORK/out",
         )
     },
-    Case::new("sample", "--objects wall --out WORK/out"),
-    Case::new("sample", "--robot described.toml --out WORK/out"),
-    Case::new("calibrate", "small.toml --lives lives --out WORK/out"),
-    Case::new("tables convert", "wall.sam WORK/out.sample"),
-    Case::new("tables export", "--builtin motor WORK/out.sam"),
-    Case::new("tables show", "wall --out WORK/out.svg"),
+    Case::new("robot sample", "--objects wall --out WORK/out"),
+    Case::new("robot sample", "--robot described.toml --out WORK/out"),
+    Case::new("robot calibrate", "small.toml --lives lives --out WORK/out"),
+    Case::new("robot tables convert", "wall.sam WORK/out.sample"),
+    Case::new("robot tables export", "--builtin motor WORK/out.sam"),
+    Case::new("robot tables show", "wall --out WORK/out.svg"),
     Case::new("new", "other --sensor sensors --task task"),
     Case::new("new", "--example gather"),
     Case::new("check", "small.toml --out WORK/out.svg"),
@@ -93,12 +93,15 @@ const CASES: [Case; 32] = [
         drawn: &["out.json"],
         stays: true,
         is_slow: true,
-        ..Case::new("bench", "small.toml --quick --rollouts 256 --share WORK/out.json")
+        ..Case::new(
+            "device bench",
+            "small.toml --quick --rollouts 256 --share WORK/out.json",
+        )
     },
     Case {
         kills: 40,
         is_slow: true,
-        ..Case::new("compile", "own.toml --again")
+        ..Case::new("device compile", "own.toml --again")
     },
     Case {
         drawn: &["key"],
@@ -119,29 +122,27 @@ const CASES: [Case; 32] = [
 ];
 
 /// Commands that write nothing.
-const READERS: [&str; 18] = [
-    "audit",
+const READERS: [&str; 16] = [
     "completions",
-    "devices",
+    "device list",
+    "device test",
     "fleet compare",
     "fleet plan",
     "fleet status",
     "fleet stop",
-    "keys",
     "list",
     "robot light",
     "robot list",
     "robot ping",
     "robot stop",
     "robot watch",
-    "selftest",
     "sweep plan",
     "sweep status",
     "verify",
 ];
 
 /// Commands that are killed by other tests, or of which nothing is to be continued.
-const ELSEWHERE: [(&str, &str); 4] = [
+const ELSEWHERE: [(&str, &str); 3] = [
     (
         "fleet deploy",
         "each file is written by the robot's computer, whole or not at all: host/fleet/src/fleet/tests.rs",
@@ -149,10 +150,6 @@ const ELSEWHERE: [(&str, &str); 4] = [
     (
         "fleet start",
         "needs robots in real time: tests/program/real_time/fleets.rs",
-    ),
-    (
-        "on-board",
-        "needs a robot in real time: tests/program/real_time/wired/on_board.rs, tests/program/twins.rs",
     ),
     (
         "robot drive",
@@ -170,9 +167,8 @@ fn each_command_is_killed_or_writes_nothing() {
         let help = place.good(&arguments);
         let below = help
             .lines()
-            .skip_while(|line| *line != "Commands:")
-            .skip(1)
-            .take_while(|line| !line.is_empty());
+            .take_while(|line| *line != "Options:")
+            .filter(|line| line.starts_with("  ") && line[2..].starts_with(|c: char| c.is_ascii_lowercase()));
         let below: Vec<&str> = below.filter_map(|line| line.split_whitespace().next()).collect();
         for name in below.iter().filter(|name| **name != "help") {
             leaves(place, format!("{words} {name}").trim(), all);
@@ -247,20 +243,11 @@ impl Bench {
             .command
             .split(' ')
             .chain(case.more.split(' ').filter(|word| !word.is_empty()));
-        let evaluates = [
-            "run",
-            "resume",
-            "sweep",
-            "evaluate",
-            "replay",
-            "best",
-            "tournament",
-            "reproduce",
-            "sample",
-            "calibrate",
-        ];
+        let evaluates = ["run", "resume", "sweep", "evaluate", "replay", "reproduce", "robot"];
         let first = case.command.split(' ').next().unwrap();
-        let is_cpu = evaluates.contains(&first) && !["sweep merge", "sweep report"].contains(&case.command);
+        let is_cpu = evaluates.contains(&first)
+            && !["sweep merge", "sweep report"].contains(&case.command)
+            && !case.command.starts_with("robot tables");
         let backend: &[&str] = if is_cpu {
             &["--backend", "cpu", "--threads", "1"]
         } else {
@@ -515,8 +502,8 @@ impl Bench {
             "sweep.toml",
             "experiment = \"small.toml\"\nseeds = \"1..3\"\n[grid]\nnoise.motor = [0.0, 0.1]\n",
         );
-        self.good("tables export --builtin motor motor.sam");
-        self.good("tables export --builtin wall wall.sam");
+        self.good("robot tables export --builtin motor motor.sam");
+        self.good("robot tables export --builtin wall wall.sam");
         self.write("foragers.toml", foragers(4, ""));
     }
 
@@ -598,16 +585,7 @@ impl Bench {
 }
 
 /// The first word of commands that are tested together.
-const RUNS: [&str; 8] = [
-    "run",
-    "resume",
-    "sweep",
-    "evaluate",
-    "replay",
-    "best",
-    "tournament",
-    "check",
-];
+const RUNS: [&str; 6] = ["run", "resume", "sweep", "evaluate", "replay", "check"];
 
 fn is_of_runs(command: &str) -> bool {
     RUNS.contains(&command.split(' ').next().unwrap())
@@ -693,7 +671,16 @@ fn what_a_kill_leaves_is_no_others() {
     evaluate("2").exits(0);
     assert!(!bench.work.join("out/unfinished").exists());
     evaluate("2").exits(3).says(&["--traces out: exists and is not empty"]);
-    let words = ["calibrate", "wall.sam", "--lives", "lives", "--out", "calibrated"].map(str::to_owned);
+    let words = [
+        "robot",
+        "calibrate",
+        "wall.sam",
+        "--lives",
+        "lives",
+        "--out",
+        "calibrated",
+    ]
+    .map(str::to_owned);
     assert_eq!(bench.command(&words).output().unwrap().status.code(), Some(3));
     assert!(!bench.work.join("calibrated").exists());
 }

@@ -189,11 +189,12 @@ fn directories_are_read_by_name() {
 
     let best = |genomes: &str| {
         let all = [
-            "best",
-            genomes,
-            "--experiment",
+            "evaluate",
             "reversed.toml",
-            "--lives",
+            "--best",
+            "--genomes",
+            genomes,
+            "--trials",
             "5",
             "--backend",
             "cpu",
@@ -214,11 +215,12 @@ fn directories_are_read_by_name() {
     let own = GENOME.iter().map(|(name, _)| *name).zip(numbers(&champion["genome"]));
     assert_eq!(by_name, own.collect());
     let all = [
-        "best",
-        "own",
-        "--experiment",
+        "evaluate",
         "reversed.toml",
-        "--lives",
+        "--best",
+        "--genomes",
+        "own",
+        "--trials",
         "5",
         "--all",
         "--backend",
@@ -455,7 +457,7 @@ fn a_sweep_of_all_kinds_has_each_value_under_its_name() {
     let place = Place::new("kinds");
     place.write("base.toml", KINDS);
     place.write("four.wgsl", FOUR_GENES);
-    let keys: Value = serde_json::from_str(&place.good(&["keys", "evolution.kind", "--json"])).unwrap();
+    let keys: Value = serde_json::from_str(&place.good(&["new", "--keys", "evolution.kind", "--json"])).unwrap();
     let row = keys["single"]
         .as_array()
         .unwrap()

@@ -283,6 +283,7 @@ fn the_pages_tables_are_sampled_and_read() {
     let place = Place::new("page-tables");
     place.write("formulas.toml", example(4));
     let sample = [
+        "robot",
         "sample",
         "--robot",
         "formulas.toml",

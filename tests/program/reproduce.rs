@@ -1,4 +1,4 @@
-//! `oneiro sample` and `oneiro reproduce` as programs: the same bytes on every device and after any stop, and their
+//! `oneiro robot sample` and `oneiro reproduce` as programs: the same bytes on every device and after any stop, and their
 //! refusals.
 
 use std::fs;
@@ -20,7 +20,7 @@ fn is_long() -> bool {
 impl Place {
     /// Samples a robot into a directory with that name.
     fn sample(&self, out: &str, more: &[&str]) -> Ran {
-        self.run(&[&["sample", "--backend", "cpu", "--out", out], more].concat())
+        self.run(&[&["robot", "sample", "--backend", "cpu", "--out", out], more].concat())
     }
 
     /// Starts a command and kills it after a while.
@@ -86,7 +86,7 @@ impl Place {
 fn a_sampled_robot_is_one_that_runs_take() {
     let place = Place::new("sample");
     place.sample("seven", &["--robot", "surrogate:7", "--quiet"]).exits(0);
-    place.good(&["tables", "show", "seven/wall.sam"]);
+    place.good(&["robot", "tables", "show", "seven/wall.sam"]);
     let motors = place.text("seven/motor.sam");
     assert_eq!(motors.lines().count(), 42, "21 speeds, turns and displacements");
     place.good(&["new", "own"]);
@@ -200,7 +200,7 @@ fn studies_that_a_wire_can_not_have_are_refused() {
         (
             &[][..],
             3,
-            "lacks --tables, the samples that its simulator is made from; take them with `oneiro sample --robot \
+            "lacks --tables, the samples that its simulator is made from; take them with `oneiro robot sample --robot \
              serial:/dev/none@9600 --objects wall,round --out samples`",
         ),
         (

@@ -1,4 +1,4 @@
-//! `oneiro sample` of described robots against the formulas of their sensors and wheels in double precision, and runs of robots made
+//! `oneiro robot sample` of described robots against the formulas of their sensors and wheels in double precision, and runs of robots made
 //! from such tables.
 
 use std::f64::consts::TAU;
@@ -87,7 +87,7 @@ fn read(name: &str, range: f64, distance: f64) -> f64 {
 fn tables_have_the_readings_of_the_formulas() {
     let place = Place::new("readings");
     robot(&place);
-    let sample = ["sample", "--robot", "own.toml", "--backend", "cpu", "--out"];
+    let sample = ["robot", "sample", "--robot", "own.toml", "--backend", "cpu", "--out"];
     let said = place.run(&[&sample[..], &["tables", "--objects", "wall,round,block"]].concat());
     said.exits(0).says(&[
         "not sampled: floor, energy, since tables have readings by the distance and bearing of an object",
@@ -139,7 +139,16 @@ fn tables_have_the_readings_of_the_formulas() {
     assert!(felt(&block) < 0.95 * felt(&wall), "{} {}", felt(&block), felt(&wall));
     // On a GPU it is the same robot.
     if cfg!(feature = "gpu") {
-        place.good(&["sample", "--robot", "own.toml", "--backend", "gpu:0", "--out", "gpu"]);
+        place.good(&[
+            "robot",
+            "sample",
+            "--robot",
+            "own.toml",
+            "--backend",
+            "gpu:0",
+            "--out",
+            "gpu",
+        ]);
         for file in ["wall.sam", "round.sam", "motor.sam"] {
             assert!(
                 place.read(format!("gpu/{file}")) == place.read(format!("tables/{file}")),
@@ -148,10 +157,10 @@ fn tables_have_the_readings_of_the_formulas() {
         }
     }
     // The program shows them.
-    let shown = place.good(&["tables", "show", "tables/round.sam", "--out", "round.svg"]);
+    let shown = place.good(&["robot", "tables", "show", "tables/round.sam", "--out", "round.svg"]);
     assert!(shown.starts_with("round: 4 sensors, 30 distances from 0 mm"), "{shown}");
     assert!(place.text("round.svg").contains("Readings of 4 sensors"));
-    place.good(&["tables", "convert", "tables/round.sam", "round.sample"]);
+    place.good(&["robot", "tables", "convert", "tables/round.sam", "round.sample"]);
     let converted = SensorTable::read(place.at("round.sample")).unwrap();
     assert_eq!(
         converted.table,
@@ -165,6 +174,7 @@ fn motors_are_those_of_the_wheels() {
     let place = Place::new("motors");
     robot(&place);
     place.good(&[
+        "robot",
         "sample",
         "--robot",
         "own.toml",
@@ -237,6 +247,7 @@ fn a_robot_made_from_tables_runs() {
     let place = Place::new("runs");
     robot(&place);
     let sample = [
+        "robot",
         "sample",
         "--robot",
         "own.toml",
@@ -318,9 +329,17 @@ fn a_robot_made_from_tables_runs() {
 fn what_cannot_be_is_refused() {
     let place = Place::new("refused");
     robot(&place);
-    let sample = ["sample", "--backend", "cpu", "--objects", "wall,round", "--robot"];
+    let sample = [
+        "robot",
+        "sample",
+        "--backend",
+        "cpu",
+        "--objects",
+        "wall,round",
+        "--robot",
+    ];
     place.good(&[&sample[..], &["own.toml", "--out", "tables"]].concat());
-    place.good(&["tables", "export", "--builtin", "wall", "lamp.sam"]);
+    place.good(&["robot", "tables", "export", "--builtin", "wall", "lamp.sam"]);
     place.write("tables/block.sam", place.text("tables/wall.sam"));
     from_tables(&place);
     for (change, words) in [

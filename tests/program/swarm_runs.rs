@@ -38,7 +38,7 @@ fn each_case_is_an_experiment() {
         let out = ["--seed", "3", "--backend", "cpu", "--out", case];
         place.good(&[&["run", &file][..], &set, &out].concat());
         place.good(&["verify", case]);
-        place.good(&["audit", case, "--backend", "cpu", "--threads", "1"]);
+        place.good(&["verify", "--recompute", case, "--backend", "cpu", "--threads", "1"]);
         let lines = place.text(format!("{case}/intervals.csv")).lines().count();
         assert_eq!(lines, if case == "random" { 1 } else { 1 + 4 * 10 }, "{case}");
         assert_eq!(place.text(format!("{case}/food.csv")).lines().count(), 1 + 240);
@@ -103,8 +103,8 @@ fn stopped_runs_are_repeated_and_changed_ones_are_detected() {
     fs::write(place.at(path), text).unwrap();
     place.run(&["verify", "runs/seed-1"]).exits(5).says(&["intervals.csv"]);
     place
-        .run(&["audit", "runs/seed-1", "--backend", "cpu"])
-        .exits(1)
+        .run(&["verify", "--recompute", "runs/seed-1", "--backend", "cpu"])
+        .exits(5)
         .says(&["intervals.csv is not what this device computes"]);
 }
 
@@ -161,7 +161,7 @@ fn kinds_of_runs_may_share_a_directory() {
     assert_eq!(resumed[0]["directory"], "runs/single");
     assert!(resumed[0]["fitness"].is_number() && resumed[1]["brought"].is_number());
     assert_eq!(done, [place.read("runs/single/DONE"), place.read("runs/swarm/DONE")]);
-    let audited = document(&["audit", "runs", "--backend", "cpu", "--json"]);
+    let audited = document(&["verify", "--recompute", "runs", "--backend", "cpu", "--json"]);
     assert_eq!(audited["runs"].as_array().unwrap().len(), 2);
     for command in ["list", "verify"] {
         assert_eq!(document(&[command, "runs", "--json"]).as_array().unwrap().len(), 2);

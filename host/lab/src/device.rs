@@ -37,7 +37,7 @@ pub struct Backend {
     pub specialise: Specialise,
 }
 
-/// The name of the device that answers at once, with which `oneiro bench` measures the host.
+/// The name of the device that answers at once, with which `oneiro device bench` measures the host.
 pub const NULL: &str = "null";
 
 /// Refuses it: nothing lives on it, so what it answers must not be recorded or reported as fitness.
@@ -47,7 +47,7 @@ pub const NULL: &str = "null";
 pub fn refuse_null(name: &str) -> Result {
     if name == NULL {
         return Err(Failure::input(format_args!(
-            "--backend {NULL}: answers without simulating anything; allowed: with `oneiro bench`, which throws its answers away"
+            "--backend {NULL}: answers without simulating anything; allowed: with `oneiro device bench`, which throws its answers away"
         )));
     }
     Ok(())

@@ -13,7 +13,7 @@ use oneiro_base::exit::Failure;
 use oneiro_lab::device::{self, Backend};
 
 use super::{Error, Result};
-use crate::commands::{devices, selftest};
+use crate::commands::device::{list, test};
 
 /// What a process has opened. A forked process has the memory of its parent, but none of its threads: it begins anew, and what was its
 /// parent's stays as it is for ever.
@@ -107,17 +107,17 @@ pub(super) fn words(device: &Device) -> String {
     format!("{} ({})", device.name, device.detail)
 }
 
-/// This machine's devices as JSON, as `oneiro devices --json` prints them.
+/// This machine's devices as JSON, as `oneiro device list --json` prints them.
 pub fn devices() -> String {
-    devices::value(false).to_string()
+    list::value(false).to_string()
 }
 
-/// Checks that this machine computes the same bits as every other, as `oneiro selftest --json` does, with `rollouts` lives of each
+/// Checks that this machine computes the same bits as every other, as `oneiro device test --json` does, with `rollouts` lives of each
 /// controller, 1000 or more. Returns its report as JSON.
 ///
 /// # Errors
 /// Exit 4 if there is no such device. What a failed check found is in the report.
 pub fn selftest(backend: &str, rollouts: u32) -> Result<String> {
-    let report = threaded(|| selftest::report(backend, rollouts, quiet()))?;
+    let report = threaded(|| test::report(backend, rollouts, quiet()))?;
     serde_json::to_string(&report).map_err(|error| Error::from(Failure::failed(error)))
 }

@@ -134,7 +134,7 @@ impl Run {
         Ok(record::verify(self.directory())?.result)
     }
 
-    /// Evaluates a share of its individuals again and compares the bits, as `oneiro audit` does. Returns the report as JSON.
+    /// Evaluates a share of its individuals again and compares the bits, as `oneiro verify --recompute` does. Returns the report as JSON.
     ///
     /// # Errors
     /// Exit 1 if a bit differs; exit 5 if its files aren't what was written; exit 4 without such a device; exit 75 if the task was

@@ -5,7 +5,7 @@
 const FUNCTIONS: [(&str, &str); 7] = [
     ("oneiro sweep merge", "oneiro.merge"),
     ("oneiro sweep run", "oneiro.sweep"),
-    ("oneiro selftest", "oneiro.selftest"),
+    ("oneiro device test", "oneiro.selftest"),
     ("oneiro evaluate", "oneiro.evaluate"),
     ("oneiro resume", "oneiro.resume"),
     ("oneiro verify", "Run.verify"),

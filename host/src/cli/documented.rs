@@ -284,7 +284,7 @@ fn what_is_no_command_line_is_noticed() {
         "oneiro run X.toml --sede 1",
         "oneiro sweep runn X.toml",
         "oneiro sweep run X.toml --shard 3",
-        "oneiro audit RUN --share 1.5",
+        "oneiro verify RUN --recompute --fraction 1.5",
         "oneiro run X.toml --seed 1 --seeds 1..3",
     ] {
         for found in [block(wrong), sentence(wrong), comment(wrong), message(wrong)] {

@@ -102,6 +102,6 @@ mod tests {
         command.build();
         let mut flags = 0;
         walk(&command, &mut flags);
-        assert!(flags >= 10, "{flags}");
+        assert!(flags >= 8, "{flags}");
     }
 }

@@ -1,4 +1,4 @@
-//! `oneiro evaluate`: fitness and measures of genomes.
+//! `oneiro evaluate`: fitness and measures of genomes, the best of many, and tournaments.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -28,14 +28,15 @@ use serde_json::json;
 use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::{Evaluate, Noise};
 
+mod best;
 mod on_robot;
+mod tournament;
 
 /// Most cycles of a world.
 const MOST_CYCLES: u32 = 1_000_000;
 
-/// Evaluates, and prints or writes one row for each genome and trial.
+/// Evaluates, and prints or writes one row for each genome and trial; or finds the best genome, or plays a tournament.
 pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
-    let sink = Sink::of(arguments)?;
     let is_experiment = |path: &&PathBuf| path.extension().is_some_and(|extension| extension == "toml");
     if let Some(path) = arguments.genomes.iter().find(is_experiment) {
         let path = path.display();
@@ -43,18 +44,16 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
             "--genomes {path}: isn't a file of genomes; allowed: .npy, .csv, .json; an experiment goes before --genomes"
         )));
     }
+    if arguments.ranked.best {
+        return best::run(arguments, console);
+    }
+    if arguments.played.tournament {
+        return tournament::run(arguments, console);
+    }
+    let sink = Sink::of(arguments)?;
     let named = Named::all(&arguments.genomes)?;
-    let common = Common {
-        scores: true,
-        instead: "an experiment before --genomes",
-    };
-    let experiment = match &arguments.experiment {
-        Some(path) => Experiment::read(path, &arguments.set)?,
-        None => common.experiment(&named, &arguments.set)?,
-    };
+    let (experiment, seed) = experiment_and_seed(arguments, &named, true)?;
     let settings = experiment.settings();
-    let own_seed = arguments.experiment.as_ref().and(settings.seed);
-    let seed = arguments.seed.or(own_seed).unwrap_or(1);
     let mut spec = experiment.world().spec().clone();
     let cycles = spec.cycles;
     if arguments.noise == Noise::Off
@@ -183,6 +182,18 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     Ok(())
 }
 
+/// The experiment of the command line, or the one that all runs and sweeps share, and the seed of the rollouts. `scores`: whether the
+/// combination of several rollouts must agree, too.
+fn experiment_and_seed(arguments: &Evaluate, named: &[Named], scores: bool) -> Result<(Experiment, u64)> {
+    let experiment = match &arguments.experiment {
+        Some(path) => Experiment::read(path, &arguments.set)?,
+        None => Common { scores }.experiment(named, &arguments.set)?,
+    };
+    let own_seed = arguments.experiment.as_ref().and(experiment.settings().seed);
+    let seed = arguments.seed.or(own_seed).unwrap_or(1);
+    Ok((experiment, seed))
+}
+
 /// Takes the noise out of a world, and names what keeps some.
 fn without_noise(spec: &mut WorldSpec) -> Option<&'static str> {
     spec.noise = world::Noise::NONE;
@@ -221,13 +232,12 @@ enum Sink {
 impl Sink {
     /// The destination on the command line; an invalid one is refused before anything is computed.
     fn of(arguments: &Evaluate) -> Result<Self> {
-        let out = &arguments.out;
-        if out.as_os_str() == "-" {
+        let Some(out) = arguments.file() else {
             return Ok(Self::Stdout);
-        }
+        };
         files::must_be_new(out)?;
         match out.extension().and_then(|extension| extension.to_str()) {
-            Some("csv") => Ok(Self::Csv(out.clone())),
+            Some("csv") => Ok(Self::Csv(out.to_owned())),
             Some("npy") if arguments.rows.summary => Err(Failure::usage(format_args!(
                 "--out {}: has the fitness of each rollout; allowed with --summary: .csv, or - for standard output",
                 out.display()
@@ -236,7 +246,7 @@ impl Sink {
                 "--out {}: has fitness only; allowed with --measures: .csv, or - for standard output",
                 out.display()
             ))),
-            Some("npy") => Ok(Self::Npy(out.clone())),
+            Some("npy") => Ok(Self::Npy(out.to_owned())),
             _ => Err(Failure::input(format_args!(
                 "--out {}: has an unknown extension; allowed: .csv, .npy, or - for standard output",
                 out.display()

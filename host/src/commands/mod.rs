@@ -1,4 +1,4 @@
-//! The commands, one file each.
+//! The commands, one file each; those with sub-commands have a folder.
 
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
@@ -7,22 +7,14 @@ use oneiro_lab::engine::watcher::stop_at_once;
 
 use crate::cli::Command;
 
-mod audit;
-mod bench;
-mod best;
-pub(crate) mod calibrate;
 mod check;
-#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
-mod compile;
 mod completions;
 pub(crate) mod cost;
-pub(crate) mod devices;
+pub(crate) mod device;
 mod evaluate;
 pub(crate) mod fleet;
 mod guard;
-mod keys;
 mod list;
-mod machine_code;
 mod new;
 mod on_board;
 pub(crate) mod places;
@@ -30,16 +22,12 @@ mod replay;
 mod report;
 mod reproduce;
 mod resume;
-mod robot;
+pub(crate) mod robot;
 pub(crate) mod rules;
 mod run;
-pub(crate) mod sample;
-pub(crate) mod selftest;
 mod slurm;
 mod subjects;
 pub(crate) mod sweep;
-mod tables;
-mod tournament;
 mod verify;
 
 /// Runs a command.
@@ -55,30 +43,19 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
     match command {
         Command::New(arguments) => new::run(&arguments, console),
         Command::Check(arguments) => check::run(&arguments, console),
-        #[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
-        Command::Compile(arguments) => compile::run(&arguments, console),
-        Command::Keys(arguments) => keys::run(&arguments, console),
         Command::Run(arguments) => run::run(&arguments, console),
         Command::Resume(arguments) => resume::run(&arguments, console),
         Command::Evaluate(arguments) => evaluate::run(&arguments, console),
-        Command::Best(arguments) => best::run(&arguments, console),
         Command::Replay(arguments) => replay::run(&arguments, console),
-        Command::Audit(arguments) => audit::run(&arguments, console),
         Command::Verify(arguments) => verify::run(&arguments, console),
         Command::List(arguments) => list::run(&arguments, console),
-        Command::Devices(arguments) => devices::run(&arguments, console),
-        Command::Selftest(arguments) => selftest::run(&arguments, console),
-        Command::Bench(arguments) => bench::run(&arguments, console),
-        Command::Tables(arguments) => tables::run(&arguments, console),
-        Command::Sample(arguments) => sample::run(&arguments, console),
-        Command::Calibrate(arguments) => calibrate::run(&arguments, console),
+        Command::Device(arguments) => device::run(&arguments, console),
         Command::Robot(arguments) => robot::run(&arguments, console),
         Command::OnBoard(arguments) => on_board::run(&arguments, console),
         Command::Guard(arguments) => guard::run(arguments),
         Command::Fleet(arguments) => fleet::run(&arguments, console),
         Command::Reproduce(arguments) => reproduce::run(&arguments, console),
         Command::Sweep(arguments) => sweep::run(&arguments, console),
-        Command::Tournament(arguments) => tournament::run(&arguments, console),
         Command::Completions(arguments) => completions::run(&arguments, console),
     }
 }

@@ -1,4 +1,4 @@
-//! `oneiro new`: a commented experiment to start from.
+//! `oneiro new`: a commented experiment to start from, and the keys that it may have.
 
 use std::fs;
 use std::path::Path;
@@ -16,8 +16,13 @@ use serde_json::json;
 
 use crate::cli::New;
 
-/// Writes `NAME.toml`, and a file for each part that is named; or an example with its parts.
+mod keys;
+
+/// Writes `NAME.toml`, and a file for each part that is named; or an example with its parts; or lists keys.
 pub(crate) fn run(arguments: &New, console: Console) -> Result {
+    if let Some(part) = &arguments.keys {
+        return keys::list(part, console);
+    }
     match &arguments.example {
         None => template(arguments, console),
         Some(none) if none.is_empty() => list(console),

@@ -1,4 +1,5 @@
-//! `oneiro robot`: finds robots on a wire, shows what they sense, drives them, switches their lights, and stops them.
+//! `oneiro robot`: finds robots on a wire, shows what they sense, drives them, switches their lights, and stops them; makes and
+//! checks a simulator from what they measured.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -16,7 +17,10 @@ use serde_json::{Value, json};
 
 use crate::cli::{Robot as Arguments, RobotCommand, RobotLight, RobotLink, Switch};
 
+pub(crate) mod calibrate;
 mod drive;
+mod sample;
+mod tables;
 pub(super) mod watch;
 
 /// Runs the subcommand.
@@ -28,6 +32,9 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
         RobotCommand::Drive(arguments) => drive::run(arguments, console),
         RobotCommand::Light(arguments) => light(arguments, console),
         RobotCommand::Stop(link) => stop(link, console),
+        RobotCommand::Sample(arguments) => sample::run(arguments, console),
+        RobotCommand::Calibrate(arguments) => calibrate::run(arguments, console),
+        RobotCommand::Tables { command } => tables::run(command, console),
     }
 }
 

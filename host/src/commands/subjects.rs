@@ -71,16 +71,14 @@ impl Named {
     }
 }
 
-/// Values that experiments must share, and the user's alternative if they don't.
+/// Values that experiments must share.
 #[derive(Clone, Copy)]
-pub(super) struct Common<'a> {
+pub(super) struct Common {
     /// Whether the combination of several lives must agree, too.
     pub(super) scores: bool,
-    /// The option that names an experiment for all genomes.
-    pub(super) instead: &'a str,
 }
 
-impl Common<'_> {
+impl Common {
     /// The experiment that runs and sweeps share, with settings that override its values.
     ///
     /// # Errors
@@ -102,15 +100,14 @@ impl Common<'_> {
                 continue;
             };
             if let Some(difference) = experiment.difference(&own, self.scores) {
-                return Err(self.refused(known, &name, &difference));
+                return Err(Self::refused(known, &name, &difference));
             }
         }
         match (first, named) {
             (Some((_, experiment)), _) => Ok(experiment),
             (None, [Named::File(path), ..]) => Err(Failure::usage(format_args!(
-                "{}: does not name its experiment; allowed: genomes from run directories, or {}",
-                path.display(),
-                self.instead
+                "{}: does not name its experiment; allowed: genomes from run directories, or an experiment before --genomes",
+                path.display()
             ))),
             (None, _) => Err(Failure::usage("nothing is named")),
         }
@@ -127,7 +124,7 @@ impl Common<'_> {
         for (difference, cell) in differences.into_iter().zip(1..) {
             if let Some(difference) = difference? {
                 let [one, other] = [0, cell].map(|cell| format!("({})", sweep.described(cell)));
-                return Err(self.refused(&format!("{path}: the cells {one}"), &other, &difference));
+                return Err(Self::refused(&format!("{path}: the cells {one}"), &other, &difference));
             }
         }
         let name = match sweep.described(0) {
@@ -137,11 +134,10 @@ impl Common<'_> {
         Ok((name, first))
     }
 
-    fn refused(self, one: &str, other: &str, Difference { key, values: [a, b] }: &Difference) -> Failure {
+    fn refused(one: &str, other: &str, Difference { key, values: [a, b] }: &Difference) -> Failure {
         Failure::input(format_args!(
-            "{one} and {other} come from different experiments ({key}: {a} / {b}); allowed: runs of one experiment, {}, or \
-             --set {key}=VALUE",
-            self.instead
+            "{one} and {other} come from different experiments ({key}: {a} / {b}); allowed: runs of one experiment, an experiment \
+             before --genomes, or --set {key}=VALUE"
         ))
     }
 }

@@ -581,7 +581,7 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &device::Backend,
     {
         return Err(Failure::failed(format_args!(
             "run {run} gave {result} here and {known} in the sweep; one of the machines can't be trusted: \
-             `oneiro selftest` tells which"
+             `oneiro device test` tells which"
         )));
     }
     said(

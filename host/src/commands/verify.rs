@@ -1,5 +1,5 @@
 //! `oneiro verify`: checks that the files of a run, or the tables of a sweep, are as they were written, and prints the hash of the
-//! results.
+//! results; and compares them with those of this machine.
 
 use std::path::Path;
 
@@ -13,8 +13,13 @@ use serde_json::json;
 use super::list;
 use crate::cli::Verify;
 
+mod recompute;
+
 /// Checks a run, or each run of a directory. Stops at the first damaged one.
 pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
+    if arguments.recompute {
+        return recompute::run(arguments, &list::runs(&arguments.run_dir)?, console);
+    }
     if Store::is_at(&arguments.run_dir) {
         return sweep(&arguments.run_dir, console);
     }

@@ -1,4 +1,4 @@
-// One function of lib/numerics.wgsl or lib/random.wgsl at a time, for tests and for `oneiro selftest`: the
+// One function of lib/numerics.wgsl or lib/random.wgsl at a time, for tests and for `oneiro device test`: the
 // same arguments must give the same bits on every device. src/devices/probe/functions.rs makes the arguments.
 
 // Functions of numbers.

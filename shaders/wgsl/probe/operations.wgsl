@@ -1,4 +1,4 @@
-// One operation of the closed list of allowed ones at a time, for tests and for `oneiro selftest`: the same
+// One operation of the closed list of allowed ones at a time, for tests and for `oneiro device test`: the same
 // operands must give the same bits on every device, with both operands known at run time only, and with one of
 // them a constant, since compilers fold those. src/devices/probe/operations.rs makes the operands.
 

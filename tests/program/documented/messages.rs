@@ -278,7 +278,7 @@ fn surrogates_are_offered_where_they_are_taken() {
     let place = Place::new("addresses");
     place.write("small.toml", SMALL);
     let evaluate = ["evaluate", "small.toml", "--random", "1", "--backend", "cpu", "--robot"];
-    let sample = ["sample", "--out", "samples", "--robot"];
+    let sample = ["robot", "sample", "--out", "samples", "--robot"];
     for (command, takes) in [
         (&["robot", "ping"][..], false),
         (&["robot", "watch"], false),
@@ -310,13 +310,10 @@ fn surrogates_are_offered_where_they_are_taken() {
     while let Some(words) = commands.pop() {
         let help = place.good(&[&words[..], &["--help"]].concat());
         let names = help
-            .split("\nCommands:\n")
-            .nth(1)
-            .into_iter()
-            .flat_map(|list| list.lines());
-        let names = names
-            .take_while(|line| line.starts_with("  "))
-            .filter_map(|line| line.split_whitespace().next());
+            .lines()
+            .take_while(|line| *line != "Options:")
+            .filter(|line| line.starts_with("  ") && line[2..].starts_with(|c: char| c.is_ascii_lowercase()));
+        let names = names.filter_map(|line| line.split_whitespace().next());
         for name in names.filter(|name| *name != "help") {
             let name: &'static str = name.to_owned().leak();
             commands.push([&words[..], &[name]].concat());
@@ -335,9 +332,9 @@ fn surrogates_are_offered_where_they_are_taken() {
             "robot drive",
             "robot light",
             "robot ping",
+            "robot sample",
             "robot stop",
-            "robot watch",
-            "sample"
+            "robot watch"
         ]
     );
     let light = |address: &str| place.run(&["robot", "light", address, "body", "on"]).exits(3).stderr;

@@ -1,4 +1,4 @@
-//! `oneiro sample` of a Khepera that is scripted here, over TCP and in real time: it turns before a wall as its wheels do, and
+//! `oneiro robot sample` of a Khepera that is scripted here, over TCP and in real time: it turns before a wall as its wheels do, and
 //! reads the built-in table.
 
 #![cfg(unix)]
@@ -119,8 +119,9 @@ fn assert_row(table: &SensorTable, row: usize, of: usize) {
 }
 
 /// The command that samples some rows of an object, without a directory.
-fn sample<'a>(address: &'a str, object: &'a str, rows: &'a str) -> [&'a str; 8] {
+fn sample<'a>(address: &'a str, object: &'a str, rows: &'a str) -> [&'a str; 9] {
     [
+        "robot",
         "sample",
         "--robot",
         address,
@@ -284,7 +285,7 @@ fn a_person_places_a_robot_and_goes_on_after_ctrl_c() {
 #[test]
 fn what_can_not_be_sampled_is_refused() {
     let place = Place::new("refused");
-    let sample = ["sample", "--backend", "cpu", "--out", "out"];
+    let sample = ["robot", "sample", "--backend", "cpu", "--out", "out"];
     for (arguments, code, words) in [
         (
             &["--robot", "surrogate:1", "--turns", "2"][..],

@@ -281,8 +281,8 @@ fn of_changed_tables_say_which() {
         .run(&["verify", "part"])
         .exits(1)
         .says(&["part: has no tables.json"]);
-    for command in ["audit", "list", "resume"] {
-        place.run(&[command, "out"]).exits(3).says(&[
+    for command in [&["verify", "--recompute"][..], &["list"], &["resume"]] {
+        place.run(&[command, &["out"]].concat()).exits(3).says(&[
             "out: is a sweep, not a run;",
             "`oneiro verify out`",
             "`oneiro sweep extract out RUN`",

@@ -194,7 +194,7 @@ impl<'a> Inputs<'a> {
     /// exact device would give the same.
     fn samples(&self, key: &str) -> Result<Arc<Samples>> {
         let Some(site) = self.reality.as_ref().filter(|site| !site.is_wired()) else {
-            let problem = "is \"reality\"; allowed: only with a surrogate as reality.robot; sample a robot on a wire with `oneiro sample`";
+            let problem = "is \"reality\"; allowed: only with a surrogate as reality.robot; sample a robot on a wire with `oneiro robot sample`";
             return Err(self.source.invalid(key, problem));
         };
         let sampling = (*site.hash().as_bytes(), self.has_blocks);

@@ -1,4 +1,4 @@
-//! Reference of all settings: the commented experiment of `oneiro new`, the listing of `oneiro keys`, and
+//! Reference of all settings: the commented experiment of `oneiro new`, the listing of `oneiro new --keys`, and
 //! `docs/configuration.md`.
 
 use oneiro::compose;
@@ -238,7 +238,7 @@ pub fn example(name: &str, template: Template<'_>) -> String {
     };
     let rest = format!(
         "Each value but {but} is the default: without its line it would be the same. Any of them can be changed for one \
-         run, such as --set seed=3. Files are looked for from where this file lies. `oneiro keys` and \
+         run, such as --set seed=3. Files are looked for from where this file lies. `oneiro new --keys` and \
          docs/configuration.md list all keys, and where each default is from."
     );
     let mut text = format!(
@@ -276,7 +276,7 @@ pub fn described(name: &str, robot: &str, parts: &[(compose::Kind, String)]) -> 
         format!(", with {}", named(parts))
     };
     let about = format!(
-        "A robot that is described by numbers, to be changed (docs/robots.md){with}. What is not here has its default: `oneiro keys` and \
+        "A robot that is described by numbers, to be changed (docs/robots.md){with}. What is not here has its default: `oneiro new --keys` and \
          docs/configuration.md list all keys. Files are looked for from where this file lies."
     );
     let lights = if robot.contains("kind = \"light\"") {

@@ -157,7 +157,7 @@ fn rows() -> Vec<Parameter<Settings>> {
     ]);
     insert(&mut rows, "robot.body_radius_mm", [
         row("robot.tables", "", Text("\"khepera\", \"reality\" or a list of files"), OURS,
-            "Sampled sensors: the Khepera that is built in, samples taken of the surrogate that is `reality.robot`, as `oneiro sample` takes them, or a file for each class of object. Of a described robot those of its sensors of the kind sampled.", |own, _| match own.world.robot.build {
+            "Sampled sensors: the Khepera that is built in, samples taken of the surrogate that is `reality.robot`, as `oneiro robot sample` takes them, or a file for each class of object. Of a described robot those of its sensors of the kind sampled.", |own, _| match own.world.robot.build {
                 Build::Sampled => Some(&mut own.robot.tables),
                 Build::Differential(_) => Some(&mut own.robot.described.tables),
                 Build::Forager(_) => None,
@@ -260,7 +260,7 @@ fn rows() -> Vec<Parameter<Settings>> {
         row("record.checkpoint_every", "generations", Whole(1, u32::MAX.into()), OURS,
             "Generations from one checkpoint to the next: what a power cut costs at most.", |own, _| Some(&mut own.record.checkpoint_every)),
         row("record.individuals", "", Any, OURS,
-            "Whether every individual is kept, so that `oneiro audit` can evaluate any of them again; false with race.", |own, _| Some(&mut own.record.individuals)),
+            "Whether every individual is kept, so that `oneiro verify --recompute` can evaluate any of them again; false with race.", |own, _| Some(&mut own.record.individuals)),
         row("files", "", Text("a table of BLAKE3 hashes, by the names of files"), OURS,
             "Hashes of the files that are named above, checked where they are given; a run's own `config.toml` has them all.", |own, _| Some(&mut own.files)),
     ]);
@@ -526,6 +526,6 @@ impl Transfer {
 pub struct Record {
     /// Generations between checkpoints.
     pub checkpoint_every: u32,
-    /// Whether to keep every individual's genes and fitness, for `audit`.
+    /// Whether to keep every individual's genes and fitness, for `oneiro verify --recompute`.
     pub individuals: bool,
 }

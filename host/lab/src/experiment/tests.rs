@@ -1329,7 +1329,7 @@ fn typed_files_are_looked_for_from_the_working_directory() {
     );
 }
 
-/// The simulator that is made from reality is the one that the files of `oneiro sample` make, and both severities tell in it.
+/// The simulator that is made from reality is the one that the files of `oneiro robot sample` make, and both severities tell in it.
 #[test]
 fn simulators_are_sampled_from_reality() {
     use crate::reality::Object;

@@ -128,7 +128,7 @@ pub trait Experiment: Debug + Send + Sync {
     /// # Errors
     /// As the command says.
     fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result;
-    /// `oneiro audit`: evaluates a part of a recorded run again and compares the results.
+    /// `oneiro verify --recompute`: evaluates a part of a recorded run again and compares the results.
     ///
     /// # Errors
     /// Errors of the evaluator, and files that aren't what was written. Differences aren't errors.

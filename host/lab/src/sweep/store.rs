@@ -466,7 +466,7 @@ impl Store {
             {
                 return Err(Failure::corrupt(format_args!(
                     "run {} has the result {} in {} and {} in {}; one of the machines can't be trusted: \
-                         `oneiro selftest` tells which",
+                         `oneiro device test` tells which",
                     line.run,
                     other.line.result,
                     all.shards

@@ -25,7 +25,7 @@ pub struct Arguments {
     #[arg(long, value_name = "LAMBDA", value_parser = of_key::<f32>("reality.severity"))]
     pub severity: Option<f32>,
     /// Make the simulator from recordings of a robot instead of samples: wall, round and, if wanted, motors. A robot on a wire needs those
-    /// that `oneiro sample` has made of it
+    /// that `oneiro robot sample` has made of it
     #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
     pub tables: Vec<PathBuf>,
     /// Add the controls of the real generations, and simulators of other noise and other tables (claim C11)

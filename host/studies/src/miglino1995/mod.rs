@@ -125,7 +125,7 @@ fn of_a_wire(arguments: &Arguments, wire: &Wire) -> Result {
     }
     if arguments.tables.is_empty() {
         return Err(Failure::input(format_args!(
-            "--robot {wire}: lacks --tables, the samples that its simulator is made from; take them with `oneiro sample \
+            "--robot {wire}: lacks --tables, the samples that its simulator is made from; take them with `oneiro robot sample \
              --robot {wire} --objects wall,round --out samples`, and add --tables \
              samples/wall.sam,samples/round.sam,samples/motor.sam"
         )));

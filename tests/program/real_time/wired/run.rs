@@ -101,7 +101,7 @@ fn a_run_ends_on_a_robot() {
     place.run(&["verify", "out"]).exits(0).says(&["1 run is intact"]);
     assert!(place.good(&["list", "."]).contains("done"));
     // Two generations of four were simulated.
-    let audited = place.good(&["audit", "out", "--share", "1"]);
+    let audited = place.good(&["verify", "--recompute", "out", "--fraction", "1"]);
     assert!(
         audited.contains("8 of 12 individuals audited, 0 with other bits"),
         "{audited}"
@@ -127,7 +127,7 @@ fn a_run_ends_on_a_robot() {
     assert_eq!(body.wheels().1, since);
 
     // Its lives calibrate the simulator.
-    let calibrate = ["calibrate", "wire.toml", "--lives", "out/lives", "--out"];
+    let calibrate = ["robot", "calibrate", "wire.toml", "--lives", "out/lives", "--out"];
     let told = place.good(&[&calibrate[..], &["calibrated"]].concat());
     assert!(
         told.contains("4 lives, 40 cycles") && told.contains("wheels turn at"),

@@ -32,7 +32,7 @@ fn placed(name: &str) -> Place {
         study = study.replace(from, to);
     }
     place.write("own.toml", study);
-    place.good(&["sample", "--backend", "cpu", "--quiet", "--out", "samples"]);
+    place.good(&["robot", "sample", "--backend", "cpu", "--quiet", "--out", "samples"]);
     place
 }
 

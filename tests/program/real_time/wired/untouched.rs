@@ -77,7 +77,7 @@ fn what_is_wrong_beside_a_robot_does_not_touch_it() {
         &address,
         "--lives",
     ];
-    let sample = ["sample", "--yes", "--robot", &address, "--out"];
+    let sample = ["robot", "sample", "--yes", "--robot", &address, "--out"];
     let udp = format!("udp:{taken}");
     let chmod = ["others than its owner can use this key", "chmod 600"];
     let cases: [Case<'_>; 25] = [

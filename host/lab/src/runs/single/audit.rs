@@ -1,4 +1,4 @@
-//! `oneiro audit`: evaluates recorded individuals again on this machine and compares them bit for bit.
+//! `oneiro verify --recompute`: evaluates recorded individuals again on this machine and compares them bit for bit.
 
 use oneiro::batch::{Batch, Rollout};
 use oneiro::random::pcg4d;

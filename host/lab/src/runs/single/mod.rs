@@ -6,7 +6,7 @@
 //! | [`mod@outcomes`] | what a run gives in a sweep's table |
 //! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
 //! | [`on_board`] | the same evolution beside a robot |
-//! | [`check`], [`replay`] with [`elites`], [`audit`] | the commands of these names for such runs |
+//! | [`check`], [`replay`] with [`elites`], [`audit`] | `oneiro check`, `replay` and `verify --recompute` for such runs |
 
 mod archive;
 mod arithmetic;
@@ -179,7 +179,7 @@ fn coevolution_files() -> [Entry; 5] {
         ),
         Entry::file(
             TOURNAMENT,
-            "written by `oneiro tournament`: the first population's mean score of each pair; a row for each of its generations, and a \
+            "written by `oneiro evaluate --tournament`: the first population's mean score of each pair; a row for each of its generations, and a \
              column `second_G` for each generation G of the second",
         ),
         Entry::file(TOURNAMENT_PICTURE, "written by it: a picture of that table"),

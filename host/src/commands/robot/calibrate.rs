@@ -1,4 +1,4 @@
-//! `oneiro calibrate`: how well a simulator predicts a robot.
+//! `oneiro robot calibrate`: how well a simulator predicts a robot.
 
 use std::fmt::Write as _;
 
@@ -15,7 +15,7 @@ use oneiro_report::csv::{Csv, known};
 use oneiro_report::numbers::significant;
 use serde_json::json;
 
-use crate::cli::Calibrate;
+use crate::cli::RobotCalibrate;
 
 const PAGE: &str = "calibration.html";
 const ERRORS: &str = "errors.csv";
@@ -38,7 +38,7 @@ static COLUMNS: [Column; 6] = [
 ];
 
 /// Compares, and writes the page, the table and the settings.
-pub(crate) fn run(arguments: &Calibrate, console: Console) -> Result {
+pub(crate) fn run(arguments: &RobotCalibrate, console: Console) -> Result {
     let out = &arguments.out;
     let is_own = |name: &str| [PAGE, ERRORS, SETTINGS, README].contains(&name);
     let filling = Filling::begin("--out", out, is_own)?;

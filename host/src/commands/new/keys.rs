@@ -1,4 +1,4 @@
-//! `oneiro keys`: lists the settings of an experiment.
+//! `oneiro new --keys`: lists the settings of an experiment.
 
 use oneiro::parameter::nearest;
 use oneiro_base::console::Console;
@@ -6,12 +6,10 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::experiment::reference::{self, Entry};
 use serde_json::json;
 
-use crate::cli::Keys;
-
-/// Prints the keys that contain the given text.
-pub(crate) fn run(arguments: &Keys, console: Console) -> Result {
+/// Prints the keys that contain a text.
+pub(super) fn list(part: &str, console: Console) -> Result {
     let of = |mut entries: Vec<Entry>| {
-        entries.retain(|entry| entry.key.contains(&arguments.part));
+        entries.retain(|entry| entry.key.contains(part));
         entries
     };
     let (single, swarm) = (of(reference::single()), of(reference::swarm()));
@@ -20,9 +18,8 @@ pub(crate) fn run(arguments: &Keys, console: Console) -> Result {
         let keys = single.iter().chain(&swarm).map(|entry| entry.key);
         let words = keys.flat_map(|key| key.split(['.', '_', '[']).chain(std::iter::once(key)));
         return Err(Failure::input(format_args!(
-            "no key contains `{}`{}",
-            arguments.part,
-            nearest(words, &arguments.part).map_or_else(
+            "no key contains `{part}`{}",
+            nearest(words, part).map_or_else(
                 || "; allowed: a part of a key, such as noise".to_owned(),
                 |word| format!("; did you mean {word}?")
             )

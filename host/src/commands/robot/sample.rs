@@ -1,4 +1,4 @@
-//! `oneiro sample`: samples a robot's sensors and motors into tables that a simulator is made from.
+//! `oneiro robot sample`: samples a robot's sensors and motors into tables that a simulator is made from.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ use oneiro_robots::vehicle::guarded::{Guarded, Options};
 use oneiro_robots::vehicle::{Profile, Vehicle};
 use serde_json::json;
 
-use crate::cli::Sample;
+use crate::cli::RobotSample;
 use objects::objects;
 use person::{AtTerminal, Nobody, Person};
 use walk::{Plan, Walk};
@@ -29,7 +29,7 @@ mod person;
 mod walk;
 
 /// Samples a robot and writes tables and pictures.
-pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
+pub(crate) fn run(arguments: &RobotSample, console: Console) -> Result {
     if let Some(severity) = arguments.severity
         && !arguments.robot.starts_with("surrogate")
     {
@@ -80,7 +80,7 @@ pub(crate) fn run(arguments: &Sample, console: Console) -> Result {
 }
 
 /// Samples the described robot of an experiment.
-fn described(path: &Path, arguments: &Sample, console: Console) -> Result {
+fn described(path: &Path, arguments: &RobotSample, console: Console) -> Result {
     let experiment = Experiment::read(path, &[])?;
     let robot = Described::new(experiment.world().spec())
         .map_err(|problem| Failure::input(format_args!("--robot {}: {problem}", path.display())))?;
@@ -114,7 +114,7 @@ fn described(path: &Path, arguments: &Sample, console: Console) -> Result {
 }
 
 /// Samples a robot on a wire: somebody places it for each row.
-fn wired(wire: Wire, arguments: &Sample, console: Console) -> Result {
+fn wired(wire: Wire, arguments: &RobotSample, console: Console) -> Result {
     let options = &arguments.wired;
     let objects = objects(&arguments.objects)?;
     let stop = stop_signal()?;

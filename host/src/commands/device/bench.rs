@@ -1,4 +1,4 @@
-//! `oneiro bench`: robot-steps per second of each instruction set and adapter of this machine, of the 1995 paper's Khepera or of an
+//! `oneiro device bench`: robot-steps per second of each instruction set and adapter of this machine, of the 1995 paper's Khepera or of an
 //! experiment, or individuals per second of its host.
 
 mod host;
@@ -22,8 +22,8 @@ use oneiro_lab::runs;
 use oneiro_lab::workload;
 use serde_json::{Value, json};
 
-use super::devices;
-use crate::cli::Bench;
+use super::list;
+use crate::cli::DeviceBench;
 
 /// How long a GPU is kept busy before it is timed. An idle H100 is slow for 5 ms.
 const WAKING: Duration = Duration::from_millis(20);
@@ -189,7 +189,7 @@ pub(crate) struct First {
 }
 
 /// Measures and prints a table.
-pub(crate) fn run(arguments: &Bench, console: Console) -> Result {
+pub(crate) fn run(arguments: &DeviceBench, console: Console) -> Result {
     if arguments.host || arguments.backend == device::NULL {
         return host::run(arguments, console);
     }
@@ -270,7 +270,7 @@ fn share(path: &Path, figures: &Value) -> Result {
         "system": std::env::consts::OS,
         "architecture": std::env::consts::ARCH,
         "processor": processor(),
-        "devices": devices::value(true),
+        "devices": list::value(true),
         "bench": figures,
     });
     files::write_new(path, format!("{all:#}\n").as_bytes())

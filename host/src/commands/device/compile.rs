@@ -1,4 +1,4 @@
-//! `oneiro compile`: compiles an experiment's kernel at the full width of this machine, by a Rust toolchain.
+//! `oneiro device compile`: compiles an experiment's kernel at the full width of this machine, by a Rust toolchain.
 
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ use oneiro_lab::runs;
 use oneiro_lab::workload;
 use serde_json::json;
 
-use crate::cli::Compile;
+use crate::cli::DeviceCompile;
 
 /// The lane code that new code is compared with: that compiled at run time.
 const REFERENCE: &str = "native128x16";
@@ -29,7 +29,7 @@ const TRACED: u32 = 32;
 const TURNS: usize = 3;
 
 /// Compiles the kernel, unless the cache has it.
-pub(crate) fn run(arguments: &Compile, console: Console) -> Result {
+pub(crate) fn run(arguments: &DeviceCompile, console: Console) -> Result {
     let experiment = runs::read(&arguments.experiment, &arguments.set)?;
     console.warn(experiment.warnings());
     let worlds = experiment.sample()?;

@@ -1,4 +1,4 @@
-//! `oneiro selftest`: checks that this machine computes the same bits as every other.
+//! `oneiro device test`: checks that this machine computes the same bits as every other.
 
 use std::sync::Arc;
 use std::thread;
@@ -22,7 +22,7 @@ use serde_json::{Value, json};
 
 use super::bench::{self, Plan, Timed};
 use super::machine_code::MachineCode;
-use crate::cli::Selftest;
+use crate::cli::DeviceTest;
 
 /// Rollouts whose traces are compared, for each controller.
 const TRACED: u32 = 256;
@@ -108,7 +108,7 @@ impl Check {
 }
 
 /// Compares everything, prints a table, and fails if any check fails.
-pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
+pub(crate) fn run(arguments: &DeviceTest, console: Console) -> Result {
     let found = examined(arguments, console)?;
     if console.json() {
         console.json_data(&found.value())?;
@@ -130,7 +130,7 @@ pub(crate) fn run(arguments: &Selftest, console: Console) -> Result {
 /// # Errors
 /// Exit 4: there is no such device. Checks that fail are no error.
 pub(crate) fn report(backend: &str, rollouts: u32, console: Console) -> Result<Value> {
-    let arguments = Selftest {
+    let arguments = DeviceTest {
         backend: backend.to_owned(),
         rollouts,
         tables: Vec::new(),
@@ -180,7 +180,7 @@ impl Found {
 }
 
 /// Compares everything, and measures speeds.
-fn examined(arguments: &Selftest, console: Console) -> Result<Found> {
+fn examined(arguments: &DeviceTest, console: Console) -> Result<Found> {
     let candidates = compared(&arguments.backend)?;
     let robot = robot(arguments, console)?;
     let mut checks = vec![known_answers()];
@@ -274,7 +274,7 @@ fn compared(which: &str) -> Result<Vec<Candidate>> {
 }
 
 /// The built-in Khepera, or one with the given tables.
-fn robot(arguments: &Selftest, console: Console) -> Result<Robot> {
+fn robot(arguments: &DeviceTest, console: Console) -> Result<Robot> {
     let built_in = WorldSpec::miglino1995().robot;
     if arguments.tables.is_empty() {
         return Ok(built_in);

@@ -1,4 +1,4 @@
-//! `oneiro tables`: shows, converts and exports sampled sensor and motor tables.
+//! `oneiro robot tables`: shows, converts and exports sampled sensor and motor tables.
 
 use std::path::Path;
 
@@ -10,14 +10,14 @@ use oneiro_report::figures;
 use oneiro_report::numbers::fixed;
 use serde::Serialize;
 
-use crate::cli::{Tables, TablesCommand};
+use crate::cli::RobotTables;
 
 /// Runs the subcommand.
-pub(crate) fn run(arguments: &Tables, console: Console) -> Result {
-    match &arguments.command {
-        TablesCommand::Show { table, out } => show(table, out.as_deref(), console),
-        TablesCommand::Convert { from, to } => write(&read(from, console)?, to, console),
-        TablesCommand::Export { builtin, to } => {
+pub(crate) fn run(command: &RobotTables, console: Console) -> Result {
+    match command {
+        RobotTables::Show { table, out } => show(table, out.as_deref(), console),
+        RobotTables::Convert { from, to } => write(&read(from, console)?, to, console),
+        RobotTables::Export { builtin, to } => {
             let table = built_in(builtin).ok_or_else(|| {
                 Failure::input(format_args!(
                     "--builtin {builtin}: no such table; allowed: {}",

@@ -1,5 +1,5 @@
-//! `oneiro tournament`: plays the best of each generation of one population against the best of each generation of the other
-//! (Floreano and Nolfi 1997), writes all results and pictures of them, and says whether later generations are better.
+//! `oneiro evaluate --tournament`: plays the best of each generation of one population against the best of each generation of the
+//! other (Floreano and Nolfi 1997), writes all results and pictures of them, and says whether later generations are better.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -22,18 +22,28 @@ use oneiro_report::numbers::{significant, to_six_places};
 use oneiro_statistics::{kendall, mean};
 use serde_json::{Value, json};
 
-use super::list;
-use crate::cli::Tournament;
+use crate::cli::Evaluate;
+use crate::commands::list;
 
+/// Contests of each pair without `--trials`, and the most.
+const CONTESTS: u32 = 10;
+const MOST_CONTESTS: u32 = 10_000;
 /// Pairs whose contests are evaluated at a time.
 const AT_ONCE: usize = 1 << 14;
 /// Generations at either end of a run whose best are compared.
 const ENDS: usize = 10;
 
-/// Plays the tournament of a run, or of each run of a directory.
-pub(crate) fn run(arguments: &Tournament, console: Console) -> Result {
+/// Plays the tournament of each run that is named, and of each run of a directory.
+pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
+    let contests = arguments.trials.unwrap_or(CONTESTS);
+    if contests > MOST_CONTESTS {
+        return Err(Failure::input(format_args!(
+            "--trials {contests}: are too many contests of each pair; allowed with --tournament: 1 to {MOST_CONTESTS}"
+        )));
+    }
     let mut runs = Vec::new();
-    for directory in list::runs(&arguments.run_dir)? {
+    let directories = arguments.genomes.iter().map(|path| list::runs(path));
+    for directory in directories.collect::<Result<Vec<_>>>()?.concat() {
         let run = SingleRun::open(&directory)?;
         if !run.experiment()?.settings().evolution.is_coevolution() {
             return Err(Failure::input(format_args!(
@@ -52,7 +62,7 @@ pub(crate) fn run(arguments: &Tournament, console: Console) -> Result {
     let mut evaluator = device::open(&arguments.backend)?;
     let mut values = Vec::new();
     for run in &runs {
-        let played = Played::of(run, arguments, evaluator.as_mut(), console)?;
+        let played = Played::of(run, contests, arguments, evaluator.as_mut(), console)?;
         played.write(run.directory(), run.experiment()?)?;
         if !console.json() {
             console.data(played.text(run.directory()))?;
@@ -90,7 +100,13 @@ struct Progress {
 }
 
 impl Played {
-    fn of(run: &SingleRun, arguments: &Tournament, evaluator: &mut dyn Evaluator, console: Console) -> Result<Self> {
+    fn of(
+        run: &SingleRun,
+        contests: u32,
+        arguments: &Evaluate,
+        evaluator: &mut dyn Evaluator,
+        console: Console,
+    ) -> Result<Self> {
         let experiment = run.experiment()?;
         let layout = experiment.world().gene_layout();
         let opponents = &experiment.settings().evolution.tables.opponents;
@@ -98,10 +114,12 @@ impl Played {
         let split = opponents
             .split(layout.all())
             .ok_or_else(|| Failure::corrupt("the second population has no genes"))?;
-        let generations: Vec<u32> = (0..hall.len() as u32).step_by(arguments.every as usize).collect();
+        let generations: Vec<u32> = (0..hall.len() as u32)
+            .step_by(arguments.played.every as usize)
+            .collect();
         let genome = |generation: &u32| hall.genome(*generation as usize);
         let steps = (generations.len() * generations.len()) as u64
-            * u64::from(arguments.contests)
+            * u64::from(contests)
             * u64::from(experiment.world().cycles())
             * u64::from(experiment.world().robots());
         let control = Control::new();
@@ -116,21 +134,21 @@ impl Played {
                 let lives = Lives {
                     worlds: std::slice::from_ref(experiment.world()),
                     genomes: &Population::new(hall.genes(), pairs.collect()),
-                    count: arguments.contests as usize,
+                    count: contests as usize,
                     keys: Keys {
                         common: true,
-                        ..Keys::of_seed(arguments.seed)
+                        ..Keys::of_seed(arguments.seed.unwrap_or(1))
                     },
                 };
                 let fitness = lives.fitness(evaluator, &control)?;
-                let contests = fitness.chunks_exact(arguments.contests as usize);
-                scores.extend(contests.map(|own| mean(own.iter().copied().map(f64::from))));
+                let pairs = fitness.chunks_exact(contests as usize);
+                scores.extend(pairs.map(|own| mean(own.iter().copied().map(f64::from))));
             }
             Ok(scores)
         })?;
         Ok(Self {
             generations,
-            contests: arguments.contests,
+            contests,
             scores,
             total: opponents.total,
         })

@@ -1,4 +1,4 @@
-//! `oneiro devices`: this machine's devices, and whether each is exact.
+//! `oneiro device list`: this machine's devices, and whether each is exact.
 
 use std::thread;
 
@@ -9,7 +9,7 @@ use oneiro_lab::device;
 use serde_json::{Value, json};
 
 use super::machine_code::MachineCode;
-use crate::cli::Devices;
+use crate::cli::DeviceList;
 
 /// The CPU's lane codes, widest first, and its threads.
 fn cpu() -> (Vec<&'static str>, usize) {
@@ -30,7 +30,7 @@ pub(crate) fn value(explains: bool) -> Value {
 }
 
 /// Prints the CPU's instruction sets and the adapters.
-pub(crate) fn run(arguments: &Devices, console: Console) -> Result {
+pub(crate) fn run(arguments: &DeviceList, console: Console) -> Result {
     if console.json() {
         return console.json_data(&value(arguments.explain));
     }

@@ -1,4 +1,4 @@
-//! `oneiro bench --host`: what the host can do alone. A sweep is evolved and recorded as by `oneiro sweep run`, on a device
+//! `oneiro device bench --host`: what the host can do alone. A sweep is evolved and recorded as by `oneiro sweep run`, on a device
 //! that answers at once.
 
 use std::fmt::Write as _;
@@ -28,7 +28,7 @@ use serde_json::json;
 use super::median;
 use super::null::Null;
 use crate::COMMIT;
-use crate::cli::Bench;
+use crate::cli::DeviceBench;
 
 /// Individuals of a generation, and generations of a run: those of the default experiment.
 const INDIVIDUALS: u64 = 100;
@@ -78,7 +78,7 @@ struct Turn {
 }
 
 /// Measures and prints a table.
-pub(super) fn run(arguments: &Bench, console: Console) -> Result {
+pub(super) fn run(arguments: &DeviceBench, console: Console) -> Result {
     let all = thread::available_parallelism().map_or(1, usize::from);
     let processors: Vec<usize> = match &arguments.processors[..] {
         [] => (1..=all).collect(),

@@ -1,4 +1,4 @@
-//! `oneiro best`: appraises recorded genomes and names the one with the best mean.
+//! `oneiro evaluate --best`: re-evaluates recorded genomes on many new episodes and reports the one with the best mean.
 
 use std::path::Path;
 
@@ -10,44 +10,36 @@ use oneiro_base::files;
 use oneiro_base::progress;
 use oneiro_evolve::appraisal::{Appraisal, by_mean};
 use oneiro_lab::device;
-use oneiro_lab::experiment::Experiment;
 use oneiro_lab::lives::{Keys, Lives};
 use oneiro_report::numbers::{significant, to_six_places};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::subjects::{Common, Named, Subjects, Which};
-use crate::cli::Best;
+use super::experiment_and_seed;
+use crate::cli::Evaluate;
+use crate::commands::subjects::{Named, Subjects, Which};
 
-const MOST_LIVES: u32 = 1_000_000;
+/// Episodes of each genome without `--trials`.
+const EPISODES: u32 = 100;
 /// Generation in the keys of the lives, which no run uses for its evolution or its finalists.
 const GENERATION: u64 = (1 << 32) + 1;
 /// Genomes that are shown without `--all`.
 const SHOWN: usize = 20;
 
 /// Lets all genomes live the same fresh lives, prints them from the best mean to the worst, and writes the best.
-pub(crate) fn run(arguments: &Best, console: Console) -> Result {
-    let lives = arguments.lives;
-    if !(2..=MOST_LIVES).contains(&lives) {
+pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
+    let lives = arguments.trials.unwrap_or(EPISODES);
+    if lives < 2 {
         return Err(Failure::input(format_args!(
-            "--lives {lives}: a confidence interval needs at least two lives; allowed: 2 to {MOST_LIVES}"
+            "--trials {lives}: --best compares means of several episodes; allowed: 2 to 1000000"
         )));
     }
-    arguments.out.as_deref().map(writable).transpose()?;
-    let named = finished(Named::all(&arguments.recorded)?, console)?;
-    let common = Common {
-        scores: false,
-        instead: "one experiment for all with --experiment FILE",
-    };
-    let experiment = match &arguments.experiment {
-        Some(path) => Experiment::read(path, &arguments.set)?,
-        None => common.experiment(&named, &arguments.set)?,
-    };
-    let own_seed = arguments.experiment.as_ref().and(experiment.settings().seed);
-    let seed = arguments.seed.or(own_seed).unwrap_or(1);
+    arguments.file().map(writable).transpose()?;
+    let named = finished(Named::all(&arguments.genomes)?, console)?;
+    let (experiment, seed) = experiment_and_seed(arguments, &named, false)?;
     let layout = experiment.world().gene_layout();
     let which = Which::All {
-        individuals: arguments.individuals,
+        individuals: arguments.ranked.individuals,
     };
     let subjects = Subjects::read(&named, layout, which, console)?.distinct();
     let all = Lives {
@@ -89,14 +81,14 @@ pub(crate) fn run(arguments: &Best, console: Console) -> Result {
         own
     };
     let champion = json(&rows[0], subjects.genomes.genome(best));
-    if let Some(out) = &arguments.out {
+    if let Some(out) = arguments.file() {
         files::write_new(out, &disk::json(&champion))?;
         console.say(format!("wrote {}", out.display()));
     }
     if console.json() {
         return console.json_data(&json!({"best": champion, "genomes": rows}));
     }
-    console.data(table(&rows, arguments.all))
+    console.data(table(&rows, arguments.ranked.all))
 }
 
 /// Refuses a file that can't be written, before anything is computed.

@@ -1,0 +1,25 @@
+//! `oneiro device`: this machine's devices: what they are, whether their bits are right, how fast they are, and kernels compiled for
+//! them.
+
+use oneiro_base::console::Console;
+use oneiro_base::exit::Result;
+
+use crate::cli::{Device, DeviceCommand};
+
+mod bench;
+#[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
+mod compile;
+pub(crate) mod list;
+mod machine_code;
+pub(crate) mod test;
+
+/// Runs the subcommand.
+pub(crate) fn run(arguments: &Device, console: Console) -> Result {
+    match &arguments.command {
+        DeviceCommand::List(arguments) => list::run(arguments, console),
+        DeviceCommand::Test(arguments) => test::run(arguments, console),
+        DeviceCommand::Bench(arguments) => bench::run(arguments, console),
+        #[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]
+        DeviceCommand::Compile(arguments) => compile::run(arguments, console),
+    }
+}
