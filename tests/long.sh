@@ -32,6 +32,9 @@ say "random kernels; experiments, sweeps and parts with random mistakes"
 long --test compiler --test native --test library -- random:: mutants::
 long -p oneiro-lab --lib mutants
 
+say "every key in every place that takes it"
+long --lib -- what_is_accepted_has_an_effect each_key_of_an_experiment
+
 say "ten thousand parts drawn or changed at random, by all code"
 long --test program one_hash:: -- --nocapture
 

@@ -55,7 +55,8 @@ fn an_optimiser_is_a_file_and_its_lines_in_the_registry() {
     let text = fs::read_to_string(registry).unwrap();
     let lines = text.split("\noptimisers! {\n").nth(1).unwrap();
     let lines: Vec<&str> = lines.split("\n}\n").next().unwrap().lines().collect();
-    let keys: serde_json::Value = serde_json::from_str(&place.good(&["new", "--keys", "evolution.kind", "--json"])).unwrap();
+    let keys: serde_json::Value =
+        serde_json::from_str(&place.good(&["new", "--keys", "evolution.kind", "--json"])).unwrap();
     let kinds = keys["single"][0]["choices"].as_array().unwrap();
     assert_eq!(kinds.len(), lines.len());
     for (line, kind) in lines.iter().zip(kinds) {

@@ -48,7 +48,7 @@ pub(crate) struct Faults {
 impl Faults {
     /// Builds the library with the linker that Rust needs, too.
     pub(crate) fn below(place: &Place, directory: &Path) -> Self {
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/faults/faults.c");
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/program/faults/faults.c");
         let preloaded = place.at("faults.so");
         let built = Command::new("cc")
             .args(["-shared", "-fPIC", "-O1", "-o"])
