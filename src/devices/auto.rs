@@ -284,12 +284,11 @@ impl Evaluator for Auto {
             } else {
                 None
             };
-            let (end, result) = match on_gpu {
-                Some(done) => (all, done?),
-                None => {
-                    let end = next + self.piece(&rest);
-                    (end, self.on_cpu(&part.part(next..end), control)?)
-                }
+            let (end, result) = if let Some(done) = on_gpu {
+                (all, done?)
+            } else {
+                let end = next + self.piece(&rest);
+                (end, self.on_cpu(&part.part(next..end), control)?)
             };
             if (next, end) == (0, all) {
                 return Ok(result);

@@ -10,7 +10,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::exit::{Failure, Result};
-use crate::files::plain;
+use crate::plain;
 
 /// Suffix of unfinished files.
 pub const TEMPORARY: &str = ".tmp";

@@ -8,16 +8,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::console::Console;
-use crate::exit::{Code, Failure, Result};
-
-/// How to go on.
-#[macro_export]
-macro_rules! complete {
-    () => {
-        "Recorded results are complete: `oneiro resume` finishes a run, the same command a sweep or a study"
-    };
-}
-pub use crate::complete;
+use crate::exit::{Code, Failure, Result, complete};
 
 /// Said where memory or threads run out.
 const SHORT: &str = concat!(

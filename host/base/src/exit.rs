@@ -9,8 +9,16 @@ use oneiro::parameter::Invalid;
 use oneiro::reported;
 use oneiro::swarm::Trouble;
 
-use crate::ending::complete;
-use crate::files::plain;
+use crate::plain;
+
+/// How to go on.
+#[macro_export]
+macro_rules! complete {
+    () => {
+        "Recorded results are complete: `oneiro resume` finishes a run, the same command a sweep or a study"
+    };
+}
+pub use crate::complete;
 
 /// Exit codes other than 0; the README lists them for users.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,8 @@
 //! Files named by the user: read completely, and never overwritten; directories in the order of their numbers.
 
 pub mod directory;
-pub mod plain;
+
+pub use crate::plain;
 
 use std::cmp::Ordering;
 use std::fs::{self, File};

@@ -23,6 +23,7 @@ pub mod ending;
 pub mod exit;
 pub mod files;
 pub mod npy;
+pub mod plain;
 pub mod progress;
 pub mod sealed;
 pub mod utc;

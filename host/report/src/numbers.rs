@@ -3,7 +3,13 @@
 use oneiro_statistics as statistics;
 use oneiro_statistics::quantile_of_sorted;
 
-use crate::figures::Spread;
+/// Mean of several values, and the range of their spread.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    pub low: f64,
+    pub mean: f64,
+    pub high: f64,
+}
 
 /// Number of runs from which a spread leaves the outer ones out.
 const MANY: usize = 10;

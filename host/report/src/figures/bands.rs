@@ -2,6 +2,7 @@
 
 use super::plot::{Plot, Range, label_room};
 use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, Svg};
+use crate::numbers::Spread;
 
 const WIDTH: f64 = 1060.0;
 const HEIGHT: f64 = 400.0;
@@ -11,14 +12,6 @@ const TOP: f64 = 52.0;
 const BOTTOM: f64 = 58.0;
 /// Room to the right of a panel without names, in pixels.
 const CLEAR: f64 = 16.0;
-
-/// Mean of several values, and the range of their spread.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spread {
-    pub low: f64,
-    pub mean: f64,
-    pub high: f64,
-}
 
 /// A line and its spread.
 pub struct Band<'a> {

@@ -1,9 +1,9 @@
 //! Effect of a factor: on the left the curves of its levels, on the right their outcomes.
 
-use super::bands::{Panel, Spread, draw};
+use super::bands::{Panel, draw};
 use super::plot::{Plot, Range};
 use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, Svg, ramp};
-use crate::numbers::significant;
+use crate::numbers::{Spread, significant};
 
 const WIDTH: f64 = 1060.0;
 const HEIGHT: f64 = 380.0;

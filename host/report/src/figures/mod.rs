@@ -20,9 +20,10 @@ mod swarm;
 mod tables;
 mod tournament;
 
+pub use crate::numbers::Spread;
 pub use archive::archive;
 pub use arena::{arena, life, stage};
-pub use bands::{Band, Ground, Panel, Spread, bands, evenly, grid};
+pub use bands::{Band, Ground, Panel, bands, evenly, grid};
 pub use curve::{Series, learning_curve};
 pub use factor::{Column, Outcomes, Scale, factor, level_styles};
 pub use foraging::{scenarios, swarm};
