@@ -186,7 +186,7 @@ fn look_at(families: &[Family], command: impl Fn(&Family) -> Command) {
     let mut is_whole = true;
     for family in families {
         let ran = command(family)
-            .args(["--exact", "of_family", "--ignored", "--nocapture"])
+            .args(["--exact", "machine_code::of_family", "--ignored", "--nocapture"])
             .env(FAMILY, family.name)
             .env(family.vendor.variable, family.card)
             .env("NODEVICE_SELECT", "1")
