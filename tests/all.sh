@@ -105,8 +105,9 @@ beside "Python" 5 bash -ec "tests/python-package.sh; tests/python.sh"
 say "all other tests"
 # Kernels have no tests in their library, and would be compiled a second time.
 failed=
-lowered 10 "${all[@]}" --exclude oneiro-shaders --lib || failed=yes
-lowered 10 "${all[@]}" --test '*' -- --skip real_time:: || failed=yes
+# Random files, parts, kernels and bytes, and twins of fleets, are for tests/long.sh.
+lowered 10 "${all[@]}" --exclude oneiro-shaders --lib -- --skip mutants:: --skip fuzz:: || failed=yes
+lowered 10 "${all[@]}" --test '*' -- --skip real_time:: --skip mutants:: --skip random:: --skip twins:: || failed=yes
 lowered 10 "${all[@]}" --doc || failed=yes
 
 join "robots in real time" || failed=yes

@@ -63,7 +63,7 @@ say "the whole study of 1995, killed, on one thread and on a GPU"
 long --test program function_of_
 
 say "a swarm of daemons of which a hundred are killed, and one that lives for a day"
-long --test program twins:: -- --ignored --nocapture
+long --test program twins:: -- --include-ignored --nocapture
 
 say "evolution beside a robot that drives"
 long --test program evolution_beside -- --ignored --nocapture
