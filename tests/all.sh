@@ -4,6 +4,10 @@
 # ONEIRO_MAY_SKIP names the missing thing: by default the recordings of a real robot, which can't be installed. docs/testing.md has
 # more; tests/long.sh has longer tests, those that need other machines or programs among them.
 set -euo pipefail
+[ $# = 0 ] || {
+    echo "usage: $0" >&2
+    exit 2
+}
 cd "$(dirname "$0")/.."
 . tests/skips.sh
 
