@@ -52,7 +52,14 @@ simulator() {
     done
 }
 
+# Scripts in pages run with the packages that they say they need (tests/python.sh has the same environment).
+python_packages() {
+    python_folder=python-sweeps python_with numpy,pandas,polars,pyarrow numpy pandas polars pyarrow ||
+        echo "Python: $problem; scripts in pages will not be run"
+}
+
 software_vulkan
+python_packages
 browser
 validator
 simulator

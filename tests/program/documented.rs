@@ -177,6 +177,13 @@ fn is_long() -> bool {
     std::env::var_os("ONEIRO_LONG").is_some()
 }
 
+/// The path of programs, with the Python that `tests/tools.sh` gives the packages that pages need.
+fn with_python() -> String {
+    let target = Path::new(env!("CARGO_BIN_EXE_oneiro")).ancestors().nth(2).unwrap();
+    let own = target.join("python-sweeps/bin");
+    format!("{}:{}", own.display(), std::env::var("PATH").unwrap_or_default())
+}
+
 /// A folder as a user has it: the repository's files that commands name, with shorter experiments, and the program.
 struct Desk {
     place: Place,
@@ -204,7 +211,7 @@ impl Desk {
     /// the shell's words, or what it said.
     fn types(&self, folder: &str, script: &str) -> Result<String, String> {
         let script = script.replace("cargo run --release -- ", "oneiro ") + "\n{ set +x; } 2>/dev/null; times >&2\n";
-        let path = std::env::var("PATH").unwrap_or_default();
+        let path = with_python();
         let output = Command::new("bash")
             .args(["-euo", "pipefail", "-xc", &script])
             .current_dir(self.place.at(folder))
@@ -363,6 +370,7 @@ fn type_page(page: &str) -> Result<(), String> {
             Use::Modules(modules) => {
                 let has = Command::new("python3")
                     .args(["-c", &format!("import {modules}")])
+                    .env("PATH", with_python())
                     .output();
                 if !has.is_ok_and(|output| output.status.success()) {
                     skipped("python", &format!("{page}:{}, which needs {modules}", block.line));
