@@ -40,5 +40,5 @@ pub fn main() -> ExitCode {
     };
     let console = console::Console::new(output);
     let code = ending::code_of(console, || command.and_then(|command| commands::run(command, console)));
-    ending::end(code, oneiro::background::goes_on())
+    ending::end(code, oneiro::background::settle)
 }

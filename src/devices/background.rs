@@ -2,15 +2,14 @@
 
 use std::panic::resume_unwind;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Abandoned threads.
-static ABANDONED: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
+/// Abandoned threads, and whether what each makes is kept, such as code in a cache.
+static ABANDONED: Mutex<Vec<(JoinHandle<()>, bool)>> = Mutex::new(Vec::new());
 
-/// Work on another thread. Once it is dropped the thread finishes by itself. Before the process ends, it waits for such threads, since
-/// libraries in use can't be unloaded; a process that ends by `_exit` doesn't.
+/// Work on another thread, which is abandoned once this is dropped: it then finishes by itself, and nobody needs what it makes.
 pub(crate) struct Work<T> {
     done: Receiver<T>,
     thread: Option<JoinHandle<()>>,
@@ -48,7 +47,7 @@ impl<T: Send + 'static> Work<T> {
 
 impl<T> Drop for Work<T> {
     fn drop(&mut self) {
-        self.thread.take().into_iter().for_each(abandon);
+        self.thread.take().into_iter().for_each(|thread| leave(thread, false));
     }
 }
 
@@ -71,17 +70,26 @@ pub fn wait<T: Send + 'static>(stops: impl Fn() -> bool, work: impl FnOnce() -> 
     }
 }
 
-/// Whether abandoned threads still work.
-pub fn goes_on() -> bool {
-    let abandoned = ABANDONED.lock().unwrap_or_else(PoisonError::into_inner);
-    abandoned.iter().any(|thread| !thread.is_finished())
+/// Waits for the abandoned threads that make something that is kept. Returns whether others still work: a process that ends by `_exit`
+/// need not wait for these.
+pub fn settle() -> bool {
+    let (kept, others): (Vec<_>, Vec<_>) = take().into_iter().partition(|(_, is_kept)| *is_kept);
+    join(kept);
+    let is_busy = others.iter().any(|(thread, _)| !thread.is_finished());
+    all().extend(others);
+    is_busy
 }
 
-/// Abandons a thread.
+/// Abandons a thread that makes something that is kept. Before the process ends, it waits for all abandoned threads, since libraries in
+/// use can't be unloaded; a process that ends by `_exit` doesn't.
 pub(crate) fn abandon(thread: JoinHandle<()>) {
-    let mut abandoned = ABANDONED.lock().unwrap_or_else(PoisonError::into_inner);
-    abandoned.retain(|thread| !thread.is_finished());
-    abandoned.push(thread);
+    leave(thread, true);
+}
+
+fn leave(thread: JoinHandle<()>, is_kept: bool) {
+    let mut abandoned = all();
+    abandoned.retain(|(thread, _)| !thread.is_finished());
+    abandoned.push((thread, is_kept));
     // Each time: what is registered last runs first, and so before the ends of libraries that were loaded in between.
     #[cfg(any(unix, windows))]
     // SAFETY: the function doesn't unwind: panics of joined threads are values.
@@ -93,8 +101,19 @@ pub(crate) fn abandon(thread: JoinHandle<()>) {
 /// Waits for all abandoned threads.
 #[cfg(any(unix, windows))]
 extern "C" fn finish() {
-    let abandoned = std::mem::take(&mut *ABANDONED.lock().unwrap_or_else(PoisonError::into_inner));
-    for thread in abandoned {
+    join(take());
+}
+
+fn all() -> MutexGuard<'static, Vec<(JoinHandle<()>, bool)>> {
+    ABANDONED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn take() -> Vec<(JoinHandle<()>, bool)> {
+    std::mem::take(&mut *all())
+}
+
+fn join(threads: Vec<(JoinHandle<()>, bool)>) {
+    for (thread, _) in threads {
         let _ = thread.join();
     }
 }

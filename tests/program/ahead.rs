@@ -47,15 +47,33 @@ impl Cached {
             .exits(0)
     }
 
-    /// Files of compiled kernels by a toolchain.
-    fn libraries(&self) -> Vec<PathBuf> {
+    /// Files of compiled kernels.
+    fn kernels(&self) -> Vec<PathBuf> {
         let Ok(files) = fs::read_dir(self.0.at("cache/oneiro/kernels")) else {
             return Vec::new();
         };
-        let paths = files.map(|file| file.unwrap().path());
-        paths
-            .filter(|path| path.extension().is_some_and(|extension| extension == "lanes"))
-            .collect()
+        files.map(|file| file.unwrap().path()).collect()
+    }
+
+    /// Those by a toolchain.
+    fn libraries(&self) -> Vec<PathBuf> {
+        let mut kernels = self.kernels();
+        kernels.retain(|path| path.extension().is_some_and(|extension| extension == "lanes"));
+        kernels
+    }
+}
+
+/// A long kernel has code for a few lanes at first. The program ends when that for all of them is in the cache, too.
+#[test]
+fn the_code_of_a_long_kernel_is_there_the_next_time() {
+    let place = Cached::new("long");
+    let path = experiment("evostick-foraging");
+    let short = [
+        "evaluate", &path, "--random", "1", "--trials", "1", "--seed", "1", "--set", "cycles=2",
+    ];
+    for _ in 0..2 {
+        place.run(&[&short[..], &["--backend", "cpu"]].concat(), &[]).exits(0);
+        assert_eq!(place.kernels().len(), 2);
     }
 }
 

@@ -129,14 +129,14 @@ pub fn code_of(console: Console, command: impl FnOnce() -> Result + UnwindSafe) 
     failure.code()
 }
 
-/// Ends the program with an exit code, at once where a driver still does what nobody waits for any more: it can't be stopped.
+/// Ends the program with an exit code. It ends at once where the user stopped it, and where what still works in the background, as
+/// `settles` says, is of no use to anyone: a driver can't be stopped.
 #[cfg_attr(
     not(test),
     expect(clippy::disallowed_methods, reason = "it flushes earlier output, and shows nothing")
 )]
-pub fn end(code: u8, at_once: bool) -> ExitCode {
-    #[cfg(unix)]
-    if at_once {
+pub fn end(code: u8, settles: impl FnOnce() -> bool) -> ExitCode {
+    if cfg!(unix) && (code == Code::Stopped as u8 || settles()) {
         let _ = std::io::stdout().flush();
         end_at_once("", code);
     }
