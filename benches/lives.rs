@@ -1,4 +1,4 @@
-//! Speeds of the lane codes in the lives that `oneiro device bench` doesn't time: `cargo bench --bench lives`. Surrogates with
+//! Speeds of the lane codes in the episodes that `oneiro device bench` doesn't time: `cargo bench --bench lives`. Surrogates with
 //! severities other than 0 and 1 mix both models of the sensors, and so take the time of both.
 
 use std::sync::Arc;

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 use crate::contents;
+use crate::fixtures::copy;
 use crate::place;
 use crate::place::Place;
 
@@ -1315,18 +1316,6 @@ fn directories_say_what_is_in_them() {
 /// Directories of version 0.1.0: what is finished can be read, and what is not is refused by version and left as it is.
 #[test]
 fn directories_of_the_first_version() {
-    fn copy(from: &Path, to: &Path) {
-        fs::create_dir_all(to).unwrap();
-        for entry in fs::read_dir(from).unwrap() {
-            let entry = entry.unwrap();
-            let target = to.join(entry.file_name());
-            if entry.file_type().unwrap().is_dir() {
-                copy(&entry.path(), &target);
-            } else {
-                fs::copy(entry.path(), target).unwrap();
-            }
-        }
-    }
     let place = Place::new("first");
     let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/first");
     for name in ["finished", "stopped", "sweep"] {

@@ -10,6 +10,7 @@ mod messages;
 mod pages;
 mod typed;
 
+use crate::fixtures::copy;
 use crate::place::Place;
 use crate::skips::skipped;
 use typed::Block;
@@ -234,18 +235,6 @@ impl Desk {
 /// One for all kernels that are compiled here.
 fn cache() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("documented-cache")
-}
-
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap().map(|entry| entry.unwrap()) {
-        let (from, to) = (entry.path(), to.join(entry.file_name()));
-        if from.is_dir() {
-            copy(&from, &to);
-        } else {
-            fs::copy(&from, &to).unwrap();
-        }
-    }
 }
 
 /// Makes all experiments and sweeps of a folder short: fewer generations, cycles, lives and seeds, and nothing else is changed.

@@ -11,7 +11,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::peers::EPuck2;
-use crate::place::{Place, Ran};
+use crate::place::{Place, Ran, wait_for};
 
 const EXPERIMENT: &str = "\
 cycles = 60
@@ -379,14 +379,6 @@ fn kill(process: u32, signal: &str) {
             .unwrap()
             .success()
     );
-}
-
-fn wait_for(is_so: impl Fn() -> bool) {
-    let began = Instant::now();
-    while !is_so() {
-        assert!(began.elapsed().as_secs() < 60, "waited in vain");
-        thread::sleep(Duration::from_millis(5));
-    }
 }
 
 #[cfg(feature = "gpu")]

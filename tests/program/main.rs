@@ -52,7 +52,7 @@ mod names;
 mod one_hash;
 #[cfg(feature = "compose")]
 mod parametric;
-/// `tests/all.sh` runs these beside the others: they wait for robots, and leave the processors idle.
+/// `tests/all.sh` runs these at the same time as the others: they wait for robots, and leave the processors idle.
 mod real_time;
 mod reproduce;
 mod run;

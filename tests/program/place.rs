@@ -5,8 +5,19 @@ pub(crate) mod table;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
+
+/// Waits until a condition holds.
+pub(crate) fn wait_for(mut is_so: impl FnMut() -> bool) {
+    let begun = Instant::now();
+    while !is_so() {
+        assert!(begun.elapsed() < Duration::from_mins(1), "waited for a minute");
+        thread::sleep(Duration::from_millis(2));
+    }
+}
 
 /// A temporary directory, removed when the test ends.
 pub(crate) struct Place(PathBuf);

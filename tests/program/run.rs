@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::place::Place;
+use crate::place::{Place, wait_for};
 
 /// A small experiment that checkpoints often.
 const EXPERIMENT: &str = "
@@ -272,7 +272,7 @@ fn a_run_has_one_writer() {
         &EXPERIMENT.replace("generations = 30", "generations = 1000000"),
     );
     let mut child = place.start(&["run", "small.toml", "--seed", "1", "--out", "run"]);
-    wait_for(|| !place.at("run").exists() || place.checkpoints("run").is_empty());
+    wait_for(|| !place.checkpoints("run").is_empty());
     place
         .run(&["resume", "run"])
         .exits(3)
@@ -282,15 +282,6 @@ fn a_run_has_one_writer() {
         .exits(3);
     child.kill().unwrap();
     child.wait().unwrap();
-}
-
-/// Waits until a condition holds.
-fn wait_for(mut is_so: impl FnMut() -> bool) {
-    let begun = Instant::now();
-    while is_so() {
-        assert!(begun.elapsed() < Duration::from_mins(1), "waited for a minute");
-        thread::sleep(Duration::from_millis(2));
-    }
 }
 
 #[cfg(unix)]
@@ -322,7 +313,7 @@ mod unix {
                 let meta = fs::read_to_string(place.at("stopped/seed-2/meta.json")).unwrap_or_default();
                 meta.contains("\"running\"") || meta.contains("\"done\"")
             };
-            wait_for(|| !has_begun());
+            wait_for(has_begun);
             thread::sleep(Duration::from_millis(100));
             signal(&child, name);
             let output = child.wait_with_output().unwrap();

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::place::{Place, Ran};
+use crate::fixtures::copy;
+use crate::place::{Place, Ran, wait_for};
 
 mod answers;
 mod bytes;
@@ -83,14 +84,6 @@ fn files(directory: &Path) -> Files {
         }
     }
     found
-}
-
-fn copy(from: &Path, to: &Path) {
-    for (name, content) in files(from) {
-        let path = to.join(name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(path, content).unwrap();
-    }
 }
 
 /// A file of a shard's journal in a sweep's directory.
@@ -267,15 +260,6 @@ impl Place {
 /// Whether more than a few seconds are available: in `tests/long.sh`.
 fn is_long() -> bool {
     std::env::var_os("ONEIRO_LONG").is_some()
-}
-
-/// Waits until a condition holds.
-fn wait_for(mut is_so: impl FnMut() -> bool) {
-    let begun = Instant::now();
-    while !is_so() {
-        assert!(begun.elapsed() < Duration::from_mins(1), "waited for a minute");
-        thread::sleep(Duration::from_millis(2));
-    }
 }
 
 /// Outcome of a process that was started with pipes.

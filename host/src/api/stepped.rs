@@ -93,21 +93,7 @@ pub struct Arena {
 }
 
 /// Names of what a robot in an arena reads: proximity, light, and whether it carries food.
-pub const ROBOT_READINGS: [&str; 13] = [
-    "near_left_17",
-    "near_left_50",
-    "near_right_50",
-    "near_right_17",
-    "light_left_17",
-    "light_left_50",
-    "light_right_50",
-    "light_right_17",
-    "light_left_90",
-    "light_left_150",
-    "light_right_150",
-    "light_right_90",
-    "carries",
-];
+pub use oneiro::foraging::READINGS as ROBOT_READINGS;
 
 impl Arena {
     /// An arena that has not begun.

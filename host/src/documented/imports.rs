@@ -1,4 +1,4 @@
-//! Tests: who may know whom inside of a crate. What a crate may use of others its manifest says.
+//! Tests: which rooms of a crate may use which. Its manifest says which other crates it may use.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -119,7 +119,7 @@ fn paths(tokens: &[Token], mut at: usize, before: &[String], found: &mut Vec<(Ve
             at += 1;
             while at < end {
                 at = paths(tokens, at, &path, found);
-                // What comes before a comma may have another name here.
+                // Names before a comma may be renamed here.
                 let comma = tokens[at..end].iter().position(|(token, _)| token == ",");
                 at = comma.map_or(end, |comma| at + comma + 1);
             }
