@@ -47,7 +47,7 @@ impl<T: Send + 'static> Work<T> {
 
 impl<T> Drop for Work<T> {
     fn drop(&mut self) {
-        self.thread.take().into_iter().for_each(|thread| leave(thread, false));
+        self.thread.take().into_iter().for_each(|thread| abandon(thread, false));
     }
 }
 
@@ -80,13 +80,9 @@ pub fn settle() -> bool {
     is_busy
 }
 
-/// Abandons a thread that makes something that is kept. Before the process ends, it waits for all abandoned threads, since libraries in
-/// use can't be unloaded; a process that ends by `_exit` doesn't.
-pub(crate) fn abandon(thread: JoinHandle<()>) {
-    leave(thread, true);
-}
-
-fn leave(thread: JoinHandle<()>, is_kept: bool) {
+/// Abandons a thread, and says whether what it makes is kept. Before the process ends, it waits for all abandoned threads, since libraries
+/// in use can't be unloaded; a process that ends by `_exit` waits for none, or for some ([`settle`]).
+pub(crate) fn abandon(thread: JoinHandle<()>, is_kept: bool) {
     let mut abandoned = all();
     abandoned.retain(|(thread, _)| !thread.is_finished());
     abandoned.push((thread, is_kept));

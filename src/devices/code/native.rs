@@ -79,7 +79,7 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
         // Without another thread, the code with fewer lanes remains. At its end the process waits for it, so that the code is in the
         // cache the next time.
         if let Ok(thread) = thread::Builder::new().spawn(whole) {
-            background::abandon(thread);
+            background::abandon(thread, true);
         }
     }
     Ok(code)

@@ -334,7 +334,7 @@ impl Drop for Device {
         };
         // Without a thread, this one waits.
         if let Ok(thread) = thread::Builder::new().spawn(finish) {
-            background::abandon(thread);
+            background::abandon(thread, true);
         }
     }
 }

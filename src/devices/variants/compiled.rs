@@ -172,7 +172,7 @@ impl<T> std::fmt::Debug for Variants<T> {
 impl<T> Drop for Variants<T> {
     fn drop(&mut self) {
         for underway in self.kernels.values_mut().flat_map(|own| own.underway.drain(..)) {
-            background::abandon(underway.thread);
+            background::abandon(underway.thread, true);
         }
     }
 }
