@@ -9,6 +9,7 @@ use std::io::{self, IsTerminal, Write};
 
 use clap::Args;
 
+use crate::answer::Answer;
 use crate::exit::{Failure, Result};
 
 /// Options for the output of all commands.
@@ -20,6 +21,14 @@ pub struct Output {
     /// Hide all messages but errors, and the progress bar
     #[arg(long, short, global = true, display_order = 901)]
     pub quiet: bool,
+}
+
+/// Whether progress is shown, on standard error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bars {
+    /// If standard error is a terminal.
+    Shown,
+    Hidden,
 }
 
 /// Prints data and messages.
@@ -47,6 +56,24 @@ impl Console {
     /// Whether messages and progress are hidden.
     pub fn quiet(self) -> bool {
         self.output.quiet
+    }
+
+    /// Whether progress is shown.
+    pub fn bars(self) -> Bars {
+        if self.quiet() { Bars::Hidden } else { Bars::Shown }
+    }
+
+    /// Prints an answer: its messages, then its text, or its JSON.
+    pub fn answer(self, answer: &Answer) -> Result {
+        self.warn(&answer.warnings);
+        for message in &answer.messages {
+            self.say(message);
+        }
+        if self.json() {
+            self.json_data(&answer.value)
+        } else {
+            self.data(&answer.text)
+        }
     }
 
     /// Prints data, and adds a missing line end.

@@ -15,6 +15,7 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
+pub mod answer;
 pub mod columns;
 pub mod console;
 pub mod contents;

@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use oneiro::evaluator::Control;
 
-use crate::console::{Console, shown};
+use crate::console::{Bars, Console, shown};
 
 /// Time between two redraws of a bar.
 const TICK: Duration = Duration::from_millis(100);
 
-/// A progress bar of robot-steps. Hidden with `--quiet` or if standard error is not a terminal.
-pub fn bar(steps: u64, label: &str, console: Console) -> ProgressBar {
-    let target = if console.quiet() {
+/// A progress bar of robot-steps.
+pub fn bar(steps: u64, label: &str, bars: Bars) -> ProgressBar {
+    let target = if bars == Bars::Hidden {
         ProgressDrawTarget::hidden()
     } else {
         ProgressDrawTarget::stderr()
@@ -28,8 +28,8 @@ pub fn bar(steps: u64, label: &str, console: Console) -> ProgressBar {
 }
 
 /// A progress bar of rows. Hidden like [`bar`].
-pub fn rows(count: u64, label: &str, console: Console) -> ProgressBar {
-    let bar = bar(count, label, console);
+pub fn rows(count: u64, label: &str, bars: Bars) -> ProgressBar {
+    let bar = bar(count, label, bars);
     match ProgressStyle::with_template("{prefix} {bar:32} {pos}/{len}  {eta} left") {
         Ok(style) => bar.with_style(style),
         Err(_) => bar,
@@ -43,8 +43,8 @@ fn rate(state: &indicatif::ProgressState, text: &mut dyn std::fmt::Write) {
 }
 
 /// Runs `work`, and shows the steps that `control` counts meanwhile.
-pub fn watched<T>(steps: u64, label: &str, console: Console, control: &Control, work: impl FnOnce() -> T) -> T {
-    let bar = bar(steps, label, console);
+pub fn watched<T>(steps: u64, label: &str, bars: Bars, control: &Control, work: impl FnOnce() -> T) -> T {
+    let bar = bar(steps, label, bars);
     if bar.is_hidden() {
         return work();
     }
@@ -65,11 +65,11 @@ pub fn watched<T>(steps: u64, label: &str, console: Console, control: &Control, 
 }
 
 /// Does work whose end is not known, and says from time to time how long it has taken: in place on a terminal, else in lines.
-pub fn meanwhile<T>(label: &str, console: Console, work: impl FnOnce() -> T) -> T {
+pub fn meanwhile<T>(label: &str, bars: Bars, work: impl FnOnce() -> T) -> T {
     /// Before it is said for the first time, and between two times in lines.
     const SHORT: Duration = Duration::from_secs(2);
     const LINES: Duration = Duration::from_secs(30);
-    if console.quiet() {
+    if bars == Bars::Hidden {
         return work();
     }
     let began = Instant::now();
@@ -87,7 +87,7 @@ pub fn meanwhile<T>(label: &str, console: Console, work: impl FnOnce() -> T) -> 
                 }
                 let text = format!("{label}, {} s so far", began.elapsed().as_secs());
                 if bar.is_hidden() {
-                    console.say(text);
+                    Console::default().ask(text);
                     next = began.elapsed() + LINES;
                 } else {
                     bar.set_message(shown(&text).into_owned());

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use oneiro_base::console::Bars;
 use oneiro_base::exit::Failure;
 use oneiro_lab::device as devices;
 use oneiro_lab::engine::handle::Engine;
@@ -148,9 +149,9 @@ impl Run {
         device::threaded(|| {
             let engine = engine(backend, task)?;
             let recorded = self.0.recorded()?;
-            let audit = self.0.experiment().audit(&recorded, share, &engine, device::quiet())?;
+            let audit = self.0.experiment().audit(&recorded, share, &engine, Bars::Hidden)?;
             match audit.problem {
-                None => Ok(audit.value.to_string()),
+                None => Ok(audit.answer.value.to_string()),
                 Some(problem) => Err(Failure::failed(format_args!(
                     "{}: {problem}",
                     self.directory().display()

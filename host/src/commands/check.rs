@@ -19,10 +19,10 @@ pub(crate) fn run(arguments: &Check, console: Console) -> Result {
     let experiment = runs::read(experiment, &arguments.set)?;
     console.warn(experiment.warnings());
     if arguments.lives > 0 {
-        experiment.check_lives(arguments.lives, console)?;
+        console.say(experiment.check_lives(arguments.lives)?);
     }
     if arguments.cost {
         return cost::run(&experiment.sample()?, console);
     }
-    experiment.check(arguments.out.as_deref(), console)
+    console.answer(&experiment.check(arguments.out.as_deref())?)
 }

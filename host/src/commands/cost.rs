@@ -108,7 +108,7 @@ mod counted {
     }
 
     pub(super) fn run(worlds: &Worlds, console: Console) -> Result {
-        let cost = meanwhile("counting a cycle's operations", console, || counted(worlds))?;
+        let cost = meanwhile("counting a cycle's operations", console.bars(), || counted(worlds))?;
         let a_cycle = |count: u64| count as f64 / f64::from(cost.cycles);
         let of =
             |counted: &Counted, class: Class| a_cycle(counted.operations.0.get(&class).copied().unwrap_or_default());

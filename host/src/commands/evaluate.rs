@@ -139,7 +139,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         Vec::new()
     };
     let mut results = vec![(f32::NAN, Measures::default()); subjects.genomes.len() * trials];
-    progress::watched(lives.steps(), "evaluating", console, &control, || -> Result {
+    progress::watched(lives.steps(), "evaluating", console.bars(), &control, || -> Result {
         let evaluator: &mut dyn Evaluator = evaluator.as_mut();
         if !watched {
             let fitness = lives.fitness(evaluator, &control)?;

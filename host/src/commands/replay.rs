@@ -24,7 +24,8 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
         genome: arguments.genome.as_deref(),
     };
     let engine = device::engine(&arguments.backend)?;
-    run.experiment().replay(&recorded, &replay, &engine, console)?;
+    let answer = run.experiment().replay(&recorded, &replay, &engine, console.bars())?;
+    console.answer(&answer)?;
     device::close(engine, console);
     Ok(())
 }

@@ -54,7 +54,7 @@ pub(super) fn run_all(places: Vec<RunPlace>, title: &str, backend: &Backend, con
     console.say(format!("{title} on {}", engine.name()));
     let session = Session::new(COMMIT, &backend.name, engine.description());
     let mut runs = Directories::new(places, session, console);
-    let mut watcher = Watcher::new(runs.steps(), "", None, console);
+    let mut watcher = Watcher::new(runs.steps(), "", None, console.bars());
     engine.run(runs.waiting(), Directories::MOST, &mut runs, &mut watcher)?;
     drop(watcher);
     let specialised = device::close(engine, console);

@@ -54,17 +54,21 @@ pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
 fn plan(arguments: &SweepPlan, console: Console) -> Result {
     let sweep = Sweep::read(&arguments.sweep)?;
     let all = sweep.runs();
-    let plan = meanwhile(&format!("checking {all} runs"), console, || sweep.plan_on_robots())?;
+    let plan = meanwhile(&format!("checking {all} runs"), console.bars(), || {
+        sweep.plan_on_robots()
+    })?;
     let steps = plan.steps(&sweep, 0..all as RunIndex);
     let devices = if arguments.no_estimate {
         Vec::new()
     } else {
         let named = (arguments.backend.as_deref(), arguments.threads);
-        estimates(&sweep, steps, named, console)?
+        estimates(&sweep, steps, named, console.bars())?
     };
     let cards = if arguments.cards {
         let worlds = sweep.cell(0)?.sample()?;
-        meanwhile("counting a cycle's operations", console, || cost::at_most(&worlds))?
+        meanwhile("counting a cycle's operations", console.bars(), || {
+            cost::at_most(&worlds)
+        })?
     } else {
         Vec::new()
     };
@@ -210,7 +214,7 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
     };
     let mut means = Means {
         engine: &|| device::engine(&arguments.backend),
-        watch: &mut |name, steps, until| Box::new(Watcher::new(steps, name, until, console)),
+        watch: &mut |name, steps, until| Box::new(Watcher::new(steps, name, until, console.bars())),
     };
     let done = done((arguments, began), (&sweep, &plan), shard, &mut means, console)?;
     if shard != Shard::ALL {

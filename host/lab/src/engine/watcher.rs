@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
-use oneiro_base::console::Console;
+use oneiro_base::console::Bars;
 #[cfg(unix)]
 use oneiro_base::ending;
 use oneiro_base::exit::{Code, Failure, Result};
@@ -79,10 +79,10 @@ pub struct Watcher {
 
 impl Watcher {
     /// Shows a bar for the given number of robot-steps. Without a label the bar shows the progress of single jobs.
-    pub fn new(steps: u64, label: &str, until: Option<Instant>, console: Console) -> Self {
+    pub fn new(steps: u64, label: &str, until: Option<Instant>, bars: Bars) -> Self {
         Self {
             until,
-            bar: progress::bar(steps, label, console),
+            bar: progress::bar(steps, label, bars),
             shows_jobs: label.is_empty(),
             best: f32::NEG_INFINITY,
             shown: Instant::now(),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use oneiro::tables::{MotorSamples, SensorTable, SensorTables};
-use oneiro_base::console::Console;
+use oneiro_base::console::Bars;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
@@ -203,9 +203,9 @@ pub fn sample(robot: &mut dyn Sampled, objects: &[Object], notebook: &Notebook, 
 ///
 /// # Errors
 /// The robot's troubles; exit 3 if the directory holds rows of another robot; exit 6 if a file can't be written.
-pub fn take(robot: &mut dyn Sampled, objects: &[Object], directory: &Path, console: Console) -> Result<Samples> {
+pub fn take(robot: &mut dyn Sampled, objects: &[Object], directory: &Path, bars: Bars) -> Result<Samples> {
     let notebook = Notebook::open(directory, &robot.describe())?;
-    let bar = progress::rows(rows(objects), "sampling", console);
+    let bar = progress::rows(rows(objects), "sampling", bars);
     let samples = sample(robot, objects, &notebook, &|| bar.inc(1))?;
     bar.finish_and_clear();
     write(&samples.sensors, Some(&samples.motors), directory)?;

@@ -14,7 +14,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use oneiro::batch::Worlds;
-use oneiro_base::console::Console;
+use oneiro_base::answer::Answer;
+use oneiro_base::console::{Bars, Console};
 use oneiro_base::contents::{Column, Entry};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
@@ -113,26 +114,26 @@ pub trait Experiment: Debug + Send + Sync {
     /// Exit 5 if its files aren't what was written.
     fn progress(&self, run: &Recorded<'_>) -> Result<(u32, Option<f32>)>;
 
-    /// `oneiro check`: prints a summary of the experiment, and draws it if a file is named.
+    /// `oneiro check`: summarises the experiment, and draws it if a file is named.
     ///
     /// # Errors
     /// As the command says.
-    fn check(&self, picture: Option<&Path>, console: Console) -> Result;
-    /// `oneiro check --lives`: checks each operation in lives of random genomes.
+    fn check(&self, picture: Option<&Path>) -> Result<Answer>;
+    /// `oneiro check --lives`: checks each operation in episodes of random genomes, and says that all are exact.
     ///
     /// # Errors
     /// Exit 3: the operations that devices may compute in different ways, each with its place.
-    fn check_lives(&self, lives: u32, console: Console) -> Result;
+    fn check_lives(&self, lives: u32) -> Result<String>;
     /// `oneiro replay`: evaluates a finished run's champion again and draws it.
     ///
     /// # Errors
     /// As the command says.
-    fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result;
+    fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, bars: Bars) -> Result<Answer>;
     /// `oneiro verify --recompute`: evaluates a part of a recorded run again and compares the results.
     ///
     /// # Errors
     /// Errors of the evaluator, and files that aren't what was written. Differences aren't errors.
-    fn audit(&self, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Audit>;
+    fn audit(&self, run: &Recorded<'_>, share: f64, engine: &Engine, bars: Bars) -> Result<Audit>;
 }
 
 /// A recorded run of an experiment.
@@ -223,10 +224,7 @@ pub struct Summary {
 /// Result of the audit of a run.
 #[derive(Debug)]
 pub struct Audit {
-    /// For humans.
-    pub text: String,
-    /// For JSON.
-    pub value: Value,
+    pub answer: Answer,
     /// Description of the differences, if any.
     pub problem: Option<String>,
 }

@@ -6,7 +6,7 @@ use oneiro::backend::Specialise;
 use oneiro::batch::{Rollout, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
-use oneiro_base::console::Console;
+use oneiro_base::console::Bars;
 use oneiro_base::exit::Result;
 use oneiro_base::progress::meanwhile;
 use serde::Serialize;
@@ -32,7 +32,7 @@ pub fn estimates(
     sweep: &Sweep,
     steps: u64,
     (named, threads): (Option<&str>, Option<u16>),
-    console: Console,
+    bars: Bars,
 ) -> Result<Vec<Estimate>> {
     let worlds = sweep.cell(0)?.sample()?;
     // `auto` is whichever of them is faster.
@@ -58,7 +58,7 @@ pub fn estimates(
             // A device that can't be opened can't run the sweep.
             Err(_) => continue,
         };
-        let Some(rate) = meanwhile(&format!("timing {name}"), console, || rate(evaluator.as_mut(), &worlds)) else {
+        let Some(rate) = meanwhile(&format!("timing {name}"), bars, || rate(evaluator.as_mut(), &worlds)) else {
             continue;
         };
         found.push(Estimate {

@@ -60,7 +60,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         device::name(evaluator.as_ref())
     ));
     let control = Control::new();
-    let fitness = progress::watched(all.steps(), "appraising", console, &control, || {
+    let fitness = progress::watched(all.steps(), "appraising", console.bars(), &control, || {
         all.fitness(evaluator.as_mut(), &control)
     })?;
     device::tell_warnings(evaluator.as_ref(), console);

@@ -123,7 +123,7 @@ impl Played {
             * u64::from(experiment.world().cycles())
             * u64::from(experiment.world().robots());
         let control = Control::new();
-        let scores = progress::watched(steps, "playing", console, &control, || -> Result<Vec<f64>> {
+        let scores = progress::watched(steps, "playing", console.bars(), &control, || -> Result<Vec<f64>> {
             let mut scores = Vec::with_capacity(generations.len() * generations.len());
             for rows in generations.chunks((AT_ONCE / generations.len()).max(1)) {
                 let pairs = rows.iter().flat_map(|first| {

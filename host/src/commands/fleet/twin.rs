@@ -260,7 +260,7 @@ fn live(
     let stop = stop_signal()?;
     stay_on_one_core();
     let directory = plan.directory.clone();
-    let bar = progress::rows(plan.seconds.into(), "twin", console);
+    let bar = progress::rows(plan.seconds.into(), "twin", console.bars());
     let conductor = Conductor::new(plan, world, operator, daemons)?;
     let outcome = conductor.run(&stop, |second| bar.set_position(second));
     bar.finish_and_clear();

@@ -68,7 +68,7 @@ pub(crate) fn run(arguments: &RobotSample, console: Console) -> Result {
     let mut robot = site
         .sampled(&evaluations, &WorldSpec::miglino1995())
         .map_err(|trouble| Failure::input(format_args!("--robot {}: {trouble}", arguments.robot)))?;
-    let samples = sampling::take(&mut *robot, &objects, &arguments.out, console)?;
+    let samples = sampling::take(&mut *robot, &objects, &arguments.out, console.bars())?;
     drop(robot);
     device::close(evaluations, console);
     console.say(format!(

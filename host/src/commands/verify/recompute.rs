@@ -33,14 +33,14 @@ pub(super) fn run(arguments: &Verify, directories: &[PathBuf], console: Console)
         }
         let audit = run
             .experiment()
-            .audit(&recorded, arguments.fraction, &engine, console)?;
+            .audit(&recorded, arguments.fraction, &engine, console.bars())?;
         if !console.json() {
             if let Some(result) = &result {
                 console.data(format!("{result}  {}", directory.display()))?;
             }
-            console.data(audit.text)?;
+            console.data(audit.answer.text)?;
         }
-        let mut value = audit.value;
+        let mut value = audit.answer.value;
         value["result"] = result.into();
         values.push(value);
         let problem = audit.problem;

@@ -277,8 +277,13 @@ fn sampled(settings: &Settings, evaluations: &Engine, directory: &Path, console:
     let site = settings.site();
     let mut robot = site.sampled(evaluations, &settings.world())?;
     let samples = match settings.samples.turns {
-        1 => sampling::take(&mut *robot, &objects, directory, console)?,
-        turns => sampling::take(&mut Averaged::new(&mut *robot, turns), &objects, directory, console)?,
+        1 => sampling::take(&mut *robot, &objects, directory, console.bars())?,
+        turns => sampling::take(
+            &mut Averaged::new(&mut *robot, turns),
+            &objects,
+            directory,
+            console.bars(),
+        )?,
     };
     Ok(simulated_robot(settings, samples.sensors, &samples.motors))
 }
@@ -340,7 +345,7 @@ fn cohorts(
         // One step per generation, a few more for the transferred one.
         let generations = settings.evolution().generations + 5 + settings.champion.lives;
         let steps = 3 * u64::from(settings.runs) * u64::from(generations) * life + evaluations.control.steps();
-        progress::watched(steps, "evolving", console, &evaluations.control, all)?;
+        progress::watched(steps, "evolving", console.bars(), &evaluations.control, all)?;
     }
     Ok(runs)
 }

@@ -121,7 +121,7 @@ impl Reproduction for Whole<'_> {
         let steps = study.steps() + evaluations.control.steps();
         let mut runs = Vec::new();
         let mut questions = Vec::new();
-        progress::watched(steps, "foraging", console, &evaluations.control, || -> Result {
+        progress::watched(steps, "foraging", console.bars(), &evaluations.control, || -> Result {
             for cohort in study.cohorts(COHORT) {
                 let name = format!("cohorts/{}", cohort.name());
                 runs.push((cohort, directory.kept(&name, || study.run(&cohort, evaluations))?));

@@ -6,7 +6,7 @@ use oneiro::batch::{Batch, Rollout};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Error, Evaluator};
 use oneiro::random::{Key, pcg4d};
-use oneiro_base::console::{Console, counted};
+use oneiro_base::console::counted;
 use oneiro_base::exit::{Failure, Result};
 
 use crate::experiment::Experiment;
@@ -16,7 +16,7 @@ use crate::experiment::Experiment;
 ///
 /// # Errors
 /// Exit 3: each of these operations, with its place, and in how many lives it was met first.
-pub(super) fn check(experiment: &Experiment, lives: u32, console: Console) -> Result {
+pub(super) fn check(experiment: &Experiment, lives: u32) -> Result<String> {
     let world = experiment.world();
     let evolution = &experiment.settings().evolution;
     let mut cpu = Cpu::new(Some(1))?.checking();
@@ -45,8 +45,7 @@ pub(super) fn check(experiment: &Experiment, lives: u32, console: Console) -> Re
         }
     }
     if found.is_empty() {
-        console.say(format!("{}: all numbers are exact", counted(lives, "life", "lives")));
-        return Ok(());
+        return Ok(format!("{}: all numbers are exact", counted(lives, "life", "lives")));
     }
     let lines = found.into_iter().map(|(place, (what, count))| {
         let lives = counted(lives, "life", "lives");

@@ -2,7 +2,8 @@
 
 use oneiro::batch::{Batch, Rollout};
 use oneiro::random::pcg4d;
-use oneiro_base::console::Console;
+use oneiro_base::answer::Answer;
+use oneiro_base::console::Bars;
 use oneiro_base::console::counted;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::progress;
@@ -19,12 +20,11 @@ const AT_ONCE: usize = 1 << 16;
 const LISTED: usize = 10;
 
 /// Evaluates a share of a run's individuals again.
-pub(super) fn run(single: &Single, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Audit> {
-    let report = Report::of(single, run, share, engine, console)?;
+pub(super) fn run(single: &Single, run: &Recorded<'_>, share: f64, engine: &Engine, bars: Bars) -> Result<Audit> {
+    let report = Report::of(single, run, share, engine, bars)?;
     let different = report.differences.len();
     Ok(Audit {
-        text: report.text(),
-        value: report.value(),
+        answer: Answer::new(report.text(), report.value()),
         problem: (different > 0).then(|| {
             let individuals = counted(different, "individual has", "individuals have");
             format!("{individuals} other bits on {}", engine.name())
@@ -49,7 +49,7 @@ struct Difference {
 }
 
 impl Report {
-    fn of(single: &Single, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Self> {
+    fn of(single: &Single, run: &Recorded<'_>, share: f64, engine: &Engine, bars: Bars) -> Result<Self> {
         let experiment = &single.experiment;
         let directory = run.directory;
         let individuals = Individuals::read(directory, experiment)?;
@@ -71,7 +71,7 @@ impl Report {
         let differences = progress::watched(
             steps,
             "auditing",
-            console,
+            bars,
             &engine.control,
             || -> Result<Vec<Difference>> {
                 let mut differences = Vec::new();

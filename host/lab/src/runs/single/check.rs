@@ -9,7 +9,8 @@ use oneiro::foraging::{Forager, Foraging};
 use oneiro::parameter::Choice;
 use oneiro::tables::SENSORS;
 use oneiro::world::{Drawn, Noise, Robot, Start, WorldSpec};
-use oneiro_base::console::{Console, counted, decimal};
+use oneiro_base::answer::Answer;
+use oneiro_base::console::{counted, decimal};
 use oneiro_base::exit::Result;
 use oneiro_base::files;
 use oneiro_evolve::coevolution::OpponentKind;
@@ -20,9 +21,10 @@ use serde_json::{Value, json};
 
 use crate::experiment::Experiment;
 
-/// Draws the experiment's arena if a file is named, and prints a summary of the experiment.
-pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Console) -> Result {
+/// Draws the experiment's arena if a file is named, and summarises the experiment.
+pub(super) fn run(experiment: &Experiment, picture: Option<&Path>) -> Result<Answer> {
     let spec = experiment.world().spec();
+    let mut messages = Vec::new();
     if let Some(path) = picture {
         let drawn = figures::arena(
             &spec.arena,
@@ -31,34 +33,35 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>, console: Cons
             spec.start,
         );
         files::write_new(path, drawn.as_bytes())?;
-        console.say(format!("drew {}", path.display()));
+        messages.push(format!("drew {}", path.display()));
     }
-    if console.json() {
-        let values = values(&spec.own).into_iter().map(|(key, number, value)| {
-            json!({
-                "key": key,
-                "value": number,
-                "default": decimal(value.default),
-                "allowed": value.allowed.to_string(),
-                "unit": value.unit,
-                "about": value.about,
-            })
-        });
-        return console.json_data(&json!({
-            "name": experiment.name(),
-            "robot": robot_values(&spec.robot, experiment.settings().robot.preset.0.as_deref()),
-            "sensors": sensor_counts(&spec.robot).into_iter().collect::<BTreeMap<_, _>>(),
-            "genes": experiment.world().genes(),
-            "free_share": experiment.world().free_share(),
-            "robot_steps": experiment.steps(),
-            "gene_names": experiment.world().gene_layout().names(),
-            "gene_ranges": experiment.world().gene_layout().ranges(),
-            "parts": spec.own.iter().map(part_value).collect::<Vec<_>>(),
-            "part_values": values.collect::<Vec<_>>(),
-            "settings": experiment.values(),
-        }));
-    }
-    console.data(summary(experiment))
+    let values = values(&spec.own).into_iter().map(|(key, number, value)| {
+        json!({
+            "key": key,
+            "value": number,
+            "default": decimal(value.default),
+            "allowed": value.allowed.to_string(),
+            "unit": value.unit,
+            "about": value.about,
+        })
+    });
+    let value = json!({
+        "name": experiment.name(),
+        "robot": robot_values(&spec.robot, experiment.settings().robot.preset.0.as_deref()),
+        "sensors": sensor_counts(&spec.robot).into_iter().collect::<BTreeMap<_, _>>(),
+        "genes": experiment.world().genes(),
+        "free_share": experiment.world().free_share(),
+        "robot_steps": experiment.steps(),
+        "gene_names": experiment.world().gene_layout().names(),
+        "gene_ranges": experiment.world().gene_layout().ranges(),
+        "parts": spec.own.iter().map(part_value).collect::<Vec<_>>(),
+        "part_values": values.collect::<Vec<_>>(),
+        "settings": experiment.values(),
+    });
+    Ok(Answer {
+        messages,
+        ..Answer::new(summary(experiment), value)
+    })
 }
 
 /// The file of a user's part with its functions and what it remembers, or the word for what ships.

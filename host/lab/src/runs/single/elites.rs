@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use oneiro::arena::Arena;
 use oneiro::batch::{Batch, Record, Rollout, TraceRequest};
 use oneiro::world::World;
-use oneiro_base::console::Console;
+use oneiro_base::answer::Answer;
 use oneiro_base::console::counted;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -55,13 +55,7 @@ struct Page<'a> {
 }
 
 /// Lets all elites live again, compares their scores with the record, and writes the page.
-pub(super) fn page(
-    single: &Single,
-    run: &Recorded<'_>,
-    replay: &Replay<'_>,
-    engine: &Engine,
-    console: Console,
-) -> Result {
+pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine) -> Result<Answer> {
     let experiment = &single.experiment;
     let settings = experiment.settings();
     let elites = archive::elites(run, experiment, "--elites")?;
@@ -109,19 +103,14 @@ pub(super) fn page(
         every,
     };
     disk::write(&path, page.html().as_bytes())?;
-    if console.json() {
-        return console.json_data(&json!({
-            "elites": elites.len(),
-            "compared": true,
-            "page": path.display().to_string(),
-            "device": engine.name(),
-        }));
-    }
-    console.data(format!(
-        "{}, as recorded\n{}",
-        counted(elites.len(), "elite", "elites"),
-        path.display()
-    ))
+    let value = json!({
+        "elites": elites.len(),
+        "compared": true,
+        "page": path.display().to_string(),
+        "device": engine.name(),
+    });
+    let elites = counted(elites.len(), "elite", "elites");
+    Ok(Answer::new(format!("{elites}, as recorded\n{}", path.display()), value))
 }
 
 /// Lets some elites live all their lives again, and traces one of each.

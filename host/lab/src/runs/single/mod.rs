@@ -35,7 +35,8 @@ use std::sync::{Arc, OnceLock};
 use oneiro::automode::Form;
 use oneiro::batch::Worlds;
 use oneiro::world::{Noise, Start, World, WorldSpec};
-use oneiro_base::console::{Console, counted, decimal};
+use oneiro_base::answer::Answer;
+use oneiro_base::console::{Bars, counted, decimal};
 use oneiro_base::contents::{self, Column, Entry};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -751,19 +752,19 @@ impl super::Experiment for Single {
         Ok((rows.len() as u32, numbers.reduce(f32::max)))
     }
 
-    fn check(&self, picture: Option<&Path>, console: Console) -> Result {
-        check::run(&self.experiment, picture, console)
+    fn check(&self, picture: Option<&Path>) -> Result<Answer> {
+        check::run(&self.experiment, picture)
     }
 
-    fn check_lives(&self, lives: u32, console: Console) -> Result {
-        arithmetic::check(&self.experiment, lives, console)
+    fn check_lives(&self, lives: u32) -> Result<String> {
+        arithmetic::check(&self.experiment, lives)
     }
 
-    fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result {
-        replay::run(self, run, replay, engine, console)
+    fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, _: Bars) -> Result<Answer> {
+        replay::run(self, run, replay, engine)
     }
 
-    fn audit(&self, run: &Recorded<'_>, share: f64, engine: &Engine, console: Console) -> Result<Audit> {
-        audit::run(self, run, share, engine, console)
+    fn audit(&self, run: &Recorded<'_>, share: f64, engine: &Engine, bars: Bars) -> Result<Audit> {
+        audit::run(self, run, share, engine, bars)
     }
 }

@@ -7,7 +7,8 @@ use oneiro::differential::{Build, Differential};
 use oneiro::parameter::Choice;
 use oneiro::random::Key;
 use oneiro::world::{Start, World, WorldSpec};
-use oneiro_base::console::{Console, decimal};
+use oneiro_base::answer::Answer;
+use oneiro_base::console::decimal;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
@@ -25,13 +26,7 @@ use crate::reality::site::LIVES;
 
 /// Simulates the champion's lives again, compares its score with the recorded one, and writes one life's path and
 /// trace. A life from another start, with other random numbers or of another genome is also written, but not compared.
-pub(super) fn run(
-    single: &Single,
-    run: &Recorded<'_>,
-    replay: &Replay<'_>,
-    engine: &Engine,
-    console: Console,
-) -> Result {
+pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine) -> Result<Answer> {
     let experiment = &single.experiment;
     if single.ends_outside() {
         let directory = run.directory.display();
@@ -41,15 +36,16 @@ pub(super) fn run(
         )));
     }
     if replay.elites {
-        return super::elites::page(single, run, replay, engine, console);
+        return super::elites::page(single, run, replay, engine);
     }
     let champion = match replay.elite {
         Some(cell) => super::archive::elite(run, experiment, cell)?,
         None => super::champion(run, experiment)?,
     };
+    let mut messages = Vec::new();
     let other = replay
         .genome
-        .map(|file| genome(file, experiment, console))
+        .map(|file| genome(file, experiment, |word| messages.push(word)))
         .transpose()?;
     let settings = experiment.settings();
     if replay.trial >= settings.trials {
@@ -131,32 +127,30 @@ pub(super) fn run(
     let [path, table] = ["svg", "csv"].map(|extension| directory.join(format!("{stem}.{extension}")));
     disk::write(&path, picture.as_bytes())?;
     disk::write(&table, TraceTable::new(&world).csv(&trace, every).as_bytes())?;
-    let watched = super::together::watch(&world, &shown, replay.every, life, engine, console)?;
+    let (watched, warning) = super::together::watch(&world, &shown, replay.every, life, engine)?;
     let mut files = vec![path, table];
     if let Some(watched) = watched {
         files.extend(watched.write(directory, &stem, &title)?);
     }
     let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
-    if console.json() {
-        return console.json_data(&json!({
-            "genome": replay.genome,
-            "generation": other.is_none().then_some(champion.generation),
-            "individual": other.is_none().then_some(champion.individual),
-            "fitness": decimal(own),
-            "bits": format!("{bits:08x}"),
-            "compared": !is_new,
-            "trial": replay.trial,
-            "trial_fitness": decimal(life),
-            "trial_bits": format!("{:08x}", life.to_bits()),
-            "collisions": collisions,
-            "path": files[0],
-            "trace": files[1],
-            "page": files.get(2),
-            "robots": files.get(3),
-            "device": engine.name(),
-        }));
-    }
+    let value = json!({
+        "genome": replay.genome,
+        "generation": other.is_none().then_some(champion.generation),
+        "individual": other.is_none().then_some(champion.individual),
+        "fitness": decimal(own),
+        "bits": format!("{bits:08x}"),
+        "compared": !is_new,
+        "trial": replay.trial,
+        "trial_fitness": decimal(life),
+        "trial_bits": format!("{:08x}", life.to_bits()),
+        "collisions": collisions,
+        "path": files[0],
+        "trace": files[1],
+        "page": files.get(2),
+        "robots": files.get(3),
+        "device": engine.name(),
+    });
     let compared = if is_new {
         "a new life, which is not compared with the record"
     } else {
@@ -174,10 +168,16 @@ pub(super) fn run(
             (format!(" of {trials} lives ({score})"), one)
         }
     };
-    console.data(format!(
+    let text = format!(
         "{who}: fitness {own}{all} (bits {bits:08x}), {compared}{one}\n{}",
         files.join("\n")
-    ))
+    );
+    Ok(Answer {
+        text,
+        value,
+        warnings: warning.into_iter().collect(),
+        messages,
+    })
 }
 
 /// What a replayed life has other than the champion's recorded one, for the names of its files: they never take the place of the
@@ -195,8 +195,8 @@ fn differences(replay: &Replay<'_>) -> String {
 }
 
 /// The one genome of a file.
-fn genome(file: &Path, experiment: &Experiment, console: Console) -> Result<Vec<f32>> {
-    let all = genomes::read(file, experiment.world().gene_layout(), |word| console.say(word))?;
+fn genome(file: &Path, experiment: &Experiment, say: impl FnMut(String)) -> Result<Vec<f32>> {
+    let all = genomes::read(file, experiment.world().gene_layout(), say)?;
     if all.len() > 1 {
         let (file, count) = (file.display(), all.len());
         return Err(Failure::input(format_args!(

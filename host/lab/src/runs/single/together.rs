@@ -1,5 +1,6 @@
 //! `oneiro replay` of robots that live together: a page that plays the life, and a table with a row for each robot.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,7 +9,6 @@ use oneiro::batch::{LANES, Rollout, Trace, TraceRequest, Worlds};
 use oneiro::compose::{DetailKind, Kind};
 use oneiro::cpu::Cpu;
 use oneiro::world::World;
-use oneiro_base::console::Console;
 use oneiro_base::contents::Column;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -70,24 +70,22 @@ struct Lived {
     at: Option<[f32; 2]>,
 }
 
-/// Lets robots that live together live once more, all watched; none if the robot lives alone, or if its world can't be watched.
+/// Re-simulates an episode of a swarm, with all robots watched; none for a single robot, or if its world can't be watched, for which there
+/// is a warning.
 pub(super) fn watch(
     world: &World,
     life: &Rollout<'_>,
     every: u32,
     fitness: f32,
     engine: &Engine,
-    console: Console,
-) -> Result<Option<Watched>> {
+) -> Result<(Option<Watched>, Option<String>)> {
+    let none = |why: &dyn Display| (None, Some(format!("there is no page that plays the life: {why}")));
     if world.robots() == 1 {
-        return Ok(None);
+        return Ok((None, None));
     }
     let observed = match world.observed() {
         Ok(observed) => observed,
-        Err(invalid) => {
-            console.say(format!("warning: there is no page that plays the life: {invalid}"));
-            return Ok(None);
-        }
+        Err(invalid) => return Ok(none(&invalid)),
     };
     let mut watched = Watched::new(observed, life, every);
     // The code that the user asks for may exist of the world alone, and not of the observed one; the bits are the same.
@@ -100,10 +98,9 @@ pub(super) fn watch(
         )));
     }
     if watched.robots[0].cycles == 0 {
-        console.say("warning: there is no page that plays the life: it ends before its first cycle");
-        return Ok(None);
+        return Ok(none(&"it ends before its first cycle"));
     }
-    Ok(Some(watched))
+    Ok((Some(watched), None))
 }
 
 impl Watched {

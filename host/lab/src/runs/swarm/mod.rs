@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use oneiro::batch::Worlds;
 use oneiro::foraging::Light;
-use oneiro_base::console::Console;
+use oneiro_base::answer::Answer;
+use oneiro_base::console::Bars;
 use oneiro_base::console::counted;
 use oneiro_base::contents::{Column, Entry, head};
 use oneiro_base::disk;
@@ -66,9 +67,9 @@ fn food(directory: &Path) -> Result<Vec<u32>> {
 }
 
 /// Repeats a recorded run.
-fn again(experiment: &SwarmExperiment, seed: u64, engine: &Engine, console: Console) -> Result<SwarmJob> {
+fn again(experiment: &SwarmExperiment, seed: u64, engine: &Engine, bars: Bars) -> Result<SwarmJob> {
     let plan = experiment.plan(seed);
-    let mut watcher = Watcher::new(steps(&plan), "foraging", None, console);
+    let mut watcher = Watcher::new(steps(&plan), "foraging", None, bars);
     let jobs = engine.finished(vec![SwarmJob::new(plan).keeping_lines()], &mut watcher)?;
     let job = jobs.into_iter().next();
     job.ok_or_else(|| Failure::failed("a swarm has no result"))
@@ -209,19 +210,17 @@ impl Experiment for SwarmExperiment {
         Ok((food.len() as u32 / 60, Some(food.iter().sum::<u32>() as f32)))
     }
 
-    fn check(&self, picture: Option<&Path>, console: Console) -> Result {
+    fn check(&self, picture: Option<&Path>) -> Result<Answer> {
         let settings = self.settings();
         if picture.is_some() {
             return Err(Failure::usage("--out: an arena of a swarm is drawn by `oneiro replay`"));
         }
-        if console.json() {
-            return console.json_data(&json!({
-                "name": self.name(),
-                "robot_steps": Experiment::steps(self),
-                "settings": self.values()["swarm"],
-            }));
-        }
-        console.data(format!(
+        let value = json!({
+            "name": self.name(),
+            "robot_steps": Experiment::steps(self),
+            "settings": self.values()["swarm"],
+        });
+        let text = format!(
             "{} is valid\n  case        {}\n  robots      {}, for {}\n  arena       radius {} mm\n  work        \
              {:.1} million robot-steps a run",
             self.name(),
@@ -230,36 +229,40 @@ impl Experiment for SwarmExperiment {
             counted(settings.minutes, "minute", "minutes"),
             settings.world.forager.arena_radius,
             Experiment::steps(self) as f64 / 1e6
-        ))
+        );
+        Ok(Answer::new(text, value))
     }
 
-    fn check_lives(&self, _: u32, _: Console) -> Result {
+    fn check_lives(&self, _: u32) -> Result<String> {
         Err(Failure::usage(
             "--lives: is given for a swarm, whose arithmetic is shipped and checked by the tests; allowed: experiments of single \
              robots",
         ))
     }
 
-    fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, console: Console) -> Result {
-        replay::run(self, run, replay, engine, console)
+    fn replay(&self, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine, bars: Bars) -> Result<Answer> {
+        replay::run(self, run, replay, engine, bars)
     }
 
     /// Audits the whole run, whatever the share.
-    fn audit(&self, run: &Recorded<'_>, _: f64, engine: &Engine, console: Console) -> Result<Audit> {
+    fn audit(&self, run: &Recorded<'_>, _: f64, engine: &Engine, bars: Bars) -> Result<Audit> {
         let directory = run.directory.display();
         if !run.is_done {
             return Err(Failure::failed(format_args!(
                 "{directory}: is not finished; `oneiro resume` continues it"
             )));
         }
-        let again = again(self, run.seed, engine, console)?.run();
+        let again = again(self, run.seed, engine, bars)?.run();
         let problem = difference(&again, run.directory)?;
         let text = match &problem {
             None => format!("{directory}: as recorded, all of it, on {}", engine.name()),
             Some(problem) => format!("{directory}: {problem}"),
         };
         let value = json!({ "directory": directory.to_string(), "problem": problem });
-        Ok(Audit { text, value, problem })
+        Ok(Audit {
+            answer: Answer::new(text, value),
+            problem,
+        })
     }
 }
 

@@ -1,7 +1,8 @@
 //! `oneiro replay` for a swarm: a page that plays it.
 
 use oneiro::swarm::SECOND;
-use oneiro_base::console::Console;
+use oneiro_base::answer::Answer;
+use oneiro_base::console::Bars;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
@@ -20,8 +21,8 @@ pub(super) fn run(
     recorded: &Recorded<'_>,
     replay: &Replay<'_>,
     engine: &Engine,
-    console: Console,
-) -> Result {
+    bars: Bars,
+) -> Result<Answer> {
     // A default can't be told from what was typed.
     let given = [
         ("--start", replay.start.is_some()),
@@ -37,7 +38,7 @@ pub(super) fn run(
             "{option}: is given for a swarm of the 2014 study, which is replayed whole; allowed: with runs that have a champion"
         )));
     }
-    let job = again(experiment, recorded.seed, engine, console)?;
+    let job = again(experiment, recorded.seed, engine, bars)?;
     let run = job.run();
     if let Some(problem) = difference(&run, recorded.directory)? {
         return Err(Failure::failed(format_args!(
@@ -75,12 +76,11 @@ pub(super) fn run(
     plain::make_directory(directory).map_err(|error| Failure::unreadable(directory, &error))?;
     let path = directory.join(REPLAY);
     disk::write(&path, page.as_bytes())?;
-    if console.json() {
-        return console.json_data(&json!({
-            "brought": run.total(),
-            "page": path.display().to_string(),
-            "device": engine.name(),
-        }));
-    }
-    console.data(format!("food {}, as recorded\n{}", run.total(), path.display()))
+    let value = json!({
+        "brought": run.total(),
+        "page": path.display().to_string(),
+        "device": engine.name(),
+    });
+    let text = format!("food {}, as recorded\n{}", run.total(), path.display());
+    Ok(Answer::new(text, value))
 }
