@@ -8,8 +8,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// One record of a trace: the pose at the start of a cycle, and the resulting action and reward.
-pub use oneiro_shaders::life::Record;
-use oneiro_shaders::{Kernel, life};
+pub use oneiro_shaders::episode::Record;
+use oneiro_shaders::{Kernel, episode};
 
 use crate::parameter::Invalid;
 use crate::random::Key;
@@ -20,7 +20,7 @@ pub use packing::{Buffers, WorldKind};
 pub use trace::Trace;
 
 /// Rollouts per group: the kernels' workgroup size.
-pub const LANES: usize = life::LANES as usize;
+pub const LANES: usize = episode::LANES as usize;
 
 /// Greatest magnitude of a gene, so that no sum in a controller overflows.
 pub const GREATEST_GENE: f32 = 1e6;
@@ -42,7 +42,7 @@ const GREATEST_TURNS_EACH: u32 = 20_000;
 const PIECE: usize = 4096;
 
 /// Words of a group's keys, which precede its genes.
-const KEY_WORDS: usize = life::KEY_WORDS as usize;
+const KEY_WORDS: usize = episode::KEY_WORDS as usize;
 
 /// A genome's life in a world, with the random numbers of one key.
 #[derive(Clone, Copy, Debug)]
@@ -336,7 +336,7 @@ impl Worlds {
                 inputs[first + field * LANES] = word;
             }
         }
-        let group = |first: usize| life::Group {
+        let group = |first: usize| episode::Group {
             world: 0,
             rollouts: (count - first).min(LANES) as u32,
             inputs: (first / LANES * words) as u32,
@@ -393,7 +393,7 @@ fn pieces<'a>(lists: impl IntoIterator<Item = &'a [Rollout<'a>]>) -> Vec<&'a [Ro
 #[derive(Debug)]
 pub struct Batch {
     worlds: Worlds,
-    groups: Vec<life::Group>,
+    groups: Vec<episode::Group>,
     inputs: Vec<u32>,
     /// Slot of each rollout.
     slots: Vec<u32>,
@@ -616,12 +616,12 @@ impl<'a> Part<'a> {
     }
 
     /// All worlds of the batch.
-    pub fn worlds(&self) -> &'a [life::World] {
+    pub fn worlds(&self) -> &'a [episode::World] {
         &self.batch.worlds.0.packed.worlds
     }
 
     /// All objects of the batch; at least one, so that the buffer isn't empty.
-    pub fn shapes(&self) -> &'a [life::Shape] {
+    pub fn shapes(&self) -> &'a [episode::Shape] {
         &self.batch.worlds.0.packed.shapes
     }
 
@@ -631,7 +631,7 @@ impl<'a> Part<'a> {
     }
 
     /// Groups of this part. Their `inputs` count from the start of the batch's.
-    pub fn group_table(&self) -> &'a [life::Group] {
+    pub fn group_table(&self) -> &'a [episode::Group] {
         &self.batch.groups[self.groups.start as usize..self.groups.end as usize]
     }
 
@@ -668,8 +668,8 @@ impl<'a> Part<'a> {
     }
 
     /// Robot-steps of some groups in a range of cycles.
-    pub fn steps_of(&self, groups: &[life::Group], cycles: &Range<u32>) -> u64 {
-        let steps = |group: &life::Group| {
+    pub fn steps_of(&self, groups: &[episode::Group], cycles: &Range<u32>) -> u64 {
+        let steps = |group: &episode::Group| {
             let world = group.world as usize;
             let end = self.worlds()[world].steps.min(cycles.end);
             let robots = group.rollouts * self.batch.worlds.0.facts[world].robots;

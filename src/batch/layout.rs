@@ -1,6 +1,6 @@
 //! The layout of a batch: which slot each rollout has, and what kernels read of it there.
 
-use oneiro_shaders::life;
+use oneiro_shaders::episode;
 use rayon::prelude::*;
 
 use super::{Facts, GREATEST_GENE, KEY_WORDS, LANES, LEAST_GENE, Rollout};
@@ -11,7 +11,7 @@ const GREATEST: usize = 1 << 28;
 
 /// Rollouts in their slots.
 pub(super) struct Layout {
-    pub(super) groups: Vec<life::Group>,
+    pub(super) groups: Vec<episode::Group>,
     /// Slot of each rollout.
     pub(super) slots: Vec<u32>,
     /// Inputs of the groups: for each field 64 values, first the two words of the keys, then the genes.
@@ -91,7 +91,7 @@ fn counted(worlds: usize, list: &[Rollout<'_>], first: usize) -> Result<Vec<usiz
 
 /// Makes the groups for `counts` rollouts of each list in each world. Also returns the number of input words, and the first slot of
 /// each world.
-fn grouped(facts: &[Facts], counts: &[Vec<usize>]) -> Result<(Vec<life::Group>, usize, Vec<usize>), Invalid> {
+fn grouped(facts: &[Facts], counts: &[Vec<usize>]) -> Result<(Vec<episode::Group>, usize, Vec<usize>), Invalid> {
     let mut groups = Vec::new();
     let mut words = 0_usize;
     let mut slots = Vec::with_capacity(facts.len());
@@ -99,7 +99,7 @@ fn grouped(facts: &[Facts], counts: &[Vec<usize>]) -> Result<(Vec<life::Group>, 
         slots.push(groups.len() * LANES);
         let count: usize = counts.iter().map(|counts| counts[world]).sum();
         for first in (0..count).step_by(LANES) {
-            groups.push(life::Group {
+            groups.push(episode::Group {
                 world: world as u32,
                 rollouts: (count - first).min(LANES) as u32,
                 inputs: words as u32,
@@ -134,7 +134,7 @@ impl Lanes {
     }
 
     /// Clears the slots that no rollout has.
-    fn clear_idle(&self, facts: &[Facts], groups: &[life::Group]) {
+    fn clear_idle(&self, facts: &[Facts], groups: &[episode::Group]) {
         for group in groups {
             let fields = KEY_WORDS + facts[group.world as usize].genes;
             for lane in group.rollouts as usize..LANES {
@@ -151,7 +151,7 @@ impl Lanes {
     fn fill(
         &self,
         facts: &[Facts],
-        groups: &[life::Group],
+        groups: &[episode::Group],
         list: &[Rollout<'_>],
         first: usize,
         slots: &mut [u32],

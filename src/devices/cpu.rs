@@ -6,7 +6,7 @@ use std::num::NonZero;
 use std::thread;
 use std::time::Instant;
 
-use oneiro_shaders::life::{Dispatch, Group};
+use oneiro_shaders::episode::{Dispatch, Group};
 use oneiro_shaders::{Kernel, Words};
 use rayon::prelude::*;
 
@@ -507,7 +507,7 @@ mod float_mode {
 #[cfg(test)]
 mod tests {
     use oneiro_shaders::kernel::Turns;
-    use oneiro_shaders::{WordOf, life};
+    use oneiro_shaders::{WordOf, episode};
 
     use super::*;
     use crate::batch::{Buffers, Rollout, WorldKind};
@@ -580,7 +580,7 @@ mod tests {
             self.0.genes()
         }
 
-        fn pack(&self, buffers: &mut Buffers) -> life::World {
+        fn pack(&self, buffers: &mut Buffers) -> episode::World {
             self.0.pack(buffers)
         }
     }

@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 /// Details of a record in a forager's trace: the readings of the four sensors in front, from the left, as a share of the
 /// greatest; the behaviour's number; and 1 if it carries food.
 pub use oneiro_shaders::forager::Details;
-use oneiro_shaders::{Kernel, forager, life};
+use oneiro_shaders::{Kernel, episode, forager};
 
 use crate::batch::{Buffers, WorldKind};
 use crate::cells::Cells;
@@ -301,10 +301,10 @@ impl Foraging {
     }
 
     /// The world in the kernel's form, before its cells have a position.
-    pub(crate) fn world(&self) -> life::World {
+    pub(crate) fn world(&self) -> episode::World {
         let radius = self.arena_radius;
         let [start_x, start_y, start_heading] = self.start.unwrap_or_default();
-        life::World {
+        episode::World {
             steps: self.cycles,
             field_x: -radius,
             field_y: -radius,
@@ -314,7 +314,7 @@ impl Foraging {
             start_x,
             start_y,
             start_heading,
-            ..life::World::default()
+            ..episode::World::default()
         }
     }
 
@@ -450,12 +450,12 @@ impl WorldKind for Foraging {
         GENES
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         let numbers = buffers.add_table(
             self.cells(forager::FORAGER_CELLS, 1, f64::from(self.cycles) * CYCLE)
                 .into_table(),
         );
-        life::World {
+        episode::World {
             numbers,
             ..self.world()
         }

@@ -15,7 +15,7 @@ mod driven;
 
 use std::sync::LazyLock;
 
-use oneiro_shaders::{Kernel, life, swarm as kernel};
+use oneiro_shaders::{Kernel, episode, swarm as kernel};
 
 use crate::batch::{Batch, Buffers, Outcome, Rollout, TraceRequest, WorldKind, Worlds};
 use crate::evaluator::{Control, Error, Evaluator};
@@ -318,9 +318,9 @@ impl WorldKind for Swarm {
         self.robots
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         let numbers = buffers.add_table(self.cells());
-        life::World {
+        episode::World {
             numbers,
             ..self.forager.world()
         }

@@ -23,7 +23,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use oneiro_shaders::{Kernel, acting as kernel, forager, life};
+use oneiro_shaders::{Kernel, acting as kernel, episode, forager};
 
 use crate::batch::{Buffers, Rollout, TraceRequest, WorldKind, Worlds};
 use crate::evaluator::{Control, Evaluator};
@@ -209,9 +209,9 @@ impl WorldKind for Behaviours {
         kernel::REPORTED_INPUTS as usize
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         let cells = self.foraging.cells(forager::FORAGER_CELLS, 1, 0.0);
-        life::World {
+        episode::World {
             steps: self.cycles,
             numbers: buffers.add_table(cells.into_table()),
             ..self.foraging.world()

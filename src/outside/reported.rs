@@ -20,7 +20,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use oneiro_shaders::{Kernel, life};
+use oneiro_shaders::{Kernel, episode};
 
 use crate::batch::{Buffers, GREATEST_GENE, Outcome, Rollout, Trace, TraceRequest, WorldKind, Worlds};
 use crate::evaluator::{self, Control, Evaluator};
@@ -168,7 +168,7 @@ impl WorldKind for Packed<'_> {
         self.0.may_end_early()
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         self.0.pack(buffers)
     }
 }

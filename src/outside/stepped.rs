@@ -22,7 +22,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use oneiro_shaders::life::Record;
+use oneiro_shaders::episode::Record;
 
 use crate::batch::{GREATEST_GENE, LANES, LEAST_GENE, WorldKind, Worlds};
 use crate::evaluator::{Control, Evaluator};

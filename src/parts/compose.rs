@@ -12,8 +12,8 @@
 //!     struct TaskValues {
 //!         most: f32, // 0.1, 0 to 0.5 turns: greatest turn that counts in a cycle
 //!     }
-//!     fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-//!         return Reward(min(abs(now.moved.turn), task_values(life).most), before);
+//!     fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+//!         return Reward(min(abs(now.moved.turn), task_values(episode).most), before);
 //!     }")?;
 //! let task = OwnPart::new(Arc::new(part), &[("most", 0.2)])?;
 //! let world = World::new(WorldSpec {

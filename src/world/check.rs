@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use glam::Vec2;
-use oneiro_shaders::life;
+use oneiro_shaders::episode;
 
 use crate::batch::WorldKind;
 use crate::foragers::foraging;
@@ -25,11 +25,11 @@ use crate::world::spec::{Controller, Start, Task, WorldSpec};
 use crate::world::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
-pub(super) const GREATEST_SHAPES: usize = life::GREATEST_SHAPES as usize;
-const _: () = assert!(life::GREATEST_SHAPES * GREATEST_READING as u32 <= u16::MAX as u32);
+pub(super) const GREATEST_SHAPES: usize = episode::GREATEST_SHAPES as usize;
+const _: () = assert!(episode::GREATEST_SHAPES * GREATEST_READING as u32 <= u16::MAX as u32);
 
 /// Most cells whose visits a life records.
-const GREATEST_CELLS: usize = life::GREATEST_CELLS as usize;
+const GREATEST_CELLS: usize = episode::GREATEST_CELLS as usize;
 
 /// Checks a world, and returns the physics that its robot lives by.
 pub(super) fn check(spec: &mut WorldSpec) -> Result<Physics, Invalid> {
@@ -334,7 +334,7 @@ fn new_cell(spec: &WorldSpec) -> Result<(), Invalid> {
     if cells > GREATEST_CELLS {
         let problem = format!(
             "is not zero in a field of {cells} cells; allowed: 0, or a field of up to {GREATEST_CELLS} cells of {} mm",
-            life::CELL
+            episode::CELL
         );
         return Err(Invalid::new("task.new_cell", problem));
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use oneiro_shaders::{Kernel, life};
+use oneiro_shaders::{Kernel, episode};
 
 use crate::batch::{Buffers, WorldKind, Worlds};
 use crate::genes::{Gene, GeneLayout};
@@ -266,7 +266,7 @@ impl WorldKind for World {
         task.is_some() || matches!(battery, Some(Battery { ends_life: true, .. }))
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         let Checked {
             spec, physics, packed, ..
         } = &*self.0;

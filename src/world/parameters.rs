@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use oneiro_shaders::life;
+use oneiro_shaders::episode;
 
 use crate::foragers::foraging::{self, AsForaging, Foraging};
 use crate::parameter::Allowed::{Any, Number, Text, Whole};
@@ -213,7 +213,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
             "How often the noise of readings and of motion is drawn (of the walk, noise.walk_step_mm says so: with 0 what is perceived stays displaced for a life); default: cycle.", |own, _| Some(&mut own.as_mut().noise.drawn)),
         row("controller.kind", "", Any, "Miglino et al. 1995, section 3.3, figure 5",
             "How genes become wheel commands.", |own, _| Some(&mut own.as_mut().controller)),
-        row("controller.units", "", Whole(1, life::GREATEST_HIDDEN.into()), "ours: no hidden layer in Miglino et al. 1995, section 3.3",
+        row("controller.units", "", Whole(1, episode::GREATEST_HIDDEN.into()), "ours: no hidden layer in Miglino et al. 1995, section 3.3",
             "Hidden units.", |own, _| match &mut own.as_mut().controller {
                 Controller::Hidden { units } => Some(units),
                 _ => None,

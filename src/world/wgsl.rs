@@ -57,7 +57,7 @@ fn drive(robot: &Described, arena: &Arena) -> String {
     }
     if robot.acceleration > 0.0 {
         pairs.push("speeds".to_owned());
-        steps += "    let drive = drive_of(life.world);
+        steps += "    let drive = drive_of(episode.world);
     let left = accelerated(drive, own.speeds.x, speeds.x);
     let right = accelerated(drive, own.speeds.y, speeds.y);
     own.speeds = vec2<f32>(left.end, right.end);
@@ -80,8 +80,8 @@ fn drive(robot: &Described, arena: &Arena) -> String {
         };
         let _ = writeln!(
             steps,
-            "    let slips = {drawn}(random_words(life.key, STREAM_ACTUATOR, step, 1u));
-    let noise = numbers(life.world, {}u).x;
+            "    let slips = {drawn}(random_words(episode.key, STREAM_ACTUATOR, step, 1u));
+    let noise = numbers(episode.world, {}u).x;
     speeds.x *= 1.0f + noise * {left};
     speeds.y *= 1.0f + noise * {right};",
             robot.noise_cell(arena)
@@ -89,24 +89,24 @@ fn drive(robot: &Described, arena: &Arena) -> String {
     }
     let motion = match (&robot.drive, steps.is_empty()) {
         (Drive::Motors { .. }, true) => {
-            "    return Driven(noisy_motion(life, step, commanded(life.world, outputs)), before);\n".to_owned()
+            "    return Driven(noisy_motion(episode, step, commanded(episode.world, outputs)), before);\n".to_owned()
         }
         (Drive::Motors { .. }, false) => format!(
             "    var own = before;
-    var speeds = commanded_speeds(life.world, outputs);
-{steps}    var moved = motion_between(life.world, speeds);
+    var speeds = commanded_speeds(episode.world, outputs);
+{steps}    var moved = motion_between(episode.world, speeds);
     // Samples may have no speed 0.
     if (step < {latency}u) {{
         moved = Motion();
     }}
-    return Driven(noisy_motion(life, step, moved), own);
+    return Driven(noisy_motion(episode, step, moved), own);
 "
         ),
         (Drive::Wheels(_), _) => format!(
-            "    let wheels = wheels_of(life.world);
+            "    let wheels = wheels_of(episode.world);
     var own = before;
     var speeds = vec2<f32>(speed_of(wheels, outputs.x), speed_of(wheels, outputs.y));
-{steps}    return Driven(noisy_motion(life, step, rolled(wheels, speeds)), own);
+{steps}    return Driven(noisy_motion(episode, step, rolled(wheels, speeds)), own);
 "
         ),
     };
@@ -123,7 +123,7 @@ fn drive(robot: &Described, arena: &Arena) -> String {
 fn robot_kept(own: RobotState) -> RobotState {{
     return RobotState(own.stuck{kept});
 }}
-fn motion(life: Life, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {{
+fn motion(episode: Episode, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {{
 {motion}}}
 fn robot_after(world: u32, end: vec3<f32>, before: RobotState) -> RobotState {{
     var own = before;
@@ -268,12 +268,12 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
     };
     let fields = each(&all, &|_, name| format!("    {name}: f32,\n"));
     let sum = each(&all, &|index, name| {
-        format!("    sum += gene(life, index + {index}u) * r.{name};\n")
+        format!("    sum += gene(episode, index + {index}u) * r.{name};\n")
     });
     // Four numbers are drawn at a time.
     let mut draws = String::new();
     for draw in 0..listed.div_ceil(4) {
-        let words = format!("random_words(life.key, STREAM_SENSOR, step, {draw}u)");
+        let words = format!("random_words(episode.key, STREAM_SENSOR, step, {draw}u)");
         let _ = writeln!(draws, "        let n{draw} = units({words}) * span + low;");
     }
     let noisy = each(&all[..listed], &|index, name| {
@@ -440,7 +440,7 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
         );
     }
     if let Some((model, _)) = robot.model() {
-        numbers += "    let given = given_to(life, step, pose);\n";
+        numbers += "    let given = given_to(episode, step, pose);\n";
         for reading in model.expressions() {
             let _ = writeln!(readings, "        {reading},");
         }
@@ -448,7 +448,7 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
     let among = among(robot, &others, &pressing, &widest);
     let (whose, world) = match robot.together {
         None => ("world: u32", ""),
-        Some(_) => ("life: Life, step: u32", "    let world = life.world;\n"),
+        Some(_) => ("episode: Episode, step: u32", "    let world = episode.world;\n"),
     };
     let (floor, lights, patches) = (floor_cell(robot), arena.lights.len(), arena.patches.len());
     let individual = if is_individual {
@@ -474,9 +474,9 @@ const PATCH_COUNT: u32 = {patches}u;
 {readings}        SensorReadings(),
     );
 }}
-fn with_noise(life: Life, step: u32, readings: Readings) -> Readings {{
-    let low = worlds[life.world].sensor_noise_low;
-    let span = worlds[life.world].sensor_noise_span;
+fn with_noise(episode: Episode, step: u32, readings: Readings) -> Readings {{
+    let low = worlds[episode.world].sensor_noise_low;
+    let span = worlds[episode.world].sensor_noise_span;
     var noisy = readings;
     if (span > 0.0f) {{
 {draws}{noisy}    }}
@@ -485,9 +485,9 @@ fn with_noise(life: Life, step: u32, readings: Readings) -> Readings {{
 fn highest(r: Readings) -> f32 {{
     return {highest};
 }}
-fn weighed(life: Life, index: u32, r: Readings) -> f32 {{
+fn weighed(episode: Episode, index: u32, r: Readings) -> f32 {{
     var sum = 0.0f;
-{sum}    return plus_weighed(life, index + {count}u, r.own, sum);
+{sum}    return plus_weighed(episode, index + {count}u, r.own, sum);
 }}
 {individual}"
     )
@@ -499,13 +499,13 @@ fn individual(robot: &Described, arena: &Arena, read: &str) -> String {
     for draw in 0..robot.sensors.len().div_ceil(4) {
         let _ = writeln!(
             words,
-            "    let w{draw} = random_words(life.key, STREAM_SENSOR, step, {draw}u);"
+            "    let w{draw} = random_words(episode.key, STREAM_SENSOR, step, {draw}u);"
         );
     }
     format!(
         "const DIFFERENCE_CELL: u32 = {}u;
-fn read_out(life: Life, step: u32, readings: Readings) -> Readings {{
-    let own = reading_cell(life.world);
+fn read_out(episode: Episode, step: u32, readings: Readings) -> Readings {{
+    let own = reading_cell(episode.world);
 {words}    var read = readings;
 {read}    return read;
 }}
@@ -536,10 +536,10 @@ fn among(robot: &Described, others: &str, pressing: &str, widest: &str) -> Strin
     let body_squared = members.body * members.body;
     let count = member_count(world);
     for (var other = 0u; other < count; other++) {{
-        let there = place_in(member_at(life, other), MEMBER_X);
+        let there = place_in(member_at(episode, other), MEMBER_X);
         let to = vec2<f32>(there.x - at.x, there.y - at.y);
         let squared = squared_length(to);
-        if ((other != life.member) & (squared < members.reach_squared)) {{
+        if ((other != episode.member) & (squared < members.reach_squared)) {{
 {others}{pressed}        }}
     }}
 "
@@ -570,10 +570,10 @@ fn start_place(robot: &Described, together: &Together, arena: &Arena) -> String 
 /// The index of a robot's first gene.
 fn first_gene(robot: &Described, together: &Together, arena: &Arena) -> String {
     match together.genomes {
-        Genomes::Homogeneous => "life.genes".to_owned(),
+        Genomes::Homogeneous => "episode.genes".to_owned(),
         Genomes::Heterogeneous | Genomes::Teams(_) => {
             let first = robot.differing_cell(arena);
-            format!("life.genes + u32(numbers(life.world, {first}u + member).z) * LANES")
+            format!("episode.genes + u32(numbers(episode.world, {first}u + member).z) * LANES")
         }
     }
 }
@@ -585,7 +585,7 @@ fn constants(robot: &Described, together: &Together, arena: &Arena, body_radius:
 const MEMBERS_CELL: u32 = {}u;
 fn start_place(world: u32, member: u32, u: vec4<f32>) -> vec2<f32> {{
 {}}}
-fn first_gene(life: Life, member: u32) -> u32 {{
+fn first_gene(episode: Episode, member: u32) -> u32 {{
     return {};
 }}
 ",

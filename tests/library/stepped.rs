@@ -20,21 +20,21 @@ const OWN: [(Kind, &str); 2] = [
         Kind::Sensor,
         "struct SensorReadings { x: f32, before: f32 }
 struct SensorState { last: f32 }
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
-    let chance = random(life, STREAM_OWN_SENSOR, step, 0u).x;
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    let chance = random(episode, STREAM_OWN_SENSOR, step, 0u).x;
     return Sensed(SensorReadings(pose.x * 0.001f + chance, before.last), SensorState(pose.y * 0.001f));
 }",
     ),
     (
         Kind::Task,
         "struct TaskState { path: f32 }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     let apart = vec2<f32>(now.end.x - now.start.x, now.end.y - now.start.y);
     let way = abs(apart.x) + abs(apart.y);
     return Reward(way * (1.0f - highest(now.real)) + now.outputs.x, TaskState(before.path + way));
 }
-fn task_ends(life: Life, own: TaskState) -> bool { return own.path > 300.0f; }
-fn task_score(life: Life, own: TaskState, sum: f32) -> f32 { return sum + own.path; }",
+fn task_ends(episode: Episode, own: TaskState) -> bool { return own.path > 300.0f; }
+fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 { return sum + own.path; }",
     ),
 ];
 

@@ -163,7 +163,7 @@ fn meant(function: &str) -> Option<&'static str> {
         "fmin" => "`min(x, y)`",
         "fmax" => "`max(x, y)`",
         "hypot" => "`root(x * x + y * y)`",
-        "rand" => "`random(life, STREAM, step, n)`",
+        "rand" => "`random(episode, STREAM, step, n)`",
         _ => return None,
     })
 }

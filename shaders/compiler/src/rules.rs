@@ -207,13 +207,13 @@ fn c(x: f32) -> f32 { return b(b(b(b(b(b(b(b(b(b(x)))))))))); }
 fn d(x: f32) -> f32 { return c(c(c(c(c(c(c(c(c(c(x)))))))))); }
 fn e(x: f32) -> f32 { return d(d(d(d(d(d(d(d(d(d(x)))))))))); }
 fn f(x: f32) -> f32 { return e(e(e(e(e(e(e(e(e(e(x)))))))))); }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(f(now.end.x), before);
 }
 "
         right: "\
 fn a(x: f32) -> f32 { return 0.5f * x + 1.0f; }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = now.end.x;
     for (var i = 0u; i < 100u; i++) { sum = a(sum); }
     return Reward(sum, before);
@@ -225,14 +225,14 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
         why: "This limit is the compiler's: the elements of a local array stay where they are, and only one at a time \
               is loaded or stored. An array that is declared with its elements is fine."
         wrong: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var a = array<f32, 2>(now.end.x, now.end.y);
     let b = a;
     return Reward(b[0] + b[1], before);
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var a = array<f32, 2>(now.end.x, now.end.y);
     return Reward(a[0] + a[1], before);
 }
@@ -244,14 +244,14 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
               have no addresses. An array that is declared by `var` is in memory. Readings are the fields of a struct; \
               `reading(readings, i)` gives one by its number."
         wrong: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
     for (var i = 0u; i < 3u; i++) { sum += now.end[i]; }
     return Reward(sum, before);
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var pose = array<f32, 3>(now.end.x, now.end.y, now.end.z);
     var sum = 0.0f;
     for (var i = 0u; i < 3u; i++) { sum += pose[i]; }
@@ -265,14 +265,14 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
               element is loaded for all of them together. To choose by a number that differs from life to life, go \
               through the array with `select`."
         wrong: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var earned = array<f32, 3>(0.0f, 1.0f, 5.0f);
     let zone = u32(clamp(0.01f * now.end.x, 0.0f, 2.0f));
     return Reward(earned[zone], before);
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var earned = array<f32, 3>(0.0f, 1.0f, 5.0f);
     let zone = u32(clamp(0.01f * now.end.x, 0.0f, 2.0f));
     var sum = 0.0f;
@@ -314,7 +314,7 @@ fn sum(a: f32, b: f32) -> f32 {
               `select` of such, the counter of a loop around it, and sums and products of these. With `<=` or a step above \
               1, the greatest `end` plus the step must be below 2^32 - 1, or the counter could begin again from 0."
         wrong: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
     var x = abs(now.end.x);
     while (x > 1.0f) { x *= 0.5f; sum += 1.0f; }
@@ -322,7 +322,7 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
     var x = abs(now.end.x);
     for (var i = 0u; i < 40u; i++) {
@@ -337,14 +337,14 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
         why: "A run is stopped between cycles, and a life is cut between cycles into pieces that are short enough for \
               a GPU: drivers reset a device whose work takes longer than some seconds. So no cycle may take long."
         wrong: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
     for (var i = 0u; i < 1000000u; i++) { sum = 0.5f * sum + 1.0f; }
     return Reward(sum, before);
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
     for (var i = 0u; i < 100u; i++) { sum = 0.5f * sum + 1.0f; }
     return Reward(sum, before);
@@ -383,7 +383,7 @@ fn prepare() {}
         wrong: "var<private> cycles: u32;\n"
         right: "\
 struct TaskState { cycles: u32 }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(0.0f, TaskState(before.cycles + 1u));
 }
 "
@@ -396,35 +396,35 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
         right: "fn best(own: TaskState, sum: f32) -> f32 { return sum; }\n"
 
     BatchPlace "batch-place"
-        "The fields of a `Life` are not read: `life` itself is passed on."
+        "The fields of an `Episode` are not read: `episode` itself is passed on."
         why: "They say where in its batch an episode is. The same episode has another place on another device, or next to \
               other runs, so a result that depends on its place could not be repeated."
         wrong: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    return Reward(f32(life.world), before);
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    return Reward(f32(episode.world), before);
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    return Reward(random(life, STREAM_TASK, now.step, 0u).x, before);
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    return Reward(random(episode, STREAM_TASK, now.step, 0u).x, before);
 }
 "
 
     EpisodeAsGiven "episode-as-given"
-        "A function passes on the `Life` that it is given. No part makes one, changes one, or keeps one in a variable, a \
+        "A function passes on the `Episode` that it is given. No part makes one, changes one, or keeps one in a variable, a \
          struct or an array."
-        why: "A `Life` has indices into the kernel's buffers. Every function that takes one, such as `gene` and \
+        why: "An `Episode` has indices into the kernel's buffers. Every function that takes one, such as `gene` and \
               `robot_pose`, reads there. With other indices it would read or write another episode of the batch, and \
               results would depend on what else is in the batch. `let same = life;` is fine."
         wrong: "\
 fn draw(step: u32) -> f32 {
-    var nobody: Life;
+    var nobody: Episode;
     return random(nobody, STREAM_TASK, step, 0u).x;
 }
 "
         right: "\
-fn draw(life: Life, step: u32) -> f32 {
-    return random(life, STREAM_TASK, step, 0u).x;
+fn draw(episode: Episode, step: u32) -> f32 {
+    return random(episode, STREAM_TASK, step, 0u).x;
 }
 "
 
@@ -433,21 +433,21 @@ fn draw(life: Life, step: u32) -> f32 {
         why: "The others take indices into the kernel's buffers, with which a part could reach other lives, and they \
               change from version to version."
         wrong: "fn is_free(x: f32, y: f32) -> bool { return !touches(0u, vec2<f32>(x, y)); }\n"
-        right: "fn is_free(life: Life, x: f32, y: f32) -> bool { return !blocked(life, vec2<f32>(x, y)); }\n"
+        right: "fn is_free(episode: Episode, x: f32, y: f32) -> bool { return !blocked(episode, vec2<f32>(x, y)); }\n"
 
     MissingDeclaration "missing-declaration"
         "A part declares what the kernel calls: its function `.._cycle`, a controller's genes, sensors' readings."
         why: "The kernel calls these functions by their names and uses these constants and structs. What else is \
               missing has a default, but here none would make sense."
         wrong: "\
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(episode, 0u), gene(episode, 1u)), before);
 }
 "
         right: "\
 const CONTROLLER_GENES: u32 = 2u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(episode, 0u), gene(episode, 1u)), before);
 }
 "
 
@@ -461,7 +461,7 @@ fn task_cycle(now: Experience) -> f32 {
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(now.moved.left, before);
 }
 "
@@ -471,10 +471,10 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
         why: "Oneiro calls the functions of a part by their names and has a default for each that is missing. A name that \
               is misspelt would be a missing function, and the run would go on with the default without saying so."
         wrong: "\
-fn task_end(life: Life, own: TaskState) -> bool { return true; }
+fn task_end(episode: Episode, own: TaskState) -> bool { return true; }
 "
         right: "\
-fn task_ends(life: Life, own: TaskState) -> bool { return true; }
+fn task_ends(episode: Episode, own: TaskState) -> bool { return true; }
 "
 
     ValueForm "value-form"
@@ -498,13 +498,13 @@ struct TaskValues {
               field must be one number."
         wrong: "\
 struct SensorReadings { ahead: vec2<f32> }
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
     return Sensed(SensorReadings(cosine_sine(pose.z)), before);
 }
 "
         right: "\
 struct SensorReadings { east: f32, north: f32 }
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
     let ahead = cosine_sine(pose.z);
     return Sensed(SensorReadings(ahead.x, ahead.y), before);
 }
@@ -521,8 +521,8 @@ struct ControllerGenes {
     gain: f32, // 0 to: of the sensors
     biases: vec2<f32>,
 }
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(episode, 0u), gene(episode, 1u)), before);
 }
 "
         right: "\
@@ -530,9 +530,9 @@ struct ControllerGenes {
     gain: f32, // 0 to 5: of the sensors
     biases: array<f32, 2>,
 }
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let near = gene(life, GAIN) * highest(readings);
-    return Command(vec2<f32>(near + gene(life, BIASES), near + gene(life, BIASES + 1u)), before);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let near = gene(episode, GAIN) * highest(readings);
+    return Command(vec2<f32>(near + gene(episode, BIASES), near + gene(episode, BIASES + 1u)), before);
 }
 "
 
@@ -548,14 +548,14 @@ fn controller_cycle(life: Life, step: u32, readings: Readings, before: Controlle
         why: "The optimiser has to know the number of genes before it creates the first individual."
         wrong: "\
 const CONTROLLER_GENES: u32 = 0u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(episode, 0u), gene(episode, 1u)), before);
 }
 "
         right: "\
 const CONTROLLER_GENES: u32 = 2u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(episode, 0u), gene(episode, 1u)), before);
 }
 "
 

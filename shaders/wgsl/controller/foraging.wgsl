@@ -8,7 +8,7 @@ struct ControllerState {
     wait: u32,
 }
 
-fn controller_begin(life: Life) -> ControllerState {
+fn controller_begin(episode: Episode) -> ControllerState {
     return ControllerState(0.0f, 0u, 0.0f, 0u);
 }
 
@@ -23,10 +23,10 @@ struct Act {
     state: ControllerState,
 }
 
-fn act(life: Life, step: u32, pose: vec3<f32>, perceived: Readings, before: ControllerState) -> Act {
+fn act(episode: Episode, step: u32, pose: vec3<f32>, perceived: Readings, before: ControllerState) -> Act {
     let memory = Memory(before.escape, before.straight, before.turn, before.wait);
-    let deed = behave(life, step, pose, perceived.carries > 0.0f, memory);
-    let robot = robot_of(life.world);
+    let deed = behave(episode, step, pose, perceived.carries > 0.0f, memory);
+    let robot = robot_of(episode.world);
     let apart = robot.half_turn_path * deed.wanted.turn;
     let share = 0.5f * reciprocal(robot.farthest);
     let left = 0.5f + share * (deed.wanted.forward - apart);

@@ -7,9 +7,9 @@ struct Act {
     state: ControllerState,
 }
 
-fn act(life: Life, step: u32, pose: vec3<f32>, perceived: Readings, before: ControllerState) -> Act {
-    let command = commands(life, step, perceived, before);
-    let robot = robot_of(life.world);
+fn act(episode: Episode, step: u32, pose: vec3<f32>, perceived: Readings, before: ControllerState) -> Act {
+    let command = commands(episode, step, perceived, before);
+    let robot = robot_of(episode.world);
     let left = robot.farthest * (2.0f * command.outputs.x - 1.0f);
     let right = robot.farthest * (2.0f * command.outputs.y - 1.0f);
     let wanted = Drive(0.5f * (left + right), (right - left) * reciprocal(2.0f * robot.half_turn_path));

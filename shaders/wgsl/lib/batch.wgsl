@@ -1,5 +1,5 @@
-// What every kernel of rollouts shares: the buffers of its inputs. One invocation is one rollout: a robot's life, or
-// that of all robots of a world. A workgroup's rollouts share what `World` says. A long life is cut into dispatches of
+// What every kernel of rollouts shares: the buffers of its inputs. One invocation is one rollout: a robot's episode, or
+// that of all robots of a world. A workgroup's rollouts share what `World` says. A long episode is cut into dispatches of
 // `step_begin..step_end`, its state kept between.
 
 // What one dispatch does.
@@ -21,7 +21,7 @@ struct Dispatch {
 
 // Everything that rollouts share: robot, arena, noise, controller and task. Lengths in mm.
 struct World {
-    // cycles of a life
+    // cycles of an episode
     steps: u32,
     first_shape: u32,
     shapes: u32,
@@ -30,7 +30,7 @@ struct World {
     field_y: f32,
     field_width: f32,
     field_height: f32,
-    // 1 to start each life at a random free pose, 0 at the pose below
+    // 1 to start each episode at a random free pose, 0 at the pose below
     random_start: u32,
     start_x: f32,
     start_y: f32,

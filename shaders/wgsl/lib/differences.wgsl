@@ -87,11 +87,11 @@ fn read_with_noise(own: ReadingCell, reading: f32, ambient: f32, word: u32) -> f
 }
 
 // How old readings are, in cycles: of the latency and, since sensors are read on their own clock, up to a period more.
-fn age_of_readings(life: Life, step: u32) -> f32 {
-    let own = moving_cell(life.world);
+fn age_of_readings(episode: Episode, step: u32) -> f32 {
+    let own = moving_cell(episode.world);
     // Beyond the draws of the noise of 64 sensors.
-    let early = unit(random_words(life.key, STREAM_SENSOR, step, 16u).x);
-    return min(reading_cell(life.world).latency + own.period * early, 1.0f);
+    let early = unit(random_words(episode.key, STREAM_SENSOR, step, 16u).x);
+    return min(reading_cell(episode.world).latency + own.period * early, 1.0f);
 }
 
 // A number that follows another one a cycle long: what it is then, and its mean.

@@ -139,7 +139,7 @@ const SECOND: u32 = 10u;
 
 // Who lives: the world, the key of its random numbers and the index of its first gene; and of a robot among others
 // where its words are and what surrounds it.
-struct Life {
+struct Episode {
     world: u32,
     key: vec2<u32>,
     genes: u32,
@@ -155,8 +155,8 @@ fn input(index: u32) -> f32 {
     return bitcast<f32>(inputs[index]);
 }
 
-fn gene(life: Life, index: u32) -> f32 {
-    return input(life.genes + index * LANES);
+fn gene(episode: Episode, index: u32) -> f32 {
+    return input(episode.genes + index * LANES);
 }
 
 fn word(own: u32, field: u32) -> u32 {

@@ -2,19 +2,19 @@
 // docs/extend.md lists what they may call.
 
 // Four random numbers in [0, 1) of a stream at a cycle. Each number from 0 to 65535 gives others.
-fn random(life: Life, stream: u32, step: u32, number: u32) -> vec4<f32> {
-    return units(random_words(life.key, stream, step, number));
+fn random(episode: Episode, stream: u32, step: u32, number: u32) -> vec4<f32> {
+    return units(random_words(episode.key, stream, step, number));
 }
 
 // Whether a robot's body touches something where its centre is at a point, mm.
-fn blocked(life: Life, at: vec2<f32>) -> bool {
-    return touches(life.world, at);
+fn blocked(episode: Episode, at: vec2<f32>) -> bool {
+    return touches(episode.world, at);
 }
 
 // Distance in mm from a point to the nearest object along a ray, up to 100 m. The heading is in turns. Without an object,
 // `most`, which is also the greatest distance that is returned.
-fn distance_along(life: Life, start: vec2<f32>, heading: f32, most: f32) -> f32 {
-    return ray_in_world(life.world, start, heading, most);
+fn distance_along(episode: Episode, start: vec2<f32>, heading: f32, most: f32) -> f32 {
+    return ray_in_world(episode.world, start, heading, most);
 }
 
 // The same in a world.

@@ -9,11 +9,11 @@ struct Drive {
 }
 
 // What it does: each wheel goes no faster than it can, and by a random share more or less.
-fn driven(life: Life, step: u32, wanted: Drive) -> Drive {
-    let robot = robot_of(life.world);
+fn driven(episode: Episode, step: u32, wanted: Drive) -> Drive {
+    let robot = robot_of(episode.world);
     let apart = robot.half_turn_path * wanted.turn;
-    let noise = 2.0f * units(random_words(life.key, STREAM_ACTUATOR, step, 0u)) - 1.0f;
-    let own = wheels(life);
+    let noise = 2.0f * units(random_words(episode.key, STREAM_ACTUATOR, step, 0u)) - 1.0f;
+    let own = wheels(episode);
     let left = own.x * (clamp(wanted.forward - apart, -robot.farthest, robot.farthest) * (1.0f + robot.wheel_noise * noise.x));
     let right = own.y * (clamp(wanted.forward + apart, -robot.farthest, robot.farthest) * (1.0f + robot.wheel_noise * noise.y));
     return Drive(0.5f * (left + right), (right - left) * reciprocal(2.0f * robot.half_turn_path));

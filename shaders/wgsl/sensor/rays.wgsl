@@ -523,8 +523,8 @@ fn read_out(lone: u32, traced: u32, strength: SensingCell, word: u32) -> u32 {
 }
 
 // The robot's readings at the pose where it was when they were taken.
-fn sense_by_rays(life: Life, step: u32, pose: vec3<f32>) -> Readings {
-    let world = life.world;
+fn sense_by_rays(episode: Episode, step: u32, pose: vec3<f32>) -> Readings {
+    let world = episode.world;
     let strength = sensing_of(world);
     let gain = illumination(world, vec2<f32>(pose.x, pose.y));
     var lone = vec4<u32>(0u);
@@ -535,8 +535,8 @@ fn sense_by_rays(life: Life, step: u32, pose: vec3<f32>) -> Readings {
     if (strength.geometry != 0.0f) {
         traced = traced_readings(world, pose, gain);
     }
-    let a = random_words(life.key, STREAM_SENSOR, step, 0u);
-    let b = random_words(life.key, STREAM_SENSOR, step, 1u);
+    let a = random_words(episode.key, STREAM_SENSOR, step, 0u);
+    let b = random_words(episode.key, STREAM_SENSOR, step, 1u);
     let scale = worlds[world].reading_scale;
     return Readings(
         four_read_out(lone.xy, traced.xy, strength, a, scale),

@@ -78,13 +78,13 @@ fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>, own: RobotState) -> Reading
 }
 
 // The readings with the world's sensor noise: a uniform number is added to each, and the sum clipped.
-fn with_noise(life: Life, step: u32, readings: Readings) -> Readings {
-    let low = worlds[life.world].sensor_noise_low;
-    let span = worlds[life.world].sensor_noise_span;
+fn with_noise(episode: Episode, step: u32, readings: Readings) -> Readings {
+    let low = worlds[episode.world].sensor_noise_low;
+    let span = worlds[episode.world].sensor_noise_span;
     var noisy = readings;
     if (span > 0.0f) {
-        let a = units(random_words(life.key, STREAM_SENSOR, step, 0u));
-        let b = units(random_words(life.key, STREAM_SENSOR, step, 1u));
+        let a = units(random_words(episode.key, STREAM_SENSOR, step, 0u));
+        let b = units(random_words(episode.key, STREAM_SENSOR, step, 1u));
         noisy.first = clamp(readings.first + (a * span + low), vec4<f32>(0.0f), vec4<f32>(1.0f));
         noisy.last = clamp(readings.last + (b * span + low), vec4<f32>(0.0f), vec4<f32>(1.0f));
     }

@@ -7,7 +7,7 @@ use oneiro_shader_compiler::count::{self, Counted};
 use oneiro_shader_compiler::interpret::Memory;
 use oneiro_shader_compiler::tree::Program;
 use oneiro_shaders::Kernel;
-use oneiro_shaders::life::Dispatch;
+use oneiro_shaders::episode::Dispatch;
 
 use crate::batch::Part;
 use crate::devices::variants::{Setting, parsed, program};

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use oneiro_shaders::Kernel;
-use oneiro_shaders::life::Dispatch;
+use oneiro_shaders::episode::Dispatch;
 
 use super::buffers::{Bench, Scene};
 use super::device::{Device, Fault, Pipeline};

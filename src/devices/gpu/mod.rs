@@ -33,7 +33,7 @@ pub use run::Run;
 #[cfg(feature = "compose")]
 pub use specialised::specialised;
 
-use oneiro_shaders::life::Group;
+use oneiro_shaders::episode::Group;
 
 use device::{Device, Fault};
 use dispatch::Lives;

@@ -1,6 +1,6 @@
 //! One world of a swarm whose robots are driven from outside, cycle by cycle: for a process that plays the arena to others.
 
-use oneiro_shaders::{Kernel, life};
+use oneiro_shaders::{Kernel, episode};
 
 use super::{Drive, Lamp, Line, Order, Readings, Swarm, Trouble};
 use crate::batch::{Buffers, GREATEST_GENE, Rollout, TraceRequest, WorldKind, Worlds};
@@ -220,9 +220,9 @@ impl WorldKind for Packed {
         self.swarm.robots
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         let own = self.swarm.pack(buffers);
-        life::World {
+        episode::World {
             steps: own.steps + 1,
             ..own
         }

@@ -87,7 +87,8 @@ impl Part {
             text: text.to_owned(),
         };
         let unreadable = limits::foreign(&part).or_else(|| limits::problem(&part));
-        if let Some(refusal) = unreadable.or_else(|| limits::unbalanced(&part)) {
+        let unreadable = unreadable.or_else(|| limits::unbalanced(&part));
+        if let Some(refusal) = unreadable.or_else(|| check::renamed(&part)) {
             return Err(Refused::all(&[refusal]));
         }
         let (own, mut problems) = Self::read(kind, &part);

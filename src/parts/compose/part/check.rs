@@ -71,6 +71,21 @@ pub(super) fn allowed(kind: Kind) -> Allowed<'static> {
     }
 }
 
+/// The refusal of a part that has [`interface::EPISODE`] by its former name.
+pub(super) fn renamed(part: &compiler::Part) -> Option<Refusal> {
+    const FORMER: &str = interface::FORMER_EPISODE;
+    let declared = declarations(part);
+    let is_of_word = |c: char| c.is_alphanumeric() || c == '_';
+    let has_parameter = |function: &Declaration| function.signature.split(|c| !is_of_word(c)).any(|ty| ty == FORMER);
+    let is_meant = declared.iter().all(|other| other.name != FORMER) && declared.iter().any(has_parameter);
+    let (place, _) = uses(part, &[FORMER]).into_iter().next().filter(|_| is_meant)?;
+    let message = format!(
+        "`{FORMER}` is now `{}`; rename it in the whole file",
+        interface::EPISODE
+    );
+    Some(refusal(&place, Rule::UnknownName, message))
+}
+
 /// Everything that is wrong with what a part declares and uses, given what is generated for it.
 pub(super) fn problems(
     part: &compiler::Part,
@@ -279,7 +294,7 @@ fn buffer_problems(part: &compiler::Part) -> Refusals {
     }
     for (place, name) in accesses(part, &PLACES_IN_THE_BATCH) {
         let message = format!(
-            "`.{name}` of a life is only for the kernel: pass `life` itself on, and choose other names for fields of your own"
+            "`.{name}` of an episode is only for the kernel: pass `episode` itself on, and choose other names for fields of your own"
         );
         refuse(&place, Rule::BatchPlace, message);
     }

@@ -53,8 +53,8 @@ pub(super) fn missing(
     }
     if !values.is_empty() {
         let first = interface.first_value();
-        let _ = writeln!(text, "fn {word}_values(life: Life) -> {title}Values {{");
-        let _ = writeln!(text, "    let first = worlds[life.world].own_values + {first};");
+        let _ = writeln!(text, "fn {word}_values(episode: Episode) -> {title}Values {{");
+        let _ = writeln!(text, "    let first = worlds[episode.world].own_values + {first};");
         for cell in 0..values.len().div_ceil(4) {
             let _ = writeln!(text, "    let cell_{cell} = tables[first + {cell}u];");
         }
@@ -72,11 +72,11 @@ pub(super) fn missing(
 
 /// What stands between a user's controller and the kernel. Beyond a rollout's own genes are those of others.
 const CONTROLLER: &str = "\
-fn gene(life: Life, index: u32) -> f32 {
-    return bitcast<f32>(inputs[life.genes + min(index, CONTROLLER_GENES - 1u) * LANES]);
+fn gene(episode: Episode, index: u32) -> f32 {
+    return bitcast<f32>(inputs[episode.genes + min(index, CONTROLLER_GENES - 1u) * LANES]);
 }
-fn commands(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let now = controller_cycle(life, step, readings, before);
+fn commands(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let now = controller_cycle(episode, step, readings, before);
     return Command(vec2<f32>(limited(now.outputs.x, 0.0f, 1.0f), limited(now.outputs.y, 0.0f, 1.0f)), now.state);
 }
 ";
@@ -135,14 +135,14 @@ pub(super) fn reports(fields: &[String]) -> String {
         "const REPORTED_START: u32 = {count}u;
 const REPORTED_END: u32 = {}u;
 const REPORTS: u32 = {}u;
-fn reported_readings(life: Life) -> Readings {{
+fn reported_readings(episode: Episode) -> Readings {{
     var readings = Readings();
 ",
         count + POSE,
         count + 2 * POSE
     );
     for (index, field) in fields.iter().enumerate() {
-        let _ = writeln!(text, "    readings.{field} = report(life, {index}u);");
+        let _ = writeln!(text, "    readings.{field} = report(episode, {index}u);");
     }
     text + "    return readings;\n}\n"
 }
@@ -153,15 +153,15 @@ fn sensor(readings: &[String]) -> String {
     for (index, name) in readings.iter().enumerate() {
         // A gene times a reading stays finite.
         bounded.push(format!("limited(now.readings.{name}, -1000.0f, 1000.0f)"));
-        let _ = writeln!(sum, "    total += gene(life, index + {index}u) * own.{name};");
+        let _ = writeln!(sum, "    total += gene(episode, index + {index}u) * own.{name};");
     }
     format!(
         "const OWN_READINGS: u32 = {}u;
-fn sensors_read(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {{
-    let now = sensor_cycle(life, step, pose, before);
+fn sensors_read(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {{
+    let now = sensor_cycle(episode, step, pose, before);
     return Sensed(SensorReadings({}), now.state);
 }}
-fn plus_weighed(life: Life, index: u32, own: SensorReadings, sum: f32) -> f32 {{
+fn plus_weighed(episode: Episode, index: u32, own: SensorReadings, sum: f32) -> f32 {{
     var total = sum;
 {sum}    return total;
 }}

@@ -28,7 +28,7 @@ const GIVEN: &str = "lib/given.wgsl";
 
 /// The entry of kernels of single robots, and how it takes over what a cycle leaves. Where an episode is cut into pieces, zeros lose their
 /// sign. A user's part may see signs, so in its kernel they lose it after each cycle, wherever the cuts are.
-const ENTRY: &str = "life.wgsl";
+const ENTRY: &str = "episode.wgsl";
 const NEXT: &str = "own = lived.next;";
 const KEPT: &str = "own = kept(lived.next);";
 
@@ -629,8 +629,7 @@ mod tests {
     /// The entry has the line that is replaced: once in a kernel without users' parts, and never in one with them.
     #[test]
     fn the_signs_of_zeros_are_lost_each_cycle() {
-        let text =
-            "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }";
+        let text = "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }";
         let part = Part::new(Kind::Task, "own.wgsl", text).expect("it is valid");
         let users = OwnParts::from([OwnPart::new(Arc::new(part), &[]).expect("it has no values")]);
         let owner = WorldSpec::miglino1995().unchecked_owner();

@@ -42,7 +42,7 @@ pub(super) fn is_needed(path: &str, hearing: Option<Hearing>, lives: Lives) -> b
     }
 }
 
-pub(super) const REPLACED: [&str; 2] = ["life.wgsl", "physics/sampled.wgsl"];
+pub(super) const REPLACED: [&str; 2] = ["episode.wgsl", "physics/sampled.wgsl"];
 
 /// Names of the numbers of words of a world and of a robot.
 pub(super) const WORDS: [&str; 2] = ["WORLD_WORDS", "MEMBER_WORDS"];
@@ -203,7 +203,7 @@ fn save_{word}(own: u32, memory: {structure}) {{
 /// cycle, and two for what it heard in each of the last cycles; of the world a word for each message of a cycle.
 fn heard(Together { count, hearing }: Together, of_world: &mut Words, of_member: &mut Words) -> String {
     let Some(Hearing { cycles, .. }) = hearing else {
-        return "fn hear(life: Life, step: u32) {\n}\n".to_owned();
+        return "fn hear(episode: Episode, step: u32) {\n}\n".to_owned();
     };
     let (member, world) = (of_member.count, of_world.count);
     of_member.count += 2 + 2 * cycles as usize;
@@ -263,15 +263,15 @@ fn act_kept(own: u32) -> Act {{
 }
 
 /// What robots earn where none earns alone, and where each does.
-const NOTHING_EARNED: &str = "fn members_earned(life: Life, step: u32) -> f32 {
+const NOTHING_EARNED: &str = "fn members_earned(episode: Episode, step: u32) -> f32 {
     return 0.0f;
 }
 ";
-const EARNED: &str = "fn members_earned(life: Life, step: u32) -> f32 {
-    let count = member_count(life.world);
+const EARNED: &str = "fn members_earned(episode: Episode, step: u32) -> f32 {
+    let count = member_count(episode.world);
     var earned = 0.0f;
     for (var member = 0u; member < count; member++) {
-        let me = member_life(life, member);
+        let me = member_episode(episode, member);
         let own = me.member_words;
         let reward = task_cycle(me, experience(own, step, act_kept(own)), task_loaded(own));
         save_task(own, reward.state);
