@@ -6,7 +6,7 @@ use std::path::Path;
 use oneiro_shader_compiler::Part;
 
 /// A kernel: its constant's name, the module of its host structs, its parts, and whether its lane code is compiled for
-/// several vectors at a time too. That pays where a life is small enough for the registers; elsewhere it gains a few
+/// several vectors at a time too. That pays where an episode is small enough for the registers; elsewhere it gains a few
 /// percent or loses, and takes longest to compile (`docs/measurements.md`).
 pub(crate) struct Entry {
     pub(crate) name: &'static str,
@@ -15,7 +15,7 @@ pub(crate) struct Entry {
     pub(crate) wide: bool,
 }
 
-/// A life: its physics are those of the simulator made from samples, or of what stands in for the robot itself.
+/// An episode: its physics are those of the simulator made from samples, or of what stands in for the robot itself.
 macro_rules! episode {
     ($name:literal, sampled, $controller:tt) => {
         episode!($name, "episode", true, $controller, "robot/differential", "sensor/sampled", "lib/walk", "physics/sliding", "physics/sampled")

@@ -26,7 +26,7 @@ pub struct Gene {
     /// The weight of an input to a unit or an output, such as `left_90_to_right`, a bias, such as `bias_right`, or another
     /// number of the controller. A user's controller names its genes, or they are numbered, from `gene_0`.
     pub name: String,
-    /// Least and greatest value, if it has a range of its own.
+    /// Minimum and maximum value, if it has a range of its own.
     pub range: Option<[f32; 2]>,
     /// What its values are.
     pub kind: GeneKind,

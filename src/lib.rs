@@ -1,4 +1,4 @@
-//! Oneiro evaluates robot controllers in simulated lives, millions at a time, with the same bits on every device.
+//! Oneiro evaluates robot controllers in simulation, millions of episodes at a time, with the same bits on every device.
 
 // Tests of what is not public share worlds with those of what is.
 #[cfg(test)]

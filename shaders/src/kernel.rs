@@ -27,7 +27,7 @@ pub struct Binding {
 }
 
 /// Gives a word of a buffer: the buffer's name, the element, and the word within it. No element is that of the uniform
-/// buffer and of the world in which a rollout lives.
+/// buffer and of the episode's world.
 pub type WordOf<'a> = dyn Fn(&str, Option<u64>, u32) -> u32 + 'a;
 
 /// Computes the most turns of all loops of an invocation together, given words of buffers.

@@ -21,7 +21,7 @@ fn lamp_in(episode: Episode, step: u32) -> f32 {
     return select(gene(episode, LAMP_FIRST), gene(episode, LAMP_THEN), f32(step) >= gene(episode, LAMP_MOVES));
 }
 
-// A robot that is no longer switched on is as before it was, but for what it carries and has earned.
+// A robot that is no longer switched on is as before it was, except for what it carries and has earned.
 fn switch_off(episode: Episode, base: u32) {
     let count = robots(episode.world);
     for (var robot = 0u; robot < count; robot++) {

@@ -1,7 +1,6 @@
-// A robot's episode, cycle by cycle: the entry of every kernel of single lives (of worlds of robots it is `swarm`). What a
-// cycle is, its physics say:
-// `physics/sampled` the simulator made from a robot's own samples, `physics/surrogate` what stands in for the
-// robot itself, `physics/foraging` an on-board simulator of a forager.
+// The loop over a single robot's cycles: the entry of all kernels except those of swarms (`swarm`, `members`). A cycle is the
+// physics': `physics/sampled` is the simulator from a robot's sampled tables, `physics/surrogate` stands in for the robot,
+// `physics/foraging` is a forager's on-board simulator.
 
 // The state after a cycle, and the cycle's trace line.
 struct Cycle {

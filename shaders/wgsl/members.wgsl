@@ -1,4 +1,4 @@
-// Worlds of robots, cycle by cycle: the entry of composed kernels in which several robots live together.
+// Worlds of robots, cycle by cycle: the entry of composed kernels of swarms.
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {

@@ -1,5 +1,5 @@
 // Worlds of robots that meet: the entry of the kernel in which one invocation is a whole world, cycle by cycle. What
-// changes while they live comes with the inputs of each dispatch, so that an episode goes on under new orders.
+// changes during an episode comes with the inputs of each dispatch, so that an episode goes on under new orders.
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {

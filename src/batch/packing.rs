@@ -22,15 +22,15 @@ pub trait WorldKind {
     /// Kernel that simulates it.
     fn kernel(&self) -> &'static Kernel;
 
-    /// Number of genes of a rollout.
+    /// Number of genes of an episode.
     fn genes(&self) -> usize;
 
-    /// Number of robots of a rollout.
+    /// Number of robots of an episode.
     fn robots(&self) -> u32 {
         1
     }
 
-    /// Whether its task may end a life before its last cycle.
+    /// Whether its task may end an episode before its last cycle.
     fn may_end_early(&self) -> bool {
         false
     }
@@ -90,7 +90,7 @@ impl<W: WorldKind + ?Sized> WorldKind for &W {
     }
 }
 
-/// Data that the rollouts of a batch share, in the kernel's form.
+/// Data that the episodes of a batch share, in the kernel's form.
 #[derive(Debug, Default)]
 pub(crate) struct Packed {
     pub(crate) worlds: Vec<episode::World>,
@@ -123,13 +123,13 @@ impl Packed {
         packed
     }
 
-    /// Most iterations of a kernel's loops in the last `cycles` cycles of a life in a world, including its beginning: a loop that
+    /// Most iterations of a kernel's loops in the last `cycles` cycles of an episode in a world, including its beginning: a loop that
     /// counts up to the cycle's number turns most often there.
     pub(super) fn turns(&self, kernel: &Kernel, world: usize, cycles: u32) -> u32 {
         u32::try_from((kernel.turns.0)(&self.words_of(world, cycles))).unwrap_or(u32::MAX)
     }
 
-    /// Words of buffers by which loops are bounded in the last `cycles` cycles of a life in a world.
+    /// Words of buffers by which loops are bounded in the last `cycles` cycles of an episode in a world.
     pub(crate) fn words_of(&self, world: usize, cycles: u32) -> impl Fn(&str, Option<u64>, u32) -> u32 + '_ {
         let steps = self.worlds[world].steps;
         let dispatch = episode::Dispatch {
@@ -143,7 +143,7 @@ impl Packed {
                 ("worlds", None) => bytemuck::cast_slice(std::slice::from_ref(&self.worlds[world])),
                 // A kernel clamps an index that is too large.
                 ("tables", Some(cell)) => &self.tables[(cell as usize).min(self.tables.len() - 1)],
-                // A rollout's own values are unbounded.
+                // An episode's own values are unbounded.
                 _ => return u32::MAX,
             };
             words[word as usize]

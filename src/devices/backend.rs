@@ -16,7 +16,7 @@ pub struct Options {
     pub threads: Option<usize>,
     /// Most cycles in one call of a kernel; by default chosen for speed and quick cancellation.
     pub chunk: Option<u32>,
-    /// Share of a GPU's rollouts, 0 to 1, that run again on the CPU for comparison. Ignored on GPUs that aren't exact.
+    /// Fraction of a GPU's episodes, 0 to 1, that run again on the CPU for comparison. Ignored on GPUs that aren't exact.
     pub audit_share: f64,
     /// When kernels are specialised.
     pub specialise: Specialise,

@@ -1,6 +1,6 @@
 //! Foraging e-pucks, as in O'Dowd, Studley and Winfield, "The distributed co-evolution of an on-board simulator and
 //! controller for swarm robot behaviours", Evolutionary Intelligence 7(2), 2014: the on-board simulator in which one
-//! robot lives its minute.
+//! robot acts for its minute.
 //!
 //! The arena is a circle around the origin, with the nest at its left edge: x to the right and y up. A forager has two
 //! genes, `G0` while it carries food and `G1` while it doesn't, from 0 to 0.99: below 0.33 it flees the light, from
@@ -8,8 +8,8 @@
 
 use std::sync::LazyLock;
 
-/// Details of a record in a forager's trace: the readings of the four sensors in front, from the left, as a share of the
-/// greatest; the behaviour's number; and 1 if it carries food.
+/// Details of a record in a forager's trace: the readings of the four sensors in front, from the left, as a fraction of the
+/// maximum; the behaviour's number; and 1 if it carries food.
 pub use oneiro_shaders::forager::Details;
 use oneiro_shaders::{Kernel, episode, forager};
 
@@ -52,7 +52,7 @@ const CYCLE: f64 = 0.1;
 /// Radians of a turn.
 const TURN: f64 = 2.0 * std::f64::consts::PI;
 
-/// Readings of an e-puck's proximity sensor by distance, of 4095, and the standard deviation of its noise as a share of
+/// Readings of an e-puck's proximity sensor by distance, of 4095, and the standard deviation of its noise as a fraction of
 /// the reading (the table of Webots' e-puck, calibrated on a robot): mm, reading, share.
 const PROXIMITY: [(f64, f64, f64); 12] = [
     (0.0, 4095.0, 0.002),
@@ -134,9 +134,9 @@ pub struct Foraging {
     pub body_radius: f32,
     /// Distance between the wheels.
     pub wheel_base: f32,
-    /// Greatest speed of a wheel.
+    /// Maximum speed of a wheel.
     pub greatest_speed: f32,
-    /// Uniform noise of each wheel's travel in a cycle, as a share.
+    /// Uniform noise of each wheel's travel in a cycle, as a fraction.
     pub wheel_noise: f32,
     /// Speed when going straight.
     pub cruise: f32,
@@ -144,9 +144,9 @@ pub struct Foraging {
     pub turn: f32,
     /// Speed of phototactic turns, rad/s for each rad off the light.
     pub phototaxis_gain: f32,
-    /// Greatest speed of phototactic turns, rad/s.
+    /// Maximum speed of phototactic turns, rad/s.
     pub phototaxis_turn: f32,
-    /// Reading of its brightest light sensor below which a robot searches at random in place of phototaxis; 0: phototaxis
+    /// Reading of its brightest light sensor below which a robot searches at random instead of phototaxis; 0: phototaxis
     /// always acts.
     pub phototaxis_threshold: f32,
     /// Distance of a wall below which a robot turns away.
@@ -266,9 +266,9 @@ impl Foraging {
     /// let worlds = Worlds::new(&[Foraging::odowd2014(Light::OverNest)])?;
     /// // To the light with food, away from it without.
     /// let genes = [0.99, 0.0];
-    /// let life = |i| Rollout { world: 0, genes: &genes, key: Key::rollout(1, 0, i, 0) };
-    /// let lives: Vec<_> = (0..100).map(life).collect();
-    /// let outcome = Cpu::new(None)?.evaluate(&worlds.batch(&lives, None)?, &Control::new())?;
+    /// let episode = |i| Rollout { world: 0, genes: &genes, key: Key::episode(1, 0, i, 0) };
+    /// let episodes: Vec<_> = (0..100).map(episode).collect();
+    /// let outcome = Cpu::new(None)?.evaluate(&worlds.batch(&episodes, None)?, &Control::new())?;
     /// assert!(outcome.fitness.iter().sum::<f32>() > 0.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -468,7 +468,7 @@ pub(crate) fn in_kernel(number: f64) -> f32 {
     if number.abs() < 1e-9 { 0.0 } else { number as f32 }
 }
 
-/// Reading of a proximity sensor at a distance in mm, of 1, and its noise as a share of the reading.
+/// Reading of a proximity sensor at a distance in mm, of 1, and its noise as a fraction of the reading.
 fn proximity(distance: f64) -> (f64, f64) {
     let after = PROXIMITY
         .partition_point(|(at, ..)| *at <= distance)

@@ -10,7 +10,7 @@
 //!
 //! let robot = Foraging::odowd2014(Light::OverNest);
 //! let acting = Acting::new(&robot)?;
-//! let mut mind = Acting::begin(Key::rollout(1, 0, 0, 0));
+//! let mut mind = Acting::begin(Key::episode(1, 0, 0, 0));
 //! let mut cpu = Cpu::new(Some(1))?;
 //! // Nothing is near, and the light is straight ahead: a robot with food that seeks the light drives on.
 //! let readings = Readings {
@@ -158,7 +158,7 @@ impl Acting {
             genes: &inputs,
             key: mind.key,
         };
-        // A life begins with cycle 0.
+        // An episode begins with cycle 0.
         let memory: &[_] = if mind.cycle == 0 { &[] } else { &[mind.memory.to_vec()] };
         let next = mind.cycle.saturating_add(1);
         let trace = TraceRequest { every: 1 };
@@ -185,13 +185,13 @@ fn check(field: &str, numbers: &[f32]) -> Result<(), Invalid> {
     }
 }
 
-/// Behaviours as a kind of world. A rollout's readings are the same in all cycles of a stretch; it has a forager's genes, the
+/// Behaviours as a kind of world. An episode's readings are the same in all cycles of a stretch; it has a forager's genes, the
 /// [`Readings`] in their order, and 1 if the robot carries food.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Behaviours {
     /// The robot.
     pub foraging: Foraging,
-    /// Cycles of a rollout.
+    /// Cycles of an episode.
     pub cycles: u32,
 }
 
@@ -307,7 +307,7 @@ mod tests {
         }
     }
 
-    /// No cycle is the last one that a robot can live.
+    /// A robot's cycles have no last one.
     #[test]
     fn minds_go_on_for_years() {
         let acting = Acting::new(&Foraging::odowd2014(Light::Nowhere)).unwrap();

@@ -41,7 +41,7 @@ pub struct Modules {
     pub attraction_avoidance: Option<f32>,
     /// Robots drive straight ahead instead of along shorter vectors. Default: 0.1.
     pub least_vector: Option<f32>,
-    /// The inner wheel's least speed in a curve, as a share of the outer one's. Default: -0.5.
+    /// The inner wheel's minimum speed in a curve, as a fraction of the outer one's. Default: -0.5.
     pub slowest_wheel: Option<f32>,
 }
 

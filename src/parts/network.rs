@@ -35,7 +35,7 @@ pub struct Layer {
     pub slope: Option<f32>,
     /// Whether each unit has a bias. `None`: yes.
     pub biases: Option<bool>,
-    /// Least and greatest time constant of a continuous-time layer, s. `None`: [`TIME_CONSTANTS`].
+    /// Minimum and maximum time constant of a continuous-time layer, s. `None`: [`TIME_CONSTANTS`].
     pub time_constants: Option<[f32; 2]>,
 }
 
@@ -95,7 +95,7 @@ pub enum Outputs {
 
 /// Most layers.
 pub const GREATEST_LAYERS: usize = 8;
-/// Greatest output of a unit that is not bounded by its activation function, so that a gene times an output stays finite.
+/// Maximum output of a unit that is not bounded by its activation function, so that a gene times an output stays finite.
 pub const GREATEST_OUTPUT: f32 = 1000.0;
 /// Default range of time constants, s.
 pub const TIME_CONSTANTS: [f32; 2] = [0.1, 5.0];
@@ -297,8 +297,8 @@ impl Layer {
         }
     }
 
-    /// Its values, by name: the slope, if it has one, and of time constants the greatest share of one that a cycle is, and the
-    /// logarithm of the greatest by the least. A time constant is `least (greatest / least)^gene` for a gene from 0 to 1.
+    /// Its values, by name: the slope, if it has one, and of time constants the maximum share of one that a cycle is, and the
+    /// logarithm of the maximum by the minimum. A time constant is `least (maximum / minimum)^gene` for a gene from 0 to 1.
     fn values(&self, index: usize) -> Vec<(String, f32)> {
         let own = self.slope.map(|factor| (slope(index), factor)).into_iter();
         if self.kind != LayerKind::Ctrnn {

@@ -164,10 +164,10 @@ fn motor_cells(table: &MotorTable) -> Vec<[u32; 4]> {
     cells.into_table()
 }
 
-/// Start of a life whose every random draw touches something.
+/// Start of an episode whose every random draw touches something.
 fn random_start(free: &Free) -> Result<[f32; 3], Invalid> {
     match free.roomiest {
-        // A life draws 64 times: with a quarter free, one in 1e8 finds nothing.
+        // An episode draws 64 times: with a quarter free, one in 1e8 finds nothing.
         Some(at) if free.share >= 0.25 => Ok([at.x, at.y, 0.0]),
         _ => Err(Invalid::new(
             "arena",
@@ -259,7 +259,7 @@ fn forager(spec: &WorldSpec, physics: &Physics, own: &Forager) -> episode::World
     }
 }
 
-/// Share of a checked world's field where a body is free.
+/// Fraction of a checked world's field where a body is free.
 pub(super) fn free_share(spec: &WorldSpec, physics: &Physics) -> f32 {
     Free::of(&spec.arena, &shapes(spec, physics)).share
 }
@@ -372,7 +372,7 @@ pub(super) fn objects(spec: &WorldSpec, physics: &Physics) -> Vec<episode::Shape
 pub(super) fn shapes(spec: &WorldSpec, physics: &Physics) -> Vec<episode::Shape> {
     let arena = &spec.arena;
     let mut objects = objects(spec, physics);
-    // Robots that live together know the sides of their polygon by their place, after all else.
+    // In swarms the sides of the polygon come last and are known by their place.
     let sides = if physics.together().is_some() {
         arena.polygon_sides().len()
     } else {
@@ -408,7 +408,7 @@ fn shape(
     };
     let reflectivity = match physics {
         Physics::Individual(surrogate) => surrogate.reflectivity(kind, index),
-        // The share of its distance at which it seems to be.
+        // The fraction of its distance at which it seems to be.
         Physics::Described(_, Some(surrogate)) => surrogate.seeming(kind, index),
         Physics::Described(_, None) | Physics::Sampled | Physics::Forager(_) => 1.0,
     };

@@ -30,7 +30,7 @@ const CLASS: Allowed = Text("a class of the sensor tables");
 pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
     let mut rows: Vec<Parameter<T>> = vec![
         row("cycles", "cycles of 100 ms", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.1",
-            "Length of a life: 500 cycles are 50 s.", |own, _| Some(&mut own.as_mut().cycles)),
+            "Length of an episode: 500 cycles are 50 s.", |own, _| Some(&mut own.as_mut().cycles)),
         row("robot.kind", "", Any, OURS,
             "Whether the robot is sampled as a whole, described sensor by sensor, or a forager; default: sampled.", |own, _| Some(&mut own.as_mut().robot.build)),
         row("robot.body_radius_mm", "mm", LENGTH, "Miglino et al. 1995, section 3.1",
@@ -59,7 +59,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
         row("robot.battery_s", "s", Number(0.1, 1e5), OURS,
             "Time that a full battery lasts; default: there is none.", |own, _| Some(&mut described(own)?.battery)),
         row("robot.battery_ends_life", "", Any, OURS,
-            "Whether a life ends when the battery is empty; default: false.", |own, _| Some(&mut described(own)?.battery_ends_life)),
+            "Whether an episode ends when the battery is empty; default: false.", |own, _| Some(&mut described(own)?.battery_ends_life)),
         row("robot.wheel_noise", "", Number(0.0, 0.5), "Enki",
             "Noise of each wheel's way in a cycle, as a share, uniform up to this unless wheel_noise_law says otherwise; of a described robot's default: none.", |own, _| match own.as_mut().robot.build {
                 Build::Forager(ref mut own) => Some(&mut own.foraging.wheel_noise),
@@ -210,7 +210,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
         row("noise.delay_cycles", "cycles", Number(0.0, 1.0), OURS,
             "Greatest share of a cycle by which commands act late, uniform; until then the wheels go on as before; default: 0.", |own, _| Some(&mut own.as_mut().noise.delay)),
         row("noise.drawn", "", Any, OURS,
-            "How often the noise of readings and of motion is drawn (of the walk, noise.walk_step_mm says so: with 0 what is perceived stays displaced for a life); default: cycle.", |own, _| Some(&mut own.as_mut().noise.drawn)),
+            "How often the noise of readings and of motion is drawn (of the walk, noise.walk_step_mm says so: with 0 what is perceived stays displaced for an episode); default: cycle.", |own, _| Some(&mut own.as_mut().noise.drawn)),
         row("controller.kind", "", Any, "Miglino et al. 1995, section 3.3, figure 5",
             "How genes become wheel commands.", |own, _| Some(&mut own.as_mut().controller)),
         row("controller.units", "", Whole(1, episode::GREATEST_HIDDEN.into()), "ours: no hidden layer in Miglino et al. 1995, section 3.3",
@@ -261,7 +261,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
         row("task.new_cell", "", Number(0.0, 1000.0), "none in Miglino et al. 1995, whose section 5 proposes such a term",
             "Fitness for each cell of 50 mm that a robot enters for the first time; for fields of up to 128 such cells.", |own, _| match &mut own.as_mut().task { Task::Avoidance { new_cell, .. } => Some(new_cell), _ => None }),
         row("start.kind", "", Any, "Miglino et al. 1995, section 3.1",
-            "Where lives start.", |own, _| Some(&mut own.as_mut().start)),
+            "Where episodes start.", |own, _| Some(&mut own.as_mut().start)),
         row("start.x_mm", "mm", COORDINATE, "",
             "x of the start.", |own, _| match &mut own.as_mut().start { Start::At { x, .. } => Some(x), Start::Random => None }),
         row("start.y_mm", "mm", COORDINATE, "",
@@ -274,7 +274,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
         row("arena.light", "", Any, "O'Dowd et al. 2014, Figure 2",
             "Where the lamp is.", |own: &mut T, _| Some(&mut own.as_foraging()?.light)),
         row("arena.food_earns_s", "s", Number(0.1, 1e5), "O'Dowd et al. 2014, section 4.5: a life",
-            "How long food earns something, from the start of a life on: the seconds that are left.", |own, _| match &mut own.as_mut().robot.build {
+            "How long food earns something, from the start of an episode on: the seconds that are left.", |own, _| match &mut own.as_mut().robot.build {
                 Build::Forager(own) => Some(&mut own.food_earns),
                 _ => None,
             }),
@@ -382,7 +382,7 @@ impl Choice for Task {
         (
             "avoidance",
             Self::AVOIDANCE,
-            "equation 1 of the paper: the sum over a life's cycles of V (1 - sqrt(DV)) (1 - I)",
+            "equation 1 of the paper: the sum over an episode's cycles of V (1 - sqrt(DV)) (1 - I)",
         ),
         (
             "foraging",
@@ -421,7 +421,7 @@ impl Choice for Activation {
 
 impl Choice for Start {
     const CHOICES: Choices<Self> = &[
-        ("random", Self::Random, "a free pose for each life"),
+        ("random", Self::Random, "a free pose for each episode"),
         (
             "at",
             Self::At {
@@ -429,7 +429,7 @@ impl Choice for Start {
                 y: f32::NAN,
                 heading: 0.0,
             },
-            "one pose for all lives",
+            "one pose for all episodes",
         ),
     ];
 }

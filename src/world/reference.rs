@@ -11,7 +11,7 @@ use crate::world::arena::{Arena, Light};
 /// Values of a reference model; what is `None` has its default, that of ARGoS's e-puck, of its configurations or of `EvoStick`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reference {
-    /// Greatest error of each of the eight readings of proximity, uniform; the reading is clipped to 0 to 1. Default: 0.05.
+    /// Maximum error of each of the eight readings of proximity, uniform; the reading is clipped to 0 to 1. Default: 0.05.
     pub proximity_noise: Option<f32>,
     /// The same of the eight readings of light. Default: 0.05.
     pub light_noise: Option<f32>,
@@ -24,7 +24,7 @@ pub struct Reference {
     pub grey_middle: Option<[f32; 2]>,
     /// The same of the right one. Default: 0.42 and 0.18.
     pub grey_right: Option<[f32; 2]>,
-    /// Greatest distance of the centres of two robots that hear each other, mm. Default: 700.
+    /// Maximum distance of the centres of two robots that hear each other, mm. Default: 700.
     pub signal_range: Option<f32>,
     /// Probability that a robot's message of a cycle is lost on the way to another one. Default: 0.85.
     pub signal_loss: Option<f32>,

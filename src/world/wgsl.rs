@@ -41,7 +41,7 @@ fn check_names(robot: &Described) -> Result<(), Invalid> {
     }
 }
 
-/// What a described robot remembers and how it moves, in place of `robot/differential.wgsl`.
+/// What a parametric robot remembers and how it moves, instead of `robot/differential.wgsl`.
 fn drive(robot: &Described, arena: &Arena) -> String {
     let latency = robot.latency;
     // Fields beside `stuck`: the commands that are yet to take effect, the oldest first; the wheels' speeds; and the cycles since
@@ -169,7 +169,7 @@ fn response_cells(robot: &Described, arena: &Arena, sensor: &Sensor) -> Option<[
     Some([first + before, own.0.len()])
 }
 
-/// The planes of eight sensors that a described robot's tables have, and those of them that its sensors read.
+/// The planes of eight sensors that a parametric robot's tables have, and those of them that its sensors read.
 struct Planes {
     count: usize,
     read: Vec<usize>,
@@ -257,7 +257,7 @@ fn of_rays(rays: &[usize]) -> String {
     )
 }
 
-/// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
+/// The readings of a parametric robot, instead of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
 /// differ from the description.
 fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individual: bool) -> String {
     let (all, listed) = (robot.readings(), robot.sensors.len());
@@ -283,7 +283,7 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
     // One loop over all objects serves all sensors that measure objects.
     let (mut numbers, mut objects, mut readings) = (String::new(), String::new(), String::new());
     let (mut rays, mut bumpers, mut widest) = (Vec::new(), String::new(), "0.0f".to_owned());
-    // What is done for each other robot, if several live together.
+    // For each other robot of a swarm.
     let (mut others, mut pressing) = (String::new(), String::new());
     let (mut read, mut highest) = (String::new(), "0.0f".to_owned());
     if is_individual {

@@ -229,23 +229,26 @@ fn what_is_not_allowed_is_refused() {
         ..spec.clone()
     };
     let error = Stepped::new(&long, 1).unwrap_err().to_string();
-    assert_eq!(error, "cycles: is 1000000; allowed: 1 to 999999 if lives are stepped");
+    assert_eq!(
+        error,
+        "cycles: is 1000000; allowed: 1 to 999999 if episodes are stepped"
+    );
     let error = Stepped::new(&spec, 0).unwrap_err().to_string();
-    assert_eq!(error, "lives: are 0; allowed: 1 to 1048576");
+    assert_eq!(error, "episodes: are 0; allowed: 1 to 1048576");
     let mut stepped = Stepped::new(&spec, 2).unwrap();
     let error = message(stepped.step(&mut cpu, &control, &[0], &[0.5, 0.5]));
     assert_eq!(
         error,
-        "lives: names life 0, which has ended or not begun; allowed: lives that go on"
+        "episodes: names episode 0, which has ended or not begun; allowed: episodes that go on"
     );
     stepped.begin(&mut cpu, &control, &[(0, key(0)), (1, key(1))]).unwrap();
     let mut refused = |who: &[usize], commands: &[f32]| message(stepped.step(&mut cpu, &control, who, commands));
-    assert_eq!(refused(&[2], &[0.5, 0.5]), "lives: is 2; allowed: 0 to 1");
+    assert_eq!(refused(&[2], &[0.5, 0.5]), "episodes: is 2; allowed: 0 to 1");
     assert_eq!(
         refused(&[1, 1], &[0.5; 4]),
-        "lives: names life 1 twice; allowed: each once"
+        "episodes: names episode 1 twice; allowed: each once"
     );
-    assert_eq!(refused(&[1], &[0.5]), "commands: are 1; allowed: 2 for each life");
+    assert_eq!(refused(&[1], &[0.5]), "commands: are 1; allowed: 2 for each episode");
     let error = refused(&[0, 1], &[0.5, 0.5, 0.5, f32::NAN]);
     assert_eq!(error, "commands[1][1]: is NaN; allowed: 0 to 1");
     // What was refused has changed nothing.

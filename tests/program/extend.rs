@@ -436,12 +436,12 @@ fn a_forager_takes_parts() {
             "arena.preset=\"open\"",
             "arena: has a preset, sides or objects; allowed: none of them, a forager's arena is round",
         ),
-        ("noise.motor=0.1", "noise: is not zero in a forager's life"),
+        ("noise.motor=0.1", "noise: is not zero in a forager's episode"),
         ("robot.collision=\"slide\"", "robot.collision: is given; allowed: none"),
         ("arena.nest_radius_mm=601", "arena.nest_radius_mm: is 601"),
         (
             "reality.robot=\"surrogate:1\"",
-            "is `forager` in a surrogate's life; allowed: another kind",
+            "is `forager` in a surrogate's episode; allowed: another kind",
         ),
         (
             "reality.robot=\"serial:/dev/ttyUSB0\"",

@@ -3,7 +3,7 @@
 //!
 //! A loop counts a variable up to an end: `for (var i = start; i < end; i++)`, with any constant step. The end is computed from
 //! constants and from words that the host knows: those of the uniform buffer, which it sets for each dispatch, of the
-//! rollout's element of `worlds`, and of other read-only buffers at indices that are known in the same way. It must have an upper
+//! episode's element of `worlds`, and of other read-only buffers at indices that are known in the same way. It must have an upper
 //! limit, so a word is written as `min(word, GREATEST)`. Any other loop is refused.
 //!
 //! All branches of an `if` count together, since a vector of invocations takes all of them.
@@ -28,7 +28,7 @@ pub enum Bound {
     Word {
         /// The buffer's name.
         buffer: String,
-        /// Index of the element; `None` for the uniform buffer and for the world of the rollout.
+        /// Index of the element; `None` for the uniform buffer and for the world of the episode.
         element: Option<Box<Bound>>,
         /// Word within the element.
         word: u32,
@@ -304,7 +304,7 @@ struct Counted<'a> {
     counting: &'a [Statement],
 }
 
-/// What to write in place of a loop that nothing bounds, given its text.
+/// What to write instead of a loop that nothing bounds, given its text.
 fn instead(text: &str) -> &'static str {
     let text = blank_comments(text);
     let Some(head) = text.strip_prefix("for") else {

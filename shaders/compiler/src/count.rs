@@ -10,7 +10,7 @@ use crate::tree::{Binary, Block, Op, Program, Statement, Ty, Unary, Value};
 /// A class of operations that cost a processor about the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Class {
-    /// Sums, differences and products of floats, their signs, least and greatest, and roundings.
+    /// Sums, differences and products of floats, their signs, minimum and maximum, and roundings.
     Float,
     /// Sums, differences, shifts and bits of integers and truth values.
     Integer,

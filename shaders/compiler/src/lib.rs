@@ -71,7 +71,7 @@ pub struct Compiled {
 }
 
 impl Compiled {
-    /// Refuses a kernel in which a local array has an index that differs between lives, whose element nothing uses yet.
+    /// Refuses a kernel in which a local array has an index that differs between episodes, whose element nothing uses yet.
     ///
     /// # Errors
     /// A refusal for each of these indices.

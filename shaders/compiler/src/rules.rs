@@ -31,7 +31,7 @@ macro_rules! rules {
             }
 
             /// WGSL that breaks it and no other rule, and the same as it should be; `None` if no part can break it. Each is
-            /// a part, but for its function `.._cycle` where that has nothing to do with the rule.
+            /// a part, except for its function `.._cycle` where that has nothing to do with the rule.
             pub fn examples(self) -> Option<[&'static str; 2]> {
                 let examples = match self { $(Self::$rule => [$wrong, $right],)* };
                 (!examples[0].is_empty()).then_some(examples)
@@ -127,7 +127,7 @@ fn is_negative(x: f32) -> bool {
         "Types are f32, u32, i32, bool, and vectors, arrays and structs of them."
         why: "Not every device has floats of 16 bits. Products of matrices leave open in which order sums are made. \
               What textures and samplers return depends on the hardware, and what atomic variables hold depends on \
-              which life comes first."
+              which episode comes first."
         wrong: "\
 fn turned(v: vec2<f32>, c: f32, s: f32) -> vec2<f32> {
     var turn: mat2x2<f32>;
@@ -197,7 +197,7 @@ fn first() -> f32 {
 
     LargeKernel "large-kernel"
         "A kernel has at most 100,000 values and calls, with the body of each function instead of each call."
-        why: "Each call is replaced by the body of its function, since lives that run side by side can't call \
+        why: "Each call is replaced by the body of its function, since episodes that run side by side can't call \
               different ones. Functions that call others many times multiply the kernel again and again, and compiling \
               would not end."
         wrong: "\
@@ -260,9 +260,9 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
 "
 
     SameIndex "same-index"
-        "The index of a local array is the same in all lives: a constant, or a number that a loop counts."
-        why: "This limit is the compiler's: on a processor, 4 to 64 lives run side by side in one vector, and an \
-              element is loaded for all of them together. To choose by a number that differs from life to life, go \
+        "The index of a local array is the same in all episodes: a constant, or a number that a loop counts."
+        why: "This limit is the compiler's: on a processor, 4 to 64 episodes run side by side in one vector, and an \
+              element is loaded for all of them together. To choose by a number that differs from episode to episode, go \
               through the array with `select`."
         wrong: "\
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
@@ -334,7 +334,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
 
     TooManyTurns "too-many-turns"
         "All loops of a cycle together, those of the simulator included, turn at most 100,000 times."
-        why: "A run is stopped between cycles, and a life is cut between cycles into pieces that are short enough for \
+        why: "A run is stopped between cycles, and an episode is cut between cycles into pieces that are short enough for \
               a GPU: drivers reset a device whose work takes longer than some seconds. So no cycle may take long."
         wrong: "\
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
@@ -353,7 +353,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
 
     EntryPoint "entry-point"
         "A part declares plain functions, without `@compute` and its like."
-        why: "A kernel begins at one place, Oneiro's own, which gives each life its number, its genes and its random \
+        why: "A kernel begins at one place, Oneiro's own, which gives each episode its number, its genes and its random \
               numbers. What an entry point of its own could read depends on how the work was cut."
         wrong: "\
 @compute @workgroup_size(64)
@@ -378,7 +378,7 @@ fn prepare() {}
     OwnBuffers "own-buffers"
         "A part declares no buffer and no variable outside of functions: what it remembers is in its struct of state."
         why: "Oneiro makes a kernel's buffers, and would not fill one that it does not know. A variable outside of \
-              functions begins anew in each piece that a life is cut into, so that results would depend on the cuts. \
+              functions begins anew in each piece that an episode is cut into, so that results would depend on the cuts. \
               The state goes from cycle to cycle on every device."
         wrong: "var<private> cycles: u32;\n"
         right: "\
@@ -390,8 +390,8 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
 
     KernelBuffers "kernel-buffers"
         "The kernel's buffers, such as `worlds` and `fitness`, are not named in a part."
-        why: "They hold the genes, states and results of all lives of a batch. A part that reads or writes there \
-              reaches other lives, and results depend on what else is in the batch."
+        why: "They hold the genes, states and results of all episodes of a batch. A part that reads or writes there \
+              reaches other episodes, and results depend on what else is in the batch."
         wrong: "fn best() -> f32 { return fitness[0]; }\n"
         right: "fn best(own: TaskState, sum: f32) -> f32 { return sum; }\n"
 
@@ -415,7 +415,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
          struct or an array."
         why: "An `Episode` has indices into the kernel's buffers. Every function that takes one, such as `gene` and \
               `robot_pose`, reads there. With other indices it would read or write another episode of the batch, and \
-              results would depend on what else is in the batch. `let same = life;` is fine."
+              results would depend on what else is in the batch. `let same = episode;` is fine."
         wrong: "\
 fn draw(step: u32) -> f32 {
     var nobody: Episode;
@@ -430,7 +430,7 @@ fn draw(episode: Episode, step: u32) -> f32 {
 
     AllowedCalls "allowed-calls"
         "Of Oneiro's own functions, a part calls those that docs/extend.md lists."
-        why: "The others take indices into the kernel's buffers, with which a part could reach other lives, and they \
+        why: "The others take indices into the kernel's buffers, with which a part could reach other episodes, and they \
               change from version to version."
         wrong: "fn is_free(x: f32, y: f32) -> bool { return !touches(0u, vec2<f32>(x, y)); }\n"
         right: "fn is_free(episode: Episode, x: f32, y: f32) -> bool { return !blocked(episode, vec2<f32>(x, y)); }\n"
@@ -538,7 +538,7 @@ fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: Con
 
     StateTypes "state-types"
         "A part's memory has fields of f32, u32, i32 and vectors of them."
-        why: "Between two pieces of a life its memory is words in a buffer, and each word is a column of the trace. A \
+        why: "Between two pieces of an episode its memory is words in a buffer, and each word is a column of the trace. A \
               bool has no form in a buffer, and an array no name for each column."
         wrong: "struct TaskState { found: bool }\n"
         right: "struct TaskState { found: u32 }\n"

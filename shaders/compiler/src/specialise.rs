@@ -557,7 +557,7 @@ impl Partial<'_> {
         !self.known.signed_zeros && self.new.ty(value) == Ty::F32 && self.bits(value).is_some_and(is_zero)
     }
 
-    /// What an operation of floats results in if one of them is zero, but for the sign of a zero.
+    /// What an operation of floats results in if one of them is zero, except for the sign of a zero.
     fn same_but_for_zeros(&mut self, op: Binary, a: Value, b: Value) -> Option<Value> {
         match (op, self.is_any_zero(a), self.is_any_zero(b)) {
             (Binary::Multiply, true, _) | (Binary::Multiply, _, true) => Some(self.constant(0, Ty::F32)),

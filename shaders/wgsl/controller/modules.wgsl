@@ -21,11 +21,11 @@ struct ControllerValues {
     avoidance: f32, // 5, 0 to 100: weight of that vector in phototaxis, anti-phototaxis and repulsion
     attraction_avoidance: f32, // 6, 0 to 100: the same in attraction
     least_vector: f32, // 0.1, 0.001 to 10: robots drive straight ahead instead of along shorter vectors
-    slowest_wheel: f32, // -0.5, -1 to 1: the inner wheel's least speed in a curve, as a share of the outer one's
+    slowest_wheel: f32, // -0.5, -1 to 1: the inner wheel's minimum speed in a curve, as a fraction of the outer one's
 }
 
 struct Acted {
-    // speeds of the wheels, as shares of the greatest
+    // speeds of the wheels, as fractions of the maximum
     wheels: vec2<f32>,
     // cycles that exploration still turns: counter-clockwise if positive
     turning: i32,
@@ -35,7 +35,7 @@ fn whole_gene(episode: Episode, index: u32, least: f32, greatest: f32) -> u32 {
     return u32(clamp(floor(gene(episode, index)), least, greatest));
 }
 
-// Speeds of the wheels, as shares of the greatest, along a vector.
+// Speeds of the wheels, as fractions of the maximum, along a vector.
 fn along(own: ControllerValues, v: vec2<f32>) -> vec2<f32> {
     let squared = squared_length(v);
     if (squared < own.least_vector * own.least_vector) {

@@ -1,5 +1,5 @@
-// What every kernel of rollouts shares: the buffers of its inputs. One invocation is one rollout: a robot's episode, or
-// that of all robots of a world. A workgroup's rollouts share what `World` says. A long episode is cut into dispatches of
+// What every kernel of episodes shares: the buffers of its inputs. One invocation is one episode: a robot's episode, or
+// that of all robots of a world. A workgroup's episodes share what `World` says. A long episode is cut into dispatches of
 // `step_begin..step_end`, its state kept between.
 
 // What one dispatch does.
@@ -8,7 +8,7 @@ struct Dispatch {
     step_end: u32,
     // record every Nth step; 0 for no trace
     trace_every: u32,
-    // records per rollout
+    // records per episode
     trace_records: u32,
     // where the first group's inputs start in the whole batch
     first_input: u32,
@@ -19,7 +19,7 @@ struct Dispatch {
     record_words: u32,
 }
 
-// Everything that rollouts share: robot, arena, noise, controller and task. Lengths in mm.
+// Everything that episodes share: robot, arena, noise, controller and task. Lengths in mm.
 struct World {
     // cycles of an episode
     steps: u32,
@@ -93,7 +93,7 @@ struct Shape {
     // the direction of a wall, or of a block's length
     unit_x: f32,
     unit_y: f32,
-    // the share of light that it throws back, for the kernels that cast rays
+    // the fraction of light that it throws back, for the kernels that cast rays
     reflectivity: f32,
     // of a block: half its sides, and from how many points of view it was sampled
     half_length: f32,
@@ -102,7 +102,7 @@ struct Shape {
     unused_a: u32,
 }
 
-// A workgroup's rollouts: their world, how many there are, and where their inputs start.
+// A workgroup's episodes: their world, how many there are, and where their inputs start.
 struct Group {
     world: u32,
     rollouts: u32,

@@ -1,4 +1,4 @@
-// How a described robot in its surroundings differs from its description: numbers in cells from DIFFERENCE_CELL on. Each cell's struct
+// How a parametric robot in its surroundings differs from its description: numbers in cells from DIFFERENCE_CELL on. Each cell's struct
 // says what is in it. The differences of single sensors are in their own cells.
 
 const WAVE_COUNT: u32 = 4u;
@@ -28,7 +28,7 @@ fn reading_cell(world: u32) -> ReadingCell {
 struct MovingCell {
     // up to how many cycles older readings are
     period: f32,
-    // of what the wheels' motion was away from the commanded one: the share that is left after a cycle, and the mean over it
+    // of what the wheels' motion was away from the commanded one: the fraction that is left after a cycle, and the mean over it
     left_over: f32,
     mean: f32,
     // share of what a stopped robot does nevertheless of sliding along and turning
@@ -64,7 +64,7 @@ fn illumination(world: u32, at: vec2<f32>) -> f32 {
     return max(gain, 0x1p-10f);
 }
 
-// The share of a distance at which an object seems to be in so much more light: what returns falls with the distance's square.
+// The fraction of a distance at which an object seems to be in so much more light: what returns falls with the distance's square.
 fn seeming_share(gain: f32) -> f32 {
     return select(reciprocal_root(gain), 1.0f, gain == 1.0f);
 }

@@ -1,4 +1,4 @@
-// Shared by all kernels that simulate one robot per rollout: the episode, its start, and its trace.
+// Shared by all kernels that simulate one robot an episode: the episode, its start, and its trace.
 
 // The part of a trace line that all robots have: the pose at the start of a cycle, the action, and the reward.
 struct Record {
@@ -8,7 +8,7 @@ struct Record {
     // where the readings are from: the pose, or where noise or age displaces it to
     seen_x: f32,
     seen_y: f32,
-    // outputs of the controller, and signed wheel speeds as shares of the greatest
+    // outputs of the controller, and signed wheel speeds as fractions of the maximum
     left: f32,
     right: f32,
     speed_left: f32,
@@ -27,7 +27,7 @@ struct Line {
 @group(0) @binding(6) var<storage, read_write> state: array<State>;
 @group(0) @binding(8) var<storage, read_write> trace: array<Line>;
 
-// Who lives: the world, the key of its random numbers, and the index of its first gene.
+// An episode: its world, the key of its random numbers, and the index of its first gene.
 struct Episode {
     world: u32,
     key: vec2<u32>,

@@ -26,7 +26,7 @@ fn place_of(world: u32, sensor: u32) -> PlaceCell {
     return PlaceCell(own.x, own.y, own.z, own.w);
 }
 
-// A sensor's curve: where it reads half of the greatest, mm, and how steeply its logistic falls there, per mm.
+// A sensor's curve: where it reads half of the maximum, mm, and how steeply its logistic falls there, per mm.
 struct CurveCell {
     half: f32,
     steepness: f32,
@@ -84,7 +84,7 @@ fn timing_of(world: u32) -> TimingCell {
 }
 
 struct WheelsCell {
-    // speed of a wheel at its greatest command, mm/s
+    // speed of a wheel at its maximum command, mm/s
     full_left: f32,
     full_right: f32,
     // turns per mm that the right wheel goes farther than the left

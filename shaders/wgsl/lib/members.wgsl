@@ -27,7 +27,7 @@ const MEMBER_MEMORY: u32 = 16u;
 
 @group(0) @binding(6) var<storage, read_write> state: array<u32>;
 
-// Who lives: the world, the key of its random numbers and the index of its first gene; where the world's words and this robot's
+// Who episodes: the world, the key of its random numbers and the index of its first gene; where the world's words and this robot's
 // are, and the robot's number. Of a world as a whole the key is its own, the gene that of the genome, and the robot the first.
 struct Episode {
     world: u32,
@@ -42,7 +42,7 @@ struct Episode {
 struct MembersCell {
     count: f32,
     body: f32,
-    // the greatest squared distance at which a robot's sensors notice another
+    // the maximum squared distance at which a robot's sensors notice another
     reach_squared: f32,
     // 1 if robots push each other, 0 if they stop
     pushes: f32,
@@ -97,7 +97,7 @@ fn member_episode(episode: Episode, member: u32) -> Episode {
     return Episode(episode.world, key, first_gene(episode, member), episode.world_words, own, member);
 }
 
-// What parts that a user wrote may ask of robots that live together; docs/swarms.md lists it.
+// What parts that a user wrote may ask of robots of a swarm; docs/swarms.md lists it.
 
 // Number of robots in the world.
 fn robots(episode: Episode) -> u32 {

@@ -6,7 +6,7 @@ struct Motion {
     displacement: f32,
     // turns, counter-clockwise
     turn: f32,
-    // signed wheel speeds as a share of the greatest, in [-1, 1]
+    // signed wheel speeds as a fraction of the maximum, in [-1, 1]
     left: f32,
     right: f32,
 }

@@ -1,5 +1,5 @@
 // Functions that kernels need and WGSL gives no exact promise for, written from exactly rounded operations
-// only. An error is the greatest over every float of the range, unless said otherwise; docs/numerics.md has
+// only. An error is the maximum over every float of the range, unless said otherwise; docs/numerics.md has
 // how the constants were found, and tests/library/numerics.rs measures the errors again. In its range no function
 // makes a NaN, an infinity or a subnormal number, not even on the way.
 

@@ -12,7 +12,7 @@ fn blocked(episode: Episode, at: vec2<f32>) -> bool {
 }
 
 // Distance in mm from a point to the nearest object along a ray, up to 100 m. The heading is in turns. Without an object,
-// `most`, which is also the greatest distance that is returned.
+// `most`, which is also the maximum distance that is returned.
 fn distance_along(episode: Episode, start: vec2<f32>, heading: f32, most: f32) -> f32 {
     return ray_in_world(episode.world, start, heading, most);
 }
@@ -69,7 +69,7 @@ fn ray_to_wall(shape: u32, start: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32
     return to_wall(to, span, ahead, most);
 }
 
-// How far a wall goes beyond its ends for a ray, as a share of its length, so that no ray slips through where walls meet.
+// How far a wall goes beyond its ends for a ray, as a fraction of its length, so that no ray slips through where walls meet.
 const PAST_END: f32 = 0x1p-20f;
 
 // Distance along a ray to a wall that starts at `to` and spans `span`; `most` if the ray misses it.

@@ -1,7 +1,7 @@
-// Behaviours of a forager that lives outside of the kernel: what it reads is reported, and the trace says what it wants to
+// Behaviours of a forager outside the kernel: its readings are reported, and the trace says what it wants to
 // drive.
 
-// What a rollout keeps from one dispatch to the next: what its behaviours remember.
+// What an episode keeps from one dispatch to the next: what its behaviours remember.
 struct State {
     escape: f32,
     straight: u32,

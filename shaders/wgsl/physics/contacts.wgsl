@@ -8,7 +8,7 @@ const OVERLAP: f32 = 1.0f;
 const TOUCH: f32 = 0x1p-6f;
 // How often bodies that overlap push each other in a cycle, at most.
 const PUSHES: u32 = 12u;
-// The farthest that a robot gets in a cycle, as a share of its radius: less than from its centre to the nearest wall, so that
+// The farthest that a robot gets in a cycle, as a fraction of its radius: less than from its centre to the nearest wall, so that
 // it comes out of a wall on the side that it was on.
 const FARTHEST: f32 = 0.75f;
 

@@ -1,7 +1,7 @@
 // Episode of a forager with any controller and any task: sense, act, drive, take food and bring it, reward. With the behaviours
 // and the task that ship its bits are those of `physics/foraging`.
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
+// What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {
     // where the food lies
     food: Food,
@@ -90,7 +90,7 @@ fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
     own.food = brought.food;
     own.carries = select(0u, 1u, brought.carries);
 
-    // Wheel speeds as shares of the greatest.
+    // Wheel speeds as fractions of the maximum.
     let robot = robot_of(world);
     let share = reciprocal(robot.farthest);
     let apart = robot.half_turn_path * driven.turn;

@@ -1,6 +1,6 @@
 // Episode of one forager in its on-board simulator: behave, drive, take food and bring it.
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
+// What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {
     // where the food lies
     x_first: vec4<f32>,
@@ -86,7 +86,7 @@ fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
     own.wait = deed.memory.wait;
     own.fitness += brought.earned;
 
-    // Wheel speeds as shares of the greatest.
+    // Wheel speeds as fractions of the maximum.
     let robot = robot_of(episode.world);
     let share = reciprocal(robot.farthest);
     let apart = robot.half_turn_path * moved.turn;

@@ -1,7 +1,7 @@
-// Episode of a described robot as an individual in its surroundings: the same cycle as in the simulator, with all that differs from the
-// description. Every difference has a strength; with all of them at 0 a robot lives as in the simulator, bit for bit.
+// Episode of a parametric robot as an individual in its surroundings: the same cycle as in the simulator, with all that differs from the
+// description. Every difference has a strength; with all of them at 0 the episode is bit-identical to the simulator's.
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
+// What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {
     task: TaskState,
     controller: ControllerState,

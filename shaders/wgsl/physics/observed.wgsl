@@ -1,4 +1,4 @@
-// Traces of worlds of robots that are observed: in place of the first robot's line one for each robot, robot after
+// Traces of worlds of robots that are observed: instead of the first robot's line one for each robot, robot after
 // robot. They also say whose messages the robot has heard and what it has earned since the line before. `MEMBER_SENDERS`, a bit for
 // each robot in SENDER_WORDS words, and `MEMBER_EARNED` are generated. The fitness of a line is what it would be if the episode ended
 // there.

@@ -1,7 +1,7 @@
-// Episode of a robot outside of the kernel: what it reads and where it gets to is reported, cycle by cycle, before a rollout's
+// Episode of a robot outside of the kernel: what it reads and where it gets to is reported, cycle by cycle, before an episode's
 // genes. The controller decides, and the task rewards, as in the simulator.
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
+// What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {
     task: TaskState,
     controller: ControllerState,

@@ -1,6 +1,6 @@
 // Episode in the simulator that is made from a robot's own samples: sense, act, move, reward.
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
+// What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {
     task: TaskState,
     controller: ControllerState,

@@ -1,7 +1,7 @@
 // Episode as a surrogate of a real robot: the same cycle as in the simulator, by physics that its samples don't
-// contain. Every difference has a strength; with all of them at 0 a robot lives as its simulator says.
+// contain. Every difference has a strength; with all of them at 0 the episode is the simulator's.
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
+// What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {
     task: TaskState,
     controller: ControllerState,

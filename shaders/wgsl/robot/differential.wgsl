@@ -21,7 +21,7 @@ fn robot_after(world: u32, end: vec3<f32>, own: RobotState) -> RobotState {
     return own;
 }
 
-// Whether it can't live on.
+// Whether the episode ends.
 fn robot_ends(world: u32, own: RobotState) -> bool {
     return false;
 }

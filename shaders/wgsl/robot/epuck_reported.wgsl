@@ -4,7 +4,7 @@
 const REPORTED_NEAR: u32 = FORAGER_GENES;
 const REPORTED_LIGHT: u32 = REPORTED_NEAR + 4u;
 const REPORTED_CARRIES: u32 = REPORTED_LIGHT + 8u;
-// Inputs of a rollout after its key.
+// Inputs of an episode after its key.
 const REPORTED_INPUTS: u32 = REPORTED_CARRIES + 1u;
 
 fn reported(episode: Episode, first: u32) -> vec4<f32> {

@@ -3,11 +3,11 @@
 
 // The world's first cell of numbers.
 struct VariedCell {
-    // greatest share by which an activation is larger or smaller
+    // maximum share by which an activation is larger or smaller
     gain: f32,
-    // greatest turn, in turns, for each mm of the way
+    // maximum turn, in turns, for each mm of the way
     veer: f32,
-    // greatest share of a cycle by which commands act late
+    // maximum share of a cycle by which commands act late
     delay: f32,
     // 1 if an episode keeps what it draws first
     per_episode: f32,

@@ -73,7 +73,7 @@ fn as_readings(near: vec4<f32>, ahead: vec4<f32>, behind: vec4<f32>, carries: bo
     );
 }
 
-// The greatest reading of proximity.
+// The maximum reading of proximity.
 fn highest(r: Readings) -> f32 {
     return max(max(r.near_left_17, r.near_left_50), max(r.near_right_50, r.near_right_17));
 }

@@ -82,7 +82,7 @@ fn meet_plane(rays: Rays, normal: vec2<f32>, inverse: f32, reflectivity: f32) ->
 }
 
 // A wall from a point: the normal that looks from the point to the wall, the distance and its inverse, where the wall
-// begins, as a share of its length, and its direction over its length.
+// begins, as a fraction of its length, and its direction over its length.
 struct WallSeen {
     normal: vec2<f32>,
     distance: f32,
@@ -110,7 +110,7 @@ fn wall_from(at: vec2<f32>, wall: Thing) -> WallSeen {
 fn meet_wall(rays: Rays, wall: WallSeen) -> Met {
     let plane = meet_plane(rays, wall.normal, wall.inverse, wall.reflectivity);
     let incidence = rays.x * wall.normal.x + rays.y * wall.normal.y;
-    // Where along the wall, as a share of its length, times the incidence.
+    // Where along the wall, as a fraction of its length, times the incidence.
     let along = wall.start * incidence + wall.distance * (rays.x * wall.scaled.x + rays.y * wall.scaled.y);
     let hit = (along >= vec4<f32>(0.0f)) & (along <= incidence);
     return Met(select(vec4<f32>(0.0f), plane.nearness, hit), plane.light);

@@ -28,7 +28,7 @@ fn bearing_of(world: u32, heading: f32, to: vec2<f32>, inverse: f32) -> u32 {
     return min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
 }
 
-// The greatest of the eight activations.
+// The maximum of the eight activations.
 fn highest(r: Readings) -> f32 {
     let a = max(max(r.first.x, r.first.y), max(r.first.z, r.first.w));
     let b = max(max(r.last.x, r.last.y), max(r.last.z, r.last.w));

@@ -3,7 +3,7 @@
 
 // The first cells of a model's numbers; LAMP_CELL follows, with a cell for each lamp.
 struct ReferenceCell {
-    // greatest errors of the readings of proximity, light and the floor
+    // maximum errors of the readings of proximity, light and the floor
     proximity_noise: f32,
     light_noise: f32,
     ground_noise: f32,

@@ -46,7 +46,7 @@ impl Specialised {
         worlds(groups).flat_map(of_world).collect()
     }
 
-    /// Notes that groups have lived by the codes that were ready, and how long all of them took together.
+    /// Notes that groups ran on the codes that were ready, and their total time.
     pub(crate) fn spend(&self, groups: &[Part<'_>], mut ready: &[Option<LaneCode>], time: Duration) {
         if ready.is_empty() {
             return;

@@ -14,7 +14,7 @@ use super::spirv;
 use crate::devices::background;
 use crate::evaluator::{Control, Error};
 
-/// Number of storage buffers that a life binds.
+/// Number of storage buffers that an episode binds.
 const STORAGE_BUFFERS: u32 = 8;
 
 /// Form of a device's kernels.

@@ -44,7 +44,7 @@ pub struct Command {
 /// use oneiro::swarm::{Command, Driven, Lamp, Swarm, robot_key};
 ///
 /// let swarm = Swarm::odowd2014(2);
-/// let key = Key::rollout(1, 0, 0, 0);
+/// let key = Key::episode(1, 0, 0, 0);
 /// let mut cpu = Cpu::new(Some(1))?;
 /// let mut world = Driven::new(&mut cpu, &swarm, Lamp::fixed(Light::OverNest), key)?;
 /// // One robot searches for food, the other is not switched on.
@@ -103,7 +103,7 @@ impl Driven {
         &self.readings
     }
 
-    /// Lets the world live for a cycle, with a command for each robot. All robots that are switched on are said to search.
+    /// Simulates a cycle, with a command for each robot. All robots that are switched on are said to search.
     ///
     /// # Errors
     /// Another number of commands than robots; a drive that isn't finite or beyond [`GREATEST_GENE`]; the end of the swarm's cycles; those
@@ -129,7 +129,7 @@ impl Driven {
         Ok(line)
     }
 
-    /// Takes a step of the kernel: step 0 begins the world, and each later one lives the cycle before it.
+    /// Takes a step of the kernel: step 0 begins the world, and each later one simulates the cycle before it.
     fn step(&mut self, device: &mut dyn Evaluator, step: u32, commands: &[Command]) -> Result<Line, Trouble> {
         let orders: Vec<Order> = commands.iter().map(|own| self.order(own)).collect();
         let inputs = self.swarm.inputs(&self.lamp, &orders);
@@ -150,7 +150,7 @@ impl Driven {
         Ok(self.swarm.lines(&outcome.logs[0], batch.record_words()).swap_remove(0))
     }
 
-    /// A command in the form of an order: in place of the genes of later cycles, which never come, it has the drive.
+    /// A command in the form of an order: instead of the genes of later cycles, which never come, it has the drive.
     fn order(&self, command: &Command) -> Order {
         const NEVER: u32 = GREATEST_GENE as u32;
         let drive = command.drive.unwrap_or_default();

@@ -194,7 +194,7 @@ impl Part {
         &self.functions
     }
 
-    /// Whether it has a mission, for several robots that live together.
+    /// Whether it has a mission, for swarms.
     pub fn has_mission(&self) -> bool {
         self.functions.contains(&interface::MISSION)
     }

@@ -332,7 +332,7 @@ fn types() {
 
 #[test]
 fn indices() {
-    let message = "the index of a local array has to be the same in all lives";
+    let message = "the index of a local array has to be the same in all episodes";
     refused("var a: array<f32, 4>; a[u & 3u] = 1.0f; out[lane] = a[0];", message);
     refused("var a: array<f32, 4>; out[lane] = a[lane];", message);
     refused(

@@ -42,7 +42,7 @@ const CALLS: [&str; 20] = [
 ];
 /// Functions that are generated for parts with values.
 const VALUES: [&str; 3] = ["sensor_values", "controller_values", "task_values"];
-/// Fields that identify a rollout in its batch. What depends on them would depend on what else is in the batch.
+/// Fields that identify an episode in its batch. What depends on them would depend on what else is in the batch.
 const PLACES_IN_THE_BATCH: [&str; 2] = ["world", "genes"];
 /// What to write where a part asks for another's memory.
 const NO_MEMORY: &str = "no part can read another's memory; make what is shared a reading of the sensors, and read it as \
@@ -103,10 +103,10 @@ pub(super) fn problems(
     problems
 }
 
-/// Functions that parts may call where robots live together; `lib/members` has them.
+/// Functions that parts may call in swarms; `lib/members` has them.
 const TOGETHER: [&str; 5] = ["robots", "robot_number", "robot_pose", "floor_at", "clusters_within"];
 
-/// Refuses parts that declare or call what only foragers, or only robots that live together, are made of.
+/// Refuses parts that declare or call what only foragers' or only swarms' kernels have.
 pub(super) fn of_few(own: &OwnParts, taken: &BTreeSet<String>) -> Result<(), Refusals> {
     let mut problems = Refusals::new();
     for own in own.iter() {
@@ -140,8 +140,8 @@ fn constant_problems(genes: &[GeneField], taken: &BTreeSet<String>) -> Refusals 
 /// Names that are declared by the shipped parts which users' parts are composed with, and by what is generated beside them.
 fn shipped_names() -> BTreeSet<String> {
     let is_composed = |path: &&str| {
-        let life = |name: &str| name.starts_with("life_") || name.starts_with("surrogate_");
-        let mut kernels = KERNELS.iter().filter(|kernel| life(kernel.name));
+        let episode = |name: &str| name.starts_with("life_") || name.starts_with("surrogate_");
+        let mut kernels = KERNELS.iter().filter(|kernel| episode(kernel.name));
         let is_of_few = kernel::is_of_foragers(path) || kernel::is_of_members(path);
         let ships = KERNELS.iter().any(|kernel| kernel.parts.contains(path)) || is_of_few;
         !ships || kernels.any(|kernel| kernel.parts.contains(path))

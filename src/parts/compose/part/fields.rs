@@ -27,7 +27,7 @@ pub(super) struct GeneField {
     pub(super) name: String,
     /// Number of an array's elements, an expression in WGSL.
     pub(super) count: Option<String>,
-    /// Least and greatest value, if it has a range of its own.
+    /// Minimum and maximum value, if it has a range of its own.
     pub(super) range: Option<[f32; 2]>,
     pub(super) place: Place,
 }

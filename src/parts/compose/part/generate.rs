@@ -70,7 +70,7 @@ pub(super) fn missing(
     text
 }
 
-/// What stands between a user's controller and the kernel. Beyond a rollout's own genes are those of others.
+/// What stands between a user's controller and the kernel. Beyond an episode's own genes are those of others.
 const CONTROLLER: &str = "\
 fn gene(episode: Episode, index: u32) -> f32 {
     return bitcast<f32>(inputs[episode.genes + min(index, CONTROLLER_GENES - 1u) * LANES]);
@@ -102,7 +102,7 @@ pub(super) const UNUSED: &str = "unused";
 /// The constant with the first cell of what an experiment gives its parts besides their values.
 pub(super) const GIVEN_CELL: &str = "GIVEN_CELL";
 
-/// Constants of a described robot.
+/// Constants of a parametric robot.
 pub(super) const COUNTS: [&str; 5] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", "PLANES", "DIFFERENCE_CELL"];
 
 /// The function that `reading` declares.
@@ -127,7 +127,7 @@ pub(super) fn reading(fields: &[String]) -> String {
 /// Numbers of a pose: x and y in mm, heading in turns.
 const POSE: usize = 3;
 
-/// Where reports stand before the genes of a rollout: the readings, the pose at the start of a life, and the pose at the end of
+/// Where reports stand before the genes of an episode: the readings, the pose at the start of an episode, and the pose at the end of
 /// a cycle.
 pub(super) fn reports(fields: &[String]) -> String {
     let count = fields.len();

@@ -8,7 +8,7 @@ use oneiro_shader_compiler::declarations::members;
 
 use super::fields::{self, Remembered};
 use super::interface::{self, MISSION_STATE};
-use crate::parts::compose::{Hearing, Kind, Lives, OwnPart, OwnParts, Owner, Scalar, Together};
+use crate::parts::compose::{EpisodeKind, Hearing, Kind, OwnPart, OwnParts, Owner, Scalar, Together};
 
 /// Parts of worlds of several robots, and those that they take the place of.
 pub(super) const PARTS: [&str; 11] = [
@@ -32,10 +32,10 @@ const RM12: &str = "sensor/rm12.wgsl";
 const VECTORS: &str = "sensor/vectors.wgsl";
 
 /// Whether such a world is made of one of these parts.
-pub(super) fn is_needed(path: &str, hearing: Option<Hearing>, lives: Lives) -> bool {
+pub(super) fn is_needed(path: &str, hearing: Option<Hearing>, episodes: EpisodeKind) -> bool {
     match path {
-        FIRST => lives != Lives::Observed,
-        OBSERVED => lives == Lives::Observed,
+        FIRST => episodes != EpisodeKind::Observed,
+        OBSERVED => episodes == EpisodeKind::Observed,
         REFERENCE => hearing.is_some(),
         RM11 | RM12 | VECTORS => hearing.is_some_and(|hearing| hearing.part == path),
         _ => PARTS.contains(&path),
@@ -131,7 +131,7 @@ impl Words {
     }
 }
 
-/// What robots that live together need beside the parts of a kernel: their numbers of words, functions that load and save what
+/// What swarms need besides the parts of a kernel: their numbers of words, functions that load and save what
 /// parts remember, and what each robot earns. `readings` are the fields of `Readings`.
 pub(super) fn declarations(
     parts: &[compiler::Part],
@@ -179,7 +179,7 @@ fn save_{word}(own: u32, memory: {structure}) {{
             loaded.join(", ")
         );
     }
-    let is_observed = owner.lives == Lives::Observed;
+    let is_observed = owner.episodes == EpisodeKind::Observed;
     text += &if earns_alone || is_observed {
         kept(&mut of_member, readings)
     } else {
