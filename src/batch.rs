@@ -19,7 +19,7 @@ use packing::Packed;
 pub use packing::{Buffers, WorldKind};
 pub use trace::Trace;
 
-/// Rollouts per group: the kernels' workgroup size.
+/// Episodes per group: the kernels' workgroup size.
 pub const LANES: usize = episode::LANES as usize;
 
 /// Maximum magnitude of a gene, so that no sum in a controller overflows.
@@ -139,7 +139,7 @@ impl Worlds {
             .enumerate()
             .map(|(index, world)| Facts::of(world, index, &packed))
             .collect();
-        // What ships is known to be within bounds.
+        // Shipped kernels are within bounds.
         let most = |facts: &Facts| GREATEST_TURNS.max(GREATEST_TURNS_EACH * facts.robots);
         let too_long = |facts: &Facts| kernel.variants.is_empty() && facts.loops.max(facts.begin_loops) > most(facts);
         if let Some(index) = facts.iter().position(too_long) {
@@ -386,7 +386,7 @@ fn pieces<'a>(lists: impl IntoIterator<Item = &'a [Rollout<'a>]>) -> Vec<&'a [Ro
     lists.into_iter().flat_map(|list| list.chunks(PIECE)).collect()
 }
 
-/// Checked episodes, packed as the kernels read them: in groups of 64 slots that share a world. Rollouts keep their
+/// Checked episodes, packed as the kernels read them: in groups of 64 slots that share a world. Episodes keep their
 /// order within a world; a world's last group may have idle slots.
 ///
 /// The worlds of a batch have one kernel, see [`Worlds`].

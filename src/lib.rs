@@ -35,7 +35,7 @@ pub mod foraging {
 }
 
 pub mod differential {
-    //! Robots that are described, and what else a robot may be.
+    //! Parametric robots, and what else a robot may be.
 
     pub use crate::world::Build;
     pub use crate::world::differential::*;

@@ -10,18 +10,18 @@ impl Key {
     ///
     /// ```
     /// use oneiro::random::Key;
-    /// assert_ne!(Key::episode(1, 0, 0, 0), Key::episode(1, 0, 0, 1));
+    /// assert_ne!(Key::rollout(1, 0, 0, 0), Key::rollout(1, 0, 0, 1));
     /// ```
     pub fn rollout(run_seed: u64, generation: u64, individual: u64, trial: u64) -> Self {
         Keys::new(run_seed, generation).of(individual, trial)
     }
 }
 
-/// Keys of the episodes of a generation, made in half of the time: what all of them share is computed once.
+/// Keys of the episodes of a generation, in half of the time: their common part is computed once.
 ///
 /// ```
 /// use oneiro::random::{Key, Keys};
-/// assert_eq!(Keys::new(1, 2).of(3, 4), Key::episode(1, 2, 3, 4));
+/// assert_eq!(Keys::new(1, 2).of(3, 4), Key::rollout(1, 2, 3, 4));
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Keys([u32; 4]);

@@ -1,5 +1,5 @@
-// Worlds of robots that are driven from outside, cycle by cycle: what this part declares takes the place of the same names in
-// `swarm` and `controller/behaviours`. What the robots' sensors will read in the next cycle is kept after the words of all
+// Swarms driven from outside, cycle by cycle: this part's declarations replace the same names in
+// `swarm` and `controller/behaviours`. The robots' next readings are kept after the words of all
 // robots. Step 0 begins a world, and step N is its cycle N - 1.
 
 // Where an order has a robot's drive, counted from its first gene, which is below 0 if the robot is not switched on.

@@ -9,7 +9,7 @@ use crate::parameter::Invalid;
 /// Most episodes of a batch.
 const GREATEST: usize = 1 << 28;
 
-/// Rollouts in their slots.
+/// Episodes in their slots.
 pub(super) struct Layout {
     pub(super) groups: Vec<episode::Group>,
     /// Slot of each episode.
@@ -120,7 +120,7 @@ fn grouped(facts: &[Facts], counts: &[Vec<usize>]) -> Result<(Vec<episode::Group
 /// The inputs of all slots while they are written for the first time, by several threads.
 struct Lanes(*mut u32);
 
-// SAFETY: each slot has words of its own, and is written by one thread alone: that of the list whose episode has it.
+// SAFETY: slots share no words, and only one thread writes a slot: that of the list whose episode has it.
 unsafe impl Sync for Lanes {}
 
 impl Lanes {

@@ -1,4 +1,4 @@
-//! The CPU and a GPU side by side: each batch goes to the one that is expected to finish it sooner.
+//! The CPU and a GPU side by side: each batch goes to the one expected to finish it earlier.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};

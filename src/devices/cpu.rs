@@ -16,7 +16,7 @@ use crate::devices::threads::startable;
 use crate::devices::variants::Specialise;
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
-/// Cycles between checks for cancellation: some ten milliseconds of 64 episodes.
+/// Cycles between checks for cancellation: about ten milliseconds of 64 episodes.
 const CHUNK: u32 = 16_384;
 /// Said of a processor that kernels can't be compiled for.
 const SLOW: &str = "; kernels composed at run time are interpreted, which is slow";
@@ -217,7 +217,7 @@ impl Cpu {
         Ok(result)
     }
 
-    /// Whether a lane code is of the instruction set that was asked for, if one was.
+    /// Whether a lane code is of the requested instruction set, if any.
     fn is_wanted(&self, name: &str) -> bool {
         self.variant
             .is_none_or(|wanted| instruction_set(wanted) == instruction_set(name))
@@ -237,7 +237,7 @@ impl Cpu {
         }
     }
 
-    /// Returns the lane code that was asked for by name, or else the one with the shortest estimated time. With few episodes,
+    /// Returns the lane code requested by name, or else the one with the shortest estimated time. With few episodes,
     /// narrow ones keep more threads busy. A kernel composed at run time has only one, unless it was compiled ahead of time on
     /// this machine.
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<LaneCode, Error> {
@@ -364,7 +364,7 @@ fn has_narrower((name, lanes): (&str, u32), all: &[(&str, u32)]) -> bool {
         .any(|(other, fewer)| instruction_set(other) == instruction_set(name) && (2..lanes).contains(fewer))
 }
 
-/// Rollouts of one group, and the destination of their results.
+/// Episodes of one group, and the destination of their results.
 struct GroupRun<'a> {
     part: &'a Part<'a>,
     code: &'a LaneCode,
@@ -543,10 +543,7 @@ mod tests {
         assert!(full.is_none());
         assert!(few.as_ref().is_some_and(|few| few.lanes() < code.lanes()));
         cpu = cpu.with_variant(Cpu::variants()[0]).unwrap();
-        assert!(
-            cpu.for_few(&code, &parts).is_empty(),
-            "a code that was asked for is kept"
-        );
+        assert!(cpu.for_few(&code, &parts).is_empty(), "a requested code is kept");
     }
 
     #[test]

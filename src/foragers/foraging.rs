@@ -266,7 +266,7 @@ impl Foraging {
     /// let worlds = Worlds::new(&[Foraging::odowd2014(Light::OverNest)])?;
     /// // To the light with food, away from it without.
     /// let genes = [0.99, 0.0];
-    /// let episode = |i| Rollout { world: 0, genes: &genes, key: Key::episode(1, 0, i, 0) };
+    /// let episode = |i| Rollout { world: 0, genes: &genes, key: Key::rollout(1, 0, i, 0) };
     /// let episodes: Vec<_> = (0..100).map(episode).collect();
     /// let outcome = Cpu::new(None)?.evaluate(&worlds.batch(&episodes, None)?, &Control::new())?;
     /// assert!(outcome.fitness.iter().sum::<f32>() > 0.0);

@@ -1,4 +1,4 @@
-//! The behaviours of the 2014 study on a real robot, or in somebody else's simulation: what its sensors read is reported cycle by cycle,
+//! The behaviours of the 2014 study on a real robot, or in somebody else's simulation: its readings are reported cycle by cycle,
 //! and the behaviours decide by the same code and with the same bits as those of a [swarm](crate::swarm).
 //!
 //! ```
@@ -10,7 +10,7 @@
 //!
 //! let robot = Foraging::odowd2014(Light::OverNest);
 //! let acting = Acting::new(&robot)?;
-//! let mut mind = Acting::begin(Key::episode(1, 0, 0, 0));
+//! let mut mind = Acting::begin(Key::rollout(1, 0, 0, 0));
 //! let mut cpu = Cpu::new(Some(1))?;
 //! // Nothing is near, and the light is straight ahead: a robot with food that seeks the light drives on.
 //! let readings = Readings {
@@ -40,16 +40,16 @@ pub const MEMORY: usize = 4;
 /// What a robot does in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deed {
-    /// Way of its centre that it wants to drive, mm.
+    /// Commanded way of its centre, mm.
     pub forward: f32,
-    /// Turns that it wants to make, counter-clockwise.
+    /// Commanded turn, turns counter-clockwise.
     pub turn: f32,
     /// The behaviour that decided.
     pub behaviour: Behaviour,
 }
 
 impl Deed {
-    /// What it wants to drive.
+    /// The commanded way and turn.
     pub fn drive(&self) -> Drive {
         Drive {
             forward: self.forward,

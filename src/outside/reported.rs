@@ -1,4 +1,4 @@
-//! Episodes outside the kernels: of a real robot, or in somebody else's simulation. What the robot reads and where it gets to is
+//! Episodes outside the kernels: of a real robot, or in somebody else's simulation. Its readings and poses are
 //! reported cycle by cycle; the controller decides, and the task rewards, by the same code and with the same bits as in the simulator.
 //!
 //! ```
@@ -9,7 +9,7 @@
 //!
 //! let world = Reported::new(&WorldSpec { cycles: 2, ..WorldSpec::miglino1995() })?;
 //! let mut cpu = Cpu::new(Some(1))?;
-//! let mut episode = world.begin(&[0.5; 18], Key::episode(1, 0, 0, 0), [100.0, 90.0, 0.0])?;
+//! let mut episode = world.begin(&[0.5; 18], Key::rollout(1, 0, 0, 0), [100.0, 90.0, 0.0])?;
 //! // Nothing is seen: it drives ahead, by 3 mm in a cycle of 100 ms.
 //! while let Some([left, right]) = episode.speeds(&mut cpu, &[0.0; 8])? {
 //!     assert!(left == right && left > 0.0);

@@ -11,7 +11,7 @@
 //!
 //! let mut cpu = Cpu::new(Some(1))?;
 //! let mut episodes = Stepped::new(&WorldSpec::miglino1995(), 2)?;
-//! episodes.begin(&mut cpu, &Control::new(), &[(0, Key::episode(1, 0, 0, 0)), (1, Key::episode(1, 0, 1, 0))])?;
+//! episodes.begin(&mut cpu, &Control::new(), &[(0, Key::rollout(1, 0, 0, 0)), (1, Key::rollout(1, 0, 1, 0))])?;
 //! assert_eq!(episodes.readings().len(), 2 * 8);
 //! // Both wheels forwards, and a turn on the spot.
 //! episodes.step(&mut cpu, &Control::new(), &[0, 1], &[0.9, 0.9, 0.1, 0.9])?;
@@ -208,7 +208,7 @@ impl Stepped {
             let problem = format!("are {}; allowed: {COMMANDS} for each episode", commands.len());
             return Err(Invalid::new("commands", problem).into());
         }
-        // False for what is not a number, too.
+        // Also false for NaN.
         let is_allowed = |command: &f32| command.abs() <= GREATEST_GENE;
         if let Some(index) = commands.iter().position(|command| !is_allowed(command)) {
             let problem = format!("is {}; allowed: 0 to 1", commands[index]);

@@ -1,4 +1,4 @@
-//! Kernels composed when the program runs: a shipped kernel with a user's sensors, controller or task instead of its own.
+//! Kernels composed at run time: a shipped kernel with a user's sensors, controller or task.
 //! Nothing is rebuilt, and results are the same bits on every device, like those of the kernels that ship.
 //!
 //! Each is one WGSL part, see `docs/extend.md`:
@@ -59,7 +59,7 @@ pub const GREATEST_GENES: u32 = 1024;
 /// A kind of part that a user may write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// Sensors beside the robot's eight sensors of proximity.
+    /// Sensors besides the robot's eight sensors of proximity.
     Sensor,
     /// Mapping from readings to commands of the wheels.
     Controller,
@@ -138,7 +138,7 @@ pub enum DetailKind {
     Other,
     /// Robots whose messages it has heard since the record before, a bit for each, 32 in a word. Of observed worlds.
     Heard,
-    /// What its task has earned since the record before, if the task's part scores each robot. Of observed worlds.
+    /// Its task's rewards since the record before, if the task's part scores each robot. Of observed worlds.
     Earned,
 }
 
@@ -398,7 +398,7 @@ impl OwnParts {
         self.iter().flat_map(OwnPart::cells).collect()
     }
 
-    /// A kernel with these parts, and their owner's sensors and motors, instead of its own.
+    /// A kernel with these parts and their owner's sensors and motors.
     ///
     /// # Errors
     /// `KIND.part`: everything that is wrong with the parts. `robot.sensors` and `robot.sensors[N].name`: names that WGSL doesn't

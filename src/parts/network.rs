@@ -1,4 +1,4 @@
-//! Networks that are described by their layers. Each is written out as the WGSL of a controller, and composed like a user's.
+//! Networks given by their layers. Each is written out as the WGSL of a controller, and composed like a user's.
 
 use std::fmt::Write;
 
@@ -25,7 +25,7 @@ pub struct Network {
 /// A layer of units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// What its units are.
+    /// The kind of its units.
     pub kind: LayerKind,
     /// Number of units, 1 to 64.
     pub units: u32,
@@ -200,7 +200,7 @@ impl Layer {
         self.sums().len() as u32 * self.sum_genes(inputs) + u32::from(self.kind == LayerKind::Ctrnn)
     }
 
-    /// What its units remember: outputs of the previous cycle are `unit`.
+    /// The memory of its units: outputs of the previous cycle are `unit`.
     fn memory(&self) -> &'static [&'static str] {
         match self.kind {
             LayerKind::Dense => &[],

@@ -94,7 +94,7 @@ pub struct Obstacle {
     pub class: String,
 }
 
-/// A rectangular obstacle at any angle, mm. It looks different from different sides, so its class's sensor table may
+/// A rectangular obstacle at any angle, mm. Readings differ between its sides, so its class's sensor table may
 /// have several points of view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
@@ -123,7 +123,7 @@ pub struct Light {
     pub brightness: f32,
     /// Height above the floor, mm, for robots with a reference model. `None`: 0.
     pub height: Option<f32>,
-    /// What its distance is divided by, for robots with a reference model. `None`: 1.
+    /// Divisor of its distance, for robots with a reference model. `None`: 1.
     pub intensity: Option<f32>,
 }
 
@@ -292,7 +292,7 @@ impl Arena {
     }
 
     /// A convex polygon, given its corners counter-clockwise. Robots start in the maximum disc around the middle of the rectangle
-    /// around it, of `start_radius` if that is given.
+    /// around it, of `start_radius` if set.
     pub fn polygon(corners: &[[f32; 2]], start_radius: Option<f32>) -> Self {
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         for corner in corners {

@@ -1,4 +1,4 @@
-//! Robots that are described sensor by sensor: two wheels, sensors of a few kinds, and a battery. Sensors and motors may also be
+//! Parametric robots: two wheels, sensors of a few kinds, and a battery. Sensors and motors may also be
 //! sampled.
 
 use crate::genes::PREVIOUS;
@@ -41,7 +41,7 @@ pub struct Differential {
     pub wheel_noise_law: Option<WheelNoise>,
     /// Number of such robots in the world, 1 to [`GREATEST_MEMBERS`]. `None`: one, as a single robot.
     pub count: Option<u32>,
-    /// Of several robots: which of them share their genes.
+    /// Which robots of a swarm share their genes.
     pub genomes: Genomes,
     /// Of several robots: what bodies do that meet. `None`: they push.
     pub contact: Option<Contact>,

@@ -11,7 +11,7 @@ use crate::world::arena::{Arena, Field, Patch, Wall};
 pub struct Forager {
     /// Its body, its behaviours and its arena. The world has the start and the cycles of its episodes.
     pub foraging: Foraging,
-    /// Seconds from the start of an episode in which food earns: those that are left.
+    /// Seconds from the start of an episode in which food earns: the remaining ones.
     pub food_earns: f32,
 }
 

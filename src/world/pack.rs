@@ -128,14 +128,14 @@ fn values(spec: &WorldSpec, parts: &OwnParts) -> Vec<[u32; 4]> {
     };
     let mut given = vec![[spec.robot.body_radius, lights.len() as f32, 0.0, 0.0]];
     given.extend(lights.iter().flat_map(light));
-    // What is asked of the first light where there is none.
+    // The first light where there is none.
     given.resize(given.len().max(3), [0.0; 4]);
     let given = given.into_iter().map(|cell| cell.map(|number| zero(number).to_bits()));
     parts.cells().into_iter().chain(given).collect()
 }
 
 /// Packs eight readings of a cell into four words, the even sensors in the low halves. Of tables of more sensors the cells with the
-/// first eight of a point of view come before those with the next; what is beyond the last sensor is 0.
+/// first eight of a point of view come before those with the next; places beyond the last sensor are 0.
 fn sensor_cells(table: &SensorTable) -> Vec<[u32; 4]> {
     let (sensors, view) = (table.sensors as usize, table.cells() / table.views as usize);
     let mut cells = Vec::new();
@@ -247,7 +247,7 @@ fn world(spec: &WorldSpec, physics: &Physics, random_start: u32, start: [f32; 3]
     }
 }
 
-/// A forager's world: what its physics read, and what a controller and a task that ship read beside.
+/// A forager's world: values for its physics, and for shipped controllers and tasks.
 fn forager(spec: &WorldSpec, physics: &Physics, own: &Forager) -> episode::World {
     let shipped = world(spec, physics, 0, [0.0; 3], 0);
     episode::World {

@@ -1,4 +1,4 @@
-//! The e-puck by its reference models RM1.1 and RM1.2, as the simulator ARGoS has it: what a controller of a swarm is given in
+//! The e-puck by its reference models RM1.1 and RM1.2, as in the simulator ARGoS: a controller's inputs in
 //! each cycle. `shaders/wgsl/sensor/reference.wgsl` computes it.
 //!
 //! Sources: the models are github.com/demiurge-project/demiurge-epuck-dao, commit ffb5c00a, the robot is
@@ -156,7 +156,7 @@ impl Reference {
         self.signal_cycles.unwrap_or(11)
     }
 
-    /// The first of its values that is given, by its key.
+    /// The first of its set values, by its key.
     pub(crate) fn given(&self) -> Option<&'static str> {
         let all = [
             ("robot.proximity_noise", self.proximity_noise.is_some()),

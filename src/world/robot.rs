@@ -19,7 +19,7 @@ pub struct Robot {
     pub body_radius: f32,
     /// Measured readings of its proximity sensors; of a parametric robot those of its sensors of the kind sampled.
     pub sensors: Arc<SensorTables>,
-    /// Measured motions of its motors; of a parametric robot if it has no wheels of its own.
+    /// Measured motions of its motors; of a parametric robot if its motors are sampled.
     pub motors: Arc<MotorTable>,
     /// Fraction of a cycle's turn made before its displacement, 0 to 1. With 0 it moves along the old heading. Parametric robots
     /// have their own.
@@ -116,7 +116,7 @@ pub enum Build {
 }
 
 impl Build {
-    /// The description of a robot that is described.
+    /// A parametric robot's description.
     pub fn described(&self) -> Option<&Differential> {
         match self {
             Self::Differential(own) => Some(own),

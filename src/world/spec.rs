@@ -26,7 +26,7 @@ pub enum Controller {
     },
     /// All readings and the 2 previous outputs to 2 logistic outputs: 22 genes for 8 readings.
     Recurrent,
-    /// A network that is described by its layers. Needs the feature `compose`.
+    /// A network given by its layers. Needs the feature `compose`.
     Network(Network),
     /// A probabilistic finite state machine of `AutoMoDe`'s modules: 97 genes. Only for [`Model::Vectors`]. Needs the feature
     /// `compose`.
@@ -112,7 +112,7 @@ pub enum Activation {
 pub enum Task {
     /// A user's task, in [`WorldSpec::own`].
     Own,
-    /// The seconds that are left when food is brought to the nest: equation 1 of O'Dowd et al. 2014. Only for
+    /// The seconds left when food is brought to the nest: equation 1 of O'Dowd et al. 2014. Only for
     /// [`Build::Forager`].
     Foraging,
     /// Equation 1 of Miglino et al. 1995, summed over the cycles of an episode.

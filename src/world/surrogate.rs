@@ -4,7 +4,7 @@
 //!
 //! All of its random properties follow from seeds, by exactly rounded operations. The distributions are in
 //! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` explains them. Every difference
-//! from the simulator may have a severity of its own; else one scales those of motion, and one the rest. At severity 0 a
+//! from the simulator may have a severity; else one scales those of motion, and one the rest. At severity 0 a
 //! Khepera behaves like its simulator except for rounding: its first readings are equal, and its motion is computed in
 //! smaller steps. A parametric robot's episodes are then bit-identical to the simulator's without noise.
 
@@ -103,7 +103,7 @@ impl Difference {
 /// How a sensor of a parametric robot differs from its description.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Mounting {
-    /// Turns by which it looks aside.
+    /// Error of its direction, turns.
     pub(crate) heading: f32,
     /// Of a proximity sensor: share of their distance at which objects seem to be. Of light and ground sensors: share of the
     /// reading.
@@ -121,7 +121,7 @@ impl Mounting {
 /// How strong each difference is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Differences {
-    /// Scales all of them: 0 for none, 1 as they are drawn, at most 2.
+    /// Scales all of them: 0 for none, 1 for the drawn sizes, at most 2.
     pub severity: f32,
     /// Scales those of motion and of the age of readings in its place, see [`Difference::is_of_motion`].
     pub motion: f32,

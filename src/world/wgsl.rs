@@ -44,7 +44,7 @@ fn check_names(robot: &Described) -> Result<(), Invalid> {
 /// What a parametric robot remembers and how it moves, instead of `robot/differential.wgsl`.
 fn drive(robot: &Described, arena: &Arena) -> String {
     let latency = robot.latency;
-    // Fields beside `stuck`: the commands that are yet to take effect, the oldest first; the wheels' speeds; and the cycles since
+    // Fields besides `stuck`: the commands that are yet to take effect, the oldest first; the wheels' speeds; and the cycles since
     // the battery was full.
     let mut pairs: Vec<String> = (0..latency).map(|age| format!("command_{age}")).collect();
     let mut steps = String::new();
@@ -136,7 +136,7 @@ fn robot_ends(world: u32, own: RobotState) -> bool {{
     )
 }
 
-/// What a cycle takes from a battery, and what the floor gives back at its end.
+/// A cycle's use of the battery, and the floor's charge at its end.
 fn charged(robot: &Described, arena: &Arena) -> String {
     let charges = |(_, patch): &(usize, &Patch)| patch.charges == Some(true);
     let charging = arena.patches.iter().enumerate().filter(charges);
@@ -198,7 +198,7 @@ impl Planes {
         format!("    var seen = Sighted();\n    let plane = worlds[world].rows * worlds[world].bearings;\n{sums}")
     }
 
-    /// What is done for each object: as in `sensor/sampled.wgsl`, one object of each layer is looked up. `sensor` is a sampled one.
+    /// The code for each object: as in `sensor/sampled.wgsl`, one object of each layer is looked up. `sensor` is a sampled one.
     fn of_an_object(&self, sensor: usize) -> String {
         let sum = |plane: &usize| {
             let table = format!("seen.table + {plane}u * plane");
@@ -232,7 +232,7 @@ impl Planes {
     }
 }
 
-/// How far an object leaves rays from the body's centre free. What the rays of one kind of object share is computed once.
+/// How far an object leaves rays from the body's centre free. Common values of the rays of one kind of object are computed once.
 fn of_rays(rays: &[usize]) -> String {
     if rays.is_empty() {
         return String::new();
@@ -514,7 +514,7 @@ fn read_out(episode: Episode, step: u32, readings: Readings) -> Readings {{
     )
 }
 
-/// What a robot's sensors notice of the others, given what is done for each other robot, for those that press bumpers, and the
+/// A robot's sensing of the others, given the code for each other robot, for those that press bumpers, and the
 /// widest range of a bumper. None of a single robot's.
 fn among(robot: &Described, others: &str, pressing: &str, widest: &str) -> String {
     if robot.together.is_none() || others.is_empty() && pressing.is_empty() {

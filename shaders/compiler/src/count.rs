@@ -117,7 +117,7 @@ impl AddAssign<&Self> for Operations {
 impl Sub for &Operations {
     type Output = Operations;
 
-    /// What is more in the first; nothing of a class that has less.
+    /// The first minus the second, class by class, and at least 0.
     fn sub(self, other: Self) -> Operations {
         let mut more = Operations::default();
         for (class, count) in &self.0 {

@@ -20,7 +20,7 @@ pub(crate) enum Form {
 ///
 /// It is a trait, although only Cranelift implements it, because a second backend, WebAssembly, is planned.
 pub(crate) trait Assembler {
-    /// A computed value, valid wherever its block has already run. Pointers are values, too.
+    /// A computed value or pointer, valid wherever its block has already run.
     type Value: Copy;
     /// A local variable of one form.
     type Variable: Copy;

@@ -1,4 +1,4 @@
-// The behaviours of O'Dowd, Studley and Winfield (2014) as a forager's controller. It wants ways and turns; its outputs are
+// The behaviours of O'Dowd, Studley and Winfield (2014) as a forager's controller. It commands ways and turns; its outputs are
 // those that would command them.
 
 struct ControllerState {
@@ -16,7 +16,7 @@ fn controller_kept(own: ControllerState) -> ControllerState {
     return ControllerState(stored(own.escape), own.straight, stored(own.turn), own.wait);
 }
 
-// What it wants to drive, the outputs, and its memory.
+// The commanded way and turn, the outputs, and its memory.
 struct Act {
     wanted: Drive,
     outputs: vec2<f32>,

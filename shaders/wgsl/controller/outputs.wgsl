@@ -1,6 +1,6 @@
 // What a forager wants to drive where its controller gives two outputs: 0 commands a wheel's full speed backwards, 1 forwards.
 
-// What it wants to drive, the controller's outputs, and its memory.
+// The commanded way and turn, the controller's outputs, and its memory.
 struct Act {
     wanted: Drive,
     outputs: vec2<f32>,

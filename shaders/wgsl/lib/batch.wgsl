@@ -14,7 +14,7 @@ struct Dispatch {
     first_input: u32,
     // the step of the trace's first record
     trace_begin: u32,
-    // of the kernels whose states and records have sizes of their own: their words
+    // of kernels with other states and records: their words
     state_words: u32,
     record_words: u32,
 }
@@ -54,17 +54,17 @@ struct World {
     motor_scale: f32,
     motor_offset: f32,
     motor_noise: f32,
-    // share of a cycle's turn that is made before its displacement
+    // fraction of a cycle's turn made before its displacement
     turn_before_move: f32,
     // hidden units, for the controllers that have them
     hidden: u32,
     task_choices: u32,
-    // what a cell of the field is worth that the robot enters for the first time, and columns of such cells
+    // reward for each new cell of the field, and columns of such cells
     new_cell: f32,
     cell_columns: u32,
     // first cell of what only some kernels read: a surrogate robot, or a forager and its arena
     numbers: u32,
-    // what a collision does, for the kernels that have a choice: UNDO, KEEP_TURN or SLIDE
+    // a collision's effect, in kernels that have a choice: UNDO, KEEP_TURN or SLIDE
     collision: u32,
     // first cell of the values of parts that a user wrote
     own_values: u32,

@@ -11,7 +11,7 @@ fn wave_of(world: u32, wave: u32) -> vec4<f32> {
     return numbers(world, DIFFERENCE_CELL + wave);
 }
 
-// The noise of readings, alone and in proportion to them; the light of the surroundings; and how old readings are at the least, in
+// The noise of readings, alone and in proportion to them; the light of the surroundings; and the minimum age of readings, in
 // cycles.
 struct ReadingCell {
     noise: f32,
@@ -28,7 +28,7 @@ fn reading_cell(world: u32) -> ReadingCell {
 struct MovingCell {
     // up to how many cycles older readings are
     period: f32,
-    // of what the wheels' motion was away from the commanded one: the fraction that is left after a cycle, and the mean over it
+    // of the wheels' deviation from the commanded motion: the fraction left after a cycle, and the mean over it
     left_over: f32,
     mean: f32,
     // share of what a stopped robot does nevertheless of sliding along and turning

@@ -1,4 +1,4 @@
-// What a surrogate robot and its surroundings are: numbers that its sensors and its wheels read, in cells of `tables`
+// A surrogate robot and its surroundings: numbers for its sensors and wheels, in cells of `tables`
 // from `worlds[..].numbers` on. Each cell's struct says what is in it.
 
 // Of each sensor three cells: where it is and looks, its pairs of rays' weights, and its curve.
@@ -68,7 +68,7 @@ fn sensing_of(world: u32) -> SensingCell {
     return SensingCell(own.x, own.y, own.z, own.w);
 }
 
-// How old readings are, in cycles: at the least, and up to how much more. And what its motion is made of.
+// Minimum age of readings, and the range above it, in cycles; and the parts of its motion.
 struct TimingCell {
     latency: f32,
     period: f32,

@@ -1,8 +1,8 @@
 // The interface between physics and the parts that a user may write. Sensors are read, the controller commands the wheels,
-// physics move the robot, and the task rewards the cycle. Each part has a memory of its own, passed from cycle to cycle. A
+// physics move the robot, and the task rewards the cycle. Each part has a memory, passed from cycle to cycle. A
 // part's `.._kept` passes every float of its memory through `stored`.
 //
-// Sensors beside the eight of proximity declare:
+// Sensors besides the eight of proximity declare:
 //
 //     const OWN_READINGS: u32                                      number of readings
 //     struct SensorReadings                                        one f32 per reading

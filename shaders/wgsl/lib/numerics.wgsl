@@ -34,7 +34,7 @@ fn squared_length(v: vec2<f32>) -> f32 {
     return v.x * v.x + v.y * v.y;
 }
 
-// sin of t turns, |t| <= 1/4: an odd polynomial. What is squared is kept from underflow.
+// sin of t turns, |t| <= 1/4: an odd polynomial. The square is kept from underflow.
 fn quarter_sine(t: f32) -> f32 {
     let bounded = max(abs(t), 0x1p-40f);
     let w = bounded * bounded;

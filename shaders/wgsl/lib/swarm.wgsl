@@ -36,7 +36,7 @@ const NEAR_GAINS: u32 = 26u;
 const LIGHT_GAINS: u32 = 30u;
 const ROBOT_WORDS: u32 = 38u;
 
-// Words of a robot in a line of the trace. What it does is its behaviour, from LINE_CARRIES on a bit for whether it
+// Words of a robot in a line of the trace. LINE_DOES is its behaviour, with bits from LINE_CARRIES on for whether it
 // carries food, and from LINE_BROUGHT on how much it brought. A bit for each robot that it heard comes after; after all
 // robots each item's x and y.
 const LINE_X: u32 = 0u;

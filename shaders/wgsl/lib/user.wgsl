@@ -1,4 +1,4 @@
-// What parts that a user wrote may ask of the world, beside functions of numbers, and the limit of what they answer.
+// Functions of the world for users' parts, and the limit of their results.
 // docs/extend.md lists what they may call.
 
 // Four random numbers in [0, 1) of a stream at a cycle. Each number from 0 to 65535 gives others.

@@ -1,4 +1,4 @@
-// Behaviours of a forager outside the kernel: its readings are reported, and the trace says what it wants to
+// Behaviours of a forager outside the kernel: its readings are reported, and the trace has the commands to
 // drive.
 
 // What an episode keeps from one dispatch to the next: what its behaviours remember.
@@ -9,7 +9,7 @@ struct State {
     wait: u32,
 }
 
-// Trace details: what it wants to drive, mm and turns in a cycle, and its behaviour.
+// Trace details: the commanded way and turn of a cycle, mm and turns, and its behaviour.
 struct Details {
     forward: f32,
     turn: f32,

@@ -1,7 +1,7 @@
 // One cycle of a world of robots: all sense and decide by where all are, all move at once, bodies that overlap push each
 // other apart, then food changes hands and messages are heard. Nothing depends on the order of robots.
 
-// What a robot does that is not switched on; the others are the controller's.
+// The behaviour of a robot that is not switched on; the others are the controller's.
 const OFF: u32 = 4u;
 // How often bodies that overlap push each other in a cycle.
 const PUSHES: u32 = 4u;
@@ -111,7 +111,7 @@ fn act(episode: Episode, base: u32, robot: u32, step: u32) {
             wanted = Drive(number(own, WANTED), number(own, WANTED + 1u));
         }
         let moved = driven(me, step, wanted);
-        // What slips is lost of the way and of the turn.
+        // Slip shortens the way and the turn.
         let kept = 1.0f - delays.slip * unit(random_words(me.key, STREAM_ACTUATOR, step, 1u).x);
         to = driven_pose(pose, Drive(kept * moved.forward, kept * moved.turn));
         put(own, ESCAPE, deed.memory.escape);

@@ -85,7 +85,7 @@ fn push(episode: Episode) -> bool {
     return pushed;
 }
 
-// All push until no bodies overlap, and get to MEMBER_GOAL. What still overlaps by more than OVERLAP is taken back.
+// All push until no bodies overlap, and get to MEMBER_GOAL. Bodies that still overlap by more than OVERLAP are taken back,
 fn push_all(episode: Episode) {
     var times = 0u;
     for (var time = 0u; time < PUSHES; time++) {
@@ -100,7 +100,7 @@ fn push_all(episode: Episode) {
 }
 
 // Robots that got too far, and if `overlap` those that overlap with another or with an object, return to where they were, and
-// those that are in the way of one that returns do so too.
+// and so are those in the way of one that returns.
 fn take_back(episode: Episode, overlap: bool) {
     let count = member_count(episode.world);
     let body = members_of(episode.world).body;

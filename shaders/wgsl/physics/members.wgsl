@@ -59,7 +59,7 @@ fn begin(episode: Episode) {
     save_mission(episode.world_words, mission_begin(episode));
 }
 
-// Robots anywhere in the field, none on another and none on an object, or at the places that are given. One after the other gets a place. Each turn of the loop
+// Starts of robots: random free places in the field, or the given places. One after the other gets a place. Each turn of the loop
 // draws one, or looks at one other robot from there: a vector of worlds then needs no more turns than the world that needs most.
 fn place_members(episode: Episode) {
     let world = episode.world;

@@ -1,4 +1,4 @@
-// Episode of a robot outside of the kernel: what it reads and where it gets to is reported, cycle by cycle, before an episode's
+// Episode of a robot outside the kernel: its readings and poses are reported, cycle by cycle, before an episode's
 // genes. The controller decides, and the task rewards, as in the simulator.
 
 // What an episode keeps from one dispatch to the next, and its fitness so far.

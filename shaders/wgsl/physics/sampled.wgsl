@@ -1,4 +1,4 @@
-// Episode in the simulator that is made from a robot's own samples: sense, act, move, reward.
+// Episode in the simulator from a robot's sampled tables: sense, act, move, reward.
 
 // What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {

@@ -1,5 +1,5 @@
 // A robot on two wheels: the outputs command the wheels' speeds, from full speed backwards to full speed forwards, and a cycle
-// is an arc. What it remembers and in which order its commands take effect is generated.
+// is an arc. Its memory and the order of its commands are generated.
 
 const RADIANS_PER_TURN: f32 = 6.2831855f;
 

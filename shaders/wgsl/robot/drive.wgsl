@@ -1,4 +1,4 @@
-// What a parametric robot's drive and battery are.
+// A parametric robot's drive and battery.
 
 // The second cell of its numbers.
 struct DriveCell {

@@ -1,6 +1,6 @@
 // An e-puck on two wheels that slip a little: what it drives in one cycle.
 
-// What it wants to do in a cycle.
+// The commanded way and turn of a cycle.
 struct Drive {
     // mm along the mean heading
     forward: f32,
@@ -8,7 +8,7 @@ struct Drive {
     turn: f32,
 }
 
-// What it does: each wheel goes no faster than it can, and by a random share more or less.
+// Its motion: each wheel has its maximum speed, and goes a random fraction more or less.
 fn driven(episode: Episode, step: u32, wanted: Drive) -> Drive {
     let robot = robot_of(episode.world);
     let apart = robot.half_turn_path * wanted.turn;

@@ -70,7 +70,7 @@ fn light(episode: Episode, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
     if (episode.lamp != 0.0f) {
         let arena = arena_of(episode.world).radius;
         let direct = lamp_light(episode.world, half, pose, vec2<f32>(episode.lamp * lamp_of(episode.world).x, 0.0f));
-        // What the walls throw back comes from everywhere, and more of it near the lamp.
+        // The walls' reflected light comes from everywhere, and more of it near the lamp.
         let nearness = 0.5f + 0.5f * clamp(episode.lamp * pose.x * reciprocal(arena), -1.0f, 1.0f);
         shine = episode.share * direct + field_of(episode.world).reflection * nearness;
     }

@@ -1,4 +1,4 @@
-// An e-puck outside of the kernel: what its sensors read is reported after its genes, four readings of proximity and eight of
+// An e-puck outside the kernel: its readings are reported after its genes, four of proximity and eight of
 // light, and then whether it carries food.
 
 const REPORTED_NEAR: u32 = FORAGER_GENES;
@@ -25,7 +25,7 @@ fn carries(episode: Episode) -> bool {
     return gene(episode, REPORTED_CARRIES) > 0.0f;
 }
 
-// What each wheel makes of a command is the robot's own.
+// The robot's wheels decide what a command does.
 fn wheels(episode: Episode) -> vec2<f32> {
     return vec2<f32>(1.0f, 1.0f);
 }

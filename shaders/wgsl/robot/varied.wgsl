@@ -1,5 +1,5 @@
 // Noise of a robot sampled as a whole, beyond that of the kernels that ship: relative noise of readings, wheels that act late and veer,
-// and noise that is drawn once for a whole episode. What is declared here takes the place of the same names in other parts.
+// and noise that is drawn once for a whole episode. Its declarations replace the same names in other parts.
 
 // The world's first cell of numbers.
 struct VariedCell {

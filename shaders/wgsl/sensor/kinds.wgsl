@@ -17,7 +17,7 @@ struct SensorCell {
     share: f32,
 }
 
-// The laws of light sensors; what is neither is 1 / (1 + d^2).
+// The laws of light sensors; any other is 1 / (1 + d^2).
 const LAW_LINEAR: f32 = 0.0f;
 const LAW_EXPONENTIAL: f32 = 1.0f;
 

@@ -1,4 +1,4 @@
-// No sensors beside the eight of proximity.
+// No sensors besides the eight of proximity.
 
 const OWN_READINGS: u32 = 0u;
 

@@ -1,4 +1,4 @@
-// What both reference models of the e-puck are made of (RM1.1 and RM1.2 of demiurge-epuck-dao, with the sensors of ARGoS's e-puck,
+// The common parts of both reference models of the e-puck (RM1.1 and RM1.2 of demiurge-epuck-dao, with the sensors of ARGoS's e-puck,
 // argos3-epuck): eight rays of proximity, lamps, the floor, and messages that robots hear. docs/swarms.md has the sources.
 
 // The first cells of a model's numbers; LAMP_CELL follows, with a cell for each lamp.
@@ -35,7 +35,7 @@ fn lamp_of(world: u32, lamp: u32) -> vec4<f32> {
     return numbers(world, LAMP_CELL + lamp);
 }
 
-// Blocks of random numbers of the sensors, beside those of a list of sensors.
+// Blocks of random numbers of the sensors, after those of a list of sensors.
 const PROXIMITY_BLOCK: u32 = 0x8000u;
 const LIGHT_BLOCK: u32 = 0x8002u;
 const GROUND_BLOCK: u32 = 0x8004u;
@@ -98,7 +98,7 @@ fn body_met(free: vec4<f32>, to: vec2<f32>, body_squared: f32) -> vec4<f32> {
     );
 }
 
-// The side of a convex arena that is `gap` away, in the direction of a unit vector that is given as the first of four rays has it.
+// The side of a convex arena that is `gap` away, in the direction of a unit vector in the form of the first of four rays.
 fn side_met(free: vec4<f32>, toward_side: vec2<f32>, gap: f32) -> vec4<f32> {
     let ahead = side_along(abs(toward_side.x), gap);
     let left = side_along(abs(toward_side.y), gap);
@@ -171,7 +171,7 @@ fn rays_free(episode: Episode, at: vec2<f32>, heading: vec2<f32>) -> Rays {
     return free;
 }
 
-// What a ray reads that is so far free.
+// The reading of a ray that is free so far.
 fn nearness4(free: vec4<f32>) -> vec4<f32> {
     let d = free - RAY_BEGIN;
     let reading = d * (d * 0.000298701f - 0.0368961f) + 1.08212f;
@@ -404,7 +404,7 @@ struct Heard {
     attraction: vec2<f32>,
 }
 
-// Messages are kept as they were heard: later turns of the robot don't turn them.
+// Messages keep their direction: later turns of the robot don't turn them.
 fn heard(episode: Episode, step: u32, heading: vec2<f32>) -> Heard {
     let own = episode.member_words;
     let now = MEMBER_MESSAGES + 2u * (step % HEARD_CYCLES);

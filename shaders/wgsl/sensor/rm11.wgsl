@@ -1,4 +1,4 @@
-// What EvoStick's network is given of the reference model RM1.1.
+// Inputs of EvoStick's network from the reference model RM1.1.
 
 struct Given {
     prox_first: vec4<f32>,
@@ -27,7 +27,7 @@ fn given_to(episode: Episode, step: u32, pose: vec3<f32>) -> Given {
     );
 }
 
-// 0 for black and 1 for white; of any other floor each sensor gives a number of its own.
+// 0 for black and 1 for white; on any other floor each sensor gives a different number.
 fn grounds(episode: Episode, step: u32, floor: f32) -> vec3<f32> {
     if (floor != 0.5f) {
         return vec3<f32>(floor);

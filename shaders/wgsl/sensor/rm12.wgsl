@@ -1,4 +1,4 @@
-// What EvoStick's network is given of the reference model RM1.2.
+// Inputs of EvoStick's network from the reference model RM1.2.
 
 struct Given {
     prox: vec4<f32>,
@@ -39,7 +39,7 @@ fn toward_light(ring: Ring) -> vec2<f32> {
     return select(0.0f, inverse, brightest > BRIGHT) * sum;
 }
 
-// 0 for black and 1 for white; any other floor gives a number of its own.
+// 0 for black and 1 for white; any other floor gives another number.
 fn ground_given(episode: Episode, step: u32, floor: f32) -> f32 {
     if (floor != 0.5f) {
         return floor;

@@ -1,4 +1,4 @@
-// What AutoMoDe's modules are given of the reference model RM1.1: sums of the readings as vectors, ahead and to the left.
+// Inputs of AutoMoDe's modules from the reference model RM1.1: sums of the readings as vectors, ahead and to the left.
 
 struct Given {
     prox: vec2<f32>,

@@ -1,5 +1,5 @@
 // Food is taken where it lies and brought to the nest. Equation 1 of O'Dowd, Studley and Winfield (2014): F is the sum
-// over all food brought of the time that was left.
+// over all food brought, of the remaining time.
 
 // What a cycle brings.
 struct Harvest {
@@ -8,7 +8,7 @@ struct Harvest {
     earned: f32,
 }
 
-// What a robot takes or brings where it comes to in a cycle.
+// The food that a robot takes or brings at the end of a cycle's way.
 fn harvest(episode: Episode, step: u32, at: vec2<f32>, food: Food, carries: bool) -> Harvest {
     let nest = nest_of(episode.world);
     var next = Harvest(food, carries, 0.0f);

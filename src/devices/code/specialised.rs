@@ -1,4 +1,4 @@
-//! Code compiled at run time for one world, as GPUs get kernels of their own for a world.
+//! CPU code compiled at run time for one world, like the GPU's variants of kernels.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;

@@ -546,7 +546,7 @@ mod tests {
     use crate::random::Key;
     use crate::world::{Controller, World, WorldSpec};
 
-    /// Rollouts in worlds of different sizes: 200 of 13 genes over 30 cycles, 100 of 24 over 80.
+    /// Episodes in worlds of different sizes: 200 of 13 genes over 30 cycles, 100 of 24 over 80.
     fn batch(trace: Option<TraceRequest>) -> Batch {
         let world = |units, cycles| {
             World::new(WorldSpec {
@@ -606,7 +606,7 @@ mod tests {
     fn cuts_keep_to_every_bound_and_leave_nothing_out() {
         let plain = batch(None);
         let traced = batch(Some(TraceRequest { every: 10 }));
-        // The inputs of a group take 3,840 bytes with 13 genes, and 6,656 with 24 genes. What is kept takes more than the former.
+        // The inputs of a group take 3,840 bytes with 13 genes, and 6,656 with 24 genes. The kept buffers are larger than the former.
         let kept = (LANES * (4 * plain.state_words() + size_of::<f32>())) as u64;
         let eight_records = (4 * LANES * 8 * plain.record_words()) as u64;
         for (batch, bounds, expected) in [

@@ -45,7 +45,7 @@ use crate::evaluator::{self, Control, Error, Evaluator};
 /// Groups of a world that keep a device busy by themselves.
 const GROUPS_OF_A_WORLD: usize = 16;
 
-/// Whether a batch's worlds are simulated one after the other, each by a kernel of its own. Their groups lie together.
+/// Whether a batch's worlds are simulated one after the other, each by its variant of the kernel. Their groups lie together.
 fn divides(when: Specialise, groups: &[Group]) -> bool {
     let worlds = groups.chunk_by(|a, b| a.world == b.world).count();
     match when {

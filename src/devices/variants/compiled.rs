@@ -1,5 +1,5 @@
-//! Variants of kernels that are compiled for one world each: what the world says is constant in them. A variant is compiled in the background, once
-//! its world has kept the generic kernel busy for long enough, and results never depend on which of them runs.
+//! Variants of kernels that are compiled for one world each: the world's values are constant in them. A variant is compiled in the background, once
+//! its world has kept the generic kernel busy for long enough, and results never depend on whether it runs.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};

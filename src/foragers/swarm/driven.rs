@@ -24,10 +24,10 @@ pub fn robot_key(world: Key, robot: u32) -> Key {
     Key([low, high])
 }
 
-/// What one robot is to do in a cycle.
+/// A robot's command for a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Command {
-    /// What it wants to drive; `None` if it isn't switched on. It then stands, takes no food, and neither hears nor is heard.
+    /// Its way and turn; `None` if it isn't switched on. It then stands, takes no food, and sends and receives nothing.
     pub drive: Option<Drive>,
     /// Whether one of its intervals begins: its fitness restarts from 0.
     pub begins: bool,
@@ -44,7 +44,7 @@ pub struct Command {
 /// use oneiro::swarm::{Command, Driven, Lamp, Swarm, robot_key};
 ///
 /// let swarm = Swarm::odowd2014(2);
-/// let key = Key::episode(1, 0, 0, 0);
+/// let key = Key::rollout(1, 0, 0, 0);
 /// let mut cpu = Cpu::new(Some(1))?;
 /// let mut world = Driven::new(&mut cpu, &swarm, Lamp::fixed(Light::OverNest), key)?;
 /// // One robot searches for food, the other is not switched on.

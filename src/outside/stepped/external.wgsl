@@ -1,4 +1,4 @@
-// The wheels' commands of a cycle come from outside, in the place of genes.
+// The wheels' commands of a cycle come from outside, as genes.
 const CONTROLLER_GENES: u32 = 2u;
 
 fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {

@@ -1,4 +1,4 @@
-//! A user's part: what it declares, what it may use, and what is generated for it.
+//! A user's part: its declarations, the names that it may use, and the code generated for it.
 
 mod check;
 mod fields;
@@ -73,7 +73,7 @@ fn scalars(fields: Vec<fields::Remembered>) -> Vec<(String, Scalar)> {
 }
 
 impl Part {
-    /// Reads a part. Messages call it `path`. What only shows when it is compiled together with others is checked when a
+    /// Reads a part. Messages call it `path`. Mistakes that only show when it is compiled with others are found when a
     /// world is made.
     ///
     /// # Errors

@@ -86,7 +86,7 @@ fn mistakes_have_plain_words() {
     assert!(problems.is_empty(), "{}", problems.join("\n\n"));
 }
 
-/// What a refusal says, without its place and its rule.
+/// A refusal's message, without its place and its rule.
 fn said(declarations: &str, body: &str) -> String {
     let refused = refusal(declarations, body);
     let (_, message) = refused.split_once(": ").unwrap();

@@ -179,7 +179,7 @@ fn turns_are_counted() {
     // SAFETY: the buffers are whole, and used by this call only.
     let result = unsafe { native.run(&before_loop, 0, 0, 100) };
     assert_eq!(result, Err(Stopped::TurnsUsedUp(100)));
-    assert_eq!(stopped[5][0], 1, "what was stored before it stopped is there");
+    assert_eq!(stopped[5][0], 1, "stores before the stop have happened");
 }
 
 #[test]

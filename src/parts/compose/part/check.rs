@@ -42,7 +42,7 @@ const CALLS: [&str; 20] = [
 ];
 /// Functions that are generated for parts with values.
 const VALUES: [&str; 3] = ["sensor_values", "controller_values", "task_values"];
-/// Fields that identify an episode in its batch. What depends on them would depend on what else is in the batch.
+/// Fields that identify an episode in its batch. Results that depend on them would depend on the rest of the batch.
 const PLACES_IN_THE_BATCH: [&str; 2] = ["world", "genes"];
 /// What to write where a part asks for another's memory.
 const NO_MEMORY: &str = "no part can read another's memory; make what is shared a reading of the sensors, and read it as \
@@ -137,7 +137,7 @@ fn constant_problems(genes: &[GeneField], taken: &BTreeSet<String>) -> Refusals 
     refused.map(refusal).collect()
 }
 
-/// Names that are declared by the shipped parts which users' parts are composed with, and by what is generated beside them.
+/// Names declared by the shipped parts that users' parts are composed with, and by the code generated with them.
 fn shipped_names() -> BTreeSet<String> {
     let is_composed = |path: &&str| {
         let episode = |name: &str| name.starts_with("life_") || name.starts_with("surrogate_");
@@ -277,7 +277,7 @@ fn declared_problems(
     problems
 }
 
-/// The refusal of a declaration with a name that is taken.
+/// The refusal of a declaration with one of Oneiro's names.
 fn taken_name(own: &Declaration) -> Refusal {
     let message = format!("`{}` is a name of Oneiro's; choose another", own.name);
     refusal(&own.place, Rule::ReservedName, message)
@@ -392,7 +392,7 @@ fn readings_at(part: &compiler::Part, name: &str, place: &Place) -> Option<Strin
     (is_readings(&whole) || made.is_some_and(|made| is_readings(made.trim()))).then_some(whole)
 }
 
-/// What naga says, without a place, of an index of a struct or a number.
+/// Naga's message, without a place, for an index of a struct or a number.
 const INDEXED: &str = "Invalid access into expression";
 
 /// Adds to the refusal of each unknown name of a user's part the name that was probably meant, and says which part has an index
@@ -443,7 +443,7 @@ pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &
     }
 }
 
-/// What naga says of a field that a struct doesn't have.
+/// Naga's message for a field that a struct doesn't have.
 const ACCESSED: &str = "invalid field accessor";
 
 /// Most declarations, each of which names the one before, by which the type of an expression is looked up.

@@ -28,13 +28,13 @@ pub(super) struct Interface {
     /// The word that its structs' names begin with.
     pub(super) title: &'static str,
     pub(super) functions: &'static [Function],
-    /// Functions that it may declare for worlds of several robots, beside those; the first says that it has a mission.
+    /// More functions that it may declare for swarms; the first makes it a mission.
     pub(super) mission: &'static [Function],
     /// Other declarations that it must have, or that are generated, and their form.
     pub(super) others: &'static [(&'static str, &'static str)],
     /// Structs of the kernel that it declares, all or some.
     pub(super) structs: &'static [&'static str],
-    /// What parts of this kind may call or construct of the kernel, beside what all may.
+    /// Functions and structs of the kernel that only parts of this kind may call or construct.
     pub(super) calls: &'static [&'static str],
 }
 

@@ -145,7 +145,7 @@ fn without(shipped: &compiler::Part, others: &BTreeSet<String>) -> String {
     let mut lines: Vec<&str> = shipped.text.lines().collect();
     for own in declarations(shipped).iter().filter(|own| others.contains(&own.name)) {
         let first = own.place.line - 1;
-        // Shipped parts are formatted alike: attributes are on lines of their own, and what has a body ends with its brace on one.
+        // Shipped parts are formatted alike: attributes have their lines, and a body ends with a line of its brace.
         let attributes = lines[..first]
             .iter()
             .rev()
@@ -169,7 +169,7 @@ fn shipped(path: &str) -> compiler::Part {
     }
 }
 
-/// Parts and another one that ships: what it declares takes the place of the same names in them.
+/// Parts and another shipped one, whose declarations replace the same names in them.
 fn with(parts: Vec<compiler::Part>, other: compiler::Part) -> Vec<compiler::Part> {
     let instead = declarations(&other).into_iter().map(|own| own.name).collect();
     let kept = parts.into_iter().map(|shipped| {
@@ -338,7 +338,7 @@ fn invalid(parts: &OwnParts, robot: &Make, refusals: &[Refusal]) -> Invalid {
     Invalid::new(own.key(), problem)
 }
 
-/// Composes the kernel of swarms whose robots are driven from outside: what its part declares takes the place of the same names.
+/// Composes the kernel of swarms driven from outside: its part's declarations replace the same names.
 pub(in crate::parts::compose) fn driven() -> Result<&'static Kernel, Invalid> {
     const NAME: &str = "swarm+driven";
     if let Some(composed) = known().get(NAME) {
@@ -422,7 +422,7 @@ fn assembled(base: &Kernel, own: &OwnParts, owner: &Owner, mut generated: String
             .map(physics)
             .contains(&path)
         {
-            // A Khepera's surrogate has a kernel of its own, and foragers their own physics.
+            // A Khepera's surrogate and foragers have their physics elsewhere.
             let is_own = episodes != EpisodeKind::Simulated || base.parts.contains(&path);
             return path == physics(episodes) && is_own && is_of_robot != Some(false);
         }
@@ -441,7 +441,7 @@ fn assembled(base: &Kernel, own: &OwnParts, owner: &Owner, mut generated: String
         .partition(|(path, _)| is_of_robot(path) == Some(true));
     let [of_robot, others] =
         [of_robot, others].map(|parts| -> Vec<_> { parts.into_iter().map(|(path, text)| part(path, text)).collect() });
-    // What is generated for a parametric robot takes the place of its parts' declarations, and those of a forager that of others'.
+    // The code generated for a parametric robot replaces declarations of its parts, and a forager's parts those of others.
     let (instead, replaced, kept) = match &owner.make {
         Make::Forager { .. } => (names(&of_robot), others, of_robot),
         _ => (names(&[part(GENERATED, &generated)]), of_robot, others),

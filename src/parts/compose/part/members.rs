@@ -86,7 +86,7 @@ const MEMORIES: [Memory; 5] = [
 struct Words {
     begin: &'static str,
     count: usize,
-    /// What saves those that have not been taken.
+    /// The code that saves those that have not been taken.
     save: String,
 }
 
@@ -230,7 +230,7 @@ const SENDER_WORDS: u32 = {senders}u;
     )
 }
 
-/// What a robot read and did, kept until all have moved.
+/// A robot's readings and actions, kept until all have moved.
 fn kept(words: &mut Words, readings: &[String]) -> String {
     let mut load = String::new();
     for of in ["real", "perceived"] {
