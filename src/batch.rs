@@ -193,7 +193,7 @@ impl Worlds {
     /// and keys may have changed since.
     ///
     /// # Errors
-    /// As [`Worlds::batch`], and an empty stretch, an episode whose episode has ended by its start, or states that don't
+    /// As [`Worlds::batch`], and an empty stretch, an episode that has ended by its start, or states that don't
     /// fit the episodes.
     pub fn stretch(
         &self,
@@ -236,7 +236,7 @@ impl Worlds {
         let count = if cycles.start == 0 { 0 } else { all };
         if states.len() != count || states.iter().any(|state| state.len() != words) {
             let problem = format!(
-                "there are {} for {} rollouts from cycle {} on; allowed: {count}, each of {words} words",
+                "there are {} for {} episodes from cycle {} on; allowed: {count}, each of {words} words",
                 states.len(),
                 all,
                 cycles.start
@@ -285,7 +285,7 @@ impl Worlds {
         let words = batch.trace_words() as u64 * batch.groups.len() as u64 * LANES as u64;
         if words > GREATEST_TRACE {
             let problem =
-                format!("{words} words in all; allowed: up to {GREATEST_TRACE}: trace fewer rollouts, or less often");
+                format!("{words} words in all; allowed: up to {GREATEST_TRACE}: trace fewer episodes, or less often");
             return Err(Invalid::new("trace", problem));
         }
         if !states.is_empty() {
@@ -577,7 +577,7 @@ pub struct PartResult {
 pub struct Outcome {
     /// Fitness; higher is better. For a world of several robots, all food collected so far.
     pub fitness: Vec<f32>,
-    /// Traces of single episodes, each as long as its episode; empty unless requested.
+    /// Traces of single robots, each as long as its episode; empty unless requested.
     pub traces: Vec<Trace>,
     /// Traces of worlds of several robots, as [`crate::swarm`] reads them.
     pub logs: Vec<Vec<u32>>,

@@ -8,7 +8,7 @@ use crate::devices::cpu::Cpu;
 use crate::evaluator::{Control, Device, Error, Evaluator};
 use crate::random::pcg4d;
 
-/// An evaluator with audits: in each call the CPU runs a fraction of the groups of 64 episodes too, at the same time. Only the
+/// An evaluator with audits: in each call the CPU also runs a fraction of the groups of 64 episodes, at the same time. Only the
 /// episodes' keys decide which.
 pub struct Audited {
     evaluator: Box<dyn Evaluator>,

@@ -297,8 +297,8 @@ impl Layer {
         }
     }
 
-    /// Its values, by name: the slope, if it has one, and of time constants the maximum share of one that a cycle is, and the
-    /// logarithm of the maximum by the minimum. A time constant is `least (maximum / minimum)^gene` for a gene from 0 to 1.
+    /// Its values, by name: the slope, if it has one, and of time constants the maximum fraction of one that a cycle is, and the
+    /// logarithm of the maximum by the minimum. A time constant is `minimum (maximum / minimum)^gene` for a gene from 0 to 1.
     fn values(&self, index: usize) -> Vec<(String, f32)> {
         let own = self.slope.map(|factor| (slope(index), factor)).into_iter();
         if self.kind != LayerKind::Ctrnn {
@@ -323,7 +323,7 @@ impl Layer {
         )?;
         match self.time_constants {
             Some([least, greatest]) if least > greatest => {
-                let problem = format!("is [{least}, {greatest}]; allowed: the least and the greatest");
+                let problem = format!("is [{least}, {greatest}]; allowed: [minimum, maximum]");
                 Err(Invalid::new("time_constants_s", problem))
             }
             _ => Ok(()),

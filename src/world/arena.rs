@@ -291,7 +291,7 @@ impl Arena {
         }
     }
 
-    /// A convex polygon, given its corners counter-clockwise. Robots start in the maximum disc around the middle of the rectangle
+    /// A convex polygon, given its corners counter-clockwise. Robots start in the largest disc around the middle of the rectangle
     /// around it, of `start_radius` if set.
     pub fn polygon(corners: &[[f32; 2]], start_radius: Option<f32>) -> Self {
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);

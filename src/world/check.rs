@@ -187,11 +187,11 @@ fn surrogate(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
         return Err(Invalid::new("robot.kind", problem));
     }
     if physics.described().and_then(Described::wheel_noise).is_some() {
-        let problem = "is given in a surrogate's episode; allowed: none, since it has the noise of its own wheels";
+        let problem = "is set in a surrogate's episode; allowed: none, since its wheels have noise";
         return Err(Invalid::new("robot.wheel_noise", problem));
     }
     if spec.noise != Noise::NONE {
-        let problem = "is not zero in a surrogate's episode; allowed: none, since it has the noise of its own sensors";
+        let problem = "is not zero in a surrogate's episode; allowed: none, since its sensors have noise";
         return Err(Invalid::new("noise", problem));
     }
     if matches!(physics, Physics::Individual(_)) && spec.robot.collision != Collision::Undo {
@@ -255,13 +255,12 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     let task = spec.own.get(Kind::Task).map(OwnPart::part);
     let Some(Together { count, .. }) = physics.together() else {
         if (spec.arena.sides > 0 || spec.arena.is_field_round) && spec.start == Start::Random {
-            let problem = "is `random` in an arena that is no rectangle; allowed: `at`, or robots that live together (robot.count)";
+            let problem = "is `random` in an arena that is no rectangle; allowed: `at`, or a swarm (robot.count)";
             return Err(Invalid::new("start.kind", problem));
         }
         return match task {
             Some(part) if part.has_mission() => {
-                let problem =
-                    "has a mission (`mission_cycle`); allowed: only with robot.count, for robots that live together";
+                let problem = "has a mission (`mission_cycle`); allowed: only in swarms, with robot.count";
                 Err(Invalid::new("task.part", problem))
             }
             _ => Ok(()),

@@ -69,7 +69,7 @@ impl World {
             _ => spec.own.clone(),
         };
         if physics.together().is_some() && ![EpisodeKind::Simulated, EpisodeKind::Observed].contains(&episodes) {
-            let problem = "is given; allowed: only in the simulator, where all robots live together";
+            let problem = "is set; allowed: only in the simulator";
             return Err(Invalid::new("robot.count", problem));
         }
         let owner = spec.owner(&physics, episodes)?;
@@ -110,7 +110,7 @@ impl World {
     /// A single robot's world; loops that turn too often, as for [`World::new`].
     pub fn observed(&self) -> Result<Self, Invalid> {
         if self.0.physics.together().is_none() {
-            let problem = "is not given; allowed: only robots that live together are observed";
+            let problem = "is not set; allowed: only swarms are observed";
             return Err(Invalid::new("robot.count", problem));
         }
         Self::composed(self.0.spec.clone(), EpisodeKind::Observed)

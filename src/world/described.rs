@@ -95,7 +95,7 @@ pub enum WheelNoise {
 }
 
 impl WheelNoise {
-    /// How often the noise the maximum deviation that occurs is: of a normal one drawn from 24 bits that is the root of
+    /// The maximum deviation in multiples of the noise: of a normal one, drawn from 24 bits, the root of
     /// 48 ln 2, 5.77, and a little more.
     const fn greatest(self) -> f32 {
         match self {

@@ -108,7 +108,7 @@ impl Choice for SensorKind {
         (
             "distance",
             Self::Distance,
-            "distance to the nearest object along a ray, as a share of the range: 1 if there is none",
+            "distance to the nearest object along a ray, as a fraction of the range: 1 if there is none",
         ),
         ("proximity", Self::Proximity, "one minus that: 0 if there is none"),
         (

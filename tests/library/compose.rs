@@ -981,7 +981,7 @@ fn mistakes_are_refused_with_their_place() {
         (with("a: array<f32, MANY>"), "own.wgsl:2:"),
         (
             with("to_left_left_90: f32"),
-            "own.wgsl:3:1: in `ControllerGenes`: `to_left`: another gene is called `to_left_left_90` as well",
+            "own.wgsl:3:1: in `ControllerGenes`: `to_left`: another gene is also called `to_left_left_90`",
         ),
         (with("a: f32") + "const A: u32 = 1u;", "`A` is a name of Oneiro's"),
         (
@@ -1277,8 +1277,8 @@ fn fields_that_there_are_not_are_answered_with_those_that_there_are() {
     let described = Build::Differential(Differential::new(60.0, 100.0));
     assert_eq!(
         beside_sensors(described, "_ = now.real.first;"),
-        "own.wgsl:4:26: `Readings` has no field `first`; allowed: own; a described robot has none of the eight sensors of \
-         `first` and `last` [unknown-name]"
+        "own.wgsl:4:26: `Readings` has no field `first`; allowed: own; a parametric robot has no `first` and `last` \
+         [unknown-name]"
     );
 }
 

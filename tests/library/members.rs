@@ -510,7 +510,7 @@ fn refusals_say_what_is_allowed() {
             own.contact = None;
             own.sensors.clear();
         }),
-        "task.part: has a mission (`mission_cycle`); allowed: only with robot.count, for robots that live together"
+        "task.part: has a mission (`mission_cycle`); allowed: only in swarms, with robot.count"
     );
     assert_eq!(
         single(|own| own.count = Some(129)),
@@ -522,7 +522,7 @@ fn refusals_say_what_is_allowed() {
         fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally { return Tally(0.0f, before); }";
     let twice = Part::new(Kind::Task, "own.wgsl", twice).unwrap_err().to_string();
     assert!(
-        twice.contains("in `MissionState`: `way` is in `TaskState` too"),
+        twice.contains("in `MissionState`: `way` is also in `TaskState`"),
         "{twice}"
     );
     let ends =

@@ -497,7 +497,7 @@ fn mistakes_are_refused() {
                 time_constants: Some([2.0, 1.0]),
                 ..ctrnn.clone()
             }),
-            "controller.layers[0].time_constants_s: is [2, 1]; allowed: the least and the greatest",
+            "controller.layers[0].time_constants_s: is [2, 1]; allowed: [minimum, maximum]",
         ),
         (
             with(Layer {

@@ -493,7 +493,7 @@ struct TaskValues {
 "
 
     ReadingForm "reading-form"
-        "A reading of your own sensors is one f32."
+        "A reading of a custom sensor is one f32."
         why: "The controllers that ship weigh each reading by a gene of its own and name the gene after it, so each \
               field must be one number."
         wrong: "\

@@ -69,7 +69,7 @@ impl Mistake<'_> {
         &before[start.map_or(0, |start| start + 1)..]
     }
 
-    /// What was found instead of what WGSL's grammar expects.
+    /// What was found where WGSL's grammar expects something else.
     fn expected(&self) -> Option<String> {
         let (expected, found) = self.message.split_once(", found ")?;
         let found = found.trim_matches('"');

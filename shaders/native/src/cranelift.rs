@@ -359,7 +359,7 @@ impl<'a> Clif<'a> {
     fn convert_to_integer_on_x86(&mut self, to: Ty, a: ir::Value, low: ir::Value, high: ir::Value) -> ir::Value {
         let form = Form::Four(Ty::F32);
         if to == Ty::I32 {
-            // That is already the right result for NaN, which is kept here, and for numbers below the minimum integer.
+            // That is already the right result for NaN, which is kept here, and for numbers below the smallest integer.
             let within = self.extreme(form, high, a, true);
             return self.builder.ins().x86_cvtt2dq(I32X4, within);
         }

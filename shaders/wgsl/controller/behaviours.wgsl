@@ -99,7 +99,7 @@ fn behave(episode: Episode, step: u32, pose: vec3<f32>, carries: bool, before: M
     return Deed(wanted, SEARCH, front, memory);
 }
 
-// What phototaxis wants to drive, and the maximum reading of the light sensors.
+// The way and turn of phototaxis, and the maximum reading of the light sensors.
 struct Sought {
     wanted: Drive,
     brightest: f32,

@@ -1,5 +1,5 @@
-// What every kernel of episodes shares: the buffers of its inputs. One invocation is one episode: a robot's episode, or
-// that of all robots of a world. A workgroup's episodes share what `World` says. A long episode is cut into dispatches of
+// The input buffers that all kernels share. One invocation is one episode: that of a robot, or
+// of all robots of a swarm. A workgroup's episodes share what `World` says. A long episode is cut into dispatches of
 // `step_begin..step_end`, its state kept between.
 
 // What one dispatch does.

@@ -27,7 +27,7 @@ const MEMBER_MEMORY: u32 = 16u;
 
 @group(0) @binding(6) var<storage, read_write> state: array<u32>;
 
-// Who episodes: the world, the key of its random numbers and the index of its first gene; where the world's words and this robot's
+// An episode: the world, the key of its random numbers and the index of its first gene; where the world's words and this robot's
 // are, and the robot's number. Of a world as a whole the key is its own, the gene that of the genome, and the robot the first.
 struct Episode {
     world: u32,
@@ -90,14 +90,14 @@ fn member_pose(own: u32) -> vec3<f32> {
     return vec3<f32>(number(own, MEMBER_X), number(own, MEMBER_Y), number(own, MEMBER_HEADING));
 }
 
-// A robot of a world, given the world's own episode.
+// A robot of a world, given the world's episode.
 fn member_episode(episode: Episode, member: u32) -> Episode {
     let own = member_at(episode, member);
     let key = vec2<u32>(word(own, MEMBER_KEY), word(own, MEMBER_KEY + 1u));
     return Episode(episode.world, key, first_gene(episode, member), episode.world_words, own, member);
 }
 
-// What parts that a user wrote may ask of robots of a swarm; docs/swarms.md lists it.
+// Functions of the swarm for users' parts; docs/swarms.md lists them.
 
 // Number of robots in the world.
 fn robots(episode: Episode) -> u32 {

@@ -137,7 +137,7 @@ const SECOND: u32 = 10u;
 @group(0) @binding(6) var<storage, read_write> state: array<u32>;
 @group(0) @binding(8) var<storage, read_write> trace: array<u32>;
 
-// Who episodes: the world, the key of its random numbers and the index of its first gene; and of a robot among others
+// An episode: the world, the key of its random numbers and the index of its first gene; and of a robot among others
 // where its words are and what surrounds it.
 struct Episode {
     world: u32,

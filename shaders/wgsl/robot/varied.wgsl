@@ -3,11 +3,11 @@
 
 // The world's first cell of numbers.
 struct VariedCell {
-    // maximum share by which an activation is larger or smaller
+    // maximum fraction by which an activation is larger or smaller
     gain: f32,
     // maximum turn, in turns, for each mm of the way
     veer: f32,
-    // maximum share of a cycle by which commands act late
+    // maximum fraction of a cycle by which commands act late
     delay: f32,
     // 1 if an episode keeps what it draws first
     per_episode: f32,

@@ -150,7 +150,7 @@ impl Gpu {
         match fault {
             Fault::Cancelled => Error::Cancelled,
             Fault::Lost(reason) => Error::Lost { device, reason },
-            Fault::OutOfMemory => Error::TooLarge(format!("{device}: not even 64 rollouts fit into its memory")),
+            Fault::OutOfMemory => Error::TooLarge(format!("{device}: not even 64 episodes fit into its memory")),
             Fault::TooLarge(problem) => Error::TooLarge(format!("{device}: {problem}")),
             Fault::Refused(problem) => Error::NoDevice(format!("{device} refuses the kernel: {problem}")),
         }

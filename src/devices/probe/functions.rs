@@ -84,7 +84,7 @@ impl Arguments {
                 let words = (0..count as u32).map(|index| pcg4d([index; 4]));
                 return words
                     .zip(0..)
-                    // Keys that differ minimum, and keys that differ most.
+                    // Keys that differ least, and keys that differ most.
                     .map(|([a, b, ..], index)| if index % 2 == 0 { (index, 0) } else { (a, b) })
                     .unzip();
             }

@@ -114,7 +114,7 @@ pub(super) fn compose(kernel: &'static Kernel, _: &OwnParts, owner: &Owner) -> R
     if owner.episodes == EpisodeKind::Reported {
         return Err(Invalid::new(
             "robot",
-            "lives outside of a kernel, but this program can't compose the kernel for that",
+            "is outside the kernels, but this program can't compose the kernel for that",
         ));
     }
     if owner.is_varied {

@@ -131,7 +131,7 @@ impl Part {
             && let Some(own) = declared.iter().find(|own| own.name == interface::MISSION_STATE)
         {
             let message = format!(
-                "in `{}`: `{}` is in `{}State` too; choose another name, since both are columns of traces",
+                "in `{}`: `{}` is also in `{}State`; choose another name, since both are columns of traces",
                 own.name, field.scalars[0], interface.title
             );
             problems.push(refusal(&own.place, Rule::StateTypes, message));

@@ -21,7 +21,7 @@ struct Range {
     words: &'static str,
 }
 
-/// A function of numbers that are not smaller than the minimum normal one.
+/// A function of numbers that are not smaller than the smallest normal one.
 const POSITIVE: Range = Range {
     function: "",
     parameter: "x",

@@ -289,12 +289,12 @@ fn buffer_problems(part: &compiler::Part) -> Refusals {
     let mut refuse = |place: &Place, rule, message| problems.push(refusal(place, rule, message));
     let buffers: Vec<_> = LIFE_PERCEPTRON.bindings.iter().map(|binding| binding.name).collect();
     for (place, name) in uses(part, &buffers) {
-        let message = format!("`{name}` is a buffer of the kernel's; choose another name for your own");
+        let message = format!("`{name}` is a buffer of the kernel's; choose another name");
         refuse(&place, Rule::KernelBuffers, message);
     }
     for (place, name) in accesses(part, &PLACES_IN_THE_BATCH) {
         let message = format!(
-            "`.{name}` of an episode is only for the kernel: pass `episode` itself on, and choose other names for fields of your own"
+            "`.{name}` of an episode is only for the kernel: pass `episode` itself on, and choose other names for fields"
         );
         refuse(&place, Rule::BatchPlace, message);
     }
@@ -486,7 +486,7 @@ impl Field<'_> {
         let alike = || nearest(fields.iter().map(|(name, _)| name.as_str()), written).map(str::to_owned);
         let of_khepera = ty == "Readings" && ["first", "last"].contains(written);
         let meant = if of_khepera {
-            "; a described robot has none of the eight sensors of `first` and `last`".to_owned()
+            "; a parametric robot has no `first` and `last`".to_owned()
         } else {
             alike()
                 .or_else(deeper)

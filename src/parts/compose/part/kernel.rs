@@ -592,8 +592,7 @@ fn genes(own: &Part, compiled: &Compiled, readings: &[String]) -> Result<Vec<Gen
         };
         let is_taken = |own: &&String| genes.iter().any(|gene| gene.name == **own);
         if let Some(twice) = names.iter().find(is_taken) {
-            let message =
-                format!("in `{GENES}`: `{name}`: another gene is called `{twice}` as well; choose another name");
+            let message = format!("in `{GENES}`: `{name}`: another gene is also called `{twice}`; choose another name");
             return Err(vec![refusal(&field.place, Rule::GeneForm, message)]);
         }
         let range = field.range;
