@@ -29,11 +29,11 @@ EXPERIMENT = Path(__file__).resolve().parents[1] / "experiments/discrimination.t
 # Earns 1 in each cycle, and ends a life as the experiment's does.
 CYCLES = """
 struct TaskState { collided: u32, }
-fn task_begin(life: Life, pose: vec3<f32>) -> TaskState { return TaskState(0u); }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState { return TaskState(0u); }
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(1.0f, TaskState(select(0u, 1u, now.collided)));
 }
-fn task_ends(life: Life, own: TaskState) -> bool { return own.collided != 0u; }
+fn task_ends(episode: Episode, own: TaskState) -> bool { return own.collided != 0u; }
 """
 
 

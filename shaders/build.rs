@@ -97,7 +97,7 @@ fn has(feature: &str) -> bool {
     env::var_os(format!("CARGO_FEATURE_{feature}")).is_some()
 }
 
-/// What an entry is compiled for: each target's shapes, or only its narrowest.
+/// The targets of an entry: with all their shapes, or only their narrowest.
 fn targets(entry: &Entry) -> Vec<Target> {
     let narrowest = |target: &Target| Target {
         shapes: &target.shapes[target.shapes.len() - 1..],

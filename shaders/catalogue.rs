@@ -6,7 +6,7 @@ use std::path::Path;
 use oneiro_shader_compiler::Part;
 
 /// A kernel: its constant's name, the module of its host structs, its parts, and whether its lane code is compiled for
-/// several vectors at a time too. That pays where a life is small enough for the registers; elsewhere it gains a few
+/// several vectors at a time too. That pays where an episode is small enough for the registers; elsewhere it gains a few
 /// percent or loses, and takes longest to compile (`docs/measurements.md`).
 pub(crate) struct Entry {
     pub(crate) name: &'static str,
@@ -15,13 +15,13 @@ pub(crate) struct Entry {
     pub(crate) wide: bool,
 }
 
-/// A life: its physics are those of the simulator made from samples, or of what stands in for the robot itself.
-macro_rules! life {
+/// An episode: its physics are those of the simulator made from samples, or of what stands in for the robot itself.
+macro_rules! episode {
     ($name:literal, sampled, $controller:tt) => {
-        life!($name, "life", true, $controller, "robot/differential", "sensor/sampled", "lib/walk", "physics/sliding", "physics/sampled")
+        episode!($name, "episode", true, $controller, "robot/differential", "sensor/sampled", "lib/walk", "physics/sliding", "physics/sampled")
     };
     ($name:literal, surrogate, $controller:tt) => {
-        life!($name, "surrogate", false, $controller, "lib/individual", "physics/sliding", "robot/wheels", "sensor/rays", "physics/surrogate")
+        episode!($name, "surrogate", false, $controller, "lib/individual", "physics/sliding", "robot/wheels", "sensor/rays", "physics/surrogate")
     };
     ($name:literal, $module:literal, $wide:literal, [$($controller:literal),+], $($physics:literal),+) => {
         Entry {
@@ -32,7 +32,7 @@ macro_rules! life {
                 "lib/random",
                 "lib/geometry",
                 "lib/batch",
-                "lib/rollout",
+                "lib/episode",
                 "lib/genes",
                 "lib/motion",
                 "robot/motors",
@@ -43,7 +43,7 @@ macro_rules! life {
                 $($controller,)+
                 "task/avoidance",
                 $($physics,)+
-                "life",
+                "episode",
             ],
             wide: $wide,
         }
@@ -52,24 +52,24 @@ macro_rules! life {
 
 /// The catalogue of kernels: one part a slot (robot, sensor, physics, controller, task).
 pub(crate) const CATALOGUE: &[Entry] = &[
-    life!(
+    episode!(
         "life_perceptron",
         sampled,
         ["controller/memoryless", "controller/perceptron"]
     ),
-    life!("life_hidden", sampled, ["controller/memoryless", "controller/hidden"]),
-    life!("life_recurrent", sampled, ["controller/recurrent"]),
-    life!(
+    episode!("life_hidden", sampled, ["controller/memoryless", "controller/hidden"]),
+    episode!("life_recurrent", sampled, ["controller/recurrent"]),
+    episode!(
         "surrogate_perceptron",
         surrogate,
         ["controller/memoryless", "controller/perceptron"]
     ),
-    life!(
+    episode!(
         "surrogate_hidden",
         surrogate,
         ["controller/memoryless", "controller/hidden"]
     ),
-    life!("surrogate_recurrent", surrogate, ["controller/recurrent"]),
+    episode!("surrogate_recurrent", surrogate, ["controller/recurrent"]),
     Entry {
         name: "forager",
         module: "forager",
@@ -77,7 +77,7 @@ pub(crate) const CATALOGUE: &[Entry] = &[
             "lib/numerics",
             "lib/random",
             "lib/batch",
-            "lib/rollout",
+            "lib/episode",
             "lib/genes",
             "lib/forager",
             "lib/circle",
@@ -88,7 +88,7 @@ pub(crate) const CATALOGUE: &[Entry] = &[
             "controller/behaviours",
             "task/foraging",
             "physics/foraging",
-            "life",
+            "episode",
         ],
         wide: false,
     },
@@ -120,7 +120,7 @@ pub(crate) const CATALOGUE: &[Entry] = &[
             "lib/numerics",
             "lib/random",
             "lib/batch",
-            "lib/rollout",
+            "lib/episode",
             "lib/genes",
             "lib/forager",
             "lib/circle",
@@ -128,7 +128,7 @@ pub(crate) const CATALOGUE: &[Entry] = &[
             "robot/epuck",
             "controller/behaviours",
             "physics/acting",
-            "life",
+            "episode",
         ],
         wide: false,
     },

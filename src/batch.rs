@@ -1,4 +1,4 @@
-//! Batches: rollouts in any mix of worlds, checked and packed once, to be evaluated in one call.
+//! Batches: episodes in any mix of worlds, checked and packed once, to be evaluated in one call.
 
 mod layout;
 mod packing;
@@ -8,8 +8,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// One record of a trace: the pose at the start of a cycle, and the resulting action and reward.
-pub use oneiro_shaders::life::Record;
-use oneiro_shaders::{Kernel, life};
+pub use oneiro_shaders::episode::Record;
+use oneiro_shaders::{Kernel, episode};
 
 use crate::parameter::Invalid;
 use crate::random::Key;
@@ -19,10 +19,10 @@ use packing::Packed;
 pub use packing::{Buffers, WorldKind};
 pub use trace::Trace;
 
-/// Rollouts per group: the kernels' workgroup size.
-pub const LANES: usize = life::LANES as usize;
+/// Episodes per group: the kernels' workgroup size.
+pub const LANES: usize = episode::LANES as usize;
 
-/// Greatest magnitude of a gene, so that no sum in a controller overflows.
+/// Maximum magnitude of a gene, so that no sum in a controller overflows.
 pub const GREATEST_GENE: f32 = 1e6;
 
 /// Genes of smaller magnitude than this (2^-40) count as 0, as does zero of either sign. A gene times a unit's output,
@@ -35,16 +35,16 @@ pub const GREATEST_TRACE: u64 = 640 << 20;
 /// Most iterations of all loops in a cycle of a kernel composed at run time.
 pub const GREATEST_TURNS: u32 = 100_000;
 
-/// The same for each robot, if many live together: each may look at all others again and again.
+/// The same for each robot of a swarm, which may look at all others again and again.
 const GREATEST_TURNS_EACH: u32 = 20_000;
 
-/// Most rollouts that one thread lays out at a time.
+/// Most episodes that one thread lays out at a time.
 const PIECE: usize = 4096;
 
 /// Words of a group's keys, which precede its genes.
-const KEY_WORDS: usize = life::KEY_WORDS as usize;
+const KEY_WORDS: usize = episode::KEY_WORDS as usize;
 
-/// A genome's life in a world, with the random numbers of one key.
+/// A genome's episode in a world, with the random numbers of one key.
 #[derive(Clone, Copy, Debug)]
 pub struct Rollout<'a> {
     /// Index of its world.
@@ -56,17 +56,17 @@ pub struct Rollout<'a> {
     pub key: Key,
 }
 
-/// Requests a trace of each rollout.
+/// Requests a trace of each episode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TraceRequest {
-    /// Record every Nth cycle, from 1, beginning with the first cycle lived. Worlds of several robots have a line after
+    /// Record every Nth cycle, from 1, beginning with the first simulated cycle. Worlds of several robots have a line after
     /// every Nth cycle.
     pub every: u32,
 }
 
 /// Worlds packed as the kernels read them, once for any number of batches. Cheap to clone.
 ///
-/// The worlds of a batch have one kernel, so lives of single robots all have the same kind of controller.
+/// The worlds of a batch have one kernel, so all single robots have the same kind of controller.
 #[derive(Clone, Debug)]
 pub struct Worlds(Arc<PackedWorlds>);
 
@@ -84,13 +84,13 @@ struct PackedWorlds {
 /// Properties of a world that batches need, besides its packed values.
 #[derive(Clone, Copy, Debug)]
 struct Facts {
-    /// Genes of a rollout.
+    /// Genes of an episode.
     genes: usize,
-    /// Robots of a rollout.
+    /// Robots of an episode.
     robots: u32,
-    /// Whether a life may be shorter than its world says.
+    /// Whether an episode may be shorter than its world says.
     may_end_early: bool,
-    /// Most iterations of all loops in one cycle, and in the beginning of a life.
+    /// Most iterations of all loops in one cycle, and in the beginning of an episode.
     loops: u32,
     begin_loops: u32,
 }
@@ -139,7 +139,7 @@ impl Worlds {
             .enumerate()
             .map(|(index, world)| Facts::of(world, index, &packed))
             .collect();
-        // What ships is known to be within bounds.
+        // Shipped kernels are within bounds.
         let most = |facts: &Facts| GREATEST_TURNS.max(GREATEST_TURNS_EACH * facts.robots);
         let too_long = |facts: &Facts| kernel.variants.is_empty() && facts.loops.max(facts.begin_loops) > most(facts);
         if let Some(index) = facts.iter().position(too_long) {
@@ -160,16 +160,16 @@ impl Worlds {
         })))
     }
 
-    /// Checks and packs rollouts of whole lives in these worlds.
+    /// Checks and packs whole episodes in these worlds.
     ///
     /// # Errors
-    /// No rollout, or too many; an unknown world; genes that are too many, too few, not finite or beyond
+    /// No episode, or too many; an unknown world; genes that are too many, too few, not finite or beyond
     /// [`GREATEST_GENE`]; a trace with more than [`GREATEST_TRACE`] words.
     pub fn batch(&self, rollouts: &[Rollout<'_>], trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
-        self.lives(&pieces([rollouts]), 0..u32::MAX, &[], false, trace)
+        self.episodes(&pieces([rollouts]), 0..u32::MAX, &[], false, trace)
     }
 
-    /// As [`Worlds::batch`], of the first `cycles` cycles of each life, whose states are not kept.
+    /// As [`Worlds::batch`], of the first `cycles` cycles of each episode, whose states are not kept.
     ///
     /// # Errors
     /// As [`Worlds::batch`], and no cycle.
@@ -177,24 +177,24 @@ impl Worlds {
         if cycles == 0 {
             return Err(Invalid::new("cycles", "are 0; allowed: one and more"));
         }
-        self.lives(&pieces([rollouts]), 0..cycles, &[], false, None)
+        self.episodes(&pieces([rollouts]), 0..cycles, &[], false, None)
     }
 
-    /// As [`Worlds::batch`], of rollouts in several lists, one after the other. They are packed at the same time.
+    /// As [`Worlds::batch`], of episodes in several lists, one after the other. They are packed at the same time.
     ///
     /// # Errors
     /// As [`Worlds::batch`].
     pub fn batch_of(&self, lists: &[Vec<Rollout<'_>>], trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
-        self.lives(&pieces(lists.iter().map(Vec::as_slice)), 0..u32::MAX, &[], false, trace)
+        self.episodes(&pieces(lists.iter().map(Vec::as_slice)), 0..u32::MAX, &[], false, trace)
     }
 
-    /// Checks and packs a stretch of lives, given by its first cycle and number of cycles, and requests the states for
-    /// continuing them. `states` has each rollout's state after the previous stretch, or is empty if lives begin. Genes
+    /// Checks and packs a stretch of episodes, given by its first cycle and number of cycles, and requests the states for
+    /// continuing them. `states` has each episode's state after the previous stretch, or is empty if episodes begin. Genes
     /// and keys may have changed since.
     ///
     /// # Errors
-    /// As [`Worlds::batch`], and an empty stretch, a rollout whose life has ended by its start, or states that don't
-    /// fit the rollouts.
+    /// As [`Worlds::batch`], and an empty stretch, an episode that has ended by its start, or states that don't
+    /// fit the episodes.
     pub fn stretch(
         &self,
         rollouts: &[Rollout<'_>],
@@ -205,7 +205,7 @@ impl Worlds {
         self.continued(&pieces([rollouts]), cycles, states, trace)
     }
 
-    /// As [`Worlds::stretch`], of rollouts in several lists, one after the other. They are packed at the same time.
+    /// As [`Worlds::stretch`], of episodes in several lists, one after the other. They are packed at the same time.
     ///
     /// # Errors
     /// As [`Worlds::stretch`].
@@ -236,7 +236,7 @@ impl Worlds {
         let count = if cycles.start == 0 { 0 } else { all };
         if states.len() != count || states.iter().any(|state| state.len() != words) {
             let problem = format!(
-                "there are {} for {} rollouts from cycle {} on; allowed: {count}, each of {words} words",
+                "there are {} for {} episodes from cycle {} on; allowed: {count}, each of {words} words",
                 states.len(),
                 all,
                 cycles.start
@@ -248,13 +248,13 @@ impl Worlds {
             world.is_some_and(|world| world.steps <= cycles.start)
         };
         if let Some(index) = rollouts().position(ended) {
-            let problem = format!("has ended by cycle {}; allowed: longer lives", cycles.start);
+            let problem = format!("has ended by cycle {}; allowed: longer episodes", cycles.start);
             return Err(Invalid::new(format!("rollouts[{index}]"), problem));
         }
-        self.lives(lists, cycles, states, true, trace)
+        self.episodes(lists, cycles, states, true, trace)
     }
 
-    fn lives(
+    fn episodes(
         &self,
         lists: &[&[Rollout<'_>]],
         cycles: Range<u32>,
@@ -285,7 +285,7 @@ impl Worlds {
         let words = batch.trace_words() as u64 * batch.groups.len() as u64 * LANES as u64;
         if words > GREATEST_TRACE {
             let problem =
-                format!("{words} words in all; allowed: up to {GREATEST_TRACE}: trace fewer rollouts, or less often");
+                format!("{words} words in all; allowed: up to {GREATEST_TRACE}: trace fewer episodes, or less often");
             return Err(Invalid::new("trace", problem));
         }
         if !states.is_empty() {
@@ -315,28 +315,28 @@ impl Worlds {
         }
     }
 
-    /// One cycle of lives in the first world, traced, each in the slot of its number: its key and its genes, which are as
+    /// One cycle of episodes in the first world, traced, each in the slot of its number: its key and its genes, which are as
     /// many as the world takes, finite and within bounds. `states` are those of the slots in their order, with the idle ones
     /// of the last group, or none in cycle 0.
     pub(crate) fn cycle<const GENES: usize>(
         &self,
-        lives: impl ExactSizeIterator<Item = (Key, [f32; GENES])>,
+        episodes: impl ExactSizeIterator<Item = (Key, [f32; GENES])>,
         cycle: u32,
         states: Vec<u32>,
         keeps_states: bool,
     ) -> Batch {
         debug_assert_eq!(self.0.facts[0].genes, GENES, "genes of the world");
-        let count = lives.len();
+        let count = episodes.len();
         let words = (KEY_WORDS + GENES) * LANES;
         let mut inputs = vec![0; count.div_ceil(LANES) * words];
-        for (slot, (Key(key), genes)) in lives.enumerate() {
+        for (slot, (Key(key), genes)) in episodes.enumerate() {
             let first = slot / LANES * words + slot % LANES;
             let fields = key.into_iter().chain(genes.map(f32::to_bits));
             for (field, word) in fields.enumerate() {
                 inputs[first + field * LANES] = word;
             }
         }
-        let group = |first: usize| life::Group {
+        let group = |first: usize| episode::Group {
             world: 0,
             rollouts: (count - first).min(LANES) as u32,
             inputs: (first / LANES * words) as u32,
@@ -370,34 +370,34 @@ impl Worlds {
         Arc::ptr_eq(&self.0, &other.0) || self.0.packed.is_same(&other.0.packed)
     }
 
-    /// Words that each rollout keeps between stretches.
+    /// Words that each episode keeps between stretches.
     pub fn state_words(&self) -> usize {
         self.0.state_words as usize
     }
 
-    /// Number of genes of a rollout in each world.
+    /// Number of genes of an episode in each world.
     pub fn genes(&self) -> Vec<usize> {
         self.0.facts.iter().map(|facts| facts.genes).collect()
     }
 }
 
-/// Lists of rollouts in pieces that are worth a thread each.
+/// Lists of episodes in pieces that are worth a thread each.
 fn pieces<'a>(lists: impl IntoIterator<Item = &'a [Rollout<'a>]>) -> Vec<&'a [Rollout<'a>]> {
     lists.into_iter().flat_map(|list| list.chunks(PIECE)).collect()
 }
 
-/// Checked rollouts, packed as the kernels read them: in groups of 64 slots that share a world. Rollouts keep their
+/// Checked episodes, packed as the kernels read them: in groups of 64 slots that share a world. Episodes keep their
 /// order within a world; a world's last group may have idle slots.
 ///
 /// The worlds of a batch have one kernel, see [`Worlds`].
 #[derive(Debug)]
 pub struct Batch {
     worlds: Worlds,
-    groups: Vec<life::Group>,
+    groups: Vec<episode::Group>,
     inputs: Vec<u32>,
-    /// Slot of each rollout.
+    /// Slot of each episode.
     slots: Vec<u32>,
-    /// State of each slot's life so far, in the kernel's layout; empty if lives begin.
+    /// State of each slot's episode so far, in the kernel's layout; empty if episodes begin.
     states: Vec<u32>,
     keeps_states: bool,
     trace_every: u32,
@@ -405,7 +405,7 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// Checks and packs rollouts. To make many batches, pack their worlds once with [`Worlds::new`].
+    /// Checks and packs episodes. To make many batches, pack their worlds once with [`Worlds::new`].
     ///
     /// # Errors
     /// As [`Worlds::new`] and [`Worlds::batch`].
@@ -418,12 +418,12 @@ impl Batch {
     }
 
     #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
-    /// The worlds of its rollouts.
+    /// The worlds of its episodes.
     pub(crate) fn worlds(&self) -> &Worlds {
         &self.worlds
     }
 
-    /// Number of rollouts.
+    /// Number of episodes.
     pub fn rollouts(&self) -> usize {
         self.slots.len()
     }
@@ -443,7 +443,7 @@ impl Batch {
         self.groups.len() as u32
     }
 
-    /// Range of cycles lived, up to the end of the longest life.
+    /// Range of simulated cycles, up to the end of the longest episode.
     pub fn cycles(&self) -> Range<u32> {
         self.cycles.clone()
     }
@@ -463,7 +463,7 @@ impl Batch {
         self.trace_records() as usize * self.record_words()
     }
 
-    /// Whether slots' states are part of the result, so that lives can continue.
+    /// Whether slots' states are part of the result, so that episodes can continue.
     pub fn keeps_states(&self) -> bool {
         self.keeps_states
     }
@@ -492,12 +492,12 @@ impl Batch {
         }
     }
 
-    /// Slot of a rollout: its lane is `slot % 64` of the group `slot / 64`.
+    /// Slot of an episode: its lane is `slot % 64` of the group `slot / 64`.
     pub fn slot(&self, rollout: usize) -> Option<usize> {
         self.slots.get(rollout).map(|&slot| slot as usize)
     }
 
-    /// The rollout in a slot.
+    /// The episode in a slot.
     pub fn rollout(&self, slot: usize) -> Option<usize> {
         self.slots.iter().position(|&own| own as usize == slot)
     }
@@ -516,7 +516,7 @@ impl Batch {
         }
     }
 
-    /// Converts the result of [`Batch::all`] to results by rollout.
+    /// Converts the result of [`Batch::all`] to results by episode.
     ///
     /// # Panics
     /// If the result isn't that of the whole batch.
@@ -572,16 +572,16 @@ pub struct PartResult {
     pub states: Vec<u32>,
 }
 
-/// Results of a batch, in the order of its rollouts.
+/// Results of a batch, in the order of its episodes.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Fitness; higher is better. For a world of several robots, all food collected so far.
     pub fitness: Vec<f32>,
-    /// Traces of single lives, each as long as its life; empty unless requested.
+    /// Traces of single robots, each as long as its episode; empty unless requested.
     pub traces: Vec<Trace>,
     /// Traces of worlds of several robots, as [`crate::swarm`] reads them.
     pub logs: Vec<Vec<u32>>,
-    /// States for continuing each life; empty for whole lives.
+    /// States for continuing each episode; empty for whole episodes.
     pub states: Vec<Vec<u32>>,
 }
 
@@ -616,12 +616,12 @@ impl<'a> Part<'a> {
     }
 
     /// All worlds of the batch.
-    pub fn worlds(&self) -> &'a [life::World] {
+    pub fn worlds(&self) -> &'a [episode::World] {
         &self.batch.worlds.0.packed.worlds
     }
 
     /// All objects of the batch; at least one, so that the buffer isn't empty.
-    pub fn shapes(&self) -> &'a [life::Shape] {
+    pub fn shapes(&self) -> &'a [episode::Shape] {
         &self.batch.worlds.0.packed.shapes
     }
 
@@ -631,7 +631,7 @@ impl<'a> Part<'a> {
     }
 
     /// Groups of this part. Their `inputs` count from the start of the batch's.
-    pub fn group_table(&self) -> &'a [life::Group] {
+    pub fn group_table(&self) -> &'a [episode::Group] {
         &self.batch.groups[self.groups.start as usize..self.groups.end as usize]
     }
 
@@ -657,7 +657,7 @@ impl<'a> Part<'a> {
         self.groups.len() * LANES
     }
 
-    /// Number of rollouts, without idle slots.
+    /// Number of episodes, without idle slots.
     pub fn rollouts(&self) -> usize {
         self.group_table().iter().map(|group| group.rollouts as usize).sum()
     }
@@ -668,8 +668,8 @@ impl<'a> Part<'a> {
     }
 
     /// Robot-steps of some groups in a range of cycles.
-    pub fn steps_of(&self, groups: &[life::Group], cycles: &Range<u32>) -> u64 {
-        let steps = |group: &life::Group| {
+    pub fn steps_of(&self, groups: &[episode::Group], cycles: &Range<u32>) -> u64 {
+        let steps = |group: &episode::Group| {
             let world = group.world as usize;
             let end = self.worlds()[world].steps.min(cycles.end);
             let robots = group.rollouts * self.batch.worlds.0.facts[world].robots;
@@ -678,17 +678,17 @@ impl<'a> Part<'a> {
         groups.iter().map(steps).sum()
     }
 
-    /// Range of cycles lived, up to the end of the longest life.
+    /// Range of simulated cycles, up to the end of the longest episode.
     pub fn cycles(&self) -> Range<u32> {
-        let lives = self
+        let episodes = self
             .group_table()
             .iter()
             .map(|group| self.worlds()[group.world as usize].steps);
         let Range { start, end } = self.batch.cycles();
-        start..end.min(lives.max().unwrap_or(0))
+        start..end.min(episodes.max().unwrap_or(0))
     }
 
-    /// State of this part's slots so far, in the kernel's layout; empty if lives begin.
+    /// State of this part's slots so far, in the kernel's layout; empty if episodes begin.
     pub fn states(&self) -> &'a [u32] {
         if self.batch.states.is_empty() {
             return &[];
@@ -697,12 +697,12 @@ impl<'a> Part<'a> {
         &self.batch.states[self.groups.start as usize * words..self.groups.end as usize * words]
     }
 
-    /// Most iterations of all of the kernel's loops in one cycle of one rollout, at least 1.
+    /// Most iterations of all of the kernel's loops in one cycle of one episode, at least 1.
     pub fn loops(&self) -> u32 {
         self.most(|facts| facts.loops)
     }
 
-    /// Most additional iterations in the beginning of a life, as for a random start.
+    /// Most additional iterations in the beginning of an episode, as for a random start.
     pub fn begin_loops(&self) -> u32 {
         self.most(|facts| facts.begin_loops)
     }

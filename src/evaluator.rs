@@ -85,7 +85,7 @@ pub enum Error {
         /// The operation and its result.
         what: String,
     },
-    /// An audited rollout has different bits on the CPU.
+    /// An audited episode has different bits on the CPU.
     #[error(
         "rollout {rollout}: {device} computed {there} (bits {:08x}), the CPU {here} (bits {:08x}); \
          results of this device can't be trusted to be exact",
@@ -130,7 +130,7 @@ pub trait Evaluator: Send {
     /// See [`Error`]; none is about the batch's content.
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error>;
 
-    /// Runs a batch and returns the fitness of each rollout, in the given order, and traces and states if requested.
+    /// Runs a batch and returns the fitness of each episode, in the given order, and traces and states if requested.
     ///
     /// # Errors
     /// As [`Evaluator::evaluate_part`].

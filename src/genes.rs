@@ -17,7 +17,7 @@ pub const SENSOR_NAMES: [&str; SENSORS] = [
     "back_left",
 ];
 
-/// Names of the outputs of the cycle before, which the recurrent controller reads beside the sensors.
+/// Names of the outputs of the cycle before, which the recurrent controller reads after the sensors.
 pub(crate) const PREVIOUS: [&str; 2] = ["previous_left", "previous_right"];
 
 /// A gene of a controller.
@@ -26,15 +26,15 @@ pub struct Gene {
     /// The weight of an input to a unit or an output, such as `left_90_to_right`, a bias, such as `bias_right`, or another
     /// number of the controller. A user's controller names its genes, or they are numbered, from `gene_0`.
     pub name: String,
-    /// Least and greatest value, if it has a range of its own.
+    /// Minimum and maximum value, if it has a range.
     pub range: Option<[f32; 2]>,
-    /// What its values are.
+    /// The kind of its values.
     pub kind: GeneKind,
     /// It has an effect only if the whole part of this gene, by its index, is one of these, and that gene has one; `None`: always.
     pub only: Option<(usize, &'static [u32])>,
 }
 
-/// What the values of a gene are.
+/// The kind of a gene's values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GeneKind {
     /// Numbers.
@@ -47,7 +47,7 @@ pub enum GeneKind {
 }
 
 impl Gene {
-    /// A gene without a range of its own.
+    /// A gene without a range.
     pub(crate) fn new(name: String) -> Self {
         Self::ranged(name, None)
     }
@@ -118,7 +118,7 @@ impl GeneLayout {
         self.all.iter().map(|gene| gene.name.clone()).collect()
     }
 
-    /// Range of each gene that has one of its own.
+    /// Range of each gene that has one.
     pub fn ranges(&self) -> Vec<Option<[f32; 2]>> {
         self.all.iter().map(|gene| gene.range).collect()
     }

@@ -1,4 +1,4 @@
-//! Oneiro evaluates robot controllers in simulated lives, millions at a time, with the same bits on every device.
+//! Oneiro evaluates robot controllers in simulation, millions of episodes at a time, with the same bits on every device.
 
 // Tests of what is not public share worlds with those of what is.
 #[cfg(test)]
@@ -35,7 +35,7 @@ pub mod foraging {
 }
 
 pub mod differential {
-    //! Robots that are described, and what else a robot may be.
+    //! Parametric robots, and what else a robot may be.
 
     pub use crate::world::Build;
     pub use crate::world::differential::*;

@@ -132,7 +132,7 @@ impl<C: Choice> Field for C {
     }
 }
 
-/// How alike two names are, 0 to 1. Keys with dots are compared by their last words too.
+/// How alike two names are, 0 to 1. Keys with dots are also compared by their last words.
 pub fn likeness(name: &str, written: &str) -> f64 {
     let last = |key: &str| key.rsplit('.').next().unwrap_or_default().to_owned();
     let whole = strsim::normalized_damerau_levenshtein(name, written);
@@ -333,7 +333,7 @@ macro_rules! field_of_pairs {
 }
 pub(crate) use field_of_pairs;
 
-/// A list whose elements have rows of their own.
+/// A list whose elements have rows.
 impl<T: Default> Field for Vec<T> {
     fn get(&self) -> Option<Datum> {
         None

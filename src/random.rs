@@ -1,7 +1,7 @@
-//! The host's side of counter-based random numbers: a rollout's key depends only on run, generation, individual and
+//! The host's side of counter-based random numbers: an episode's key depends only on run, generation, individual and
 //! trial, never on earlier draws.
 
-/// Key of a rollout's random numbers.
+/// Key of an episode's random numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Key(pub [u32; 2]);
 
@@ -17,7 +17,7 @@ impl Key {
     }
 }
 
-/// Keys of the rollouts of a generation, made in half of the time: what all of them share is computed once.
+/// Keys of the episodes of a generation, in half of the time: their common part is computed once.
 ///
 /// ```
 /// use oneiro::random::{Key, Keys};

@@ -7,9 +7,9 @@ struct ControllerGenes {
     seen_right: f32, // -1 to 1: of the right wheel then
 }
 
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let unseen = vec2<f32>(gene(life, UNSEEN_LEFT), gene(life, UNSEEN_RIGHT));
-    let seen = vec2<f32>(gene(life, SEEN_LEFT), gene(life, SEEN_RIGHT));
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let unseen = vec2<f32>(gene(episode, UNSEEN_LEFT), gene(episode, UNSEEN_RIGHT));
+    let seen = vec2<f32>(gene(episode, SEEN_LEFT), gene(episode, SEEN_RIGHT));
     let speeds = select(unseen, seen, vec2<bool>(readings.sees > 0.5f));
     return Command(vec2<f32>(0.5f + 0.5f * speeds.x, 0.5f + 0.5f * speeds.y), before);
 }

@@ -5,12 +5,12 @@ const RADIUS: f32 = 1200.0f;
 const RINGS: u32 = 24u;
 const ANGLES: u32 = 48u;
 
-fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
+fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {
     return Tally(0.0f, before);
 }
 
-fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
-    let count = robots(life);
+fn mission_score(episode: Episode, own: MissionState, sum: f32) -> f32 {
+    let count = robots(episode);
     var total = 0.0f;
     for (var ring = 0u; ring < RINGS; ring++) {
         let distance = RADIUS * (f32(ring) + 0.5f) * 0.041666668f;
@@ -18,9 +18,9 @@ fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
             let at = distance * cosine_sine((f32(angle) + 0.5f) * 0.020833334f);
             var nearest = 2500.0f * 2500.0f;
             for (var robot = 0u; robot < count; robot++) {
-                let there = robot_pose(life, robot).xy;
+                let there = robot_pose(episode, robot).xy;
                 let squared = squared_length(vec2<f32>(there.x - at.x, there.y - at.y));
-                nearest = select(nearest, min(nearest, squared), floor_at(life, there) >= 0.1f);
+                nearest = select(nearest, min(nearest, squared), floor_at(episode, there) >= 0.1f);
             }
             total += root(nearest);
         }

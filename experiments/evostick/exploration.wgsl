@@ -32,11 +32,11 @@ struct MissionState {
 // Ten cells in 2500.01 mm, the program's side.
 const EACH_MM: f32 = 0.003999984f;
 
-fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
+fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {
     // which cells robots are in, a bit for each
     var visits = array<u32, 4>();
-    for (var robot = 0u; robot < robots(life); robot++) {
-        let pose = robot_pose(life, robot);
+    for (var robot = 0u; robot < robots(episode); robot++) {
+        let pose = robot_pose(episode, robot);
         let x = pose.x * EACH_MM + 5.0f;
         let y = pose.y * EACH_MM + 5.0f;
         let is_inside = (x >= 0.0f) & (x < 10.0f) & (y >= 0.0f) & (y < 10.0f);

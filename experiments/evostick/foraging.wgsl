@@ -4,8 +4,8 @@ struct TaskState {
     has_item: u32,
 }
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    let floor = floor_at(life, now.end.xy);
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    let floor = floor_at(episode, now.end.xy);
     let is_home = floor > 0.9f;
     let had_item = before.has_item != 0u;
     let has_item = (floor < 0.1f) | (!is_home & had_item);

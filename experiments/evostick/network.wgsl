@@ -8,7 +8,7 @@ const CELLS: u32 = 48u;
 const CELL_SIDE: f32 = 50.0f;
 const MOST: u32 = 128u;
 
-fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
+fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {
     return Tally(0.0f, before);
 }
 
@@ -16,8 +16,8 @@ fn is_within(a: vec2<f32>, b: vec2<f32>, reach: f32) -> bool {
     return squared_length(vec2<f32>(a.x - b.x, a.y - b.y)) < reach * reach;
 }
 
-fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
-    let count = robots(life);
+fn mission_score(episode: Episode, own: MissionState, sum: f32) -> f32 {
+    let count = robots(episode);
     // Each robot's group is the lowest number in it: links pass it on, as often as there are robots.
     var groups_of = array<u32, MOST>();
     for (var robot = 0u; robot < count; robot++) {
@@ -25,10 +25,10 @@ fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
     }
     for (var turn = 0u; turn < count; turn++) {
         for (var robot = 0u; robot < count; robot++) {
-            let at = robot_pose(life, robot).xy;
+            let at = robot_pose(episode, robot).xy;
             for (var other = 0u; other < robot; other++) {
                 let lower = min(groups_of[robot], groups_of[other]);
-                if (is_within(at, robot_pose(life, other).xy, REACH) & (groups_of[robot] != groups_of[other])) {
+                if (is_within(at, robot_pose(episode, other).xy, REACH) & (groups_of[robot] != groups_of[other])) {
                     groups_of[robot] = lower;
                     groups_of[other] = lower;
                 }
@@ -51,7 +51,7 @@ fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
             let at = vec2<f32>((f32(column) + 0.5f) * CELL_SIDE - RADIUS, (f32(row) + 0.5f) * CELL_SIDE - RADIUS);
             var is_covered = false;
             for (var robot = 0u; robot < count; robot++) {
-                let is_near = is_within(at, robot_pose(life, robot).xy, SENSED);
+                let is_near = is_within(at, robot_pose(episode, robot).xy, SENSED);
                 is_covered = is_covered | (is_near & (groups_of[robot] == largest));
             }
             covered += select(0u, 1u, is_covered & (squared_length(at) < RADIUS * RADIUS));

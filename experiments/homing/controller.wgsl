@@ -16,29 +16,29 @@ struct ControllerState {
     outputs: vec2<f32>,
 }
 
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
     if (step % CYCLES_PER_ACTION != 0u) {
         return Command(before.outputs, before);
     }
     let first = vec4<f32>(
-        hidden(life, 0u, readings, before),
-        hidden(life, 1u, readings, before),
-        hidden(life, 2u, readings, before),
-        hidden(life, 3u, readings, before),
+        hidden(episode, 0u, readings, before),
+        hidden(episode, 1u, readings, before),
+        hidden(episode, 2u, readings, before),
+        hidden(episode, 3u, readings, before),
     );
-    var now = ControllerState(first, hidden(life, 4u, readings, before), vec2<f32>(0.0f, 0.0f));
+    var now = ControllerState(first, hidden(episode, 4u, readings, before), vec2<f32>(0.0f, 0.0f));
     let motors = HIDDEN * UNIT_GENES;
-    now.outputs = vec2<f32>(logistic(sum(life, motors, now)), logistic(sum(life, motors + HIDDEN + 1u, now)));
+    now.outputs = vec2<f32>(logistic(sum(episode, motors, now)), logistic(sum(episode, motors + HIDDEN + 1u, now)));
     return Command(now.outputs, now);
 }
 
-fn hidden(life: Life, unit: u32, readings: Readings, before: ControllerState) -> f32 {
+fn hidden(episode: Episode, unit: u32, readings: Readings, before: ControllerState) -> f32 {
     let first = unit * UNIT_GENES;
-    return logistic(weighed(life, first, readings) + sum(life, first + INPUTS, before));
+    return logistic(weighed(episode, first, readings) + sum(episode, first + INPUTS, before));
 }
 
 // The hidden units' outputs, each times its gene from gene `first` on, and the gene after them.
-fn sum(life: Life, first: u32, own: ControllerState) -> f32 {
-    return gene(life, first) * own.first.x + gene(life, first + 1u) * own.first.y + gene(life, first + 2u) * own.first.z
-        + gene(life, first + 3u) * own.first.w + gene(life, first + 4u) * own.last + gene(life, first + 5u);
+fn sum(episode: Episode, first: u32, own: ControllerState) -> f32 {
+    return gene(episode, first) * own.first.x + gene(episode, first + 1u) * own.first.y + gene(episode, first + 2u) * own.first.z
+        + gene(episode, first + 3u) * own.first.w + gene(episode, first + 4u) * own.last + gene(episode, first + 5u);
 }

@@ -21,12 +21,12 @@ struct SensorState {
     left: f32,
 }
 
-fn sensor_begin(life: Life, pose: vec3<f32>) -> SensorState {
-    return SensorState(sensor_values(life).full);
+fn sensor_begin(episode: Episode, pose: vec3<f32>) -> SensorState {
+    return SensorState(sensor_values(episode).full);
 }
 
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
-    let own = sensor_values(life);
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    let own = sensor_values(episode);
     let squared = pose.x * pose.x + pose.y * pose.y;
     let strength = own.lamp * exponential(-own.decay * root(squared + own.height * own.height));
     // Turns from the heading to the lamp, -0.5 to 0.5.

@@ -13,15 +13,15 @@ struct TaskState {
 }
 
 // Patch and battery are those of the sensors.
-fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
-    let own = sensor_values(life);
+fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {
+    let own = sensor_values(episode);
     let is_charging = squared_length(vec2<f32>(pose.x, pose.y)) < own.radius * own.radius;
     return TaskState(own.full, select(0u, 1u, is_charging));
 }
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    let own = task_values(life);
-    let sensors = sensor_values(life);
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    let own = task_values(episode);
+    let sensors = sensor_values(episode);
     let is_charging = squared_length(vec2<f32>(now.end.x, now.end.y)) < sensors.radius * sensors.radius;
     var next = before;
     next.left = select(before.left - 1.0f, sensors.full, is_charging);
@@ -33,6 +33,6 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     return Reward(select(other, earned, own.measure == 0.0f), next);
 }
 
-fn task_ends(life: Life, own: TaskState) -> bool {
+fn task_ends(episode: Episode, own: TaskState) -> bool {
     return own.left <= 0.0f;
 }

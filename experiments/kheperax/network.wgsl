@@ -13,21 +13,21 @@ struct ControllerState {
     bumpers: vec2<f32>,
 }
 
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
     let now = vec2<f32>(readings.bump_right, readings.bump_left);
     let bumpers = 2.0f * select(before.bumpers, now, step == 0u) - vec2<f32>(1.0f, 1.0f);
     let right = measured(readings.right);
     let ahead = measured(readings.ahead);
     let left = measured(readings.left);
     let biases = UNITS * UNIT_GENES;
-    var sums = vec2<f32>(gene(life, biases), gene(life, biases + 1u));
+    var sums = vec2<f32>(gene(episode, biases), gene(episode, biases + 1u));
     for (var unit = 0u; unit < UNITS; unit++) {
         let first = unit * UNIT_GENES;
-        var input = gene(life, first) * right + gene(life, first + 1u) * ahead + gene(life, first + 2u) * left;
-        input += gene(life, first + 3u) * bumpers.x + gene(life, first + 4u) * bumpers.y + gene(life, first + 5u);
+        var input = gene(episode, first) * right + gene(episode, first + 1u) * ahead + gene(episode, first + 2u) * left;
+        input += gene(episode, first + 3u) * bumpers.x + gene(episode, first + 4u) * bumpers.y + gene(episode, first + 5u);
         let output = max(input, 0.0f);
-        sums.x += gene(life, first + 6u) * output;
-        sums.y += gene(life, first + 7u) * output;
+        sums.x += gene(episode, first + 6u) * output;
+        sums.y += gene(episode, first + 7u) * output;
     }
     // A wheel's speed is tanh(x) = 2 logistic(2 x) - 1 of the greatest, and an output of 1/2 is a standstill.
     return Command(vec2<f32>(logistic(2.0f * sums.x), logistic(2.0f * sums.y)), ControllerState(now));

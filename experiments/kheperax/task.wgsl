@@ -1,5 +1,5 @@
-// The tasks of Kheperax. With a target, each cycle costs the distance to it, and the life ends there. Without, each costs the
-// sum of the squared distances that the wheels travel, and only the place where a life ends tells policies apart. The unit of
+// The tasks of Kheperax. With a target, each cycle costs the distance to it, and the episode ends there. Without, each costs the
+// sum of the squared distances that the wheels travel, and only the place where an episode ends tells policies apart. The unit of
 // length is the side of the maze.
 
 struct TaskValues {
@@ -16,8 +16,8 @@ struct TaskState {
 // Distance that a wheel travels in a cycle at full speed, in sides of the maze.
 const FARTHEST: f32 = 0.025f;
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    let own = task_values(life);
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    let own = task_values(episode);
     if (own.goal == 0.0f) {
         let squared = squared_length(vec2<f32>(now.moved.left, now.moved.right));
         return Reward(-(FARTHEST * FARTHEST) * squared, before);
@@ -26,6 +26,6 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     return Reward(-0.001f * distance, TaskState(select(0u, 1u, distance < own.radius)));
 }
 
-fn task_ends(life: Life, own: TaskState) -> bool {
+fn task_ends(episode: Episode, own: TaskState) -> bool {
     return own.reached != 0u;
 }

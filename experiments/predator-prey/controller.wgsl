@@ -25,18 +25,18 @@ struct ControllerState {
     outputs: vec2<f32>,
 }
 
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let own = controller_values(life);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let own = controller_values(episode);
     var share = own.prey_speed;
     var left = 0.0f;
     var right = 0.0f;
-    if (robot_number(life) == 0u) {
+    if (robot_number(episode) == 0u) {
         share = own.predator_speed;
-        left = fed(life, PREDATOR_TO_LEFT, INPUTS, readings, before);
-        right = fed(life, PREDATOR_TO_RIGHT, INPUTS, readings, before);
+        left = fed(episode, PREDATOR_TO_LEFT, INPUTS, readings, before);
+        right = fed(episode, PREDATOR_TO_RIGHT, INPUTS, readings, before);
     } else {
-        left = fed(life, PREY_TO_LEFT, PREY_INPUTS, readings, before);
-        right = fed(life, PREY_TO_RIGHT, PREY_INPUTS, readings, before);
+        left = fed(episode, PREY_TO_LEFT, PREY_INPUTS, readings, before);
+        right = fed(episode, PREY_TO_RIGHT, PREY_INPUTS, readings, before);
     }
     let outputs = vec2<f32>(logistic(left), logistic(right));
     // An output of 1/2 is a standstill.
@@ -45,11 +45,11 @@ fn controller_cycle(life: Life, step: u32, readings: Readings, before: Controlle
 }
 
 // The input of an output unit, whose first gene is `first`.
-fn fed(life: Life, first: u32, count: u32, readings: Readings, before: ControllerState) -> f32 {
+fn fed(episode: Episode, first: u32, count: u32, readings: Readings, before: ControllerState) -> f32 {
     var sum = 0.0f;
     for (var i = 0u; i < min(count, INPUTS); i++) {
-        sum += gene(life, first + i) * reading(readings, i);
+        sum += gene(episode, first + i) * reading(readings, i);
     }
     let last = first + count;
-    return sum + gene(life, last) * before.outputs.x + gene(life, last + 1u) * before.outputs.y + gene(life, last + 2u);
+    return sum + gene(episode, last) * before.outputs.x + gene(episode, last + 1u) * before.outputs.y + gene(episode, last + 2u);
 }

@@ -10,19 +10,19 @@ struct MissionState {
     caught: u32,
 }
 
-fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
-    let predator = robot_pose(life, 0u);
-    let prey = robot_pose(life, 1u);
-    let reach = 2.0f * body_radius(life) + task_values(life).gap;
+fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {
+    let predator = robot_pose(episode, 0u);
+    let prey = robot_pose(episode, 1u);
+    let reach = 2.0f * body_radius(episode) + task_values(episode).gap;
     let away = vec2<f32>(prey.x - predator.x, prey.y - predator.y);
     return Tally(0.0f, MissionState(select(0u, step + 1u, squared_length(away) <= reach * reach)));
 }
 
-fn mission_ends(life: Life, own: MissionState) -> bool {
+fn mission_ends(episode: Episode, own: MissionState) -> bool {
     return own.caught > 0u;
 }
 
-fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
-    let score = 1.0f - f32(own.caught) * reciprocal(f32(cycles(life)));
+fn mission_score(episode: Episode, own: MissionState, sum: f32) -> f32 {
+    let score = 1.0f - f32(own.caught) * reciprocal(f32(cycles(episode)));
     return select(0.0f, score, own.caught > 0u);
 }

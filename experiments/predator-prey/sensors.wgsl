@@ -17,14 +17,14 @@ struct SensorReadings {
     camera_4: f32,
 }
 
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
-    let prey = robot_pose(life, PREY);
-    let view = sensor_values(life).view;
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    let prey = robot_pose(episode, PREY);
+    let view = sensor_values(episode).view;
     // Turns from the heading to the prey, -0.5 to 0.5, and in sectors from the camera's left edge.
     let aside = direction(vec2<f32>(prey.x - pose.x, prey.y - pose.y)) - pose.z;
     let bearing = aside - floor(aside + 0.5f);
     let sector = 5.0f * (0.5f - bearing * reciprocal(view));
-    let sees = robot_number(life) == PREDATOR;
+    let sees = robot_number(episode) == PREDATOR;
     return Sensed(
         SensorReadings(
             seen(sees, sector, 0.0f), seen(sees, sector, 1.0f), seen(sees, sector, 2.0f), seen(sees, sector, 3.0f),

@@ -13,26 +13,26 @@ struct ControllerState {
     last: f32,
 }
 
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
     var y = array<f32, 5>(before.first.x, before.first.y, before.first.z, before.first.w, before.last);
     var outputs = array<f32, 5>();
     for (var unit = 0u; unit < UNITS; unit++) {
-        outputs[unit] = logistic(y[unit] + theta(life, unit));
+        outputs[unit] = logistic(y[unit] + theta(episode, unit));
     }
     for (var unit = 0u; unit < UNITS; unit++) {
         let first = unit * UNIT_GENES;
-        var sum = weighed(life, first, readings);
+        var sum = weighed(episode, first, readings);
         for (var other = 0u; other < UNITS; other++) {
-            sum += gene(life, first + INPUTS + other) * outputs[other];
+            sum += gene(episode, first + INPUTS + other) * outputs[other];
         }
-        y[unit] += rate(gene(life, first + INPUTS + UNITS + 1u)) * (sum - y[unit]);
+        y[unit] += rate(gene(episode, first + INPUTS + UNITS + 1u)) * (sum - y[unit]);
     }
-    let command = vec2<f32>(logistic(y[0] + theta(life, 0u)), logistic(y[1] + theta(life, 1u)));
+    let command = vec2<f32>(logistic(y[0] + theta(episode, 0u)), logistic(y[1] + theta(episode, 1u)));
     return Command(command, ControllerState(vec4<f32>(y[0], y[1], y[2], y[3]), y[4]));
 }
 
-fn theta(life: Life, unit: u32) -> f32 {
-    return gene(life, unit * UNIT_GENES + INPUTS + UNITS);
+fn theta(episode: Episode, unit: u32) -> f32 {
+    return gene(episode, unit * UNIT_GENES + INPUTS + UNITS);
 }
 
 // h / tau for a cycle h of 0.1 s: 50^-((gene + 16) / 32). The logarithm of 50 is 3.912023.

@@ -75,7 +75,7 @@ fn read(wgsl: &Path, name: &str) -> String {
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// All but the checked lanes, which would stop where a kernel reads beyond the end of a buffer.
+/// All lanes except the checked ones, which would stop where a kernel reads beyond the end of a buffer.
 fn targets() -> Vec<Target> {
     let unchecked = |target: &&Target| target.name != "checked";
     instances::TARGETS.iter().filter(unchecked).copied().collect()

@@ -1,4 +1,4 @@
-//! What a compiled kernel is: one program in three forms.
+//! A compiled kernel: one program in three forms.
 
 use std::fmt;
 
@@ -27,7 +27,7 @@ pub struct Binding {
 }
 
 /// Gives a word of a buffer: the buffer's name, the element, and the word within it. No element is that of the uniform
-/// buffer and of the world in which a rollout lives.
+/// buffer and of the episode's world.
 pub type WordOf<'a> = dyn Fn(&str, Option<u64>, u32) -> u32 + 'a;
 
 /// Computes the most turns of all loops of an invocation together, given words of buffers.
@@ -62,7 +62,7 @@ pub struct Kernel {
     /// The most turns of all loops of an invocation together, given words of buffers; a loop's last look at its condition
     /// is a turn. Software drivers leave loops silently after a limit.
     pub turns: Turns,
-    /// The lane code compiled with the program, widest first; which of them run here, [`Variant::available`] says. A kernel
+    /// The lane code compiled with the program, widest first; [`Variant::available`] tells which of them run here. A kernel
     /// composed when the program runs has none.
     pub variants: &'static [Variant],
 }

@@ -1,5 +1,5 @@
-// Worlds of robots that are driven from outside, cycle by cycle: what this part declares takes the place of the same names in
-// `swarm` and `controller/behaviours`. What the robots' sensors will read in the next cycle is kept after the words of all
+// Swarms driven from outside, cycle by cycle: this part's declarations replace the same names in
+// `swarm` and `controller/behaviours`. The robots' next readings are kept after the words of all
 // robots. Step 0 begins a world, and step N is its cycle N - 1.
 
 // Where an order has a robot's drive, counted from its first gene, which is below 0 if the robot is not switched on.
@@ -11,21 +11,21 @@ const NEAR_READINGS: u32 = 0u;
 const LIGHT_READINGS: u32 = 4u;
 const READINGS: u32 = 12u;
 
-fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory) -> Deed {
-    let wanted = Drive(gene(life, DRIVE_FORWARD), gene(life, DRIVE_TURN));
+fn behave(episode: Episode, step: u32, pose: vec3<f32>, carries: bool, before: Memory) -> Deed {
+    let wanted = Drive(gene(episode, DRIVE_FORWARD), gene(episode, DRIVE_TURN));
     return Deed(wanted, SEARCH, vec4<f32>(0.0f), before);
 }
 
 // The side of the lamp in a cycle.
-fn lamp_in(life: Life, step: u32) -> f32 {
-    return select(gene(life, LAMP_FIRST), gene(life, LAMP_THEN), f32(step) >= gene(life, LAMP_MOVES));
+fn lamp_in(episode: Episode, step: u32) -> f32 {
+    return select(gene(episode, LAMP_FIRST), gene(episode, LAMP_THEN), f32(step) >= gene(episode, LAMP_MOVES));
 }
 
-// A robot that is no longer switched on is as before it was, but for what it carries and has earned.
-fn switch_off(life: Life, base: u32) {
-    let count = robots(life.world);
+// A robot that is no longer switched on is as before it was, except for what it carries and has earned.
+fn switch_off(episode: Episode, base: u32) {
+    let count = robots(episode.world);
     for (var robot = 0u; robot < count; robot++) {
-        let order = life.genes + (ORDERS + robot * ORDER_WORDS) * LANES;
+        let order = episode.genes + (ORDERS + robot * ORDER_WORDS) * LANES;
         if (input(order + (ORDER_BEFORE + GENE_LADEN) * LANES) < 0.0f) {
             let own = robot_at(base, robot);
             state[own + BEHAVIOUR * LANES] = OFF;
@@ -36,12 +36,12 @@ fn switch_off(life: Life, base: u32) {
 }
 
 // What all sensors will read in a cycle.
-fn perceive(life: Life, base: u32, step: u32) {
-    let count = robots(life.world);
+fn perceive(episode: Episode, base: u32, step: u32) {
+    let count = robots(episode.world);
     for (var robot = 0u; robot < count; robot++) {
         let own = robot_at(base, robot);
         let pose = vec3<f32>(number(own, X), number(own, Y), number(own, HEADING));
-        let me = among(robot_life(life, own), base, robot, pose);
+        let me = among(robot_episode(episode, own), base, robot, pose);
         let at = robot_at(base, count) + robot * READINGS * LANES;
         put_four(at, NEAR_READINGS, near(me, step, pose));
         put_four(at, LIGHT_READINGS, light(me, step, 0u, pose));
@@ -59,23 +59,23 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     let world = groups[group].world;
     let base = group * dispatch.state_words * LANES + lane;
     let first_line = group * dispatch.trace_records * dispatch.record_words * LANES + lane;
-    var life = Life(
+    var episode = Episode(
         world, vec2<u32>(inputs[input_at], inputs[input_at + LANES]), input_at + KEY_WORDS * LANES, base,
         vec4<f32>(0.0f), 0.0f, 1.0f,
     );
 
     if (dispatch.step_begin == 0u) {
-        begin(life, base);
+        begin(episode, base);
     }
     let end = min(dispatch.step_end, worlds[world].steps);
     for (var step = dispatch.step_begin; step < end; step++) {
         if (step > 0u) {
-            life.lamp = lamp_in(life, step - 1u);
-            switch_off(life, base);
-            cycle(life, base, step - 1u);
+            episode.lamp = lamp_in(episode, step - 1u);
+            switch_off(episode, base);
+            cycle(episode, base, step - 1u);
         }
-        life.lamp = lamp_in(life, step);
-        perceive(life, base, step);
+        episode.lamp = lamp_in(episode, step);
+        perceive(episode, base, step);
         let past = step - dispatch.trace_begin;
         if (dispatch.trace_every > 0u && past % dispatch.trace_every == 0u) {
             line(world, base, first_line + past / dispatch.trace_every * dispatch.record_words * LANES);

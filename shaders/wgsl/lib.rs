@@ -1,4 +1,4 @@
-//! The WGSL parts that kernels are composed from, as text. A crate of its own, because a change of a part that only kernels
+//! The WGSL parts that kernels are composed from, as text. A crate of its own, because a change of a part only kernels
 //! composed at run time have should not recompile the kernels that ship.
 
 macro_rules! parts {
@@ -15,7 +15,7 @@ macro_rules! file {
     };
 }
 
-/// The files of a controller that is composed as a user's is, and whose names users' own parts may have too.
+/// The files of a controller that is composed like a user's; users' parts may have the same names.
 pub const STATE_MACHINE: [(&str, &str); 2] = [file!("controller/modules.wgsl"), file!("controller/state_machine.wgsl")];
 /// The same.
 pub const BEHAVIOUR_TREE: [(&str, &str); 2] = [
@@ -47,11 +47,11 @@ parts![
     "lib/motion.wgsl",
     "lib/numerics.wgsl",
     "lib/random.wgsl",
-    "lib/rollout.wgsl",
+    "lib/episode.wgsl",
     "lib/swarm.wgsl",
     "lib/user.wgsl",
     "lib/walk.wgsl",
-    "life.wgsl",
+    "episode.wgsl",
     "members.wgsl",
     "physics/acting.wgsl",
     "physics/arena.wgsl",

@@ -1,4 +1,4 @@
-// Worlds of robots, cycle by cycle: the entry of composed kernels in which several robots live together.
+// Worlds of robots, cycle by cycle: the entry of composed kernels of swarms.
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
@@ -11,20 +11,20 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     let world = groups[group].world;
     let words = group * dispatch.state_words * LANES + lane;
     let key = vec2<u32>(inputs[input], inputs[input + LANES]);
-    let life = Life(world, key, input + KEY_WORDS * LANES, words, words + WORLD_WORDS * LANES, 0u);
+    let episode = Episode(world, key, input + KEY_WORDS * LANES, words, words + WORLD_WORDS * LANES, 0u);
 
     if (dispatch.step_begin == 0u) {
-        begin(life);
+        begin(episode);
     }
     let end = min(dispatch.step_end, worlds[world].steps);
     for (var step = dispatch.step_begin; step < end; step++) {
-        if (mission_ends(life, mission_loaded(life.world_words))) {
+        if (mission_ends(episode, mission_loaded(episode.world_words))) {
             break;
         }
-        let lived = cycle(life, step);
+        let lived = cycle(episode, step);
         if (dispatch.trace_every > 0u && (step - dispatch.trace_begin) % dispatch.trace_every == 0u) {
-            traced(life, lived, slot * dispatch.trace_records + (step - dispatch.trace_begin) / dispatch.trace_every);
+            traced(episode, lived, slot * dispatch.trace_records + (step - dispatch.trace_begin) / dispatch.trace_every);
         }
     }
-    fitness[slot] = stored(score(life));
+    fitness[slot] = stored(score(episode));
 }

@@ -1,5 +1,5 @@
 // Worlds of robots that meet: the entry of the kernel in which one invocation is a whole world, cycle by cycle. What
-// changes while they live comes with the inputs of each dispatch, so that a life goes on under new orders.
+// changes during an episode comes with the inputs of each dispatch, so that an episode goes on under new orders.
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
@@ -11,19 +11,19 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     let world = groups[group].world;
     let base = group * dispatch.state_words * LANES + lane;
     let first_line = group * dispatch.trace_records * dispatch.record_words * LANES + lane;
-    var life = Life(
+    var episode = Episode(
         world, vec2<u32>(inputs[input_at], inputs[input_at + LANES]), input_at + KEY_WORDS * LANES, base,
         vec4<f32>(0.0f), 0.0f, 1.0f,
     );
 
     if (dispatch.step_begin == 0u) {
-        begin(life, base);
+        begin(episode, base);
     }
     let end = min(dispatch.step_end, worlds[world].steps);
     for (var step = dispatch.step_begin; step < end; step++) {
-        let moved = f32(step) >= gene(life, LAMP_MOVES);
-        life.lamp = select(gene(life, LAMP_FIRST), gene(life, LAMP_THEN), moved);
-        cycle(life, base, step);
+        let moved = f32(step) >= gene(episode, LAMP_MOVES);
+        episode.lamp = select(gene(episode, LAMP_FIRST), gene(episode, LAMP_THEN), moved);
+        cycle(episode, base, step);
         let past = step + 1u - dispatch.trace_begin;
         if (dispatch.trace_every > 0u && past % dispatch.trace_every == 0u) {
             line(world, base, first_line + (past / dispatch.trace_every - 1u) * dispatch.record_words * LANES);

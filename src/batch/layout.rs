@@ -1,25 +1,25 @@
-//! The layout of a batch: which slot each rollout has, and what kernels read of it there.
+//! The layout of a batch: which slot each episode has, and what kernels read of it there.
 
-use oneiro_shaders::life;
+use oneiro_shaders::episode;
 use rayon::prelude::*;
 
 use super::{Facts, GREATEST_GENE, KEY_WORDS, LANES, LEAST_GENE, Rollout};
 use crate::parameter::Invalid;
 
-/// Most rollouts of a batch.
+/// Most episodes of a batch.
 const GREATEST: usize = 1 << 28;
 
-/// Rollouts in their slots.
+/// Episodes in their slots.
 pub(super) struct Layout {
-    pub(super) groups: Vec<life::Group>,
-    /// Slot of each rollout.
+    pub(super) groups: Vec<episode::Group>,
+    /// Slot of each episode.
     pub(super) slots: Vec<u32>,
     /// Inputs of the groups: for each field 64 values, first the two words of the keys, then the genes.
     pub(super) inputs: Vec<u32>,
 }
 
 impl Layout {
-    /// Checks rollouts and lays them out, list after list. Lists are laid out at the same time, on all processors.
+    /// Checks episodes and lays them out, list after list. Lists are laid out at the same time, on all processors.
     pub(super) fn new(facts: &[Facts], lists: &[&[Rollout<'_>]]) -> Result<Self, Invalid> {
         let mut count = 0;
         let firsts: Vec<usize> = lists.iter().map(|list| replaced_sum(&mut count, list.len())).collect();
@@ -50,7 +50,7 @@ impl Layout {
         on_all(tasks, |(list, first, slots, next)| {
             lanes.fill(facts, &groups, list, first, slots, next)
         })?;
-        // SAFETY: every word has been written: those of the slots that rollouts have, each by its rollout, and the others by
+        // SAFETY: every word has been written: those of the slots that episodes have, each by its episode, and the others by
         // `clear_idle`.
         unsafe { inputs.set_len(words) };
         Ok(Self { groups, slots, inputs })
@@ -76,7 +76,7 @@ fn on_all<T: Send, R: Send>(
     done.into_iter().collect()
 }
 
-/// Number of a list's rollouts in each world. `first` is the index of its first one.
+/// Number of a list's episodes in each world. `first` is the index of its first one.
 fn counted(worlds: usize, list: &[Rollout<'_>], first: usize) -> Result<Vec<usize>, Invalid> {
     let mut counts = vec![0; worlds];
     for (rollout, index) in list.iter().zip(first..) {
@@ -89,9 +89,9 @@ fn counted(worlds: usize, list: &[Rollout<'_>], first: usize) -> Result<Vec<usiz
     Ok(counts)
 }
 
-/// Makes the groups for `counts` rollouts of each list in each world. Also returns the number of input words, and the first slot of
+/// Makes the groups for `counts` episodes of each list in each world. Also returns the number of input words, and the first slot of
 /// each world.
-fn grouped(facts: &[Facts], counts: &[Vec<usize>]) -> Result<(Vec<life::Group>, usize, Vec<usize>), Invalid> {
+fn grouped(facts: &[Facts], counts: &[Vec<usize>]) -> Result<(Vec<episode::Group>, usize, Vec<usize>), Invalid> {
     let mut groups = Vec::new();
     let mut words = 0_usize;
     let mut slots = Vec::with_capacity(facts.len());
@@ -99,7 +99,7 @@ fn grouped(facts: &[Facts], counts: &[Vec<usize>]) -> Result<(Vec<life::Group>, 
         slots.push(groups.len() * LANES);
         let count: usize = counts.iter().map(|counts| counts[world]).sum();
         for first in (0..count).step_by(LANES) {
-            groups.push(life::Group {
+            groups.push(episode::Group {
                 world: world as u32,
                 rollouts: (count - first).min(LANES) as u32,
                 inputs: words as u32,
@@ -120,7 +120,7 @@ fn grouped(facts: &[Facts], counts: &[Vec<usize>]) -> Result<(Vec<life::Group>, 
 /// The inputs of all slots while they are written for the first time, by several threads.
 struct Lanes(*mut u32);
 
-// SAFETY: each slot has words of its own, and is written by one thread alone: that of the list whose rollout has it.
+// SAFETY: slots share no words, and only one thread writes a slot: that of the list whose episode has it.
 unsafe impl Sync for Lanes {}
 
 impl Lanes {
@@ -133,25 +133,25 @@ impl Lanes {
         unsafe { self.0.add(word).write(value) };
     }
 
-    /// Clears the slots that no rollout has.
-    fn clear_idle(&self, facts: &[Facts], groups: &[life::Group]) {
+    /// Clears the slots that no episode has.
+    fn clear_idle(&self, facts: &[Facts], groups: &[episode::Group]) {
         for group in groups {
             let fields = KEY_WORDS + facts[group.world as usize].genes;
             for lane in group.rollouts as usize..LANES {
                 for field in 0..fields {
-                    // SAFETY: each of the group's `fields` fields has `LANES` words, and no rollout has this lane.
+                    // SAFETY: each of the group's `fields` fields has `LANES` words, and no episode has this lane.
                     unsafe { self.put(group.inputs as usize + field * LANES + lane, 0) };
                 }
             }
         }
     }
 
-    /// Checks a list's rollouts, gives each the next slot of its world, and writes its inputs there. `first` is the index of the
-    /// first rollout, and `next` this list's first slot in each world.
+    /// Checks a list's episodes, gives each the next slot of its world, and writes its inputs there. `first` is the index of the
+    /// first episode, and `next` this list's first slot in each world.
     fn fill(
         &self,
         facts: &[Facts],
-        groups: &[life::Group],
+        groups: &[episode::Group],
         list: &[Rollout<'_>],
         first: usize,
         slots: &mut [u32],
@@ -167,8 +167,8 @@ impl Lanes {
             let lane = groups[own / LANES].inputs as usize + own % LANES;
             let mut is_good = true;
             // SAFETY: these are the words of this slot, in a group that has as many fields as there are words of a key and genes
-            // of a rollout in this world. The slot is this rollout's alone: lists have as many slots of a world as they have
-            // rollouts in it.
+            // of an episode in this world. The slot is this episode's alone: lists have as many slots of a world as they have
+            // episodes in it.
             unsafe {
                 self.put(lane, rollout.key.0[0]);
                 self.put(lane + LANES, rollout.key.0[1]);
@@ -191,7 +191,7 @@ fn canonical(gene: f32) -> f32 {
     if gene.abs() < LEAST_GENE { 0.0 } else { gene }
 }
 
-/// Says what is wrong with a rollout's genes, of which there should be `count`.
+/// Says what is wrong with an episode's genes, of which there should be `count`.
 fn bad_genes(rollout: usize, genes: &[f32], count: usize) -> Invalid {
     if genes.len() != count {
         let problem = format!(

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-use oneiro_shaders::{Kernel, life};
+use oneiro_shaders::{Kernel, episode};
 
 use crate::parameter::Invalid;
 
@@ -22,22 +22,22 @@ pub trait WorldKind {
     /// Kernel that simulates it.
     fn kernel(&self) -> &'static Kernel;
 
-    /// Number of genes of a rollout.
+    /// Number of genes of an episode.
     fn genes(&self) -> usize;
 
-    /// Number of robots of a rollout.
+    /// Number of robots of an episode.
     fn robots(&self) -> u32 {
         1
     }
 
-    /// Whether its task may end a life before its last cycle.
+    /// Whether its task may end an episode before its last cycle.
     fn may_end_early(&self) -> bool {
         false
     }
 
     /// Converts the world to the kernel's form. Its objects and tables go into the buffers of its batch, and their
     /// positions become part of the world.
-    fn pack(&self, buffers: &mut Buffers) -> life::World;
+    fn pack(&self, buffers: &mut Buffers) -> episode::World;
 
     /// Words that a slot keeps between dispatches. By default, the size of the struct that the kernel declares for its
     /// state.
@@ -77,7 +77,7 @@ impl<W: WorldKind + ?Sized> WorldKind for &W {
         (**self).may_end_early()
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         (**self).pack(buffers)
     }
 
@@ -90,11 +90,11 @@ impl<W: WorldKind + ?Sized> WorldKind for &W {
     }
 }
 
-/// Data that the rollouts of a batch share, in the kernel's form.
+/// Data that the episodes of a batch share, in the kernel's form.
 #[derive(Debug, Default)]
 pub(crate) struct Packed {
-    pub(crate) worlds: Vec<life::World>,
-    pub(crate) shapes: Vec<life::Shape>,
+    pub(crate) worlds: Vec<episode::World>,
+    pub(crate) shapes: Vec<episode::Shape>,
     pub(crate) tables: Vec<[u32; 4]>,
 }
 
@@ -118,24 +118,24 @@ impl Packed {
         let mut packed = buffers.packed;
         // Buffers can't be empty.
         if packed.shapes.is_empty() {
-            packed.shapes.push(life::Shape::default());
+            packed.shapes.push(episode::Shape::default());
         }
         packed
     }
 
-    /// Most iterations of a kernel's loops in the last `cycles` cycles of a life in a world, including its beginning: a loop that
+    /// Most iterations of a kernel's loops in the last `cycles` cycles of an episode in a world, including its beginning: a loop that
     /// counts up to the cycle's number turns most often there.
     pub(super) fn turns(&self, kernel: &Kernel, world: usize, cycles: u32) -> u32 {
         u32::try_from((kernel.turns.0)(&self.words_of(world, cycles))).unwrap_or(u32::MAX)
     }
 
-    /// Words of buffers by which loops are bounded in the last `cycles` cycles of a life in a world.
+    /// Words of buffers by which loops are bounded in the last `cycles` cycles of an episode in a world.
     pub(crate) fn words_of(&self, world: usize, cycles: u32) -> impl Fn(&str, Option<u64>, u32) -> u32 + '_ {
         let steps = self.worlds[world].steps;
-        let dispatch = life::Dispatch {
+        let dispatch = episode::Dispatch {
             step_begin: steps.saturating_sub(cycles),
             step_end: steps,
-            ..life::Dispatch::default()
+            ..episode::Dispatch::default()
         };
         move |buffer, element, word| {
             let words: &[u32] = match (buffer, element) {
@@ -143,7 +143,7 @@ impl Packed {
                 ("worlds", None) => bytemuck::cast_slice(std::slice::from_ref(&self.worlds[world])),
                 // A kernel clamps an index that is too large.
                 ("tables", Some(cell)) => &self.tables[(cell as usize).min(self.tables.len() - 1)],
-                // A rollout's own values are unbounded.
+                // An episode's own values are unbounded.
                 _ => return u32::MAX,
             };
             words[word as usize]
@@ -162,7 +162,7 @@ pub struct Buffers {
 
 impl Buffers {
     /// Adds objects and returns the index of the first.
-    pub fn add_shapes(&mut self, shapes: impl IntoIterator<Item = life::Shape>) -> u32 {
+    pub fn add_shapes(&mut self, shapes: impl IntoIterator<Item = episode::Shape>) -> u32 {
         let first = self.packed.shapes.len() as u32;
         self.packed.shapes.extend(shapes);
         first

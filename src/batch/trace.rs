@@ -1,4 +1,4 @@
-//! Traces of lives.
+//! Traces of episodes.
 
 use std::ops::Deref;
 
@@ -7,7 +7,7 @@ use super::Record;
 /// Words of a record.
 const WORDS: usize = size_of::<Record>() / size_of::<u32>();
 
-/// A traced life: a record of each traced cycle, as a slice, and the details that go with it, which depend on the robot.
+/// A traced episode: a record of each traced cycle, as a slice, and the details that go with it, which depend on the robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
     records: Vec<Record>,
@@ -95,7 +95,7 @@ impl Trace {
         }
     }
 
-    /// Appends the next stretch of the same life.
+    /// Appends the next stretch of the same episode.
     pub fn append(&mut self, next: &Self) {
         self.records.extend(&next.records);
         self.details.extend(&next.details);

@@ -60,7 +60,7 @@ pub fn ships(worlds: &Worlds) -> bool {
     variants::ships(worlds.kernel())
 }
 
-/// What the cache has of the kernel of these worlds.
+/// The cache's entry for the kernel of these worlds.
 pub fn compiled(worlds: &Worlds) -> Option<Compiled> {
     let loaded = library::of(worlds.kernel()).ok().flatten()?;
     Some(Compiled::of(&loaded))

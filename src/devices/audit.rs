@@ -1,4 +1,4 @@
-//! Audits: a share of a device's results is computed again on the CPU and compared bit for bit.
+//! Audits: a fraction of a device's results is computed again on the CPU and compared bit for bit.
 
 use std::panic::resume_unwind;
 use std::thread;
@@ -8,8 +8,8 @@ use crate::devices::cpu::Cpu;
 use crate::evaluator::{Control, Device, Error, Evaluator};
 use crate::random::pcg4d;
 
-/// An evaluator with audits: in each call the CPU runs a share of the groups of 64 rollouts too, at the same time. Only the
-/// rollouts' keys decide which.
+/// An evaluator with audits: in each call the CPU also runs a fraction of the groups of 64 episodes, at the same time. Only the
+/// episodes' keys decide which.
 pub struct Audited {
     evaluator: Box<dyn Evaluator>,
     cpu: Cpu,
@@ -17,7 +17,7 @@ pub struct Audited {
 }
 
 impl Audited {
-    /// Audits a share of an evaluator's groups, from 0 (none) to 1 (all). Above 0, at least one group per call.
+    /// Audits a fraction of an evaluator's groups, from 0 (none) to 1 (all). Above 0, at least one group per call.
     pub fn new(evaluator: Box<dyn Evaluator>, cpu: Cpu, share: f64) -> Self {
         Self { evaluator, cpu, share }
     }
@@ -88,7 +88,7 @@ impl Evaluator for Audited {
     }
 }
 
-/// A pseudorandom number that depends only on the rollouts.
+/// A pseudorandom number that depends only on the episodes.
 fn lot(batch: &Batch, group: u32) -> u32 {
     let inputs = batch.part(group..group + 1).inputs();
     pcg4d([inputs[0], inputs[LANES], 0, 0])[3]

@@ -1,4 +1,4 @@
-//! The CPU and a GPU side by side: each batch goes to the one that is expected to finish it sooner.
+//! The CPU and a GPU side by side: each batch goes to the one expected to finish it earlier.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use crate::batch::{Part, PartResult};
 use crate::devices::background;
 use crate::evaluator::{Control, Device, Error, Evaluator, pass_on};
 
-/// Shortest CPU time, in seconds, of a batch that may go to the GPU, which takes about as long for a single life (`docs/gpu.md`).
+/// Shortest CPU time, in seconds, of a batch that may go to the GPU, which takes about as long for a single episode (`docs/gpu.md`).
 const LEAST_CPU_TIME: f64 = 0.001;
 /// CPU time, in seconds, spent on such batches of a kind before the GPU is tried: about as long as opening it or compiling takes.
 const PATIENCE: f64 = 0.25;
@@ -55,7 +55,7 @@ enum Gpu {
 /// One of the two devices.
 struct Member {
     evaluator: Box<dyn Evaluator>,
-    /// Whether its time is proportional to the robot-steps of a batch. A GPU takes about as long for one life as for thousands.
+    /// Whether its time is proportional to the robot-steps of a batch. A GPU takes about as long for one episode as for thousands.
     is_proportional: bool,
     /// By the binary logarithm of a batch's robot-steps. Empty after the first batch of a kind, which may include compiling.
     timings: BTreeMap<Kind, BTreeMap<u32, Timing>>,
@@ -341,7 +341,7 @@ mod tests {
         }
     }
 
-    /// A batch of some rollouts of 512 cycles.
+    /// A batch of some episodes of 512 cycles.
     fn batch(rollouts: usize) -> Batch {
         let spec = WorldSpec {
             cycles: 512,
@@ -355,7 +355,7 @@ mod tests {
         Batch::new(&[World::new(spec).unwrap()], &vec![rollout; rollouts], None).unwrap()
     }
 
-    /// A CPU and an open GPU, with the time of 64 rollouts on both in seconds.
+    /// A CPU and an open GPU, with the time of 64 episodes on both in seconds.
     fn auto(cpu: f64, gpu: f64) -> Auto {
         let member = |name, is_proportional, seconds| {
             let mut member = Member::new(Box::new(Named(name)), is_proportional);
@@ -372,7 +372,7 @@ mod tests {
         }
     }
 
-    /// Of 320 batches of 64 rollouts, how many go to the GPU.
+    /// Of 320 batches of 64 episodes, how many go to the GPU.
     fn to_gpu(cpu: f64, gpu: f64) -> usize {
         let (mut auto, batch) = (auto(cpu, gpu), batch(64));
         let part = batch.all();

@@ -16,7 +16,7 @@ pub struct Options {
     pub threads: Option<usize>,
     /// Most cycles in one call of a kernel; by default chosen for speed and quick cancellation.
     pub chunk: Option<u32>,
-    /// Share of a GPU's rollouts, 0 to 1, that run again on the CPU for comparison. Ignored on GPUs that aren't exact.
+    /// Fraction of a GPU's episodes, 0 to 1, that run again on the CPU for comparison. Ignored on GPUs that aren't exact.
     pub audit_share: f64,
     /// When kernels are specialised.
     pub specialise: Specialise,
@@ -27,7 +27,7 @@ pub struct Options {
 /// - `cpu` is the processor, `cpu:LANES` one of its [lane codes](Cpu::variants);
 /// - `gpu` is the best real GPU, `gpu:NAME` the adapter of that index or with that text in its name, which may be a
 ///   software one. A GPU that is lost is opened again once; after that the CPU takes over;
-/// - `auto` is the CPU, and for batches that it does sooner the best real GPU, if that is exact: [`Auto`](crate::auto::Auto);
+/// - `auto` is the CPU, or the best exact GPU for batches that it would finish earlier: [`Auto`](crate::auto::Auto);
 /// - `pool` is the CPU and all exact real GPUs, `pool:A+B` any backends of these names.
 ///
 /// ```

@@ -60,7 +60,7 @@ impl LaneCode {
         ahead(true).chain(libraries).chain(native).chain(ahead(false))
     }
 
-    /// The narrower code, compiled with this program, that is the fastest for so few rollouts, if it is faster than this one. `cost`
+    /// The narrower code, compiled with this program, that is the fastest for so few episodes, if it is faster than this one. `cost`
     /// estimates the time of one call from a code's name and its number of lanes.
     pub(crate) fn for_few(&self, kernel: &'static Kernel, rollouts: usize, cost: fn(&str, u32) -> f32) -> Option<Self> {
         let Self::Ahead(own) = self else { return None };

@@ -6,7 +6,7 @@ use std::num::NonZero;
 use std::thread;
 use std::time::Instant;
 
-use oneiro_shaders::life::{Dispatch, Group};
+use oneiro_shaders::episode::{Dispatch, Group};
 use oneiro_shaders::{Kernel, Words};
 use rayon::prelude::*;
 
@@ -16,14 +16,14 @@ use crate::devices::threads::startable;
 use crate::devices::variants::Specialise;
 use crate::evaluator::{Control, Device, Error, Evaluator};
 
-/// Cycles between checks for cancellation: some ten milliseconds of 64 rollouts.
+/// Cycles between checks for cancellation: about ten milliseconds of 64 episodes.
 const CHUNK: u32 = 16_384;
 /// Said of a processor that kernels can't be compiled for.
 const SLOW: &str = "; kernels composed at run time are interpreted, which is slow";
 /// What helps where a library can't be used.
 const AGAIN: &str = "`oneiro device compile` compiles it ahead again";
 /// How many times the bound of its loops' turns a call of code made at run time may take before it is stopped. The bound is that of
-/// one life. Of several lanes, some may leave a loop earlier than others; the pass in which the last ones leave it goes on to its end
+/// one episode. Of several lanes, some may leave a loop earlier than others; the pass in which the last ones leave it goes on to its end
 /// without any. So a loop may take one pass more than the bound says, which is at most twice as many for each loop around
 /// it: this is for ten.
 const MARGIN: u64 = 1 << 10;
@@ -182,10 +182,10 @@ impl Cpu {
         let mut fitness = result.fitness.chunks_mut(LANES);
         let mut traces = result.trace.chunks_mut((LANES * batch.trace_words()).max(1));
         let mut states = result.states.chunks_mut(LANES * batch.state_words());
-        let lives: Vec<Lives<'_>> = parts
+        let groups: Vec<GroupRun<'_>> = parts
             .iter()
             .enumerate()
-            .map(|(group, part)| Lives {
+            .map(|(group, part)| GroupRun {
                 part,
                 code: [&ready, &few]
                     .into_iter()
@@ -200,16 +200,16 @@ impl Cpu {
             })
             .collect();
         // Idle lanes aren't run.
-        let calls: Vec<(&Lives<'_>, usize)> = lives
+        let calls: Vec<(&GroupRun<'_>, usize)> = groups
             .iter()
-            .flat_map(|lives| (0..lives.calls()).map(move |call| (lives, call)))
+            .flat_map(|group| (0..group.calls()).map(move |call| (group, call)))
             .collect();
         let began = Instant::now();
         match calls[..] {
-            // A thread takes longer to wake up than a cycle of one life to compute.
-            [(lives, call)] if float_mode::is_default() => lives.run(call),
+            // A thread takes longer to wake up than a cycle of one episode to compute.
+            [(group, call)] if float_mode::is_default() => group.run(call),
             _ => {
-                let run = || calls.into_par_iter().try_for_each(|(lives, call)| lives.run(call));
+                let run = || calls.into_par_iter().try_for_each(|(group, call)| group.run(call));
                 self.pool.install(run)
             }
         }?;
@@ -217,7 +217,7 @@ impl Cpu {
         Ok(result)
     }
 
-    /// Whether a lane code is of the instruction set that was asked for, if one was.
+    /// Whether a lane code is of the requested instruction set, if any.
     fn is_wanted(&self, name: &str) -> bool {
         self.variant
             .is_none_or(|wanted| instruction_set(wanted) == instruction_set(name))
@@ -237,7 +237,7 @@ impl Cpu {
         }
     }
 
-    /// Returns the lane code that was asked for by name, or else the one with the shortest estimated time. With few rollouts,
+    /// Returns the lane code requested by name, or else the one with the shortest estimated time. With few episodes,
     /// narrow ones keep more threads busy. A kernel composed at run time has only one, unless it was compiled ahead of time on
     /// this machine.
     fn choose(&self, kernel: &'static Kernel, parts: &[Part<'_>]) -> Result<LaneCode, Error> {
@@ -352,7 +352,7 @@ fn worthwhile(kernel: &'static Kernel) -> Vec<(&'static str, u32)> {
     all.iter().copied().filter(is_worthwhile).collect()
 }
 
-/// Whether a kernel keeps what lives remember in words of memory, as for robots that live together. A single robot's fits in registers, where
+/// Whether a kernel keeps the state of episodes in words of memory, as for swarms. A single robot's fits in registers, where
 /// several vectors at a time hide how long operations take; these gain nothing from more lanes, which need more of the nearest cache.
 fn keeps_words(kernel: &Kernel) -> bool {
     kernel.stride("state") == size_of::<u32>()
@@ -364,8 +364,8 @@ fn has_narrower((name, lanes): (&str, u32), all: &[(&str, u32)]) -> bool {
         .any(|(other, fewer)| instruction_set(other) == instruction_set(name) && (2..lanes).contains(fewer))
 }
 
-/// Rollouts of one group, and the destination of their results.
-struct Lives<'a> {
+/// Episodes of one group, and the destination of their results.
+struct GroupRun<'a> {
     part: &'a Part<'a>,
     code: &'a LaneCode,
     chunk: u32,
@@ -375,21 +375,21 @@ struct Lives<'a> {
     fitness: Words,
     /// `None` without a trace.
     trace: Option<Words>,
-    /// `None` if states aren't requested. Otherwise they also hold the states that lives begin with.
+    /// `None` if states aren't requested. Otherwise they also hold the states that episodes begin with.
     states: Option<Words>,
 }
 
 // SAFETY: several calls fill the group's results at the same time, but each runs its own lanes, and the kernels write
 // only to words of their own lanes.
-unsafe impl Sync for Lives<'_> {}
+unsafe impl Sync for GroupRun<'_> {}
 
-impl Lives<'_> {
-    /// Number of calls needed for all rollouts.
+impl GroupRun<'_> {
+    /// Number of calls needed for all episodes.
     fn calls(&self) -> usize {
         self.part.rollouts().div_ceil(self.code.lanes() as usize)
     }
 
-    /// Runs the rollouts of one call's lanes.
+    /// Runs the episodes of one call's lanes.
     fn run(&self, call: usize) -> Result<(), Error> {
         let part = self.part;
         let batch = part.batch();
@@ -507,7 +507,7 @@ mod float_mode {
 #[cfg(test)]
 mod tests {
     use oneiro_shaders::kernel::Turns;
-    use oneiro_shaders::{WordOf, life};
+    use oneiro_shaders::{WordOf, episode};
 
     use super::*;
     use crate::batch::{Buffers, Rollout, WorldKind};
@@ -523,7 +523,7 @@ mod tests {
         assert!(kept.eq(all.into_iter().skip(1)));
     }
 
-    /// Of 65 lives in one world, one is left over from a group: it does not pay for a wide call.
+    /// Of 65 episodes in one world, one is left over from a group: it does not pay for a wide call.
     #[test]
     fn a_group_with_few_rollouts_takes_narrower_code() {
         let world = World::new(WorldSpec::miglino1995()).unwrap();
@@ -543,10 +543,7 @@ mod tests {
         assert!(full.is_none());
         assert!(few.as_ref().is_some_and(|few| few.lanes() < code.lanes()));
         cpu = cpu.with_variant(Cpu::variants()[0]).unwrap();
-        assert!(
-            cpu.for_few(&code, &parts).is_empty(),
-            "a code that was asked for is kept"
-        );
+        assert!(cpu.for_few(&code, &parts).is_empty(), "a requested code is kept");
     }
 
     #[test]
@@ -580,7 +577,7 @@ mod tests {
             self.0.genes()
         }
 
-        fn pack(&self, buffers: &mut Buffers) -> life::World {
+        fn pack(&self, buffers: &mut Buffers) -> episode::World {
             self.0.pack(buffers)
         }
     }

@@ -7,7 +7,7 @@ use std::time::Instant;
 use crate::batch::{Part, PartResult};
 use crate::evaluator::{Control, Device, Error, Evaluator, pass_on};
 
-/// Least duration of a piece in seconds, so that fixed costs don't matter. A piece is never more than the member's
+/// Minimum duration of a piece in seconds, so that fixed costs don't matter. A piece is never more than the member's
 /// share.
 const LEAST_PIECE: f64 = 0.02;
 

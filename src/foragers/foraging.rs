@@ -1,6 +1,6 @@
 //! Foraging e-pucks, as in O'Dowd, Studley and Winfield, "The distributed co-evolution of an on-board simulator and
 //! controller for swarm robot behaviours", Evolutionary Intelligence 7(2), 2014: the on-board simulator in which one
-//! robot lives its minute.
+//! robot acts for its minute.
 //!
 //! The arena is a circle around the origin, with the nest at its left edge: x to the right and y up. A forager has two
 //! genes, `G0` while it carries food and `G1` while it doesn't, from 0 to 0.99: below 0.33 it flees the light, from
@@ -8,10 +8,10 @@
 
 use std::sync::LazyLock;
 
-/// Details of a record in a forager's trace: the readings of the four sensors in front, from the left, as a share of the
-/// greatest; the behaviour's number; and 1 if it carries food.
+/// Details of a record in a forager's trace: the readings of the four sensors in front, from the left, as a fraction of the
+/// maximum; the behaviour's number; and 1 if it carries food.
 pub use oneiro_shaders::forager::Details;
-use oneiro_shaders::{Kernel, forager, life};
+use oneiro_shaders::{Kernel, episode, forager};
 
 use crate::batch::{Buffers, WorldKind};
 use crate::cells::Cells;
@@ -52,7 +52,7 @@ const CYCLE: f64 = 0.1;
 /// Radians of a turn.
 const TURN: f64 = 2.0 * std::f64::consts::PI;
 
-/// Readings of an e-puck's proximity sensor by distance, of 4095, and the standard deviation of its noise as a share of
+/// Readings of an e-puck's proximity sensor by distance, of 4095, and the standard deviation of its noise as a fraction of
 /// the reading (the table of Webots' e-puck, calibrated on a robot): mm, reading, share.
 const PROXIMITY: [(f64, f64, f64); 12] = [
     (0.0, 4095.0, 0.002),
@@ -134,9 +134,9 @@ pub struct Foraging {
     pub body_radius: f32,
     /// Distance between the wheels.
     pub wheel_base: f32,
-    /// Greatest speed of a wheel.
+    /// Maximum speed of a wheel.
     pub greatest_speed: f32,
-    /// Uniform noise of each wheel's travel in a cycle, as a share.
+    /// Uniform noise of each wheel's travel in a cycle, as a fraction.
     pub wheel_noise: f32,
     /// Speed when going straight.
     pub cruise: f32,
@@ -144,9 +144,9 @@ pub struct Foraging {
     pub turn: f32,
     /// Speed of phototactic turns, rad/s for each rad off the light.
     pub phototaxis_gain: f32,
-    /// Greatest speed of phototactic turns, rad/s.
+    /// Maximum speed of phototactic turns, rad/s.
     pub phototaxis_turn: f32,
-    /// Reading of its brightest light sensor below which a robot searches at random in place of phototaxis; 0: phototaxis
+    /// Reading of its brightest light sensor below which a robot searches at random instead of phototaxis; 0: phototaxis
     /// always acts.
     pub phototaxis_threshold: f32,
     /// Distance of a wall below which a robot turns away.
@@ -192,9 +192,9 @@ pub fn parameters<T: AsForaging>() -> Vec<Parameter<T>> {
         row("robot.wheel_base_mm", "mm", NumberUpTo(1.0, 2.0, "robot.body_radius_mm"), "ARGoS, GCtronic",
             "Distance of the wheels.", |own, _| Some(&mut own.as_foraging()?.wheel_base)),
         row("robot.greatest_speed_mm_s", "mm/s", Number(1.0, 1000.0), "Webots, GCtronic",
-            "Greatest speed of a wheel.", |own, _| Some(&mut own.as_foraging()?.greatest_speed)),
+            "Maximum speed of a wheel.", |own, _| Some(&mut own.as_foraging()?.greatest_speed)),
         row("robot.wheel_noise", "", Number(0.0, 0.5), "Enki",
-            "Uniform noise of each wheel's way in a cycle, as a share.", |own, _| Some(&mut own.as_foraging()?.wheel_noise)),
+            "Uniform noise of each wheel's travel in a cycle, as a fraction.", |own, _| Some(&mut own.as_foraging()?.wheel_noise)),
         row("robot.cruise_mm_s", "mm/s", NumberUpTo(0.0, 1.0, "robot.greatest_speed_mm_s"), "ours; arms",
             "Speed straight on.", |own, _| Some(&mut own.as_foraging()?.cruise)),
         row("robot.turn_rad_s", "rad/s", Number(0.01, 30.0), "ours",
@@ -202,7 +202,7 @@ pub fn parameters<T: AsForaging>() -> Vec<Parameter<T>> {
         row("robot.phototaxis_gain", "1/s", Number(0.0, 10.0), "ours",
             "Phototaxis turns this many rad/s for each rad off the light.", |own, _| Some(&mut own.as_foraging()?.phototaxis_gain)),
         row("robot.phototaxis_turn_rad_s", "rad/s", Number(0.0, 30.0), "ours",
-            "Greatest speed of its turns.", |own, _| Some(&mut own.as_foraging()?.phototaxis_turn)),
+            "Maximum speed of its turns.", |own, _| Some(&mut own.as_foraging()?.phototaxis_turn)),
         row("robot.phototaxis_threshold", "", Number(0.0, 1.0), "ours: it always acts, \"can be over-riden\" in O'Dowd et al. 2014, section 4.4; a factor of the study's second edition",
             "Phototaxis acts if the brightest light sensor reads at least this, of 1; else the robot searches at random.", |own, _| Some(&mut own.as_foraging()?.phototaxis_threshold)),
         row("robot.near_mm", "mm", Number(0.0, SIGHT.into()), "ours",
@@ -266,9 +266,9 @@ impl Foraging {
     /// let worlds = Worlds::new(&[Foraging::odowd2014(Light::OverNest)])?;
     /// // To the light with food, away from it without.
     /// let genes = [0.99, 0.0];
-    /// let life = |i| Rollout { world: 0, genes: &genes, key: Key::rollout(1, 0, i, 0) };
-    /// let lives: Vec<_> = (0..100).map(life).collect();
-    /// let outcome = Cpu::new(None)?.evaluate(&worlds.batch(&lives, None)?, &Control::new())?;
+    /// let episode = |i| Rollout { world: 0, genes: &genes, key: Key::rollout(1, 0, i, 0) };
+    /// let episodes: Vec<_> = (0..100).map(episode).collect();
+    /// let outcome = Cpu::new(None)?.evaluate(&worlds.batch(&episodes, None)?, &Control::new())?;
     /// assert!(outcome.fitness.iter().sum::<f32>() > 0.0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -301,10 +301,10 @@ impl Foraging {
     }
 
     /// The world in the kernel's form, before its cells have a position.
-    pub(crate) fn world(&self) -> life::World {
+    pub(crate) fn world(&self) -> episode::World {
         let radius = self.arena_radius;
         let [start_x, start_y, start_heading] = self.start.unwrap_or_default();
-        life::World {
+        episode::World {
             steps: self.cycles,
             field_x: -radius,
             field_y: -radius,
@@ -314,7 +314,7 @@ impl Foraging {
             start_x,
             start_y,
             start_heading,
-            ..life::World::default()
+            ..episode::World::default()
         }
     }
 
@@ -450,12 +450,12 @@ impl WorldKind for Foraging {
         GENES
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         let numbers = buffers.add_table(
             self.cells(forager::FORAGER_CELLS, 1, f64::from(self.cycles) * CYCLE)
                 .into_table(),
         );
-        life::World {
+        episode::World {
             numbers,
             ..self.world()
         }
@@ -468,7 +468,7 @@ pub(crate) fn in_kernel(number: f64) -> f32 {
     if number.abs() < 1e-9 { 0.0 } else { number as f32 }
 }
 
-/// Reading of a proximity sensor at a distance in mm, of 1, and its noise as a share of the reading.
+/// Reading of a proximity sensor at a distance in mm, of 1, and its noise as a fraction of the reading.
 fn proximity(distance: f64) -> (f64, f64) {
     let after = PROXIMITY
         .partition_point(|(at, ..)| *at <= distance)

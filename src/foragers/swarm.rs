@@ -6,7 +6,7 @@
 //! so a processor's vectors are full whatever the number of robots, nothing waits for anything, and a batch of a few
 //! dozen worlds fills them.
 //!
-//! Worlds live on from stretch to stretch, and robots get new controllers in between: [`Arena`] is the interface to
+//! Worlds go on from stretch to stretch, and robots get new controllers in between: [`Arena`] is the interface to
 //! them, and [`Simulated`] implements it with an evaluator.
 //!
 //! The robots of a [`Driven`] world are driven from outside, cycle by cycle, by what its sensors read.
@@ -15,7 +15,7 @@ mod driven;
 
 use std::sync::LazyLock;
 
-use oneiro_shaders::{Kernel, life, swarm as kernel};
+use oneiro_shaders::{Kernel, episode, swarm as kernel};
 
 use crate::batch::{Batch, Buffers, Outcome, Rollout, TraceRequest, WorldKind, Worlds};
 use crate::evaluator::{Control, Error, Evaluator};
@@ -43,14 +43,14 @@ const FOOD_WORDS: u32 = kernel::ITEM_WORDS * kernel::GREATEST_ITEMS;
 /// overlap, four times per cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Differences {
-    /// Standard deviation of the wheels' speeds, as a share: a robot curves.
+    /// Standard deviation of the wheels' speeds, as a fraction: a robot curves.
     pub wheels: f32,
     /// Standard deviation of the gains of proximity sensors.
     pub proximity: f32,
     /// Standard deviation of the gains of light sensors. They apply to light from the lamp and the walls, not to
     /// ambient light.
     pub light: f32,
-    /// Greatest share of their travel that wheels lose in a cycle.
+    /// Maximum share of their travel that wheels lose in a cycle.
     pub slip: f32,
     /// Whether wheels obey one cycle late.
     pub latency: bool,
@@ -99,7 +99,7 @@ impl Differences {
 pub struct Swarm {
     /// Number of robots.
     pub robots: u32,
-    /// Arena, food, nest, body and behaviours. `cycles` is the length of the whole life; `light` isn't used (see
+    /// Arena, food, nest, body and behaviours. `cycles` is the length of the whole episode; `light` isn't used (see
     /// [`Lamp`]), and starts are random.
     pub forager: Foraging,
     /// Cycles of a robot's interval, after whose end food earns nothing: 600 (paper).
@@ -131,13 +131,13 @@ pub fn parameters<T: AsMut<Swarm>>() -> Vec<Parameter<T>> {
         row("messages.line_of_sight", "", Any, "ours; arm",
             "Whether a third robot in the way keeps a message from being heard.", |own, _| Some(&mut own.as_mut().line_of_sight)),
         row("differences.wheels", "", Number(0.0, 0.2), "ours; arm without differences",
-            "Standard deviation of the wheels' sizes, as a share: a robot curves.", |own, _| Some(&mut own.as_mut().differences.wheels)),
+            "Standard deviation of the wheels' sizes, as a fraction: a robot curves.", |own, _| Some(&mut own.as_mut().differences.wheels)),
         row("differences.proximity", "", Number(0.0, 0.2), "ours; arm without differences",
             "Standard deviation of the gains of proximity sensors.", |own, _| Some(&mut own.as_mut().differences.proximity)),
         row("differences.light", "", Number(0.0, 0.2), "ours; arm without differences",
             "Standard deviation of the gains of light sensors.", |own, _| Some(&mut own.as_mut().differences.light)),
         row("differences.slip", "", Number(0.0, 1.0), "ours; arm without differences",
-            "Greatest share of its way that a wheel loses in a cycle.", |own, _| Some(&mut own.as_mut().differences.slip)),
+            "Maximum fraction of its way that a wheel loses in a cycle.", |own, _| Some(&mut own.as_mut().differences.slip)),
         row("differences.latency", "", Any, "ours; arm without differences",
             "Whether wheels obey one cycle late.", |own, _| Some(&mut own.as_mut().differences.latency)),
         row("differences.beam", "", Number(0.0, 1.0), "ours; arm without differences",
@@ -234,7 +234,7 @@ impl Swarm {
         kernel::LINE_WORDS + self.robots.div_ceil(u32::BITS)
     }
 
-    /// Packs the lamp and orders into the kernel's genes of a world's rollout.
+    /// Packs the lamp and orders into the kernel's genes of a world's episode.
     pub fn inputs(&self, lamp: &Lamp, orders: &[Order]) -> Vec<f32> {
         let words = kernel::ORDERS as usize + kernel::ORDER_WORDS as usize * orders.len();
         let mut inputs = vec![0.0; words];
@@ -318,9 +318,9 @@ impl WorldKind for Swarm {
         self.robots
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         let numbers = buffers.add_table(self.cells());
-        life::World {
+        episode::World {
             numbers,
             ..self.forager.world()
         }
@@ -365,7 +365,7 @@ impl Lamp {
     }
 }
 
-/// Instructions for one robot in a stretch of its life.
+/// Instructions for one robot in a stretch of its episode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Order {
     /// Genes that control it at first, each from 0 to 0.99; `None` if it isn't switched on yet.
@@ -457,17 +457,17 @@ pub struct Line {
     pub food: Vec<[f32; 2]>,
 }
 
-/// Worlds of robots that live on, stretch by stretch.
+/// Worlds of robots, simulated stretch by stretch.
 pub trait Arena {
-    /// Lets all worlds live until a cycle, each robot under its order. Returns for each world a line every `every`
+    /// Simulates all worlds until a cycle, each robot under its order. Returns for each world a line every `every`
     /// cycles, which must divide both a second and the stretch.
     ///
     /// # Errors
-    /// The reason why they couldn't live.
+    /// Why the worlds couldn't be simulated.
     fn live(&mut self, until: u32, orders: &[Vec<Order>], every: u32) -> Result<Vec<Vec<Line>>, Trouble>;
 }
 
-/// Reason why worlds couldn't live.
+/// Why worlds couldn't be simulated.
 #[derive(Debug, thiserror::Error)]
 pub enum Trouble {
     /// Error of the evaluator.
@@ -486,7 +486,7 @@ pub struct Simulated<'a> {
     evaluate: Evaluate<'a>,
     worlds: Worlds,
     swarms: Vec<Swarm>,
-    lives: Vec<World>,
+    episodes: Vec<World>,
     now: u32,
     states: Vec<Vec<u32>>,
 }
@@ -511,9 +511,9 @@ impl<'a> Simulated<'a> {
         evaluator: &'a mut dyn Evaluator,
         control: &'a Control,
         swarms: &[Swarm],
-        lives: &[World],
+        episodes: &[World],
     ) -> Result<Self, Invalid> {
-        Self::with(move |batch| evaluator.evaluate(batch, control), swarms, lives)
+        Self::with(move |batch| evaluator.evaluate(batch, control), swarms, episodes)
     }
 
     /// Makes worlds before their first cycle, with a function that runs batches.
@@ -523,13 +523,13 @@ impl<'a> Simulated<'a> {
     pub fn with(
         evaluate: impl FnMut(&Batch) -> Result<Outcome, Error> + 'a,
         swarms: &[Swarm],
-        lives: &[World],
+        episodes: &[World],
     ) -> Result<Self, Invalid> {
         Ok(Self {
             evaluate: Box::new(evaluate),
             worlds: Worlds::new(swarms)?,
             swarms: swarms.to_vec(),
-            lives: lives.to_vec(),
+            episodes: episodes.to_vec(),
             now: 0,
             states: Vec::new(),
         })
@@ -552,19 +552,19 @@ impl<'a> Simulated<'a> {
 impl Arena for Simulated<'_> {
     fn live(&mut self, until: u32, orders: &[Vec<Order>], every: u32) -> Result<Vec<Vec<Line>>, Trouble> {
         let inputs: Vec<Vec<f32>> = self
-            .lives
+            .episodes
             .iter()
             .zip(orders)
-            .map(|(life, orders)| self.swarms[life.swarm].inputs(&life.lamp, orders))
+            .map(|(episode, orders)| self.swarms[episode.swarm].inputs(&episode.lamp, orders))
             .collect();
         let rollouts: Vec<Rollout<'_>> = self
-            .lives
+            .episodes
             .iter()
             .zip(&inputs)
-            .map(|(life, genes)| Rollout {
-                world: life.swarm,
+            .map(|(episode, genes)| Rollout {
+                world: episode.swarm,
                 genes,
-                key: life.key,
+                key: episode.key,
             })
             .collect();
         let batch = self
@@ -573,9 +573,9 @@ impl Arena for Simulated<'_> {
         let outcome = (self.evaluate)(&batch)?;
         self.states = outcome.states;
         self.now = until;
-        let lines = self.lives.iter().zip(&outcome.logs);
+        let lines = self.episodes.iter().zip(&outcome.logs);
         Ok(lines
-            .map(|(life, words)| self.swarms[life.swarm].lines(words, batch.record_words()))
+            .map(|(episode, words)| self.swarms[episode.swarm].lines(words, batch.record_words()))
             .collect())
     }
 }

@@ -1,4 +1,4 @@
-//! The behaviours of the 2014 study on a real robot, or in somebody else's simulation: what its sensors read is reported cycle by cycle,
+//! The behaviours of the 2014 study on a real robot, or in somebody else's simulation: its readings are reported cycle by cycle,
 //! and the behaviours decide by the same code and with the same bits as those of a [swarm](crate::swarm).
 //!
 //! ```
@@ -23,7 +23,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use oneiro_shaders::{Kernel, acting as kernel, forager, life};
+use oneiro_shaders::{Kernel, acting as kernel, episode, forager};
 
 use crate::batch::{Buffers, Rollout, TraceRequest, WorldKind, Worlds};
 use crate::evaluator::{Control, Evaluator};
@@ -40,16 +40,16 @@ pub const MEMORY: usize = 4;
 /// What a robot does in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deed {
-    /// Way of its centre that it wants to drive, mm.
+    /// Commanded way of its centre, mm.
     pub forward: f32,
-    /// Turns that it wants to make, counter-clockwise.
+    /// Commanded turn, turns counter-clockwise.
     pub turn: f32,
     /// The behaviour that decided.
     pub behaviour: Behaviour,
 }
 
 impl Deed {
-    /// What it wants to drive.
+    /// The commanded way and turn.
     pub fn drive(&self) -> Drive {
         Drive {
             forward: self.forward,
@@ -158,7 +158,7 @@ impl Acting {
             genes: &inputs,
             key: mind.key,
         };
-        // A life begins with cycle 0.
+        // An episode begins with cycle 0.
         let memory: &[_] = if mind.cycle == 0 { &[] } else { &[mind.memory.to_vec()] };
         let next = mind.cycle.saturating_add(1);
         let trace = TraceRequest { every: 1 };
@@ -185,13 +185,13 @@ fn check(field: &str, numbers: &[f32]) -> Result<(), Invalid> {
     }
 }
 
-/// Behaviours as a kind of world. A rollout's readings are the same in all cycles of a stretch; it has a forager's genes, the
+/// Behaviours as a kind of world. An episode's readings are the same in all cycles of a stretch; it has a forager's genes, the
 /// [`Readings`] in their order, and 1 if the robot carries food.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Behaviours {
     /// The robot.
     pub foraging: Foraging,
-    /// Cycles of a rollout.
+    /// Cycles of an episode.
     pub cycles: u32,
 }
 
@@ -209,9 +209,9 @@ impl WorldKind for Behaviours {
         kernel::REPORTED_INPUTS as usize
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         let cells = self.foraging.cells(forager::FORAGER_CELLS, 1, 0.0);
-        life::World {
+        episode::World {
             steps: self.cycles,
             numbers: buffers.add_table(cells.into_table()),
             ..self.foraging.world()
@@ -307,7 +307,7 @@ mod tests {
         }
     }
 
-    /// No cycle is the last one that a robot can live.
+    /// A robot's cycles have no last one.
     #[test]
     fn minds_go_on_for_years() {
         let acting = Acting::new(&Foraging::odowd2014(Light::Nowhere)).unwrap();

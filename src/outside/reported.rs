@@ -1,4 +1,4 @@
-//! Lives outside of the kernels: of a real robot, or in somebody else's simulation. What the robot reads and where it gets to is
+//! Episodes outside the kernels: of a real robot, or in somebody else's simulation. Its readings and poses are
 //! reported cycle by cycle; the controller decides, and the task rewards, by the same code and with the same bits as in the simulator.
 //!
 //! ```
@@ -9,23 +9,23 @@
 //!
 //! let world = Reported::new(&WorldSpec { cycles: 2, ..WorldSpec::miglino1995() })?;
 //! let mut cpu = Cpu::new(Some(1))?;
-//! let mut life = world.begin(&[0.5; 18], Key::rollout(1, 0, 0, 0), [100.0, 90.0, 0.0])?;
+//! let mut episode = world.begin(&[0.5; 18], Key::rollout(1, 0, 0, 0), [100.0, 90.0, 0.0])?;
 //! // Nothing is seen: it drives ahead, by 3 mm in a cycle of 100 ms.
-//! while let Some([left, right]) = life.speeds(&mut cpu, &[0.0; 8])? {
+//! while let Some([left, right]) = episode.speeds(&mut cpu, &[0.0; 8])? {
 //!     assert!(left == right && left > 0.0);
-//!     let [x, y, heading] = life.pose();
-//!     life.moved(&mut cpu, [x + 3.0, y, heading])?;
+//!     let [x, y, heading] = episode.pose();
+//!     episode.moved(&mut cpu, [x + 3.0, y, heading])?;
 //! }
-//! assert!(life.fitness() > 0.0);
+//! assert!(episode.fitness() > 0.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use oneiro_shaders::{Kernel, life};
+use oneiro_shaders::{Kernel, episode};
 
 use crate::batch::{Buffers, GREATEST_GENE, Outcome, Rollout, Trace, TraceRequest, WorldKind, Worlds};
 use crate::evaluator::{self, Control, Evaluator};
 use crate::parameter::Invalid;
-use crate::parts::compose::Lives;
+use crate::parts::compose::EpisodeKind;
 use crate::random::Key;
 use crate::world::Build;
 use crate::world::differential::Differential;
@@ -34,7 +34,7 @@ use crate::world::{Collision, Noise, Robot, World, WorldSpec};
 /// Numbers of a pose: x and y in mm, heading in turns.
 const POSE: usize = 3;
 
-/// Why a forager can't live outside of its simulator.
+/// Why a forager can't act outside its simulator.
 const FORAGER: &str = "is `forager`, whose food only its simulator knows; allowed: `sampled` or `differential`";
 
 /// A world whose reality is reported. Of its arena and its sensors only what a user's parts and the task ask for counts.
@@ -84,7 +84,7 @@ impl Reported {
                 noise: Noise::NONE,
                 ..spec.clone()
             },
-            Lives::Reported,
+            EpisodeKind::Reported,
         )?;
         Ok(Self {
             worlds: Worlds::new(&[Packed(&world, readings)])?,
@@ -104,20 +104,20 @@ impl Reported {
         self.readings
     }
 
-    /// Begins a life with a genome, at x and y in mm and a heading in turns.
+    /// Begins an episode with a genome, at x and y in mm and a heading in turns.
     ///
     /// # Errors
     /// Genes that are too many, too few, not finite or beyond [`GREATEST_GENE`], and likewise the pose.
-    pub fn begin(&self, genes: &[f32], key: Key, start: [f32; POSE]) -> Result<Life<'_>, Invalid> {
+    pub fn begin(&self, genes: &[f32], key: Key, start: [f32; POSE]) -> Result<Episode<'_>, Invalid> {
         if genes.len() != self.world.genes() {
             let problem = format!("are {}; allowed: {}", genes.len(), self.world.genes());
             return Err(Invalid::new("genes", problem));
         }
         check("start", &start)?;
         let inputs = [&vec![0.0; self.readings][..], &start, &start, genes].concat();
-        // Genes are checked as those of any rollout.
+        // Genes are checked as those of any episode.
         self.worlds.stretch(&[rollout(&inputs, key)], 0..1, &[], None)?;
-        Ok(Life {
+        Ok(Episode {
             world: self,
             inputs,
             key,
@@ -168,14 +168,14 @@ impl WorldKind for Packed<'_> {
         self.0.may_end_early()
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         self.0.pack(buffers)
     }
 }
 
-/// A life in progress. Each cycle is a call of [`Life::speeds`], and one of [`Life::moved`] when the cycle has passed.
+/// An episode in progress. Each cycle is a call of [`Episode::speeds`], and one of [`Episode::moved`] when the cycle has passed.
 #[derive(Clone, Debug)]
-pub struct Life<'a> {
+pub struct Episode<'a> {
     world: &'a Reported,
     /// Readings, the pose at the start, the pose at the end of the cycle, and the genes.
     inputs: Vec<f32>,
@@ -188,9 +188,9 @@ pub struct Life<'a> {
     fitness: f32,
 }
 
-impl Life<'_> {
-    /// Speeds of the left and of the right wheel that the controller commands for the next cycle, as shares of the greatest, -1 to 1;
-    /// none once the life is over. Readings are activations as the controller knows them; most robots' are 0 to 1.
+impl Episode<'_> {
+    /// Speeds of the left and of the right wheel that the controller commands for the next cycle, as fractions of the maximum, -1 to 1;
+    /// none once the episode is over. Readings are activations as the controller knows them; most robots' are 0 to 1.
     ///
     /// # Errors
     /// Another number of readings, or one that isn't finite or beyond [`GREATEST_GENE`]; those of the device.
@@ -210,8 +210,8 @@ impl Life<'_> {
         }))
     }
 
-    /// Completes the cycle that [`Life::speeds`] began, with the pose where it has ended, and returns its trace: one record, or none
-    /// if the life was over.
+    /// Completes the cycle that [`Episode::speeds`] began, with the pose where it has ended, and returns its trace: one record, or none
+    /// if the episode was over.
     ///
     /// # Errors
     /// A pose that isn't finite or beyond [`GREATEST_GENE`]; those of the device.

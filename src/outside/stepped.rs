@@ -1,6 +1,6 @@
-//! Lives whose wheels are commanded from outside, cycle by cycle: the simulator as an environment for reinforcement learning, or for a
-//! controller in another language. Sensors, motion and task run in the same kernels as in whole lives, so a life that gets the commands
-//! of a controller has the bits of that controller's life.
+//! Episodes whose wheels are commanded from outside, cycle by cycle: the simulator as an environment for reinforcement learning, or for a
+//! controller in another language. Sensors, motion and task run in the same kernels as in whole episodes, so an episode that gets the commands
+//! of a controller has the bits of that controller's episode.
 //!
 //! ```
 //! use oneiro::cpu::Cpu;
@@ -10,19 +10,19 @@
 //! use oneiro::world::WorldSpec;
 //!
 //! let mut cpu = Cpu::new(Some(1))?;
-//! let mut lives = Stepped::new(&WorldSpec::miglino1995(), 2)?;
-//! lives.begin(&mut cpu, &Control::new(), &[(0, Key::rollout(1, 0, 0, 0)), (1, Key::rollout(1, 0, 1, 0))])?;
-//! assert_eq!(lives.readings().len(), 2 * 8);
+//! let mut episodes = Stepped::new(&WorldSpec::miglino1995(), 2)?;
+//! episodes.begin(&mut cpu, &Control::new(), &[(0, Key::rollout(1, 0, 0, 0)), (1, Key::rollout(1, 0, 1, 0))])?;
+//! assert_eq!(episodes.readings().len(), 2 * 8);
 //! // Both wheels forwards, and a turn on the spot.
-//! lives.step(&mut cpu, &Control::new(), &[0, 1], &[0.9, 0.9, 0.1, 0.9])?;
-//! assert!(lives.rewards()[0] >= 0.0 && lives.cycles() == [1, 1]);
+//! episodes.step(&mut cpu, &Control::new(), &[0, 1], &[0.9, 0.9, 0.1, 0.9])?;
+//! assert!(episodes.rewards()[0] >= 0.0 && episodes.cycles() == [1, 1]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use oneiro_shaders::life::Record;
+use oneiro_shaders::episode::Record;
 
 use crate::batch::{GREATEST_GENE, LANES, LEAST_GENE, WorldKind, Worlds};
 use crate::evaluator::{Control, Evaluator};
@@ -35,31 +35,31 @@ use crate::world::{Controller, World, WorldSpec};
 /// Commands of a cycle: the left and the right motor's.
 pub const COMMANDS: usize = 2;
 
-/// Most cycles of a stepped life: one less than of any other, since its sensors are also read after the last one.
+/// Most cycles of a stepped episode: one less than of any other, since its sensors are also read after the last one.
 pub const GREATEST_CYCLES: u32 = 999_999;
 
 /// Words of a record, which precede its details.
 const RECORD: usize = size_of::<Record>() / size_of::<u32>();
 
-/// Commands of the cycle that only reads the sensors. The outputs in its record tell it from that of a life that is over,
+/// Commands of the cycle that only reads the sensors. The outputs in its record tell it from that of an episode that is over,
 /// which is all zero.
 const AHEAD: [f32; COMMANDS] = [1.0; COMMANDS];
 
-/// Lives in a world, in any of their cycles.
+/// Episodes in a world, in any of their cycles.
 #[derive(Debug)]
 pub struct Stepped {
     world: World,
     worlds: Worlds,
-    /// Cycles of a life.
+    /// Cycles of an episode.
     length: u32,
     /// Where the readings are in a line of a trace.
     places: Vec<usize>,
     keys: Vec<Key>,
-    /// Cycles that each life has lived.
+    /// Cycles that each episode has had.
     cycles: Vec<u32>,
-    /// Whether each life has begun, and hasn't ended.
+    /// Whether each episode has begun, and hasn't ended.
     alive: Vec<bool>,
-    /// State of each life, and of the idle slots that fill the last group.
+    /// State of each episode, and of the idle slots that fill the last group.
     states: Vec<u32>,
     readings: Vec<f32>,
     rewards: Vec<f32>,
@@ -68,16 +68,16 @@ pub struct Stepped {
 }
 
 impl Stepped {
-    /// Lives in a world, of which none has begun. Its controller is left out.
+    /// Episodes in a world, of which none has begun. Its controller is left out.
     ///
     /// # Errors
-    /// The first invalid value; no life or more than 2^20; lives of more than [`GREATEST_CYCLES`]. Without the feature
+    /// The first invalid value; no episode or more than 2^20; episodes of more than [`GREATEST_CYCLES`]. Without the feature
     /// `compose`, always.
-    pub fn new(spec: &WorldSpec, lives: usize) -> Result<Self, Invalid> {
+    pub fn new(spec: &WorldSpec, episodes: usize) -> Result<Self, Invalid> {
         const MOST: usize = 1 << 20;
-        if lives == 0 || lives > MOST {
-            let problem = format!("are {lives}; allowed: 1 to {MOST}");
-            return Err(Invalid::new("lives", problem));
+        if episodes == 0 || episodes > MOST {
+            let problem = format!("are {episodes}; allowed: 1 to {MOST}");
+            return Err(Invalid::new("episodes", problem));
         }
         if let Some(robots) = spec.robot.members() {
             let problem = format!(
@@ -87,7 +87,7 @@ impl Stepped {
         }
         if spec.cycles > GREATEST_CYCLES {
             let problem = format!(
-                "is {}; allowed: 1 to {GREATEST_CYCLES} if lives are stepped",
+                "is {}; allowed: 1 to {GREATEST_CYCLES} if episodes are stepped",
                 spec.cycles
             );
             return Err(Invalid::new("cycles", problem));
@@ -111,21 +111,21 @@ impl Stepped {
             .collect();
         Ok(Self {
             length: spec.cycles,
-            keys: vec![Key::default(); lives],
-            cycles: vec![0; lives],
-            alive: vec![false; lives],
-            states: vec![0; lives.next_multiple_of(LANES) * worlds.state_words()],
-            readings: vec![0.0; lives * places.len()],
-            rewards: vec![0.0; lives],
-            fitness: vec![0.0; lives],
-            ended: vec![false; lives],
+            keys: vec![Key::default(); episodes],
+            cycles: vec![0; episodes],
+            alive: vec![false; episodes],
+            states: vec![0; episodes.next_multiple_of(LANES) * worlds.state_words()],
+            readings: vec![0.0; episodes * places.len()],
+            rewards: vec![0.0; episodes],
+            fitness: vec![0.0; episodes],
+            ended: vec![false; episodes],
             places,
             world,
             worlds,
         })
     }
 
-    /// The world, with commands from outside as its controller, and a cycle more than a life has.
+    /// The world, with commands from outside as its controller, and a cycle more than an episode has.
     pub fn world(&self) -> &World {
         &self.world
     }
@@ -137,64 +137,64 @@ impl Stepped {
         perceived.map(|own| own.name.clone()).collect()
     }
 
-    /// Readings of each life, as its controller would get them in its next cycle. All are 0 once it has ended early.
+    /// Readings of each episode, as its controller would get them in its next cycle. All are 0 once it has ended early.
     pub fn readings(&self) -> &[f32] {
         &self.readings
     }
 
-    /// Reward of each life in its last cycle.
+    /// Reward of each episode in its last cycle.
     pub fn rewards(&self) -> &[f32] {
         &self.rewards
     }
 
-    /// Fitness of each life so far: what it would be if the life ended now.
+    /// Fitness of each episode so far: what it would be if the episode ended now.
     pub fn fitness(&self) -> &[f32] {
         &self.fitness
     }
 
-    /// Cycles that each life has lived.
+    /// Cycles that each episode has had.
     pub fn cycles(&self) -> &[u32] {
         &self.cycles
     }
 
-    /// Whether each life has been ended early, by its task or an empty battery.
+    /// Whether each episode has been ended early, by its task or an empty battery.
     pub fn ended(&self) -> &[bool] {
         &self.ended
     }
 
-    /// Whether each life has begun, and has cycles left.
+    /// Whether each episode has begun, and has cycles left.
     pub fn alive(&self) -> &[bool] {
         &self.alive
     }
 
-    /// Begins lives anew, each with the key of its random numbers, and reads their sensors.
+    /// Begins episodes anew, each with the key of its random numbers, and reads their sensors.
     ///
     /// # Errors
-    /// An unknown life, or one named twice; those of the device.
+    /// An unknown episode, or one named twice; those of the device.
     pub fn begin(
         &mut self,
         device: &mut dyn Evaluator,
         control: &Control,
-        lives: &[(usize, Key)],
+        episodes: &[(usize, Key)],
     ) -> Result<(), Error> {
-        let who: Vec<usize> = lives.iter().map(|(life, _)| *life).collect();
+        let who: Vec<usize> = episodes.iter().map(|(episode, _)| *episode).collect();
         self.check(&who, false)?;
-        for &(life, key) in lives {
-            self.keys[life] = key;
-            self.cycles[life] = 0;
-            self.alive[life] = true;
-            self.ended[life] = false;
-            (self.rewards[life], self.fitness[life]) = (0.0, 0.0);
+        for &(episode, key) in episodes {
+            self.keys[episode] = key;
+            self.cycles[episode] = 0;
+            self.alive[episode] = true;
+            self.ended[episode] = false;
+            (self.rewards[episode], self.fitness[episode]) = (0.0, 0.0);
         }
         self.sense(device, control, &who)
     }
 
-    /// Lets lives live for a cycle, with two commands each, from 0 (fastest backwards) to 1 (fastest forwards), and
+    /// Simulates a cycle of episodes, with two commands each, from 0 (fastest backwards) to 1 (fastest forwards), and
     /// reads their sensors. Commands beyond are clipped; those of a magnitude below [`LEAST_GENE`] count as 0.
     ///
     /// # Errors
-    /// An unknown life, one named twice, or one that hasn't begun or has ended; another number of commands, or one that isn't
-    /// finite or beyond [`GREATEST_GENE`]: the lives are then as before. Those of the device, after which these lives have to begin
+    /// An unknown episode, one named twice, or one that hasn't begun or has ended; another number of commands, or one that isn't
+    /// finite or beyond [`GREATEST_GENE`]: the episodes are then as before. Those of the device, after which these episodes have to begin
     /// anew.
     pub fn step(
         &mut self,
@@ -205,10 +205,10 @@ impl Stepped {
     ) -> Result<(), Error> {
         self.check(who, true)?;
         if commands.len() != who.len() * COMMANDS {
-            let problem = format!("are {}; allowed: {COMMANDS} for each life", commands.len());
+            let problem = format!("are {}; allowed: {COMMANDS} for each episode", commands.len());
             return Err(Invalid::new("commands", problem).into());
         }
-        // False for what is not a number, too.
+        // Also false for NaN.
         let is_allowed = |command: &f32| command.abs() <= GREATEST_GENE;
         if let Some(index) = commands.iter().position(|command| !is_allowed(command)) {
             let problem = format!("is {}; allowed: 0 to 1", commands[index]);
@@ -219,14 +219,14 @@ impl Stepped {
             let given = |member: usize| [commands[member * COMMANDS], commands[member * COMMANDS + 1]];
             self.cycle(device, control, cycle, (who, &members), given, true)?;
         }
-        for &life in who {
-            self.cycles[life] += 1;
-            self.alive[life] = self.cycles[life] < self.length;
+        for &episode in who {
+            self.cycles[episode] += 1;
+            self.alive[episode] = self.cycles[episode] < self.length;
         }
         self.sense(device, control, who)
     }
 
-    /// Reads the sensors of lives at the beginning of their next cycle, and finds out which have ended.
+    /// Reads the sensors of episodes at the beginning of their next cycle, and finds out which have ended.
     fn sense(&mut self, device: &mut dyn Evaluator, control: &Control, who: &[usize]) -> Result<(), Error> {
         for (cycle, members) in self.by_cycle(who) {
             self.cycle(device, control, cycle, (who, &members), |_| AHEAD, false)?;
@@ -234,22 +234,22 @@ impl Stepped {
         Ok(())
     }
 
-    /// Indices in `who` of the lives in each cycle.
+    /// Indices in `who` of the episodes in each cycle.
     fn by_cycle(&self, who: &[usize]) -> BTreeMap<u32, Vec<usize>> {
         let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         if let Some(&first) = who.first()
-            && who.iter().all(|&life| self.cycles[life] == self.cycles[first])
+            && who.iter().all(|&episode| self.cycles[episode] == self.cycles[first])
         {
             members.insert(self.cycles[first], (0..who.len()).collect());
             return members;
         }
-        for (member, &life) in who.iter().enumerate() {
-            members.entry(self.cycles[life]).or_default().push(member);
+        for (member, &episode) in who.iter().enumerate() {
+            members.entry(self.cycles[episode]).or_default().push(member);
         }
         members
     }
 
-    /// A cycle of lives that are in the same: lived, or only for its readings.
+    /// A cycle of episodes that are in the same one: simulated, or only for its readings.
     fn cycle(
         &mut self,
         device: &mut dyn Evaluator,
@@ -257,7 +257,7 @@ impl Stepped {
         cycle: u32,
         (who, members): (&[usize], &[usize]),
         commands: impl Fn(usize) -> [f32; COMMANDS],
-        lives: bool,
+        episodes: bool,
     ) -> Result<(), Error> {
         let words = self.worlds.state_words();
         let slots = members.len().next_multiple_of(LANES);
@@ -265,7 +265,7 @@ impl Stepped {
         let states = if cycle == 0 {
             Vec::new()
         } else if are_all {
-            if lives {
+            if episodes {
                 std::mem::take(&mut self.states)
             } else {
                 self.states.clone()
@@ -281,7 +281,7 @@ impl Stepped {
         let own = members
             .iter()
             .map(|&member| (self.keys[who[member]], commands(member).map(flushed)));
-        let batch = self.worlds.cycle(own, cycle, states, lives);
+        let batch = self.worlds.cycle(own, cycle, states, episodes);
         let result = match device.evaluate_part(&batch.all(), control) {
             Ok(result) => result,
             Err(error) => {
@@ -299,25 +299,25 @@ impl Stepped {
         );
         let may_end = self.world.may_end_early();
         for (slot, &member) in members.iter().enumerate() {
-            let life = who[member];
+            let episode = who[member];
             let line = &result.trace[slot * width..][..width];
-            if lives {
-                self.rewards[life] = f32::from_bits(line[reward]);
-                self.fitness[life] = result.fitness[slot];
+            if episodes {
+                self.rewards[episode] = f32::from_bits(line[reward]);
+                self.fitness[episode] = result.fitness[slot];
                 continue;
             }
-            let own = &mut self.readings[life * readings..][..readings];
+            let own = &mut self.readings[episode * readings..][..readings];
             for (reading, &place) in own.iter_mut().zip(&self.places) {
                 *reading = f32::from_bits(line[place]);
             }
             if may_end && line.iter().all(|word| *word == 0) {
-                self.ended[life] = true;
-                self.alive[life] = false;
+                self.ended[episode] = true;
+                self.alive[episode] = false;
             }
         }
-        if lives && are_all {
+        if episodes && are_all {
             self.states = result.states;
-        } else if lives {
+        } else if episodes {
             for (slot, &member) in members.iter().enumerate() {
                 let own = &result.states[slot * words..][..words];
                 self.states[who[member] * words..][..words].copy_from_slice(own);
@@ -329,19 +329,19 @@ impl Stepped {
     fn check(&self, who: &[usize], must_live: bool) -> Result<(), Invalid> {
         let all = self.keys.len();
         let mut seen = vec![false; all];
-        for &life in who {
-            let problem = match seen.get_mut(life) {
-                None => format!("is {life}; allowed: 0 to {}", all - 1),
-                Some(true) => format!("names life {life} twice; allowed: each once"),
-                Some(_) if must_live && !self.alive[life] => {
-                    format!("names life {life}, which has ended or not begun; allowed: lives that go on")
+        for &episode in who {
+            let problem = match seen.get_mut(episode) {
+                None => format!("is {episode}; allowed: 0 to {}", all - 1),
+                Some(true) => format!("names episode {episode} twice; allowed: each once"),
+                Some(_) if must_live && !self.alive[episode] => {
+                    format!("names episode {episode}, which has ended or not begun; allowed: episodes that go on")
                 }
                 Some(seen) => {
                     *seen = true;
                     continue;
                 }
             };
-            return Err(Invalid::new("lives", problem));
+            return Err(Invalid::new("episodes", problem));
         }
         Ok(())
     }

@@ -41,7 +41,7 @@ pub struct Modules {
     pub attraction_avoidance: Option<f32>,
     /// Robots drive straight ahead instead of along shorter vectors. Default: 0.1.
     pub least_vector: Option<f32>,
-    /// The inner wheel's least speed in a curve, as a share of the outer one's. Default: -0.5.
+    /// The inner wheel's minimum speed in a curve, as a fraction of the outer one's. Default: -0.5.
     pub slowest_wheel: Option<f32>,
 }
 
@@ -55,7 +55,7 @@ impl Modules {
         slowest_wheel: None,
     };
 
-    /// Those of the kernel's `ControllerValues` that are given, by name. The kernel has the defaults of the others.
+    /// The values set in the kernel's `ControllerValues`, by name. The kernel has the defaults of the others.
     pub(crate) fn given(&self) -> Vec<(&'static str, f64)> {
         let all = [
             ("obstacle", self.obstacle),
@@ -279,7 +279,7 @@ fn within(whole: u32) -> f32 {
     whole as f32 + 0.5
 }
 
-/// A genome in the middle of all ranges: what a genome says where its genes have no effect.
+/// A genome in the middle of all ranges, for genes without effect.
 fn middle(genes: &[Gene]) -> Vec<f32> {
     let middle = |gene: &Gene| {
         let [least, greatest] = gene.range.unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Kernels composed when the program runs: a shipped kernel with a user's sensors, controller or task in place of its own.
+//! Kernels composed at run time: a shipped kernel with a user's sensors, controller or task.
 //! Nothing is rebuilt, and results are the same bits on every device, like those of the kernels that ship.
 //!
 //! Each is one WGSL part, see `docs/extend.md`:
@@ -10,10 +10,10 @@
 //!
 //! let part = Part::new(Kind::Task, "turn.wgsl", "
 //!     struct TaskValues {
-//!         most: f32, // 0.1, 0 to 0.5 turns: greatest turn that counts in a cycle
+//!         most: f32, // 0.1, 0 to 0.5 turns: maximum turn that counts in a cycle
 //!     }
-//!     fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-//!         return Reward(min(abs(now.moved.turn), task_values(life).most), before);
+//!     fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+//!         return Reward(min(abs(now.moved.turn), task_values(episode).most), before);
 //!     }")?;
 //! let task = OwnPart::new(Arc::new(part), &[("most", 0.2)])?;
 //! let world = World::new(WorldSpec {
@@ -59,11 +59,11 @@ pub const GREATEST_GENES: u32 = 1024;
 /// A kind of part that a user may write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// Sensors beside the robot's eight sensors of proximity.
+    /// Sensors besides the robot's eight sensors of proximity.
     Sensor,
     /// Mapping from readings to commands of the wheels.
     Controller,
-    /// Rewards, and the end of a life.
+    /// Rewards, and the end of an episode.
     Task,
 }
 
@@ -138,7 +138,7 @@ pub enum DetailKind {
     Other,
     /// Robots whose messages it has heard since the record before, a bit for each, 32 in a word. Of observed worlds.
     Heard,
-    /// What its task has earned since the record before, if the task's part scores each robot. Of observed worlds.
+    /// Its task's rewards since the record before, if the task's part scores each robot. Of observed worlds.
     Earned,
 }
 
@@ -236,7 +236,7 @@ impl<const N: usize> From<[OwnPart; N]> for OwnParts {
 }
 
 impl OwnParts {
-    /// Adds a part, in place of the one of its kind.
+    /// Adds a part, instead of the one of its kind.
     pub fn insert(&mut self, part: Arc<OwnPart>) {
         self.0.insert(part.part.kind(), part);
     }
@@ -320,14 +320,14 @@ impl OwnParts {
     /// Details that have to do with the other robots of a world.
     fn details_of_others(&self, owner: &Owner) -> Vec<Detail> {
         let count = owner.robots();
-        if owner.lives != Lives::Observed {
+        if owner.episodes != EpisodeKind::Observed {
             // The first robot's pose is in the record.
             let pose = |robot| {
                 ["x", "y", "z"].map(|part| Detail {
                     name: format!("robot_{robot}.{part}"),
                     kind: DetailKind::Other,
                     scalar: Scalar::Float,
-                    expression: format!("member_started(own.life, {robot}u).{part}"),
+                    expression: format!("member_started(own.episode, {robot}u).{part}"),
                 })
             };
             return (1..count).flat_map(pose).collect();
@@ -336,13 +336,13 @@ impl OwnParts {
             name: format!("heard_{word}"),
             kind: DetailKind::Heard,
             scalar: Scalar::Unsigned,
-            expression: format!("word(own.life.member_words, MEMBER_SENDERS + {word}u)"),
+            expression: format!("word(own.episode.member_words, MEMBER_SENDERS + {word}u)"),
         };
         let earned = Detail {
             name: "earned".to_owned(),
             kind: DetailKind::Earned,
             scalar: Scalar::Float,
-            expression: "number(own.life.member_words, MEMBER_EARNED)".to_owned(),
+            expression: "number(own.episode.member_words, MEMBER_EARNED)".to_owned(),
         };
         let hears = owner.together().is_some_and(|together| together.hearing.is_some());
         let words = if hears { count.div_ceil(u32::BITS) } else { 0 };
@@ -398,7 +398,7 @@ impl OwnParts {
         self.iter().flat_map(OwnPart::cells).collect()
     }
 
-    /// A kernel with these parts, and their owner's sensors and motors, instead of its own.
+    /// A kernel with these parts and their owner's sensors and motors.
     ///
     /// # Errors
     /// `KIND.part`: everything that is wrong with the parts. `robot.sensors` and `robot.sensors[N].name`: names that WGSL doesn't
@@ -416,16 +416,16 @@ pub(crate) fn driven() -> Result<&'static Kernel, Invalid> {
     part::driven()
 }
 
-/// How robots live in a kernel.
+/// The kind of episodes that a kernel has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Lives {
+pub(crate) enum EpisodeKind {
     /// By its own physics: those of the simulator, or of a Khepera's surrogate.
     Simulated,
     /// Outside of it: reality is reported to it, see [`crate::reported`].
     Reported,
     /// As an individual that differs from its description.
     Individual,
-    /// As in the simulator, with a trace of every robot that lives there: see [`crate::world::World::observed`].
+    /// As in the simulator, with a trace of every robot: see [`crate::world::World::observed`].
     Observed,
 }
 
@@ -438,7 +438,7 @@ pub(crate) struct Composed {
     /// The paths of the files that its text is made of, and where each begins, in bytes; none of a kernel that ships.
     #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "no kernel is composed"))]
     pub(crate) files: &'static [(String, usize)],
-    /// Where several robots live together, the words that the kernel keeps of a world and of each robot.
+    /// In swarms, the words that the kernel keeps of a world and of each robot.
     pub(crate) words: Option<[u32; 2]>,
 }
 

@@ -1,4 +1,4 @@
-//! Networks that are described by their layers. Each is written out as the WGSL of a controller, and composed like a user's.
+//! Networks given by their layers. Each is written out as the WGSL of a controller, and composed like a user's.
 
 use std::fmt::Write;
 
@@ -25,7 +25,7 @@ pub struct Network {
 /// A layer of units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// What its units are.
+    /// The kind of its units.
     pub kind: LayerKind,
     /// Number of units, 1 to 64.
     pub units: u32,
@@ -35,7 +35,7 @@ pub struct Layer {
     pub slope: Option<f32>,
     /// Whether each unit has a bias. `None`: yes.
     pub biases: Option<bool>,
-    /// Least and greatest time constant of a continuous-time layer, s. `None`: [`TIME_CONSTANTS`].
+    /// Minimum and maximum time constant of a continuous-time layer, s. `None`: [`TIME_CONSTANTS`].
     pub time_constants: Option<[f32; 2]>,
 }
 
@@ -95,7 +95,7 @@ pub enum Outputs {
 
 /// Most layers.
 pub const GREATEST_LAYERS: usize = 8;
-/// Greatest output of a unit that is not bounded by its activation function, so that a gene times an output stays finite.
+/// Maximum output of a unit that is not bounded by its activation function, so that a gene times an output stays finite.
 pub const GREATEST_OUTPUT: f32 = 1000.0;
 /// Default range of time constants, s.
 pub const TIME_CONSTANTS: [f32; 2] = [0.1, 5.0];
@@ -200,7 +200,7 @@ impl Layer {
         self.sums().len() as u32 * self.sum_genes(inputs) + u32::from(self.kind == LayerKind::Ctrnn)
     }
 
-    /// What its units remember: outputs of the previous cycle are `unit`.
+    /// The memory of its units: outputs of the previous cycle are `unit`.
     fn memory(&self) -> &'static [&'static str] {
         match self.kind {
             LayerKind::Dense => &[],
@@ -241,7 +241,7 @@ impl Layer {
             return format!("logistic(state_{index}[unit])");
         }
         let (bias, of_unit) = (first + inputs + self.units, self.unit_genes(inputs));
-        format!("logistic(state_{index}[unit] + gene(life, {bias}u + unit * {of_unit}u))")
+        format!("logistic(state_{index}[unit] + gene(episode, {bias}u + unit * {of_unit}u))")
     }
 
     /// Declares a unit's sums of inputs, of outputs of the previous cycle, and of biases but those of continuous-time units.
@@ -256,14 +256,14 @@ impl Layer {
                 let _ = writeln!(
                     text,
                     "    for (var other = 0u; other < {}u; other++) {{
-        {name} += gene(life, first + {}u + other) * unit_{index}[other];
+        {name} += gene(episode, first + {}u + other) * unit_{index}[other];
     }}",
                     self.units,
                     offset + inputs
                 );
             }
             if self.has_biases() && self.kind != LayerKind::Ctrnn {
-                let _ = writeln!(text, "    {name} += gene(life, first + {}u);", offset + of_sum - 1);
+                let _ = writeln!(text, "    {name} += gene(episode, first + {}u);", offset + of_sum - 1);
             }
         }
         text
@@ -279,7 +279,7 @@ impl Layer {
             }
             LayerKind::Ctrnn => {
                 let [fastest, span] = rates(index);
-                let gene = format!("clamp(gene(life, first + {}u), 0.0f, 1.0f)", genes - 1);
+                let gene = format!("clamp(gene(episode, first + {}u), 0.0f, 1.0f)", genes - 1);
                 format!(
                     "    let before_{index} = state_{index}[unit];
     let rate = own.{fastest} * exponential(-own.{span} * {gene});
@@ -297,8 +297,8 @@ impl Layer {
         }
     }
 
-    /// Its values, by name: the slope, if it has one, and of time constants the greatest share of one that a cycle is, and the
-    /// logarithm of the greatest by the least. A time constant is `least (greatest / least)^gene` for a gene from 0 to 1.
+    /// Its values, by name: the slope, if it has one, and of time constants the maximum fraction of one that a cycle is, and the
+    /// logarithm of the maximum by the minimum. A time constant is `minimum (maximum / minimum)^gene` for a gene from 0 to 1.
     fn values(&self, index: usize) -> Vec<(String, f32)> {
         let own = self.slope.map(|factor| (slope(index), factor)).into_iter();
         if self.kind != LayerKind::Ctrnn {
@@ -323,7 +323,7 @@ impl Layer {
         )?;
         match self.time_constants {
             Some([least, greatest]) if least > greatest => {
-                let problem = format!("is [{least}, {greatest}]; allowed: the least and the greatest");
+                let problem = format!("is [{least}, {greatest}]; allowed: [minimum, maximum]");
                 Err(Invalid::new("time_constants_s", problem))
             }
             _ => Ok(()),
@@ -413,13 +413,13 @@ impl Network {
                     let mut gene = u32::from(name == "right");
                     let _ = writeln!(cycle, "    var {name} = 0.0f;");
                     for input in readings {
-                        let _ = writeln!(cycle, "    {name} += gene(life, {gene}u) * readings.{input};");
+                        let _ = writeln!(cycle, "    {name} += gene(episode, {gene}u) * readings.{input};");
                         gene += 2;
                     }
-                    let _ = writeln!(cycle, "    {name} += gene(life, {gene}u);");
+                    let _ = writeln!(cycle, "    {name} += gene(episode, {gene}u);");
                 } else {
                     let sum = weighed(name, &format!("{first}u"), self.layers.len(), inputs);
-                    let _ = writeln!(cycle, "    {sum}\n    {name} += gene(life, {}u);", first + inputs);
+                    let _ = writeln!(cycle, "    {sum}\n    {name} += gene(episode, {}u);", first + inputs);
                 }
                 first += inputs + 1;
                 let activation = self.activation.unwrap_or_default();
@@ -437,7 +437,7 @@ impl Network {
         let (values, own) = self.declared();
         format!(
             "const CONTROLLER_GENES: u32 = {first}u;
-{values}{state}fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
+{values}{state}fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {{
 {own}{cycle}    return Command(vec2<f32>({left}, {right}), {after});
 }}
 "
@@ -459,7 +459,7 @@ impl Network {
         if fields.is_empty() {
             return (fields, "");
         }
-        let own = "    let own = controller_values(life);\n";
+        let own = "    let own = controller_values(episode);\n";
         (format!("struct ControllerValues {{\n{fields}}}\n"), own)
     }
 
@@ -500,11 +500,11 @@ impl Network {
 /// Declares the sum of all inputs of a layer, each times its gene; `first` is the index of the first of those genes.
 fn weighed(name: &str, first: &str, layer: usize, inputs: u32) -> String {
     match layer.checked_sub(1) {
-        None => format!("var {name} = weighed(life, {first}, readings);"),
+        None => format!("var {name} = weighed(episode, {first}, readings);"),
         Some(before) => format!(
             "var {name} = 0.0f;
     for (var input = 0u; input < {inputs}u; input++) {{
-        {name} += gene(life, {first} + input) * layer_{before}[input];
+        {name} += gene(episode, {first} + input) * layer_{before}[input];
     }}"
         ),
     }

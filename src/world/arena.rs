@@ -19,9 +19,9 @@ pub struct Arena {
     pub obstacles: Vec<Obstacle>,
     /// Rectangular obstacles.
     pub blocks: Vec<Block>,
-    /// Lights, for the light sensors of described robots.
+    /// Lights, for the light sensors of parametric robots.
     pub lights: Vec<Light>,
-    /// Grey of the floor, from 0 for black to 1 for white, for the ground sensors of described robots. `None`: white.
+    /// Grey of the floor, from 0 for black to 1 for white, for the ground sensors of parametric robots. `None`: white.
     pub floor: Option<f32>,
     /// Patches of the floor; of several at one place the last counts.
     pub patches: Vec<Patch>,
@@ -94,7 +94,7 @@ pub struct Obstacle {
     pub class: String,
 }
 
-/// A rectangular obstacle at any angle, mm. It looks different from different sides, so its class's sensor table may
+/// A rectangular obstacle at any angle, mm. Readings differ between its sides, so its class's sensor table may
 /// have several points of view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
@@ -123,7 +123,7 @@ pub struct Light {
     pub brightness: f32,
     /// Height above the floor, mm, for robots with a reference model. `None`: 0.
     pub height: Option<f32>,
-    /// What its distance is divided by, for robots with a reference model. `None`: 1.
+    /// Divisor of its distance, for robots with a reference model. `None`: 1.
     pub intensity: Option<f32>,
 }
 
@@ -142,7 +142,7 @@ pub struct Patch {
     pub heading: f32,
     /// Grey, from 0 for black to 1 for white.
     pub grey: f32,
-    /// Whether it charges the battery of a described robot whose centre is on it. `None`: it doesn't.
+    /// Whether it charges the battery of a parametric robot whose centre is on it. `None`: it doesn't.
     pub charges: Option<bool>,
 }
 
@@ -291,8 +291,8 @@ impl Arena {
         }
     }
 
-    /// A convex polygon, given its corners counter-clockwise. Robots start in the greatest disc around the middle of the rectangle
-    /// around it, of `start_radius` if that is given.
+    /// A convex polygon, given its corners counter-clockwise. Robots start in the largest disc around the middle of the rectangle
+    /// around it, of `start_radius` if set.
     pub fn polygon(corners: &[[f32; 2]], start_radius: Option<f32>) -> Self {
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         for corner in corners {

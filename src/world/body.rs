@@ -27,7 +27,7 @@ pub enum Collision {
     KeepTurn,
     /// Lets the body slide along what it would touch, and turn. In a corner it stops.
     Slide,
-    /// Lets the body move into contact, and stick there for the rest of its life, as Kheperax does.
+    /// Lets the body move into contact, and stick there for the rest of its episode, as Kheperax does.
     Stick,
 }
 
@@ -43,7 +43,7 @@ impl Choice for Collision {
         (
             "stick",
             Self::Stick,
-            "the robot moves into contact, and stays there for the rest of its life",
+            "the robot moves into contact, and stays there for the rest of its episode",
         ),
     ];
 

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use glam::Vec2;
-use oneiro_shaders::life;
+use oneiro_shaders::episode;
 
 use crate::batch::WorldKind;
 use crate::foragers::foraging;
@@ -25,13 +25,13 @@ use crate::world::spec::{Controller, Start, Task, WorldSpec};
 use crate::world::tables::{self, GREATEST_READING, MotorTable, SENSORS, SensorTable, SensorTables};
 
 /// The sensors' sums of readings are 16 bits wide.
-pub(super) const GREATEST_SHAPES: usize = life::GREATEST_SHAPES as usize;
-const _: () = assert!(life::GREATEST_SHAPES * GREATEST_READING as u32 <= u16::MAX as u32);
+pub(super) const GREATEST_SHAPES: usize = episode::GREATEST_SHAPES as usize;
+const _: () = assert!(episode::GREATEST_SHAPES * GREATEST_READING as u32 <= u16::MAX as u32);
 
-/// Most cells whose visits a life records.
-const GREATEST_CELLS: usize = life::GREATEST_CELLS as usize;
+/// Most cells whose visits an episode records.
+const GREATEST_CELLS: usize = episode::GREATEST_CELLS as usize;
 
-/// Checks a world, and returns the physics that its robot lives by.
+/// Checks a world, and returns its robot's physics.
 pub(super) fn check(spec: &mut WorldSpec) -> Result<Physics, Invalid> {
     parameter::check(&PARAMETERS, spec)?;
     turned(spec);
@@ -125,7 +125,7 @@ fn forager(spec: &mut WorldSpec) -> Result<(), Invalid> {
         (
             "noise",
             spec.noise != Noise::NONE,
-            "is not zero in a forager's life; allowed: none, since it has its own (arena.light_noise, robot.wheel_noise)".to_owned(),
+            "is not zero in a forager's episode; allowed: none, since it has its own (arena.light_noise, robot.wheel_noise)".to_owned(),
         ),
         (
             "robot.collision",
@@ -147,7 +147,7 @@ fn forager(spec: &mut WorldSpec) -> Result<(), Invalid> {
     Ok(())
 }
 
-/// Checks that an arena has nothing that only described robots see.
+/// Checks that an arena has nothing that only parametric robots see.
 fn only_walls(arena: &Arena) -> Result<(), Invalid> {
     let lists = [
         ("lights", arena.lights.is_empty()),
@@ -179,23 +179,23 @@ fn eight_sensors(tables: &SensorTables) -> Result<(), Invalid> {
     }
 }
 
-/// Checks the rest of a world in which a surrogate lives.
+/// Checks the rest of a surrogate's world.
 fn surrogate(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     if let Physics::Forager(_) = physics {
         let problem =
-            "is `forager` in a surrogate's life; allowed: another kind, since food exists only in the simulator";
+            "is `forager` in a surrogate's episode; allowed: another kind, since food exists only in the simulator";
         return Err(Invalid::new("robot.kind", problem));
     }
     if physics.described().and_then(Described::wheel_noise).is_some() {
-        let problem = "is given in a surrogate's life; allowed: none, since it has the noise of its own wheels";
+        let problem = "is set in a surrogate's episode; allowed: none, since its wheels have noise";
         return Err(Invalid::new("robot.wheel_noise", problem));
     }
     if spec.noise != Noise::NONE {
-        let problem = "is not zero in a surrogate's life; allowed: none, since it has the noise of its own sensors";
+        let problem = "is not zero in a surrogate's episode; allowed: none, since its sensors have noise";
         return Err(Invalid::new("noise", problem));
     }
     if matches!(physics, Physics::Individual(_)) && spec.robot.collision != Collision::Undo {
-        let problem = "is not `Undo` in a surrogate's life; allowed: `Undo`, since its slip says how it slides";
+        let problem = "is not `Undo` in a surrogate's episode; allowed: `Undo`, since its slip says how it slides";
         return Err(Invalid::new("robot.collision", problem));
     }
     Ok(())
@@ -249,19 +249,18 @@ fn own_parts(spec: &WorldSpec) -> Result<(), Invalid> {
     Ok(())
 }
 
-/// Checks the rest of a world in which several robots live together, and that others have no mission.
+/// Checks the rest of a swarm's world, and that others have no mission.
 fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     const SINGLE: &str = "allowed: only without robot.count";
     let task = spec.own.get(Kind::Task).map(OwnPart::part);
     let Some(Together { count, .. }) = physics.together() else {
         if (spec.arena.sides > 0 || spec.arena.is_field_round) && spec.start == Start::Random {
-            let problem = "is `random` in an arena that is no rectangle; allowed: `at`, or robots that live together (robot.count)";
+            let problem = "is `random` in an arena that is no rectangle; allowed: `at`, or a swarm (robot.count)";
             return Err(Invalid::new("start.kind", problem));
         }
         return match task {
             Some(part) if part.has_mission() => {
-                let problem =
-                    "has a mission (`mission_cycle`); allowed: only with robot.count, for robots that live together";
+                let problem = "has a mission (`mission_cycle`); allowed: only in swarms, with robot.count";
                 Err(Invalid::new("task.part", problem))
             }
             _ => Ok(()),
@@ -271,7 +270,7 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
         (
             "task.part",
             task.is_some_and(|part| part.functions().contains(&"task_ends")),
-            "has `task_ends`, which ends a single robot's life, as `mission_ends` does that of several",
+            "has `task_ends`, which ends a single robot's episode, as `mission_ends` does that of several",
         ),
         ("start.kind", spec.start != Start::Random, "is not `random`"),
         ("noise.walk_range_mm", spec.noise.walk_range != 0.0, "is not 0"),
@@ -328,13 +327,13 @@ fn new_cell(spec: &WorldSpec) -> Result<(), Invalid> {
     let Field { width, height, .. } = spec.arena.field;
     let cells = pack::cells(width) * pack::cells(height);
     if spec.surrogate.is_some() {
-        let problem = "is not zero in a surrogate's life; allowed: 0, since a robot does not know its place";
+        let problem = "is not zero in a surrogate's episode; allowed: 0, since a robot does not know its place";
         return Err(Invalid::new("task.new_cell", problem));
     }
     if cells > GREATEST_CELLS {
         let problem = format!(
             "is not zero in a field of {cells} cells; allowed: 0, or a field of up to {GREATEST_CELLS} cells of {} mm",
-            life::CELL
+            episode::CELL
         );
         return Err(Invalid::new("task.new_cell", problem));
     }
@@ -490,7 +489,7 @@ fn polygon(arena: &Arena) -> Result<(), Invalid> {
     let next = sides.iter().cycle().skip(1);
     for (index, (side, next)) in sides.iter().zip(next).enumerate() {
         let rooms = sides.iter().map(|other| side.room(other.from.into()));
-        // Corners of this side are on it but for roundings.
+        // Corners of this side are on it except for roundings.
         if side.to != next.from || rooms.fold(f32::INFINITY, f32::min) < -0.01 {
             let problem = format!(
                 "has a corner on the other side of its side {index}; allowed: a convex polygon, its corners counter-clockwise"

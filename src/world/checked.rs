@@ -3,19 +3,19 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use oneiro_shaders::{Kernel, life};
+use oneiro_shaders::{Kernel, episode};
 
 use crate::batch::{Buffers, WorldKind, Worlds};
 use crate::genes::{Gene, GeneLayout};
 use crate::parameter::Invalid;
-use crate::parts::compose::{self, Composed, Detail, GREATEST_GENES, Kind, Lives, OwnPart, OwnParts};
+use crate::parts::compose::{self, Composed, Detail, EpisodeKind, GREATEST_GENES, Kind, OwnPart, OwnParts};
 use crate::world::described::{Battery, Genomes, Together};
 use crate::world::physics::Physics;
 use crate::world::robot::Build;
 use crate::world::spec::{Controller, Task, WorldSpec};
 use crate::world::{check, pack, reach};
 
-/// A checked world, ready for lives. Cheap to clone.
+/// A checked world, ready for episodes. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct World(Arc<Checked>);
 
@@ -50,16 +50,16 @@ impl World {
     /// # Errors
     /// The first invalid value: its path, the value itself, and the allowed values.
     pub fn new(spec: WorldSpec) -> Result<Self, Invalid> {
-        let lives = if spec.surrogate.is_some() && spec.robot.build.described().is_some() {
-            Lives::Individual
+        let episodes = if spec.surrogate.is_some() && spec.robot.build.described().is_some() {
+            EpisodeKind::Individual
         } else {
-            Lives::Simulated
+            EpisodeKind::Simulated
         };
-        Self::composed(spec, lives)
+        Self::composed(spec, episodes)
     }
 
-    /// The same, with a kernel in which robots live so.
-    pub(crate) fn composed(mut spec: WorldSpec, lives: Lives) -> Result<Self, Invalid> {
+    /// The same, with a kernel for such episodes.
+    pub(crate) fn composed(mut spec: WorldSpec, episodes: EpisodeKind) -> Result<Self, Invalid> {
         let physics = check::check(&mut spec)?;
         let readings = spec.readings();
         let parts = match &spec.controller {
@@ -68,11 +68,11 @@ impl World {
             Controller::BehaviourTree(modules) => spec.own.with_behaviour_tree(modules)?,
             _ => spec.own.clone(),
         };
-        if physics.together().is_some() && ![Lives::Simulated, Lives::Observed].contains(&lives) {
-            let problem = "is given; allowed: only in the simulator, where all robots live together";
+        if physics.together().is_some() && ![EpisodeKind::Simulated, EpisodeKind::Observed].contains(&episodes) {
+            let problem = "is set; allowed: only in the simulator";
             return Err(Invalid::new("robot.count", problem));
         }
-        let owner = spec.owner(&physics, lives)?;
+        let owner = spec.owner(&physics, episodes)?;
         let Composed {
             kernel, genes, words, ..
         } = parts.compose(kernel(&spec, &physics), &owner)?;
@@ -85,7 +85,7 @@ impl World {
         let world = Self(Arc::new(Checked {
             genes: layout(genes, physics.together())?,
             details: parts.details(&owner),
-            lines: if lives == Lives::Observed { members } else { 1 },
+            lines: if episodes == EpisodeKind::Observed { members } else { 1 },
             words: words.map(|[world, member]| world + members * member),
             spec,
             kernel,
@@ -102,18 +102,18 @@ impl World {
         Ok(world)
     }
 
-    /// The same world of robots that live together, observed: its lives have the same bits, and each record of their traces has a
+    /// The same world of a swarm, observed: its episodes have the same bits, and each record of their traces has a
     /// line for each robot, which [`Trace::by_robot`](crate::batch::Trace::by_robot) takes apart. The records' fitness is that of a
-    /// life that ends there.
+    /// episode that ends there.
     ///
     /// # Errors
-    /// Robots that don't live together; loops that turn too often, as for [`World::new`].
+    /// A single robot's world; loops that turn too often, as for [`World::new`].
     pub fn observed(&self) -> Result<Self, Invalid> {
         if self.0.physics.together().is_none() {
-            let problem = "is not given; allowed: only robots that live together are observed";
+            let problem = "is not set; allowed: only swarms are observed";
             return Err(Invalid::new("robot.count", problem));
         }
-        Self::composed(self.0.spec.clone(), Lives::Observed)
+        Self::composed(self.0.spec.clone(), EpisodeKind::Observed)
     }
 
     /// Specification that it was made from.
@@ -121,12 +121,12 @@ impl World {
         &self.0.spec
     }
 
-    /// Number of genes of a controller that lives in it.
+    /// Number of genes of its robot's controller.
     pub fn genes(&self) -> usize {
         self.0.genes.genes()
     }
 
-    /// Details of each record in a trace of its lives.
+    /// Details of each record in a trace of its episodes.
     pub fn details(&self) -> &[Detail] {
         &self.0.details
     }
@@ -144,12 +144,12 @@ impl World {
         first..first + genes
     }
 
-    /// Number of cycles of a life.
+    /// Number of cycles of an episode.
     pub fn cycles(&self) -> u32 {
         self.0.spec.cycles
     }
 
-    /// Number of robots that live in it together; 1 of a single robot.
+    /// Number of robots.
     pub fn robots(&self) -> u32 {
         self.0.physics.together().map_or(1, |own| own.count)
     }
@@ -217,9 +217,9 @@ fn key_of_turns(spec: &WorldSpec, parts: &OwnParts) -> String {
     }
 }
 
-/// The shipped kernel of a world, with a perceptron in place of a controller that is composed.
+/// The shipped kernel of a world, with a perceptron instead of a controller that is composed.
 fn kernel(spec: &WorldSpec, physics: &Physics) -> &'static Kernel {
-    // A described robot's surrogate is composed from the simulator's parts.
+    // A parametric robot's surrogate is composed from the simulator's parts.
     match (&spec.controller, physics) {
         (Controller::Hidden { .. }, Physics::Individual(_)) => &oneiro_shaders::SURROGATE_HIDDEN,
         (Controller::Recurrent, Physics::Individual(_)) => &oneiro_shaders::SURROGATE_RECURRENT,
@@ -266,7 +266,7 @@ impl WorldKind for World {
         task.is_some() || matches!(battery, Some(Battery { ends_life: true, .. }))
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         let Checked {
             spec, physics, packed, ..
         } = &*self.0;

@@ -95,7 +95,7 @@ pub enum WheelNoise {
 }
 
 impl WheelNoise {
-    /// How often the noise the greatest deviation that occurs is: of a normal one drawn from 24 bits that is the root of
+    /// The maximum deviation in multiples of the noise: of a normal one, drawn from 24 bits, the root of
     /// 48 ln 2, 5.77, and a little more.
     const fn greatest(self) -> f32 {
         match self {
@@ -137,10 +137,10 @@ impl Choice for Contact {
     ];
 }
 
-/// Most robots that live in one world.
+/// Most robots of a swarm.
 pub const GREATEST_MEMBERS: u32 = 128;
 
-/// Which of the robots that live together share their controller's genes. A world's genome has those of each controller, one after
+/// Which robots of a swarm share their controller's genes. A world's genome has those of each controller, one after
 /// the other.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Genomes {
@@ -253,7 +253,7 @@ impl Described {
         own.chain(model).collect()
     }
 
-    /// Where robots that live together start, if that is given.
+    /// Start of each robot of a swarm, if set.
     pub(crate) fn start_places(&self) -> &[[f32; 2]] {
         let starts = self.together.as_ref().and_then(|own| own.starts.as_ref());
         starts.map_or(&[], Vec::as_slice)
@@ -352,7 +352,7 @@ impl Described {
         cells.map(|cell| cell.map(bits)).collect()
     }
 
-    /// The kernel's cell of robots that live together, if they do: `MembersCell`.
+    /// The kernel's cell of a swarm: `MembersCell`.
     fn members(&self, body: &Body<'_>) -> Option<[f32; 4]> {
         let together = self.together.as_ref()?;
         let reach = self.reach(body.radius, body.sensors, false) + body.radius;
@@ -391,7 +391,7 @@ impl Described {
         2 + 2 * self.sensors.len() + 1 + arena.lights.len() + 2 * arena.patches.len() + points
     }
 
-    /// The kernel's cell of robots that live together.
+    /// The kernel's cell of a swarm.
     #[cfg(feature = "compose")]
     pub(crate) fn members_cell(&self, arena: &Arena) -> usize {
         self.noise_cell(arena) + usize::from(self.wheel_noise().is_some())
@@ -427,7 +427,7 @@ impl Described {
         (1.0..=1e5).contains(&track).then_some(track)
     }
 
-    /// Greatest distance from the body's centre at which its sensors notice an object, mm, and a little more. Those of a
+    /// Maximum distance from the body's centre at which its sensors notice an object, mm, and a little more. Those of a
     /// surrogate may see farther.
     pub(crate) fn reach(&self, body_radius: f32, tables: &SensorTables, is_surrogate: bool) -> f32 {
         let farther = if is_surrogate { FARTHER } else { 1.0 };

@@ -1,4 +1,4 @@
-//! Robots that are described sensor by sensor: two wheels, sensors of a few kinds, and a battery. Sensors and motors may also be
+//! Parametric robots: two wheels, sensors of a few kinds, and a battery. Sensors and motors may also be
 //! sampled.
 
 use crate::genes::PREVIOUS;
@@ -19,11 +19,11 @@ pub struct Differential {
     pub sampled_motors: bool,
     /// Distance between the wheels, mm.
     pub wheel_base: Option<f32>,
-    /// Greatest speed of a wheel, mm/s.
+    /// Maximum speed of a wheel, mm/s.
     pub greatest_speed: Option<f32>,
     /// Number of speeds that a wheel can be given, evenly spaced; 0 for any speed.
     pub speeds: u32,
-    /// Greatest change of a wheel's speed, mm/s in a second. `None` or 0: wheels obey at once. Sampled motors need states
+    /// Maximum change of a wheel's speed, mm/s in a second. `None` or 0: wheels obey at once. Sampled motors need states
     /// whose speeds ascend, and then move as their samples do at a cycle's mean speeds, see
     /// [`MotorTable::full_speed`](crate::tables::MotorTable::full_speed).
     pub acceleration: Option<f32>,
@@ -33,15 +33,15 @@ pub struct Differential {
     pub turn_before_move: Option<f32>,
     /// Time that a full battery lasts, s, rounded to whole cycles of 100 ms. Its charge falls evenly. `None`: it has none.
     pub battery: Option<f32>,
-    /// Whether its life ends when the battery is empty. `None`: it doesn't.
+    /// Whether its episode ends when the battery is empty. `None`: it doesn't.
     pub battery_ends_life: Option<bool>,
-    /// Noise of each wheel's speed in each cycle, as a share of that speed, 0 to 0.5. `None`: 0.
+    /// Noise of each wheel's speed in each cycle, as a fraction of that speed, 0 to 0.5. `None`: 0.
     pub wheel_noise: Option<f32>,
     /// Distribution of that noise. `None`: uniform.
     pub wheel_noise_law: Option<WheelNoise>,
-    /// Number of such robots that live in one world, 1 to [`GREATEST_MEMBERS`]. `None`: one, as a single robot.
+    /// Number of such robots in the world, 1 to [`GREATEST_MEMBERS`]. `None`: one, as a single robot.
     pub count: Option<u32>,
-    /// Of several robots: which of them share their genes.
+    /// Which robots of a swarm share their genes.
     pub genomes: Genomes,
     /// Of several robots: what bodies do that meet. `None`: they push.
     pub contact: Option<Contact>,
@@ -55,18 +55,18 @@ pub struct Differential {
     pub sensors: Vec<Sensor>,
 }
 
-/// The farthest that a body gets in a cycle where several live together, as a share of its radius: `FARTHEST` of
+/// The farthest that a body gets in a cycle of a swarm, as a fraction of its radius: `FARTHEST` of
 /// `physics/contacts.wgsl`.
 const FARTHEST: f32 = 0.75;
 
-/// Where robots that live together start: x and y of each, mm.
+/// Start of each robot of a swarm: x and y, mm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Starts(pub Vec<[f32; 2]>);
 
 field_of_pairs!(Starts);
 
 impl Differential {
-    /// A robot that obeys at once, without sensors and battery: the distance between its wheels, mm, and their greatest speed,
+    /// A robot that obeys at once, without sensors and battery: the distance between its wheels, mm, and their maximum speed,
     /// mm/s.
     pub const fn new(wheel_base: f32, greatest_speed: f32) -> Self {
         Self::driven(false, Some(wheel_base), Some(greatest_speed))
@@ -127,7 +127,7 @@ impl Differential {
         self.sensors.iter().map(column).collect()
     }
 
-    /// Where robots that live together start, if that is given.
+    /// Start of each robot of a swarm, if set.
     pub(crate) fn start_places(&self) -> &[[f32; 2]] {
         self.starts.as_ref().map_or(&[], |Starts(places)| places)
     }
@@ -233,7 +233,7 @@ impl Differential {
         })
     }
 
-    /// Checks what only robots that live together have, and what they can't have.
+    /// Checks what only swarms have, and what they can't have.
     fn check_members(&self, drive: &Drive, body: &Body<'_>) -> Result<Option<Together>, Invalid> {
         const ALONE: &str = "allowed: only without robot.count";
         let sight = self.sensors.iter().position(|sensor| sensor.kind == SensorKind::Sight);
@@ -378,7 +378,7 @@ impl Differential {
 
 const ONLY_WITH_A_BATTERY: &str = "is true; allowed: only with robot.battery_s";
 
-/// Least acceleration of wheels that don't obey at once, mm/s in a second: below, changes of speed would get lost in roundings.
+/// Minimum acceleration of wheels that don't obey at once, mm/s in a second: below, changes of speed would get lost in roundings.
 const LEAST_ACCELERATION: f32 = 1.0;
 
 /// Most sensors of a robot, most lights and most patches of its arena.

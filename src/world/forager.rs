@@ -9,9 +9,9 @@ use crate::world::arena::{Arena, Field, Patch, Wall};
 /// A forager with any controller and any task, as a world's robot: see [`Build::Forager`](crate::differential::Build::Forager).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forager {
-    /// Its body, its behaviours and its arena. The world has the start and the cycles of its lives.
+    /// Its body, its behaviours and its arena. The world has the start and the cycles of its episodes.
     pub foraging: Foraging,
-    /// Seconds from the start of a life in which food earns: those that are left.
+    /// Seconds from the start of an episode in which food earns: the remaining ones.
     pub food_earns: f32,
 }
 

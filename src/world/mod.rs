@@ -1,5 +1,5 @@
 //! The world of an episode: robot, arena, noise, controller, task and start as plain data, and the validated [`World`]
-//! that is made from them.
+//! made from them.
 
 pub mod arena;
 mod body;

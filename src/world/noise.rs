@@ -1,10 +1,10 @@
-//! Noise of a simulated life.
+//! Noise of a simulated episode.
 
 use crate::exact::zero;
 use crate::parameter::{Choice, Choices, Invalid, LEAST};
 use crate::world::robot::Build;
 
-/// Noise of a simulated life. All zeros is the paper's "no noise".
+/// Noise of a simulated episode. All zeros is the paper's "no noise".
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Noise {
     /// Range of a uniform number that is added to each activation, which is then clipped to `0..=1`. The paper's sensor
@@ -13,15 +13,15 @@ pub struct Noise {
     /// Conservative noise: perceived positions are displaced by a random walk within plus and minus this, mm. Paper:
     /// 30.
     pub walk_range: f32,
-    /// Greatest step of that walk in one cycle, mm, in x and y each.
+    /// Maximum step of that walk in one cycle, mm, in x and y each.
     pub walk_step: f32,
     /// Relative uniform noise on each cycle's displacement and turn, 0 to 1.
     pub motor: f32,
     /// Relative uniform noise of each activation, 0 to 1. `None`: 0.
     pub gain: Option<f32>,
-    /// Greatest turn for each metre of the way, turns. `None`: 0.
+    /// Maximum turn for each metre of the way, turns. `None`: 0.
     pub veer: Option<f32>,
-    /// Greatest share of a cycle by which commands act late. `None`: 0.
+    /// Maximum share of a cycle by which commands act late. `None`: 0.
     pub delay: Option<f32>,
     /// How often all noise but conservative noise is drawn. `None`: in each cycle.
     pub drawn: Option<Drawn>,
@@ -53,7 +53,7 @@ impl Noise {
 
     /// Whether it has what only the part `robot/varied.wgsl` has.
     pub(crate) fn is_varied(&self) -> bool {
-        self.drawn == Some(Drawn::Life)
+        self.drawn == Some(Drawn::Episode)
             || [self.gain, self.veer, self.delay]
                 .iter()
                 .flatten()
@@ -62,9 +62,9 @@ impl Noise {
 
     /// The cell of numbers that this part reads.
     pub(super) fn cell(&self) -> [u32; 4] {
-        let of_life = f32::from(u8::from(self.drawn == Some(Drawn::Life)));
+        let per_episode = f32::from(u8::from(self.drawn == Some(Drawn::Episode)));
         let [gain, veer, delay] = [self.gain, self.veer, self.delay].map(Option::unwrap_or_default);
-        [gain, veer * 1e-3, delay, of_life].map(|number| zero(number).to_bits())
+        [gain, veer * 1e-3, delay, per_episode].map(|number| zero(number).to_bits())
     }
 
     pub(super) fn check(&self, robot: &Build) -> Result<(), Invalid> {
@@ -104,13 +104,13 @@ pub enum Drawn {
     /// Anew in each cycle.
     #[default]
     Cycle,
-    /// Once for a whole life.
-    Life,
+    /// Once for a whole episode.
+    Episode,
 }
 
 impl Choice for Drawn {
     const CHOICES: Choices<Self> = &[
         ("cycle", Self::Cycle, "anew in each cycle"),
-        ("life", Self::Life, "once for a whole life"),
+        ("life", Self::Episode, "once for a whole episode"),
     ];
 }

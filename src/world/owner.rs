@@ -1,20 +1,20 @@
 //! The world as the owner of its kernel's parts.
 
 use crate::parameter::Invalid;
-use crate::parts::compose::{Lives, Make, Owner};
+use crate::parts::compose::{EpisodeKind, Make, Owner};
 use crate::world::physics::Physics;
 use crate::world::spec::WorldSpec;
 
 impl WorldSpec {
-    /// Describes this world and its robot to the parts of a kernel for these lives.
+    /// Describes this world and its robot to the parts of a kernel for these episodes.
     ///
     /// # Errors
     /// A robot that needs what this program can't compose, or names that WGSL doesn't allow.
-    pub(crate) fn owner(&self, physics: &Physics, lives: Lives) -> Result<Owner, Invalid> {
+    pub(crate) fn owner(&self, physics: &Physics, episodes: EpisodeKind) -> Result<Owner, Invalid> {
         Ok(Owner {
-            make: make(self, physics, lives)?,
+            make: make(self, physics, episodes)?,
             fields: self.robot.build.fields(),
-            lives,
+            episodes,
             is_varied: self.noise.is_varied(),
         })
     }
@@ -23,12 +23,13 @@ impl WorldSpec {
     #[cfg(all(test, feature = "compose"))]
     pub(crate) fn unchecked_owner(&self) -> Owner {
         let physics = super::check::physics(self).expect("a robot");
-        self.owner(&physics, Lives::Simulated).expect("names that WGSL allows")
+        self.owner(&physics, EpisodeKind::Simulated)
+            .expect("names that WGSL allows")
     }
 }
 
 #[cfg(feature = "compose")]
-fn make(spec: &WorldSpec, physics: &Physics, lives: Lives) -> Result<Make, Invalid> {
+fn make(spec: &WorldSpec, physics: &Physics, episodes: EpisodeKind) -> Result<Make, Invalid> {
     use crate::parameter::Choice;
     use crate::parts::compose::{Described, Hearing, Together};
     use crate::world::described::Drive;
@@ -42,7 +43,7 @@ fn make(spec: &WorldSpec, physics: &Physics, lives: Lives) -> Result<Make, Inval
             brings: spec.task == Task::Foraging,
         },
         Physics::Described(own, _) => Make::Described(Described {
-            text: wgsl::of(own, spec, lives == Lives::Individual)?,
+            text: wgsl::of(own, spec, episodes == EpisodeKind::Individual)?,
             sensors: own.sensors.len(),
             has_sampled_sensors: own.has_sampled_sensors(),
             has_sampled_motors: matches!(own.drive, Drive::Motors { .. }),
@@ -59,7 +60,7 @@ fn make(spec: &WorldSpec, physics: &Physics, lives: Lives) -> Result<Make, Inval
 }
 
 #[cfg(not(feature = "compose"))]
-fn make(spec: &WorldSpec, physics: &Physics, _: Lives) -> Result<Make, Invalid> {
+fn make(spec: &WorldSpec, physics: &Physics, _: EpisodeKind) -> Result<Make, Invalid> {
     use crate::parameter::Choice;
 
     match physics {

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
 use glam::Vec2;
-use oneiro_shaders::life::{self, BLOCK, CELL, ROUND, WALL};
+use oneiro_shaders::episode::{self, BLOCK, CELL, ROUND, WALL};
 
 use crate::batch::Buffers;
 use crate::cells::Cells;
@@ -26,8 +26,8 @@ const GRID: usize = 64;
 /// A world before it has positions in a batch's buffers: they are 0, and an object's table is the index of its class.
 #[derive(Debug)]
 pub(super) struct Packed {
-    pub(super) world: life::World,
-    pub(super) shapes: Vec<life::Shape>,
+    pub(super) world: episode::World,
+    pub(super) shapes: Vec<episode::Shape>,
     pub(super) free_share: f32,
     /// Values of parts.
     values: Vec<[u32; 4]>,
@@ -77,7 +77,7 @@ impl Packed {
     }
 
     /// The world with the positions of its objects and tables in a batch's buffers.
-    pub(super) fn in_buffers(&self, spec: &WorldSpec, physics: &Physics, buffers: &mut Buffers) -> life::World {
+    pub(super) fn in_buffers(&self, spec: &WorldSpec, physics: &Physics, buffers: &mut Buffers) -> episode::World {
         let robot = &spec.robot;
         let mut shapes = self.shapes.clone();
         if robot.tables().is_some() {
@@ -106,7 +106,7 @@ impl Packed {
         } else {
             buffers.add_table(self.values.clone())
         };
-        life::World {
+        episode::World {
             first_shape,
             motor_table,
             numbers,
@@ -128,14 +128,14 @@ fn values(spec: &WorldSpec, parts: &OwnParts) -> Vec<[u32; 4]> {
     };
     let mut given = vec![[spec.robot.body_radius, lights.len() as f32, 0.0, 0.0]];
     given.extend(lights.iter().flat_map(light));
-    // What is asked of the first light where there is none.
+    // The first light where there is none.
     given.resize(given.len().max(3), [0.0; 4]);
     let given = given.into_iter().map(|cell| cell.map(|number| zero(number).to_bits()));
     parts.cells().into_iter().chain(given).collect()
 }
 
 /// Packs eight readings of a cell into four words, the even sensors in the low halves. Of tables of more sensors the cells with the
-/// first eight of a point of view come before those with the next; what is beyond the last sensor is 0.
+/// first eight of a point of view come before those with the next; places beyond the last sensor are 0.
 fn sensor_cells(table: &SensorTable) -> Vec<[u32; 4]> {
     let (sensors, view) = (table.sensors as usize, table.cells() / table.views as usize);
     let mut cells = Vec::new();
@@ -154,7 +154,7 @@ fn sensor_cells(table: &SensorTable) -> Vec<[u32; 4]> {
 fn motor_cells(table: &MotorTable) -> Vec<[u32; 4]> {
     let mut cells = Cells::new(0);
     for cell in &table.cells {
-        cells.push(life::MotorCell {
+        cells.push(episode::MotorCell {
             displacement: zero(cell.displacement),
             turn: zero(cell.turn),
             left: zero(cell.left),
@@ -164,10 +164,10 @@ fn motor_cells(table: &MotorTable) -> Vec<[u32; 4]> {
     cells.into_table()
 }
 
-/// Start of a life whose every random draw touches something.
+/// Start of an episode whose every random draw touches something.
 fn random_start(free: &Free) -> Result<[f32; 3], Invalid> {
     match free.roomiest {
-        // A life draws 64 times: with a quarter free, one in 1e8 finds nothing.
+        // An episode draws 64 times: with a quarter free, one in 1e8 finds nothing.
         Some(at) if free.share >= 0.25 => Ok([at.x, at.y, 0.0]),
         _ => Err(Invalid::new(
             "arena",
@@ -179,7 +179,7 @@ fn random_start(free: &Free) -> Result<[f32; 3], Invalid> {
     }
 }
 
-fn world(spec: &WorldSpec, physics: &Physics, random_start: u32, start: [f32; 3], shapes: u32) -> life::World {
+fn world(spec: &WorldSpec, physics: &Physics, random_start: u32, start: [f32; 3], shapes: u32) -> episode::World {
     let Field { x, y, width, height } = spec.arena.field;
     let (low, high) = spec.noise.sensor;
     let (task_choices, new_cell) = task(spec.task);
@@ -189,7 +189,7 @@ fn world(spec: &WorldSpec, physics: &Physics, random_start: u32, start: [f32; 3]
         Some(table) => (table.nearest, table.spacing, table.rows, table.bearings),
         None => (0.0, 1.0, 1, 1),
     };
-    life::World {
+    episode::World {
         steps: spec.cycles,
         first_shape: 0,
         shapes,
@@ -238,19 +238,19 @@ fn world(spec: &WorldSpec, physics: &Physics, random_start: u32, start: [f32; 3]
         cell_columns: cells(width) as u32,
         numbers: 0,
         collision: match spec.robot.collision {
-            Collision::Undo => life::UNDO,
-            Collision::KeepTurn => life::KEEP_TURN,
-            Collision::Slide => life::SLIDE,
-            Collision::Stick => life::STICK,
+            Collision::Undo => episode::UNDO,
+            Collision::KeepTurn => episode::KEEP_TURN,
+            Collision::Slide => episode::SLIDE,
+            Collision::Stick => episode::STICK,
         },
         own_values: 0,
     }
 }
 
-/// A forager's world: what its physics read, and what a controller and a task that ship read beside.
-fn forager(spec: &WorldSpec, physics: &Physics, own: &Forager) -> life::World {
+/// A forager's world: values for its physics, and for shipped controllers and tasks.
+fn forager(spec: &WorldSpec, physics: &Physics, own: &Forager) -> episode::World {
     let shipped = world(spec, physics, 0, [0.0; 3], 0);
-    life::World {
+    episode::World {
         hidden: shipped.hidden,
         task_choices: shipped.task_choices,
         new_cell: shipped.new_cell,
@@ -259,7 +259,7 @@ fn forager(spec: &WorldSpec, physics: &Physics, own: &Forager) -> life::World {
     }
 }
 
-/// Share of a checked world's field where a body is free.
+/// Fraction of a checked world's field where a body is free.
 pub(super) fn free_share(spec: &WorldSpec, physics: &Physics) -> f32 {
     Free::of(&spec.arena, &shapes(spec, physics)).share
 }
@@ -282,25 +282,25 @@ fn task(task: Task) -> (u32, f32) {
     };
     let speed = match speed {
         Speed::Unsigned => 0,
-        Speed::Signed => life::SIGNED_SPEED,
+        Speed::Signed => episode::SIGNED_SPEED,
     };
     let difference = match difference {
         Difference::Root => 0,
-        Difference::Square => life::SQUARED_DIFFERENCE,
+        Difference::Square => episode::SQUARED_DIFFERENCE,
     };
     let activation = match activation {
         Activation::Real => 0,
-        Activation::Perceived => life::PERCEIVED_ACTIVATION,
-        Activation::None => life::NO_ACTIVATION_TERM,
+        Activation::Perceived => episode::PERCEIVED_ACTIVATION,
+        Activation::None => episode::NO_ACTIVATION_TERM,
     };
     (speed | difference | activation, new_cell)
 }
 
 /// A patch's shape.
-pub(super) fn patch(patch: &Patch) -> life::Shape {
+pub(super) fn patch(patch: &Patch) -> episode::Shape {
     let axis = arena::axis(patch.heading);
     let [length, width] = patch.sides.unwrap_or_default();
-    life::Shape {
+    episode::Shape {
         x: patch.x,
         y: patch.y,
         unit_x: axis.x,
@@ -308,19 +308,19 @@ pub(super) fn patch(patch: &Patch) -> life::Shape {
         half_length: 0.5 * length,
         half_width: 0.5 * width,
         kind: BLOCK,
-        ..life::Shape::default()
+        ..episode::Shape::default()
     }
 }
 
 /// Shapes of the walls, the obstacles and the blocks, in this order.
-pub(super) fn objects(spec: &WorldSpec, physics: &Physics) -> Vec<life::Shape> {
+pub(super) fn objects(spec: &WorldSpec, physics: &Physics) -> Vec<episode::Shape> {
     let arena = &spec.arena;
     let walls = arena.walls.iter().enumerate().map(|(index, wall)| {
         let from = Vec2::from(wall.from);
         let length = Vec2::from(wall.to) - from;
         let squared = length.x * length.x + length.y * length.y;
         let (scaled, unit) = (length / squared, length / squared.sqrt());
-        life::Shape {
+        episode::Shape {
             length_x: zero(length.x),
             length_y: zero(length.y),
             scaled_x: zero(scaled.x),
@@ -333,7 +333,7 @@ pub(super) fn objects(spec: &WorldSpec, physics: &Physics) -> Vec<life::Shape> {
     });
     let obstacles = arena.obstacles.iter().enumerate().map(|(index, obstacle)| {
         let at = Vec2::new(obstacle.x, obstacle.y);
-        life::Shape {
+        episode::Shape {
             kind: ROUND,
             ..shape(
                 spec,
@@ -348,7 +348,7 @@ pub(super) fn objects(spec: &WorldSpec, physics: &Physics) -> Vec<life::Shape> {
     });
     let blocks = arena.blocks.iter().enumerate().map(|(index, block)| {
         let axis = block.axis();
-        life::Shape {
+        episode::Shape {
             unit_x: axis.x,
             unit_y: axis.y,
             half_length: 0.5 * block.length,
@@ -369,10 +369,10 @@ pub(super) fn objects(spec: &WorldSpec, physics: &Physics) -> Vec<life::Shape> {
 }
 
 /// The same in the order of the kernel.
-pub(super) fn shapes(spec: &WorldSpec, physics: &Physics) -> Vec<life::Shape> {
+pub(super) fn shapes(spec: &WorldSpec, physics: &Physics) -> Vec<episode::Shape> {
     let arena = &spec.arena;
     let mut objects = objects(spec, physics);
-    // Robots that live together know the sides of their polygon by their place, after all else.
+    // In swarms the sides of the polygon come last and are known by their place.
     let sides = if physics.together().is_some() {
         arena.polygon_sides().len()
     } else {
@@ -395,7 +395,7 @@ fn shape(
     class: &str,
     kind: Object,
     index: usize,
-) -> life::Shape {
+) -> episode::Shape {
     let sensors = &spec.robot.sensors;
     let class = sensors.class(class).unwrap_or_default();
     let views = spec.robot.tables().map_or(1, |tables| tables.classes[class].views);
@@ -408,11 +408,11 @@ fn shape(
     };
     let reflectivity = match physics {
         Physics::Individual(surrogate) => surrogate.reflectivity(kind, index),
-        // The share of its distance at which it seems to be.
+        // The fraction of its distance at which it seems to be.
         Physics::Described(_, Some(surrogate)) => surrogate.seeming(kind, index),
         Physics::Described(_, None) | Physics::Sampled | Physics::Forager(_) => 1.0,
     };
-    life::Shape {
+    episode::Shape {
         x: zero(at.x),
         y: zero(at.y),
         contact,
@@ -422,15 +422,15 @@ fn shape(
         views,
         radius: zero(radius),
         reflectivity,
-        ..life::Shape::default()
+        ..episode::Shape::default()
     }
 }
 
 /// Sorts shapes into layers within which no two are in a robot's reach at once, so that a kernel looks up only one per
 /// layer. Readings are summed as integers, so the order changes no bit. If rays meet them instead, a layer also ends where the
 /// next shape is of another kind, so that all lanes do the same for a layer.
-fn layered(shapes: Vec<life::Shape>, by_rays: bool) -> Vec<life::Shape> {
-    let mut layers: Vec<Vec<life::Shape>> = Vec::new();
+fn layered(shapes: Vec<episode::Shape>, by_rays: bool) -> Vec<episode::Shape> {
+    let mut layers: Vec<Vec<episode::Shape>> = Vec::new();
     for shape in shapes {
         match layers
             .iter_mut()
@@ -451,7 +451,7 @@ fn layered(shapes: Vec<life::Shape>, by_rays: bool) -> Vec<life::Shape> {
 }
 
 /// Whether the areas from which two shapes are in reach are at least a millimetre apart, more than any rounding.
-fn never_both_in_reach(a: &life::Shape, b: &life::Shape) -> bool {
+fn never_both_in_reach(a: &episode::Shape, b: &episode::Shape) -> bool {
     let ([a0, a1], [b0, b1]) = (axis(a), axis(b));
     let side = |from: Vec2, to: Vec2, at: Vec2| (to - from).perp_dot(at - from);
     let crossing = side(a0, a1, b0) * side(a0, a1, b1) < 0.0 && side(b0, b1, a0) * side(b0, b1, a1) < 0.0;
@@ -462,12 +462,12 @@ fn never_both_in_reach(a: &life::Shape, b: &life::Shape) -> bool {
             least.min(from_segment(from, to, end))
         });
     // No point of a block is farther from its axis than half its width.
-    let reach = |shape: &life::Shape| shape.reach_squared.sqrt() + shape.half_width;
+    let reach = |shape: &episode::Shape| shape.reach_squared.sqrt() + shape.half_width;
     !crossing && apart > reach(a) + reach(b) + 1.0
 }
 
 /// Ends of a shape's centre line.
-fn axis(shape: &life::Shape) -> [Vec2; 2] {
+fn axis(shape: &episode::Shape) -> [Vec2; 2] {
     let at = Vec2::new(shape.x, shape.y);
     let along = shape.half_length * Vec2::new(shape.unit_x, shape.unit_y);
     match shape.kind {
@@ -485,7 +485,7 @@ fn from_segment(from: Vec2, to: Vec2, at: Vec2) -> f32 {
 
 /// Squared distance from a robot's centre to the nearest point of a wall or a block, or to a round obstacle's centre,
 /// mm², as the kernels compute it.
-pub(super) fn squared_distance(shape: &life::Shape, at: Vec2) -> f32 {
+pub(super) fn squared_distance(shape: &episode::Shape, at: Vec2) -> f32 {
     let from = at - Vec2::new(shape.x, shape.y);
     if shape.kind == BLOCK {
         let along = from.x * shape.unit_x + from.y * shape.unit_y;
@@ -505,14 +505,14 @@ pub(super) fn squared_distance(shape: &life::Shape, at: Vec2) -> f32 {
     to.x * to.x + to.y * to.y
 }
 
-pub(super) fn touches(shapes: &[life::Shape], at: Vec2) -> bool {
+pub(super) fn touches(shapes: &[episode::Shape], at: Vec2) -> bool {
     shapes
         .iter()
         .any(|shape| squared_distance(shape, at) < shape.contact_squared)
 }
 
 /// Gap between a robot and the nearest object, mm.
-fn room(shapes: &[life::Shape], at: Vec2) -> f32 {
+fn room(shapes: &[episode::Shape], at: Vec2) -> f32 {
     shapes.iter().fold(f32::MAX, |least, shape| {
         least.min(squared_distance(shape, at).sqrt() - shape.contact)
     })
@@ -529,7 +529,7 @@ struct Free {
 
 impl Free {
     /// Searched only once for all worlds of an arena: a sweep has thousands of them.
-    fn of(arena: &Arena, shapes: &[life::Shape]) -> Self {
+    fn of(arena: &Arena, shapes: &[episode::Shape]) -> Self {
         const REMEMBERED: usize = 16;
         static KNOWN: Mutex<VecDeque<(Vec<u32>, Free)>> = Mutex::new(VecDeque::new());
         let Field { x, y, width, height } = arena.field;
@@ -547,7 +547,7 @@ impl Free {
         free
     }
 
-    fn find(arena: &Arena, shapes: &[life::Shape]) -> Self {
+    fn find(arena: &Arena, shapes: &[episode::Shape]) -> Self {
         let field = arena.field;
         let along = |index: usize| (index as f32 + 0.5) / GRID as f32;
         let mut free = 0_usize;

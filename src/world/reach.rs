@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
 use glam::Vec2;
-use oneiro_shaders::life;
+use oneiro_shaders::episode;
 
 use crate::world::arena::Field;
 use crate::world::check::farthest;
@@ -75,7 +75,7 @@ impl Reached {
     }
 
     /// Whether one of the points is within a distance of a shape.
-    fn is_within(&self, shape: &life::Shape, distance: f32) -> bool {
+    fn is_within(&self, shape: &episode::Shape, distance: f32) -> bool {
         let most = distance + self.step;
         self.points.iter().any(|at| squared_distance(shape, *at) <= most * most)
     }
@@ -127,7 +127,7 @@ pub(super) fn unreached(spec: &WorldSpec, physics: &Physics) -> Vec<String> {
 }
 
 /// A thing's key, its shape, and the distance of a robot's centre from it at which the robot notices it.
-type Thing = (String, life::Shape, f32);
+type Thing = (String, episode::Shape, f32);
 
 fn things(spec: &WorldSpec, physics: &Physics) -> Vec<Thing> {
     let arena = &spec.arena;
@@ -174,10 +174,10 @@ fn find(spec: &WorldSpec, physics: &Physics, things: &[Thing]) -> Vec<String> {
         return keys;
     };
     let is_outside = |[x, y]: [f32; 2]| {
-        let point = life::Shape {
+        let point = episode::Shape {
             x,
             y,
-            ..life::Shape::default()
+            ..episode::Shape::default()
         };
         !inside.is_within(&point, 0.0)
     };

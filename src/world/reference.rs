@@ -1,4 +1,4 @@
-//! The e-puck by its reference models RM1.1 and RM1.2, as the simulator ARGoS has it: what a controller of a swarm is given in
+//! The e-puck by its reference models RM1.1 and RM1.2, as in the simulator ARGoS: a controller's inputs in
 //! each cycle. `shaders/wgsl/sensor/reference.wgsl` computes it.
 //!
 //! Sources: the models are github.com/demiurge-project/demiurge-epuck-dao, commit ffb5c00a, the robot is
@@ -11,7 +11,7 @@ use crate::world::arena::{Arena, Light};
 /// Values of a reference model; what is `None` has its default, that of ARGoS's e-puck, of its configurations or of `EvoStick`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reference {
-    /// Greatest error of each of the eight readings of proximity, uniform; the reading is clipped to 0 to 1. Default: 0.05.
+    /// Maximum error of each of the eight readings of proximity, uniform; the reading is clipped to 0 to 1. Default: 0.05.
     pub proximity_noise: Option<f32>,
     /// The same of the eight readings of light. Default: 0.05.
     pub light_noise: Option<f32>,
@@ -24,7 +24,7 @@ pub struct Reference {
     pub grey_middle: Option<[f32; 2]>,
     /// The same of the right one. Default: 0.42 and 0.18.
     pub grey_right: Option<[f32; 2]>,
-    /// Greatest distance of the centres of two robots that hear each other, mm. Default: 700.
+    /// Maximum distance of the centres of two robots that hear each other, mm. Default: 700.
     pub signal_range: Option<f32>,
     /// Probability that a robot's message of a cycle is lost on the way to another one. Default: 0.85.
     pub signal_loss: Option<f32>,
@@ -156,7 +156,7 @@ impl Reference {
         self.signal_cycles.unwrap_or(11)
     }
 
-    /// The first of its values that is given, by its key.
+    /// The first of its set values, by its key.
     pub(crate) fn given(&self) -> Option<&'static str> {
         let all = [
             ("robot.proximity_noise", self.proximity_noise.is_some()),

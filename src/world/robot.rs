@@ -17,11 +17,11 @@ use crate::world::tables::{MotorStates, MotorTable, SENSOR_NAMES, SensorTables};
 pub struct Robot {
     /// Radius of the round body, mm. Khepera: 27.5 (Miglino et al. 1995).
     pub body_radius: f32,
-    /// Measured readings of its proximity sensors; of a described robot those of its sensors of the kind sampled.
+    /// Measured readings of its proximity sensors; of a parametric robot those of its sensors of the kind sampled.
     pub sensors: Arc<SensorTables>,
-    /// Measured motions of its motors; of a described robot if it has no wheels of its own.
+    /// Measured motions of its motors; of a parametric robot if its motors are sampled.
     pub motors: Arc<MotorTable>,
-    /// Share of a cycle's turn made before its displacement, 0 to 1. With 0 it moves along the old heading. Described robots
+    /// Fraction of a cycle's turn made before its displacement, 0 to 1. With 0 it moves along the old heading. Parametric robots
     /// have their own.
     pub turn_before_move: f32,
     /// Effect of a collision.
@@ -43,22 +43,22 @@ impl Robot {
         }
     }
 
-    /// Number of such robots that live together in one world, if they do.
+    /// Number of robots of a swarm; `None` for a single robot.
     pub(crate) fn members(&self) -> Option<u32> {
         self.build.described()?.count
     }
 
-    /// Whether robots that live together start at places of their own.
+    /// Whether the robots of a swarm start at given places.
     pub fn has_starts(&self) -> bool {
         !self.start_places().is_empty()
     }
 
-    /// Where robots that live together start, if that is given: x and y of each, mm.
+    /// Start of each robot of a swarm, if set: x and y, mm.
     pub(crate) fn start_places(&self) -> &[[f32; 2]] {
         self.build.described().map_or(&[], Differential::start_places)
     }
 
-    /// The sensors of a described robot, in the order of their readings; none of a sampled one.
+    /// The sensors of a parametric robot, in the order of their readings; none of a sampled one.
     pub fn described_sensors(&self) -> &[Sensor] {
         self.build.described().map_or(&[], |own| &own.sensors)
     }
@@ -82,7 +82,7 @@ impl Robot {
         }
     }
 
-    /// Whether a surrogate's difference changes anything for it. Of described robots, rays meet all objects anyway, so
+    /// Whether a surrogate's difference changes anything for it. Of parametric robots, rays meet all objects anyway, so
     /// [`Difference::Geometry`] is where their sensors look and how strong they are; described wheels drive arcs; and a robot that
     /// slides or sticks in the simulator does so in reality.
     pub fn differs_by(&self, difference: Difference) -> bool {
@@ -108,7 +108,7 @@ pub enum Build {
     /// The tables of [`Robot::sensors`](crate::world::Robot::sensors) and [`Robot::motors`](crate::world::Robot::motors).
     #[default]
     Sampled,
-    /// Numbers, which take the tables' place but for what is of the kind sampled. Needs the feature `compose`.
+    /// Numbers, which take the tables' place except for what is of the kind sampled. Needs the feature `compose`.
     Differential(Differential),
     /// An e-puck in the on-board simulator of O'Dowd et al. 2014: [`Forager`]. It brings its own body and its own arena. Needs the
     /// feature `compose`.
@@ -116,7 +116,7 @@ pub enum Build {
 }
 
 impl Build {
-    /// The description of a robot that is described.
+    /// A parametric robot's description.
     pub fn described(&self) -> Option<&Differential> {
         match self {
             Self::Differential(own) => Some(own),

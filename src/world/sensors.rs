@@ -1,4 +1,4 @@
-//! The sensors of a described robot.
+//! The sensors of a parametric robot.
 
 use crate::parameter::{Choice, Choices, Invalid, field_of_pairs, is_identifier, number, only_where};
 
@@ -15,7 +15,7 @@ pub struct Sensor {
     pub bearing: Option<f32>,
     /// Distance from the body's centre, mm; none of a bumper's and a battery's. `None`: the body's radius.
     pub offset: Option<f32>,
-    /// Range of all but ground and battery sensors, mm. Of a bumper: the gap between body and object below which it is pressed.
+    /// Range of all except ground and battery sensors, mm. Of a bumper: the gap between body and object below which it is pressed.
     pub range: Option<f32>,
     /// Width of a bumper, turns. `None`: half a turn.
     pub width: Option<f32>,
@@ -52,7 +52,7 @@ impl Default for Sensor {
 /// What a sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorKind {
-    /// Distance to the nearest object along a ray, as a share of the range: 1 if nothing is in range.
+    /// Distance to the nearest object along a ray, as a fraction of the range: 1 if nothing is in range.
     Distance,
     /// One minus that: 0 if nothing is in range.
     Proximity,
@@ -108,7 +108,7 @@ impl Choice for SensorKind {
         (
             "distance",
             Self::Distance,
-            "distance to the nearest object along a ray, as a share of the range: 1 if there is none",
+            "distance to the nearest object along a ray, as a fraction of the range: 1 if there is none",
         ),
         ("proximity", Self::Proximity, "one minus that: 0 if there is none"),
         (
@@ -218,6 +218,6 @@ impl Response {
     }
 }
 
-/// Most points of a sensor's response, and their least distance from each other, mm.
+/// Most points of a sensor's response, and their minimum distance from each other, mm.
 pub const GREATEST_POINTS: usize = 32;
 const LEAST_STEP: f32 = 0.01;

@@ -26,7 +26,7 @@ pub enum Controller {
     },
     /// All readings and the 2 previous outputs to 2 logistic outputs: 22 genes for 8 readings.
     Recurrent,
-    /// A network that is described by its layers. Needs the feature `compose`.
+    /// A network given by its layers. Needs the feature `compose`.
     Network(Network),
     /// A probabilistic finite state machine of `AutoMoDe`'s modules: 97 genes. Only for [`Model::Vectors`]. Needs the feature
     /// `compose`.
@@ -112,10 +112,10 @@ pub enum Activation {
 pub enum Task {
     /// A user's task, in [`WorldSpec::own`].
     Own,
-    /// The seconds that are left when food is brought to the nest: equation 1 of O'Dowd et al. 2014. Only for
+    /// The seconds left when food is brought to the nest: equation 1 of O'Dowd et al. 2014. Only for
     /// [`Build::Forager`].
     Foraging,
-    /// Equation 1 of Miglino et al. 1995, summed over the cycles of a life.
+    /// Equation 1 of Miglino et al. 1995, summed over the cycles of an episode.
     Avoidance {
         /// Signed or unsigned V.
         speed: Speed,
@@ -149,10 +149,10 @@ impl Task {
     }
 }
 
-/// Start of a life.
+/// Start of an episode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
-    /// A free pose, drawn uniformly over the arena's field and all headings with the rollout's own key.
+    /// A free pose, drawn uniformly over the arena's field and all headings with the episode's own key.
     Random,
     /// A fixed pose: x and y in mm, heading in turns counter-clockwise from the x axis.
     At {
@@ -165,12 +165,12 @@ pub enum Start {
     },
 }
 
-/// Everything about a life except genes and seed.
+/// Everything about an episode except genes and seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldSpec {
     /// The body, its sensors and motors.
     pub robot: Robot,
-    /// The individual that lives, by its own physics. `None`: the simulator made from the robot's tables or description.
+    /// The individual, with its physics. `None`: the simulator made from the robot's tables or description.
     pub surrogate: Option<Arc<Surrogate>>,
     /// Walls and obstacles.
     pub arena: Arena,
@@ -183,9 +183,9 @@ pub struct WorldSpec {
     /// Sensors that a user wrote, the controller if `controller` is [`Controller::Own`], and the task if `task` is
     /// [`Task::Own`].
     pub own: OwnParts,
-    /// Start of lives.
+    /// Start of episodes.
     pub start: Start,
-    /// Length of a life in cycles of 100 ms, 1 to 1,000,000.
+    /// Length of an episode in cycles of 100 ms, 1 to 1,000,000.
     pub cycles: u32,
 }
 
@@ -206,7 +206,7 @@ impl WorldSpec {
         }
     }
 
-    /// A forager in its arena, with its behaviours, its task and the start and the length of its lives.
+    /// A forager in its arena, with its behaviours, its task and the start and the length of its episodes.
     pub fn foraging(forager: Forager) -> Self {
         let own = forager.foraging;
         Self {

@@ -1,12 +1,12 @@
 //! A surrogate of a real robot: an individual in its surroundings. Of a Khepera it is simulated by physics that no table of
 //! samples contains. It takes the place of a real robot: it is sampled, and controllers are transferred to it. One of a
-//! described robot differs from its description as much, see `docs/robots.md`; controllers are transferred to it.
+//! parametric robot differs from its description as much, see `docs/robots.md`; controllers are transferred to it.
 //!
 //! All of its random properties follow from seeds, by exactly rounded operations. The distributions are in
 //! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` explains them. Every difference
-//! from the simulator may have a severity of its own; else one scales those of motion, and one the rest. At severity 0 a
+//! from the simulator may have a severity; else one scales those of motion, and one the rest. At severity 0 a
 //! Khepera behaves like its simulator except for rounding: its first readings are equal, and its motion is computed in
-//! smaller steps. A described robot then lives the simulator's lives without noise, bit for bit.
+//! smaller steps. A parametric robot's episodes are then bit-identical to the simulator's without noise.
 
 use std::fmt;
 
@@ -24,7 +24,7 @@ pub(crate) const SIGHT: f32 = 80.0;
 
 /// Distance between the contact points of the wheels, mm (evorobotpy2, `KiKS`).
 const WHEEL_BASE: f64 = 53.0;
-/// Speed of a wheel at its greatest command, 10 units of 8.2 mm/s (`KiKS`; Nolfi's recordings).
+/// Speed of a wheel at its maximum command, 10 units of 8.2 mm/s (`KiKS`; Nolfi's recordings).
 const FULL_SPEED: f64 = 82.0;
 const CYCLE_MS: f64 = 100.0;
 /// Amplitude of the field of light, and noise of reading: of 1023, and in proportion to the reading.
@@ -100,10 +100,10 @@ impl Difference {
     }
 }
 
-/// How a sensor of a described robot differs from its description.
+/// How a sensor of a parametric robot differs from its description.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Mounting {
-    /// Turns by which it looks aside.
+    /// Error of its direction, turns.
     pub(crate) heading: f32,
     /// Of a proximity sensor: share of their distance at which objects seem to be. Of light and ground sensors: share of the
     /// reading.
@@ -121,13 +121,13 @@ impl Mounting {
 /// How strong each difference is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Differences {
-    /// Scales all of them: 0 for none, 1 as they are drawn, at most 2.
+    /// Scales all of them: 0 for none, 1 for the drawn sizes, at most 2.
     pub severity: f32,
     /// Scales those of motion and of the age of readings in its place, see [`Difference::is_of_motion`].
     pub motion: f32,
     /// Minimum age of readings at severity 1, ms: 0 to 100. The study has 20.
     pub latency_ms: f32,
-    /// Severities of single differences, in the order of [`Difference::ALL`], in place of the two above.
+    /// Severities of single differences, in the order of [`Difference::ALL`], instead of the two above.
     own: [Option<f32>; Difference::ALL.len()],
 }
 
@@ -408,13 +408,13 @@ impl Surrogate {
         (1.0 + strength * (self.surroundings.reflectivity(kind, index) - 1.0)) as f32
     }
 
-    /// The share of its distance at which an object seems to be to a described robot: what returns falls with the square of the
+    /// The fraction of its distance at which an object seems to be to a parametric robot: what returns falls with the square of the
     /// distance.
     pub(crate) fn seeming(&self, kind: Object, index: usize) -> f32 {
         (1.0 / f64::from(self.reflectivity(kind, index)).sqrt()) as f32
     }
 
-    /// How a sensor of a described robot differs from its description, by its index: as the bearing and the sight of a Khepera's
+    /// How a sensor of a parametric robot differs from its description, by its index: as the bearing and the sight of a Khepera's
     /// differ from the middle of all.
     pub(crate) fn mounting(&self, index: usize, kind: SensorKind) -> Mounting {
         let difference = self.differences.of(Difference::Geometry);
@@ -443,7 +443,7 @@ impl Surrogate {
         }
     }
 
-    /// Differences of a described robot as a whole, for the kernel. `track` is the distance between its wheels, mm, if it is known.
+    /// Differences of a parametric robot as a whole, for the kernel. `track` is the distance between its wheels, mm, if it is known.
     pub(crate) fn differing(&self, track: Option<f64>) -> Vec<[f32; 4]> {
         let strength = |difference| self.differences.of(difference);
         let light = strength(Difference::Illumination);
@@ -482,14 +482,14 @@ impl Surrogate {
         waves.chain(cells).map(|cell| cell.map(in_kernel)).collect()
     }
 
-    /// The share of a cycle's turn that a described robot makes before its displacement, given that of its sampled motors: an arc
+    /// The fraction of a cycle's turn that a parametric robot makes before its displacement, given that of its sampled motors: an arc
     /// makes half of it.
     pub(crate) fn turn_before_move(&self, sampled: f32) -> f32 {
         let arc = self.differences.strength(Difference::Arcs).min(1.0);
         sampled + arc * (0.5 - sampled)
     }
 
-    /// The share of sliding and turning that a stopped robot does.
+    /// The fraction of sliding and turning that a stopped robot does.
     fn slip(&self) -> f64 {
         (0.5 * self.differences.of(Difference::Slip)).min(1.0)
     }

@@ -18,7 +18,7 @@ use crate::parameter::{Choice, Choices, LEAST};
 /// Most sensors of a table.
 pub const GREATEST_SENSORS: usize = 64;
 
-/// Greatest reading of a sensor: ten bits.
+/// Maximum reading of a sensor: ten bits.
 pub const GREATEST_READING: u16 = 1023;
 
 /// Reason why a table couldn't be read or written, and where.
@@ -360,9 +360,9 @@ pub struct MotorCell {
     pub displacement: f32,
     /// Counter-clockwise, turns.
     pub turn: f32,
-    /// The left wheel's signed speed as a share of the maximum, -1 to 1.
+    /// The left wheel's signed speed as a fraction of the maximum, -1 to 1.
     pub left: f32,
-    /// The right wheel's signed speed as a share of the maximum, -1 to 1.
+    /// The right wheel's signed speed as a fraction of the maximum, -1 to 1.
     pub right: f32,
 }
 
@@ -429,7 +429,7 @@ impl MotorTable {
     /// no speeds between states: unless they are at least 2, have ascending speeds, the same for both wheels, and the robot goes
     /// forwards or backwards as the fastest says.
     pub fn full_speed(&self) -> Option<f32> {
-        /// Least difference between the speeds of two states.
+        /// Minimum difference between the speeds of two states.
         const LEAST_STEP: f32 = 1e-4;
         let states = self.states as usize;
         let both = |state: usize| &self.cells[state * states + state];

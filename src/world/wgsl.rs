@@ -41,10 +41,10 @@ fn check_names(robot: &Described) -> Result<(), Invalid> {
     }
 }
 
-/// What a described robot remembers and how it moves, in place of `robot/differential.wgsl`.
+/// What a parametric robot remembers and how it moves, instead of `robot/differential.wgsl`.
 fn drive(robot: &Described, arena: &Arena) -> String {
     let latency = robot.latency;
-    // Fields beside `stuck`: the commands that are yet to take effect, the oldest first; the wheels' speeds; and the cycles since
+    // Fields besides `stuck`: the commands that are yet to take effect, the oldest first; the wheels' speeds; and the cycles since
     // the battery was full.
     let mut pairs: Vec<String> = (0..latency).map(|age| format!("command_{age}")).collect();
     let mut steps = String::new();
@@ -57,7 +57,7 @@ fn drive(robot: &Described, arena: &Arena) -> String {
     }
     if robot.acceleration > 0.0 {
         pairs.push("speeds".to_owned());
-        steps += "    let drive = drive_of(life.world);
+        steps += "    let drive = drive_of(episode.world);
     let left = accelerated(drive, own.speeds.x, speeds.x);
     let right = accelerated(drive, own.speeds.y, speeds.y);
     own.speeds = vec2<f32>(left.end, right.end);
@@ -80,8 +80,8 @@ fn drive(robot: &Described, arena: &Arena) -> String {
         };
         let _ = writeln!(
             steps,
-            "    let slips = {drawn}(random_words(life.key, STREAM_ACTUATOR, step, 1u));
-    let noise = numbers(life.world, {}u).x;
+            "    let slips = {drawn}(random_words(episode.key, STREAM_ACTUATOR, step, 1u));
+    let noise = numbers(episode.world, {}u).x;
     speeds.x *= 1.0f + noise * {left};
     speeds.y *= 1.0f + noise * {right};",
             robot.noise_cell(arena)
@@ -89,24 +89,24 @@ fn drive(robot: &Described, arena: &Arena) -> String {
     }
     let motion = match (&robot.drive, steps.is_empty()) {
         (Drive::Motors { .. }, true) => {
-            "    return Driven(noisy_motion(life, step, commanded(life.world, outputs)), before);\n".to_owned()
+            "    return Driven(noisy_motion(episode, step, commanded(episode.world, outputs)), before);\n".to_owned()
         }
         (Drive::Motors { .. }, false) => format!(
             "    var own = before;
-    var speeds = commanded_speeds(life.world, outputs);
-{steps}    var moved = motion_between(life.world, speeds);
+    var speeds = commanded_speeds(episode.world, outputs);
+{steps}    var moved = motion_between(episode.world, speeds);
     // Samples may have no speed 0.
     if (step < {latency}u) {{
         moved = Motion();
     }}
-    return Driven(noisy_motion(life, step, moved), own);
+    return Driven(noisy_motion(episode, step, moved), own);
 "
         ),
         (Drive::Wheels(_), _) => format!(
-            "    let wheels = wheels_of(life.world);
+            "    let wheels = wheels_of(episode.world);
     var own = before;
     var speeds = vec2<f32>(speed_of(wheels, outputs.x), speed_of(wheels, outputs.y));
-{steps}    return Driven(noisy_motion(life, step, rolled(wheels, speeds)), own);
+{steps}    return Driven(noisy_motion(episode, step, rolled(wheels, speeds)), own);
 "
         ),
     };
@@ -123,7 +123,7 @@ fn drive(robot: &Described, arena: &Arena) -> String {
 fn robot_kept(own: RobotState) -> RobotState {{
     return RobotState(own.stuck{kept});
 }}
-fn motion(life: Life, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {{
+fn motion(episode: Episode, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {{
 {motion}}}
 fn robot_after(world: u32, end: vec3<f32>, before: RobotState) -> RobotState {{
     var own = before;
@@ -136,7 +136,7 @@ fn robot_ends(world: u32, own: RobotState) -> bool {{
     )
 }
 
-/// What a cycle takes from a battery, and what the floor gives back at its end.
+/// A cycle's use of the battery, and the floor's charge at its end.
 fn charged(robot: &Described, arena: &Arena) -> String {
     let charges = |(_, patch): &(usize, &Patch)| patch.charges == Some(true);
     let charging = arena.patches.iter().enumerate().filter(charges);
@@ -169,7 +169,7 @@ fn response_cells(robot: &Described, arena: &Arena, sensor: &Sensor) -> Option<[
     Some([first + before, own.0.len()])
 }
 
-/// The planes of eight sensors that a described robot's tables have, and those of them that its sensors read.
+/// The planes of eight sensors that a parametric robot's tables have, and those of them that its sensors read.
 struct Planes {
     count: usize,
     read: Vec<usize>,
@@ -198,7 +198,7 @@ impl Planes {
         format!("    var seen = Sighted();\n    let plane = worlds[world].rows * worlds[world].bearings;\n{sums}")
     }
 
-    /// What is done for each object: as in `sensor/sampled.wgsl`, one object of each layer is looked up. `sensor` is a sampled one.
+    /// The code for each object: as in `sensor/sampled.wgsl`, one object of each layer is looked up. `sensor` is a sampled one.
     fn of_an_object(&self, sensor: usize) -> String {
         let sum = |plane: &usize| {
             let table = format!("seen.table + {plane}u * plane");
@@ -232,7 +232,7 @@ impl Planes {
     }
 }
 
-/// How far an object leaves rays from the body's centre free. What the rays of one kind of object share is computed once.
+/// How far an object leaves rays from the body's centre free. Common values of the rays of one kind of object are computed once.
 fn of_rays(rays: &[usize]) -> String {
     if rays.is_empty() {
         return String::new();
@@ -257,7 +257,7 @@ fn of_rays(rays: &[usize]) -> String {
     )
 }
 
-/// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
+/// The readings of a parametric robot, instead of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
 /// differ from the description.
 fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individual: bool) -> String {
     let (all, listed) = (robot.readings(), robot.sensors.len());
@@ -268,12 +268,12 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
     };
     let fields = each(&all, &|_, name| format!("    {name}: f32,\n"));
     let sum = each(&all, &|index, name| {
-        format!("    sum += gene(life, index + {index}u) * r.{name};\n")
+        format!("    sum += gene(episode, index + {index}u) * r.{name};\n")
     });
     // Four numbers are drawn at a time.
     let mut draws = String::new();
     for draw in 0..listed.div_ceil(4) {
-        let words = format!("random_words(life.key, STREAM_SENSOR, step, {draw}u)");
+        let words = format!("random_words(episode.key, STREAM_SENSOR, step, {draw}u)");
         let _ = writeln!(draws, "        let n{draw} = units({words}) * span + low;");
     }
     let noisy = each(&all[..listed], &|index, name| {
@@ -283,7 +283,7 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
     // One loop over all objects serves all sensors that measure objects.
     let (mut numbers, mut objects, mut readings) = (String::new(), String::new(), String::new());
     let (mut rays, mut bumpers, mut widest) = (Vec::new(), String::new(), "0.0f".to_owned());
-    // What is done for each other robot, if several live together.
+    // For each other robot of a swarm.
     let (mut others, mut pressing) = (String::new(), String::new());
     let (mut read, mut highest) = (String::new(), "0.0f".to_owned());
     if is_individual {
@@ -440,7 +440,7 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
         );
     }
     if let Some((model, _)) = robot.model() {
-        numbers += "    let given = given_to(life, step, pose);\n";
+        numbers += "    let given = given_to(episode, step, pose);\n";
         for reading in model.expressions() {
             let _ = writeln!(readings, "        {reading},");
         }
@@ -448,7 +448,7 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
     let among = among(robot, &others, &pressing, &widest);
     let (whose, world) = match robot.together {
         None => ("world: u32", ""),
-        Some(_) => ("life: Life, step: u32", "    let world = life.world;\n"),
+        Some(_) => ("episode: Episode, step: u32", "    let world = episode.world;\n"),
     };
     let (floor, lights, patches) = (floor_cell(robot), arena.lights.len(), arena.patches.len());
     let individual = if is_individual {
@@ -474,9 +474,9 @@ const PATCH_COUNT: u32 = {patches}u;
 {readings}        SensorReadings(),
     );
 }}
-fn with_noise(life: Life, step: u32, readings: Readings) -> Readings {{
-    let low = worlds[life.world].sensor_noise_low;
-    let span = worlds[life.world].sensor_noise_span;
+fn with_noise(episode: Episode, step: u32, readings: Readings) -> Readings {{
+    let low = worlds[episode.world].sensor_noise_low;
+    let span = worlds[episode.world].sensor_noise_span;
     var noisy = readings;
     if (span > 0.0f) {{
 {draws}{noisy}    }}
@@ -485,9 +485,9 @@ fn with_noise(life: Life, step: u32, readings: Readings) -> Readings {{
 fn highest(r: Readings) -> f32 {{
     return {highest};
 }}
-fn weighed(life: Life, index: u32, r: Readings) -> f32 {{
+fn weighed(episode: Episode, index: u32, r: Readings) -> f32 {{
     var sum = 0.0f;
-{sum}    return plus_weighed(life, index + {count}u, r.own, sum);
+{sum}    return plus_weighed(episode, index + {count}u, r.own, sum);
 }}
 {individual}"
     )
@@ -499,13 +499,13 @@ fn individual(robot: &Described, arena: &Arena, read: &str) -> String {
     for draw in 0..robot.sensors.len().div_ceil(4) {
         let _ = writeln!(
             words,
-            "    let w{draw} = random_words(life.key, STREAM_SENSOR, step, {draw}u);"
+            "    let w{draw} = random_words(episode.key, STREAM_SENSOR, step, {draw}u);"
         );
     }
     format!(
         "const DIFFERENCE_CELL: u32 = {}u;
-fn read_out(life: Life, step: u32, readings: Readings) -> Readings {{
-    let own = reading_cell(life.world);
+fn read_out(episode: Episode, step: u32, readings: Readings) -> Readings {{
+    let own = reading_cell(episode.world);
 {words}    var read = readings;
 {read}    return read;
 }}
@@ -514,7 +514,7 @@ fn read_out(life: Life, step: u32, readings: Readings) -> Readings {{
     )
 }
 
-/// What a robot's sensors notice of the others, given what is done for each other robot, for those that press bumpers, and the
+/// A robot's sensing of the others, given the code for each other robot, for those that press bumpers, and the
 /// widest range of a bumper. None of a single robot's.
 fn among(robot: &Described, others: &str, pressing: &str, widest: &str) -> String {
     if robot.together.is_none() || others.is_empty() && pressing.is_empty() {
@@ -536,10 +536,10 @@ fn among(robot: &Described, others: &str, pressing: &str, widest: &str) -> Strin
     let body_squared = members.body * members.body;
     let count = member_count(world);
     for (var other = 0u; other < count; other++) {{
-        let there = place_in(member_at(life, other), MEMBER_X);
+        let there = place_in(member_at(episode, other), MEMBER_X);
         let to = vec2<f32>(there.x - at.x, there.y - at.y);
         let squared = squared_length(to);
-        if ((other != life.member) & (squared < members.reach_squared)) {{
+        if ((other != episode.member) & (squared < members.reach_squared)) {{
 {others}{pressed}        }}
     }}
 "
@@ -570,10 +570,10 @@ fn start_place(robot: &Described, together: &Together, arena: &Arena) -> String 
 /// The index of a robot's first gene.
 fn first_gene(robot: &Described, together: &Together, arena: &Arena) -> String {
     match together.genomes {
-        Genomes::Homogeneous => "life.genes".to_owned(),
+        Genomes::Homogeneous => "episode.genes".to_owned(),
         Genomes::Heterogeneous | Genomes::Teams(_) => {
             let first = robot.differing_cell(arena);
-            format!("life.genes + u32(numbers(life.world, {first}u + member).z) * LANES")
+            format!("episode.genes + u32(numbers(episode.world, {first}u + member).z) * LANES")
         }
     }
 }
@@ -585,7 +585,7 @@ fn constants(robot: &Described, together: &Together, arena: &Arena, body_radius:
 const MEMBERS_CELL: u32 = {}u;
 fn start_place(world: u32, member: u32, u: vec4<f32>) -> vec2<f32> {{
 {}}}
-fn first_gene(life: Life, member: u32) -> u32 {{
+fn first_gene(episode: Episode, member: u32) -> u32 {{
     return {};
 }}
 ",

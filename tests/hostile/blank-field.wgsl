@@ -1,7 +1,7 @@
 // ascii-source: a field by the same blank
 const CONTROLLER_GENES: u32 = 4u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    var x = gene(life, 0u);
-    x = f32(life.‎genes);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    var x = gene(episode, 0u);
+    x = f32(episode.‎genes);
     return Command(vec2<f32>(x, x), before);
 }

@@ -1,5 +1,5 @@
 // ascii-source: a comment that a line separator ends
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     // nothing     fitness[0] = 1.0f;
     return Reward(x, before);

@@ -1,7 +1,7 @@
 // ascii-source: an episode that is made by that blank
 const CONTROLLER_GENES: u32 = 4u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    var x = gene(life, 0u);
-    x = gene(Life‎(0u, vec2<u32>(0u, 0u), 0u), 2u);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    var x = gene(episode, 0u);
+    x = gene(Episode‎(0u, vec2<u32>(0u, 0u), 0u), 2u);
     return Command(vec2<f32>(x, x), before);
 }

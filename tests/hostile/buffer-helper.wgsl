@@ -1,7 +1,7 @@
 // kernel-buffers: a buffer in another function
 fn first() -> f32 { return fitness[0]; }
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     x = first();
     return Reward(x, before);

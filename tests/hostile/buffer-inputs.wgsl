@@ -1,5 +1,5 @@
 // kernel-buffers: reads a buffer
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     x = f32(inputs[9] & 255u);
     return Reward(x, before);

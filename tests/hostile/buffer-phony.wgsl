@@ -1,5 +1,5 @@
 // kernel-buffers: a buffer that is only looked at
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     _ = inputs[0];
     return Reward(x, before);

@@ -1,7 +1,7 @@
 // allowed-calls: a gene of another, read by sensors
 struct SensorReadings { odd: f32 }
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
     var x = pose.z;
-    x = gene(life, 64u * 99u);
+    x = gene(episode, 64u * 99u);
     return Sensed(SensorReadings(x), before);
 }

@@ -1,6 +1,6 @@
 // allowed-calls: a function of Oneiro's that takes what it is given
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
-    x = gene(life, 5000u);
+    x = gene(episode, 5000u);
     return Reward(x, before);
 }

@@ -1,6 +1,6 @@
 // allowed-calls: a function of Oneiro's that takes what it is given
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
-    x = weighed(life, 5000u, now.real);
+    x = weighed(episode, 5000u, now.real);
     return Reward(x, before);
 }

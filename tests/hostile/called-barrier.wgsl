@@ -1,5 +1,5 @@
 // exact-functions: a barrier
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     workgroupBarrier();
     return Reward(x, before);

@@ -1,7 +1,7 @@
 // reserved-name: what stores a memory
 fn task_kept(own: TaskState) -> TaskState { return own; }
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     
     return Reward(x, before);

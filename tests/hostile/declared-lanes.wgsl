@@ -1,7 +1,7 @@
 // reserved-name: another number of lanes
 const LANES: u32 = 1u;
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     
     return Reward(x, before);

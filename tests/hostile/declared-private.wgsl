@@ -1,7 +1,7 @@
 // own-buffers: a global variable
 var<private> count: u32;
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     count += 1u;
     return Reward(x, before);

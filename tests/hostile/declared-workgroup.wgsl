@@ -1,7 +1,7 @@
 // own-buffers: memory that episodes share
 var<workgroup> shared_count: u32;
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     shared_count += 1u;
     return Reward(x, before);

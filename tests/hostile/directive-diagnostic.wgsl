@@ -1,6 +1,6 @@
 // unknown-name: a diagnostic that is turned off
 diagnostic(off, derivative_uniformity);
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     
     return Reward(x, before);

@@ -1,6 +1,6 @@
 // supported-types: an extension
 enable f16;
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     
     return Reward(x, before);

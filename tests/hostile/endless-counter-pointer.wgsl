@@ -1,7 +1,7 @@
 // loop-without-bound: a counter that is changed through a pointer
 fn reset(p: ptr<function, u32>) { *p = 0u; }
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     for (var i = 0u; i < 9u; i++) {
         reset(&i);

@@ -1,7 +1,7 @@
 // batch-place: a field behind a comment
 const CONTROLLER_GENES: u32 = 4u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    var x = gene(life, 0u);
-    x = f32(life./* the */genes);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    var x = gene(episode, 0u);
+    x = f32(episode./* the */genes);
     return Command(vec2<f32>(x, x), before);
 }

@@ -1,8 +1,8 @@
 // batch-place: a field on another line
 const CONTROLLER_GENES: u32 = 4u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    var x = gene(life, 0u);
-    x = f32(life
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    var x = gene(episode, 0u);
+    x = f32(episode
         .
         genes);
     return Command(vec2<f32>(x, x), before);

@@ -1,9 +1,9 @@
 // batch-place: a field of what a function returns
-fn same(life: Life) -> Life { return life; }
+fn same(episode: Episode) -> Episode { return episode; }
 
 const CONTROLLER_GENES: u32 = 4u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    var x = gene(life, 0u);
-    x = f32(same(life).key.y & 255u);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    var x = gene(episode, 0u);
+    x = f32(same(episode).key.y & 255u);
     return Command(vec2<f32>(x, x), before);
 }

@@ -1,5 +1,5 @@
 // exact-functions (in the text alone): a value that is folded
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     let c = cos(1.0f);
     x = c * 2.0f;

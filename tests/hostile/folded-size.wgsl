@@ -1,7 +1,7 @@
 // exact-functions (in the text alone): an attribute
 struct Odd { @size(u32(4.0f * sqrt(4.0f))) x: f32 }
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     
     return Reward(x, before);

@@ -1,7 +1,7 @@
 // declared-form: a number of genes that is no constant
 override CONTROLLER_GENES: u32 = 4u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    var x = gene(life, 0u);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    var x = gene(episode, 0u);
     
     return Command(vec2<f32>(x, x), before);
 }

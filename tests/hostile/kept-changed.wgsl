@@ -1,8 +1,8 @@
 // batch-place: an episode that is copied and changed
 const CONTROLLER_GENES: u32 = 4u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    var x = gene(life, 0u);
-    var other = life;
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    var x = gene(episode, 0u);
+    var other = episode;
     other.genes += 64u;
     x = gene(other, 2u);
     return Command(vec2<f32>(x, x), before);

@@ -1,10 +1,10 @@
 // own-buffers: an episode in a global variable
-var<private> held: Life;
+var<private> held: Episode;
 
 const CONTROLLER_GENES: u32 = 4u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    var x = gene(life, 0u);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    var x = gene(episode, 0u);
     x = gene(held, 2u);
-    held = life;
+    held = episode;
     return Command(vec2<f32>(x, x), before);
 }

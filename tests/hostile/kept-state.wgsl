@@ -1,5 +1,5 @@
 // state-types: an episode in a task's memory
-struct TaskState { who: Life }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+struct TaskState { who: Episode }
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(body_radius(before.who), before);
 }

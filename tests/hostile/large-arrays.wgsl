@@ -1,5 +1,5 @@
 // large-variable: arrays of more than 64 KB together
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     var a: array<f32, 9000>;
     var b: array<f32, 9000>;

@@ -1,7 +1,7 @@
 // built-in-name (harmless): a name of WGSL's that Oneiro's files use
 alias i32 = u32;
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     
     return Reward(x, before);

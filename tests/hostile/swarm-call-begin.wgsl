@@ -1,6 +1,6 @@
 // allowed-calls: a function of Oneiro's that writes
-fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
-    var x = f32(robots(life));
-    begin(life);
+fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {
+    var x = f32(robots(episode));
+    begin(episode);
     return Tally(x, before);
 }

@@ -1,6 +1,6 @@
 // batch-place: the place of a robot's words
-fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
-    var x = f32(robots(life));
-    x = f32(life.member_words);
+fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {
+    var x = f32(robots(episode));
+    x = f32(episode.member_words);
     return Tally(x, before);
 }

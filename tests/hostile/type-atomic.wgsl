@@ -1,7 +1,7 @@
 // supported-types: an atomic number
 struct Count { n: atomic<u32> }
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     
     return Reward(x, before);

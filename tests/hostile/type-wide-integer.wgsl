@@ -1,5 +1,5 @@
 // valid-wgsl: integers of 64 bits
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     let y = 1lu;
     x = f32(y);

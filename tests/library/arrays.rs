@@ -88,21 +88,21 @@ const ARRAYS: [(&str, Arrays); 8] = [
 fn part(kind: Kind, is_mission: bool, (body, outside): &(String, String)) -> String {
     let (head, tail) = match kind {
         Kind::Task if is_mission => (
-            "fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {\nvar x = robot_pose(life, 1u).z;",
+            "fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {\nvar x = robot_pose(episode, 1u).z;",
             "return Tally(0.001f * x, before);",
         ),
         Kind::Task => (
-            "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {\nvar x = now.moved.left;",
+            "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {\nvar x = now.moved.left;",
             "return Reward(0.001f * x, before);",
         ),
         Kind::Controller => (
             "const CONTROLLER_GENES: u32 = 2u;
-            fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {\nvar x = gene(life, 1u);",
+            fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {\nvar x = gene(episode, 1u);",
             "return Command(vec2<f32>(logistic(x), 0.7f), before);",
         ),
         Kind::Sensor => (
             "struct SensorReadings { odd_one: f32 }
-            fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {\nvar x = pose.z;",
+            fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {\nvar x = pose.z;",
             "return Sensed(SensorReadings(logistic(x)), before);",
         ),
     };

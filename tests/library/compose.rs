@@ -19,7 +19,7 @@ use oneiro::world::{Controller, Noise, Task, World, WorldSpec};
 
 /// Equation 1 as the user would write it: what ships, under another name.
 const SAME: &str = "
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     let moved = now.moved;
     let speed = 0.5f * (abs(moved.left) + abs(moved.right));
     let turning = root(0.5f * abs(moved.left - moved.right));
@@ -31,9 +31,9 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
 /// The shipped perceptron as the user would write it.
 const PERCEPTRON: &str = "
 const CONTROLLER_GENES: u32 = 2u * (INPUTS + 1u);
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let left = logistic(weighed(life, 0u, readings) + gene(life, INPUTS));
-    let right = logistic(weighed(life, INPUTS + 1u, readings) + gene(life, 2u * INPUTS + 1u));
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let left = logistic(weighed(episode, 0u, readings) + gene(episode, INPUTS));
+    let right = logistic(weighed(episode, INPUTS + 1u, readings) + gene(episode, 2u * INPUTS + 1u));
     return Command(vec2f(left, right), before);
 }
 ";
@@ -42,11 +42,11 @@ fn controller_cycle(life: Life, step: u32, readings: Readings, before: Controlle
 const RECURRENT: &str = "
 const CONTROLLER_GENES: u32 = 2u * INPUTS + 6u;
 struct ControllerState { outputs: vec2<f32> }
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
     let n = INPUTS;
     let old = before.outputs;
-    let left = weighed(life, 0u, readings) + gene(life, n) * old.x + gene(life, n + 1u) * old.y + gene(life, n + 2u);
-    let right = weighed(life, n + 3u, readings) + gene(life, 2u * n + 3u) * old.x + gene(life, 2u * n + 4u) * old.y + gene(life, 2u * n + 5u);
+    let left = weighed(episode, 0u, readings) + gene(episode, n) * old.x + gene(episode, n + 1u) * old.y + gene(episode, n + 2u);
+    let right = weighed(episode, n + 3u, readings) + gene(episode, 2u * n + 3u) * old.x + gene(episode, 2u * n + 4u) * old.y + gene(episode, 2u * n + 5u);
     let outputs = vec2<f32>(logistic(left), logistic(right));
     return Command(outputs, ControllerState(outputs));
 }
@@ -55,14 +55,14 @@ fn controller_cycle(life: Life, step: u32, readings: Readings, before: Controlle
 /// The shipped controller with three hidden units.
 const HIDDEN: &str = "
 const CONTROLLER_GENES: u32 = 3u * (INPUTS + 3u) + 2u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
     let biases = CONTROLLER_GENES - 2u;
-    var sums = vec2<f32>(gene(life, biases), gene(life, biases + 1u));
+    var sums = vec2<f32>(gene(episode, biases), gene(episode, biases + 1u));
     for (var unit = 0u; unit < 3u; unit++) {
         let first = unit * (INPUTS + 3u);
-        let output = logistic(weighed(life, first, readings) + gene(life, first + INPUTS));
-        sums.x += gene(life, first + INPUTS + 1u) * output;
-        sums.y += gene(life, first + INPUTS + 2u) * output;
+        let output = logistic(weighed(episode, first, readings) + gene(episode, first + INPUTS));
+        sums.x += gene(episode, first + INPUTS + 1u) * output;
+        sums.y += gene(episode, first + INPUTS + 2u) * output;
     }
     return Command(vec2<f32>(logistic(sums.x), logistic(sums.y)), before);
 }
@@ -84,13 +84,13 @@ struct SensorReadings {
     north: f32,
 }
 struct SensorState { north: f32 }
-fn sensor_begin(life: Life, pose: vec3f) -> SensorState {
+fn sensor_begin(episode: Episode, pose: vec3f) -> SensorState {
     return SensorState(cosine_sine(pose.z).y);
 }
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
-    let own = sensor_values(life);
-    let ahead = distance_along(life, vec2<f32>(pose.x, pose.y), pose.z, own.range) * reciprocal(own.range);
-    let noise = own.noise * (random(life, STREAM_OWN_SENSOR, step, 0u).x - 0.5f);
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    let own = sensor_values(episode);
+    let ahead = distance_along(episode, vec2<f32>(pose.x, pose.y), pose.z, own.range) * reciprocal(own.range);
+    let noise = own.noise * (random(episode, STREAM_OWN_SENSOR, step, 0u).x - 0.5f);
     let north = 0.5f * (before.north + cosine_sine(pose.z).y) + noise;
     return Sensed(SensorReadings(ahead, north), SensorState(north));
 }
@@ -98,7 +98,7 @@ fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> 
 
 /// A task that rewards what the sensors read.
 const ROOM: &str = "
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(now.real.own.ahead + 0.25f * now.perceived.own.north, before);
 }
 ";
@@ -118,11 +118,11 @@ struct TaskState {
     farthest: f32,
     done: u32,
 }
-fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
+fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {
     return TaskState(vec2<f32>(pose.x, pose.y), 0u, 0.0f, 0u);
 }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    let own = task_values(life);
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    let own = task_values(episode);
     var next = before;
     let x = now.end.x - before.start.x;
     let y = now.end.y - before.start.y;
@@ -131,10 +131,10 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     next.done = select(0u, 1u, next.farthest > own.far);
     return Reward(own.weight_a * now.moved.left + own.weight_b * now.moved.right + own.last * now.outputs.x, next);
 }
-fn task_ends(life: Life, own: TaskState) -> bool {
+fn task_ends(episode: Episode, own: TaskState) -> bool {
     return own.done != 0u;
 }
-fn task_score(life: Life, own: TaskState, sum: f32) -> f32 {
+fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 {
     return sum + own.farthest + f32(own.cycles);
 }
 ";
@@ -323,14 +323,14 @@ struct ControllerGenes {
     to_right: array<f32, INPUTS>, // -3 to 3 per unit: weights of the right output
     bias_right: f32,
 }
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
     var sums = vec2<f32>(0.0f, 0.0f);
     for (var i = 0u; i < INPUTS; i++) {
-        sums.x += gene(life, TO_LEFT + i) * reading(readings, i);
-        sums.y += gene(life, TO_RIGHT + i) * reading(readings, i);
+        sums.x += gene(episode, TO_LEFT + i) * reading(readings, i);
+        sums.y += gene(episode, TO_RIGHT + i) * reading(readings, i);
     }
-    let left = logistic(sums.x + gene(life, BIAS_LEFT));
-    return Command(vec2<f32>(left, logistic(sums.y + gene(life, BIAS_RIGHT))), before);
+    let left = logistic(sums.x + gene(episode, BIAS_LEFT));
+    return Command(vec2<f32>(left, logistic(sums.y + gene(episode, BIAS_RIGHT))), before);
 }
 ";
 
@@ -361,8 +361,8 @@ fn genes_are_named_and_have_ranges() {
         let text = format!(
             "const UNITS = 3;
             struct ControllerGenes {{ first: f32, many: array<f32, {length}>, last: f32 }}
-            fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
-                return Command(vec2<f32>(gene(life, MANY + 1u), gene(life, LAST)), before);
+            fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {{
+                return Command(vec2<f32>(gene(episode, MANY + 1u), gene(episode, LAST)), before);
             }}"
         );
         let names = everything(&text).gene_layout().names();
@@ -380,7 +380,7 @@ fn genes_are_named_and_have_ranges() {
 fn readings_have_an_index() {
     let rewarded = |earned: &str| {
         let task = format!(
-            "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+            "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
                 return Reward({earned}, before);
             }}"
         );
@@ -460,10 +460,10 @@ fn traces_have_own_readings_and_memory() {
         cycles: u32,
         down: vec3<i32>,
     }
-    fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
+    fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {
         return TaskState(vec2<f32>(0.0f, 0.0f), 5u, vec3<i32>(0, 0, 0));
     }
-    fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
         let down = vec3<i32>(-3, 7, -1 - i32(now.step));
         let place = vec2<f32>(now.perceived.own.ahead, now.end.y);
         return Reward(0.0f, TaskState(place, before.cycles + 1u, down));
@@ -511,7 +511,7 @@ fn traces_have_own_readings_and_memory() {
 fn commanded_world(left: &str, right: &str) -> World {
     let text = format!(
         "const CONTROLLER_GENES: u32 = 3u;
-        fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
+        fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {{
             let large = 3e38f * (10.0f + readings.first.x);
             let wild = large - large;
             return Command(vec2<f32>({left}, {right}), before);
@@ -538,10 +538,10 @@ fn commands_and_genes_stay_in_their_range() {
     assert_eq!(plain, commanded("5.0f", "-3.0f"));
     assert_eq!(plain, commanded("3e38f", "wild"));
     // Beyond a controller's genes are those of others.
-    let last = commanded("0.5f + 0.2f * gene(life, 2u)", "0.6f");
-    assert_eq!(last, commanded("0.5f + 0.2f * gene(life, 3u)", "0.6f"));
-    assert_eq!(last, commanded("0.5f + 0.2f * gene(life, 5000u + step)", "0.6f"));
-    assert_ne!(last, commanded("0.5f + 0.2f * gene(life, 1u)", "0.6f"));
+    let last = commanded("0.5f + 0.2f * gene(episode, 2u)", "0.6f");
+    assert_eq!(last, commanded("0.5f + 0.2f * gene(episode, 3u)", "0.6f"));
+    assert_eq!(last, commanded("0.5f + 0.2f * gene(episode, 5000u + step)", "0.6f"));
+    assert_ne!(last, commanded("0.5f + 0.2f * gene(episode, 1u)", "0.6f"));
 }
 
 #[test]
@@ -549,7 +549,7 @@ fn readings_stay_in_their_range() {
     let read = |reading: &str| {
         let text = format!(
             "struct SensorReadings {{ only: f32 }}
-            fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {{
+            fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {{
                 let large = 3e38f * (10.0f + pose.z);
                 let wild = large - large;
                 return Sensed(SensorReadings({reading}), before);
@@ -589,16 +589,16 @@ fn rays_end_at_the_nearest_object() {
     };
     let sensor = "
 struct SensorReadings { ahead: f32 }
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
     let heading = 0.02f + f32(step) * 0.013f;
-    return Sensed(SensorReadings(distance_along(life, vec2<f32>(210.0f, 190.0f), heading, 250.0f)), before);
+    return Sensed(SensorReadings(distance_along(episode, vec2<f32>(210.0f, 190.0f), heading, 250.0f)), before);
 }";
     let task = "
 struct TaskState { all: f32 }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(now.real.own.ahead, TaskState(now.real.own.ahead));
 }
-fn task_score(life: Life, own: TaskState, sum: f32) -> f32 { return own.all; }";
+fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 { return own.all; }";
     let mut met = [0_u32; 4];
     for step in 0..77_u32 {
         let world = World::new(WorldSpec {
@@ -751,17 +751,24 @@ fn refusal(kind: Kind, text: &str) -> String {
 
 #[test]
 fn mistakes_are_refused_with_their_place() {
-    let cycle =
-        "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(0.0f, before); }";
+    let cycle = "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward { return Reward(0.0f, before); }";
     let first = |statement: &str| SAME.replace("let moved =", &format!("{statement} let moved ="));
     let cases = [
         (
             "fn reward() {}".to_owned(),
-            "own.wgsl: has no function `task_cycle`; write `fn task_cycle(life: Life",
+            "own.wgsl: has no function `task_cycle`; write `fn task_cycle(episode: Episode",
+        ),
+        (
+            SAME.replace("episode", "life").replace("Episode", "Life"),
+            "own.wgsl:2:21: `Life` is now `Episode`; rename it in the whole file [unknown-name]",
+        ),
+        (
+            format!("struct Life {{ x: f32 }}\nfn older(life: Life) -> f32 {{ return life.x; }}\n{cycle}"),
+            TAKEN,
         ),
         (
             SAME.replace("now: Experience", "now: u32"),
-            "own.wgsl:2:4: `task_cycle` has other parameters or another result; write `fn task_cycle(life: Life, now: Exp",
+            "own.wgsl:2:4: `task_cycle` has other parameters or another result; write `fn task_cycle(episode: Episode, now: Exp",
         ),
         (
             SAME.replace("1.0f - turning", "sqrt(turning)"),
@@ -797,12 +804,12 @@ fn mistakes_are_refused_with_their_place() {
             "`dispatch` is a buffer of the kernel's",
         ),
         (
-            first("if blocked(Life(1u, life.key, 0u), vec2f(0.0f, 0.0f)) { }"),
-            "own.wgsl:3:16: `Life` can't be called from here; allowed: reciprocal, root",
+            first("if blocked(Episode(1u, episode.key, 0u), vec2f(0.0f, 0.0f)) { }"),
+            "own.wgsl:3:16: `Episode` can't be called from here; allowed: reciprocal, root",
         ),
         (
-            first("let other = life.world + 1u;"),
-            "own.wgsl:3:22: `.world` of a life is only for the kernel",
+            first("let other = episode.world + 1u;"),
+            "own.wgsl:3:22: `.world` of an episode is only for the kernel",
         ),
         (
             first("let cell = cell_at(0u, vec2f(0.0f, 0.0f));"),
@@ -861,12 +868,12 @@ fn mistakes_are_refused_with_their_place() {
             "own.wgsl:1:4: there is no function `task_cycle`; did you mean `task_cycle` by `task_cylce`?",
         ),
         (
-            "fn mission_cylce(life: Life, step: u32, before: MissionState) -> Tally { return Tally(0.0f, before); }"
+            "fn mission_cylce(episode: Episode, step: u32, before: MissionState) -> Tally { return Tally(0.0f, before); }"
                 .to_owned(),
             "own.wgsl:1:4: there is no function `task_cycle`; did you mean `mission_cycle` by `mission_cylce`?",
         ),
         (
-            "fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed { }".to_owned(),
+            "fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed { }".to_owned(),
             "own.wgsl: is a sensor, not a task: it has `sensor_cycle`; name it in `sensor.part`",
         ),
         (
@@ -974,7 +981,7 @@ fn mistakes_are_refused_with_their_place() {
         (with("a: array<f32, MANY>"), "own.wgsl:2:"),
         (
             with("to_left_left_90: f32"),
-            "own.wgsl:3:1: in `ControllerGenes`: `to_left`: another gene is called `to_left_left_90` as well",
+            "own.wgsl:3:1: in `ControllerGenes`: `to_left`: another gene is also called `to_left_left_90`",
         ),
         (with("a: f32") + "const A: u32 = 1u;", "`A` is a name of Oneiro's"),
         (
@@ -1020,7 +1027,7 @@ fn mistakes_are_refused_with_their_place() {
             "own.wgsl: has no `SensorReadings`; write `struct SensorReadings",
         ),
         (
-            SENSORS.replace("let own =", "let x = gene(life, 0u); let own ="),
+            SENSORS.replace("let own =", "let x = gene(episode, 0u); let own ="),
             "`gene` can't be called from here",
         ),
     ];
@@ -1053,7 +1060,7 @@ fn broken(refused: &str) -> Vec<Rule> {
 
 /// The smallest task.
 const NOTHING: &str =
-    "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(0.0f, before); }\n";
+    "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward { return Reward(0.0f, before); }\n";
 
 /// An example of a rule as a whole part.
 fn whole(example: &str) -> (Kind, String) {
@@ -1121,8 +1128,8 @@ fn all_that_is_wrong_is_refused_at_once() {
     b: u32, // 1, 0 to 2: of it
 }
 struct TaskState { on: bool, many: array<f32, 3> }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    let other = fitness[life.world] + fitness[life.genes] + 0.5;
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    let other = fitness[episode.world] + fitness[episode.genes] + 0.5;
     return Reward(sqrt(other) + touches(0u, now.end.xy), before);
 }
 fn within() {}
@@ -1136,7 +1143,7 @@ fn within() {}
         "{refused}"
     );
     // What shows when parts are compiled.
-    let compiled = "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    let compiled = "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = now.end.x / 3.0f;
     while (sum > 1.0f) { sum *= 0.5; }
     var a = array<f32, 2>(1.0f, 2.0f);
@@ -1161,7 +1168,7 @@ fn misspelt_names_are_answered_with_the_nearest() {
     let task = |statement: &str| {
         format!(
             "const GREATEST: f32 = 2.0f;
-            fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+            fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
                 let distance = now.end.x; {statement}
                 return Reward(twice_of(distance), before);
             }}
@@ -1211,7 +1218,7 @@ fn misspelt_names_are_answered_with_the_nearest() {
 fn beside_sensors(build: Build, statement: &str) -> String {
     let task = format!(
         "struct TaskState {{ energy: f32, meals: u32 }}
-        fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+        fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
             var next = before; let nose: vec2<f32> = now.outputs; let seen = now.perceived;
             {statement}
             return Reward(0.0f, next);
@@ -1252,7 +1259,7 @@ fn fields_that_there_are_not_are_answered_with_those_that_there_are() {
         ),
         ("nose.z", "`nose` is a vec2<f32> and has no `z`; allowed: x, y".into()),
         (
-            "sensor_values(life).nois",
+            "sensor_values(episode).nois",
             "invalid field accessor `nois`; did you mean `noise`?".into(),
         ),
     ] {
@@ -1270,19 +1277,18 @@ fn fields_that_there_are_not_are_answered_with_those_that_there_are() {
     let described = Build::Differential(Differential::new(60.0, 100.0));
     assert_eq!(
         beside_sensors(described, "_ = now.real.first;"),
-        "own.wgsl:4:26: `Readings` has no field `first`; allowed: own; a described robot has none of the eight sensors of \
-         `first` and `last` [unknown-name]"
+        "own.wgsl:4:26: `Readings` has no field `first`; allowed: own; a parametric robot has no `first` and `last` \
+         [unknown-name]"
     );
 }
 
 #[test]
 fn misspelt_functions_are_refused() {
-    let cycle =
-        "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(0.0f, before); }";
+    let cycle = "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward { return Reward(0.0f, before); }";
     let misspelt = |head: &str| format!("{cycle}\n{head}");
     let refused = refusal(
         Kind::Task,
-        &misspelt("fn task_end(life: Life, own: TaskState) -> bool { return true; }"),
+        &misspelt("fn task_end(episode: Episode, own: TaskState) -> bool { return true; }"),
     );
     assert_eq!(
         refused,
@@ -1323,11 +1329,11 @@ fn commas_and_braces_that_are_missing_are_named() {
     let task = |fields: &str, end: &str| {
         format!(
             "struct TaskState {{ {fields} }}
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
     if now.collided {{ return Reward(-1.0f, before);{end}
     return Reward(0.0f, before);
 }}
-fn task_ends(life: Life, own: TaskState) -> bool {{ return false; }}"
+fn task_ends(episode: Episode, own: TaskState) -> bool {{ return false; }}"
         )
     };
     for (text, message) in [
@@ -1372,11 +1378,11 @@ fn no_part_reads_the_memory_of_another() {
         `now.real.own.NAME` in a task or as `readings.own.NAME` in a controller";
     let asked = |call: &str| beside_sensors(Build::Sampled, &format!("_ = {call};"));
     assert_eq!(
-        asked("sensor_state(life)"),
+        asked("sensor_state(episode)"),
         format!("own.wgsl:4:17: there is no function `sensor_state`; {NO_MEMORY} [unknown-name]")
     );
-    let part = "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    let other = sensor_begin(life, now.start);
+    let part = "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    let other = sensor_begin(episode, now.start);
     return Reward(0.0f, before);
 }";
     assert_eq!(

@@ -394,11 +394,11 @@ fn what_cannot_be_is_refused() {
 fn readings_have_an_index() {
     let fitness = |earned: &str| {
         let sensor_text = "struct SensorReadings { east: f32 }
-            fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+            fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
                 return Sensed(SensorReadings(cosine_sine(pose.z).x), before);
             }";
         let task = format!(
-            "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+            "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
                 return Reward({earned}, before);
             }}"
         );
@@ -433,7 +433,7 @@ fn readings_have_an_index() {
 fn too_many_turns_name_what_makes_them() {
     let refused = |sensors: usize, turns: u32| {
         let text = format!(
-            "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+            "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
                 var sum = 0.0f;
                 for (var i = 0u; i < {turns}u; i++) {{ sum = 0.5f * sum + now.moved.left; }}
                 return Reward(sum, before);

@@ -15,7 +15,7 @@ use oneiro::world::{Collision, Controller, Noise, Task, World, WorldSpec};
 
 /// The shipped task as a user would write it.
 const SAME: &str = "
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     let left = max(60.0f - f32(now.step + 1u) * 0.1f, 0.0f);
     return Reward(select(0.0f, left, now.brought), before);
 }
@@ -31,13 +31,13 @@ struct ControllerState {
     turned: f32,
     carried: u32,
 }
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
     let ahead = readings.light_left_17 + readings.light_right_17 - readings.light_left_150 - readings.light_right_150;
     let aside = readings.light_left_50 + readings.light_left_90 - readings.light_right_50 - readings.light_right_90;
     let sign = select(-1.0f, 1.0f, readings.carries > 0.0f);
     let off = direction(sign * vec2<f32>(ahead, aside));
-    let turn = gene(life, GAIN) * (off - floor(off + 0.5f)) + 0.2f * highest(readings);
-    let forward = 0.5f + 0.5f * gene(life, SPEED);
+    let turn = gene(episode, GAIN) * (off - floor(off + 0.5f)) + 0.2f * highest(readings);
+    let forward = 0.5f + 0.5f * gene(episode, SPEED);
     return Command(vec2<f32>(forward - turn, forward + turn), ControllerState(turn, before.carried + u32(readings.carries)));
 }
 ";
@@ -53,22 +53,22 @@ struct TaskState {
     brought: u32,
     way: f32,
 }
-fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
-    return TaskState(0u, 0u, distance_along(life, vec2<f32>(pose.x, pose.y), pose.z, 500.0f));
+fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {
+    return TaskState(0u, 0u, distance_along(episode, vec2<f32>(pose.x, pose.y), pose.z, 500.0f));
 }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var own = before;
     own.taken += select(0u, 1u, now.took);
     own.brought += select(0u, 1u, now.brought);
     own.way = select(now.to_food, now.to_nest, own.taken > own.brought);
     let nearer = clamp(before.way - own.way, -13.0f, 13.0f);
-    let hit = select(0.0f, 1.0f, now.collided | blocked(life, vec2<f32>(now.end.x + 20.0f, now.end.y)));
-    return Reward(task_values(life).toward * nearer + now.worth - hit, own);
+    let hit = select(0.0f, 1.0f, now.collided | blocked(episode, vec2<f32>(now.end.x + 20.0f, now.end.y)));
+    return Reward(task_values(episode).toward * nearer + now.worth - hit, own);
 }
-fn task_ends(life: Life, own: TaskState) -> bool {
-    return f32(own.brought) >= task_values(life).enough;
+fn task_ends(episode: Episode, own: TaskState) -> bool {
+    return f32(own.brought) >= task_values(episode).enough;
 }
-fn task_score(life: Life, own: TaskState, sum: f32) -> f32 {
+fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 {
     return sum + 10.0f * f32(own.taken);
 }
 ";
@@ -78,8 +78,8 @@ const SENSOR: &str = "
 struct SensorReadings {
     wall: f32,
 }
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
-    return Sensed(SensorReadings(0.001f * distance_along(life, pose.xy, pose.z, 2000.0f)), before);
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    return Sensed(SensorReadings(0.001f * distance_along(episode, pose.xy, pose.z, 2000.0f)), before);
 }
 ";
 
@@ -290,7 +290,7 @@ fn outputs_drive_arcs() {
     for [left, right] in [[1.0, 1.0], [0.0, 0.5], [0.75, 1.0], [0.25, 0.75], [1.0, 0.0]] {
         let text = format!(
             "const CONTROLLER_GENES: u32 = 1u;
-            fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
+            fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {{
                 return Command(vec2<f32>({left:?}f, {right:?}f), before);
             }}"
         );
@@ -427,7 +427,7 @@ fn what_foragers_lack_is_refused() {
 /// What a forager is made of is closed to a user's parts, as what other robots are made of; it takes no names from those.
 #[test]
 fn a_foragers_own_functions_are_closed() {
-    const TASK: &str = "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+    const TASK: &str = "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(BODY, before);
 }
 ";
@@ -452,7 +452,7 @@ fn a_foragers_own_functions_are_closed() {
             "own.wgsl:2:19: `nest_of` can't be called from here",
         ),
         (
-            TASK.replace("BODY", "first_food(life).x_first.x"),
+            TASK.replace("BODY", "first_food(episode).x_first.x"),
             "own.wgsl:2:19: `first_food` can't be called from here",
         ),
         (

@@ -27,12 +27,12 @@ const CONTROLLER_GENES: u32 = 4u;
 struct ControllerState {
     last: f32,
 }
-fn controller_begin(life: Life) -> ControllerState {
-    return ControllerState(gene(life, 3u));
+fn controller_begin(episode: Episode) -> ControllerState {
+    return ControllerState(gene(episode, 3u));
 }
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
     let near = reading(readings, 0u) + before.last;
-    let outputs = vec2<f32>(logistic(gene(life, 0u) + near * gene(life, 2u)), logistic(gene(life, 1u) - near));
+    let outputs = vec2<f32>(logistic(gene(episode, 0u) + near * gene(episode, 2u)), logistic(gene(episode, 1u) - near));
     return Command(outputs, ControllerState(0.5f * near));
 }
 ";
@@ -41,21 +41,21 @@ const MISSION: &str = "
 struct MissionState {
     dark: u32,
 }
-fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
+fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {
     var dark = 0u;
-    for (var robot = 0u; robot < robots(life); robot++) {
-        dark += select(0u, 1u, floor_at(life, robot_pose(life, robot).xy) < 0.1f);
+    for (var robot = 0u; robot < robots(episode); robot++) {
+        dark += select(0u, 1u, floor_at(episode, robot_pose(episode, robot).xy) < 0.1f);
     }
-    return Tally(f32(dark) + 0.01f * f32(clusters_within(life, 150.0f).largest), MissionState(dark));
+    return Tally(f32(dark) + 0.01f * f32(clusters_within(episode, 150.0f).largest), MissionState(dark));
 }
 ";
 
 /// Ends a life once two robots are on the dark floor. The score does not depend on the number of cycles left.
 const ENDS: &str = "
-fn mission_ends(life: Life, own: MissionState) -> bool {
+fn mission_ends(episode: Episode, own: MissionState) -> bool {
     return own.dark >= 2u;
 }
-fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
+fn mission_score(episode: Episode, own: MissionState, sum: f32) -> f32 {
     return sum + 100.0f * f32(own.dark);
 }
 ";

@@ -16,7 +16,7 @@ use oneiro::random::Key;
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::swarm::{Lamp, Order, Swarm};
 use oneiro::world::{Controller, Noise, World, WorldSpec};
-use oneiro_shaders::life::Dispatch;
+use oneiro_shaders::episode::Dispatch;
 use oneiro_shaders::{Kernel, PROBE_OPERATIONS};
 
 use crate::lives::{self, CONTROLLERS, batch, batch_with};

@@ -80,23 +80,23 @@ struct TaskState {
     carried: u32,
     way: f32,
 }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    let grey = floor_at(life, now.end.xy);
-    let way = before.way + abs(now.moved.displacement) + f32(robot_number(life)) * now.perceived.front;
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    let grey = floor_at(episode, now.end.xy);
+    let way = before.way + abs(now.moved.displacement) + f32(robot_number(episode)) * now.perceived.front;
     return Reward(grey - select(0.0f, 0.25f, now.collided), TaskState(before.carried + u32(grey < 0.5f), way));
 }
 struct MissionState {
     middle: vec2<f32>,
     cycles: i32,
 }
-fn mission_begin(life: Life) -> MissionState {
-    return MissionState(robot_pose(life, robots(life) - 1u).xy, -1);
+fn mission_begin(episode: Episode) -> MissionState {
+    return MissionState(robot_pose(episode, robots(episode) - 1u).xy, -1);
 }
-fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
-    let pose = robot_pose(life, 0u);
-    return Tally(f32(clusters_within(life, 200.0f).largest), MissionState(0.5f * (before.middle + pose.xy), before.cycles + 1));
+fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {
+    let pose = robot_pose(episode, 0u);
+    return Tally(f32(clusters_within(episode, 200.0f).largest), MissionState(0.5f * (before.middle + pose.xy), before.cycles + 1));
 }
-fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
+fn mission_score(episode: Episode, own: MissionState, sum: f32) -> f32 {
     return sum + 0.001f * own.middle.x + f32(own.cycles);
 }
 ";
@@ -466,8 +466,8 @@ fn clusters(poses: &[[f64; 3]], reach: f64) -> (u32, u32) {
 fn robots_push_or_stop() {
     // All drive straight ahead as fast as they can.
     let ahead = "const CONTROLLER_GENES: u32 = 1u;
-        fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-            let speed = select(0.5f, 1.0f, robot_number(life) == 0u);
+        fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+            let speed = select(0.5f, 1.0f, robot_number(episode) == 0u);
             return Command(vec2<f32>(speed, speed), before);
         }";
     let moved = |contact| {
@@ -510,7 +510,7 @@ fn refusals_say_what_is_allowed() {
             own.contact = None;
             own.sensors.clear();
         }),
-        "task.part: has a mission (`mission_cycle`); allowed: only with robot.count, for robots that live together"
+        "task.part: has a mission (`mission_cycle`); allowed: only in swarms, with robot.count"
     );
     assert_eq!(
         single(|own| own.count = Some(129)),
@@ -519,15 +519,15 @@ fn refusals_say_what_is_allowed() {
     assert!(single(|own| own.count = Some(60)).starts_with("robot.count: is 60, and the arena has room"));
     assert!(single(|own| own.greatest_speed = Some(300.0)).starts_with("robot.greatest_speed_mm_s: robots get 31."));
     let twice = "struct TaskState { way: f32 } struct MissionState { way: u32 }
-        fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally { return Tally(0.0f, before); }";
+        fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally { return Tally(0.0f, before); }";
     let twice = Part::new(Kind::Task, "own.wgsl", twice).unwrap_err().to_string();
     assert!(
-        twice.contains("in `MissionState`: `way` is in `TaskState` too"),
+        twice.contains("in `MissionState`: `way` is also in `TaskState`"),
         "{twice}"
     );
     let ends =
-        "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }
-        fn task_ends(life: Life, own: TaskState) -> bool { return true; }";
+        "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }
+        fn task_ends(episode: Episode, own: TaskState) -> bool { return true; }";
     let own = OwnParts::from([own(Kind::Controller, CONTROLLER), own(Kind::Task, ends)]);
     assert!(
         refused(WorldSpec {

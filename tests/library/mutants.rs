@@ -174,7 +174,7 @@ fn deep_and_long_parts_are_refused_or_live() {
     }
     let task = |body: &str, rest: &str| {
         format!(
-            "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+            "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
     var x = now.outputs.x;
 {body}
     return Reward(x, before);

@@ -409,7 +409,7 @@ fn a_reading_with_the_name_of_a_unit_is_refused() {
     let named = |name: &str| {
         let text = format!(
             "struct SensorReadings {{ {name}: f32 }}
-            fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {{
+            fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {{
                 return Sensed(SensorReadings(0.5f), before);
             }}"
         );
@@ -497,7 +497,7 @@ fn mistakes_are_refused() {
                 time_constants: Some([2.0, 1.0]),
                 ..ctrnn.clone()
             }),
-            "controller.layers[0].time_constants_s: is [2, 1]; allowed: the least and the greatest",
+            "controller.layers[0].time_constants_s: is [2, 1]; allowed: [minimum, maximum]",
         ),
         (
             with(Layer {

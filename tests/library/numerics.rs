@@ -108,8 +108,8 @@ fn the_error_of_the_hyperbolic_tangent_is_as_stated() {
             factor: f32, // 1, 1 to 1e33: of the genes
         }}
         struct ControllerState {{ x: f32, y: f32 }}
-        fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
-            let x = gene(life, step) * controller_values(life).factor;
+        fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {{
+            let x = gene(episode, step) * controller_values(episode).factor;
             return Command(vec2<f32>(0.5f, 0.5f), ControllerState(x, hyperbolic_tangent(x)));
         }}"
     );

@@ -227,6 +227,6 @@ fn only_robots_that_live_together_are_observed() {
     let alone = World::new(WorldSpec::miglino1995()).unwrap().observed().unwrap_err();
     assert_eq!(
         alone.to_string(),
-        "robot.count: is not given; allowed: only robots that live together are observed"
+        "robot.count: is not set; allowed: only swarms are observed"
     );
 }

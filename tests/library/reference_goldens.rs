@@ -40,18 +40,18 @@ struct TaskState {
     met: u32,
     way: f32,
 }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     let way = before.way + abs(now.moved.displacement) + now.perceived.prox_0 + now.real.light_3;
-    return Reward(floor_at(life, now.end.xy) - 0.001f * way, TaskState(before.met + u32(now.collided), way));
+    return Reward(floor_at(episode, now.end.xy) - 0.001f * way, TaskState(before.met + u32(now.collided), way));
 }
 struct MissionState {
     middle: vec2<f32>,
 }
-fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {
-    let own = clusters_within(life, 150.0f);
-    return Tally(f32(own.largest) + 0.1f * f32(own.count), MissionState(0.5f * (before.middle + robot_pose(life, 3u).xy)));
+fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {
+    let own = clusters_within(episode, 150.0f);
+    return Tally(f32(own.largest) + 0.1f * f32(own.count), MissionState(0.5f * (before.middle + robot_pose(episode, 3u).xy)));
 }
-fn mission_score(life: Life, own: MissionState, sum: f32) -> f32 {
+fn mission_score(episode: Episode, own: MissionState, sum: f32) -> f32 {
     return sum + 0.001f * own.middle.x;
 }
 ";

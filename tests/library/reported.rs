@@ -18,7 +18,7 @@ const OWN: [(Kind, &str); 3] = [
         Kind::Sensor,
         "struct SensorReadings { x: f32, before: f32 }
 struct SensorState { last: f32 }
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
     return Sensed(SensorReadings(pose.x * 0.001f, before.last), SensorState(pose.y * 0.001f));
 }",
     ),
@@ -26,23 +26,23 @@ fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> 
         Kind::Controller,
         "const CONTROLLER_GENES: u32 = 2u * INPUTS;
 struct ControllerState { outputs: vec2<f32> }
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let chance = random(life, 1u, step, 0u).x;
-    let left = logistic(weighed(life, 0u, readings) + before.outputs.y + chance);
-    let right = logistic(weighed(life, INPUTS, readings) - before.outputs.x);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let chance = random(episode, 1u, step, 0u).x;
+    let left = logistic(weighed(episode, 0u, readings) + before.outputs.y + chance);
+    let right = logistic(weighed(episode, INPUTS, readings) - before.outputs.x);
     return Command(vec2<f32>(left, right), ControllerState(vec2<f32>(left, right)));
 }",
     ),
     (
         Kind::Task,
         "struct TaskState { path: f32 }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     let apart = vec2<f32>(now.end.x - now.start.x, now.end.y - now.start.y);
     let way = abs(apart.x) + abs(apart.y);
     return Reward(way * (1.0f - highest(now.real)) + now.outputs.x, TaskState(before.path + way));
 }
-fn task_ends(life: Life, own: TaskState) -> bool { return own.path > 300.0f; }
-fn task_score(life: Life, own: TaskState, sum: f32) -> f32 { return sum + own.path; }",
+fn task_ends(episode: Episode, own: TaskState) -> bool { return own.path > 300.0f; }
+fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 { return sum + own.path; }",
     ),
 ];
 

@@ -20,21 +20,21 @@ const OWN: [(Kind, &str); 2] = [
         Kind::Sensor,
         "struct SensorReadings { x: f32, before: f32 }
 struct SensorState { last: f32 }
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
-    let chance = random(life, STREAM_OWN_SENSOR, step, 0u).x;
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    let chance = random(episode, STREAM_OWN_SENSOR, step, 0u).x;
     return Sensed(SensorReadings(pose.x * 0.001f + chance, before.last), SensorState(pose.y * 0.001f));
 }",
     ),
     (
         Kind::Task,
         "struct TaskState { path: f32 }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     let apart = vec2<f32>(now.end.x - now.start.x, now.end.y - now.start.y);
     let way = abs(apart.x) + abs(apart.y);
     return Reward(way * (1.0f - highest(now.real)) + now.outputs.x, TaskState(before.path + way));
 }
-fn task_ends(life: Life, own: TaskState) -> bool { return own.path > 300.0f; }
-fn task_score(life: Life, own: TaskState, sum: f32) -> f32 { return sum + own.path; }",
+fn task_ends(episode: Episode, own: TaskState) -> bool { return own.path > 300.0f; }
+fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 { return sum + own.path; }",
     ),
 ];
 
@@ -229,23 +229,26 @@ fn what_is_not_allowed_is_refused() {
         ..spec.clone()
     };
     let error = Stepped::new(&long, 1).unwrap_err().to_string();
-    assert_eq!(error, "cycles: is 1000000; allowed: 1 to 999999 if lives are stepped");
+    assert_eq!(
+        error,
+        "cycles: is 1000000; allowed: 1 to 999999 if episodes are stepped"
+    );
     let error = Stepped::new(&spec, 0).unwrap_err().to_string();
-    assert_eq!(error, "lives: are 0; allowed: 1 to 1048576");
+    assert_eq!(error, "episodes: are 0; allowed: 1 to 1048576");
     let mut stepped = Stepped::new(&spec, 2).unwrap();
     let error = message(stepped.step(&mut cpu, &control, &[0], &[0.5, 0.5]));
     assert_eq!(
         error,
-        "lives: names life 0, which has ended or not begun; allowed: lives that go on"
+        "episodes: names episode 0, which has ended or not begun; allowed: episodes that go on"
     );
     stepped.begin(&mut cpu, &control, &[(0, key(0)), (1, key(1))]).unwrap();
     let mut refused = |who: &[usize], commands: &[f32]| message(stepped.step(&mut cpu, &control, who, commands));
-    assert_eq!(refused(&[2], &[0.5, 0.5]), "lives: is 2; allowed: 0 to 1");
+    assert_eq!(refused(&[2], &[0.5, 0.5]), "episodes: is 2; allowed: 0 to 1");
     assert_eq!(
         refused(&[1, 1], &[0.5; 4]),
-        "lives: names life 1 twice; allowed: each once"
+        "episodes: names episode 1 twice; allowed: each once"
     );
-    assert_eq!(refused(&[1], &[0.5]), "commands: are 1; allowed: 2 for each life");
+    assert_eq!(refused(&[1], &[0.5]), "commands: are 1; allowed: 2 for each episode");
     let error = refused(&[0, 1], &[0.5, 0.5, 0.5, f32::NAN]);
     assert_eq!(error, "commands[1][1]: is NaN; allowed: 0 to 1");
     // What was refused has changed nothing.

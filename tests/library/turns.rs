@@ -10,7 +10,7 @@ use oneiro::swarm::{Lamp, Order, Swarm};
 use oneiro::world::{Collision, Controller, World, WorldSpec};
 use oneiro_shader_compiler::interpret::{Memory, run_invocation};
 use oneiro_shader_compiler::{Part, Trees, trees};
-use oneiro_shaders::{Kernel, life};
+use oneiro_shaders::{Kernel, episode};
 
 fn tree(kernel: &Kernel) -> Trees {
     let part = Part {
@@ -41,7 +41,7 @@ fn counted(batch: &Batch, cycles: u32) -> Vec<u64> {
         })
         .collect();
     let cycle = |step| {
-        let dispatch = life::Dispatch {
+        let dispatch = episode::Dispatch {
             step_begin: step,
             step_end: step + 1,
             trace_every: 1,

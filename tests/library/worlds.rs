@@ -293,7 +293,7 @@ fn invalid_values_are_refused_by_name() {
             spec.task = Task::AVOIDANCE.with_new_cell(1.0);
             spec.arena = Arena::rectangle(1000.0, 1000.0);
         }),
-        ("task.new_cell", "surrogate's life", |spec| {
+        ("task.new_cell", "surrogate's episode", |spec| {
             spec.task = Task::AVOIDANCE.with_new_cell(1.0);
             spec.surrogate = Some(Arc::new(Surrogate::drawn(1, Differences::all(1.0))));
         }),

@@ -265,7 +265,7 @@ fn mistakes_are_told_with_what_to_do_instead() {
     place.write("robots.toml", format!("{robots}finalists = 0\n"));
     place.write(
         "mission.wgsl",
-        "fn mission_cycle(life: Life, step: u32) -> f32 { return f32(step); }\n",
+        "fn mission_cycle(episode: Episode, step: u32) -> f32 { return f32(step); }\n",
     );
     let run = [
         "run",

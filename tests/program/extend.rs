@@ -64,13 +64,13 @@ fn inexact_arithmetic_is_named_with_its_line() {
             "struct TaskState {{
     heat: f32,
 }}
-fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {{
+fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {{
     return TaskState(1.0f);
 }}
 fn share(x: f32) -> f32 {{
     return reciprocal(x);
 }}
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
 {body}
 }}
 "
@@ -207,16 +207,16 @@ struct TaskState {
     sum: f32,
     place: vec2<f32>,
 }
-fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
+fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {
     return TaskState(4000000000u, -2000000000, 0.0f, vec2<f32>(pose.x, pose.y));
 }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     let sum = before.sum + 0.1f;
     let place = vec2<f32>(now.start.x, now.start.y);
     return Reward(sum, TaskState(before.cycles + 1u, before.below - 1, sum, place));
 }
-fn task_ends(life: Life, own: TaskState) -> bool {
-    return own.cycles >= 4000000050u && random(life, STREAM_TASK, own.cycles, 0u).x < 0.02f;
+fn task_ends(episode: Episode, own: TaskState) -> bool {
+    return own.cycles >= 4000000050u && random(episode, STREAM_TASK, own.cycles, 0u).x < 0.02f;
 }
 ";
     place.write("counts.wgsl", task);
@@ -436,12 +436,12 @@ fn a_forager_takes_parts() {
             "arena.preset=\"open\"",
             "arena: has a preset, sides or objects; allowed: none of them, a forager's arena is round",
         ),
-        ("noise.motor=0.1", "noise: is not zero in a forager's life"),
+        ("noise.motor=0.1", "noise: is not zero in a forager's episode"),
         ("robot.collision=\"slide\"", "robot.collision: is given; allowed: none"),
         ("arena.nest_radius_mm=601", "arena.nest_radius_mm: is 601"),
         (
             "reality.robot=\"surrogate:1\"",
-            "is `forager` in a surrogate's life; allowed: another kind",
+            "is `forager` in a surrogate's episode; allowed: another kind",
         ),
         (
             "reality.robot=\"serial:/dev/ttyUSB0\"",
@@ -800,8 +800,8 @@ fn random_genomes_are_evaluated_and_summed_up() {
 fn measures_that_are_not_a_number_are_counted() {
     let place = Place::new("nan-measures");
     let task = "struct TaskState { mark: f32, }
-fn task_begin(life: Life, pose: vec3<f32>) -> TaskState { return TaskState(0.0f); }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState { return TaskState(0.0f); }
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     let infinite = reciprocal(0.0f * now.end.x);
     return Reward(1.0f, TaskState(MARK));
 }

@@ -196,10 +196,10 @@ fn a_life_that_ends_early_is_played_to_its_end() {
     let mission = |cycles: u32| {
         let text = format!(
             "struct MissionState {{ cycles: u32 }}
-            fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {{
+            fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {{
                 return Tally(1.0f, MissionState(step + 1u));
             }}
-            fn mission_ends(life: Life, own: MissionState) -> bool {{ return own.cycles == {cycles}u; }}"
+            fn mission_ends(episode: Episode, own: MissionState) -> bool {{ return own.cycles == {cycles}u; }}"
         );
         place.write("gather/mission.wgsl", &text);
         let short = [

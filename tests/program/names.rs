@@ -378,12 +378,12 @@ const CONTROLLER_GENES: u32 = 4u;
 struct ControllerState {
     last: f32,
 }
-fn controller_begin(life: Life) -> ControllerState {
-    return ControllerState(gene(life, 3u));
+fn controller_begin(episode: Episode) -> ControllerState {
+    return ControllerState(gene(episode, 3u));
 }
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
     let near = reading(readings, 0u) + before.last;
-    let outputs = vec2<f32>(logistic(gene(life, 0u) + near * gene(life, 2u)), logistic(gene(life, 1u) - near));
+    let outputs = vec2<f32>(logistic(gene(episode, 0u) + near * gene(episode, 2u)), logistic(gene(episode, 1u) - near));
     return Command(outputs, ControllerState(0.5f * near));
 }
 ";

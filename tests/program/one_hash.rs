@@ -40,7 +40,7 @@ const SHIPPED: [(Kind, &str); 5] = [
 /// What a change puts into a part: above all what could reach another episode.
 const ODD: [&str; 26] = [
     "life",
-    "Life",
+    "Episode",
     "gene",
     "0u",
     "4294967295u",

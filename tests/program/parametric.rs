@@ -250,7 +250,7 @@ fn the_pages_battery_empties() {
     // A task of the user's own is rewarded by the reading's name.
     place.write(
         "energy.wgsl",
-        "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+        "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
             return Reward(now.real.energy, before);
         }",
     );

@@ -49,7 +49,7 @@ pub(crate) fn module(program: &Program, original: &Module) -> Result<Module, Str
     Ok(module)
 }
 
-/// Turns blocks that are left into branches, where that needs no copies. The others become loops of one turn.
+/// Turns blocks with exits into branches, where that needs no copies. The others become loops of one turn.
 pub(crate) fn dissolve_all(block: &mut Block) {
     for mut statement in std::mem::take(block) {
         statement.blocks_mut().for_each(dissolve_all);
@@ -63,7 +63,7 @@ pub(crate) fn dissolve_all(block: &mut Block) {
     }
 }
 
-/// A block without its exits to a label: what a branch that is left skips becomes the other side of that branch. None if an exit lies
+/// A block without its exits to a label: what a branch with an exit skips becomes the other side of that branch. None if an exit lies
 /// in a loop, or what it skips would be needed twice.
 fn dissolved(block: Block, label: Label) -> Option<Block> {
     let mut out = Vec::new();
@@ -119,7 +119,7 @@ fn always_leaves(block: &[Statement]) -> bool {
 /// A loop of the module.
 struct Scope {
     label: Label,
-    /// Set by an exit that leaves loops within it too.
+    /// Set by an exit that also leaves loops within it.
     flag: Option<Handle<Expression>>,
 }
 

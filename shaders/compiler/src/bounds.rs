@@ -3,7 +3,7 @@
 //!
 //! A loop counts a variable up to an end: `for (var i = start; i < end; i++)`, with any constant step. The end is computed from
 //! constants and from words that the host knows: those of the uniform buffer, which it sets for each dispatch, of the
-//! rollout's element of `worlds`, and of other read-only buffers at indices that are known in the same way. It must have an upper
+//! episode's element of `worlds`, and of other read-only buffers at indices with such a bound. It must have an upper
 //! limit, so a word is written as `min(word, GREATEST)`. Any other loop is refused.
 //!
 //! All branches of an `if` count together, since a vector of invocations takes all of them.
@@ -19,7 +19,7 @@ use crate::words::blank_comments;
 /// Words of buffers, by the buffer's name, the element and the word.
 pub type WordOf<'a> = dyn Fn(&str, Option<u64>, u32) -> u32 + 'a;
 
-/// A number that is known before a kernel runs, or that no run exceeds.
+/// A number known before a kernel runs, or one that no run exceeds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Bound {
     /// A constant.
@@ -28,7 +28,7 @@ pub enum Bound {
     Word {
         /// The buffer's name.
         buffer: String,
-        /// Index of the element; `None` for the uniform buffer and for the world of the rollout.
+        /// Index of the element; `None` for the uniform buffer and for the world of the episode.
         element: Option<Box<Bound>>,
         /// Word within the element.
         word: u32,
@@ -251,7 +251,7 @@ pub(crate) fn bounds(
 pub(crate) struct OfLoop {
     /// How often its body runs, without the last test.
     pub(crate) turns: Bound,
-    /// Whether loops lie before its test, which the last test runs too.
+    /// Whether loops lie before its test: the last test also runs these.
     pub(crate) tests_by_loops: bool,
     /// Whether they differ between dispatches of one world.
     pub(crate) of_dispatch: bool,
@@ -304,7 +304,7 @@ struct Counted<'a> {
     counting: &'a [Statement],
 }
 
-/// What to write in place of a loop that nothing bounds, given its text.
+/// What to write instead of a loop that nothing bounds, given its text.
 fn instead(text: &str) -> &'static str {
     let text = blank_comments(text);
     let Some(head) = text.strip_prefix("for") else {

@@ -10,7 +10,7 @@ use crate::tree::{Binary, Block, Op, Program, Statement, Ty, Unary, Value};
 /// A class of operations that cost a processor about the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Class {
-    /// Sums, differences and products of floats, their signs, least and greatest, and roundings.
+    /// Sums, differences and products of floats, their signs, minimum and maximum, and roundings.
     Float,
     /// Sums, differences, shifts and bits of integers and truth values.
     Integer,
@@ -117,7 +117,7 @@ impl AddAssign<&Self> for Operations {
 impl Sub for &Operations {
     type Output = Operations;
 
-    /// What is more in the first; nothing of a class that has less.
+    /// The first minus the second, class by class, and at least 0.
     fn sub(self, other: Self) -> Operations {
         let mut more = Operations::default();
         for (class, count) in &self.0 {

@@ -150,7 +150,7 @@ fn instead(function: &str) -> Option<&'static str> {
     })
 }
 
-/// What to write for a function of other languages that WGSL doesn't have.
+/// WGSL for a function that only other languages have.
 fn meant(function: &str) -> Option<&'static str> {
     Some(match function {
         "float" | "double" => "`f32(x)`",
@@ -163,7 +163,7 @@ fn meant(function: &str) -> Option<&'static str> {
         "fmin" => "`min(x, y)`",
         "fmax" => "`max(x, y)`",
         "hypot" => "`root(x * x + y * y)`",
-        "rand" => "`random(life, STREAM, step, n)`",
+        "rand" => "`random(episode, STREAM, step, n)`",
         _ => return None,
     })
 }

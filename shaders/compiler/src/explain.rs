@@ -261,7 +261,7 @@ impl<'a> Types<'a> {
         })
     }
 
-    /// A struct or vector that is made of the wrong values.
+    /// A struct or vector with the wrong values.
     fn composed(&self, handle: Handle<Expression>, error: &ComposeError) -> Option<String> {
         let Expression::Compose { ty, components } = &self.function.expressions[handle] else {
             return None;
@@ -308,7 +308,7 @@ fn constant(ty: &str) -> Option<&'static str> {
         .find_map(|(own, constant)| (own == ty).then_some(constant))
 }
 
-/// What to write for a value of one type where another is needed, if that is all; else nothing.
+/// The conversion to write if a value only has the wrong type; else nothing.
 pub(crate) fn conversion(found: &str, needed: &str) -> String {
     match (constant(found), constant(needed)) {
         (Some(_), Some(one)) => format!("; write `{needed}(x)`, or `{one}` for a constant"),
@@ -343,7 +343,7 @@ fn logical(op: BinaryOperator) -> Option<&'static str> {
     }
 }
 
-/// An operator as it is written.
+/// An operator in WGSL.
 fn sign(op: BinaryOperator) -> &'static str {
     match op {
         BinaryOperator::Add => "+",

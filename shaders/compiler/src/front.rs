@@ -9,7 +9,7 @@ use crate::source::{Refusal, Source};
 use crate::syntax::Mistake;
 use crate::words::blank_comments;
 
-/// What naga says of a name that nothing declares, and of a field that a struct doesn't have.
+/// Naga's messages for an undeclared name, and for a field that a struct doesn't have.
 const UNKNOWN: [&str; 2] = ["no definition in scope", "invalid field accessor"];
 
 fn is_unknown(message: &str) -> bool {
@@ -80,7 +80,7 @@ fn refused_logic(source: &Source) -> Option<Refusal> {
     Some(refused(source, &module, &error, Logic::AsBits))
 }
 
-/// What the validator says of a module, with its place.
+/// The validator's refusals of a module, with their places.
 fn refused(source: &Source, module: &naga::Module, error: &WithSpan<ValidationError>, logic: Logic) -> Refusal {
     let smallest = || {
         let spans = error.spans().filter_map(|(span, _)| span.to_range());

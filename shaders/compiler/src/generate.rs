@@ -451,7 +451,7 @@ impl Generator {
             4 => format!("({a} & {})", self.expression(Ty::U32, depth)),
             5 => format!("({a} | {})", self.expression(Ty::U32, depth)),
             6 => format!("({a} ^ {})", self.expression(Ty::U32, depth)),
-            // Never of constants: naga refuses those that overflow, and floats made of quotients are refused, too.
+            // Never of constants: naga refuses those that overflow, and the rules refuse floats made of quotients.
             7 => format!("(({a} ^ settings.b) << ({} & 31u))", self.expression(Ty::U32, depth)),
             8 => format!("({a} >> ({} & 31u))", self.expression(Ty::U32, depth)),
             9 => format!("({a} >> {}u)", self.random.below(32)),

@@ -6,8 +6,8 @@ use crate::tree::{Array, Binary, Block, Op, Program, Statement, Ty, Unary, Value
 
 /// Most values that stay in registers throughout a loop because of this.
 const KEPT: usize = 48;
-/// Most statements of a loop that is changed. In a longer one the registers are worth more than the time: a surrogate's life would need
-/// 136 in place of 88 for a fiftieth of its instructions.
+/// Most statements of a loop that is changed. In a longer one the registers are worth more than the time: a surrogate's episode would need
+/// 136 instead of 88 for a fiftieth of its instructions.
 const LONGEST: usize = 2_500;
 
 /// Moves what does not change in a loop before it, unless another loop is around it. Loads are moved even if some turns do without them:
@@ -166,7 +166,7 @@ impl<'a> Hoisting<'a> {
     }
 }
 
-/// Statements that set values in a loop's turn, but for those in loops within it.
+/// Statements that set values in a loop's turn, except for those in loops within it.
 fn collect<'a>(block: &'a Block, all: &mut Vec<&'a Statement>) {
     for statement in block {
         match statement {

@@ -48,7 +48,7 @@ pub enum Fault {
     NothingDiverges,
     /// Varying variables are written in all lanes.
     WritesUnmasked,
-    /// Idle lanes write to buffers, too.
+    /// Idle lanes also write to buffers.
     StoresUnmasked,
     /// An exit leaves only the innermost mask.
     ExitsStayInOuterMasks,
@@ -127,7 +127,7 @@ pub fn run_checked(
     }
 }
 
-/// What some invocation of a group has done: each statement, and in which turns of the loops around it.
+/// The statements that some invocation of a group has run, and in which turns of the loops around them.
 #[derive(Debug, Default)]
 pub(crate) struct Watch {
     seen: HashSet<(usize, u64)>,

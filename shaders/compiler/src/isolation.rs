@@ -145,7 +145,7 @@ impl<'a> Checker<'a> {
                 continue;
             }
             if self.carriers.is_in(&ty.inner) {
-                let message = format!("a struct can't hold a `{episode}`; give it to each function as a parameter");
+                let message = format!("a struct can't hold an `{episode}`; give it to each function as a parameter");
                 self.refuse(span, None, Rule::EpisodeAsGiven, message);
             }
             if let TypeInner::Struct { members, .. } = &ty.inner
@@ -171,7 +171,7 @@ impl<'a> Checker<'a> {
 
     fn refuse_made(&mut self, span: Span, function: Option<&String>) {
         let episode = self.isolation.episode;
-        let message = format!("a `{episode}` is made here; allowed: pass on the one that the function is given");
+        let message = format!("an `{episode}` is made here; allowed: pass on the one that the function is given");
         self.refuse(span, function, Rule::EpisodeAsGiven, message);
     }
 
@@ -200,7 +200,7 @@ impl<'a> Checker<'a> {
             if self.carriers.all.contains(&local.ty) {
                 let episode = self.isolation.episode;
                 let span = function.local_variables.get_span(handle);
-                let message = format!("a variable can't hold a `{episode}`; write `let`, or use the parameter");
+                let message = format!("a variable can't hold an `{episode}`; write `let`, or use the parameter");
                 self.refuse(span, name, Rule::EpisodeAsGiven, message);
             }
         }
@@ -245,7 +245,7 @@ impl<'a> Checker<'a> {
         if let Expression::Access { base, .. } | Expression::AccessIndex { base, .. } = expression
             && self.carriers.has(&info[*base].ty)
         {
-            let message = format!("the fields of a `{episode}` are only for Oneiro: pass it on as a whole");
+            let message = format!("the fields of an `{episode}` are only for Oneiro: pass it on as a whole");
             return self.refuse(span, name, Rule::BatchPlace, message);
         }
         let ty = &info[handle].ty;
@@ -265,7 +265,7 @@ impl<'a> Checker<'a> {
         }
         if matches!(expression, Expression::FunctionArgument(_)) {
             let message =
-                format!("this parameter holds a `{episode}`, or points to one; allowed: a `{episode}` itself");
+                format!("this parameter holds an `{episode}`, or points to one; allowed: an `{episode}` itself");
             self.refuse(span, name, Rule::EpisodeAsGiven, message);
         } else {
             self.refuse_made(span, name);

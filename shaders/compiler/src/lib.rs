@@ -71,7 +71,7 @@ pub struct Compiled {
 }
 
 impl Compiled {
-    /// Refuses a kernel in which a local array has an index that differs between lives, whose element nothing uses yet.
+    /// Refuses a kernel in which a local array has an index that differs between episodes, whose element nothing uses yet.
     ///
     /// # Errors
     /// A refusal for each of these indices.
@@ -98,7 +98,7 @@ impl Compiled {
 /// A kernel's program, before and after it is tidied, with the results of the analyses.
 #[derive(Clone, Debug)]
 pub struct Trees {
-    /// Program as it was lowered. Tests compare the tidied one with it.
+    /// The lowered program. Tests compare the tidied one with it.
     pub raw: tree::Program,
     /// Tidied program, from which code is made.
     pub tidied: tree::Program,
@@ -301,7 +301,7 @@ impl Checked {
             .iter()
             .any(|refusal| matches!(refusal.rule, Rule::BuiltInName | Rule::SupportedTypes))
         {
-            // Every use of these names would be refused, too.
+            // Every use of these names would also be refused.
             return Err(in_order(refusals, &source));
         }
         let (checked, of_module) = match Self::parsed(&source, isolation) {
@@ -313,7 +313,7 @@ impl Checked {
                 return Err(in_order(refusals, &source));
             }
         };
-        // What the text shows, the module often shows again: by the same rule, or as what no part can break.
+        // The module often repeats a refusal of the text: by the same rule, or by one that no part can break.
         let of_text: BTreeSet<_> = refusals.iter().map(|refusal| refusal.rule).collect();
         let is_new = |rule| !of_text.contains(&rule) && (rule != Rule::Internal || of_text.is_empty());
         refusals.extend(of_module.into_iter().filter(|refusal| is_new(refusal.rule)));

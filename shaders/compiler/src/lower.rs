@@ -843,7 +843,7 @@ impl<'a> Lowering<'a> {
             .collect()
     }
 
-    /// Lowers `base[index]` with an index that is known only at run time.
+    /// Lowers `base[index]` with an index computed at run time.
     fn access(&mut self, call: &mut Call<'a>, base: Handle<Expression>, index: Value, span: Span) -> Lower<Lowered> {
         let place = match self.lowered(call, base)? {
             Lowered::Place(Place::Buffer { buffer, stride }) => Place::InBuffer(Address {

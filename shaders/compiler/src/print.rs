@@ -53,7 +53,7 @@ struct Printer<'a> {
     program: &'a Program,
     shapes: &'a Shapes,
     uses: BTreeMap<Value, u32>,
-    /// Expressions of values that are written where they are used.
+    /// Expressions of values that are printed at their use.
     texts: BTreeMap<Value, String>,
     regions: Vec<Region>,
     masks: Vec<Mask>,
@@ -64,7 +64,7 @@ struct Printer<'a> {
     masks_made: u32,
 }
 
-/// Characters of the longest expression that is written where it is used.
+/// Characters of the longest expression that is printed at its use.
 const INLINE: usize = 60;
 
 impl Printer<'_> {
@@ -117,7 +117,7 @@ impl Printer<'_> {
         }
     }
 
-    /// Expression of a varying value's bits, as they are stored.
+    /// Expression of a varying value's bits in a buffer.
     fn bits(&self, value: Value) -> String {
         let lanes = self.lanes(value);
         match self.program.ty(value) {

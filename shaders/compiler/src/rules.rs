@@ -31,7 +31,7 @@ macro_rules! rules {
             }
 
             /// WGSL that breaks it and no other rule, and the same as it should be; `None` if no part can break it. Each is
-            /// a part, but for its function `.._cycle` where that has nothing to do with the rule.
+            /// a part, except for its function `.._cycle` where that has nothing to do with the rule.
             pub fn examples(self) -> Option<[&'static str; 2]> {
                 let examples = match self { $(Self::$rule => [$wrong, $right],)* };
                 (!examples[0].is_empty()).then_some(examples)
@@ -127,7 +127,7 @@ fn is_negative(x: f32) -> bool {
         "Types are f32, u32, i32, bool, and vectors, arrays and structs of them."
         why: "Not every device has floats of 16 bits. Products of matrices leave open in which order sums are made. \
               What textures and samplers return depends on the hardware, and what atomic variables hold depends on \
-              which life comes first."
+              which episode comes first."
         wrong: "\
 fn turned(v: vec2<f32>, c: f32, s: f32) -> vec2<f32> {
     var turn: mat2x2<f32>;
@@ -197,7 +197,7 @@ fn first() -> f32 {
 
     LargeKernel "large-kernel"
         "A kernel has at most 100,000 values and calls, with the body of each function instead of each call."
-        why: "Each call is replaced by the body of its function, since lives that run side by side can't call \
+        why: "Each call is replaced by the body of its function, since episodes that run side by side can't call \
               different ones. Functions that call others many times multiply the kernel again and again, and compiling \
               would not end."
         wrong: "\
@@ -207,13 +207,13 @@ fn c(x: f32) -> f32 { return b(b(b(b(b(b(b(b(b(b(x)))))))))); }
 fn d(x: f32) -> f32 { return c(c(c(c(c(c(c(c(c(c(x)))))))))); }
 fn e(x: f32) -> f32 { return d(d(d(d(d(d(d(d(d(d(x)))))))))); }
 fn f(x: f32) -> f32 { return e(e(e(e(e(e(e(e(e(e(x)))))))))); }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(f(now.end.x), before);
 }
 "
         right: "\
 fn a(x: f32) -> f32 { return 0.5f * x + 1.0f; }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = now.end.x;
     for (var i = 0u; i < 100u; i++) { sum = a(sum); }
     return Reward(sum, before);
@@ -225,14 +225,14 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
         why: "This limit is the compiler's: the elements of a local array stay where they are, and only one at a time \
               is loaded or stored. An array that is declared with its elements is fine."
         wrong: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var a = array<f32, 2>(now.end.x, now.end.y);
     let b = a;
     return Reward(b[0] + b[1], before);
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var a = array<f32, 2>(now.end.x, now.end.y);
     return Reward(a[0] + a[1], before);
 }
@@ -244,14 +244,14 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
               have no addresses. An array that is declared by `var` is in memory. Readings are the fields of a struct; \
               `reading(readings, i)` gives one by its number."
         wrong: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
     for (var i = 0u; i < 3u; i++) { sum += now.end[i]; }
     return Reward(sum, before);
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var pose = array<f32, 3>(now.end.x, now.end.y, now.end.z);
     var sum = 0.0f;
     for (var i = 0u; i < 3u; i++) { sum += pose[i]; }
@@ -260,19 +260,19 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
 "
 
     SameIndex "same-index"
-        "The index of a local array is the same in all lives: a constant, or a number that a loop counts."
-        why: "This limit is the compiler's: on a processor, 4 to 64 lives run side by side in one vector, and an \
-              element is loaded for all of them together. To choose by a number that differs from life to life, go \
+        "The index of a local array is the same in all episodes: a constant, or a number that a loop counts."
+        why: "This limit is the compiler's: on a processor, 4 to 64 episodes run side by side in one vector, and an \
+              element is loaded for all of them together. To choose by a number that differs from episode to episode, go \
               through the array with `select`."
         wrong: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var earned = array<f32, 3>(0.0f, 1.0f, 5.0f);
     let zone = u32(clamp(0.01f * now.end.x, 0.0f, 2.0f));
     return Reward(earned[zone], before);
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var earned = array<f32, 3>(0.0f, 1.0f, 5.0f);
     let zone = u32(clamp(0.01f * now.end.x, 0.0f, 2.0f));
     var sum = 0.0f;
@@ -314,7 +314,7 @@ fn sum(a: f32, b: f32) -> f32 {
               `select` of such, the counter of a loop around it, and sums and products of these. With `<=` or a step above \
               1, the greatest `end` plus the step must be below 2^32 - 1, or the counter could begin again from 0."
         wrong: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
     var x = abs(now.end.x);
     while (x > 1.0f) { x *= 0.5f; sum += 1.0f; }
@@ -322,7 +322,7 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
     var x = abs(now.end.x);
     for (var i = 0u; i < 40u; i++) {
@@ -334,17 +334,17 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
 
     TooManyTurns "too-many-turns"
         "All loops of a cycle together, those of the simulator included, turn at most 100,000 times."
-        why: "A run is stopped between cycles, and a life is cut between cycles into pieces that are short enough for \
+        why: "A run is stopped between cycles, and an episode is cut between cycles into pieces that are short enough for \
               a GPU: drivers reset a device whose work takes longer than some seconds. So no cycle may take long."
         wrong: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
     for (var i = 0u; i < 1000000u; i++) { sum = 0.5f * sum + 1.0f; }
     return Reward(sum, before);
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
     for (var i = 0u; i < 100u; i++) { sum = 0.5f * sum + 1.0f; }
     return Reward(sum, before);
@@ -353,7 +353,7 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
 
     EntryPoint "entry-point"
         "A part declares plain functions, without `@compute` and its like."
-        why: "A kernel begins at one place, Oneiro's own, which gives each life its number, its genes and its random \
+        why: "A kernel begins at one place, Oneiro's own, which gives each episode its number, its genes and its random \
               numbers. What an entry point of its own could read depends on how the work was cut."
         wrong: "\
 @compute @workgroup_size(64)
@@ -378,76 +378,76 @@ fn prepare() {}
     OwnBuffers "own-buffers"
         "A part declares no buffer and no variable outside of functions: what it remembers is in its struct of state."
         why: "Oneiro makes a kernel's buffers, and would not fill one that it does not know. A variable outside of \
-              functions begins anew in each piece that a life is cut into, so that results would depend on the cuts. \
+              functions begins anew in each piece that an episode is cut into, so that results would depend on the cuts. \
               The state goes from cycle to cycle on every device."
         wrong: "var<private> cycles: u32;\n"
         right: "\
 struct TaskState { cycles: u32 }
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(0.0f, TaskState(before.cycles + 1u));
 }
 "
 
     KernelBuffers "kernel-buffers"
         "The kernel's buffers, such as `worlds` and `fitness`, are not named in a part."
-        why: "They hold the genes, states and results of all lives of a batch. A part that reads or writes there \
-              reaches other lives, and results depend on what else is in the batch."
+        why: "They hold the genes, states and results of all episodes of a batch. A part that reads or writes there \
+              reaches other episodes, and results depend on what else is in the batch."
         wrong: "fn best() -> f32 { return fitness[0]; }\n"
         right: "fn best(own: TaskState, sum: f32) -> f32 { return sum; }\n"
 
     BatchPlace "batch-place"
-        "The fields of a `Life` are not read: `life` itself is passed on."
+        "The fields of an `Episode` are not read: `episode` itself is passed on."
         why: "They say where in its batch an episode is. The same episode has another place on another device, or next to \
               other runs, so a result that depends on its place could not be repeated."
         wrong: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    return Reward(f32(life.world), before);
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    return Reward(f32(episode.world), before);
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    return Reward(random(life, STREAM_TASK, now.step, 0u).x, before);
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    return Reward(random(episode, STREAM_TASK, now.step, 0u).x, before);
 }
 "
 
     EpisodeAsGiven "episode-as-given"
-        "A function passes on the `Life` that it is given. No part makes one, changes one, or keeps one in a variable, a \
+        "A function passes on the `Episode` that it is given. No part makes one, changes one, or keeps one in a variable, a \
          struct or an array."
-        why: "A `Life` has indices into the kernel's buffers. Every function that takes one, such as `gene` and \
+        why: "An `Episode` has indices into the kernel's buffers. Every function that takes one, such as `gene` and \
               `robot_pose`, reads there. With other indices it would read or write another episode of the batch, and \
-              results would depend on what else is in the batch. `let same = life;` is fine."
+              results would depend on what else is in the batch. `let same = episode;` is fine."
         wrong: "\
 fn draw(step: u32) -> f32 {
-    var nobody: Life;
+    var nobody: Episode;
     return random(nobody, STREAM_TASK, step, 0u).x;
 }
 "
         right: "\
-fn draw(life: Life, step: u32) -> f32 {
-    return random(life, STREAM_TASK, step, 0u).x;
+fn draw(episode: Episode, step: u32) -> f32 {
+    return random(episode, STREAM_TASK, step, 0u).x;
 }
 "
 
     AllowedCalls "allowed-calls"
         "Of Oneiro's own functions, a part calls those that docs/extend.md lists."
-        why: "The others take indices into the kernel's buffers, with which a part could reach other lives, and they \
+        why: "The others take indices into the kernel's buffers, with which a part could reach other episodes, and they \
               change from version to version."
         wrong: "fn is_free(x: f32, y: f32) -> bool { return !touches(0u, vec2<f32>(x, y)); }\n"
-        right: "fn is_free(life: Life, x: f32, y: f32) -> bool { return !blocked(life, vec2<f32>(x, y)); }\n"
+        right: "fn is_free(episode: Episode, x: f32, y: f32) -> bool { return !blocked(episode, vec2<f32>(x, y)); }\n"
 
     MissingDeclaration "missing-declaration"
         "A part declares what the kernel calls: its function `.._cycle`, a controller's genes, sensors' readings."
         why: "The kernel calls these functions by their names and uses these constants and structs. What else is \
               missing has a default, but here none would make sense."
         wrong: "\
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(episode, 0u), gene(episode, 1u)), before);
 }
 "
         right: "\
 const CONTROLLER_GENES: u32 = 2u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(episode, 0u), gene(episode, 1u)), before);
 }
 "
 
@@ -461,7 +461,7 @@ fn task_cycle(now: Experience) -> f32 {
 }
 "
         right: "\
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(now.moved.left, before);
 }
 "
@@ -471,10 +471,10 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
         why: "Oneiro calls the functions of a part by their names and has a default for each that is missing. A name that \
               is misspelt would be a missing function, and the run would go on with the default without saying so."
         wrong: "\
-fn task_end(life: Life, own: TaskState) -> bool { return true; }
+fn task_end(episode: Episode, own: TaskState) -> bool { return true; }
 "
         right: "\
-fn task_ends(life: Life, own: TaskState) -> bool { return true; }
+fn task_ends(episode: Episode, own: TaskState) -> bool { return true; }
 "
 
     ValueForm "value-form"
@@ -493,18 +493,18 @@ struct TaskValues {
 "
 
     ReadingForm "reading-form"
-        "A reading of your own sensors is one f32."
+        "A reading of a custom sensor is one f32."
         why: "The controllers that ship weigh each reading by a gene of its own and name the gene after it, so each \
               field must be one number."
         wrong: "\
 struct SensorReadings { ahead: vec2<f32> }
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
     return Sensed(SensorReadings(cosine_sine(pose.z)), before);
 }
 "
         right: "\
 struct SensorReadings { east: f32, north: f32 }
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
     let ahead = cosine_sine(pose.z);
     return Sensed(SensorReadings(ahead.x, ahead.y), before);
 }
@@ -521,8 +521,8 @@ struct ControllerGenes {
     gain: f32, // 0 to: of the sensors
     biases: vec2<f32>,
 }
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(episode, 0u), gene(episode, 1u)), before);
 }
 "
         right: "\
@@ -530,15 +530,15 @@ struct ControllerGenes {
     gain: f32, // 0 to 5: of the sensors
     biases: array<f32, 2>,
 }
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let near = gene(life, GAIN) * highest(readings);
-    return Command(vec2<f32>(near + gene(life, BIASES), near + gene(life, BIASES + 1u)), before);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let near = gene(episode, GAIN) * highest(readings);
+    return Command(vec2<f32>(near + gene(episode, BIASES), near + gene(episode, BIASES + 1u)), before);
 }
 "
 
     StateTypes "state-types"
         "A part's memory has fields of f32, u32, i32 and vectors of them."
-        why: "Between two pieces of a life its memory is words in a buffer, and each word is a column of the trace. A \
+        why: "Between two pieces of an episode its memory is words in a buffer, and each word is a column of the trace. A \
               bool has no form in a buffer, and an array no name for each column."
         wrong: "struct TaskState { found: bool }\n"
         right: "struct TaskState { found: u32 }\n"
@@ -548,14 +548,14 @@ fn controller_cycle(life: Life, step: u32, readings: Readings, before: Controlle
         why: "The optimiser has to know the number of genes before it creates the first individual."
         wrong: "\
 const CONTROLLER_GENES: u32 = 0u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(episode, 0u), gene(episode, 1u)), before);
 }
 "
         right: "\
 const CONTROLLER_GENES: u32 = 2u;
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    return Command(vec2<f32>(gene(life, 0u), gene(life, 1u)), before);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    return Command(vec2<f32>(gene(episode, 0u), gene(episode, 1u)), before);
 }
 "
 

@@ -1,4 +1,4 @@
-//! Evaluates a program in part: words of buffers that are known become constants, what follows from them is computed, branches that
+//! Evaluates a program in part: known words of buffers become constants, what follows from them is computed, branches that
 //! are never taken vanish, short loops whose turns are known are written out, and what does not change in a loop is computed before it.
 //!
 //! Results are the same to the last bit. A float is folded only where its result is zero or normal, by the arithmetic that every
@@ -22,9 +22,9 @@ pub struct Known<'a> {
     pub signed_zeros: bool,
 }
 
-/// Most turns of a loop that is written out.
+/// Most turns of an unrolled loop.
 const TURNS: u32 = 32;
-/// Most values of all turns of a loop that is written out.
+/// Most values of all turns of an unrolled loop.
 const VALUES: usize = 2_000;
 
 /// Evaluates a program in part.
@@ -61,7 +61,7 @@ pub fn specialise(program: &Program, known: &Known<'_>) -> Program {
     new
 }
 
-/// The new values that variables and elements of arrays have, as far as they are known.
+/// Known new values of variables and elements of arrays.
 #[derive(Clone)]
 struct State {
     variables: Vec<Option<Value>>,
@@ -132,7 +132,7 @@ impl Scopes {
 #[derive(Clone)]
 struct Target {
     label: Label,
-    /// What is known wherever it is left; none if it never is.
+    /// What all its exits know; none if it has no exit.
     left: Option<State>,
     /// Number of unknown branches around it.
     branches: u32,
@@ -546,7 +546,7 @@ impl Partial<'_> {
             operands[count] = self.bits(new)?;
             count += 1;
         }
-        // What breaks the rules is left to the device: nobody relies on it.
+        // Calls that break the rules are left to the device: nobody relies on them.
         let is_computed = count > 0 && check(self.old, old, operands).is_ok();
         is_computed.then(|| apply(self.old, old, operands))
     }
@@ -557,7 +557,7 @@ impl Partial<'_> {
         !self.known.signed_zeros && self.new.ty(value) == Ty::F32 && self.bits(value).is_some_and(is_zero)
     }
 
-    /// What an operation of floats results in if one of them is zero, but for the sign of a zero.
+    /// Result of an operation of floats of which one is zero, except for the sign of a zero.
     fn same_but_for_zeros(&mut self, op: Binary, a: Value, b: Value) -> Option<Value> {
         match (op, self.is_any_zero(a), self.is_any_zero(b)) {
             (Binary::Multiply, true, _) | (Binary::Multiply, _, true) => Some(self.constant(0, Ty::F32)),

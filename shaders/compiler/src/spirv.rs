@@ -78,7 +78,7 @@ fn own_place(binding: naga::ResourceBinding) -> (naga::ResourceBinding, spv::Bin
     (binding, info)
 }
 
-/// Turns each `clamp(x, low, high)` into `min(max(x, low), high)`, which is defined for `low > high` too.
+/// Turns each `clamp(x, low, high)` into `min(max(x, low), high)`, which is also defined for `low > high`.
 fn without_clamps(words: &[u32]) -> Vec<u32> {
     let mut out = words[..HEADER].to_vec();
     for (at, opcode, length) in instructions(words) {

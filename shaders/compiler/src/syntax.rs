@@ -3,7 +3,7 @@
 use crate::explain::{alike, conversion};
 use crate::words::words;
 
-/// What naga says of a mistake, what it says of the places that belong to it, and where the first of them is.
+/// Naga's message for a mistake, its notes for the places that belong to it, and where the first of them is.
 pub(crate) struct Mistake<'a> {
     pub(crate) message: &'a str,
     pub(crate) labels: &'a [String],
@@ -69,7 +69,7 @@ impl Mistake<'_> {
         &before[start.map_or(0, |start| start + 1)..]
     }
 
-    /// What was found in place of what WGSL's grammar expects.
+    /// What was found where WGSL's grammar expects something else.
     fn expected(&self) -> Option<String> {
         let (expected, found) = self.message.split_once(", found ")?;
         let found = found.trim_matches('"');
@@ -171,7 +171,7 @@ impl Mistake<'_> {
         constant.bytes().all(|c| c.is_ascii_digit()).then_some((name, constant))
     }
 
-    /// What its labels say of the type of an argument: `argument #2 has type u32` and the like.
+    /// An argument's type by its labels: `argument #2 has type u32` and the like.
     fn type_of_label(&self, prefix: &str) -> Option<&str> {
         let types = self.labels.iter().filter_map(|label| label.split_once(prefix));
         let (_, ty) = types.into_iter().next()?;

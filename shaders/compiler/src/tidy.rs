@@ -275,7 +275,7 @@ pub fn rename(program: &mut Program, statement: &mut Statement, with: &impl Fn(V
     }
 }
 
-/// Replaces each branch whose condition is a constant by the side that is taken.
+/// Replaces each branch whose condition is a constant by its only possible side.
 pub(crate) fn take_constant_branches(program: &mut Program) {
     fn take(program: &Program, block: &mut Block) {
         for statement in std::mem::take(block) {

@@ -8,7 +8,7 @@ use crate::source::{Place, Refusal, Refusals};
 use crate::tree::{Array, Binary, Block, Label, Op, Program, Statement, Ty, Value, Variable, visit};
 
 /// What is wrong with the index of a local array that differs between lanes, and what to write instead.
-const SAME_INDEX: &str = "the index of a local array has to be the same in all lives, a constant or the counter of a loop; \
+const SAME_INDEX: &str = "the index of a local array has to be the same in all episodes, a constant or the counter of a loop; \
     go through the array: `for (var i = 0u; i < COUNT; i++)` with `x = select(x, a[i], i == index);` to read an element, \
     and `a[i] = select(a[i], x, i == index);` to write one";
 

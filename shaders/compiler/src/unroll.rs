@@ -1,5 +1,5 @@
 //! Writes turns of loops one after another, so that the loops themselves turn less often. Mesa's software driver leaves all loops of an
-//! invocation after a number of turns in total, and turns that are written out don't count.
+//! invocation after a number of turns in total, and unrolled turns don't count.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,9 +16,9 @@ const LONGEST: u64 = 60_000;
 pub(crate) struct Turns {
     /// At most, each time that it is entered, in two cases.
     most: [u64; 2],
-    /// Whether the last test runs the loops in it too.
+    /// Whether the last test also runs the loops in it.
     tests_by_loops: bool,
-    /// Whether there may be more in another dispatch, so that it stays as it is.
+    /// Whether there may be more in another dispatch, so that it stays a loop.
     of_dispatch: bool,
 }
 
@@ -63,7 +63,7 @@ struct Piece {
     turns: Option<Turns>,
     /// Whether no loop is left if all turns are written out.
     can_vanish: bool,
-    /// Turns that are written one after another.
+    /// Turns to write one after another.
     written: u64,
     /// Statements, without those of inner pieces.
     statements: u64,
@@ -79,7 +79,7 @@ impl Piece {
         }
     }
 
-    /// What each time takes that it is entered, given what its inner pieces take.
+    /// Values of one execution, given those of its inner pieces.
     fn sizes(&self, inner: Sizes) -> Sizes {
         let Some(turns) = self.turns else {
             return Sizes {
@@ -291,7 +291,7 @@ fn turn_as_branch(label: Label, body: &Block) -> Option<Block> {
     Some(all)
 }
 
-/// A copy of statements, with values and labels of its own.
+/// A copy of statements, with new values and labels.
 struct Copy<'a> {
     program: &'a mut Program,
     values: BTreeMap<Value, Value>,

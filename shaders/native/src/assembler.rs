@@ -20,7 +20,7 @@ pub(crate) enum Form {
 ///
 /// It is a trait, although only Cranelift implements it, because a second backend, WebAssembly, is planned.
 pub(crate) trait Assembler {
-    /// A computed value, valid wherever its block has already run. Pointers are values, too.
+    /// A computed value or pointer, valid wherever its block has already run.
     type Value: Copy;
     /// A local variable of one form.
     type Variable: Copy;
@@ -55,8 +55,8 @@ pub(crate) trait Assembler {
     /// The same for vectors, lane by lane.
     fn blend(&mut self, ty: Ty, mask: Self::Value, accept: Self::Value, reject: Self::Value) -> Self::Value;
     /// Converts between numbers, or a scalar truth value to a word. Integers are rounded to the nearest float, and to even
-    /// ones between two. Floats are rounded towards zero, after `min(max(a, low), high)`, where the bounds are the least and
-    /// greatest floats that are integers of the type; this is WGSL's rule.
+    /// ones between two. Floats are rounded towards zero, after `min(max(a, low), high)`, where the bounds are the minimum and
+    /// maximum floats that are integers of the type; this is WGSL's rule.
     fn convert(&mut self, from: Form, to: Ty, a: Self::Value) -> Self::Value;
     /// Reinterprets the bits as another type.
     fn bitcast(&mut self, from: Form, to: Ty, a: Self::Value) -> Self::Value;

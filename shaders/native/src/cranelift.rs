@@ -172,7 +172,7 @@ fn like(form: Form, ty: Ty) -> ir::Type {
     })
 }
 
-/// Byte offset of a word. No element is large enough for it to overflow: [`FRAME`] limits elements, too.
+/// Byte offset of a word. No element is large enough for it to overflow, since [`FRAME`] also limits elements.
 fn displacement(words: u32) -> i32 {
     (words * WORD) as i32
 }
@@ -238,7 +238,7 @@ impl<'a> Clif<'a> {
 
     /// Ends the function, whose emitted code ends with a return.
     fn end(mut self, isa: &dyn TargetIsa) {
-        // The block after that return is never reached, but must end as well.
+        // The block after that return is never reached, but must also end.
         self.builder.ins().trap(TrapCode::unwrap_user(1));
         self.start_sealed(self.used_up);
         let result = self.builder.ins().iconst(I32, 1);
@@ -359,7 +359,7 @@ impl<'a> Clif<'a> {
     fn convert_to_integer_on_x86(&mut self, to: Ty, a: ir::Value, low: ir::Value, high: ir::Value) -> ir::Value {
         let form = Form::Four(Ty::F32);
         if to == Ty::I32 {
-            // That is already the right result for NaN, which is kept here, and for numbers below the least integer.
+            // That is already the right result for NaN, which is kept here, and for numbers below the smallest integer.
             let within = self.extreme(form, high, a, true);
             return self.builder.ins().x86_cvtt2dq(I32X4, within);
         }

@@ -190,7 +190,7 @@ impl Draft {
         Ok(Library::open(&self.new, &bytes, key).map_err(unloadable)?)
     }
 
-    /// Puts it into the cache, in the place of one that is there for its key.
+    /// Puts it into the cache, instead of an earlier one with its key.
     ///
     /// # Errors
     /// Errors of the file system.

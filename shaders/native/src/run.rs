@@ -96,7 +96,7 @@ impl Native {
     /// Runs invocations `first_lane..first_lane + lanes` of one workgroup. Their loops may take `turns` turns in all.
     ///
     /// # Errors
-    /// See [`Stopped`]. A call that uses up its turns leaves the buffers as they are at that point.
+    /// See [`Stopped`]. A call that uses up its turns leaves the buffers half written.
     ///
     /// # Safety
     /// Every buffer must be valid for reads for its whole length, and those that the kernel writes also for writes. While a
@@ -145,7 +145,7 @@ mod tests {
         assert!(matches!(error, Error::Foreign { .. }), "{error}");
     }
 
-    /// Callers can make it an error of their own.
+    /// Callers can turn it into their errors.
     #[test]
     fn reasons_are_errors() {
         fn boxed(stopped: Stopped) -> Box<dyn std::error::Error + Send + Sync> {

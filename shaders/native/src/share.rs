@@ -1,5 +1,5 @@
 //! Computes each value once: what was computed before, from the same operands and with nothing written in between, isn't
-//! computed again. LLVM does so for lane code that is compiled ahead of time; code that is made at run time depends on it.
+//! computed again. LLVM does the same for lane code compiled ahead of time; code compiled at run time depends on this.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -44,7 +44,7 @@ struct Sharing<'a> {
     order: Vec<Computation>,
     /// Values that are no longer computed, and those in their place.
     replaced: HashMap<Value, Value>,
-    /// Number of the last write of each place that was written, and the versions before the writes of the current scope.
+    /// Number of each place's last write, and the versions before the writes of the current scope.
     versions: BTreeMap<Written, u32>,
     before: Vec<(Written, u32)>,
     writes: u32,
@@ -245,7 +245,7 @@ impl Sharing<'_> {
         true
     }
 
-    /// Enters what a statement without blocks writes. A variable that was written is known.
+    /// Enters what a statement without blocks writes. A written variable is known.
     fn write(&mut self, statement: &Statement) {
         let Some(place) = Written::written_by(statement) else {
             return;
@@ -301,7 +301,7 @@ mod tests {
         [count(&trees.tidied), count(&shared(&trees))]
     }
 
-    /// What is known is not computed again; what was written since, or may have been jumped over, is.
+    /// Known values are not computed again; those written since, or perhaps jumped over, are.
     #[test]
     fn values_are_computed_once() {
         for (body, expected) in [
@@ -338,7 +338,7 @@ mod tests {
                 "numbers[lane] = x * x; for (var i = 0u; i < 3u; i++) { numbers[lane + i] = x * x; }",
                 [2, 1],
             ),
-            // What a branch computes isn't there after it; what was computed before it is there in it.
+            // A branch's values don't exist after it; those from before it exist in it.
             (
                 "if (x > 1.0f) { numbers[lane] = x * x; } numbers[lane] = x * x;",
                 [2, 2],

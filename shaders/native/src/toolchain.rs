@@ -19,7 +19,7 @@ const OLDEST: &str = env!("CARGO_PKG_RUST_VERSION");
 /// Name of the lane function.
 const NAME: &str = "kernel";
 
-/// Sources of the library beside the lane code itself: those of the lanes, and what they need of `oneiro-shaders`.
+/// Sources of the library besides the lane code: those of the lanes, and what they need of `oneiro-shaders`.
 const SOURCES: [(&str, &str); 9] = [
     ("kernel.rs", KERNEL),
     ("lanes/mod.rs", include_str!("../../src/lanes/mod.rs")),

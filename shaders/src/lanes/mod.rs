@@ -1,9 +1,9 @@
-//! What lane code is generic over: values of several lanes and the operations on them, one implementation an
+//! Values of several lanes and the operations on them, over which lane code is generic: one implementation an
 //! instruction set.
 //!
 //! Everything from a `#[target_feature]` wrapper down to an intrinsic is `#[inline(always)]`, without closures
 //! and without the standard library's combinators in between: one function that is not inlined would be
-//! compiled without the instruction set, and nothing but a benchmark would say so.
+//! compiled without the instruction set, which only a benchmark would show.
 #![allow(clippy::missing_safety_doc, reason = "one reason for all: see `Lanes`")]
 #![allow(missing_docs, reason = "operations are named for what they do")]
 #![allow(clippy::many_single_char_names, reason = "they are lanes")]
@@ -89,7 +89,7 @@ compile_error!("x87 arithmetic rounds twice: build for x86 with SSE2");
 
 /// Aligns the stack frame of the function that it is called in to a vector.
 ///
-/// LLVM aligns a frame only if it knows before it allocates registers of something in it that needs that. Registers that it
+/// LLVM aligns a frame only if something in it needs alignment before registers are allocated. Registers that it
 /// spills afterwards would lie across two cache lines, all of them with vectors of 64 bytes.
 #[inline(always)]
 pub fn align_frame<V: Lanes>() {
@@ -201,7 +201,7 @@ pub trait Lanes: Copy {
         *core::ptr::addr_of!(a).cast::<u32>().add(k)
     }
 
-    // What the kernels' buffer accesses are: element `e`, clamped below `n` as SPIR-V's is, of `stride` words,
+    // The kernels' buffer accesses: element `e`, clamped below `n` as SPIR-V's is, of `stride` words,
     // and the word `offset` in it.
 
     /// The word at a uniform place.

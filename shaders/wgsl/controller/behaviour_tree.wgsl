@@ -20,12 +20,12 @@ struct ControllerState {
 }
 
 // The first branch from one on whose condition doesn't hold, hence whose behaviour acts; `count` if there is none.
-fn acting_branch(life: Life, count: u32, begin: u32, drawn: vec4<f32>, readings: Readings) -> u32 {
+fn acting_branch(episode: Episode, count: u32, begin: u32, drawn: vec4<f32>, readings: Readings) -> u32 {
     var chances = array<f32, 4>(drawn.x, drawn.y, drawn.z, drawn.w);
     var found = count;
     for (var nth = 0u; nth < BRANCHES; nth++) {
         if ((nth >= begin) & (nth < found)) {
-            if (chances[nth] >= probability(life, 1u + nth * BRANCH_GENES, readings)) {
+            if (chances[nth] >= probability(episode, 1u + nth * BRANCH_GENES, readings)) {
                 found = nth;
             }
         }
@@ -33,12 +33,12 @@ fn acting_branch(life: Life, count: u32, begin: u32, drawn: vec4<f32>, readings:
     return found;
 }
 
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let count = whole_gene(life, 0u, 1.0f, 4.0f);
-    var branch = acting_branch(life, count, before.branch, random(life, STREAM_CONTROLLER, step, FIRST), readings);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let count = whole_gene(episode, 0u, 1.0f, 4.0f);
+    var branch = acting_branch(episode, count, before.branch, random(episode, STREAM_CONTROLLER, step, FIRST), readings);
     // If all conditions hold, the tree has succeeded and is asked once more, from its beginning.
     if (branch == count) {
-        branch = acting_branch(life, count, 0u, random(life, STREAM_CONTROLLER, step, AGAIN), readings);
+        branch = acting_branch(episode, count, 0u, random(episode, STREAM_CONTROLLER, step, AGAIN), readings);
     }
     // Then it rests.
     if (branch == count) {
@@ -47,7 +47,7 @@ fn controller_cycle(life: Life, step: u32, readings: Readings, before: Controlle
     let is_own = vec4<u32>(0u, 1u, 2u, 3u) == vec4<u32>(branch);
     let own = select(vec4<i32>(0), before.turning, is_own);
     let first = 1u + branch * BRANCH_GENES + CONDITION_GENES;
-    let acted = behave(life, step, first, readings, own.x + own.y + own.z + own.w);
+    let acted = behave(episode, step, first, readings, own.x + own.y + own.z + own.w);
     return Command(
         0.5f + 0.5f * acted.wheels,
         ControllerState(branch, select(before.turning, vec4<i32>(acted.turning), is_own)),

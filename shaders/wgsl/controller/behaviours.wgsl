@@ -40,15 +40,15 @@ fn selected(gene: f32) -> u32 {
     return select(select(SEEK_LIGHT, SEARCH, hundredths < 66u), FLEE_LIGHT, hundredths < 33u);
 }
 
-fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory) -> Deed {
-    let world = life.world;
+fn behave(episode: Episode, step: u32, pose: vec3<f32>, carries: bool, before: Memory) -> Deed {
+    let world = episode.world;
     let driving = driving_of(world);
     let times = times_of(world);
     var memory = before;
     var wanted = Drive(driving.cruise, 0.0f);
 
     // 17 and 50 degrees to the left, then 50 and 17 to the right.
-    let front = near(life, step, pose);
+    let front = near(episode, step, pose);
     let nearest = max(max(front.x, front.y), max(front.z, front.w));
     if (nearest > times.near) {
         if (memory.escape == 0.0f) {
@@ -56,7 +56,7 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
             let stronger = (front.x + front.y) - (front.z + front.w);
             memory.escape = select(-1.0f, 1.0f, stronger < 0.0f);
             if (stronger == 0.0f) {
-                let chance = random_words(life.key, STREAM_BEHAVIOUR, step, 0u).x;
+                let chance = random_words(episode.key, STREAM_BEHAVIOUR, step, 0u).x;
                 memory.escape = select(-1.0f, 1.0f, (chance & 1u) == 0u);
             }
         }
@@ -69,9 +69,9 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
         return Deed(wanted, AVOID, front, memory);
     }
 
-    let chosen = selected(gene(life, select(GENE_EMPTY, GENE_LADEN, carries)));
+    let chosen = selected(gene(episode, select(GENE_EMPTY, GENE_LADEN, carries)));
     if (chosen != SEARCH) {
-        let sought = phototaxis(life, step, pose, chosen == FLEE_LIGHT);
+        let sought = phototaxis(episode, step, pose, chosen == FLEE_LIGHT);
         let threshold = phototaxis_of(world).threshold;
         var acts = true;
         if (threshold > 0.0f) {
@@ -87,7 +87,7 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
         if (memory.wait > 0u) {
             memory.wait -= 1u;
         } else {
-            let words = random_words(life.key, STREAM_BEHAVIOUR, step, 0u);
+            let words = random_words(episode.key, STREAM_BEHAVIOUR, step, 0u);
             memory.turn = 0.5f * unit(words.y) - 0.25f;
             memory.wait = u32(-times.interval * logarithm(max(unit(words.z), 0x1p-24f)));
         }
@@ -99,23 +99,23 @@ fn behave(life: Life, step: u32, pose: vec3<f32>, carries: bool, before: Memory)
     return Deed(wanted, SEARCH, front, memory);
 }
 
-// What phototaxis wants to drive, and the greatest reading of the light sensors.
+// The way and turn of phototaxis, and the maximum reading of the light sensors.
 struct Sought {
     wanted: Drive,
     brightest: f32,
 }
 
 // To where the light comes from, as all sensors have it, or away from there: the faster the straighter ahead it is.
-fn phototaxis(life: Life, step: u32, pose: vec3<f32>, flee: bool) -> Sought {
-    let driving = driving_of(life.world);
+fn phototaxis(episode: Episode, step: u32, pose: vec3<f32>, flee: bool) -> Sought {
+    let driving = driving_of(episode.world);
     var ahead = 0.0f;
     var aside = 0.0f;
     var brightest = 0.0f;
     for (var half = 0u; half < 2u; half++) {
-        let seen = light(life, step, half, pose);
+        let seen = light(episode, step, half, pose);
         brightest = max(brightest, max(max(seen.x, seen.y), max(seen.z, seen.w)));
-        let along = seen * numbers(life.world, AXES + 2u * half);
-        let across = seen * numbers(life.world, AXES + 2u * half + 1u);
+        let along = seen * numbers(episode.world, AXES + 2u * half);
+        let across = seen * numbers(episode.world, AXES + 2u * half + 1u);
         ahead += (along.x + along.y) + (along.z + along.w);
         aside += (across.x + across.y) + (across.z + across.w);
     }

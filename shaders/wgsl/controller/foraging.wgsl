@@ -1,4 +1,4 @@
-// The behaviours of O'Dowd, Studley and Winfield (2014) as a forager's controller. It wants ways and turns; its outputs are
+// The behaviours of O'Dowd, Studley and Winfield (2014) as a forager's controller. It commands ways and turns; its outputs are
 // those that would command them.
 
 struct ControllerState {
@@ -8,7 +8,7 @@ struct ControllerState {
     wait: u32,
 }
 
-fn controller_begin(life: Life) -> ControllerState {
+fn controller_begin(episode: Episode) -> ControllerState {
     return ControllerState(0.0f, 0u, 0.0f, 0u);
 }
 
@@ -16,17 +16,17 @@ fn controller_kept(own: ControllerState) -> ControllerState {
     return ControllerState(stored(own.escape), own.straight, stored(own.turn), own.wait);
 }
 
-// What it wants to drive, the outputs, and its memory.
+// The commanded way and turn, the outputs, and its memory.
 struct Act {
     wanted: Drive,
     outputs: vec2<f32>,
     state: ControllerState,
 }
 
-fn act(life: Life, step: u32, pose: vec3<f32>, perceived: Readings, before: ControllerState) -> Act {
+fn act(episode: Episode, step: u32, pose: vec3<f32>, perceived: Readings, before: ControllerState) -> Act {
     let memory = Memory(before.escape, before.straight, before.turn, before.wait);
-    let deed = behave(life, step, pose, perceived.carries > 0.0f, memory);
-    let robot = robot_of(life.world);
+    let deed = behave(episode, step, pose, perceived.carries > 0.0f, memory);
+    let robot = robot_of(episode.world);
     let apart = robot.half_turn_path * deed.wanted.turn;
     let share = 0.5f * reciprocal(robot.farthest);
     let left = 0.5f + share * (deed.wanted.forward - apart);

@@ -5,7 +5,7 @@ struct ControllerState {
     unused: u32,
 }
 
-fn controller_begin(life: Life) -> ControllerState {
+fn controller_begin(episode: Episode) -> ControllerState {
     return ControllerState(0u);
 }
 

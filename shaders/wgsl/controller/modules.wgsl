@@ -21,21 +21,21 @@ struct ControllerValues {
     avoidance: f32, // 5, 0 to 100: weight of that vector in phototaxis, anti-phototaxis and repulsion
     attraction_avoidance: f32, // 6, 0 to 100: the same in attraction
     least_vector: f32, // 0.1, 0.001 to 10: robots drive straight ahead instead of along shorter vectors
-    slowest_wheel: f32, // -0.5, -1 to 1: the inner wheel's least speed in a curve, as a share of the outer one's
+    slowest_wheel: f32, // -0.5, -1 to 1: the inner wheel's minimum speed in a curve, as a fraction of the outer one's
 }
 
 struct Acted {
-    // speeds of the wheels, as shares of the greatest
+    // speeds of the wheels, as fractions of the maximum
     wheels: vec2<f32>,
     // cycles that exploration still turns: counter-clockwise if positive
     turning: i32,
 }
 
-fn whole_gene(life: Life, index: u32, least: f32, greatest: f32) -> u32 {
-    return u32(clamp(floor(gene(life, index)), least, greatest));
+fn whole_gene(episode: Episode, index: u32, least: f32, greatest: f32) -> u32 {
+    return u32(clamp(floor(gene(episode, index)), least, greatest));
 }
 
-// Speeds of the wheels, as shares of the greatest, along a vector.
+// Speeds of the wheels, as fractions of the maximum, along a vector.
 fn along(own: ControllerValues, v: vec2<f32>) -> vec2<f32> {
     let squared = squared_length(v);
     if (squared < own.least_vector * own.least_vector) {
@@ -46,28 +46,28 @@ fn along(own: ControllerValues, v: vec2<f32>) -> vec2<f32> {
 }
 
 // For how many cycles exploration will turn, which is 0 while it goes straight ahead.
-fn turned_away(life: Life, step: u32, first: u32, own: ControllerValues, near: vec2<f32>) -> i32 {
+fn turned_away(episode: Episode, step: u32, first: u32, own: ControllerValues, near: vec2<f32>) -> i32 {
     if ((squared_length(near) < own.obstacle * own.obstacle) | (near.x < 0.0f)) {
         return 0;
     }
-    let most = whole_gene(life, first + 1u, 1.0f, 100.0f);
-    let share = random(life, STREAM_CONTROLLER, step, TURNING).x;
+    let most = whole_gene(episode, first + 1u, 1.0f, 100.0f);
+    let share = random(episode, STREAM_CONTROLLER, step, TURNING).x;
     // A turn of no cycles takes one.
     let cycles = i32(clamp(u32(share * f32(most + 1u)), 1u, most));
     return select(-cycles, cycles, near.y < 0.0f);
 }
 
 // What a behaviour does, from its first gene on: which one, and its two values.
-fn behave(life: Life, step: u32, first: u32, readings: Readings, before: i32) -> Acted {
-    let own = controller_values(life);
-    let behaviour = whole_gene(life, first, 0.0f, 5.0f);
+fn behave(episode: Episode, step: u32, first: u32, readings: Readings, before: i32) -> Acted {
+    let own = controller_values(episode);
+    let behaviour = whole_gene(episode, first, 0.0f, 5.0f);
     let near = vec2<f32>(readings.prox_ahead, readings.prox_left);
     let light = vec2<f32>(readings.light_ahead, readings.light_left);
     var wheels = vec2<f32>(1.0f, 1.0f);
     var turning = before;
     if (behaviour == EXPLORATION) {
         if (turning == 0) {
-            turning = turned_away(life, step, first, own, near);
+            turning = turned_away(episode, step, first, own, near);
         } else {
             wheels = select(vec2<f32>(1.0f, -1.0f), vec2<f32>(-1.0f, 1.0f), turning > 0);
             turning = select(turning + 1, turning - 1, turning > 0);
@@ -79,7 +79,7 @@ fn behave(life: Life, step: u32, first: u32, readings: Readings, before: i32) ->
     } else if (behaviour == ANTI_PHOTOTAXIS) {
         wheels = along(own, -light - own.avoidance * near);
     } else {
-        let strength = clamp(gene(life, first + 2u), 1.0f, 5.0f);
+        let strength = clamp(gene(episode, first + 2u), 1.0f, 5.0f);
         let toward_others = strength * vec2<f32>(readings.attraction_ahead, readings.attraction_left);
         if (behaviour == ATTRACTION) {
             wheels = along(own, toward_others - own.attraction_avoidance * near);
@@ -91,11 +91,11 @@ fn behave(life: Life, step: u32, first: u32, readings: Readings, before: i32) ->
 }
 
 // The probability of a condition, from its first gene on: which one, and its three values.
-fn probability(life: Life, first: u32, readings: Readings) -> f32 {
-    let condition = whole_gene(life, first, 0.0f, 5.0f);
-    let fixed = clamp(gene(life, first + 1u), 0.0f, 1.0f);
-    let more = readings.neighbours - f32(whole_gene(life, first + 2u, 0.0f, 10.0f));
-    let steepness = clamp(gene(life, first + 3u), 0.0f, 20.0f);
+fn probability(episode: Episode, first: u32, readings: Readings) -> f32 {
+    let condition = whole_gene(episode, first, 0.0f, 5.0f);
+    let fixed = clamp(gene(episode, first + 1u), 0.0f, 1.0f);
+    let more = readings.neighbours - f32(whole_gene(episode, first + 2u, 0.0f, 10.0f));
+    let steepness = clamp(gene(episode, first + 3u), 0.0f, 20.0f);
     if (condition == NEIGHBOUR_COUNT) {
         return logistic(steepness * more);
     }

@@ -3,10 +3,10 @@
 
 const PERCEPTRON_GENES: u32 = 2u * (INPUTS + 1u);
 
-fn commands(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+fn commands(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
     let outputs = vec2<f32>(
-        logistic(weighed(life, 0u, readings) + gene(life, INPUTS)),
-        logistic(weighed(life, INPUTS + 1u, readings) + gene(life, 2u * INPUTS + 1u)),
+        logistic(weighed(episode, 0u, readings) + gene(episode, INPUTS)),
+        logistic(weighed(episode, INPUTS + 1u, readings) + gene(episode, 2u * INPUTS + 1u)),
     );
     return Command(outputs, before);
 }

@@ -9,7 +9,7 @@ struct ControllerState {
     right: f32,
 }
 
-fn controller_begin(life: Life) -> ControllerState {
+fn controller_begin(episode: Episode) -> ControllerState {
     return ControllerState(0.0f, 0.0f);
 }
 
@@ -17,15 +17,15 @@ fn controller_kept(own: ControllerState) -> ControllerState {
     return ControllerState(stored(own.left), stored(own.right));
 }
 
-fn commands(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let left = logistic(fed_back(life, 0u, readings, before));
-    let right = logistic(fed_back(life, INPUTS + 3u, readings, before));
+fn commands(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let left = logistic(fed_back(episode, 0u, readings, before));
+    let right = logistic(fed_back(episode, INPUTS + 3u, readings, before));
     return Command(vec2<f32>(left, right), ControllerState(left, right));
 }
 
 // The input of an output unit whose first gene is `index`.
-fn fed_back(life: Life, index: u32, readings: Readings, before: ControllerState) -> f32 {
+fn fed_back(episode: Episode, index: u32, readings: Readings, before: ControllerState) -> f32 {
     let previous = index + INPUTS;
-    return weighed(life, index, readings) + gene(life, previous) * before.left + gene(life, previous + 1u) * before.right
-        + gene(life, previous + 2u);
+    return weighed(episode, index, readings) + gene(episode, previous) * before.left + gene(episode, previous + 1u) * before.right
+        + gene(episode, previous + 2u);
 }

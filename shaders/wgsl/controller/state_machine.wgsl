@@ -24,11 +24,11 @@ struct ControllerState {
 }
 
 // The state after a cycle: of the conditions that hold, each with its probability, a random one decides.
-fn next_state(life: Life, step: u32, now: u32, first: u32, readings: Readings) -> u32 {
-    let others = whole_gene(life, 0u, 1.0f, 4.0f) - 1u;
-    let count = select(whole_gene(life, first + 3u, 0.0f, 4.0f), 0u, others == 0u);
-    let drawn = random(life, STREAM_CONTROLLER, step, CHANCES);
-    let order = random(life, STREAM_CONTROLLER, step, ORDER);
+fn next_state(episode: Episode, step: u32, now: u32, first: u32, readings: Readings) -> u32 {
+    let others = whole_gene(episode, 0u, 1.0f, 4.0f) - 1u;
+    let count = select(whole_gene(episode, first + 3u, 0.0f, 4.0f), 0u, others == 0u);
+    let drawn = random(episode, STREAM_CONTROLLER, step, CHANCES);
+    let order = random(episode, STREAM_CONTROLLER, step, ORDER);
     var chances = array<f32, 4>(drawn.x, drawn.y, drawn.z, drawn.w);
     var places = array<f32, 4>(order.x, order.y, order.z, order.w);
     var next = now;
@@ -36,8 +36,8 @@ fn next_state(life: Life, step: u32, now: u32, first: u32, readings: Readings) -
     for (var nth = 0u; nth < TRANSITIONS; nth++) {
         let own = first + 4u + nth * TRANSITION_GENES;
         if ((nth < count) & (places[nth] < place)) {
-            if (chances[nth] < probability(life, own + 1u, readings)) {
-                let share = clamp(gene(life, own), 0.0f, 1.0f);
+            if (chances[nth] < probability(episode, own + 1u, readings)) {
+                let share = clamp(gene(episode, own), 0.0f, 1.0f);
                 let other = min(u32(share * f32(others)), others - 1u);
                 next = other + select(0u, 1u, other >= now);
                 place = places[nth];
@@ -47,14 +47,14 @@ fn next_state(life: Life, step: u32, now: u32, first: u32, readings: Readings) -
     return next;
 }
 
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
     let first = 1u + before.state * STATE_GENES;
     // A state that is entered begins anew.
-    let acted = behave(life, step, first, readings, select(before.turning, 0, before.age == 0u));
+    let acted = behave(episode, step, first, readings, select(before.turning, 0, before.age == 0u));
     var next = before.state;
     // Conditions are not asked in a state's first cycle.
     if (before.age > 0u) {
-        next = next_state(life, step, before.state, first, readings);
+        next = next_state(episode, step, before.state, first, readings);
     }
     let age = select(0u, before.age + 1u, next == before.state);
     return Command(0.5f + 0.5f * acted.wheels, ControllerState(next, age, acted.turning));

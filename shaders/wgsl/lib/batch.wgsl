@@ -1,5 +1,5 @@
-// What every kernel of rollouts shares: the buffers of its inputs. One invocation is one rollout: a robot's life, or
-// that of all robots of a world. A workgroup's rollouts share what `World` says. A long life is cut into dispatches of
+// The input buffers that all kernels share. One invocation is one episode: that of a robot, or
+// of all robots of a swarm. A workgroup's episodes share what `World` says. A long episode is cut into dispatches of
 // `step_begin..step_end`, its state kept between.
 
 // What one dispatch does.
@@ -8,20 +8,20 @@ struct Dispatch {
     step_end: u32,
     // record every Nth step; 0 for no trace
     trace_every: u32,
-    // records per rollout
+    // records per episode
     trace_records: u32,
     // where the first group's inputs start in the whole batch
     first_input: u32,
     // the step of the trace's first record
     trace_begin: u32,
-    // of the kernels whose states and records have sizes of their own: their words
+    // of kernels with other states and records: their words
     state_words: u32,
     record_words: u32,
 }
 
-// Everything that rollouts share: robot, arena, noise, controller and task. Lengths in mm.
+// Everything that episodes share: robot, arena, noise, controller and task. Lengths in mm.
 struct World {
-    // cycles of a life
+    // cycles of an episode
     steps: u32,
     first_shape: u32,
     shapes: u32,
@@ -30,7 +30,7 @@ struct World {
     field_y: f32,
     field_width: f32,
     field_height: f32,
-    // 1 to start each life at a random free pose, 0 at the pose below
+    // 1 to start each episode at a random free pose, 0 at the pose below
     random_start: u32,
     start_x: f32,
     start_y: f32,
@@ -54,17 +54,17 @@ struct World {
     motor_scale: f32,
     motor_offset: f32,
     motor_noise: f32,
-    // share of a cycle's turn that is made before its displacement
+    // fraction of a cycle's turn made before its displacement
     turn_before_move: f32,
     // hidden units, for the controllers that have them
     hidden: u32,
     task_choices: u32,
-    // what a cell of the field is worth that the robot enters for the first time, and columns of such cells
+    // reward for each new cell of the field, and columns of such cells
     new_cell: f32,
     cell_columns: u32,
     // first cell of what only some kernels read: a surrogate robot, or a forager and its arena
     numbers: u32,
-    // what a collision does, for the kernels that have a choice: UNDO, KEEP_TURN or SLIDE
+    // a collision's effect, in kernels that have a choice: UNDO, KEEP_TURN or SLIDE
     collision: u32,
     // first cell of the values of parts that a user wrote
     own_values: u32,
@@ -93,7 +93,7 @@ struct Shape {
     // the direction of a wall, or of a block's length
     unit_x: f32,
     unit_y: f32,
-    // the share of light that it throws back, for the kernels that cast rays
+    // the fraction of light that it throws back, for the kernels that cast rays
     reflectivity: f32,
     // of a block: half its sides, and from how many points of view it was sampled
     half_length: f32,
@@ -102,7 +102,7 @@ struct Shape {
     unused_a: u32,
 }
 
-// A workgroup's rollouts: their world, how many there are, and where their inputs start.
+// A workgroup's episodes: their world, how many there are, and where their inputs start.
 struct Group {
     world: u32,
     rollouts: u32,

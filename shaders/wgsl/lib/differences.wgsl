@@ -1,4 +1,4 @@
-// How a described robot in its surroundings differs from its description: numbers in cells from DIFFERENCE_CELL on. Each cell's struct
+// How a parametric robot in its surroundings differs from its description: numbers in cells from DIFFERENCE_CELL on. Each cell's struct
 // says what is in it. The differences of single sensors are in their own cells.
 
 const WAVE_COUNT: u32 = 4u;
@@ -11,7 +11,7 @@ fn wave_of(world: u32, wave: u32) -> vec4<f32> {
     return numbers(world, DIFFERENCE_CELL + wave);
 }
 
-// The noise of readings, alone and in proportion to them; the light of the surroundings; and how old readings are at the least, in
+// The noise of readings, alone and in proportion to them; the light of the surroundings; and the minimum age of readings, in
 // cycles.
 struct ReadingCell {
     noise: f32,
@@ -28,7 +28,7 @@ fn reading_cell(world: u32) -> ReadingCell {
 struct MovingCell {
     // up to how many cycles older readings are
     period: f32,
-    // of what the wheels' motion was away from the commanded one: the share that is left after a cycle, and the mean over it
+    // of the wheels' deviation from the commanded motion: the fraction left after a cycle, and the mean over it
     left_over: f32,
     mean: f32,
     // share of what a stopped robot does nevertheless of sliding along and turning
@@ -64,7 +64,7 @@ fn illumination(world: u32, at: vec2<f32>) -> f32 {
     return max(gain, 0x1p-10f);
 }
 
-// The share of a distance at which an object seems to be in so much more light: what returns falls with the distance's square.
+// The fraction of a distance at which an object seems to be in so much more light: what returns falls with the distance's square.
 fn seeming_share(gain: f32) -> f32 {
     return select(reciprocal_root(gain), 1.0f, gain == 1.0f);
 }
@@ -87,11 +87,11 @@ fn read_with_noise(own: ReadingCell, reading: f32, ambient: f32, word: u32) -> f
 }
 
 // How old readings are, in cycles: of the latency and, since sensors are read on their own clock, up to a period more.
-fn age_of_readings(life: Life, step: u32) -> f32 {
-    let own = moving_cell(life.world);
+fn age_of_readings(episode: Episode, step: u32) -> f32 {
+    let own = moving_cell(episode.world);
     // Beyond the draws of the noise of 64 sensors.
-    let early = unit(random_words(life.key, STREAM_SENSOR, step, 16u).x);
-    return min(reading_cell(life.world).latency + own.period * early, 1.0f);
+    let early = unit(random_words(episode.key, STREAM_SENSOR, step, 16u).x);
+    return min(reading_cell(episode.world).latency + own.period * early, 1.0f);
 }
 
 // A number that follows another one a cycle long: what it is then, and its mean.

@@ -10,13 +10,13 @@ struct Food {
 
 // A place for an item: uniform in the arena, outside the nest. `block` numbers the draws of this place among all of
 // the step.
-fn place_of_food(life: Life, step: u32, block: u32) -> vec2<f32> {
-    let nest = nest_of(life.world);
-    let radius = arena_of(life.world).radius;
+fn place_of_food(episode: Episode, step: u32, block: u32) -> vec2<f32> {
+    let nest = nest_of(episode.world);
+    let radius = arena_of(episode.world).radius;
     // Of 64 draws none being good leaves the centre: it happens once in 1e17.
     var place = vec2<f32>(0.0f, 0.0f);
     for (var draw = 0u; draw < 64u; draw++) {
-        let u = 2.0f * units(random_words(life.key, STREAM_ENVIRONMENT, step, block + draw)) - 1.0f;
+        let u = 2.0f * units(random_words(episode.key, STREAM_ENVIRONMENT, step, block + draw)) - 1.0f;
         let at = vec2<f32>(radius * u.x, radius * u.y);
         let from_nest = vec2<f32>(at.x - nest.x, at.y - nest.y);
         if ((squared_length(at) < radius * radius) & (squared_length(from_nest) >= nest.squared_radius)) {
@@ -37,13 +37,13 @@ fn with_item(food: Food, item: u32, place: vec2<f32>) -> Food {
     );
 }
 
-// The food that a life begins with; places that no item has are out of reach.
-fn first_food(life: Life) -> Food {
+// The food that an episode begins with; places that no item has are out of reach.
+fn first_food(episode: Episode) -> Food {
     let far = vec4<f32>(0x1p17f);
     var food = Food(far, far, far, far);
-    let items = min(u32(arena_of(life.world).items), GREATEST_ITEMS);
+    let items = min(u32(arena_of(episode.world).items), GREATEST_ITEMS);
     for (var item = 0u; item < items; item++) {
-        food = with_item(food, item, place_of_food(life, 0u, 64u * (item + 1u)));
+        food = with_item(food, item, place_of_food(episode, 0u, 64u * (item + 1u)));
     }
     return food;
 }

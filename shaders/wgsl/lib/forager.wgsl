@@ -1,4 +1,4 @@
-// What a forager and its arena are: numbers that its sensors, its wheels, its behaviours and its task read, in cells of
+// A forager and its arena: numbers for its sensors, wheels, behaviours and task, in cells of
 // `tables` from `worlds[..].numbers` on. Each cell's struct says what is in it. The arena is a circle around the origin.
 // Lengths in mm, angles in turns, times in cycles.
 
@@ -68,7 +68,7 @@ fn sensing_of(world: u32) -> SensingCell {
 // The body and its wheels.
 struct RobotCell {
     radius: f32,
-    // what a wheel goes more, and the other less, in a turn on the spot
+    // extra way of one wheel, and missing way of the other, in a turn on the spot
     half_turn_path: f32,
     // that a wheel goes in a cycle
     farthest: f32,

@@ -1,5 +1,5 @@
-// A rollout's genes.
+// An episode's genes.
 
-fn gene(life: Life, index: u32) -> f32 {
-    return bitcast<f32>(inputs[life.genes + index * LANES]);
+fn gene(episode: Episode, index: u32) -> f32 {
+    return bitcast<f32>(inputs[episode.genes + index * LANES]);
 }

@@ -13,30 +13,30 @@ struct ArenaLight {
     intensity: f32,
 }
 
-fn given_numbers(life: Life, cell: u32) -> vec4<f32> {
-    let words = tables[worlds[life.world].own_values + GIVEN_CELL + cell];
+fn given_numbers(episode: Episode, cell: u32) -> vec4<f32> {
+    let words = tables[worlds[episode.world].own_values + GIVEN_CELL + cell];
     return vec4<f32>(bitcast<f32>(words.x), bitcast<f32>(words.y), bitcast<f32>(words.z), bitcast<f32>(words.w));
 }
 
-// Number of cycles of a life that doesn't end early.
-fn cycles(life: Life) -> u32 {
-    return worlds[life.world].steps;
+// Number of cycles of an episode that doesn't end early.
+fn cycles(episode: Episode) -> u32 {
+    return worlds[episode.world].steps;
 }
 
 // Radius of the body, mm.
-fn body_radius(life: Life) -> f32 {
-    return given_numbers(life, 0u).x;
+fn body_radius(episode: Episode) -> f32 {
+    return given_numbers(episode, 0u).x;
 }
 
 // Number of lights of the arena.
-fn arena_lights(life: Life) -> u32 {
-    return min(u32(given_numbers(life, 0u).y), GREATEST_LIGHTS);
+fn arena_lights(episode: Episode) -> u32 {
+    return min(u32(given_numbers(episode, 0u).y), GREATEST_LIGHTS);
 }
 
 // A light by its number, from 0. Beyond the last it is the last; where there is none, all is 0.
-fn arena_light(life: Life, light: u32) -> ArenaLight {
-    let last = max(arena_lights(life), 1u) - 1u;
+fn arena_light(episode: Episode, light: u32) -> ArenaLight {
+    let last = max(arena_lights(episode), 1u) - 1u;
     let cell = 1u + 2u * min(light, last);
-    let own = given_numbers(life, cell);
-    return ArenaLight(own.xy, own.z, own.w, given_numbers(life, cell + 1u).x);
+    let own = given_numbers(episode, cell);
+    return ArenaLight(own.xy, own.z, own.w, given_numbers(episode, cell + 1u).x);
 }

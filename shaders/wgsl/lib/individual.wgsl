@@ -1,4 +1,4 @@
-// What a surrogate robot and its surroundings are: numbers that its sensors and its wheels read, in cells of `tables`
+// A surrogate robot and its surroundings: numbers for its sensors and wheels, in cells of `tables`
 // from `worlds[..].numbers` on. Each cell's struct says what is in it.
 
 // Of each sensor three cells: where it is and looks, its pairs of rays' weights, and its curve.
@@ -26,7 +26,7 @@ fn place_of(world: u32, sensor: u32) -> PlaceCell {
     return PlaceCell(own.x, own.y, own.z, own.w);
 }
 
-// A sensor's curve: where it reads half of the greatest, mm, and how steeply its logistic falls there, per mm.
+// A sensor's curve: where it reads half of the maximum, mm, and how steeply its logistic falls there, per mm.
 struct CurveCell {
     half: f32,
     steepness: f32,
@@ -68,7 +68,7 @@ fn sensing_of(world: u32) -> SensingCell {
     return SensingCell(own.x, own.y, own.z, own.w);
 }
 
-// How old readings are, in cycles: at the least, and up to how much more. And what its motion is made of.
+// Minimum age of readings, and the range above it, in cycles; and the parts of its motion.
 struct TimingCell {
     latency: f32,
     period: f32,
@@ -84,7 +84,7 @@ fn timing_of(world: u32) -> TimingCell {
 }
 
 struct WheelsCell {
-    // speed of a wheel at its greatest command, mm/s
+    // speed of a wheel at its maximum command, mm/s
     full_left: f32,
     full_right: f32,
     // turns per mm that the right wheel goes farther than the left

@@ -1,33 +1,33 @@
 // The interface between physics and the parts that a user may write. Sensors are read, the controller commands the wheels,
-// physics move the robot, and the task rewards the cycle. Each part has a memory of its own, passed from cycle to cycle. A
+// physics move the robot, and the task rewards the cycle. Each part has a memory, passed from cycle to cycle. A
 // part's `.._kept` passes every float of its memory through `stored`.
 //
-// Sensors beside the eight of proximity declare:
+// Sensors besides the eight of proximity declare:
 //
 //     const OWN_READINGS: u32                                      number of readings
 //     struct SensorReadings                                        one f32 per reading
 //     struct SensorState
-//     fn sensor_begin(life: Life, pose: vec3<f32>) -> SensorState
+//     fn sensor_begin(episode: Episode, pose: vec3<f32>) -> SensorState
 //     fn sensor_kept(own: SensorState) -> SensorState
-//     fn sensors_read(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed
-//     fn plus_weighed(life: Life, index: u32, own: SensorReadings, sum: f32) -> f32
+//     fn sensors_read(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed
+//     fn plus_weighed(episode: Episode, index: u32, own: SensorReadings, sum: f32) -> f32
 //                                          `sum`, and each reading times its gene; gene `index` weighs the first
 //
 // A controller declares:
 //
 //     struct ControllerState
-//     fn controller_begin(life: Life) -> ControllerState
+//     fn controller_begin(episode: Episode) -> ControllerState
 //     fn controller_kept(own: ControllerState) -> ControllerState
-//     fn commands(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command
+//     fn commands(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command
 //
 // A task declares:
 //
 //     struct TaskState
-//     fn task_begin(life: Life, pose: vec3<f32>) -> TaskState
+//     fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState
 //     fn task_kept(own: TaskState) -> TaskState
-//     fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward
-//     fn task_ends(life: Life, own: TaskState) -> bool             whether to end the life early
-//     fn task_score(life: Life, own: TaskState, sum: f32) -> f32   the fitness, given the sum of all rewards
+//     fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward
+//     fn task_ends(episode: Episode, own: TaskState) -> bool             whether to end the episode early
+//     fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32   the fitness, given the sum of all rewards
 
 // Readings of a user's sensors, and their memory after a cycle.
 struct Sensed {

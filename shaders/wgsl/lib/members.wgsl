@@ -27,9 +27,9 @@ const MEMBER_MEMORY: u32 = 16u;
 
 @group(0) @binding(6) var<storage, read_write> state: array<u32>;
 
-// Who lives: the world, the key of its random numbers and the index of its first gene; where the world's words and this robot's
+// An episode: the world, the key of its random numbers and the index of its first gene; where the world's words and this robot's
 // are, and the robot's number. Of a world as a whole the key is its own, the gene that of the genome, and the robot the first.
-struct Life {
+struct Episode {
     world: u32,
     key: vec2<u32>,
     genes: u32,
@@ -42,7 +42,7 @@ struct Life {
 struct MembersCell {
     count: f32,
     body: f32,
-    // the greatest squared distance at which a robot's sensors notice another
+    // the maximum squared distance at which a robot's sensors notice another
     reach_squared: f32,
     // 1 if robots push each other, 0 if they stop
     pushes: f32,
@@ -57,8 +57,8 @@ fn member_count(world: u32) -> u32 {
     return min(u32(members_of(world).count), GREATEST_MEMBERS);
 }
 
-fn member_at(life: Life, member: u32) -> u32 {
-    return life.world_words + (WORLD_WORDS + member * MEMBER_WORDS) * LANES;
+fn member_at(episode: Episode, member: u32) -> u32 {
+    return episode.world_words + (WORLD_WORDS + member * MEMBER_WORDS) * LANES;
 }
 
 fn word(own: u32, field: u32) -> u32 {
@@ -90,33 +90,33 @@ fn member_pose(own: u32) -> vec3<f32> {
     return vec3<f32>(number(own, MEMBER_X), number(own, MEMBER_Y), number(own, MEMBER_HEADING));
 }
 
-// A robot of a world, given the world's own life.
-fn member_life(life: Life, member: u32) -> Life {
-    let own = member_at(life, member);
+// A robot of a world, given the world's episode.
+fn member_episode(episode: Episode, member: u32) -> Episode {
+    let own = member_at(episode, member);
     let key = vec2<u32>(word(own, MEMBER_KEY), word(own, MEMBER_KEY + 1u));
-    return Life(life.world, key, first_gene(life, member), life.world_words, own, member);
+    return Episode(episode.world, key, first_gene(episode, member), episode.world_words, own, member);
 }
 
-// What parts that a user wrote may ask of robots that live together; docs/swarms.md lists it.
+// Functions of the swarm for users' parts; docs/swarms.md lists them.
 
 // Number of robots in the world.
-fn robots(life: Life) -> u32 {
-    return member_count(life.world);
+fn robots(episode: Episode) -> u32 {
+    return member_count(episode.world);
 }
 
 // The number of the robot that this is, from 0.
-fn robot_number(life: Life) -> u32 {
-    return life.member;
+fn robot_number(episode: Episode) -> u32 {
+    return episode.member;
 }
 
 // Where a robot is: x and y in mm, heading in turns. Beyond the last it is the last.
-fn robot_pose(life: Life, robot: u32) -> vec3<f32> {
-    return member_pose(member_at(life, min(robot, member_count(life.world) - 1u)));
+fn robot_pose(episode: Episode, robot: u32) -> vec3<f32> {
+    return member_pose(member_at(episode, min(robot, member_count(episode.world) - 1u)));
 }
 
 // The grey of the floor at a place.
-fn floor_at(life: Life, place: vec2<f32>) -> f32 {
-    return ground_reading(life.world, place);
+fn floor_at(episode: Episode, place: vec2<f32>) -> f32 {
+    return ground_reading(episode.world, place);
 }
 
 // Robots in clusters.
@@ -127,10 +127,10 @@ struct Clusters {
 }
 
 // Robots linked to each other, directly or through others, where less than `reach` mm lies between the centres of two.
-fn clusters_within(life: Life, reach: f32) -> Clusters {
-    let count = member_count(life.world);
+fn clusters_within(episode: Episode, reach: f32) -> Clusters {
+    let count = member_count(episode.world);
     for (var member = 0u; member < count; member++) {
-        put_word(member_at(life, member), MEMBER_MET, 0u);
+        put_word(member_at(episode, member), MEMBER_MET, 0u);
     }
     // Each turn of the loop looks at one robot: whether it begins a cluster, or belongs to the one that is being followed. A vector
     // of worlds then needs no more turns than the world that needs most.
@@ -142,14 +142,14 @@ fn clusters_within(life: Life, reach: f32) -> Clusters {
     var size = 0u;
     for (var turn = 0u; turn < count * (count + 1u); turn++) {
         if (head < tail) {
-            let from_member = member_at(life, word(member_at(life, head), MEMBER_QUEUE));
-            let at = member_at(life, other);
+            let from_member = member_at(episode, word(member_at(episode, head), MEMBER_QUEUE));
+            let at = member_at(episode, other);
             let here = place_in(from_member, MEMBER_X);
             let there = place_in(at, MEMBER_X);
             let squared = squared_length(vec2<f32>(there.x - here.x, there.y - here.y));
             if ((word(at, MEMBER_MET) == 0u) & (squared < reach * reach)) {
                 put_word(at, MEMBER_MET, 1u);
-                put_word(member_at(life, tail), MEMBER_QUEUE, other);
+                put_word(member_at(episode, tail), MEMBER_QUEUE, other);
                 tail++;
                 size++;
             }
@@ -160,10 +160,10 @@ fn clusters_within(life: Life, reach: f32) -> Clusters {
             if (first == count) {
                 break;
             }
-            let at = member_at(life, first);
+            let at = member_at(episode, first);
             if (word(at, MEMBER_MET) == 0u) {
                 put_word(at, MEMBER_MET, 1u);
-                put_word(member_at(life, tail), MEMBER_QUEUE, first);
+                put_word(member_at(episode, tail), MEMBER_QUEUE, first);
                 tail++;
                 found.count++;
                 size = 1u;

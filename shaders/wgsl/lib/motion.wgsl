@@ -6,17 +6,17 @@ struct Motion {
     displacement: f32,
     // turns, counter-clockwise
     turn: f32,
-    // signed wheel speeds as a share of the greatest, in [-1, 1]
+    // signed wheel speeds as a fraction of the maximum, in [-1, 1]
     left: f32,
     right: f32,
 }
 
 // A motion with the world's motor noise.
-fn noisy_motion(life: Life, step: u32, commanded: Motion) -> Motion {
-    let world = life.world;
+fn noisy_motion(episode: Episode, step: u32, commanded: Motion) -> Motion {
+    let world = episode.world;
     var moved = commanded;
     if (worlds[world].motor_noise > 0.0f) {
-        let draw = units(random_words(life.key, STREAM_ACTUATOR, step, 0u));
+        let draw = units(random_words(episode.key, STREAM_ACTUATOR, step, 0u));
         moved.displacement *= 1.0f + worlds[world].motor_noise * (2.0f * draw.x - 1.0f);
         moved.turn *= 1.0f + worlds[world].motor_noise * (2.0f * draw.y - 1.0f);
     }

@@ -1,5 +1,5 @@
 // Functions that kernels need and WGSL gives no exact promise for, written from exactly rounded operations
-// only. An error is the greatest over every float of the range, unless said otherwise; docs/numerics.md has
+// only. An error is the maximum over every float of the range, unless said otherwise; docs/numerics.md has
 // how the constants were found, and tests/library/numerics.rs measures the errors again. In its range no function
 // makes a NaN, an infinity or a subnormal number, not even on the way.
 
@@ -34,7 +34,7 @@ fn squared_length(v: vec2<f32>) -> f32 {
     return v.x * v.x + v.y * v.y;
 }
 
-// sin of t turns, |t| <= 1/4: an odd polynomial. What is squared is kept from underflow.
+// sin of t turns, |t| <= 1/4: an odd polynomial. The square is kept from underflow.
 fn quarter_sine(t: f32) -> f32 {
     let bounded = max(abs(t), 0x1p-40f);
     let w = bounded * bounded;

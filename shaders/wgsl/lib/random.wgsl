@@ -13,7 +13,7 @@ const STREAM_TASK: u32 = 5u;
 const STREAM_CONTROLLER: u32 = 6u;
 const STREAM_OWN_SENSOR: u32 = 7u;
 
-// Four random words: the block-th four of a stream at a step (of the life, not of the chunk; block < 2^16).
+// Four random words: the block-th four of a stream at a step (of the episode, not of the chunk; block < 2^16).
 fn random_words(key: vec2<u32>, stream: u32, step: u32, block: u32) -> vec4<u32> {
     var v = vec4<u32>(key.x, key.y, step, (stream << 16u) | block);
     v = random_round(v * 1664525u + 1013904223u);

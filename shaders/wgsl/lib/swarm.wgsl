@@ -36,7 +36,7 @@ const NEAR_GAINS: u32 = 26u;
 const LIGHT_GAINS: u32 = 30u;
 const ROBOT_WORDS: u32 = 38u;
 
-// Words of a robot in a line of the trace. What it does is its behaviour, from LINE_CARRIES on a bit for whether it
+// Words of a robot in a line of the trace. LINE_DOES is its behaviour, with bits from LINE_CARRIES on for whether it
 // carries food, and from LINE_BROUGHT on how much it brought. A bit for each robot that it heard comes after; after all
 // robots each item's x and y.
 const LINE_X: u32 = 0u;
@@ -137,9 +137,9 @@ const SECOND: u32 = 10u;
 @group(0) @binding(6) var<storage, read_write> state: array<u32>;
 @group(0) @binding(8) var<storage, read_write> trace: array<u32>;
 
-// Who lives: the world, the key of its random numbers and the index of its first gene; and of a robot among others
+// An episode: the world, the key of its random numbers and the index of its first gene; and of a robot among others
 // where its words are and what surrounds it.
-struct Life {
+struct Episode {
     world: u32,
     key: vec2<u32>,
     genes: u32,
@@ -155,8 +155,8 @@ fn input(index: u32) -> f32 {
     return bitcast<f32>(inputs[index]);
 }
 
-fn gene(life: Life, index: u32) -> f32 {
-    return input(life.genes + index * LANES);
+fn gene(episode: Episode, index: u32) -> f32 {
+    return input(episode.genes + index * LANES);
 }
 
 fn word(own: u32, field: u32) -> u32 {

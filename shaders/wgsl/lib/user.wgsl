@@ -1,20 +1,20 @@
-// What parts that a user wrote may ask of the world, beside functions of numbers, and the limit of what they answer.
+// Functions of the world for users' parts, and the limit of their results.
 // docs/extend.md lists what they may call.
 
 // Four random numbers in [0, 1) of a stream at a cycle. Each number from 0 to 65535 gives others.
-fn random(life: Life, stream: u32, step: u32, number: u32) -> vec4<f32> {
-    return units(random_words(life.key, stream, step, number));
+fn random(episode: Episode, stream: u32, step: u32, number: u32) -> vec4<f32> {
+    return units(random_words(episode.key, stream, step, number));
 }
 
 // Whether a robot's body touches something where its centre is at a point, mm.
-fn blocked(life: Life, at: vec2<f32>) -> bool {
-    return touches(life.world, at);
+fn blocked(episode: Episode, at: vec2<f32>) -> bool {
+    return touches(episode.world, at);
 }
 
 // Distance in mm from a point to the nearest object along a ray, up to 100 m. The heading is in turns. Without an object,
-// `most`, which is also the greatest distance that is returned.
-fn distance_along(life: Life, start: vec2<f32>, heading: f32, most: f32) -> f32 {
-    return ray_in_world(life.world, start, heading, most);
+// `most`, which is also the maximum distance that is returned.
+fn distance_along(episode: Episode, start: vec2<f32>, heading: f32, most: f32) -> f32 {
+    return ray_in_world(episode.world, start, heading, most);
 }
 
 // The same in a world.
@@ -69,7 +69,7 @@ fn ray_to_wall(shape: u32, start: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32
     return to_wall(to, span, ahead, most);
 }
 
-// How far a wall goes beyond its ends for a ray, as a share of its length, so that no ray slips through where walls meet.
+// How far a wall goes beyond its ends for a ray, as a fraction of its length, so that no ray slips through where walls meet.
 const PAST_END: f32 = 0x1p-20f;
 
 // Distance along a ray to a wall that starts at `to` and spans `span`; `most` if the ray misses it.

@@ -1,7 +1,7 @@
-// Behaviours of a forager that lives outside of the kernel: what it reads is reported, and the trace says what it wants to
+// Behaviours of a forager outside the kernel: its readings are reported, and the trace has the commands to
 // drive.
 
-// What a rollout keeps from one dispatch to the next: what its behaviours remember.
+// What an episode keeps from one dispatch to the next: what its behaviours remember.
 struct State {
     escape: f32,
     straight: u32,
@@ -9,14 +9,14 @@ struct State {
     wait: u32,
 }
 
-// Trace details: what it wants to drive, mm and turns in a cycle, and its behaviour.
+// Trace details: the commanded way and turn of a cycle, mm and turns, and its behaviour.
 struct Details {
     forward: f32,
     turn: f32,
     behaviour: u32,
 }
 
-fn first_state(life: Life) -> State {
+fn first_state(episode: Episode) -> State {
     return State(0.0f, 0u, 0.0f, 0u);
 }
 
@@ -28,19 +28,19 @@ fn details_kept(own: Details) -> Details {
     return Details(stored(own.forward), stored(own.turn), own.behaviour);
 }
 
-fn cycle(life: Life, step: u32, before: State) -> Cycle {
+fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
     let nowhere = vec3<f32>(0.0f, 0.0f, 0.0f);
     let memory = Memory(before.escape, before.straight, before.turn, before.wait);
-    let deed = behave(life, step, nowhere, carries(life), memory);
+    let deed = behave(episode, step, nowhere, carries(episode), memory);
     let next = State(deed.memory.escape, deed.memory.straight, deed.memory.turn, deed.memory.wait);
     let record = Record(0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f);
     return Cycle(next, Line(record, Details(deed.wanted.forward, deed.wanted.turn, deed.behaviour)));
 }
 
-fn is_over(life: Life, own: State) -> bool {
+fn is_over(episode: Episode, own: State) -> bool {
     return false;
 }
 
-fn score(life: Life, own: State) -> f32 {
+fn score(episode: Episode, own: State) -> f32 {
     return 0.0f;
 }

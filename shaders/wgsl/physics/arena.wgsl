@@ -1,7 +1,7 @@
 // One cycle of a world of robots: all sense and decide by where all are, all move at once, bodies that overlap push each
 // other apart, then food changes hands and messages are heard. Nothing depends on the order of robots.
 
-// What a robot does that is not switched on; the others are the controller's.
+// The behaviour of a robot that is not switched on; the others are the controller's.
 const OFF: u32 = 4u;
 // How often bodies that overlap push each other in a cycle.
 const PUSHES: u32 = 4u;
@@ -10,8 +10,8 @@ fn robot_key(own: u32) -> vec2<u32> {
     return vec2<u32>(word(own, KEY), word(own, KEY + 1u));
 }
 
-fn robot_life(life: Life, own: u32) -> Life {
-    return Life(life.world, robot_key(own), life.genes, own, life.others, life.lamp, life.share);
+fn robot_episode(episode: Episode, own: u32) -> Episode {
+    return Episode(episode.world, robot_key(own), episode.genes, own, episode.others, episode.lamp, episode.share);
 }
 
 // Draws of a robot's place, and how often robots are looked at in all before their places are taken as drawn: drivers may
@@ -20,8 +20,8 @@ const DRAWS: u32 = 64u;
 const LOOKS: u32 = 20000u;
 
 // Robots anywhere in the arena, none on another, and food outside the nest.
-fn begin(life: Life, base: u32) {
-    let world = life.world;
+fn begin(episode: Episode, base: u32) {
+    let world = episode.world;
     let count = robots(world);
     state[base + HARVESTED * LANES] = 0u;
     for (var robot = 0u; robot < count; robot++) {
@@ -29,14 +29,14 @@ fn begin(life: Life, base: u32) {
         for (var field = 0u; field < ROBOT_WORDS; field++) {
             state[own + field * LANES] = 0u;
         }
-        let key = random_words(life.key, STREAM_START, 0u, 0xff00u + robot);
+        let key = random_words(episode.key, STREAM_START, 0u, 0xff00u + robot);
         state[own + KEY * LANES] = key.x;
         state[own + (KEY + 1u) * LANES] = key.y;
         state[own + BEHAVIOUR * LANES] = OFF;
         differ(world, own, robot);
     }
     place_robots(world, base, count);
-    save_food(base, first_food(life));
+    save_food(base, first_food(episode));
 }
 
 // One robot after the other gets a place. Each turn of the loop draws one, or looks at one other robot from there: a
@@ -88,16 +88,16 @@ fn place_robots(world: u32, base: u32, count: u32) {
 }
 
 // A robot senses, decides and drives: where it would get to if it were alone.
-fn act(life: Life, base: u32, robot: u32, step: u32) {
+fn act(episode: Episode, base: u32, robot: u32, step: u32) {
     let own = robot_at(base, robot);
-    let order = life.genes + (ORDERS + robot * ORDER_WORDS) * LANES;
+    let order = episode.genes + (ORDERS + robot * ORDER_WORDS) * LANES;
     let pose = vec3<f32>(number(own, X), number(own, Y), number(own, HEADING));
     if (f32(step) == input(order + ORDER_BEGINS * LANES)) {
         put(own, EARNED, 0.0f);
         state[own + SINCE * LANES] = step;
     }
     let later = f32(step) >= input(order + ORDER_AT * LANES);
-    var me = robot_life(life, own);
+    var me = robot_episode(episode, own);
     me.genes = order + select(ORDER_BEFORE, ORDER_AFTER, later) * LANES;
     let is_on = gene(me, GENE_LADEN) >= 0.0f;
     var to = pose;
@@ -105,13 +105,13 @@ fn act(life: Life, base: u32, robot: u32, step: u32) {
         me = among(me, base, robot, pose);
         let memory = Memory(number(own, ESCAPE), word(own, STRAIGHT), number(own, TURN), word(own, WAIT));
         let deed = behave(me, step, pose, word(own, CARRIES) != 0u, memory);
-        let delays = delays_of(life.world);
+        let delays = delays_of(episode.world);
         var wanted = deed.wanted;
         if (delays.latency > 0.0f) {
             wanted = Drive(number(own, WANTED), number(own, WANTED + 1u));
         }
         let moved = driven(me, step, wanted);
-        // What slips is lost of the way and of the turn.
+        // Slip shortens the way and the turn.
         let kept = 1.0f - delays.slip * unit(random_words(me.key, STREAM_ACTUATOR, step, 1u).x);
         to = driven_pose(pose, Drive(kept * moved.forward, kept * moved.turn));
         put(own, ESCAPE, deed.memory.escape);
@@ -172,16 +172,16 @@ fn push(world: u32, base: u32, from_field: u32, to_field: u32) -> bool {
     return moves;
 }
 
-fn cycle(life: Life, base: u32, step: u32) {
-    let count = robots(life.world);
+fn cycle(episode: Episode, base: u32, step: u32) {
+    let count = robots(episode.world);
     for (var robot = 0u; robot < count; robot++) {
-        act(life, base, robot, step);
+        act(episode, base, robot, step);
     }
     for (var time = 0u; time < PUSHES; time++) {
         let from_field = PUSHED + 2u * (time & 1u);
         let to_field = PUSHED + 2u * ((time + 1u) & 1u);
         // If none is moved now, none will be later.
-        if (!push(life.world, base, from_field, to_field)) {
+        if (!push(episode.world, base, from_field, to_field)) {
             break;
         }
     }
@@ -190,17 +190,17 @@ fn cycle(life: Life, base: u32, step: u32) {
         state[own + X * LANES] = word(own, PUSHED);
         state[own + Y * LANES] = word(own, PUSHED + 1u);
     }
-    share_food(life, base, step);
+    share_food(episode, base, step);
     // Each listens once a second, and no two neighbours in number at once.
     for (var robot = (SECOND - step % SECOND) % SECOND; robot < count; robot += SECOND) {
-        listen(life, base, robot, step);
+        listen(episode, base, robot, step);
     }
 }
 
 // Whom a robot hears: everybody within range whose message gets through and whom no body hides.
-fn listen(life: Life, base: u32, robot: u32, step: u32) {
-    let meeting = meeting_of(life.world);
-    let count = robots(life.world);
+fn listen(episode: Episode, base: u32, robot: u32, step: u32) {
+    let meeting = meeting_of(episode.world);
+    let count = robots(episode.world);
     let own = robot_at(base, robot);
     let at = vec2<f32>(number(own, X), number(own, Y));
     for (var block = 0u; block < count; block += 32u) {
@@ -222,7 +222,7 @@ fn listen(life: Life, base: u32, robot: u32, step: u32) {
             let other = block + lowest_bit(candidates);
             let place = robot_at(base, other);
             let to = vec2<f32>(number(place, X) - at.x, number(place, Y) - at.y);
-            if (hidden(life.world, base, robot, other, at, to)) {
+            if (hidden(episode.world, base, robot, other, at, to)) {
                 heard &= ~(candidates & (0u - candidates));
             }
             candidates &= candidates - 1u;

@@ -8,7 +8,7 @@ const OVERLAP: f32 = 1.0f;
 const TOUCH: f32 = 0x1p-6f;
 // How often bodies that overlap push each other in a cycle, at most.
 const PUSHES: u32 = 12u;
-// The farthest that a robot gets in a cycle, as a share of its radius: less than from its centre to the nearest wall, so that
+// The farthest that a robot gets in a cycle, as a fraction of its radius: less than from its centre to the nearest wall, so that
 // it comes out of a wall on the side that it was on.
 const FARTHEST: f32 = 0.75f;
 
@@ -42,22 +42,22 @@ fn pushed_out(world: u32, at: vec2<f32>) -> vec2<f32> {
 }
 
 // Bodies that overlap give way by half of each overlap, all at once. Returns whether any did.
-fn push(life: Life) -> bool {
-    let count = member_count(life.world);
-    let apart = 2.0f * members_of(life.world).body;
+fn push(episode: Episode) -> bool {
+    let count = member_count(episode.world);
+    let apart = 2.0f * members_of(episode.world).body;
     let near = apart - TOUCH;
     var pushed = false;
     for (var member = 0u; member < count; member++) {
-        let own = member_at(life, member);
+        let own = member_at(episode, member);
         put_word(own, MEMBER_BEFORE, word(own, MEMBER_GOAL));
         put_word(own, MEMBER_BEFORE + 1u, word(own, MEMBER_GOAL + 1u));
     }
     for (var member = 0u; member < count; member++) {
-        let own = member_at(life, member);
+        let own = member_at(episode, member);
         let at = place_in(own, MEMBER_BEFORE);
         var moved = place_in(own, MEMBER_GOAL);
         for (var other = member + 1u; other < count; other++) {
-            let another = member_at(life, other);
+            let another = member_at(episode, other);
             let beside = place_in(another, MEMBER_BEFORE);
             let away = vec2<f32>(at.x - beside.x, at.y - beside.y);
             let squared = squared_length(away);
@@ -73,11 +73,11 @@ fn push(life: Life) -> bool {
         put_place(own, MEMBER_GOAL, moved);
     }
     // Only a world that has objects looks at them.
-    if (worlds[life.world].shapes > 0u) {
+    if (worlds[episode.world].shapes > 0u) {
         for (var member = 0u; member < count; member++) {
-            let own = member_at(life, member);
+            let own = member_at(episode, member);
             let at = place_in(own, MEMBER_GOAL);
-            let out = pushed_out(life.world, at);
+            let out = pushed_out(episode.world, at);
             pushed = pushed | (out.x != at.x) | (out.y != at.y);
             put_place(own, MEMBER_GOAL, out);
         }
@@ -85,44 +85,44 @@ fn push(life: Life) -> bool {
     return pushed;
 }
 
-// All push until no bodies overlap, and get to MEMBER_GOAL. What still overlaps by more than OVERLAP is taken back.
-fn push_all(life: Life) {
+// All push until no bodies overlap, and get to MEMBER_GOAL. Bodies that still overlap by more than OVERLAP are taken back,
+fn push_all(episode: Episode) {
     var times = 0u;
     for (var time = 0u; time < PUSHES; time++) {
-        if (!push(life)) {
+        if (!push(episode)) {
             break;
         }
         times++;
     }
     if (times > 0u) {
-        take_back(life, times == PUSHES);
+        take_back(episode, times == PUSHES);
     }
 }
 
 // Robots that got too far, and if `overlap` those that overlap with another or with an object, return to where they were, and
-// those that are in the way of one that returns do so too.
-fn take_back(life: Life, overlap: bool) {
-    let count = member_count(life.world);
-    let body = members_of(life.world).body;
+// and so are those in the way of one that returns.
+fn take_back(episode: Episode, overlap: bool) {
+    let count = member_count(episode.world);
+    let body = members_of(episode.world).body;
     let near = 2.0f * body - OVERLAP;
     let farthest = FARTHEST * body;
     var tail = 0u;
     for (var member = 0u; member < count; member++) {
-        let own = member_at(life, member);
+        let own = member_at(episode, member);
         let at = place_in(own, MEMBER_GOAL);
         let start = place_in(own, MEMBER_X);
         var returns = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) > farthest * farthest;
         if (overlap) {
-            returns = returns | presses(life.world, at, OVERLAP);
+            returns = returns | presses(episode.world, at, OVERLAP);
             for (var other = 0u; other < count; other++) {
-                let beside = place_in(member_at(life, other), MEMBER_GOAL);
+                let beside = place_in(member_at(episode, other), MEMBER_GOAL);
                 let is_near = squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y)) < near * near;
                 returns = returns | (is_near & (other != member));
             }
         }
         put_word(own, MEMBER_MET, select(0u, 1u, returns));
         if (returns) {
-            put_word(member_at(life, tail), MEMBER_QUEUE, member);
+            put_word(member_at(episode, tail), MEMBER_QUEUE, member);
             tail++;
         }
     }
@@ -133,13 +133,13 @@ fn take_back(life: Life, overlap: bool) {
         if (head == tail) {
             break;
         }
-        let start = place_in(member_at(life, word(member_at(life, head), MEMBER_QUEUE)), MEMBER_X);
-        let another = member_at(life, other);
+        let start = place_in(member_at(episode, word(member_at(episode, head), MEMBER_QUEUE)), MEMBER_X);
+        let another = member_at(episode, other);
         let at = place_in(another, MEMBER_GOAL);
         let is_near = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) < near * near;
         if (is_near & (word(another, MEMBER_MET) == 0u)) {
             put_word(another, MEMBER_MET, 1u);
-            put_word(member_at(life, tail), MEMBER_QUEUE, other);
+            put_word(member_at(episode, tail), MEMBER_QUEUE, other);
             tail++;
         }
         other++;
@@ -147,7 +147,7 @@ fn take_back(life: Life, overlap: bool) {
         other = select(other, 0u, other == count);
     }
     for (var member = 0u; member < count; member++) {
-        let own = member_at(life, member);
+        let own = member_at(episode, member);
         if (word(own, MEMBER_MET) != 0u) {
             put_place(own, MEMBER_GOAL, place_in(own, MEMBER_X));
         }
@@ -155,16 +155,16 @@ fn take_back(life: Life, overlap: bool) {
 }
 
 // One after another, by their numbers, robots get to where they want to, or stop where they are if anything is there.
-fn stop_all(life: Life) {
-    let count = member_count(life.world);
-    let apart = 2.0f * members_of(life.world).body;
+fn stop_all(episode: Episode) {
+    let count = member_count(episode.world);
+    let apart = 2.0f * members_of(episode.world).body;
     for (var member = 0u; member < count; member++) {
-        let own = member_at(life, member);
+        let own = member_at(episode, member);
         let at = place_in(own, MEMBER_GOAL);
-        var is_free = !touches(life.world, at);
+        var is_free = !touches(episode.world, at);
         for (var other = 0u; other < count; other++) {
             let field = select(MEMBER_X, MEMBER_GOAL, other < member);
-            let beside = place_in(member_at(life, other), field);
+            let beside = place_in(member_at(episode, other), field);
             let is_near = squared_length(vec2<f32>(at.x - beside.x, at.y - beside.y)) < apart * apart;
             is_free = is_free & !(is_near & (other != member));
         }

@@ -1,7 +1,7 @@
-// Life of a forager with any controller and any task: sense, act, drive, take food and bring it, reward. With the behaviours
+// Episode of a forager with any controller and any task: sense, act, drive, take food and bring it, reward. With the behaviours
 // and the task that ship its bits are those of `physics/foraging`.
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
+// What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {
     // where the food lies
     food: Food,
@@ -37,10 +37,10 @@ struct Experience {
     to_food: f32,
 }
 
-fn first_state(life: Life) -> State {
-    let pose = first_pose(life);
+fn first_state(episode: Episode) -> State {
+    let pose = first_pose(episode);
     return State(
-        first_food(life), task_begin(life, pose), controller_begin(life), sensor_begin(life, pose),
+        first_food(episode), task_begin(episode, pose), controller_begin(episode), sensor_begin(episode, pose),
         pose.x, pose.y, pose.z, 0.0f, 0u,
     );
 }
@@ -67,17 +67,17 @@ fn nearest_food(food: Food, at: vec2<f32>) -> f32 {
     return root(min(min(least.x, least.y), min(least.z, least.w)));
 }
 
-fn cycle(life: Life, step: u32, before: State) -> Cycle {
-    let world = life.world;
+fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+    let world = episode.world;
     var own = before;
     let pose = vec3<f32>(own.x, own.y, own.heading);
     let carried = own.carries != 0u;
-    let sensed = sensors_read(life, step, pose, own.sensor);
+    let sensed = sensors_read(episode, step, pose, own.sensor);
     own.sensor = sensed.state;
-    let seen = sense(life, step, pose, carried, sensed.readings);
-    let acted = act(life, step, pose, seen.perceived, own.controller);
+    let seen = sense(episode, step, pose, carried, sensed.readings);
+    let acted = act(episode, step, pose, seen.perceived, own.controller);
     own.controller = acted.state;
-    let driven = driven(life, step, acted.wanted);
+    let driven = driven(episode, step, acted.wanted);
     let reached = driven_pose(pose, driven);
     let collided = touches(world, vec2<f32>(reached.x, reached.y));
 
@@ -86,11 +86,11 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     own.y = select(reached.y, pose.y, collided);
     own.heading = reached.z;
     let at = vec2<f32>(own.x, own.y);
-    let brought = harvest(life, step, at, own.food, carried);
+    let brought = harvest(episode, step, at, own.food, carried);
     own.food = brought.food;
     own.carries = select(0u, 1u, brought.carries);
 
-    // Wheel speeds as shares of the greatest.
+    // Wheel speeds as fractions of the maximum.
     let robot = robot_of(world);
     let share = reciprocal(robot.farthest);
     let apart = robot.half_turn_path * driven.turn;
@@ -103,17 +103,17 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
         brought.carries & !carried, carried & !brought.carries, brought.earned,
         root(squared_length(vec2<f32>(at.x - nest.x, at.y - nest.y))), nearest_food(own.food, at),
     );
-    let reward = task_cycle(life, now, own.task);
+    let reward = task_cycle(episode, now, own.task);
     own.task = reward.state;
     own.fitness += reward.earned;
     let record = recorded(pose, vec2<f32>(pose.x, pose.y), acted.outputs, moved, collided, reward.earned, own.fitness);
     return Cycle(own, Line(record, details(own, seen.real, seen.perceived)));
 }
 
-fn is_over(life: Life, own: State) -> bool {
-    return task_ends(life, own.task);
+fn is_over(episode: Episode, own: State) -> bool {
+    return task_ends(episode, own.task);
 }
 
-fn score(life: Life, own: State) -> f32 {
-    return task_score(life, own.task, own.fitness);
+fn score(episode: Episode, own: State) -> f32 {
+    return task_score(episode, own.task, own.fitness);
 }

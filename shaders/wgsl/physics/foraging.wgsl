@@ -1,6 +1,6 @@
-// Life of one forager in its on-board simulator: behave, drive, take food and bring it.
+// Episode of one forager in its on-board simulator: behave, drive, take food and bring it.
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
+// What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {
     // where the food lies
     x_first: vec4<f32>,
@@ -22,9 +22,9 @@ struct State {
     unused_c: u32,
 }
 
-fn first_state(life: Life) -> State {
-    let pose = first_pose(life);
-    let food = first_food(life);
+fn first_state(episode: Episode) -> State {
+    let pose = first_pose(episode);
+    let food = first_food(episode);
     return State(
         food.x_first, food.x_last, food.y_first, food.y_last,
         pose.x, pose.y, pose.z, 0.0f, 0u, 0.0f, 0u, 0.0f, 0u, 0u, 0u, 0u,
@@ -60,21 +60,21 @@ fn stored_all(v: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(stored(v.x), stored(v.y), stored(v.z), stored(v.w));
 }
 
-fn cycle(life: Life, step: u32, before: State) -> Cycle {
+fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
     var own = before;
     let pose = vec3<f32>(own.x, own.y, own.heading);
     let carried = own.carries != 0u;
-    let deed = behave(life, step, pose, carried, Memory(own.escape, own.straight, own.turn, own.wait));
-    let moved = driven(life, step, deed.wanted);
+    let deed = behave(episode, step, pose, carried, Memory(own.escape, own.straight, own.turn, own.wait));
+    let moved = driven(episode, step, deed.wanted);
     let reached = driven_pose(pose, moved);
-    let collided = touches(life.world, vec2<f32>(reached.x, reached.y));
+    let collided = touches(episode.world, vec2<f32>(reached.x, reached.y));
 
     // The wall stops a robot, which still turns.
     own.x = select(reached.x, pose.x, collided);
     own.y = select(reached.y, pose.y, collided);
     own.heading = reached.z;
     let food = Food(own.x_first, own.x_last, own.y_first, own.y_last);
-    let brought = harvest(life, step, vec2<f32>(own.x, own.y), food, carried);
+    let brought = harvest(episode, step, vec2<f32>(own.x, own.y), food, carried);
     own.x_first = brought.food.x_first;
     own.x_last = brought.food.x_last;
     own.y_first = brought.food.y_first;
@@ -86,8 +86,8 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     own.wait = deed.memory.wait;
     own.fitness += brought.earned;
 
-    // Wheel speeds as shares of the greatest.
-    let robot = robot_of(life.world);
+    // Wheel speeds as fractions of the maximum.
+    let robot = robot_of(episode.world);
     let share = reciprocal(robot.farthest);
     let apart = robot.half_turn_path * moved.turn;
     let record = Record(
@@ -100,10 +100,10 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     return Cycle(own, Line(record, details));
 }
 
-fn is_over(life: Life, own: State) -> bool {
+fn is_over(episode: Episode, own: State) -> bool {
     return false;
 }
 
-fn score(life: Life, own: State) -> f32 {
+fn score(episode: Episode, own: State) -> f32 {
     return own.fitness;
 }

@@ -1,7 +1,7 @@
-// Life of a described robot as an individual in its surroundings: the same cycle as in the simulator, with all that differs from the
-// description. Every difference has a strength; with all of them at 0 a robot lives as in the simulator, bit for bit.
+// Episode of a parametric robot as an individual in its surroundings: the same cycle as in the simulator, with all that differs from the
+// description. Every difference has a strength; with all of them at 0 the episode is bit-identical to the simulator's.
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
+// What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {
     task: TaskState,
     controller: ControllerState,
@@ -25,10 +25,10 @@ struct Driven {
     state: RobotState,
 }
 
-fn first_state(life: Life) -> State {
-    let pose = first_pose(life);
+fn first_state(episode: Episode) -> State {
+    let pose = first_pose(episode);
     return State(
-        task_begin(life, pose), controller_begin(life), sensor_begin(life, pose),
+        task_begin(episode, pose), controller_begin(episode), sensor_begin(episode, pose),
         pose.x, pose.y, pose.z, 0.0f, RobotState(), pose.x, pose.y, pose.z, 0.0f, 0.0f,
     );
 }
@@ -41,20 +41,20 @@ fn kept(own: State) -> State {
     );
 }
 
-fn cycle(life: Life, step: u32, before: State) -> Cycle {
-    let world = life.world;
+fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+    let world = episode.world;
     var own = before;
     let pose = vec3<f32>(own.x, own.y, own.heading);
     let read_at = vec3<f32>(own.read_x, own.read_y, own.read_heading);
     let seen = vec2<f32>(own.read_x, own.read_y);
-    let sensed = sensors_read(life, step, read_at, own.sensor);
+    let sensed = sensors_read(episode, step, read_at, own.sensor);
     own.sensor = sensed.state;
-    var readings = read_out(life, step, sense(world, read_at, seen, own.robot));
+    var readings = read_out(episode, step, sense(world, read_at, seen, own.robot));
     readings.own = sensed.readings;
-    let command = commands(life, step, readings, own.controller);
+    let command = commands(episode, step, readings, own.controller);
     own.controller = command.state;
     let outputs = command.outputs;
-    let driven = motion(life, step, outputs, own.robot);
+    let driven = motion(episode, step, outputs, own.robot);
     own.robot = driven.state;
     let is_free = own.robot.stuck == 0u;
     var moved = driven.motion;
@@ -101,10 +101,10 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     }
     let end = vec3<f32>(own.x, own.y, own.heading);
     own.robot = robot_after(world, end, own.robot);
-    let reward = task_cycle(life, Experience(step, pose, end, readings, readings, outputs, moved, collided), own.task);
+    let reward = task_cycle(episode, Experience(step, pose, end, readings, readings, outputs, moved, collided), own.task);
 
     // The next readings are of some moment before the end of this cycle.
-    let age = age_of_readings(life, step);
+    let age = age_of_readings(episode, step);
     own.read_x = end.x - age * (end.x - pose.x);
     own.read_y = end.y - age * (end.y - pose.y);
     own.read_heading = end.z - age * turned;
@@ -115,10 +115,10 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     return Cycle(own, Line(record, details(own, readings, readings)));
 }
 
-fn is_over(life: Life, own: State) -> bool {
-    return task_ends(life, own.task) | robot_ends(life.world, own.robot);
+fn is_over(episode: Episode, own: State) -> bool {
+    return task_ends(episode, own.task) | robot_ends(episode.world, own.robot);
 }
 
-fn score(life: Life, own: State) -> f32 {
-    return task_score(life, own.task, own.fitness);
+fn score(episode: Episode, own: State) -> f32 {
+    return task_score(episode, own.task, own.fitness);
 }

@@ -9,7 +9,7 @@ struct Driven {
 
 // What a robot and the world remember, for traces.
 struct State {
-    life: Life,
+    episode: Episode,
     task: TaskState,
     controller: ControllerState,
     sensor: SensorState,
@@ -36,33 +36,33 @@ struct Tally {
 const DRAWS: u32 = 64u;
 const LOOKS: u32 = 4u;
 
-fn begin(life: Life) {
-    let count = member_count(life.world);
-    put(life.world_words, WORLD_EARNED, 0.0f);
+fn begin(episode: Episode) {
+    let count = member_count(episode.world);
+    put(episode.world_words, WORLD_EARNED, 0.0f);
     for (var member = 0u; member < count; member++) {
-        let own = member_at(life, member);
+        let own = member_at(episode, member);
         for (var field = 0u; field < MEMBER_WORDS; field++) {
             put_word(own, field, 0u);
         }
-        let key = random_words(life.key, STREAM_START, 0u, 0xff00u + member);
+        let key = random_words(episode.key, STREAM_START, 0u, 0xff00u + member);
         put_word(own, MEMBER_KEY, key.x);
         put_word(own, MEMBER_KEY + 1u, key.y);
     }
-    place_members(life);
+    place_members(episode);
     for (var member = 0u; member < count; member++) {
-        let me = member_life(life, member);
+        let me = member_episode(episode, member);
         let pose = member_pose(me.member_words);
         save_sensor(me.member_words, sensor_begin(me, pose));
         save_controller(me.member_words, controller_begin(me));
         save_task(me.member_words, task_begin(me, pose));
     }
-    save_mission(life.world_words, mission_begin(life));
+    save_mission(episode.world_words, mission_begin(episode));
 }
 
-// Robots anywhere in the field, none on another and none on an object, or at the places that are given. One after the other gets a place. Each turn of the loop
+// Starts of robots: random free places in the field, or the given places. One after the other gets a place. Each turn of the loop
 // draws one, or looks at one other robot from there: a vector of worlds then needs no more turns than the world that needs most.
-fn place_members(life: Life) {
-    let world = life.world;
+fn place_members(episode: Episode) {
+    let world = episode.world;
     let count = member_count(world);
     let apart = 2.0f * members_of(world).body;
     var member = 0u;
@@ -75,9 +75,9 @@ fn place_members(life: Life) {
         if (member == count) {
             break;
         }
-        let own = member_at(life, member);
+        let own = member_at(episode, member);
         if (drawn) {
-            let there = place_in(member_at(life, looked_at), MEMBER_X);
+            let there = place_in(member_at(episode, looked_at), MEMBER_X);
             let here = place_in(own, MEMBER_X);
             let squared = squared_length(vec2<f32>(there.x - here.x, there.y - here.y));
             is_free = is_free & (squared >= apart * apart);
@@ -109,7 +109,7 @@ fn place_members(life: Life) {
 }
 
 // A robot senses, decides and drives: where it would get to if it were alone.
-fn act(me: Life, step: u32) -> Act {
+fn act(me: Episode, step: u32) -> Act {
     let own = me.member_words;
     let pose = member_pose(own);
     let robot = robot_loaded(own);
@@ -152,8 +152,8 @@ fn experience(own: u32, step: u32, did: Act) -> Experience {
 }
 
 // A robot's pose at the start of the cycle.
-fn member_started(life: Life, member: u32) -> vec3<f32> {
-    let own = member_at(life, member);
+fn member_started(episode: Episode, member: u32) -> vec3<f32> {
+    let own = member_at(episode, member);
     return vec3<f32>(place_in(own, MEMBER_START), number(own, MEMBER_START + 2u));
 }
 
@@ -163,39 +163,39 @@ struct Cycle {
     first: Act,
 }
 
-fn cycle(life: Life, step: u32) -> Cycle {
-    let count = member_count(life.world);
+fn cycle(episode: Episode, step: u32) -> Cycle {
+    let count = member_count(episode.world);
     var first = Act();
-    hear(life, step);
+    hear(episode, step);
     for (var member = 0u; member < count; member++) {
-        let me = member_life(life, member);
+        let me = member_episode(episode, member);
         let did = act(me, step);
         keep_act(me.member_words, did);
         if (member == 0u) {
             first = did;
         }
     }
-    if (members_of(life.world).pushes > 0.0f) {
-        push_all(life);
+    if (members_of(episode.world).pushes > 0.0f) {
+        push_all(episode);
     } else {
-        stop_all(life);
+        stop_all(episode);
     }
     for (var member = 0u; member < count; member++) {
-        let own = member_at(life, member);
+        let own = member_at(episode, member);
         put_word(own, MEMBER_X, word(own, MEMBER_GOAL));
         put_word(own, MEMBER_Y, word(own, MEMBER_GOAL + 1u));
-        save_robot(own, robot_after(life.world, member_pose(own), robot_loaded(own)));
+        save_robot(own, robot_after(episode.world, member_pose(own), robot_loaded(own)));
     }
-    var earned = members_earned(life, step);
-    let tally = mission_cycle(life, step, mission_loaded(life.world_words));
-    save_mission(life.world_words, tally.state);
+    var earned = members_earned(episode, step);
+    let tally = mission_cycle(episode, step, mission_loaded(episode.world_words));
+    save_mission(episode.world_words, tally.state);
     earned += tally.earned;
-    put(life.world_words, WORLD_EARNED, number(life.world_words, WORLD_EARNED) + earned);
+    put(episode.world_words, WORLD_EARNED, number(episode.world_words, WORLD_EARNED) + earned);
     return Cycle(earned, first);
 }
 
 // A robot's trace line of a cycle, given what it did, and what the world earned in this cycle and so far.
-fn line(me: Life, did: Act, earned: f32, total: f32) -> Line {
+fn line(me: Episode, did: Act, earned: f32, total: f32) -> Line {
     let own = me.member_words;
     let start = member_started(me, me.member);
     let r = recorded(start, vec2<f32>(start.x, start.y), did.outputs, did.moved, was_in_contact(own), earned, total);
@@ -211,6 +211,6 @@ fn line(me: Life, did: Act, earned: f32, total: f32) -> Line {
     return Line(record, details_kept(details(memory, did.real, did.perceived)));
 }
 
-fn score(life: Life) -> f32 {
-    return mission_score(life, mission_loaded(life.world_words), number(life.world_words, WORLD_EARNED));
+fn score(episode: Episode) -> f32 {
+    return mission_score(episode, mission_loaded(episode.world_words), number(episode.world_words, WORLD_EARNED));
 }

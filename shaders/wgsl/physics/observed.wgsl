@@ -1,13 +1,13 @@
-// Traces of worlds of robots that are observed: in place of the first robot's line one for each robot, robot after
+// Traces of worlds of robots that are observed: instead of the first robot's line one for each robot, robot after
 // robot. They also say whose messages the robot has heard and what it has earned since the line before. `MEMBER_SENDERS`, a bit for
-// each robot in SENDER_WORDS words, and `MEMBER_EARNED` are generated. The fitness of a line is what it would be if the life ended
+// each robot in SENDER_WORDS words, and `MEMBER_EARNED` are generated. The fitness of a line is what it would be if the episode ended
 // there.
 
-fn traced(life: Life, lived: Cycle, record: u32) {
-    let count = member_count(life.world);
-    let now = score(life);
+fn traced(episode: Episode, lived: Cycle, record: u32) {
+    let count = member_count(episode.world);
+    let now = score(episode);
     for (var member = 0u; member < count; member++) {
-        let me = member_life(life, member);
+        let me = member_episode(episode, member);
         let own = me.member_words;
         trace[record * count + member] = line(me, act_kept(own), lived.earned, now);
         put(own, MEMBER_EARNED, 0.0f);

@@ -1,7 +1,7 @@
-// Life of a robot outside of the kernel: what it reads and where it gets to is reported, cycle by cycle, before a rollout's
+// Episode of a robot outside the kernel: its readings and poses are reported, cycle by cycle, before an episode's
 // genes. The controller decides, and the task rewards, as in the simulator.
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
+// What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {
     task: TaskState,
     controller: ControllerState,
@@ -19,23 +19,23 @@ struct Driven {
     state: RobotState,
 }
 
-fn report(life: Life, index: u32) -> f32 {
-    return bitcast<f32>(inputs[life.genes + index * LANES]);
+fn report(episode: Episode, index: u32) -> f32 {
+    return bitcast<f32>(inputs[episode.genes + index * LANES]);
 }
 
 // A pose, of which the first number is given.
-fn reported_pose(life: Life, first: u32) -> vec3<f32> {
-    return vec3<f32>(report(life, first), report(life, first + 1u), report(life, first + 2u));
+fn reported_pose(episode: Episode, first: u32) -> vec3<f32> {
+    return vec3<f32>(report(episode, first), report(episode, first + 1u), report(episode, first + 2u));
 }
 
-// The life as the controller knows it: its genes are after the reports.
-fn of_genes(life: Life) -> Life {
-    return Life(life.world, life.key, life.genes + REPORTS * LANES);
+// The episode as the controller knows it: its genes are after the reports.
+fn of_genes(episode: Episode) -> Episode {
+    return Episode(episode.world, episode.key, episode.genes + REPORTS * LANES);
 }
 
-fn first_state(life: Life) -> State {
-    let pose = reported_pose(life, REPORTED_START);
-    let own = of_genes(life);
+fn first_state(episode: Episode) -> State {
+    let pose = reported_pose(episode, REPORTED_START);
+    let own = of_genes(episode);
     return State(
         task_begin(own, pose), controller_begin(own), sensor_begin(own, pose),
         pose.x, pose.y, pose.z, 0.0f, RobotState(),
@@ -49,23 +49,23 @@ fn kept(own: State) -> State {
     );
 }
 
-fn cycle(life: Life, step: u32, before: State) -> Cycle {
-    let me = of_genes(life);
+fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+    let me = of_genes(episode);
     var own = before;
     let pose = vec3<f32>(own.x, own.y, own.heading);
     let sensed = sensors_read(me, step, pose, own.sensor);
     own.sensor = sensed.state;
-    var readings = reported_readings(life);
+    var readings = reported_readings(episode);
     readings.own = sensed.readings;
     let command = commands(me, step, readings, own.controller);
     own.controller = command.state;
     let driven = motion(me, step, command.outputs, own.robot);
     own.robot = driven.state;
-    let end = reported_pose(life, REPORTED_END);
+    let end = reported_pose(episode, REPORTED_END);
     own.x = end.x;
     own.y = end.y;
     own.heading = end.z;
-    own.robot = robot_after(life.world, end, own.robot);
+    own.robot = robot_after(episode.world, end, own.robot);
     let now = Experience(step, pose, end, readings, readings, command.outputs, driven.motion, false);
     let reward = task_cycle(me, now, own.task);
     own.task = reward.state;
@@ -75,10 +75,10 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     return Cycle(own, Line(record, details(own, readings, readings)));
 }
 
-fn is_over(life: Life, own: State) -> bool {
-    return task_ends(of_genes(life), own.task) | robot_ends(life.world, own.robot);
+fn is_over(episode: Episode, own: State) -> bool {
+    return task_ends(of_genes(episode), own.task) | robot_ends(episode.world, own.robot);
 }
 
-fn score(life: Life, own: State) -> f32 {
-    return task_score(of_genes(life), own.task, own.fitness);
+fn score(episode: Episode, own: State) -> f32 {
+    return task_score(of_genes(episode), own.task, own.fitness);
 }

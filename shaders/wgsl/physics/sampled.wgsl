@@ -1,6 +1,6 @@
-// Life in the simulator that is made from a robot's own samples: sense, act, move, reward.
+// Episode in the simulator from a robot's sampled tables: sense, act, move, reward.
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
+// What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {
     task: TaskState,
     controller: ControllerState,
@@ -21,11 +21,11 @@ struct Driven {
     state: RobotState,
 }
 
-fn first_state(life: Life) -> State {
-    let pose = first_pose(life);
-    let shift = first_shift(life);
+fn first_state(episode: Episode) -> State {
+    let pose = first_pose(episode);
+    let shift = first_shift(episode);
     return State(
-        task_begin(life, pose), controller_begin(life), sensor_begin(life, pose),
+        task_begin(episode, pose), controller_begin(episode), sensor_begin(episode, pose),
         pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, RobotState(),
     );
 }
@@ -38,27 +38,27 @@ fn kept(own: State) -> State {
     );
 }
 
-fn cycle(life: Life, step: u32, before: State) -> Cycle {
-    let world = life.world;
+fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+    let world = episode.world;
     var own = before;
     let pose = vec3<f32>(own.x, own.y, own.heading);
     var shift = vec2<f32>(0.0f, 0.0f);
     if (worlds[world].walk_range > 0.0f) {
         shift = vec2<f32>(own.shift_x, own.shift_y);
-        let next = walked(life, step, shift);
+        let next = walked(episode, step, shift);
         own.shift_x = next.x;
         own.shift_y = next.y;
     }
     let seen = vec2<f32>(pose.x + shift.x, pose.y + shift.y);
-    let sensed = sensors_read(life, step, pose, own.sensor);
+    let sensed = sensors_read(episode, step, pose, own.sensor);
     own.sensor = sensed.state;
     var real = sense(world, pose, seen, own.robot);
     real.own = sensed.readings;
-    let perceived = with_noise(life, step, real);
-    let command = commands(life, step, perceived, own.controller);
+    let perceived = with_noise(episode, step, real);
+    let command = commands(episode, step, perceived, own.controller);
     own.controller = command.state;
     let outputs = command.outputs;
-    let driven = motion(life, step, outputs, own.robot);
+    let driven = motion(episode, step, outputs, own.robot);
     own.robot = driven.state;
     var moved = driven.motion;
     moved.displacement = select(moved.displacement, 0.0f, own.robot.stuck != 0u);
@@ -84,17 +84,17 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     }
     let end = vec3<f32>(own.x, own.y, own.heading);
     own.robot = robot_after(world, end, own.robot);
-    let reward = task_cycle(life, Experience(step, pose, end, real, perceived, outputs, moved, collided), own.task);
+    let reward = task_cycle(episode, Experience(step, pose, end, real, perceived, outputs, moved, collided), own.task);
     own.task = reward.state;
     own.fitness += reward.earned;
     let record = recorded(pose, seen, outputs, moved, collided, reward.earned, own.fitness);
     return Cycle(own, Line(record, details(own, real, perceived)));
 }
 
-fn is_over(life: Life, own: State) -> bool {
-    return task_ends(life, own.task) | robot_ends(life.world, own.robot);
+fn is_over(episode: Episode, own: State) -> bool {
+    return task_ends(episode, own.task) | robot_ends(episode.world, own.robot);
 }
 
-fn score(life: Life, own: State) -> f32 {
-    return task_score(life, own.task, own.fitness);
+fn score(episode: Episode, own: State) -> f32 {
+    return task_score(episode, own.task, own.fitness);
 }

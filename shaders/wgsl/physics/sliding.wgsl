@@ -1,7 +1,7 @@
 // A body that slides along what it would touch.
 
 // What a collision does: a cycle that would end where the body touches something. It undoes the move and the turn, or
-// the move alone; or the body slides along, and turns; or it gets there, and sticks for the rest of its life.
+// the move alone; or the body slides along, and turns; or it gets there, and sticks for the rest of its episode.
 const UNDO: u32 = 0u;
 const KEEP_TURN: u32 = 1u;
 const SLIDE: u32 = 2u;

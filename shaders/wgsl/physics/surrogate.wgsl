@@ -1,7 +1,7 @@
-// Life as a surrogate of a real robot: the same cycle as in the simulator, by physics that its samples don't
-// contain. Every difference has a strength; with all of them at 0 a robot lives as its simulator says.
+// Episode as a surrogate of a real robot: the same cycle as in the simulator, by physics that its samples don't
+// contain. Every difference has a strength; with all of them at 0 the episode is the simulator's.
 
-// What a rollout keeps from one dispatch to the next, and its fitness so far.
+// What an episode keeps from one dispatch to the next, and its fitness so far.
 struct State {
     task: TaskState,
     controller: ControllerState,
@@ -18,10 +18,10 @@ struct State {
     speed_right: f32,
 }
 
-fn first_state(life: Life) -> State {
-    let pose = first_pose(life);
+fn first_state(episode: Episode) -> State {
+    let pose = first_pose(episode);
     return State(
-        task_begin(life, pose), controller_begin(life), sensor_begin(life, pose),
+        task_begin(episode, pose), controller_begin(episode), sensor_begin(episode, pose),
         pose.x, pose.y, pose.z, 0.0f, pose.x, pose.y, pose.z, 0.0f, 0.0f,
     );
 }
@@ -35,16 +35,16 @@ fn kept(own: State) -> State {
     );
 }
 
-fn cycle(life: Life, step: u32, before: State) -> Cycle {
-    let world = life.world;
+fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+    let world = episode.world;
     var own = before;
     let pose = vec3<f32>(own.x, own.y, own.heading);
     let read_at = vec3<f32>(own.read_x, own.read_y, own.read_heading);
-    let sensed = sensors_read(life, step, read_at, own.sensor);
+    let sensed = sensors_read(episode, step, read_at, own.sensor);
     own.sensor = sensed.state;
-    var readings = sense_by_rays(life, step, read_at);
+    var readings = sense_by_rays(episode, step, read_at);
     readings.own = sensed.readings;
-    let command = commands(life, step, readings, own.controller);
+    let command = commands(episode, step, readings, own.controller);
     own.controller = command.state;
     let outputs = command.outputs;
     let moved = commanded(world, outputs);
@@ -52,12 +52,12 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     let heading = end.pose.z - floor(end.pose.z);
     let there = vec3<f32>(end.pose.x, end.pose.y, heading);
     let now = Experience(step, pose, there, readings, readings, outputs, moved, end.collided);
-    let reward = task_cycle(life, now, own.task);
+    let reward = task_cycle(episode, now, own.task);
 
     // The next readings are of some moment before the end of this cycle: of the latency and, since the sensors
     // are read on their own clock, up to a period of it more.
     let timing = timing_of(world);
-    let early = unit(random_words(life.key, STREAM_SENSOR, step, 2u).x);
+    let early = unit(random_words(episode.key, STREAM_SENSOR, step, 2u).x);
     let age = min(timing.latency + timing.period * early, 1.0f);
     own.read_x = end.pose.x - age * (end.pose.x - pose.x);
     own.read_y = end.pose.y - age * (end.pose.y - pose.y);
@@ -75,10 +75,10 @@ fn cycle(life: Life, step: u32, before: State) -> Cycle {
     return Cycle(own, Line(record, details(own, readings, readings)));
 }
 
-fn is_over(life: Life, own: State) -> bool {
-    return task_ends(life, own.task);
+fn is_over(episode: Episode, own: State) -> bool {
+    return task_ends(episode, own.task);
 }
 
-fn score(life: Life, own: State) -> f32 {
-    return task_score(life, own.task, own.fitness);
+fn score(episode: Episode, own: State) -> f32 {
+    return task_score(episode, own.task, own.fitness);
 }

@@ -1,5 +1,5 @@
 // A robot on two wheels: the outputs command the wheels' speeds, from full speed backwards to full speed forwards, and a cycle
-// is an arc. What it remembers and in which order its commands take effect is generated.
+// is an arc. Its memory and the order of its commands are generated.
 
 const RADIANS_PER_TURN: f32 = 6.2831855f;
 
@@ -29,7 +29,7 @@ fn speed_of(wheels: WheelsCell, output: f32) -> f32 {
     return select(level * wheels.step, end, abs(level) == wheels.steps);
 }
 
-// The motion of wheels with these speeds (left, right), as shares of full speed.
+// The motion of wheels with these speeds (left, right), as fractions of full speed.
 fn rolled(wheels: WheelsCell, speeds: vec2<f32>) -> Motion {
     let forward = 0.5f * (speeds.x + speeds.y) * wheels.farthest;
     return Motion(forward, (speeds.y - speeds.x) * wheels.turn, speeds.x, speeds.y);

@@ -1,4 +1,4 @@
-// Sampled motors whose wheels' speeds change gradually: the motion of speeds between those that were sampled. Speeds are shares of
+// Sampled motors whose wheels' speeds change gradually: the motion of speeds between those that were sampled. Speeds are fractions of
 // full speed; states have ascending ones.
 
 // The speed of a motor state.

@@ -1,7 +1,7 @@
 // A robot on two wheels whose motors were sampled: for each pair of motor states, how far it goes in one
 // cycle and how far it turns.
 
-// What the robot remembers; all zero at the start of a life.
+// What the robot remembers; all zero at the start of an episode.
 struct RobotState {
     // 1 once a body that sticks has touched something
     stuck: u32,
@@ -12,8 +12,8 @@ fn robot_kept(own: RobotState) -> RobotState {
 }
 
 // The sampled motion for a pair of outputs (left, right), with the world's motor noise.
-fn motion(life: Life, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {
-    return Driven(noisy_motion(life, step, commanded(life.world, outputs)), before);
+fn motion(episode: Episode, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {
+    return Driven(noisy_motion(episode, step, commanded(episode.world, outputs)), before);
 }
 
 // What it remembers after a cycle that ends at a pose.
@@ -21,7 +21,7 @@ fn robot_after(world: u32, end: vec3<f32>, own: RobotState) -> RobotState {
     return own;
 }
 
-// Whether it can't live on.
+// Whether the episode ends.
 fn robot_ends(world: u32, own: RobotState) -> bool {
     return false;
 }

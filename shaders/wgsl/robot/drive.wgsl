@@ -1,8 +1,8 @@
-// What a described robot's drive and battery are.
+// A parametric robot's drive and battery.
 
 // The second cell of its numbers.
 struct DriveCell {
-    // greatest change of a wheel's speed in a cycle, as a share of full speed, and the inverse of that; 0 for any change
+    // maximum change of a wheel's speed in a cycle, as a fraction of full speed, and the inverse of that; 0 for any change
     change: f32,
     changes: f32,
     // cycles that a full battery lasts, and the inverse of that; 0 without a battery
@@ -22,7 +22,7 @@ fn normal_pair(words: vec4<u32>) -> vec2<f32> {
     return root(-2.0f * logarithm(share)) * cosine_sine(unit(words.y));
 }
 
-// Two speeds of a wheel, as shares of full speed: at the end of a cycle, and the mean over it.
+// Two speeds of a wheel, as fractions of full speed: at the end of a cycle, and the mean over it.
 struct WheelSpeed {
     end: f32,
     mean: f32,

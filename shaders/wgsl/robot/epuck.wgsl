@@ -1,6 +1,6 @@
 // An e-puck on two wheels that slip a little: what it drives in one cycle.
 
-// What it wants to do in a cycle.
+// The commanded way and turn of a cycle.
 struct Drive {
     // mm along the mean heading
     forward: f32,
@@ -8,12 +8,12 @@ struct Drive {
     turn: f32,
 }
 
-// What it does: each wheel goes no faster than it can, and by a random share more or less.
-fn driven(life: Life, step: u32, wanted: Drive) -> Drive {
-    let robot = robot_of(life.world);
+// Its motion: each wheel has its maximum speed, and goes a random fraction more or less.
+fn driven(episode: Episode, step: u32, wanted: Drive) -> Drive {
+    let robot = robot_of(episode.world);
     let apart = robot.half_turn_path * wanted.turn;
-    let noise = 2.0f * units(random_words(life.key, STREAM_ACTUATOR, step, 0u)) - 1.0f;
-    let own = wheels(life);
+    let noise = 2.0f * units(random_words(episode.key, STREAM_ACTUATOR, step, 0u)) - 1.0f;
+    let own = wheels(episode);
     let left = own.x * (clamp(wanted.forward - apart, -robot.farthest, robot.farthest) * (1.0f + robot.wheel_noise * noise.x));
     let right = own.y * (clamp(wanted.forward + apart, -robot.farthest, robot.farthest) * (1.0f + robot.wheel_noise * noise.y));
     return Drive(0.5f * (left + right), (right - left) * reciprocal(2.0f * robot.half_turn_path));

@@ -2,14 +2,14 @@
 
 // How far the nearest thing is before each of the four sensors at the front, and what share of the lamp's light
 // others leave. Reflected light comes from as far off an axis as the sensor's beam is wide.
-fn among(before: Life, base: u32, robot: u32, pose: vec3<f32>) -> Life {
+fn among(before: Episode, base: u32, robot: u32, pose: vec3<f32>) -> Episode {
     const BEAM: f32 = 0.25f;
-    var life = before;
-    let world = life.world;
+    var episode = before;
+    let world = episode.world;
     let body = robot_of(world).radius;
     let sight = 2.0f * body + sensing_of(world).sight;
     let own = axes(world, 0u, pose.z);
-    let lamp = vec2<f32>(life.lamp * lamp_of(world).x, 0.0f);
+    let lamp = vec2<f32>(episode.lamp * lamp_of(world).x, 0.0f);
     let way = vec2<f32>(lamp.x - pose.x, lamp.y - pose.y);
     let lamp_inverse = reciprocal_root(max(squared_length(way), 1.0f));
     let to_lamp = vec2<f32>(way.x * lamp_inverse, way.y * lamp_inverse);
@@ -53,33 +53,33 @@ fn among(before: Life, base: u32, robot: u32, pose: vec3<f32>) -> Life {
     let field = field_of(world);
     // The lamp looks towards the centre.
     let off_axis = to_lamp.y * to_lamp.y;
-    life.others = others;
-    life.share = (1.0f - field.shadows * shade) * (1.0f - field.beam * off_axis);
-    return life;
+    episode.others = others;
+    episode.share = (1.0f - field.shadows * shade) * (1.0f - field.beam * off_axis);
+    return episode;
 }
 
 // What the four sensors at the front read of the wall and of others, in [0, 1].
-fn near(life: Life, step: u32, pose: vec3<f32>) -> vec4<f32> {
-    let read = near_readings(life, step, min(wall_distances(life.world, pose), life.others));
-    return clamp(four(life.own, NEAR_GAINS) * read, vec4<f32>(0.0f), vec4<f32>(1.0f));
+fn near(episode: Episode, step: u32, pose: vec3<f32>) -> vec4<f32> {
+    let read = near_readings(episode, step, min(wall_distances(episode.world, pose), episode.others));
+    return clamp(four(episode.own, NEAR_GAINS) * read, vec4<f32>(0.0f), vec4<f32>(1.0f));
 }
 
 // What four sensors read of the light, in [0, 1].
-fn light(life: Life, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
+fn light(episode: Episode, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
     var shine = vec4<f32>(0.0f);
-    if (life.lamp != 0.0f) {
-        let arena = arena_of(life.world).radius;
-        let direct = lamp_light(life.world, half, pose, vec2<f32>(life.lamp * lamp_of(life.world).x, 0.0f));
-        // What the walls throw back comes from everywhere, and more of it near the lamp.
-        let nearness = 0.5f + 0.5f * clamp(life.lamp * pose.x * reciprocal(arena), -1.0f, 1.0f);
-        shine = life.share * direct + field_of(life.world).reflection * nearness;
+    if (episode.lamp != 0.0f) {
+        let arena = arena_of(episode.world).radius;
+        let direct = lamp_light(episode.world, half, pose, vec2<f32>(episode.lamp * lamp_of(episode.world).x, 0.0f));
+        // The walls' reflected light comes from everywhere, and more of it near the lamp.
+        let nearness = 0.5f + 0.5f * clamp(episode.lamp * pose.x * reciprocal(arena), -1.0f, 1.0f);
+        shine = episode.share * direct + field_of(episode.world).reflection * nearness;
     }
-    return light_readings(life, step, half, four(life.own, LIGHT_GAINS + 4u * half) * shine);
+    return light_readings(episode, step, half, four(episode.own, LIGHT_GAINS + 4u * half) * shine);
 }
 
 // What each wheel makes of a command.
-fn wheels(life: Life) -> vec2<f32> {
-    return vec2<f32>(number(life.own, WHEELS), number(life.own, WHEELS + 1u));
+fn wheels(episode: Episode) -> vec2<f32> {
+    return vec2<f32>(number(episode.own, WHEELS), number(episode.own, WHEELS + 1u));
 }
 
 // Draws how a robot differs from others.

@@ -1,31 +1,31 @@
-// An e-puck outside of the kernel: what its sensors read is reported after its genes, four readings of proximity and eight of
+// An e-puck outside the kernel: its readings are reported after its genes, four of proximity and eight of
 // light, and then whether it carries food.
 
 const REPORTED_NEAR: u32 = FORAGER_GENES;
 const REPORTED_LIGHT: u32 = REPORTED_NEAR + 4u;
 const REPORTED_CARRIES: u32 = REPORTED_LIGHT + 8u;
-// Inputs of a rollout after its key.
+// Inputs of an episode after its key.
 const REPORTED_INPUTS: u32 = REPORTED_CARRIES + 1u;
 
-fn reported(life: Life, first: u32) -> vec4<f32> {
-    return vec4<f32>(gene(life, first), gene(life, first + 1u), gene(life, first + 2u), gene(life, first + 3u));
+fn reported(episode: Episode, first: u32) -> vec4<f32> {
+    return vec4<f32>(gene(episode, first), gene(episode, first + 1u), gene(episode, first + 2u), gene(episode, first + 3u));
 }
 
 // What the four sensors at the front read, in [0, 1].
-fn near(life: Life, step: u32, pose: vec3<f32>) -> vec4<f32> {
-    return reported(life, REPORTED_NEAR);
+fn near(episode: Episode, step: u32, pose: vec3<f32>) -> vec4<f32> {
+    return reported(episode, REPORTED_NEAR);
 }
 
 // What four sensors read of the light, in [0, 1].
-fn light(life: Life, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
-    return reported(life, REPORTED_LIGHT + 4u * half);
+fn light(episode: Episode, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
+    return reported(episode, REPORTED_LIGHT + 4u * half);
 }
 
-fn carries(life: Life) -> bool {
-    return gene(life, REPORTED_CARRIES) > 0.0f;
+fn carries(episode: Episode) -> bool {
+    return gene(episode, REPORTED_CARRIES) > 0.0f;
 }
 
-// What each wheel makes of a command is the robot's own.
-fn wheels(life: Life) -> vec2<f32> {
+// The robot's wheels decide what a command does.
+fn wheels(episode: Episode) -> vec2<f32> {
     return vec2<f32>(1.0f, 1.0f);
 }

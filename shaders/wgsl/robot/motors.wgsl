@@ -6,7 +6,7 @@ fn motor_state(world: u32, output: f32) -> u32 {
     return min(u32(scaled), worlds[world].motor_states - 1u);
 }
 
-// The motion of a pair of motor states, as it was sampled.
+// The sampled motion of a pair of motor states.
 struct MotorCell {
     displacement: f32,
     turn: f32,

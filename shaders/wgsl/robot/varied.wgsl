@@ -1,16 +1,16 @@
 // Noise of a robot sampled as a whole, beyond that of the kernels that ship: relative noise of readings, wheels that act late and veer,
-// and noise that is drawn once for a whole life. What is declared here takes the place of the same names in other parts.
+// and noise that is drawn once for a whole episode. Its declarations replace the same names in other parts.
 
 // The world's first cell of numbers.
 struct VariedCell {
-    // greatest share by which an activation is larger or smaller
+    // maximum fraction by which an activation is larger or smaller
     gain: f32,
-    // greatest turn, in turns, for each mm of the way
+    // maximum turn, in turns, for each mm of the way
     veer: f32,
-    // greatest share of a cycle by which commands act late
+    // maximum fraction of a cycle by which commands act late
     delay: f32,
-    // 1 if a life keeps what it draws first
-    of_life: f32,
+    // 1 if an episode keeps what it draws first
+    per_episode: f32,
 }
 
 fn varied(world: u32) -> VariedCell {
@@ -20,26 +20,26 @@ fn varied(world: u32) -> VariedCell {
 
 // The cycle whose draws count in a cycle.
 fn drawn_at(own: VariedCell, step: u32) -> u32 {
-    return select(step, 0u, own.of_life > 0.0f);
+    return select(step, 0u, own.per_episode > 0.0f);
 }
 
 // The readings with the world's noise of sensors: each is multiplied by a number around 1, a number is added, and the sum clipped.
-fn with_noise(life: Life, step: u32, readings: Readings) -> Readings {
-    let own = varied(life.world);
+fn with_noise(episode: Episode, step: u32, readings: Readings) -> Readings {
+    let own = varied(episode.world);
     let at = drawn_at(own, step);
-    let low = worlds[life.world].sensor_noise_low;
-    let span = worlds[life.world].sensor_noise_span;
-    let added_first = units(random_words(life.key, STREAM_SENSOR, at, 0u)) * span + low;
-    let added_last = units(random_words(life.key, STREAM_SENSOR, at, 1u)) * span + low;
-    let gain_first = (2.0f * units(random_words(life.key, STREAM_SENSOR, at, 2u)) - 1.0f) * own.gain + 1.0f;
-    let gain_last = (2.0f * units(random_words(life.key, STREAM_SENSOR, at, 3u)) - 1.0f) * own.gain + 1.0f;
+    let low = worlds[episode.world].sensor_noise_low;
+    let span = worlds[episode.world].sensor_noise_span;
+    let added_first = units(random_words(episode.key, STREAM_SENSOR, at, 0u)) * span + low;
+    let added_last = units(random_words(episode.key, STREAM_SENSOR, at, 1u)) * span + low;
+    let gain_first = (2.0f * units(random_words(episode.key, STREAM_SENSOR, at, 2u)) - 1.0f) * own.gain + 1.0f;
+    let gain_last = (2.0f * units(random_words(episode.key, STREAM_SENSOR, at, 3u)) - 1.0f) * own.gain + 1.0f;
     var noisy = readings;
     noisy.first = clamp(readings.first * gain_first + added_first, vec4<f32>(0.0f), vec4<f32>(1.0f));
     noisy.last = clamp(readings.last * gain_last + added_last, vec4<f32>(0.0f), vec4<f32>(1.0f));
     return noisy;
 }
 
-// What the robot remembers; all zero at the start of a life.
+// What the robot remembers; all zero at the start of an episode.
 struct RobotState {
     // 1 once a body that sticks has touched something
     stuck: u32,
@@ -54,12 +54,12 @@ fn robot_kept(own: RobotState) -> RobotState {
 
 // The motion for a pair of outputs (left, right). While a command is late the wheels go on as before. The wheels' speeds that a task
 // gets are the commanded ones.
-fn motion(life: Life, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {
-    let own = varied(life.world);
-    let draw = units(random_words(life.key, STREAM_ACTUATOR, drawn_at(own, step), 0u));
-    let now = commanded(life.world, outputs);
+fn motion(episode: Episode, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {
+    let own = varied(episode.world);
+    let draw = units(random_words(episode.key, STREAM_ACTUATOR, drawn_at(own, step), 0u));
+    let now = commanded(episode.world, outputs);
     let late = own.delay * draw.w;
-    let noise = worlds[life.world].motor_noise;
+    let noise = worlds[episode.world].motor_noise;
     var moved = now;
     moved.displacement = now.displacement + late * (before.displacement - now.displacement);
     moved.turn = now.turn + late * (before.turn - now.turn);

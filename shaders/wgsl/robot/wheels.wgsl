@@ -38,7 +38,7 @@ fn ride(world: u32, start: Ridden, moved: Motion, minds: bool) -> Ridden {
 }
 
 // What a cycle does to a robot, and whether it ends in a collision: if its ride would end where it touches an
-// object. It then does, of what a sliding robot does, the share that its wheels slip, or nothing.
+// object. It then does, of what a sliding robot does, the fraction that its wheels slip, or nothing.
 struct Reached {
     pose: vec3<f32>,
     left: f32,

@@ -27,11 +27,11 @@ fn wall_distances(world: u32, pose: vec3<f32>) -> vec4<f32> {
 }
 
 // What the four sensors at the front read of things at these distances, in [0, 1].
-fn near_readings(life: Life, step: u32, distances: vec4<f32>) -> vec4<f32> {
-    let noise = random_words(life.key, STREAM_SENSOR, step, 0u);
+fn near_readings(episode: Episode, step: u32, distances: vec4<f32>) -> vec4<f32> {
+    let noise = random_words(episode.key, STREAM_SENSOR, step, 0u);
     return vec4<f32>(
-        proximity(life.world, distances.x, noise.x), proximity(life.world, distances.y, noise.y),
-        proximity(life.world, distances.z, noise.z), proximity(life.world, distances.w, noise.w),
+        proximity(episode.world, distances.x, noise.x), proximity(episode.world, distances.y, noise.y),
+        proximity(episode.world, distances.z, noise.z), proximity(episode.world, distances.w, noise.w),
     );
 }
 
@@ -75,9 +75,9 @@ fn lamp_light(world: u32, half: u32, pose: vec3<f32>, lamp: vec2<f32>) -> vec4<f
 }
 
 // What they read of that, in [0, 1], over an ambient light and with noise.
-fn light_readings(life: Life, step: u32, half: u32, shine: vec4<f32>) -> vec4<f32> {
-    let sensing = sensing_of(life.world);
-    let noise = 2.0f * units(random_words(life.key, STREAM_SENSOR, step, 1u + half)) - 1.0f;
+fn light_readings(episode: Episode, step: u32, half: u32, shine: vec4<f32>) -> vec4<f32> {
+    let sensing = sensing_of(episode.world);
+    let noise = 2.0f * units(random_words(episode.key, STREAM_SENSOR, step, 1u + half)) - 1.0f;
     return clamp(shine + sensing.ambient + sensing.light_noise * noise, vec4<f32>(0.0f), vec4<f32>(1.0f));
 }
 

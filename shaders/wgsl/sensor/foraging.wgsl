@@ -28,8 +28,8 @@ struct Seen {
     perceived: Readings,
 }
 
-fn sense(life: Life, step: u32, pose: vec3<f32>, carries: bool, own: SensorReadings) -> Seen {
-    let world = life.world;
+fn sense(episode: Episode, step: u32, pose: vec3<f32>, carries: bool, own: SensorReadings) -> Seen {
+    let world = episode.world;
     let distances = wall_distances(world, pose);
     let curve = vec4<f32>(
         on_curve(world, distances.x), on_curve(world, distances.y),
@@ -48,7 +48,7 @@ fn sense(life: Life, step: u32, pose: vec3<f32>, carries: bool, own: SensorReadi
         clamp(behind + ambient, vec4<f32>(0.0f), vec4<f32>(1.0f)), carries, own,
     );
     let perceived = as_readings(
-        near_readings(life, step, distances), light_readings(life, step, 0u, ahead), light_readings(life, step, 1u, behind),
+        near_readings(episode, step, distances), light_readings(episode, step, 0u, ahead), light_readings(episode, step, 1u, behind),
         carries, own,
     );
     return Seen(real, perceived);
@@ -73,25 +73,25 @@ fn as_readings(near: vec4<f32>, ahead: vec4<f32>, behind: vec4<f32>, carries: bo
     );
 }
 
-// The greatest reading of proximity.
+// The maximum reading of proximity.
 fn highest(r: Readings) -> f32 {
     return max(max(r.near_left_17, r.near_left_50), max(r.near_right_50, r.near_right_17));
 }
 
 // The sum of all readings, each times its gene; gene `index` weighs the first.
-fn weighed(life: Life, index: u32, r: Readings) -> f32 {
-    var sum = gene(life, index) * r.near_left_17;
-    sum += gene(life, index + 1u) * r.near_left_50;
-    sum += gene(life, index + 2u) * r.near_right_50;
-    sum += gene(life, index + 3u) * r.near_right_17;
-    sum += gene(life, index + 4u) * r.light_left_17;
-    sum += gene(life, index + 5u) * r.light_left_50;
-    sum += gene(life, index + 6u) * r.light_right_50;
-    sum += gene(life, index + 7u) * r.light_right_17;
-    sum += gene(life, index + 8u) * r.light_left_90;
-    sum += gene(life, index + 9u) * r.light_left_150;
-    sum += gene(life, index + 10u) * r.light_right_150;
-    sum += gene(life, index + 11u) * r.light_right_90;
-    sum += gene(life, index + 12u) * r.carries;
-    return plus_weighed(life, index + 13u, r.own, sum);
+fn weighed(episode: Episode, index: u32, r: Readings) -> f32 {
+    var sum = gene(episode, index) * r.near_left_17;
+    sum += gene(episode, index + 1u) * r.near_left_50;
+    sum += gene(episode, index + 2u) * r.near_right_50;
+    sum += gene(episode, index + 3u) * r.near_right_17;
+    sum += gene(episode, index + 4u) * r.light_left_17;
+    sum += gene(episode, index + 5u) * r.light_left_50;
+    sum += gene(episode, index + 6u) * r.light_right_50;
+    sum += gene(episode, index + 7u) * r.light_right_17;
+    sum += gene(episode, index + 8u) * r.light_left_90;
+    sum += gene(episode, index + 9u) * r.light_left_150;
+    sum += gene(episode, index + 10u) * r.light_right_150;
+    sum += gene(episode, index + 11u) * r.light_right_90;
+    sum += gene(episode, index + 12u) * r.carries;
+    return plus_weighed(episode, index + 13u, r.own, sum);
 }

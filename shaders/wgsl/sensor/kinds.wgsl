@@ -17,7 +17,7 @@ struct SensorCell {
     share: f32,
 }
 
-// The laws of light sensors; what is neither is 1 / (1 + d^2).
+// The laws of light sensors; any other is 1 / (1 + d^2).
 const LAW_LINEAR: f32 = 0.0f;
 const LAW_EXPONENTIAL: f32 = 1.0f;
 
@@ -46,7 +46,7 @@ fn free_from_place(shape: u32, at: vec2<f32>, outward: vec2<f32>, ahead: vec2<f3
     return sensor.offset + ray_to_shape(shape, at + sensor.offset * outward, ahead, sensor.range);
 }
 
-// The reading of a ray that leaves `free` mm free, the sensor's offset included: a share of the range, 0 to 1. A ray begins at
+// The reading of a ray that leaves `free` mm free, the sensor's offset included: a fraction of the range, 0 to 1. A ray begins at
 // the body's centre, or goes from there to the sensor's place first, so a sensor within an object or behind it reads 0.
 fn range_share(sensor: SensorCell, free: f32) -> f32 {
     let share = clamp((free - sensor.offset) * sensor.share, 0.0f, 1.0f);
@@ -74,7 +74,7 @@ fn light_reading(world: u32, place: vec2<f32>, sensor: SensorCell, looks: f32) -
     return min(flushed(sum), 1.0f);
 }
 
-// The share of its brightness that a light has at a distance.
+// The fraction of its brightness that a light has at a distance.
 fn brightness_share(sensor: SensorCell, distance: f32) -> f32 {
     let d = distance * sensor.share;
     if (sensor.range == LAW_LINEAR) {

@@ -1,4 +1,4 @@
-// No sensors beside the eight of proximity.
+// No sensors besides the eight of proximity.
 
 const OWN_READINGS: u32 = 0u;
 
@@ -11,7 +11,7 @@ struct SensorState {
     unused: u32,
 }
 
-fn sensor_begin(life: Life, pose: vec3<f32>) -> SensorState {
+fn sensor_begin(episode: Episode, pose: vec3<f32>) -> SensorState {
     return SensorState(0u);
 }
 
@@ -19,10 +19,10 @@ fn sensor_kept(own: SensorState) -> SensorState {
     return own;
 }
 
-fn sensors_read(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+fn sensors_read(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
     return Sensed(SensorReadings(0u), before);
 }
 
-fn plus_weighed(life: Life, index: u32, own: SensorReadings, sum: f32) -> f32 {
+fn plus_weighed(episode: Episode, index: u32, own: SensorReadings, sum: f32) -> f32 {
     return sum;
 }

@@ -1,4 +1,4 @@
-// What sensors notice of other robots' bodies, which are discs: `to` leads to one's centre.
+// Sensing of other robots' bodies, which are discs: `to` leads to one's centre.
 
 // Distance along a ray to a disc; `most` if the ray misses it, and 0 from inside it.
 fn ray_to_body(to: vec2<f32>, ahead: vec2<f32>, body_squared: f32, most: f32) -> f32 {

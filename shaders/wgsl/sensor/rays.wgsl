@@ -1,6 +1,6 @@
 // Eight infra-red sensors of an individual robot, by rays. A sensor sends eight rays; each returns from the
 // nearest surface with the cosine of its incidence, the surface's reflectivity and the inverse square of the
-// distance. What returns in all is turned into the distance of a wall that would return as much head-on, and
+// distance. The returned light is turned into the distance of a wall that would return as much head-on, and
 // that by the sensor's own curve into its reading: a logistic that is clipped where the sensor saturates.
 //
 // All that the samples of single objects don't contain is here, each with a strength that may be 0: true corners
@@ -82,7 +82,7 @@ fn meet_plane(rays: Rays, normal: vec2<f32>, inverse: f32, reflectivity: f32) ->
 }
 
 // A wall from a point: the normal that looks from the point to the wall, the distance and its inverse, where the wall
-// begins, as a share of its length, and its direction over its length.
+// begins, as a fraction of its length, and its direction over its length.
 struct WallSeen {
     normal: vec2<f32>,
     distance: f32,
@@ -110,7 +110,7 @@ fn wall_from(at: vec2<f32>, wall: Thing) -> WallSeen {
 fn meet_wall(rays: Rays, wall: WallSeen) -> Met {
     let plane = meet_plane(rays, wall.normal, wall.inverse, wall.reflectivity);
     let incidence = rays.x * wall.normal.x + rays.y * wall.normal.y;
-    // Where along the wall, as a share of its length, times the incidence.
+    // Where along the wall, as a fraction of its length, times the incidence.
     let along = wall.start * incidence + wall.distance * (rays.x * wall.scaled.x + rays.y * wall.scaled.y);
     let hit = (along >= vec4<f32>(0.0f)) & (along <= incidence);
     return Met(select(vec4<f32>(0.0f), plane.nearness, hit), plane.light);
@@ -132,7 +132,7 @@ fn cylinder_from(to: vec2<f32>, radius: f32, reflectivity: f32) -> CylinderSeen 
 }
 
 // Rays against a cylinder. Of one that passes by, half of the way through it is the root of a negative number, which is
-// far below 0, and so is the nearness. One that looks away passes by.
+// far below 0, and so is the nearness. A ray that points away misses.
 fn meet_cylinder(rays: Rays, cylinder: CylinderSeen) -> Met {
     let middle = max(rays.x * cylinder.to.x + rays.y * cylinder.to.y, vec4<f32>(0.0f));
     let square = middle * middle - cylinder.product;
@@ -266,7 +266,7 @@ fn meet(fan: Fan, at: vec2<f32>, kind: u32, object: Thing) -> Seen {
     return Seen(meet_wall(fan.left, wall), meet_wall(fan.right, wall));
 }
 
-// What the sensors read at a pose when all rays meet all that is there.
+// The readings at a pose when all rays meet all objects.
 //
 // From nowhere are two objects of one layer in reach, and all of a layer are of one kind. So rays meet one object a layer,
 // which lanes that stand near different objects then do together.
@@ -305,7 +305,7 @@ fn traced_readings(world: u32, pose: vec3<f32>, gain: f32) -> vec4<u32> {
     return sums;
 }
 
-// An object as it is seen alone in the open: its bearing's direction and its distance from the robot's centre, both
+// An object alone in the open: its bearing's direction and its distance from the robot's centre, both
 // as the samples' grid has them. A block has half its sides, how many views it was sampled from, and first the robot's
 // centre as it has it; then, in the robot's frame, its own centre and the direction of its length.
 struct Lone {
@@ -326,13 +326,13 @@ fn nothing_alone() -> Lone {
     return Lone(none, 0.0f, 0u, 0.0f, 0.0f, none, 1u, none, none, none);
 }
 
-// A block as it is seen alone from the middle of a point of view, at its distance and bearing.
+// A block alone, from the middle of a point of view, at its distance and bearing.
 fn viewed(block: Lone) -> Lone {
     let view = view_from(block.own, block.views);
     let ray = cosine_sine((f32(view) + 0.5f) * reciprocal(2.0f * f32(block.views)));
     let along = abs(ray.x);
     let across = abs(ray.y);
-    // From the centre to where the distance is as wanted: before the end, before the long side, or beside a corner.
+    // From the centre to where the distance is as wanted: before the end, before the long side, or next to a corner.
     let before_end = (block.half.x + block.distance) * reciprocal(max(along, 0x1p-10f));
     let before_side = (block.half.y + block.distance) * reciprocal(max(across, 0x1p-10f));
     let corner = block.half.x * along + block.half.y * across;
@@ -417,7 +417,7 @@ fn toward_thing(object: Thing, at: vec2<f32>) -> vec2<f32> {
     return vec2<f32>(along * object.length_x - from_x, along * object.length_y - from_y);
 }
 
-// An object in the open, as it is seen from a pose.
+// An object in the open, from a pose.
 fn seen_alone(world: u32, object: Thing, pose: vec3<f32>) -> Lone {
     let to = toward_thing(object, vec2<f32>(pose.x, pose.y));
     let squared = squared_length(to);
@@ -523,8 +523,8 @@ fn read_out(lone: u32, traced: u32, strength: SensingCell, word: u32) -> u32 {
 }
 
 // The robot's readings at the pose where it was when they were taken.
-fn sense_by_rays(life: Life, step: u32, pose: vec3<f32>) -> Readings {
-    let world = life.world;
+fn sense_by_rays(episode: Episode, step: u32, pose: vec3<f32>) -> Readings {
+    let world = episode.world;
     let strength = sensing_of(world);
     let gain = illumination(world, vec2<f32>(pose.x, pose.y));
     var lone = vec4<u32>(0u);
@@ -535,8 +535,8 @@ fn sense_by_rays(life: Life, step: u32, pose: vec3<f32>) -> Readings {
     if (strength.geometry != 0.0f) {
         traced = traced_readings(world, pose, gain);
     }
-    let a = random_words(life.key, STREAM_SENSOR, step, 0u);
-    let b = random_words(life.key, STREAM_SENSOR, step, 1u);
+    let a = random_words(episode.key, STREAM_SENSOR, step, 0u);
+    let b = random_words(episode.key, STREAM_SENSOR, step, 1u);
     let scale = worlds[world].reading_scale;
     return Readings(
         four_read_out(lone.xy, traced.xy, strength, a, scale),

@@ -28,7 +28,7 @@ fn bearing_of(world: u32, heading: f32, to: vec2<f32>, inverse: f32) -> u32 {
     return min(u32(share * worlds[world].bearings_per_turn), worlds[world].bearings - 1u);
 }
 
-// The greatest of the eight activations.
+// The maximum of the eight activations.
 fn highest(r: Readings) -> f32 {
     let a = max(max(r.first.x, r.first.y), max(r.first.z, r.first.w));
     let b = max(max(r.last.x, r.last.y), max(r.last.z, r.last.w));
@@ -36,14 +36,14 @@ fn highest(r: Readings) -> f32 {
 }
 
 // The sum of all readings, each times its gene; gene `index` weighs the first.
-fn weighed(life: Life, index: u32, r: Readings) -> f32 {
-    var sum = gene(life, index) * r.first.x;
-    sum += gene(life, index + 1u) * r.first.y;
-    sum += gene(life, index + 2u) * r.first.z;
-    sum += gene(life, index + 3u) * r.first.w;
-    sum += gene(life, index + 4u) * r.last.x;
-    sum += gene(life, index + 5u) * r.last.y;
-    sum += gene(life, index + 6u) * r.last.z;
-    sum += gene(life, index + 7u) * r.last.w;
-    return plus_weighed(life, index + 8u, r.own, sum);
+fn weighed(episode: Episode, index: u32, r: Readings) -> f32 {
+    var sum = gene(episode, index) * r.first.x;
+    sum += gene(episode, index + 1u) * r.first.y;
+    sum += gene(episode, index + 2u) * r.first.z;
+    sum += gene(episode, index + 3u) * r.first.w;
+    sum += gene(episode, index + 4u) * r.last.x;
+    sum += gene(episode, index + 5u) * r.last.y;
+    sum += gene(episode, index + 6u) * r.last.z;
+    sum += gene(episode, index + 7u) * r.last.w;
+    return plus_weighed(episode, index + 8u, r.own, sum);
 }

@@ -1,9 +1,9 @@
-// What both reference models of the e-puck are made of (RM1.1 and RM1.2 of demiurge-epuck-dao, with the sensors of ARGoS's e-puck,
+// The common parts of both reference models of the e-puck (RM1.1 and RM1.2 of demiurge-epuck-dao, with the sensors of ARGoS's e-puck,
 // argos3-epuck): eight rays of proximity, lamps, the floor, and messages that robots hear. docs/swarms.md has the sources.
 
 // The first cells of a model's numbers; LAMP_CELL follows, with a cell for each lamp.
 struct ReferenceCell {
-    // greatest errors of the readings of proximity, light and the floor
+    // maximum errors of the readings of proximity, light and the floor
     proximity_noise: f32,
     light_noise: f32,
     ground_noise: f32,
@@ -35,15 +35,15 @@ fn lamp_of(world: u32, lamp: u32) -> vec4<f32> {
     return numbers(world, LAMP_CELL + lamp);
 }
 
-// Blocks of random numbers of the sensors, beside those of a list of sensors.
+// Blocks of random numbers of the sensors, after those of a list of sensors.
 const PROXIMITY_BLOCK: u32 = 0x8000u;
 const LIGHT_BLOCK: u32 = 0x8002u;
 const GROUND_BLOCK: u32 = 0x8004u;
 const GREY_BLOCK: u32 = 0x8005u;
 
 // An error from -most to most.
-fn errors(life: Life, step: u32, block: u32, most: f32) -> vec4<f32> {
-    return most * (2.0f * units(random_words(life.key, STREAM_SENSOR, step, block)) - 1.0f);
+fn errors(episode: Episode, step: u32, block: u32, most: f32) -> vec4<f32> {
+    return most * (2.0f * units(random_words(episode.key, STREAM_SENSOR, step, block)) - 1.0f);
 }
 
 fn share4(x: vec4<f32>) -> vec4<f32> {
@@ -98,7 +98,7 @@ fn body_met(free: vec4<f32>, to: vec2<f32>, body_squared: f32) -> vec4<f32> {
     );
 }
 
-// The side of a convex arena that is `gap` away, in the direction of a unit vector that is given as the first of four rays has it.
+// The side of a convex arena that is `gap` away, in the direction of a unit vector in the form of the first of four rays.
 fn side_met(free: vec4<f32>, toward_side: vec2<f32>, gap: f32) -> vec4<f32> {
     let ahead = side_along(abs(toward_side.x), gap);
     let left = side_along(abs(toward_side.y), gap);
@@ -132,8 +132,8 @@ fn object_along(shape: u32, at: vec2<f32>, ahead: vec2<f32>) -> f32 {
 }
 
 // How far the rays of a robot that stands at `at`, with its heading as a unit vector, are free.
-fn rays_free(life: Life, at: vec2<f32>, heading: vec2<f32>) -> Rays {
-    let world = life.world;
+fn rays_free(episode: Episode, at: vec2<f32>, heading: vec2<f32>) -> Rays {
+    let world = episode.world;
     let even = turned_by(RAY_0, heading);
     let odd = turned_by(RAY_1, heading);
     var free = Rays(vec4<f32>(RAY_END), vec4<f32>(RAY_END));
@@ -161,9 +161,9 @@ fn rays_free(life: Life, at: vec2<f32>, heading: vec2<f32>) -> Rays {
     let reach = RAY_END + members.body;
     let count = member_count(world);
     for (var other = 0u; other < count; other++) {
-        let there = place_in(member_at(life, other), MEMBER_X);
+        let there = place_in(member_at(episode, other), MEMBER_X);
         let to = vec2<f32>(there.x - at.x, there.y - at.y);
-        if ((other != life.member) & (squared_length(to) < reach * reach)) {
+        if ((other != episode.member) & (squared_length(to) < reach * reach)) {
             free.even = body_met(free.even, turned_back(to, even), body_squared);
             free.odd = body_met(free.odd, turned_back(to, odd), body_squared);
         }
@@ -171,7 +171,7 @@ fn rays_free(life: Life, at: vec2<f32>, heading: vec2<f32>) -> Rays {
     return free;
 }
 
-// What a ray reads that is so far free.
+// The reading of a ray that is free so far.
 fn nearness4(free: vec4<f32>) -> vec4<f32> {
     let d = free - RAY_BEGIN;
     let reading = d * (d * 0.000298701f - 0.0368961f) + 1.08212f;
@@ -184,14 +184,14 @@ struct Ring {
     last: vec4<f32>,
 }
 
-fn proximity(life: Life, step: u32, at: vec2<f32>, heading: vec2<f32>) -> Ring {
-    let free = rays_free(life, at, heading);
+fn proximity(episode: Episode, step: u32, at: vec2<f32>, heading: vec2<f32>) -> Ring {
+    let free = rays_free(episode, at, heading);
     let even = nearness4(free.even);
     let odd = nearness4(free.odd);
-    let most = reference_of(life.world).proximity_noise;
+    let most = reference_of(episode.world).proximity_noise;
     return Ring(
-        share4(vec4<f32>(even.x, odd.x, even.y, odd.y) + errors(life, step, PROXIMITY_BLOCK, most)),
-        share4(vec4<f32>(even.z, odd.z, even.w, odd.w) + errors(life, step, PROXIMITY_BLOCK + 1u, most)),
+        share4(vec4<f32>(even.x, odd.x, even.y, odd.y) + errors(episode, step, PROXIMITY_BLOCK, most)),
+        share4(vec4<f32>(even.z, odd.z, even.w, odd.w) + errors(episode, step, PROXIMITY_BLOCK + 1u, most)),
     );
 }
 
@@ -216,8 +216,8 @@ const DARK: f32 = 2500.0f;
 
 // The readings of light at a place with a heading in turns. A ray rises from the floor at the body's centre to each lamp; what it
 // meets hides the lamp.
-fn brightness(life: Life, step: u32, at: vec2<f32>, heading: f32) -> Ring {
-    let world = life.world;
+fn brightness(episode: Episode, step: u32, at: vec2<f32>, heading: f32) -> Ring {
+    let world = episode.world;
     var first = vec4<f32>(0.0f);
     var last = vec4<f32>(0.0f);
     for (var index = 0u; index < LIGHT_COUNT; index++) {
@@ -228,7 +228,7 @@ fn brightness(life: Life, step: u32, at: vec2<f32>, heading: f32) -> Ring {
         if (distance <= DARK) {
             let inverse = reciprocal_root(flat);
             let ahead = vec2<f32>(to.x * inverse, to.y * inverse);
-            if (!is_lamp_hidden(life, at, ahead, flat * inverse, lamp.z)) {
+            if (!is_lamp_hidden(episode, at, ahead, flat * inverse, lamp.z)) {
                 let strength = exponential(-0.002f * distance);
                 let turned = direction(to) - heading;
                 first += strength * facing4(turned - LOOKS_FIRST);
@@ -238,8 +238,8 @@ fn brightness(life: Life, step: u32, at: vec2<f32>, heading: f32) -> Ring {
     }
     let most = reference_of(world).light_noise;
     return Ring(
-        share4(first + errors(life, step, LIGHT_BLOCK, most)),
-        share4(last + errors(life, step, LIGHT_BLOCK + 1u, most)),
+        share4(first + errors(episode, step, LIGHT_BLOCK, most)),
+        share4(last + errors(episode, step, LIGHT_BLOCK + 1u, most)),
     );
 }
 
@@ -249,8 +249,8 @@ fn facing4(turned: vec4<f32>) -> vec4<f32> {
 }
 
 // Whether a body, or a wall, is in the way of a ray from the floor to a lamp, `length` away and `height` above.
-fn is_lamp_hidden(life: Life, at: vec2<f32>, ahead: vec2<f32>, length: f32, height: f32) -> bool {
-    let world = life.world;
+fn is_lamp_hidden(episode: Episode, at: vec2<f32>, ahead: vec2<f32>, length: f32, height: f32) -> bool {
+    let world = episode.world;
     let own = signals_of(world);
     // mm ahead for each mm up
     let slope = length * reciprocal(max(height, 1.0f));
@@ -261,7 +261,7 @@ fn is_lamp_hidden(life: Life, at: vec2<f32>, ahead: vec2<f32>, length: f32, heig
     let count = member_count(world);
     var hidden = false;
     for (var other = 0u; other < count; other++) {
-        let there = place_in(member_at(life, other), MEMBER_X);
+        let there = place_in(member_at(episode, other), MEMBER_X);
         let to = vec2<f32>(there.x - at.x, there.y - at.y);
         let along = to.x * ahead.x + to.y * ahead.y;
         let aside = to.x * ahead.y - to.y * ahead.x;
@@ -284,14 +284,14 @@ const WHITE: f32 = 0.85f;
 const VOTES: u32 = 10u;
 
 // 0 for a black floor, 1 for a white one, and 0.5 for any other.
-fn floor_by_vote(life: Life, step: u32, at: vec2<f32>, heading: vec2<f32>) -> f32 {
-    let most = reference_of(life.world).ground_noise;
-    let error = errors(life, step, GROUND_BLOCK, most);
-    let left = ground_vote(life.world, at, turned_by(vec2<f32>(30.0f, 9.0f), heading), error.x);
-    let middle = ground_vote(life.world, at, turned_by(vec2<f32>(30.0f, 0.0f), heading), error.y);
-    let right = ground_vote(life.world, at, turned_by(vec2<f32>(30.0f, -9.0f), heading), error.z);
+fn floor_by_vote(episode: Episode, step: u32, at: vec2<f32>, heading: vec2<f32>) -> f32 {
+    let most = reference_of(episode.world).ground_noise;
+    let error = errors(episode, step, GROUND_BLOCK, most);
+    let left = ground_vote(episode.world, at, turned_by(vec2<f32>(30.0f, 9.0f), heading), error.x);
+    let middle = ground_vote(episode.world, at, turned_by(vec2<f32>(30.0f, 0.0f), heading), error.y);
+    let right = ground_vote(episode.world, at, turned_by(vec2<f32>(30.0f, -9.0f), heading), error.z);
     // Two bits each for the black and the white readings of each of the last five cycles.
-    let own = life.member_words;
+    let own = episode.member_words;
     let votes = ((word(own, MEMBER_FLOOR) << 4u) & 0xfffffu) | (left + middle + right);
     put_word(own, MEMBER_FLOOR, votes);
     let black = (((votes & 0x33333u) * 0x11111u) >> 16u) & 15u;
@@ -308,32 +308,32 @@ fn ground_vote(world: u32, at: vec2<f32>, place: vec2<f32>, error: f32) -> u32 {
 // All messages of a cycle: each robot sends one to all within its range that it sees, and each gets lost with the same probability.
 // First those that are not lost are listed, and then looked at one by one: a vector of worlds needs no more turns than the world
 // that has most.
-fn hear(life: Life, step: u32) {
-    let world = life.world;
+fn hear(episode: Episode, step: u32) {
+    let world = episode.world;
     let count = member_count(world);
     let messages = MEMBER_MESSAGES + 2u * (step % HEARD_CYCLES);
     var tail = 0u;
     for (var member = 0u; member < count; member++) {
-        let own = member_at(life, member);
+        let own = member_at(episode, member);
         put_word(own, MEMBER_HEARD, 0u);
         put_place(own, messages, vec2<f32>(0.0f, 0.0f));
-        tail = listed(life, step, member, tail);
+        tail = listed(episode, step, member, tail);
     }
     let body = members_of(world).body;
     for (var turn = 0u; turn < count * count; turn++) {
         if (turn >= tail) {
             break;
         }
-        let message = word(life.world_words, WORLD_MESSAGES + turn);
-        let own = member_at(life, message >> 8u);
+        let message = word(episode.world_words, WORLD_MESSAGES + turn);
+        let own = member_at(episode, message >> 8u);
         let at = place_in(own, MEMBER_X);
-        let there = place_in(member_at(life, message & 255u), MEMBER_X);
+        let there = place_in(member_at(episode, message & 255u), MEMBER_X);
         let to = vec2<f32>(there.x - at.x, there.y - at.y);
         let squared = max(squared_length(to), 1.0f);
         let inverse = reciprocal_root(squared);
         let distance = squared * inverse;
         let ahead = vec2<f32>(to.x * inverse, to.y * inverse);
-        if (!is_sender_hidden(life, at, ahead, distance)) {
+        if (!is_sender_hidden(episode, at, ahead, distance)) {
             // By the distance in cm, less two radii.
             let share = reciprocal(1.0f + 0.1f * (distance - 2.0f * body));
             let sum = place_in(own, messages);
@@ -345,10 +345,10 @@ fn hear(life: Life, step: u32) {
 }
 
 // Lists the messages to a robot that are not lost, eight by eight random numbers; returns the number of all so far.
-fn listed(life: Life, step: u32, member: u32, before: u32) -> u32 {
-    let world = life.world;
+fn listed(episode: Episode, step: u32, member: u32, before: u32) -> u32 {
+    let world = episode.world;
     let count = member_count(world);
-    let own = member_at(life, member);
+    let own = member_at(episode, member);
     let key = vec2<u32>(word(own, MEMBER_KEY), word(own, MEMBER_KEY + 1u));
     let at = place_in(own, MEMBER_X);
     let hearing_squared = reference_of(world).hearing_squared;
@@ -363,10 +363,10 @@ fn listed(life: Life, step: u32, member: u32, before: u32) -> u32 {
         for (var nth = 0u; nth < 8u; nth++) {
             let other = eight + nth;
             if ((other < count) & (other != member)) {
-                let there = place_in(member_at(life, other), MEMBER_X);
+                let there = place_in(member_at(episode, other), MEMBER_X);
                 let squared = squared_length(vec2<f32>(there.x - at.x, there.y - at.y));
                 if ((f32(words[nth]) >= lost) & (squared < hearing_squared)) {
-                    put_word(life.world_words, WORLD_MESSAGES + tail, (member << 8u) | other);
+                    put_word(episode.world_words, WORLD_MESSAGES + tail, (member << 8u) | other);
                     tail++;
                 }
             }
@@ -376,8 +376,8 @@ fn listed(life: Life, step: u32, member: u32, before: u32) -> u32 {
 }
 
 // Whether a body or a wall is between two robots.
-fn is_sender_hidden(life: Life, at: vec2<f32>, ahead: vec2<f32>, distance: f32) -> bool {
-    let world = life.world;
+fn is_sender_hidden(episode: Episode, at: vec2<f32>, ahead: vec2<f32>, distance: f32) -> bool {
+    let world = episode.world;
     let members = members_of(world);
     let body_squared = members.body * members.body;
     // Neither of the two is between 0 and this.
@@ -385,7 +385,7 @@ fn is_sender_hidden(life: Life, at: vec2<f32>, ahead: vec2<f32>, distance: f32) 
     let count = member_count(world);
     var hidden = false;
     for (var other = 0u; other < count; other++) {
-        let there = place_in(member_at(life, other), MEMBER_X);
+        let there = place_in(member_at(episode, other), MEMBER_X);
         let to = vec2<f32>(there.x - at.x, there.y - at.y);
         let along = to.x * ahead.x + to.y * ahead.y;
         let aside = to.x * ahead.y - to.y * ahead.x;
@@ -404,16 +404,16 @@ struct Heard {
     attraction: vec2<f32>,
 }
 
-// Messages are kept as they were heard: later turns of the robot don't turn them.
-fn heard(life: Life, step: u32, heading: vec2<f32>) -> Heard {
-    let own = life.member_words;
+// Messages keep their direction: later turns of the robot don't turn them.
+fn heard(episode: Episode, step: u32, heading: vec2<f32>) -> Heard {
+    let own = episode.member_words;
     let now = MEMBER_MESSAGES + 2u * (step % HEARD_CYCLES);
     put_place(own, now, turned_back(place_in(own, now), heading));
     var sum = vec2<f32>(0.0f, 0.0f);
     for (var cycle = 0u; cycle < HEARD_CYCLES; cycle++) {
         sum += place_in(own, MEMBER_MESSAGES + 2u * cycle);
     }
-    return Heard(word(own, MEMBER_HEARD), signals_of(life.world).attraction * sum);
+    return Heard(word(own, MEMBER_HEARD), signals_of(episode.world).attraction * sum);
 }
 
 // 1 - 2 / (1 + e^n) for n neighbours.

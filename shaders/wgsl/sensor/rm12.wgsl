@@ -1,4 +1,4 @@
-// What EvoStick's network is given of the reference model RM1.2.
+// Inputs of EvoStick's network from the reference model RM1.2.
 
 struct Given {
     prox: vec4<f32>,
@@ -11,14 +11,14 @@ struct Given {
 // There is light in the direction of the sum of all readings, if one is greater than this.
 const BRIGHT: f32 = 0.2f;
 
-fn given_to(life: Life, step: u32, pose: vec3<f32>) -> Given {
+fn given_to(episode: Episode, step: u32, pose: vec3<f32>) -> Given {
     let at = vec2<f32>(pose.x, pose.y);
     let heading = cosine_sine(pose.z);
-    let all = heard(life, step, heading);
+    let all = heard(episode, step, heading);
     return Given(
-        quarters(nearness(proximity(life, step, at, heading))),
-        quarters(toward_light(brightness(life, step, at, pose.z))),
-        ground_given(life, step, floor_by_vote(life, step, at, heading)),
+        quarters(nearness(proximity(episode, step, at, heading))),
+        quarters(toward_light(brightness(episode, step, at, pose.z))),
+        ground_given(episode, step, floor_by_vote(episode, step, at, heading)),
         neighbours_of(all.number),
         quarters(all.attraction),
     );
@@ -39,12 +39,12 @@ fn toward_light(ring: Ring) -> vec2<f32> {
     return select(0.0f, inverse, brightest > BRIGHT) * sum;
 }
 
-// 0 for black and 1 for white; any other floor gives a number of its own.
-fn ground_given(life: Life, step: u32, floor: f32) -> f32 {
+// 0 for black and 1 for white; any other floor gives another number.
+fn ground_given(episode: Episode, step: u32, floor: f32) -> f32 {
     if (floor != 0.5f) {
         return floor;
     }
-    let words = random_words(life.key, STREAM_SENSOR, step, GREY_BLOCK);
-    let grey = numbers(life.world, REFERENCE_CELL + 2u);
+    let words = random_words(episode.key, STREAM_SENSOR, step, GREY_BLOCK);
+    let grey = numbers(episode.world, REFERENCE_CELL + 2u);
     return share_of(grey.x + grey.y * nearly_normal(words.x));
 }

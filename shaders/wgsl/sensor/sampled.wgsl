@@ -1,4 +1,4 @@
-// Eight proximity sensors as they were sampled: for each class of object a table of readings over the
+// Eight sampled proximity sensors: for each class of object a table of readings over the
 // object's distance and bearing, and of a block one for each point of view. The readings of all objects in reach are summed and clipped.
 
 // The readings that an object adds: eight 16-bit numbers, the even sensors in the low halves. It lies in the
@@ -16,7 +16,7 @@ fn sampled(world: u32, heading: f32, to: vec2<f32>, contact: f32, table: u32) ->
     return cell;
 }
 
-// What the sensors read at a pose, before any noise is added, were the robot at the place `at`.
+// The readings at a pose without noise, as if the robot were at the place `at`.
 //
 // The objects come in layers: from nowhere are two of one layer in reach. So it is enough to look up one object
 // a layer, which lanes that stand near different objects then do together.
@@ -39,7 +39,7 @@ fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>, own: RobotState) -> Reading
             let facing = unshifted.x * candidate.x + unshifted.y * candidate.y;
             var crossed = facing < 0.0f;
             if (shapes[shape].kind == BLOCK) {
-                // So does one into a block or through it, where the nearest point may be on any side.
+                // One into a block or through it also does, where the nearest point may be on any side.
                 crossed = facing <= 0.0f;
                 candidate.x = select(candidate.x, -unshifted.x, crossed);
                 candidate.y = select(candidate.y, -unshifted.y, crossed);
@@ -78,13 +78,13 @@ fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>, own: RobotState) -> Reading
 }
 
 // The readings with the world's sensor noise: a uniform number is added to each, and the sum clipped.
-fn with_noise(life: Life, step: u32, readings: Readings) -> Readings {
-    let low = worlds[life.world].sensor_noise_low;
-    let span = worlds[life.world].sensor_noise_span;
+fn with_noise(episode: Episode, step: u32, readings: Readings) -> Readings {
+    let low = worlds[episode.world].sensor_noise_low;
+    let span = worlds[episode.world].sensor_noise_span;
     var noisy = readings;
     if (span > 0.0f) {
-        let a = units(random_words(life.key, STREAM_SENSOR, step, 0u));
-        let b = units(random_words(life.key, STREAM_SENSOR, step, 1u));
+        let a = units(random_words(episode.key, STREAM_SENSOR, step, 0u));
+        let b = units(random_words(episode.key, STREAM_SENSOR, step, 1u));
         noisy.first = clamp(readings.first + (a * span + low), vec4<f32>(0.0f), vec4<f32>(1.0f));
         noisy.last = clamp(readings.last + (b * span + low), vec4<f32>(0.0f), vec4<f32>(1.0f));
     }

@@ -1,4 +1,4 @@
-// An object as the sampled sensors of a described robot see it. Their tables have any number of sensors, in planes of eight: a point
+// An object as the sampled sensors of a parametric robot see it. Their tables have any number of sensors, in planes of eight: a point
 // of view has PLANES planes, one after the other, and each is laid out as the one that sensor/sampled.wgsl looks up.
 
 // An object in a layer.

@@ -1,4 +1,4 @@
-// What AutoMoDe's modules are given of the reference model RM1.1: sums of the readings as vectors, ahead and to the left.
+// Inputs of AutoMoDe's modules from the reference model RM1.1: sums of the readings as vectors, ahead and to the left.
 
 struct Given {
     prox: vec2<f32>,
@@ -8,14 +8,14 @@ struct Given {
     attraction: vec2<f32>,
 }
 
-fn given_to(life: Life, step: u32, pose: vec3<f32>) -> Given {
+fn given_to(episode: Episode, step: u32, pose: vec3<f32>) -> Given {
     let at = vec2<f32>(pose.x, pose.y);
     let heading = cosine_sine(pose.z);
-    let all = heard(life, step, heading);
+    let all = heard(episode, step, heading);
     return Given(
-        flushed2(ring_sum(proximity(life, step, at, heading))),
-        flushed2(ring_sum(brightness(life, step, at, pose.z))),
-        floor_by_vote(life, step, at, heading),
+        flushed2(ring_sum(proximity(episode, step, at, heading))),
+        flushed2(ring_sum(brightness(episode, step, at, pose.z))),
+        floor_by_vote(episode, step, at, heading),
         f32(all.number),
         flushed2(all.attraction),
     );

@@ -25,7 +25,7 @@ struct TaskState {
     visited: vec4<u32>,
 }
 
-fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
+fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {
     return TaskState(vec4<u32>(0u));
 }
 
@@ -34,8 +34,8 @@ fn task_kept(own: TaskState) -> TaskState {
 }
 
 // In [-1, 1] without new cells. A cycle that ends in a collision earns nothing else: the wheels are stopped.
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    let world = life.world;
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    let world = episode.world;
     let choices = worlds[world].task_choices;
     let moved = now.moved;
     var speed = 0.5f * (abs(moved.left) + abs(moved.right));
@@ -65,10 +65,10 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     return next;
 }
 
-fn task_ends(life: Life, own: TaskState) -> bool {
+fn task_ends(episode: Episode, own: TaskState) -> bool {
     return false;
 }
 
-fn task_score(life: Life, own: TaskState, sum: f32) -> f32 {
+fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 {
     return sum;
 }

@@ -5,7 +5,7 @@ struct TaskState {
     unused: u32,
 }
 
-fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
+fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {
     return TaskState(0u);
 }
 
@@ -13,14 +13,14 @@ fn task_kept(own: TaskState) -> TaskState {
     return own;
 }
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(now.worth, before);
 }
 
-fn task_ends(life: Life, own: TaskState) -> bool {
+fn task_ends(episode: Episode, own: TaskState) -> bool {
     return false;
 }
 
-fn task_score(life: Life, own: TaskState, sum: f32) -> f32 {
+fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 {
     return sum;
 }

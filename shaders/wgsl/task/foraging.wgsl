@@ -1,5 +1,5 @@
 // Food is taken where it lies and brought to the nest. Equation 1 of O'Dowd, Studley and Winfield (2014): F is the sum
-// over all food brought of the time that was left.
+// over all food brought, of the remaining time.
 
 // What a cycle brings.
 struct Harvest {
@@ -8,21 +8,21 @@ struct Harvest {
     earned: f32,
 }
 
-// What a robot takes or brings where it comes to in a cycle.
-fn harvest(life: Life, step: u32, at: vec2<f32>, food: Food, carries: bool) -> Harvest {
-    let nest = nest_of(life.world);
+// The food that a robot takes or brings at the end of a cycle's way.
+fn harvest(episode: Episode, step: u32, at: vec2<f32>, food: Food, carries: bool) -> Harvest {
+    let nest = nest_of(episode.world);
     var next = Harvest(food, carries, 0.0f);
     if (carries) {
         if (squared_length(vec2<f32>(at.x - nest.x, at.y - nest.y)) < nest.squared_radius) {
-            let seconds = f32(step + 1u) * arena_of(life.world).cycle;
-            next.earned = max(times_of(life.world).limit - seconds, 0.0f);
+            let seconds = f32(step + 1u) * arena_of(episode.world).cycle;
+            next.earned = max(times_of(episode.world).limit - seconds, 0.0f);
             next.carries = false;
         }
         return next;
     }
-    let item = item_at(life.world, food, at);
+    let item = item_at(episode.world, food, at);
     if (item < GREATEST_ITEMS) {
-        next.food = with_item(food, item, place_of_food(life, step, 0u));
+        next.food = with_item(food, item, place_of_food(episode, step, 0u));
         next.carries = true;
     }
     return next;

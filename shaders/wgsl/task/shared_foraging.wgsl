@@ -62,8 +62,8 @@ fn save_food(base: u32, food: Food) {
 }
 
 // After all have moved: who takes what, what is brought, and where food appears anew.
-fn share_food(life: Life, base: u32, step: u32) {
-    let world = life.world;
+fn share_food(episode: Episode, base: u32, step: u32) {
+    let world = episode.world;
     let food = load_food(base);
     let nest = nest_of(world);
     let arena = arena_of(world);
@@ -97,8 +97,8 @@ fn share_food(life: Life, base: u32, step: u32) {
         var left = food;
         for (var item = 0u; item < GREATEST_ITEMS; item++) {
             if (owner(claims, item) != NOBODY) {
-                // The blocks below are those of the food that a life begins with.
-                left = with_item(left, item, place_of_food(life, step, 64u * (item + 16u)));
+                // The blocks below are those of the food that an episode begins with.
+                left = with_item(left, item, place_of_food(episode, step, 64u * (item + 16u)));
             }
         }
         save_food(base, left);

@@ -39,7 +39,7 @@ pub(crate) struct Code {
     instance: usize,
 }
 
-/// What the cache has for a kernel: its library, if it has one, or the reason why that can't be used.
+/// The cache's entry for a kernel: its library, if it has one, or why that can't be used.
 type Found = Result<Option<Arc<Loaded>>, String>;
 
 static LOADED: Mutex<BTreeMap<&str, Found>> = Mutex::new(BTreeMap::new());

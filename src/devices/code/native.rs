@@ -70,7 +70,7 @@ pub(crate) fn compiled(kernel: &'static Kernel) -> Result<Code, Error> {
     let lanes = code.lanes();
     if !is_whole {
         let whole = move || {
-            // What waits has no memory yet: compiling the longest kernels that ship takes 350 MB.
+            // Waiting jobs have no memory yet: compiling the longest shipped kernels takes 350 MB.
             let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
             if let Ok(Some(code)) = compiler.whole(lanes) {
                 self::known().insert(kernel.name, Ok(code));

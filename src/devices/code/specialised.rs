@@ -1,4 +1,4 @@
-//! Code compiled at run time for one world, as GPUs get kernels of their own for a world.
+//! CPU code compiled at run time for one world, like the GPU's variants of kernels.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -46,7 +46,7 @@ impl Specialised {
         worlds(groups).flat_map(of_world).collect()
     }
 
-    /// Notes that groups have lived by the codes that were ready, and how long all of them took together.
+    /// Notes that groups ran on the codes that were ready, and their total time.
     pub(crate) fn spend(&self, groups: &[Part<'_>], mut ready: &[Option<LaneCode>], time: Duration) {
         if ready.is_empty() {
             return;

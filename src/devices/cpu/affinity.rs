@@ -3,7 +3,7 @@
 //! Evaluating threads sleep between batches, and a batch may take less than a millisecond. The scheduler wakes a thread
 //! where it slept or where its waker runs, unless it knows of a free processor; on a virtual machine it often takes an
 //! idle processor for a busy one. Two threads then share one processor while the other idles, until the scheduler
-//! balances them some milliseconds later. A thread bound to a processor of its own is woken there.
+//! balances them some milliseconds later. A thread bound to a processor is woken there.
 
 #[cfg(target_os = "linux")]
 pub(super) use linux::settle;

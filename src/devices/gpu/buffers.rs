@@ -146,7 +146,7 @@ impl Pooled {
     }
 }
 
-/// Buffers that all rollouts of a batch share.
+/// Buffers that all episodes of a batch share.
 #[derive(Debug)]
 pub(super) struct Scene {
     pub(super) worlds: Pooled,

@@ -1,4 +1,4 @@
-//! Vulkan drivers as compilers: what they make of a kernel, where they tell. Nothing is run, so the card need not be there.
+//! Vulkan drivers as compilers: their machine code of a kernel, where they show it. Nothing runs, so no card is needed.
 
 use std::ffi::CStr;
 use std::fmt;
@@ -13,7 +13,7 @@ use super::adapter::Adapter;
 pub struct Compiled {
     /// Numbers such as registers, by the driver's own names.
     pub statistics: Vec<(String, u64)>,
-    /// Programs that it consists of. What follows is the first one's.
+    /// Number of its programs. The other fields are the first one's.
     pub programs: u32,
     /// Lanes that run in step.
     pub lanes: u32,
@@ -79,7 +79,7 @@ impl Compiler {
         let entry = unsafe { ash::Entry::load() }.map_err(|error| error.to_string())?;
         let version = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_2);
         let create = vk::InstanceCreateInfo::default().application_info(&version);
-        // SAFETY: what is created from it is gone before it.
+        // SAFETY: everything created from it is dropped before it.
         let instance = unsafe { entry.create_instance(&create, None) }.map_err(said)?;
         let opened = Self::device(&instance, is_meant);
         let (device, driver) = opened.inspect_err(|_| {
@@ -95,7 +95,7 @@ impl Compiler {
         })
     }
 
-    /// The device that is meant, and its driver's version.
+    /// The chosen device, and its driver's version.
     fn device(
         instance: &ash::Instance,
         is_meant: impl Fn(&vk::PhysicalDeviceProperties) -> bool,
@@ -103,7 +103,7 @@ impl Compiler {
         let said = |error: vk::Result| error.to_string();
         let name = vk::KHR_PIPELINE_EXECUTABLE_PROPERTIES_NAME;
         let extensions = [name.as_ptr()];
-        // SAFETY: the instance is alive, and so is what the structs that it gets point to.
+        // SAFETY: the instance is alive, and all pointers in its structs are valid.
         unsafe {
             let found = instance.enumerate_physical_devices().map_err(said)?;
             let physical = found
@@ -132,7 +132,7 @@ impl Compiler {
     /// Compiles SPIR-V of a kernel.
     ///
     /// # Errors
-    /// What the driver says.
+    /// The driver's statistics.
     pub fn compile(&self, kernel: &Kernel, spirv: &[u32]) -> Result<Compiled, vk::Result> {
         let of = |binding: &oneiro_shaders::Binding| {
             vk::DescriptorSetLayoutBinding::default()
@@ -216,7 +216,7 @@ impl Compiler {
 
 impl Drop for Compiler {
     fn drop(&mut self) {
-        // SAFETY: nothing that was made from them is left.
+        // SAFETY: everything made from them is dropped.
         unsafe {
             self.device.destroy_device(None);
             self.instance.destroy_instance(None);
@@ -225,7 +225,7 @@ impl Drop for Compiler {
 }
 
 fn number(one: &vk::PipelineExecutableStatisticKHR<'_>) -> u64 {
-    // SAFETY: the format says which of them it is.
+    // SAFETY: the format tells which field is set.
     unsafe {
         match one.format {
             vk::PipelineExecutableStatisticFormatKHR::FLOAT64 => one.value.f64 as u64,

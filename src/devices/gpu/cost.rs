@@ -7,13 +7,13 @@ use oneiro_shader_compiler::count::{self, Counted};
 use oneiro_shader_compiler::interpret::Memory;
 use oneiro_shader_compiler::tree::Program;
 use oneiro_shaders::Kernel;
-use oneiro_shaders::life::Dispatch;
+use oneiro_shaders::episode::Dispatch;
 
 use crate::batch::Part;
 use crate::devices::variants::{Setting, parsed, program};
 use crate::parts::compose;
 
-/// What a group of rollouts does in a number of cycles, all of its rollouts together. What some of them do, the others wait for.
+/// What a group of episodes does in a number of cycles, all of its episodes together. What some of them do, the others wait for.
 #[derive(Clone, Debug)]
 pub struct Cost {
     /// Cycles counted.
@@ -100,7 +100,7 @@ fn counted(part: &Part<'_>, program: &Program, end: u32) -> Result<Counted, Stri
     count::count(program, &mut memory, 0, part.group_table()[0].rollouts).map_err(|trap| trap.to_string())
 }
 
-/// A part's buffers, by binding number, for whoever runs its kernel by other means. The part is the beginning of its batch, lives from its
+/// A part's buffers, by binding number, for whoever runs its kernel by other means. The part is the beginning of its batch, episodes from its
 /// first cycle to `end`, and has no trace.
 pub fn buffers(part: &Part<'_>, end: u32) -> [Vec<u32>; 9] {
     let batch = part.batch();

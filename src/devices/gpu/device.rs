@@ -14,7 +14,7 @@ use super::spirv;
 use crate::devices::background;
 use crate::evaluator::{Control, Error};
 
-/// Number of storage buffers that a life binds.
+/// Number of storage buffers that an episode binds.
 const STORAGE_BUFFERS: u32 = 8;
 
 /// Form of a device's kernels.
@@ -64,7 +64,7 @@ pub(super) struct Maker {
 }
 
 impl Maker {
-    /// Compiles a kernel, or a variant of it that is given as SPIR-V.
+    /// Compiles a kernel, or a variant of it from SPIR-V.
     pub(super) fn pipeline(&self, kernel: &Kernel, variant: Option<&[u32]>) -> Pipeline {
         let label = Some(kernel.name);
         let entries: Vec<_> = kernel.bindings.iter().map(layout_entry).collect();

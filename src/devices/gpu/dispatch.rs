@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use oneiro_shaders::Kernel;
-use oneiro_shaders::life::Dispatch;
+use oneiro_shaders::episode::Dispatch;
 
 use super::buffers::{Bench, Scene};
 use super::device::{Device, Fault, Pipeline};
@@ -16,7 +16,7 @@ use super::specialised::{self, Variants};
 use crate::batch::{LANES, Part, PartResult};
 use crate::evaluator::Control;
 
-/// Target size of a cut's own buffers, in bytes: enough rollouts to fill any device, few enough for a small one. Two
+/// Target size of a cut's own buffers, in bytes: enough episodes to fill any device, few enough for a small one. Two
 /// cuts are on the device at a time.
 const CUT_BYTES: u64 = 64 << 20;
 
@@ -42,9 +42,9 @@ impl Default for Bounds {
     }
 }
 
-/// Runs rollouts on one device, and keeps buffers and measured speeds for the next batch.
+/// Runs episodes on one device, and keeps buffers and measured speeds for the next batch.
 #[derive(Debug, Default)]
-pub(super) struct Lives {
+pub(super) struct Dispatcher {
     scene: Scene,
     benches: [Bench; 2],
     /// By kernel, of the generic one and of its variants.
@@ -53,7 +53,7 @@ pub(super) struct Lives {
     pub(super) bounds: Bounds,
 }
 
-impl Lives {
+impl Dispatcher {
     /// Runs a part, in smaller cuts if the device's memory is too small for them.
     ///
     /// # Errors
@@ -149,9 +149,9 @@ struct Cut {
     groups: Range<usize>,
     /// Range of words of the part's inputs.
     inputs: Range<usize>,
-    /// Cycles up to the end of the longest life.
+    /// Cycles up to the end of the longest episode.
     cycles: Range<u32>,
-    /// The world of all of its rollouts, if they have the same.
+    /// The world of all of its episodes, if they have the same.
     world: Option<u32>,
 }
 
@@ -226,7 +226,7 @@ fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
 /// Most turns of all loops of an invocation.
 #[derive(Clone, Copy, Debug)]
 struct Turns {
-    /// In the beginning of a life.
+    /// In the beginning of an episode.
     begin: u32,
     /// In a cycle.
     cycle: u32,
@@ -243,7 +243,7 @@ impl Turns {
         begin.saturating_add(self.cycle)
     }
 
-    /// Most cycles of a dispatch, at least 1. `begins` is whether it begins lives.
+    /// Most cycles of a dispatch, at least 1. `begins` is whether it begins episodes.
     fn most_cycles(self, begins: bool) -> u32 {
         let begin = if begins { self.begin } else { 0 };
         (GREATEST_LOOPS.saturating_sub(begin) / self.cycle).max(1)
@@ -500,7 +500,7 @@ impl Run<'_> {
     }
 }
 
-/// Binds each buffer of a life by its name in the kernel.
+/// Binds each buffer of an episode by its name in the kernel.
 fn bind(
     device: &Device,
     pipeline: &Pipeline,
@@ -522,7 +522,7 @@ fn bind(
             "trace" => &bench.trace,
             other => {
                 return Err(Fault::Refused(format!(
-                    "`{}` binds `{other}`, which no life has",
+                    "`{}` binds `{other}`, which no episode has",
                     kernel.name
                 )));
             }
@@ -546,7 +546,7 @@ mod tests {
     use crate::random::Key;
     use crate::world::{Controller, World, WorldSpec};
 
-    /// Rollouts in worlds of different sizes: 200 of 13 genes over 30 cycles, 100 of 24 over 80.
+    /// Episodes in worlds of different sizes: 200 of 13 genes over 30 cycles, 100 of 24 over 80.
     fn batch(trace: Option<TraceRequest>) -> Batch {
         let world = |units, cycles| {
             World::new(WorldSpec {
@@ -606,7 +606,7 @@ mod tests {
     fn cuts_keep_to_every_bound_and_leave_nothing_out() {
         let plain = batch(None);
         let traced = batch(Some(TraceRequest { every: 10 }));
-        // The inputs of a group take 3,840 bytes with 13 genes, and 6,656 with 24 genes. What is kept takes more than the former.
+        // The inputs of a group take 3,840 bytes with 13 genes, and 6,656 with 24 genes. The kept buffers are larger than the former.
         let kept = (LANES * (4 * plain.state_words() + size_of::<f32>())) as u64;
         let eight_records = (4 * LANES * 8 * plain.record_words()) as u64;
         for (batch, bounds, expected) in [

@@ -33,10 +33,10 @@ pub use run::Run;
 #[cfg(feature = "compose")]
 pub use specialised::specialised;
 
-use oneiro_shaders::life::Group;
+use oneiro_shaders::episode::Group;
 
 use device::{Device, Fault};
-use dispatch::Lives;
+use dispatch::Dispatcher;
 
 use crate::batch::{Part, PartResult};
 use crate::devices::variants::Specialise;
@@ -45,7 +45,7 @@ use crate::evaluator::{self, Control, Error, Evaluator};
 /// Groups of a world that keep a device busy by themselves.
 const GROUPS_OF_A_WORLD: usize = 16;
 
-/// Whether a batch's worlds are simulated one after the other, each by a kernel of its own. Their groups lie together.
+/// Whether a batch's worlds are simulated one after the other, each by its variant of the kernel. Their groups lie together.
 fn divides(when: Specialise, groups: &[Group]) -> bool {
     let worlds = groups.chunk_by(|a, b| a.world == b.world).count();
     match when {
@@ -59,7 +59,7 @@ fn divides(when: Specialise, groups: &[Group]) -> bool {
 #[derive(Debug)]
 pub struct Gpu {
     device: Device,
-    lives: Lives,
+    dispatcher: Dispatcher,
     inexact: Option<String>,
 }
 
@@ -81,11 +81,11 @@ impl Gpu {
     pub fn open_with(adapter: &Adapter, path: Path) -> Result<Self, Error> {
         let mut gpu = Self {
             device: Device::open(adapter, path)?,
-            lives: Lives::default(),
+            dispatcher: Dispatcher::default(),
             inexact: None,
         };
         if !adapter.is_software() {
-            specialised::expect_gpu_compiler(&mut gpu.lives.variants);
+            specialised::expect_gpu_compiler(&mut gpu.dispatcher.variants);
         }
         gpu.inexact = trust::verdict(&mut gpu)?;
         Ok(gpu)
@@ -105,8 +105,8 @@ impl Gpu {
             .first()
             .ok_or_else(|| Error::NoDevice(format!("{} is no longer there", old.name())))?;
         let mut gpu = Self::open_with(adapter, self.device.path())?;
-        gpu.lives.bounds = self.lives.bounds;
-        gpu.lives.variants.when = self.lives.variants.when;
+        gpu.dispatcher.bounds = self.dispatcher.bounds;
+        gpu.dispatcher.variants.when = self.dispatcher.variants.when;
         gpu.device.doom = self.device.doom.next();
         Ok(gpu)
     }
@@ -124,12 +124,12 @@ impl Gpu {
 
     /// Sets limits on each dispatch, besides those of time and memory.
     pub fn set_bounds(&mut self, bounds: Bounds) {
-        self.lives.bounds = bounds;
+        self.dispatcher.bounds = bounds;
     }
 
     /// Sets when kernels are specialised.
     pub fn set_specialise(&mut self, when: Specialise) {
-        self.lives.variants.when = when;
+        self.dispatcher.variants.when = when;
     }
 
     /// Loses the device after a number of dispatches, and `devices` devices in all, each replacement after as many
@@ -150,7 +150,7 @@ impl Gpu {
         match fault {
             Fault::Cancelled => Error::Cancelled,
             Fault::Lost(reason) => Error::Lost { device, reason },
-            Fault::OutOfMemory => Error::TooLarge(format!("{device}: not even 64 rollouts fit into its memory")),
+            Fault::OutOfMemory => Error::TooLarge(format!("{device}: not even 64 episodes fit into its memory")),
             Fault::TooLarge(problem) => Error::TooLarge(format!("{device}: {problem}")),
             Fault::Refused(problem) => Error::NoDevice(format!("{device} refuses the kernel: {problem}")),
         }
@@ -168,17 +168,17 @@ impl Evaluator for Gpu {
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
-        self.lives
+        self.dispatcher
             .run(&mut self.device, part, control)
             .map_err(|fault| self.error(fault))
     }
 
     fn warnings(&self) -> &[String] {
-        &self.lives.variants.problems
+        &self.dispatcher.variants.problems
     }
 
     fn specialised_steps(&self) -> u64 {
-        self.lives.variants.steps
+        self.dispatcher.variants.steps
     }
 }
 

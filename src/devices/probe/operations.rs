@@ -87,7 +87,7 @@ const FORMS: [(u32, Form); 9] = [
 ];
 
 /// Every operation that kernels may use, with both operands known only at run time, and with each of the constants 0,
-/// 1, -1 and 2 in place of either. As in kernels, no operand, intermediate or result is NaN, infinite or subnormal.
+/// 1, -1 and 2 instead of either. As in kernels, no operand, intermediate or result is NaN, infinite or subnormal.
 pub fn operations() -> Vec<Case> {
     let types = [
         (kernel::F32, Scalar::F32, [PAIR, F32_PAIR].concat(), F32_ALONE),

@@ -1,5 +1,5 @@
-//! Variants of kernels that are compiled for one world each: what the world says is constant in them. A variant is compiled in the background, once
-//! its world has kept the generic kernel busy for long enough, and results never depend on which of them runs.
+//! Variants of kernels that are compiled for one world each: the world's values are constant in them. A variant is compiled in the background, once
+//! its world has kept the generic kernel busy for long enough, and results never depend on whether it runs.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,7 +24,7 @@ const EXPECTED_COMPILE_TIME: Duration = Duration::from_millis(500);
 /// Most variants of a kernel that are kept.
 const MOST: usize = 64;
 
-/// A world of a batch, and whether its lives are traced.
+/// A world of a batch, and whether its episodes are traced.
 #[derive(Clone)]
 pub(crate) struct Setting {
     pub(crate) kernel: &'static Kernel,
@@ -100,7 +100,7 @@ impl<T> Variant<T> {
     }
 }
 
-/// A variant whose loops are unrolled, for drivers that leave long ones, and their most turns in the beginning of a life and in a cycle.
+/// A variant whose loops are unrolled, for drivers that leave long ones, and their most turns in the beginning of an episode and in a cycle.
 #[cfg(feature = "gpu")]
 #[derive(Clone)]
 pub(crate) struct Unrolled<T> {

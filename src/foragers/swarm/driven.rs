@@ -1,6 +1,6 @@
 //! One world of a swarm whose robots are driven from outside, cycle by cycle: for a process that plays the arena to others.
 
-use oneiro_shaders::{Kernel, life};
+use oneiro_shaders::{Kernel, episode};
 
 use super::{Drive, Lamp, Line, Order, Readings, Swarm, Trouble};
 use crate::batch::{Buffers, GREATEST_GENE, Rollout, TraceRequest, WorldKind, Worlds};
@@ -24,10 +24,10 @@ pub fn robot_key(world: Key, robot: u32) -> Key {
     Key([low, high])
 }
 
-/// What one robot is to do in a cycle.
+/// A robot's command for a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Command {
-    /// What it wants to drive; `None` if it isn't switched on. It then stands, takes no food, and neither hears nor is heard.
+    /// Its way and turn; `None` if it isn't switched on. It then stands, takes no food, and sends and receives nothing.
     pub drive: Option<Drive>,
     /// Whether one of its intervals begins: its fitness restarts from 0.
     pub begins: bool,
@@ -103,7 +103,7 @@ impl Driven {
         &self.readings
     }
 
-    /// Lets the world live for a cycle, with a command for each robot. All robots that are switched on are said to search.
+    /// Simulates a cycle, with a command for each robot. All robots that are switched on are said to search.
     ///
     /// # Errors
     /// Another number of commands than robots; a drive that isn't finite or beyond [`GREATEST_GENE`]; the end of the swarm's cycles; those
@@ -129,7 +129,7 @@ impl Driven {
         Ok(line)
     }
 
-    /// Takes a step of the kernel: step 0 begins the world, and each later one lives the cycle before it.
+    /// Takes a step of the kernel: step 0 begins the world, and each later one simulates the cycle before it.
     fn step(&mut self, device: &mut dyn Evaluator, step: u32, commands: &[Command]) -> Result<Line, Trouble> {
         let orders: Vec<Order> = commands.iter().map(|own| self.order(own)).collect();
         let inputs = self.swarm.inputs(&self.lamp, &orders);
@@ -150,7 +150,7 @@ impl Driven {
         Ok(self.swarm.lines(&outcome.logs[0], batch.record_words()).swap_remove(0))
     }
 
-    /// A command in the form of an order: in place of the genes of later cycles, which never come, it has the drive.
+    /// A command in the form of an order: instead of the genes of later cycles, which never come, it has the drive.
     fn order(&self, command: &Command) -> Order {
         const NEVER: u32 = GREATEST_GENE as u32;
         let drive = command.drive.unwrap_or_default();
@@ -220,9 +220,9 @@ impl WorldKind for Packed {
         self.swarm.robots
     }
 
-    fn pack(&self, buffers: &mut Buffers) -> life::World {
+    fn pack(&self, buffers: &mut Buffers) -> episode::World {
         let own = self.swarm.pack(buffers);
-        life::World {
+        episode::World {
             steps: own.steps + 1,
             ..own
         }

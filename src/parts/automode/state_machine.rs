@@ -17,7 +17,7 @@ pub const GREATEST_TRANSITIONS: usize = 4;
 const TRANSITION_GENES: usize = 1 + CONDITION_GENES;
 const STATE_GENES: usize = BEHAVIOUR_GENES + 1 + GREATEST_TRANSITIONS * TRANSITION_GENES;
 
-/// Range of the gene for where a transition leads, a share of the other states.
+/// Range of the gene for where a transition leads, a fraction of the other states.
 const SHARES: [f32; 2] = [0.0, 1.0];
 
 /// A machine. The first of its states is the one that it begins in.

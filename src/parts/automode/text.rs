@@ -142,7 +142,7 @@ impl<'a> Options<'a> {
         })
     }
 
-    /// Returns an error for the first option that was not taken. `kind` ends the message: what the option doesn't belong to, and what is
+    /// Returns an error for the first unused option. `kind` ends the message: what the option doesn't belong to, and what is
     /// allowed, as in `tree; allowed: options of its branches`.
     pub(super) fn finished(self, kind: &str) -> Result<(), BadText> {
         match self.values.into_iter().min_by_key(|(_, (place, _))| *place) {

@@ -2,7 +2,7 @@
 
 use oneiro_shaders::Kernel;
 
-use super::{Composed, Kind, Lives, OwnParts, Owner, Refused, Scalar, Value};
+use super::{Composed, EpisodeKind, Kind, OwnParts, Owner, Refused, Scalar, Value};
 use crate::parameter::Invalid;
 
 /// The text of a controller, which this program can't compose.
@@ -53,7 +53,7 @@ impl Part {
         match *self {}
     }
 
-    /// Whether it has a mission, for several robots that live together.
+    /// Whether it has a mission, for swarms.
     pub fn has_mission(&self) -> bool {
         match *self {}
     }
@@ -111,16 +111,16 @@ pub(super) fn driven() -> Result<&'static Kernel, Invalid> {
 }
 
 pub(super) fn compose(kernel: &'static Kernel, _: &OwnParts, owner: &Owner) -> Result<Composed, Invalid> {
-    if owner.lives == Lives::Reported {
+    if owner.episodes == EpisodeKind::Reported {
         return Err(Invalid::new(
             "robot",
-            "lives outside of a kernel, but this program can't compose the kernel for that",
+            "is outside the kernels, but this program can't compose the kernel for that",
         ));
     }
     if owner.is_varied {
         return Err(Invalid::new(
             "noise",
-            "has gain, veer, delay or draws of a life, but this program can't compose the kernel for that",
+            "has gain, veer, delay or draws of an episode, but this program can't compose the kernel for that",
         ));
     }
     Ok(Composed {

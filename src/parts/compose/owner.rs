@@ -1,6 +1,6 @@
 //! The robot and the world that a kernel is composed for, as its parts see them.
 
-use super::Lives;
+use super::EpisodeKind;
 #[cfg(feature = "compose")]
 use crate::genes::SENSOR_NAMES;
 
@@ -11,8 +11,8 @@ pub(crate) struct Owner {
     pub(crate) make: Make,
     /// The fields of the kernel's `Readings` that have its readings.
     pub(crate) fields: Vec<String>,
-    /// How it lives.
-    pub(crate) lives: Lives,
+    /// The kind of its episodes.
+    pub(crate) episodes: EpisodeKind,
     /// Whether its world has noise that the shipped kernels don't have.
     pub(crate) is_varied: bool,
 }
@@ -38,7 +38,7 @@ pub(crate) enum Make {
 #[derive(Debug)]
 #[cfg_attr(not(feature = "compose"), expect(dead_code, reason = "only kernels that ship"))]
 pub(crate) struct Described {
-    /// WGSL of its sensors and its drive, in place of shipped declarations of the same names.
+    /// WGSL of its sensors and its drive, instead of shipped declarations of the same names.
     pub(crate) text: String,
     /// Number of sensors in its list.
     pub(crate) sensors: usize,

@@ -1,4 +1,4 @@
-//! A user's part: what it declares, what it may use, and what is generated for it.
+//! A user's part: its declarations, the names that it may use, and the code generated for it.
 
 mod check;
 mod fields;
@@ -73,7 +73,7 @@ fn scalars(fields: Vec<fields::Remembered>) -> Vec<(String, Scalar)> {
 }
 
 impl Part {
-    /// Reads a part. Messages call it `path`. What only shows when it is compiled together with others is checked when a
+    /// Reads a part. Messages call it `path`. Mistakes that only show when it is compiled with others are found when a
     /// world is made.
     ///
     /// # Errors
@@ -87,7 +87,8 @@ impl Part {
             text: text.to_owned(),
         };
         let unreadable = limits::foreign(&part).or_else(|| limits::problem(&part));
-        if let Some(refusal) = unreadable.or_else(|| limits::unbalanced(&part)) {
+        let unreadable = unreadable.or_else(|| limits::unbalanced(&part));
+        if let Some(refusal) = unreadable.or_else(|| check::renamed(&part)) {
             return Err(Refused::all(&[refusal]));
         }
         let (own, mut problems) = Self::read(kind, &part);
@@ -130,7 +131,7 @@ impl Part {
             && let Some(own) = declared.iter().find(|own| own.name == interface::MISSION_STATE)
         {
             let message = format!(
-                "in `{}`: `{}` is in `{}State` too; choose another name, since both are columns of traces",
+                "in `{}`: `{}` is also in `{}State`; choose another name, since both are columns of traces",
                 own.name, field.scalars[0], interface.title
             );
             problems.push(refusal(&own.place, Rule::StateTypes, message));
@@ -193,7 +194,7 @@ impl Part {
         &self.functions
     }
 
-    /// Whether it has a mission, for several robots that live together.
+    /// Whether it has a mission, for swarms.
     pub fn has_mission(&self) -> bool {
         self.functions.contains(&interface::MISSION)
     }

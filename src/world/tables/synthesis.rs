@@ -86,7 +86,7 @@ pub(super) fn table(class: &str, responses: &[Response; SENSORS]) -> SensorTable
     }
 }
 
-/// Reading as a share of the maximum; `off_axis` in degrees.
+/// Reading as a fraction of the maximum; `off_axis` in degrees.
 fn share(response: &Response, distance: f64, off_axis: f64) -> f64 {
     // The logistic falls from 1/2 to 1/20 where 2 exp(x) grows from 2 to 29.
     const LOGARITHM_OF_29_HALVES: f64 = 2.674_148_649_426_529;

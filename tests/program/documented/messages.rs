@@ -199,17 +199,17 @@ fn files(place: &Place) {
         .flat_map(u16::to_le_bytes)
         .collect();
     place.write("wide.toml", wide);
-    let head = "struct TaskState {\n    heat: f32,\n}\nfn task_begin(life: Life, pose: vec3<f32>) -> TaskState {\n    return TaskState(0.0f);\n}\n";
+    let head = "struct TaskState {\n    heat: f32,\n}\nfn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {\n    return TaskState(0.0f);\n}\n";
     for (name, body) in [
         ("division", "return Reward(f32(7u / 2u), before);"),
         ("suffix", "return Reward(0.5, before);"),
-        ("misspelt", "return Reward(hihgest(life), before);"),
+        ("misspelt", "return Reward(hihgest(episode), before);"),
         ("glsl", "float x = 1.0f;\n    return Reward(x, before);"),
         ("no-field", "return Reward(now.speed, before);"),
         ("no-end", "let x = 1.0f;"),
     ] {
         let part = format!(
-            "{head}fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{\n    {body}\n}}\n"
+            "{head}fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{\n    {body}\n}}\n"
         );
         place.write(format!("{name}.wgsl"), part);
         place.write(

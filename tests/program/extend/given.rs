@@ -4,15 +4,15 @@ use super::*;
 
 /// Sums up all that a part can ask of the experiment, so that each number shows.
 const TASK: &str = "
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    var sum = body_radius(life) + 0.25f * f32(cycles(life));
-    for (var i = 0u; i < arena_lights(life); i++) {
-        let light = arena_light(life, i);
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    var sum = body_radius(episode) + 0.25f * f32(cycles(episode));
+    for (var i = 0u; i < arena_lights(episode); i++) {
+        let light = arena_light(episode, i);
         let lamp: ArenaLight = light;
         sum += 1000.0f * f32(i + 1u) * (light.place.x + 2.0f * light.place.y + 4.0f * lamp.height + lamp.brightness + 8.0f * lamp.intensity);
     }
     // Beyond the last is the last.
-    sum += 0.5f * arena_light(life, 9u).place.x;
+    sum += 0.5f * arena_light(episode, 9u).place.x;
     return Reward(select(0.0f, sum, now.step == 0u), before);
 }
 ";

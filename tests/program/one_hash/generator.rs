@@ -148,7 +148,7 @@ impl Writer {
                     };
                     let (step, number) = (self.unsigned(0), self.draw.below(70_000));
                     format!(
-                        "random(life, {stream}, {step}, {number}u).{}",
+                        "random(episode, {stream}, {step}, {number}u).{}",
                         self.draw.pick(&["x", "y", "z", "w"])
                     )
                 }
@@ -192,33 +192,33 @@ impl Writer {
     fn asked(&mut self) -> String {
         let index = self.draw.below(12);
         let mut list = vec![
-            format!("select(0.0f, 1.0f, blocked(life, vec2<f32>(50.0f * f32({index}u), 100.0f)))"),
-            format!("0.01f * distance_along(life, vec2<f32>(200.0f, 150.0f), 0.1f * f32({index}u), 400.0f)"),
-            "0.01f * body_radius(life)".to_owned(),
-            "f32(cycles(life))".to_owned(),
-            format!("arena_light(life, {index}u).brightness"),
-            "f32(arena_lights(life))".to_owned(),
+            format!("select(0.0f, 1.0f, blocked(episode, vec2<f32>(50.0f * f32({index}u), 100.0f)))"),
+            format!("0.01f * distance_along(episode, vec2<f32>(200.0f, 150.0f), 0.1f * f32({index}u), 400.0f)"),
+            "0.01f * body_radius(episode)".to_owned(),
+            "f32(cycles(episode))".to_owned(),
+            format!("arena_light(episode, {index}u).brightness"),
+            "f32(arena_lights(episode))".to_owned(),
         ];
         if self.kind == Kind::Controller {
             let far = self
                 .draw
                 .pick(&["0u", "3u", "4294967295u", "INPUTS", "CONTROLLER_GENES"]);
-            list.push(format!("gene(life, {far} + {index}u)"));
-            list.push(format!("gene(life, {})", self.unsigned(0)));
+            list.push(format!("gene(episode, {far} + {index}u)"));
+            list.push(format!("gene(episode, {})", self.unsigned(0)));
             if self.has_readings {
-                list.push(format!("0.1f * weighed(life, {index}u, readings)"));
+                list.push(format!("0.1f * weighed(episode, {index}u, readings)"));
             }
         }
         if self.setting == Setting::Swarm {
             let robot = self.unsigned(0);
             list.push(format!(
-                "0.01f * robot_pose(life, {robot}).{}",
+                "0.01f * robot_pose(episode, {robot}).{}",
                 self.draw.pick(&["x", "y", "z"])
             ));
-            list.push("f32(robots(life) + robot_number(life))".to_owned());
-            list.push(format!("floor_at(life, vec2<f32>(40.0f * f32({index}u), 90.0f))"));
+            list.push("f32(robots(episode) + robot_number(episode))".to_owned());
+            list.push(format!("floor_at(episode, vec2<f32>(40.0f * f32({index}u), 90.0f))"));
             if self.kind == Kind::Task {
-                list.push(format!("f32(clusters_within(life, 20.0f * f32({index}u)).largest)"));
+                list.push(format!("f32(clusters_within(episode, 20.0f * f32({index}u)).largest)"));
             }
         }
         list.swap_remove(self.draw.below(list.len() as u32) as usize)
@@ -452,7 +452,7 @@ x = filler[f];
         let mut values = Vec::new();
         if self.draw.one_in(2) {
             values = ["weight", "other"]
-                .map(|value| format!("{word}_values(life).{value}"))
+                .map(|value| format!("{word}_values(episode).{value}"))
                 .into();
             let _ = writeln!(
                 text,
@@ -470,7 +470,7 @@ other: f32, // 3, 0 to 9 mm: of something else
             let body = self.body();
             let _ = writeln!(
                 text,
-                "fn of_{word}_helper_{helper}(life: Life, a: f32, b: f32) -> f32 {{
+                "fn of_{word}_helper_{helper}(episode: Episode, a: f32, b: f32) -> f32 {{
 if {early} {{ return a; }}
 {body}return x + f32(n & 7u);
 }}"
@@ -496,7 +496,7 @@ if {early} {{ return a; }}
         let _ = writeln!(
             text,
             "struct SensorReadings {{ odd_one: f32, odd_two: f32 }}
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {{
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {{
 {body}return Sensed(SensorReadings(x, 0.01f * f32(n & 255u)), {next});
 }}"
         );
@@ -505,7 +505,7 @@ fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> 
             let (body, next) = (self.body(), self.next("SensorState", "SensorState()"));
             let _ = writeln!(
                 text,
-                "fn sensor_begin(life: Life, pose: vec3<f32>) -> SensorState {{\n{body}return {next};\n}}"
+                "fn sensor_begin(episode: Episode, pose: vec3<f32>) -> SensorState {{\n{body}return {next};\n}}"
             );
         }
     }
@@ -530,8 +530,8 @@ fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> 
                 readings[0],
                 readings[1],
                 readings[3],
-                "gene(life, 0u)",
-                "gene(life, 2u)",
+                "gene(episode, 0u)",
+                "gene(episode, 2u)",
             ],
             &["step"],
             true,
@@ -544,18 +544,18 @@ fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> 
         let _ = writeln!(
             text,
             "{genes}
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {{
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {{
 {body}x += {};
 return Command(vec2<f32>(0.5f + x, logistic({other})), {next});
 }}",
             readings[2]
         );
         if self.draw.one_in(2) {
-            self.begin(&["gene(life, 1u)"], &[], true);
+            self.begin(&["gene(episode, 1u)"], &[], true);
             let (body, next) = (self.body(), self.next("ControllerState", "ControllerState()"));
             let _ = writeln!(
                 text,
-                "fn controller_begin(life: Life) -> ControllerState {{\n{body}return {next};\n}}"
+                "fn controller_begin(episode: Episode) -> ControllerState {{\n{body}return {next};\n}}"
             );
         }
     }
@@ -583,7 +583,7 @@ return Command(vec2<f32>(0.5f + x, logistic({other})), {next});
             let (body, next) = (self.body(), self.next("TaskState", "before"));
             let _ = writeln!(
                 text,
-                "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {{
+                "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
 {body}return Reward(x + 0.001f * f32(n & 65535u), {next});
 }}"
             );
@@ -592,14 +592,14 @@ return Command(vec2<f32>(0.5f + x, logistic({other})), {next});
                 let (body, next) = (self.body(), self.next("TaskState", "TaskState()"));
                 let _ = writeln!(
                     text,
-                    "fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {{\n{body}return {next};\n}}"
+                    "fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {{\n{body}return {next};\n}}"
                 );
             }
         }
         if has_mission {
             self.state("MissionState", text);
             self.begin(
-                &["0.01f * robot_pose(life, step).x", "f32(robots(life))"],
+                &["0.01f * robot_pose(episode, step).x", "f32(robots(episode))"],
                 &["step"],
                 true,
             );
@@ -608,7 +608,7 @@ return Command(vec2<f32>(0.5f + x, logistic({other})), {next});
             let (body, next) = (self.body(), self.next("MissionState", "before"));
             let _ = writeln!(
                 text,
-                "fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally {{
+                "fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {{
 {body}return Tally(x, {next});
 }}"
             );
@@ -624,7 +624,7 @@ return Command(vec2<f32>(0.5f + x, logistic({other})), {next});
             let (over, often) = (self.truth(1), self.unsigned(1));
             let _ = writeln!(
                 text,
-                "fn {name}_ends(life: Life, own: {state}) -> bool {{ return {over} && ({often} & 7u) == 5u; }}"
+                "fn {name}_ends(episode: Episode, own: {state}) -> bool {{ return {over} && ({often} & 7u) == 5u; }}"
             );
         }
         if self.draw.one_in(2) {
@@ -633,7 +633,7 @@ return Command(vec2<f32>(0.5f + x, logistic({other})), {next});
             let body = self.body();
             let _ = writeln!(
                 text,
-                "fn {name}_score(life: Life, own: {state}, sum: f32) -> f32 {{\n{body}return x + f32(n & 255u);\n}}"
+                "fn {name}_score(episode: Episode, own: {state}, sum: f32) -> f32 {{\n{body}return x + f32(n & 255u);\n}}"
             );
         }
     }

@@ -27,8 +27,8 @@ struct ControllerValues {
     left: f32, // 0.5, 0 to 1: output for the left wheel
     right: f32, // 0.5, 0 to 1: output for the right wheel
 }
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let own = controller_values(life);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let own = controller_values(episode);
     return Command(vec2<f32>(own.left, own.right), before);
 }
 ";

@@ -86,7 +86,7 @@ fn mistakes_have_plain_words() {
     assert!(problems.is_empty(), "{}", problems.join("\n\n"));
 }
 
-/// What a refusal says, without its place and its rule.
+/// A refusal's message, without its place and its rule.
 fn said(declarations: &str, body: &str) -> String {
     let refused = refusal(declarations, body);
     let (_, message) = refused.split_once(": ").unwrap();
@@ -97,7 +97,7 @@ fn said(declarations: &str, body: &str) -> String {
 #[test]
 fn habits_from_other_languages_are_answered() {
     const LOOP: &str = "in `made`: this loop has no bound known before it runs; ";
-    const SAME_INDEX: &str = "the index of a local array has to be the same in all lives, a constant or the counter of a loop; \
+    const SAME_INDEX: &str = "the index of a local array has to be the same in all episodes, a constant or the counter of a loop; \
         go through the array: `for (var i = 0u; i < COUNT; i++)` with `x = select(x, a[i], i == index);` to read an element, \
         and `a[i] = select(a[i], x, i == index);` to write one";
     let whole = "return Pair(x, vec2<f32>(x, x));";

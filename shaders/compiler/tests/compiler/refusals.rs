@@ -53,7 +53,7 @@ fn assert_refused(kernel: &str, line: usize, what: &str, words: &str) {
     let fits = |refusal: &String| refusal.starts_with(&place) && refusal.contains(words);
     let messages: Vec<_> = refusals.iter().map(ToString::to_string).collect();
     assert!(messages.iter().any(fits), "`{what}` at {place}: {messages:#?}");
-    // What a part can say is explained by a rule of its own; parts name no buffers.
+    // Rules for parts explain what parts can write; parts name no buffers.
     let is_internal = refusals.iter().any(|refusal| refusal.rule == Rule::Internal);
     let names_buffers = ["out", "<workgroup>"].iter().any(|words| what.contains(words));
     assert!(!is_internal || names_buffers, "`{what}`: {messages:#?}");
@@ -332,7 +332,7 @@ fn types() {
 
 #[test]
 fn indices() {
-    let message = "the index of a local array has to be the same in all lives";
+    let message = "the index of a local array has to be the same in all episodes";
     refused("var a: array<f32, 4>; a[u & 3u] = 1.0f; out[lane] = a[0];", message);
     refused("var a: array<f32, 4>; out[lane] = a[lane];", message);
     refused(
@@ -455,7 +455,7 @@ fn everything_is_refused_at_once() {
     ];
     assert_eq!(all_refused(&loops), [first, (1, NoDivision), suffix, index, last]);
     assert_eq!(all_refused(&["", "", loops[2], loops[3]]), [index, last]);
-    // What can't be parsed hides what the text alone doesn't show, but nothing else.
+    // A syntax error only hides what the text alone doesn't show.
     let unparsed = [
         "out[lane] = 2.0;",
         "out[lane] = x / 3.0f;",

@@ -130,7 +130,7 @@ fn zeros_may_lose_their_signs() {
     assert!(operations(&program) + 5 <= operations(&exact), "more are left out");
 }
 
-/// What does not change in a loop is loaded and multiplied before it; what a turn writes is not.
+/// Values that don't change in a loop are loaded and multiplied before it; those that a turn writes are not.
 #[test]
 fn loops_do_once_what_does_not_change() {
     let text = "

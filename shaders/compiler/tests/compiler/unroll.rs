@@ -64,7 +64,7 @@ fn unrolled(generic: &Generic, buffers: &[Vec<u32>], most: u64) -> Option<(Gener
     Some((own, said))
 }
 
-/// The least `most` for which there is a program, down to 2, at each of which the bits are the same.
+/// The smallest `most` for which there is a program, down to 2, at each of which the bits are the same.
 fn same(generic: &Generic, buffers: &[Vec<u32>], what: &str) -> Option<u64> {
     let (expected, turns) = run(generic, buffers.to_vec()).ok()?;
     let mut least = None;

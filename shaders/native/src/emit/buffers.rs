@@ -1,4 +1,4 @@
-//! Loads and stores. Indices are clamped in all lanes, idle ones too; idle lanes store to memory that nothing reads.
+//! Loads and stores. Indices are clamped in all lanes; idle lanes store to memory that nothing reads.
 
 use oneiro_shader_compiler::tree::{Address, Binary, Ty, Value};
 use oneiro_shader_compiler::uniform::Shape;

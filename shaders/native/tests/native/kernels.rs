@@ -179,7 +179,7 @@ fn turns_are_counted() {
     // SAFETY: the buffers are whole, and used by this call only.
     let result = unsafe { native.run(&before_loop, 0, 0, 100) };
     assert_eq!(result, Err(Stopped::TurnsUsedUp(100)));
-    assert_eq!(stopped[5][0], 1, "what was stored before it stopped is there");
+    assert_eq!(stopped[5][0], 1, "stores before the stop have happened");
 }
 
 #[test]
@@ -208,8 +208,8 @@ fn buffers_that_do_not_fit_are_refused() {
     assert_eq!(size.to_string(), "buffer 3 has 3 words; allowed: 4 to 4294967295");
 }
 
-/// Conversions give WGSL's results for all inputs, in scalars and in vectors: floats out of range become the least or
-/// greatest float that is an integer of the type.
+/// Conversions give WGSL's results for all inputs, in scalars and in vectors: floats out of range become the smallest or
+/// largest float that is an integer of the type.
 #[test]
 fn conversions_saturate_and_round() {
     const LEAST: i32 = i32::MIN;
@@ -240,7 +240,7 @@ fn conversions_saturate_and_round() {
         (f32::MIN, LEAST, 0),
         (f32::INFINITY, GREATEST, GREATEST_UNSIGNED),
         (f32::NEG_INFINITY, LEAST, 0),
-        // `max(NaN, low)` is the least number.
+        // `max(NaN, low)` is the lowest number.
         (f32::NAN, LEAST, 0),
         (-f32::NAN, LEAST, 0),
     ];

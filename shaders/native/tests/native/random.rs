@@ -18,7 +18,7 @@ const PLAN: Plan = Plan {
     long: 75,
 };
 
-/// Two calls at the greatest number of lanes, in the second workgroup.
+/// Two calls at the maximum number of lanes, in the second workgroup.
 const EXTENT: Extent = Extent {
     workgroups: 1..2,
     lanes: 32,

@@ -166,7 +166,7 @@ fn compilers_that_are_no_good_are_refused() {
     let failed = failed.expect_err("it fails");
     assert!(matches!(failed, ToolchainError::Failed(..)), "{failed}");
     assert!(failed.to_string().ends_with("no linker"), "{failed}");
-    // What it makes is no library.
+    // Its output is no library.
     let wrong = "echo 'rustc 1.99.0 (a)'; echo 'release: 1.99.0'; [ \"$1\" = -vV ] || echo nothing >library";
     let wrong = of(wrong).expect("it says what it is");
     let failed = cache.compile(&key(SMALL), &wrong, &program(SMALL).expect("it is exact"));

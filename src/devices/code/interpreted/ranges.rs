@@ -21,7 +21,7 @@ struct Range {
     words: &'static str,
 }
 
-/// A function of numbers that are not smaller than the least normal one.
+/// A function of numbers that are not smaller than the smallest normal one.
 const POSITIVE: Range = Range {
     function: "",
     parameter: "x",
@@ -109,7 +109,7 @@ pub(super) fn checked(mut parts: Vec<Part>) -> Vec<Part> {
     parts
 }
 
-/// What a breach of these divisions says: the function with its argument, and its range.
+/// The message for a breach of these divisions: the function with its argument, and its range.
 pub(super) fn breach(place: &Place, what: &str) -> Option<String> {
     let bits = what.split_once("u / 0u")?.0.parse().ok()?;
     let mut parts = PARTS.iter();

@@ -42,7 +42,7 @@ const CALLS: [&str; 20] = [
 ];
 /// Functions that are generated for parts with values.
 const VALUES: [&str; 3] = ["sensor_values", "controller_values", "task_values"];
-/// Fields that identify a rollout in its batch. What depends on them would depend on what else is in the batch.
+/// Fields that identify an episode in its batch. Results that depend on them would depend on the rest of the batch.
 const PLACES_IN_THE_BATCH: [&str; 2] = ["world", "genes"];
 /// What to write where a part asks for another's memory.
 const NO_MEMORY: &str = "no part can read another's memory; make what is shared a reading of the sensors, and read it as \
@@ -71,6 +71,21 @@ pub(super) fn allowed(kind: Kind) -> Allowed<'static> {
     }
 }
 
+/// The refusal of a part that has [`interface::EPISODE`] by its former name.
+pub(super) fn renamed(part: &compiler::Part) -> Option<Refusal> {
+    const FORMER: &str = interface::FORMER_EPISODE;
+    let declared = declarations(part);
+    let is_of_word = |c: char| c.is_alphanumeric() || c == '_';
+    let has_parameter = |function: &Declaration| function.signature.split(|c| !is_of_word(c)).any(|ty| ty == FORMER);
+    let is_meant = declared.iter().all(|other| other.name != FORMER) && declared.iter().any(has_parameter);
+    let (place, _) = uses(part, &[FORMER]).into_iter().next().filter(|_| is_meant)?;
+    let message = format!(
+        "`{FORMER}` is now `{}`; rename it in the whole file",
+        interface::EPISODE
+    );
+    Some(refusal(&place, Rule::UnknownName, message))
+}
+
 /// Everything that is wrong with what a part declares and uses, given what is generated for it.
 pub(super) fn problems(
     part: &compiler::Part,
@@ -88,10 +103,10 @@ pub(super) fn problems(
     problems
 }
 
-/// Functions that parts may call where robots live together; `lib/members` has them.
+/// Functions that parts may call in swarms; `lib/members` has them.
 const TOGETHER: [&str; 5] = ["robots", "robot_number", "robot_pose", "floor_at", "clusters_within"];
 
-/// Refuses parts that declare or call what only foragers, or only robots that live together, are made of.
+/// Refuses parts that declare or call what only foragers' or only swarms' kernels have.
 pub(super) fn of_few(own: &OwnParts, taken: &BTreeSet<String>) -> Result<(), Refusals> {
     let mut problems = Refusals::new();
     for own in own.iter() {
@@ -122,11 +137,11 @@ fn constant_problems(genes: &[GeneField], taken: &BTreeSet<String>) -> Refusals 
     refused.map(refusal).collect()
 }
 
-/// Names that are declared by the shipped parts which users' parts are composed with, and by what is generated beside them.
+/// Names declared by the shipped parts that users' parts are composed with, and by the code generated with them.
 fn shipped_names() -> BTreeSet<String> {
     let is_composed = |path: &&str| {
-        let life = |name: &str| name.starts_with("life_") || name.starts_with("surrogate_");
-        let mut kernels = KERNELS.iter().filter(|kernel| life(kernel.name));
+        let episode = |name: &str| name.starts_with("life_") || name.starts_with("surrogate_");
+        let mut kernels = KERNELS.iter().filter(|kernel| episode(kernel.name));
         let is_of_few = kernel::is_of_foragers(path) || kernel::is_of_members(path);
         let ships = KERNELS.iter().any(|kernel| kernel.parts.contains(path)) || is_of_few;
         !ships || kernels.any(|kernel| kernel.parts.contains(path))
@@ -262,7 +277,7 @@ fn declared_problems(
     problems
 }
 
-/// The refusal of a declaration with a name that is taken.
+/// The refusal of a declaration with one of Oneiro's names.
 fn taken_name(own: &Declaration) -> Refusal {
     let message = format!("`{}` is a name of Oneiro's; choose another", own.name);
     refusal(&own.place, Rule::ReservedName, message)
@@ -274,12 +289,12 @@ fn buffer_problems(part: &compiler::Part) -> Refusals {
     let mut refuse = |place: &Place, rule, message| problems.push(refusal(place, rule, message));
     let buffers: Vec<_> = LIFE_PERCEPTRON.bindings.iter().map(|binding| binding.name).collect();
     for (place, name) in uses(part, &buffers) {
-        let message = format!("`{name}` is a buffer of the kernel's; choose another name for your own");
+        let message = format!("`{name}` is a buffer of the kernel's; choose another name");
         refuse(&place, Rule::KernelBuffers, message);
     }
     for (place, name) in accesses(part, &PLACES_IN_THE_BATCH) {
         let message = format!(
-            "`.{name}` of a life is only for the kernel: pass `life` itself on, and choose other names for fields of your own"
+            "`.{name}` of an episode is only for the kernel: pass `episode` itself on, and choose other names for fields"
         );
         refuse(&place, Rule::BatchPlace, message);
     }
@@ -377,7 +392,7 @@ fn readings_at(part: &compiler::Part, name: &str, place: &Place) -> Option<Strin
     (is_readings(&whole) || made.is_some_and(|made| is_readings(made.trim()))).then_some(whole)
 }
 
-/// What naga says, without a place, of an index of a struct or a number.
+/// Naga's message, without a place, for an index of a struct or a number.
 const INDEXED: &str = "Invalid access into expression";
 
 /// Adds to the refusal of each unknown name of a user's part the name that was probably meant, and says which part has an index
@@ -428,7 +443,7 @@ pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &
     }
 }
 
-/// What naga says of a field that a struct doesn't have.
+/// Naga's message for a field that a struct doesn't have.
 const ACCESSED: &str = "invalid field accessor";
 
 /// Most declarations, each of which names the one before, by which the type of an expression is looked up.
@@ -471,7 +486,7 @@ impl Field<'_> {
         let alike = || nearest(fields.iter().map(|(name, _)| name.as_str()), written).map(str::to_owned);
         let of_khepera = ty == "Readings" && ["first", "last"].contains(written);
         let meant = if of_khepera {
-            "; a described robot has none of the eight sensors of `first` and `last`".to_owned()
+            "; a parametric robot has no `first` and `last`".to_owned()
         } else {
             alike()
                 .or_else(deeper)

@@ -27,7 +27,7 @@ pub(super) struct GeneField {
     pub(super) name: String,
     /// Number of an array's elements, an expression in WGSL.
     pub(super) count: Option<String>,
-    /// Least and greatest value, if it has a range of its own.
+    /// Minimum and maximum value, if it has a range.
     pub(super) range: Option<[f32; 2]>,
     pub(super) place: Place,
 }
@@ -59,7 +59,7 @@ impl GeneField {
 }
 
 impl Scalar {
-    /// The expression of a scalar as it is stored: zero has one sign.
+    /// The expression of a stored scalar: zero has one sign.
     pub(super) fn stored(self, expression: &str) -> String {
         match self {
             Self::Float => format!("stored({expression})"),

@@ -53,8 +53,8 @@ pub(super) fn missing(
     }
     if !values.is_empty() {
         let first = interface.first_value();
-        let _ = writeln!(text, "fn {word}_values(life: Life) -> {title}Values {{");
-        let _ = writeln!(text, "    let first = worlds[life.world].own_values + {first};");
+        let _ = writeln!(text, "fn {word}_values(episode: Episode) -> {title}Values {{");
+        let _ = writeln!(text, "    let first = worlds[episode.world].own_values + {first};");
         for cell in 0..values.len().div_ceil(4) {
             let _ = writeln!(text, "    let cell_{cell} = tables[first + {cell}u];");
         }
@@ -70,13 +70,13 @@ pub(super) fn missing(
     text
 }
 
-/// What stands between a user's controller and the kernel. Beyond a rollout's own genes are those of others.
+/// What stands between a user's controller and the kernel. Beyond an episode's own genes are those of others.
 const CONTROLLER: &str = "\
-fn gene(life: Life, index: u32) -> f32 {
-    return bitcast<f32>(inputs[life.genes + min(index, CONTROLLER_GENES - 1u) * LANES]);
+fn gene(episode: Episode, index: u32) -> f32 {
+    return bitcast<f32>(inputs[episode.genes + min(index, CONTROLLER_GENES - 1u) * LANES]);
 }
-fn commands(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let now = controller_cycle(life, step, readings, before);
+fn commands(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let now = controller_cycle(episode, step, readings, before);
     return Command(vec2<f32>(limited(now.outputs.x, 0.0f, 1.0f), limited(now.outputs.y, 0.0f, 1.0f)), now.state);
 }
 ";
@@ -102,7 +102,7 @@ pub(super) const UNUSED: &str = "unused";
 /// The constant with the first cell of what an experiment gives its parts besides their values.
 pub(super) const GIVEN_CELL: &str = "GIVEN_CELL";
 
-/// Constants of a described robot.
+/// Constants of a parametric robot.
 pub(super) const COUNTS: [&str; 5] = ["FLOOR_CELL", "LIGHT_COUNT", "PATCH_COUNT", "PLANES", "DIFFERENCE_CELL"];
 
 /// The function that `reading` declares.
@@ -127,7 +127,7 @@ pub(super) fn reading(fields: &[String]) -> String {
 /// Numbers of a pose: x and y in mm, heading in turns.
 const POSE: usize = 3;
 
-/// Where reports stand before the genes of a rollout: the readings, the pose at the start of a life, and the pose at the end of
+/// Where reports stand before the genes of an episode: the readings, the pose at the start of an episode, and the pose at the end of
 /// a cycle.
 pub(super) fn reports(fields: &[String]) -> String {
     let count = fields.len();
@@ -135,14 +135,14 @@ pub(super) fn reports(fields: &[String]) -> String {
         "const REPORTED_START: u32 = {count}u;
 const REPORTED_END: u32 = {}u;
 const REPORTS: u32 = {}u;
-fn reported_readings(life: Life) -> Readings {{
+fn reported_readings(episode: Episode) -> Readings {{
     var readings = Readings();
 ",
         count + POSE,
         count + 2 * POSE
     );
     for (index, field) in fields.iter().enumerate() {
-        let _ = writeln!(text, "    readings.{field} = report(life, {index}u);");
+        let _ = writeln!(text, "    readings.{field} = report(episode, {index}u);");
     }
     text + "    return readings;\n}\n"
 }
@@ -153,15 +153,15 @@ fn sensor(readings: &[String]) -> String {
     for (index, name) in readings.iter().enumerate() {
         // A gene times a reading stays finite.
         bounded.push(format!("limited(now.readings.{name}, -1000.0f, 1000.0f)"));
-        let _ = writeln!(sum, "    total += gene(life, index + {index}u) * own.{name};");
+        let _ = writeln!(sum, "    total += gene(episode, index + {index}u) * own.{name};");
     }
     format!(
         "const OWN_READINGS: u32 = {}u;
-fn sensors_read(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {{
-    let now = sensor_cycle(life, step, pose, before);
+fn sensors_read(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {{
+    let now = sensor_cycle(episode, step, pose, before);
     return Sensed(SensorReadings({}), now.state);
 }}
-fn plus_weighed(life: Life, index: u32, own: SensorReadings, sum: f32) -> f32 {{
+fn plus_weighed(episode: Episode, index: u32, own: SensorReadings, sum: f32) -> f32 {{
     var total = sum;
 {sum}    return total;
 }}

@@ -18,7 +18,9 @@ impl Function {
 }
 
 /// The struct that says which episode a function works for.
-pub(super) const EPISODE: &str = "Life";
+pub(super) const EPISODE: &str = "Episode";
+/// The struct's name in parts for earlier versions.
+pub(super) const FORMER_EPISODE: &str = "Life";
 
 /// The interface of a kind of part.
 pub(super) struct Interface {
@@ -26,13 +28,13 @@ pub(super) struct Interface {
     /// The word that its structs' names begin with.
     pub(super) title: &'static str,
     pub(super) functions: &'static [Function],
-    /// Functions that it may declare for worlds of several robots, beside those; the first says that it has a mission.
+    /// More functions that it may declare for swarms; the first makes it a mission.
     pub(super) mission: &'static [Function],
     /// Other declarations that it must have, or that are generated, and their form.
     pub(super) others: &'static [(&'static str, &'static str)],
     /// Structs of the kernel that it declares, all or some.
     pub(super) structs: &'static [&'static str],
-    /// What parts of this kind may call or construct of the kernel, beside what all may.
+    /// Functions and structs of the kernel that only parts of this kind may call or construct.
     pub(super) calls: &'static [&'static str],
 }
 
@@ -75,11 +77,11 @@ const SENSOR: Interface = Interface {
     title: "Sensor",
     functions: &[
         Function {
-            text: "fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed",
+            text: "fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed",
             default: None,
         },
         Function {
-            text: "fn sensor_begin(life: Life, pose: vec3<f32>) -> SensorState",
+            text: "fn sensor_begin(episode: Episode, pose: vec3<f32>) -> SensorState",
             default: Some("return SensorState();"),
         },
     ],
@@ -98,11 +100,11 @@ const CONTROLLER: Interface = Interface {
     title: "Controller",
     functions: &[
         Function {
-            text: "fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command",
+            text: "fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command",
             default: None,
         },
         Function {
-            text: "fn controller_begin(life: Life) -> ControllerState",
+            text: "fn controller_begin(episode: Episode) -> ControllerState",
             default: Some("return ControllerState();"),
         },
     ],
@@ -117,37 +119,37 @@ const TASK: Interface = Interface {
     title: "Task",
     functions: &[
         Function {
-            text: "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward",
+            text: "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward",
             default: None,
         },
         Function {
-            text: "fn task_begin(life: Life, pose: vec3<f32>) -> TaskState",
+            text: "fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState",
             default: Some("return TaskState();"),
         },
         Function {
-            text: "fn task_ends(life: Life, own: TaskState) -> bool",
+            text: "fn task_ends(episode: Episode, memory: TaskState) -> bool",
             default: Some("return false;"),
         },
         Function {
-            text: "fn task_score(life: Life, own: TaskState, sum: f32) -> f32",
+            text: "fn task_score(episode: Episode, memory: TaskState, sum: f32) -> f32",
             default: Some("return sum;"),
         },
     ],
     mission: &[
         Function {
-            text: "fn mission_cycle(life: Life, step: u32, before: MissionState) -> Tally",
+            text: "fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally",
             default: Some("return Tally(0.0f, before);"),
         },
         Function {
-            text: "fn mission_begin(life: Life) -> MissionState",
+            text: "fn mission_begin(episode: Episode) -> MissionState",
             default: Some("return MissionState();"),
         },
         Function {
-            text: "fn mission_ends(life: Life, own: MissionState) -> bool",
+            text: "fn mission_ends(episode: Episode, memory: MissionState) -> bool",
             default: Some("return false;"),
         },
         Function {
-            text: "fn mission_score(life: Life, own: MissionState, sum: f32) -> f32",
+            text: "fn mission_score(episode: Episode, memory: MissionState, sum: f32) -> f32",
             default: Some("return sum;"),
         },
     ],

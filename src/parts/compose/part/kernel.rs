@@ -17,7 +17,9 @@ use super::interface::{GENE_COUNT, GENES};
 use super::{Part, check, generate, interface, members, refusal};
 use crate::genes::Gene;
 use crate::parameter::Invalid;
-use crate::parts::compose::{Composed, GREATEST_GENES, Hearing, Kind, Lives, Make, OwnParts, Owner, Refused, Together};
+use crate::parts::compose::{
+    Composed, EpisodeKind, GREATEST_GENES, Hearing, Kind, Make, OwnParts, Owner, Refused, Together,
+};
 
 /// Stands for a path in messages about generated declarations.
 pub(super) const GENERATED: &str = "what Oneiro adds";
@@ -28,30 +30,30 @@ const GIVEN: &str = "lib/given.wgsl";
 
 /// The entry of kernels of single robots, and how it takes over what a cycle leaves. Where an episode is cut into pieces, zeros lose their
 /// sign. A user's part may see signs, so in its kernel they lose it after each cycle, wherever the cuts are.
-const ENTRY: &str = "life.wgsl";
+const ENTRY: &str = "episode.wgsl";
 const NEXT: &str = "own = lived.next;";
 const KEPT: &str = "own = kept(lived.next);";
 
 /// Trace details of the shipped sensors; composed kernels generate their own.
 const DETAILS: &str = "sensor/details.wgsl";
 
-/// Parts of sampled sensors and of sampled motors, and that of such motors of a described robot.
+/// Parts of sampled sensors and of sampled motors, and that of such motors of a parametric robot.
 const SENSORS: [&str; 2] = ["sensor/readings.wgsl", "sensor/sampled.wgsl"];
 const MOTORS: [&str; 2] = ["robot/motors.wgsl", "robot/differential.wgsl"];
 const BETWEEN: &str = "robot/between.wgsl";
 
-/// Parts that a described robot has, those of its sampled sensors, and that of the wheels that it has unless its motors are
+/// Parts that a parametric robot has, those of its sampled sensors, and that of the wheels that it has unless its motors are
 /// sampled.
 const DESCRIBED: [&str; 2] = ["robot/drive.wgsl", "sensor/kinds.wgsl"];
 const TABLES: &str = "sensor/tables.wgsl";
 const WHEELS: &str = "robot/arcs.wgsl";
 
-/// Physics by how a robot lives, and what else an individual's need.
-const fn physics(lives: Lives) -> &'static str {
-    match lives {
-        Lives::Simulated | Lives::Observed => "physics/sampled.wgsl",
-        Lives::Reported => "physics/reported.wgsl",
-        Lives::Individual => "physics/individual.wgsl",
+/// Physics by the kind of episodes, and what else an individual's need.
+const fn physics(episodes: EpisodeKind) -> &'static str {
+    match episodes {
+        EpisodeKind::Simulated | EpisodeKind::Observed => "physics/sampled.wgsl",
+        EpisodeKind::Reported => "physics/reported.wgsl",
+        EpisodeKind::Individual => "physics/individual.wgsl",
     }
 }
 const DIFFERENCES: &str = "lib/differences.wgsl";
@@ -59,9 +61,9 @@ const DIFFERENCES: &str = "lib/differences.wgsl";
 /// The part of noise that the kernels that ship don't have.
 const VARIED: &str = "robot/varied.wgsl";
 
-/// Whether a life has that noise. Reality that is reported has none of the simulator's.
+/// Whether an episode has that noise. Reality that is reported has none of the simulator's.
 fn is_varied(owner: &Owner) -> bool {
-    owner.lives == Lives::Simulated && owner.is_varied
+    owner.episodes == EpisodeKind::Simulated && owner.is_varied
 }
 
 /// Parts of foragers: what all have, and their controllers and their task.
@@ -85,14 +87,14 @@ const BRINGING: &str = "task/bringing.wgsl";
 const DRIVEN: &str = "driven.wgsl";
 
 /// Parts that all other robots have and foragers don't.
-const NOT_FORAGER: [&str; 3] = ["lib/walk.wgsl", "physics/sliding.wgsl", physics(Lives::Simulated)];
+const NOT_FORAGER: [&str; 3] = ["lib/walk.wgsl", "physics/sliding.wgsl", physics(EpisodeKind::Simulated)];
 
 /// Whether only foragers, alone or in swarms, are made of a part.
 pub(super) fn is_of_foragers(path: &str) -> bool {
     FORAGER.contains(&path) || BEHAVIOURS.contains(&path) || [OUTPUTS, BRINGING, DRIVEN].contains(&path)
 }
 
-/// Whether only robots that live together are made of a part.
+/// Whether only swarms' kernels have a part.
 pub(super) fn is_of_members(path: &str) -> bool {
     members::PARTS.contains(&path)
 }
@@ -143,7 +145,7 @@ fn without(shipped: &compiler::Part, others: &BTreeSet<String>) -> String {
     let mut lines: Vec<&str> = shipped.text.lines().collect();
     for own in declarations(shipped).iter().filter(|own| others.contains(&own.name)) {
         let first = own.place.line - 1;
-        // Shipped parts are formatted alike: attributes are on lines of their own, and what has a body ends with its brace on one.
+        // Shipped parts are formatted alike: attributes have their lines, and a body ends with a line of its brace.
         let attributes = lines[..first]
             .iter()
             .rev()
@@ -167,7 +169,7 @@ fn shipped(path: &str) -> compiler::Part {
     }
 }
 
-/// Parts and another one that ships: what it declares takes the place of the same names in them.
+/// Parts and another shipped one, whose declarations replace the same names in them.
 fn with(parts: Vec<compiler::Part>, other: compiler::Part) -> Vec<compiler::Part> {
     let instead = declarations(&other).into_iter().map(|own| own.name).collect();
     let kept = parts.into_iter().map(|shipped| {
@@ -254,14 +256,14 @@ fn described(base: &Kernel, parts: &OwnParts, owner: &Owner) -> (String, String)
             name += if *brings { "+foraging" } else { "" };
         }
     }
-    match owner.lives {
-        Lives::Simulated => {}
-        Lives::Reported => {
+    match owner.episodes {
+        EpisodeKind::Simulated => {}
+        EpisodeKind::Reported => {
             name += "+reported";
             generated += &generate::reports(&owner.fields);
         }
-        Lives::Individual => name += "+individual",
-        Lives::Observed => name += "+observed",
+        EpisodeKind::Individual => name += "+individual",
+        EpisodeKind::Observed => name += "+observed",
     }
     if is_varied(owner) {
         name += "+varied";
@@ -283,7 +285,7 @@ pub(in crate::parts::compose) fn compose(
     parts: &OwnParts,
     owner: &Owner,
 ) -> Result<Composed, Invalid> {
-    let ships = matches!(owner.make, Make::Sampled) && owner.lives == Lives::Simulated && !owner.is_varied;
+    let ships = matches!(owner.make, Make::Sampled) && owner.episodes == EpisodeKind::Simulated && !owner.is_varied;
     if parts.is_empty() && ships {
         return Ok(Composed {
             kernel: base,
@@ -336,7 +338,7 @@ fn invalid(parts: &OwnParts, robot: &Make, refusals: &[Refusal]) -> Invalid {
     Invalid::new(own.key(), problem)
 }
 
-/// Composes the kernel of swarms whose robots are driven from outside: what its part declares takes the place of the same names.
+/// Composes the kernel of swarms driven from outside: its part's declarations replace the same names.
 pub(in crate::parts::compose) fn driven() -> Result<&'static Kernel, Invalid> {
     const NAME: &str = "swarm+driven";
     if let Some(composed) = known().get(NAME) {
@@ -367,7 +369,7 @@ fn files(parts: &[compiler::Part]) -> Vec<(String, usize)> {
     parts.iter().map(file).collect()
 }
 
-/// A compiled kernel in place of another one that has the same buffers.
+/// A compiled kernel instead of another one that has the same buffers.
 fn kernel(base: &'static Kernel, compiled: Compiled, name: &str) -> Result<Kernel, Refusals> {
     let bindings = base.bindings.iter().zip(&compiled.bindings);
     let bindings: Vec<_> = bindings
@@ -390,7 +392,7 @@ fn kernel(base: &'static Kernel, compiled: Compiled, name: &str) -> Result<Kerne
     })
 }
 
-/// A new kernel, the genes of a user's controller, its files, and where several robots live together the words of a world and of
+/// A new kernel, the genes of a user's controller, its files, and in swarms the words of a world and of
 /// each of them.
 type New = (Kernel, Option<Vec<Gene>>, Vec<(String, usize)>, Option<[u32; 2]>);
 
@@ -399,7 +401,7 @@ pub(super) struct Assembled {
     pub(super) parts: Vec<compiler::Part>,
     /// Rights of each user's part.
     pub(super) users: Vec<Option<Allowed<'static>>>,
-    /// Names that only foragers, or only robots that live together, have.
+    /// Names that only foragers' or only swarms' kernels have.
     few: BTreeSet<String>,
 }
 
@@ -409,23 +411,23 @@ fn assembled(base: &Kernel, own: &OwnParts, owner: &Owner, mut generated: String
         text: text.to_owned(),
     };
     let is_kept = |path: &str| path != DETAILS && own.iter().all(|own| !is_replaced(path, own.part.kind));
-    let (lives, together) = (owner.lives, owner.together());
+    let (episodes, together) = (owner.episodes, owner.together());
     let is_of_robot = |path: &str| is_of_robot(path, &owner.make);
     let is_needed = |path: &str| {
         let is_of_robot = is_of_robot(path);
         if is_of_members(path) || together.is_some() && members::REPLACED.contains(&path) {
-            return together.is_some_and(|together| members::is_needed(path, together.hearing, lives));
+            return together.is_some_and(|together| members::is_needed(path, together.hearing, episodes));
         }
-        if [Lives::Simulated, Lives::Reported, Lives::Individual]
+        if [EpisodeKind::Simulated, EpisodeKind::Reported, EpisodeKind::Individual]
             .map(physics)
             .contains(&path)
         {
-            // A Khepera's surrogate has a kernel of its own, and foragers their own physics.
-            let is_own = lives != Lives::Simulated || base.parts.contains(&path);
-            return path == physics(lives) && is_own && is_of_robot != Some(false);
+            // A Khepera's surrogate and foragers have their physics elsewhere.
+            let is_own = episodes != EpisodeKind::Simulated || base.parts.contains(&path);
+            return path == physics(episodes) && is_own && is_of_robot != Some(false);
         }
         if path == DIFFERENCES {
-            return lives == Lives::Individual;
+            return episodes == EpisodeKind::Individual;
         }
         [USER, GIVEN].contains(&path) || is_of_robot.unwrap_or_else(|| base.parts.contains(&path) && is_kept(path))
     };
@@ -439,7 +441,7 @@ fn assembled(base: &Kernel, own: &OwnParts, owner: &Owner, mut generated: String
         .partition(|(path, _)| is_of_robot(path) == Some(true));
     let [of_robot, others] =
         [of_robot, others].map(|parts| -> Vec<_> { parts.into_iter().map(|(path, text)| part(path, text)).collect() });
-    // What is generated for a described robot takes the place of its parts' declarations, and those of a forager that of others'.
+    // The code generated for a parametric robot replaces declarations of its parts, and a forager's parts those of others.
     let (instead, replaced, kept) = match &owner.make {
         Make::Forager { .. } => (names(&of_robot), others, of_robot),
         _ => (names(&[part(GENERATED, &generated)]), of_robot, others),
@@ -590,8 +592,7 @@ fn genes(own: &Part, compiled: &Compiled, readings: &[String]) -> Result<Vec<Gen
         };
         let is_taken = |own: &&String| genes.iter().any(|gene| gene.name == **own);
         if let Some(twice) = names.iter().find(is_taken) {
-            let message =
-                format!("in `{GENES}`: `{name}`: another gene is called `{twice}` as well; choose another name");
+            let message = format!("in `{GENES}`: `{name}`: another gene is also called `{twice}`; choose another name");
             return Err(vec![refusal(&field.place, Rule::GeneForm, message)]);
         }
         let range = field.range;
@@ -629,8 +630,7 @@ mod tests {
     /// The entry has the line that is replaced: once in a kernel without users' parts, and never in one with them.
     #[test]
     fn the_signs_of_zeros_are_lost_each_cycle() {
-        let text =
-            "fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }";
+        let text = "fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward { return Reward(1.0f, before); }";
         let part = Part::new(Kind::Task, "own.wgsl", text).expect("it is valid");
         let users = OwnParts::from([OwnPart::new(Arc::new(part), &[]).expect("it has no values")]);
         let owner = WorldSpec::miglino1995().unchecked_owner();

@@ -8,7 +8,7 @@ use oneiro_shader_compiler::declarations::members;
 
 use super::fields::{self, Remembered};
 use super::interface::{self, MISSION_STATE};
-use crate::parts::compose::{Hearing, Kind, Lives, OwnPart, OwnParts, Owner, Scalar, Together};
+use crate::parts::compose::{EpisodeKind, Hearing, Kind, OwnPart, OwnParts, Owner, Scalar, Together};
 
 /// Parts of worlds of several robots, and those that they take the place of.
 pub(super) const PARTS: [&str; 11] = [
@@ -32,17 +32,17 @@ const RM12: &str = "sensor/rm12.wgsl";
 const VECTORS: &str = "sensor/vectors.wgsl";
 
 /// Whether such a world is made of one of these parts.
-pub(super) fn is_needed(path: &str, hearing: Option<Hearing>, lives: Lives) -> bool {
+pub(super) fn is_needed(path: &str, hearing: Option<Hearing>, episodes: EpisodeKind) -> bool {
     match path {
-        FIRST => lives != Lives::Observed,
-        OBSERVED => lives == Lives::Observed,
+        FIRST => episodes != EpisodeKind::Observed,
+        OBSERVED => episodes == EpisodeKind::Observed,
         REFERENCE => hearing.is_some(),
         RM11 | RM12 | VECTORS => hearing.is_some_and(|hearing| hearing.part == path),
         _ => PARTS.contains(&path),
     }
 }
 
-pub(super) const REPLACED: [&str; 2] = ["life.wgsl", "physics/sampled.wgsl"];
+pub(super) const REPLACED: [&str; 2] = ["episode.wgsl", "physics/sampled.wgsl"];
 
 /// Names of the numbers of words of a world and of a robot.
 pub(super) const WORDS: [&str; 2] = ["WORLD_WORDS", "MEMBER_WORDS"];
@@ -86,7 +86,7 @@ const MEMORIES: [Memory; 5] = [
 struct Words {
     begin: &'static str,
     count: usize,
-    /// What saves those that have not been taken.
+    /// The code that saves those that have not been taken.
     save: String,
 }
 
@@ -131,7 +131,7 @@ impl Words {
     }
 }
 
-/// What robots that live together need beside the parts of a kernel: their numbers of words, functions that load and save what
+/// What swarms need besides the parts of a kernel: their numbers of words, functions that load and save what
 /// parts remember, and what each robot earns. `readings` are the fields of `Readings`.
 pub(super) fn declarations(
     parts: &[compiler::Part],
@@ -179,7 +179,7 @@ fn save_{word}(own: u32, memory: {structure}) {{
             loaded.join(", ")
         );
     }
-    let is_observed = owner.lives == Lives::Observed;
+    let is_observed = owner.episodes == EpisodeKind::Observed;
     text += &if earns_alone || is_observed {
         kept(&mut of_member, readings)
     } else {
@@ -203,7 +203,7 @@ fn save_{word}(own: u32, memory: {structure}) {{
 /// cycle, and two for what it heard in each of the last cycles; of the world a word for each message of a cycle.
 fn heard(Together { count, hearing }: Together, of_world: &mut Words, of_member: &mut Words) -> String {
     let Some(Hearing { cycles, .. }) = hearing else {
-        return "fn hear(life: Life, step: u32) {\n}\n".to_owned();
+        return "fn hear(episode: Episode, step: u32) {\n}\n".to_owned();
     };
     let (member, world) = (of_member.count, of_world.count);
     of_member.count += 2 + 2 * cycles as usize;
@@ -230,7 +230,7 @@ const SENDER_WORDS: u32 = {senders}u;
     )
 }
 
-/// What a robot read and did, kept until all have moved.
+/// A robot's readings and actions, kept until all have moved.
 fn kept(words: &mut Words, readings: &[String]) -> String {
     let mut load = String::new();
     for of in ["real", "perceived"] {
@@ -263,15 +263,15 @@ fn act_kept(own: u32) -> Act {{
 }
 
 /// What robots earn where none earns alone, and where each does.
-const NOTHING_EARNED: &str = "fn members_earned(life: Life, step: u32) -> f32 {
+const NOTHING_EARNED: &str = "fn members_earned(episode: Episode, step: u32) -> f32 {
     return 0.0f;
 }
 ";
-const EARNED: &str = "fn members_earned(life: Life, step: u32) -> f32 {
-    let count = member_count(life.world);
+const EARNED: &str = "fn members_earned(episode: Episode, step: u32) -> f32 {
+    let count = member_count(episode.world);
     var earned = 0.0f;
     for (var member = 0u; member < count; member++) {
-        let me = member_life(life, member);
+        let me = member_episode(episode, member);
         let own = me.member_words;
         let reward = task_cycle(me, experience(own, step, act_kept(own)), task_loaded(own));
         save_task(own, reward.state);

@@ -11,18 +11,18 @@ struct ControllerGenes {
     paces: array<f32, 2>, // 0.02 to 1: share of the way to its sum that a motor goes in a cycle
 }
 
-// What the controller remembers during a life; all zero at its start.
+// What the controller remembers during an episode; all zero at its start.
 struct ControllerState {
     sums: vec2<f32>,
 }
 
 // The commands of a cycle to the left and the right motor, 0 to 1, and what the controller remembers of it.
-fn controller_cycle(life: Life, step: u32, readings: Readings, before: ControllerState) -> Command {
-    let left = weighed(life, TO_LEFT, readings) + gene(life, BIASES);
-    let right = weighed(life, TO_RIGHT, readings) + gene(life, BIASES + 1u);
+fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
+    let left = weighed(episode, TO_LEFT, readings) + gene(episode, BIASES);
+    let right = weighed(episode, TO_RIGHT, readings) + gene(episode, BIASES + 1u);
     let sums = vec2<f32>(
-        followed(before.sums.x, left, gene(life, PACES)),
-        followed(before.sums.y, right, gene(life, PACES + 1u)),
+        followed(before.sums.x, left, gene(episode, PACES)),
+        followed(before.sums.y, right, gene(episode, PACES + 1u)),
     );
     return Command(vec2<f32>(logistic(sums.x), logistic(sums.y)), ControllerState(sums));
 }

@@ -9,7 +9,7 @@ struct TaskValues {
     bump: f32, // 0.1, 0 to 100: what a cycle at the wall costs
 }
 
-// What the task remembers during a life.
+// What the task remembers during an episode.
 struct TaskState {
     brought: u32,
     carries: u32,
@@ -17,8 +17,8 @@ struct TaskState {
 }
 
 // What a cycle earns, and what the task remembers of it.
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    let own = task_values(life);
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    let own = task_values(episode);
     var next = before;
     next.brought += select(0u, 1u, now.brought);
     next.carries = select(select(before.carries, 0u, now.brought), 1u, now.took);

@@ -16,9 +16,9 @@ struct SensorReadings {
 
 // The pose is x and y in mm, and the heading in turns. `before` and `Sensed(.., state)` carry what sensors remember, nothing
 // here.
-fn sensor_cycle(life: Life, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
-    let own = sensor_values(life);
-    let distance = distance_along(life, vec2<f32>(pose.x, pose.y), pose.z, own.range);
-    let error = 2.0f * random(life, STREAM_OWN_SENSOR, step, 0u).x - 1.0f;
+fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
+    let own = sensor_values(episode);
+    let distance = distance_along(episode, vec2<f32>(pose.x, pose.y), pose.z, own.range);
+    let error = 2.0f * random(episode, STREAM_OWN_SENSOR, step, 0u).x - 1.0f;
     return Sensed(SensorReadings(distance * reciprocal(own.range) + own.noise * error), before);
 }

@@ -5,25 +5,25 @@
 
 // Values that an experiment may set, in [task.values]. Each has a comment: DEFAULT, LEAST to GREATEST UNIT: MEANING.
 struct TaskValues {
-    goal: f32, // 250, 10 to 10000 mm: distance from the start at which the life is over
+    goal: f32, // 250, 10 to 10000 mm: distance from the start at which the episode is over
     bump: f32, // 0.5, 0 to 100: what a collision costs
 }
 
-// What the task remembers during a life.
+// What the task remembers during an episode.
 struct TaskState {
     start: vec2<f32>,
     farthest: f32,
     arrived: u32,
 }
 
-// The same at the start of a life. The pose is x and y in mm, and the heading in turns.
-fn task_begin(life: Life, pose: vec3<f32>) -> TaskState {
+// The same at the start of an episode. The pose is x and y in mm, and the heading in turns.
+fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {
     return TaskState(vec2<f32>(pose.x, pose.y), 0.0f, 0u);
 }
 
 // What a cycle earns, and what the task remembers of it.
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
-    let own = task_values(life);
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
+    let own = task_values(episode);
     let away = vec2<f32>(now.end.x - before.start.x, now.end.y - before.start.y);
     let distance = root(squared_length(away));
     var next = before;
@@ -32,12 +32,12 @@ fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
     return Reward(next.farthest - before.farthest - select(0.0f, own.bump, now.collided), next);
 }
 
-// Whether the life is over before its time.
-fn task_ends(life: Life, own: TaskState) -> bool {
+// Whether the episode is over before its time.
+fn task_ends(episode: Episode, own: TaskState) -> bool {
     return own.arrived != 0u;
 }
 
 // The fitness, of what all cycles earned in sum.
-fn task_score(life: Life, own: TaskState, sum: f32) -> f32 {
+fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 {
     return sum;
 }

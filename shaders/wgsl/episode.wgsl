@@ -1,7 +1,6 @@
-// A robot's life, cycle by cycle: the entry of every kernel of single lives (of worlds of robots it is `swarm`). What a
-// cycle is, its physics say:
-// `physics/sampled` the simulator made from a robot's own samples, `physics/surrogate` what stands in for the
-// robot itself, `physics/foraging` an on-board simulator of a forager.
+// The loop over a single robot's cycles: the entry of all kernels except those of swarms (`swarm`, `members`). A cycle is the
+// physics': `physics/sampled` is the simulator from a robot's sampled tables, `physics/surrogate` stands in for the robot,
+// `physics/foraging` is a forager's on-board simulator.
 
 // The state after a cycle, and the cycle's trace line.
 struct Cycle {
@@ -18,21 +17,21 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     let slot = group * LANES + lane;
     let input = groups[group].inputs - dispatch.first_input + lane;
     let world = groups[group].world;
-    let life = Life(world, vec2<u32>(inputs[input], inputs[input + LANES]), input + KEY_WORDS * LANES);
+    let episode = Episode(world, vec2<u32>(inputs[input], inputs[input + LANES]), input + KEY_WORDS * LANES);
 
     var own: State;
     if (dispatch.step_begin == 0u) {
-        own = first_state(life);
+        own = first_state(episode);
     } else {
         own = state[slot];
     }
 
     let end = min(dispatch.step_end, worlds[world].steps);
     for (var step = dispatch.step_begin; step < end; step++) {
-        if (is_over(life, own)) {
+        if (is_over(episode, own)) {
             break;
         }
-        let lived = cycle(life, step, own);
+        let lived = cycle(episode, step, own);
         own = lived.next;
         if (dispatch.trace_every > 0u && (step - dispatch.trace_begin) % dispatch.trace_every == 0u) {
             let r = lived.line.record;
@@ -47,5 +46,5 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     }
 
     state[slot] = kept(own);
-    fitness[slot] = stored(score(life, own));
+    fitness[slot] = stored(score(episode, own));
 }

@@ -1,4 +1,4 @@
-// Shared by all kernels that simulate one robot per rollout: the life, its start, and its trace.
+// Shared by all kernels that simulate one robot an episode: the episode, its start, and its trace.
 
 // The part of a trace line that all robots have: the pose at the start of a cycle, the action, and the reward.
 struct Record {
@@ -8,7 +8,7 @@ struct Record {
     // where the readings are from: the pose, or where noise or age displaces it to
     seen_x: f32,
     seen_y: f32,
-    // outputs of the controller, and signed wheel speeds as shares of the greatest
+    // outputs of the controller, and signed wheel speeds as fractions of the maximum
     left: f32,
     right: f32,
     speed_left: f32,
@@ -27,28 +27,28 @@ struct Line {
 @group(0) @binding(6) var<storage, read_write> state: array<State>;
 @group(0) @binding(8) var<storage, read_write> trace: array<Line>;
 
-// Who lives: the world, the key of its random numbers, and the index of its first gene.
-struct Life {
+// An episode: its world, the key of its random numbers, and the index of its first gene.
+struct Episode {
     world: u32,
     key: vec2<u32>,
     genes: u32,
 }
 
-// Where a life starts: x and y in mm, heading in turns.
-fn first_pose(life: Life) -> vec3<f32> {
-    if (worlds[life.world].random_start != 0u) {
-        return random_pose(life);
+// Where an episode starts: x and y in mm, heading in turns.
+fn first_pose(episode: Episode) -> vec3<f32> {
+    if (worlds[episode.world].random_start != 0u) {
+        return random_pose(episode);
     }
-    return vec3<f32>(worlds[life.world].start_x, worlds[life.world].start_y, worlds[life.world].start_heading);
+    return vec3<f32>(worlds[episode.world].start_x, worlds[episode.world].start_y, worlds[episode.world].start_heading);
 }
 
 // A free pose, uniform over the world's field and all headings. Of 64 draws none being free leaves the
 // world's own free pose, found when the world was made.
-fn random_pose(life: Life) -> vec3<f32> {
-    let world = life.world;
+fn random_pose(episode: Episode) -> vec3<f32> {
+    let world = episode.world;
     var pose = vec3<f32>(worlds[world].start_x, worlds[world].start_y, worlds[world].start_heading);
     for (var draw = 0u; draw < 64u; draw++) {
-        let u = units(random_words(life.key, STREAM_START, 0u, draw));
+        let u = units(random_words(episode.key, STREAM_START, 0u, draw));
         let at = vec2<f32>(
             worlds[world].field_x + u.x * worlds[world].field_width,
             worlds[world].field_y + u.y * worlds[world].field_height,

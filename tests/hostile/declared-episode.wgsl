@@ -1,7 +1,7 @@
 // reserved-name: an episode of another form
-struct Life { world: u32 }
+struct Episode { world: u32 }
 
-fn task_cycle(life: Life, now: Experience, before: TaskState) -> Reward {
+fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var x = now.moved.left;
     
     return Reward(x, before);
