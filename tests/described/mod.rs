@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use crate::composed::Subject;
 use crate::lives;
 use oneiro::arena::{Arena, Block, Obstacle};
-use oneiro::batch::{Batch, Outcome, Trace};
+use oneiro::batch::{Batch, Trace};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Differential, Sensor, SensorKind};
 use oneiro::evaluator::{Control, Evaluator};
@@ -128,31 +129,8 @@ pub(crate) fn ray([x, y]: [f64; 2], angle: f64, range: f64) -> f64 {
     range
 }
 
-/// Everything that lives leave behind, as words.
-fn words(outcome: &Outcome) -> Vec<u32> {
-    let fitness = outcome.fitness.iter().map(|fitness| fitness.to_bits());
-    let traces = outcome.traces.iter().flat_map(Trace::words);
-    fitness.chain(traces).collect()
-}
-
-/// Whether lives have the same bits on one thread in stretches of seven cycles, on two threads, on a GPU, and interpreted with
-/// checks of each operation.
-pub(crate) fn assert_same_everywhere(spec: WorldSpec) {
+/// Episodes in a world that are pinned.
+pub(crate) fn subject(name: impl Into<String>, spec: WorldSpec) -> Subject {
     let world = World::new(spec).unwrap();
-    let batch = batch(&world, 200);
-    let evaluated = |device: &mut dyn Evaluator| words(&device.evaluate(&batch, &Control::new()).unwrap());
-    let here = evaluated(&mut Cpu::new(Some(2)).unwrap());
-    assert!(
-        here == evaluated(&mut Cpu::new(Some(1)).unwrap().with_chunk(7)),
-        "cut lives"
-    );
-    // A few lives are interpreted, and each operation checked.
-    let few = self::batch(&world, 4);
-    let few = |device: &mut dyn Evaluator| words(&device.evaluate(&few, &Control::new()).unwrap());
-    assert!(few(&mut Cpu::new(Some(2)).unwrap()) == few(&mut Cpu::new(Some(2)).unwrap().checking()));
-    #[cfg(feature = "gpu")]
-    assert!(
-        here == evaluated(&mut oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).unwrap()),
-        "a GPU"
-    );
+    Subject::new(name, 200, 4, |episodes| batch(&world, episodes))
 }

@@ -5,8 +5,9 @@ use oneiro::automode::{Branch, Condition, Form, Modules, Tree};
 use oneiro::cpu::Cpu;
 use oneiro::world::{Controller, World};
 
+use crate::composed::Subject;
 use crate::modules::{
-    act, batch, check_bits, check_refusal, drawn, evaluated, genome, holds, is_off, key_of, places, spec,
+    act, batch, check_refusal, drawn, evaluated, genome, holds, is_off, key_of, places, spec, subject,
 };
 
 const TREES: Controller = Controller::BehaviourTree(Modules::DEFAULT);
@@ -109,11 +110,6 @@ fn cycles_are_those_of_the_second_program() {
     assert!(other.wrong > 10, "{other:?}");
 }
 
-#[test]
-fn the_same_bits_everywhere() {
-    check_bits(&World::new(spec(TREES, 10)).unwrap(), "behaviour trees");
-}
-
 /// Genome to tree to text and back, for trees of all kinds.
 #[test]
 fn genomes_and_texts_are_the_same_trees() {
@@ -201,4 +197,10 @@ fn a_text_of_the_program() {
 #[test]
 fn robots_without_the_readings_are_refused() {
     check_refusal(&TREES);
+}
+
+/// Episodes that are pinned ([`crate::composed`]).
+pub(crate) fn subjects() -> Vec<Subject> {
+    let world = World::new(spec(TREES, 10)).unwrap();
+    vec![subject("behaviour trees", &world)]
 }

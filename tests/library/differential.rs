@@ -10,7 +10,8 @@ use oneiro::differential::{Differential, Law, Sensor, SensorKind};
 use oneiro::surrogate::{Differences, Surrogate};
 use oneiro::world::{Collision, Controller, Noise, Start, Task, World, WorldSpec};
 
-use crate::described::{RADIUS, assert_same_everywhere, objects, ray, sensor, spec, traces};
+use crate::composed::Subject;
+use crate::described::{RADIUS, objects, ray, sensor, spec, subject, traces};
 
 /// Each cycle is the arc on which wheels of those speeds roll.
 #[test]
@@ -499,8 +500,8 @@ fn a_robot_that_sticks_stays_for_good() {
     assert!(stuck > 10, "{stuck}");
 }
 
-#[test]
-fn all_devices_have_the_same_bits() {
+/// Episodes that are pinned ([`crate::composed`]).
+pub(crate) fn subjects() -> Vec<Subject> {
     let noisy = |spec: &mut WorldSpec| {
         spec.noise = Noise {
             motor: 0.1,
@@ -533,10 +534,9 @@ fn all_devices_have_the_same_bits() {
             ..Patch::default()
         }];
     };
-    let specs = [
-        spec(|spec, _| noisy(spec)),
-        spec(|spec, _| spec.robot.collision = Collision::Stick),
-        spec(|spec, robot| lit(spec, robot)),
-    ];
-    specs.into_iter().for_each(assert_same_everywhere);
+    vec![
+        subject("noise", spec(|spec, _| noisy(spec))),
+        subject("sticking", spec(|spec, _| spec.robot.collision = Collision::Stick)),
+        subject("lamps and patches", spec(|spec, robot| lit(spec, robot))),
+    ]
 }

@@ -12,7 +12,8 @@ use oneiro::random::pcg4d;
 use oneiro::tables::{MotorCell, MotorTable};
 use oneiro::world::{Collision, Noise, World, WorldSpec};
 
-use crate::described::{assert_same_everywhere, ray, sensor, spec, traces};
+use crate::composed::Subject;
+use crate::described::{ray, sensor, spec, subject, traces};
 
 /// Distance between the wheels, mm, and their greatest speed, mm/s.
 const BASE: f64 = 60.0;
@@ -652,9 +653,8 @@ fn responses_are_lines_between_points() {
     assert!(pieces.iter().all(|count| *count > 20), "{pieces:?}");
 }
 
-/// All devices agree on all of it, however lives are cut.
-#[test]
-fn all_devices_have_the_same_bits() {
+/// Episodes that are pinned ([`crate::composed`]).
+pub(crate) fn subjects() -> Vec<Subject> {
     let all = |spec: &mut WorldSpec, robot: &mut Differential| {
         spec.noise = Noise {
             motor: 0.1,
@@ -677,16 +677,17 @@ fn all_devices_have_the_same_bits() {
             };
         })
     };
-    let specs = [
-        restless(|_, robot| robot.acceleration = Some(333.0)),
-        restless(|_, robot| (robot.latency, robot.speeds) = (Some(8), 7)),
-        charged(|_, _| ()),
-        charged(all),
-        sampled(Some(700.0), Some(3)),
-        sampled(None, Some(1)),
-        sampled(Some(90.0), None),
-    ];
-    specs.into_iter().for_each(assert_same_everywhere);
+    let slow = restless(|_, robot| robot.acceleration = Some(333.0));
+    let late = restless(|_, robot| (robot.latency, robot.speeds) = (Some(8), 7));
+    vec![
+        subject("accelerating", slow),
+        subject("late, of 7 speeds", late),
+        subject("charged", charged(|_, _| ())),
+        subject("charged, with all else", charged(all)),
+        subject("sampled, accelerating, late", sampled(Some(700.0), Some(3))),
+        subject("sampled, late", sampled(None, Some(1))),
+        subject("sampled, accelerating", sampled(Some(90.0), None)),
+    ]
 }
 
 type Change = dyn Fn(&mut WorldSpec, &mut Differential);

@@ -13,6 +13,8 @@ use oneiro::random::{Key, pcg4d};
 use oneiro::reported::Reported;
 use oneiro::world::{Collision, Controller, Noise, Task, World, WorldSpec};
 
+use crate::composed::Subject;
+
 /// The shipped task as a user would write it.
 const SAME: &str = "
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
@@ -215,34 +217,12 @@ fn what_ships_has_its_bits_as_parts() {
     assert!(collided > 1000, "{collided} cycles ended at the wall");
 }
 
-/// All lane codes, the interpreter and the first adapter agree, with lives cut anywhere.
-#[test]
-fn users_parts_have_the_same_bits_everywhere() {
+/// Episodes that are pinned ([`crate::composed`]).
+pub(crate) fn subjects() -> Vec<Subject> {
     let world = everything(Light::OverNest);
-    let batch = batch(&world, 150, 7);
-    let expected = lived(&batch);
-    assert!(expected.fitness.iter().any(|&fitness| fitness > 20.0));
-    assert!(
-        expected.traces.iter().any(|trace| trace.len() < 86),
-        "some lives end early"
-    );
-    let words = |outcome: &Outcome| outcome.traces.iter().flat_map(Trace::words).collect::<Vec<_>>();
-    let check = |name: &str, evaluator: &mut dyn Evaluator| {
-        let found = evaluated(evaluator, &batch);
-        assert_eq!(bits(&found.fitness), bits(&expected.fitness), "{name}");
-        assert!(words(&found) == words(&expected), "{name}");
-    };
-    check("one thread", &mut Cpu::new(Some(1)).unwrap());
-    check("cut lives", &mut Cpu::new(Some(2)).unwrap().with_chunk(7));
-    check(
-        "interpreted",
-        &mut Cpu::new(Some(2)).unwrap().with_variant("interpretedx1").unwrap(),
-    );
-    #[cfg(feature = "gpu")]
-    {
-        let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter");
-        check("gpu", &mut gpu);
-    }
+    vec![Subject::new("own parts", 150, 150, |episodes| {
+        batch(&world, episodes as u64, 7)
+    })]
 }
 
 /// What a task is told of food agrees with the readings, and what its memory says with the trace.

@@ -1,22 +1,19 @@
-//! Robots that live together with a genome each, or one for each team: the same bits everywhere, pinned results, genes that reach
-//! their robots and no others, refusals; and missions that end the lives of all robots.
+//! Swarms with a genome for each robot or team: genes reach their robots and no others; refusals; missions that end the episode of all
+//! robots.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use oneiro::arena::{Arena, Patch};
 use oneiro::automode::{Form, Modules};
-use oneiro::backend::Specialise;
 use oneiro::batch::{Batch, Outcome, Rollout, Trace, TraceRequest};
 use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
 use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Contact, Differential, Genomes, Sensor, SensorKind, Starts};
-use oneiro::evaluator::Evaluator;
 use oneiro::network::{Layer, LayerKind, Network};
 use oneiro::world::{Controller, Robot, Task, World, WorldSpec};
 
+use crate::composed::Subject;
 use crate::modules::{self, batch, evaluated, genome, key};
-use crate::pinned;
 
 const MACHINES: Controller = Controller::StateMachine(Modules::DEFAULT);
 const TREES: Controller = Controller::BehaviourTree(Modules::DEFAULT);
@@ -171,56 +168,23 @@ fn bits(outcome: &Outcome) -> Vec<u32> {
     fitness.chain(outcome.traces.iter().flat_map(Trace::words)).collect()
 }
 
-fn cpu() -> Cpu {
-    Cpu::new(Some(2)).unwrap()
-}
-
-/// Code for any world and for this one, cut lives, the interpreter with its checks, and the first adapter agree; and results are those
-/// that are pinned.
-#[test]
-fn the_same_bits_everywhere() {
-    let mut rows = pinned::Rows::default();
-    #[cfg(feature = "gpu")]
-    let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter");
+/// Episodes that are pinned ([`crate::composed`]).
+pub(crate) fn subjects() -> Vec<Subject> {
     let mut ending = spec(5, Genomes::Heterogeneous, Controller::Perceptron);
     ending
         .own
         .insert(Arc::new(own(Kind::Task, &format!("{MISSION}{ENDS}"))));
-    for (name, spec) in specs().into_iter().chain([("ends", ending)]) {
+    let subject = |(name, spec)| {
         let world = world(spec);
-        let genomes: Vec<_> = (0..70).map(|life| genome(&world, life)).collect();
-        let whole = batch(&world, &genomes, 7);
-        let outcome = lived(&whole);
-        let expected = bits(&outcome);
-        let check = |device: &str, evaluator: &mut dyn Evaluator| {
-            assert!(bits(&evaluated(evaluator, &whole)) == expected, "{name}, {device}");
-        };
-        check("any world", &mut cpu().with_specialise(Specialise::Never));
-        check("this world", &mut cpu().with_specialise(Specialise::Always));
-        check("cut lives", &mut cpu().with_chunk(11));
-        // A software driver takes seconds to compile each of these kernels.
-        #[cfg(feature = "gpu")]
-        for when in [Specialise::Never, Specialise::Always] {
-            if name == "own, teams" || when == Specialise::Never && ["layers", "ends"].contains(&name) {
-                gpu.set_specialise(when);
-                check(&format!("gpu, {when:?}"), &mut gpu);
-            }
+        let genomes: Vec<_> = (0..70).map(|episode| genome(&world, episode)).collect();
+        let subject = Subject::new(name, 70, 2, |episodes| batch(&world, &genomes[..episodes], 7));
+        if name == "own, teams" {
+            subject
+        } else {
+            subject.without_gpu()
         }
-        let few = batch(&world, &genomes[..2], 7);
-        let of_few = bits(&lived(&few));
-        for (device, mut own) in [
-            ("interpreted", cpu().with_variant("interpretedx1").unwrap()),
-            ("checked", cpu().checking()),
-        ] {
-            assert!(bits(&evaluated(&mut own, &few)) == of_few, "{name}, {device}");
-        }
-        rows.numbers("fitness", name, &outcome.fitness);
-        rows.words("trace", name, &expected);
-    }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("goldens/composed/genomes.rows");
-    if let Some(problem) = pinned::problem(&path, &rows.to_string()) {
-        panic!("{problem}");
-    }
+    };
+    specs().into_iter().chain([("ends", ending)]).map(subject).collect()
 }
 
 /// A genome that has the same controller for each robot or team is that controller in a homogeneous world, bit for bit.

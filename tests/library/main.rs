@@ -1,5 +1,7 @@
 //! Tests of the library `oneiro`, by its public interface alone: a file each, and first what they share.
 
+#[path = "../composed/mod.rs"]
+mod composed;
 #[path = "../described/mod.rs"]
 mod described;
 mod epucks;
@@ -34,6 +36,8 @@ mod cpu;
 mod differential;
 #[cfg(feature = "compose")]
 mod drives;
+#[cfg(feature = "native")]
+mod features;
 mod forager;
 #[cfg(feature = "compose")]
 mod forager_parts;
@@ -48,6 +52,8 @@ mod individual;
 mod isolation;
 #[cfg(feature = "compose")]
 mod members;
+#[cfg(feature = "native")]
+mod missions;
 #[cfg(feature = "compose")]
 mod mutants;
 #[cfg(feature = "compose")]
@@ -62,8 +68,6 @@ mod pool;
 mod rapier;
 #[cfg(feature = "compose")]
 mod reference;
-#[cfg(feature = "native")]
-mod reference_goldens;
 #[cfg(feature = "compose")]
 mod reported;
 mod state_machine;

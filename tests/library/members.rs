@@ -1,11 +1,9 @@
-//! Robots that live together with one genome: the same bits everywhere, bodies that don't overlap, what sensors notice of others,
-//! what a mission is told, pinned results, and refusals.
+//! Swarms with one genome: bodies don't overlap, sensors notice others, missions see all robots; refusals.
 
 use std::f64::consts::TAU;
-use std::path::Path;
 use std::sync::Arc;
 
-use crate::pinned;
+use crate::composed::Subject;
 use oneiro::arena::{Arena, Obstacle, Patch, Wall};
 use oneiro::batch::{Batch, Outcome, Rollout, Trace, TraceRequest, WorldKind, Worlds};
 use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part};
@@ -184,10 +182,6 @@ fn bits(numbers: &[f32]) -> Vec<u32> {
     numbers.iter().map(|number| number.to_bits()).collect()
 }
 
-fn words(outcome: &Outcome) -> Vec<u32> {
-    outcome.traces.iter().flat_map(Trace::words).collect()
-}
-
 /// Worlds of all contacts, controllers and numbers of robots.
 fn worlds() -> Vec<(&'static str, World)> {
     let specs = [
@@ -210,42 +204,14 @@ fn worlds() -> Vec<(&'static str, World)> {
         .into()
 }
 
-/// All lane codes, the interpreter and the first adapter agree, with lives cut anywhere; and results are those that are pinned.
-#[test]
-fn the_same_bits_everywhere() {
-    let mut rows = pinned::Rows::default();
-    #[cfg(feature = "gpu")]
-    let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter");
-    for (name, world) in worlds() {
-        let whole = batch(&world, 70, 7);
-        let expected = lived(&whole);
-        let check = |device: &str, evaluator: &mut dyn Evaluator| {
-            let found = evaluated(evaluator, &whole);
-            assert_eq!(bits(&found.fitness), bits(&expected.fitness), "{name}, {device}");
-            assert!(words(&found) == words(&expected), "{name}, {device}");
-        };
-        check("one thread", &mut Cpu::new(Some(1)).unwrap());
-        check("cut lives", &mut Cpu::new(Some(2)).unwrap().with_chunk(7));
-        #[cfg(feature = "gpu")]
-        check("gpu", &mut gpu);
+/// Episodes that are pinned ([`crate::composed`]).
+pub(crate) fn subjects() -> Vec<Subject> {
+    let subject = |(name, world): (&str, World)| {
         // The interpreter takes a second for each world of twenty robots.
-        if world.robots() <= 20 {
-            let few = batch(&world, 2, 7);
-            let interpreted = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1");
-            let found = evaluated(&mut interpreted.unwrap(), &few);
-            assert_eq!(
-                bits(&found.fitness),
-                bits(&expected.fitness[..2]),
-                "{name}, interpreted"
-            );
-        }
-        rows.numbers("fitness", name, &expected.fitness);
-        rows.words("trace", name, &words(&expected));
-    }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("goldens/composed/members.rows");
-    if let Some(problem) = pinned::problem(&path, &rows.to_string()) {
-        panic!("{problem}");
-    }
+        let few = if world.robots() <= 20 { 2 } else { 0 };
+        Subject::new(name, 70, few, move |episodes| batch(&world, episodes as u32, 7))
+    };
+    worlds().into_iter().map(subject).collect()
 }
 
 /// Lives that go on from their states are those that never stopped.

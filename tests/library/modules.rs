@@ -1,13 +1,10 @@
 //! Shared by the tests of state machines, of behaviour trees and of several genomes: a world, lives in it, and `AutoMoDe`'s modules by
 //! a second program, written from `docs/controllers.md`.
 
-use std::path::Path;
-
 use oneiro::arena::Arena;
 use oneiro::automode::{Behaviour, Condition, Crowd};
-use oneiro::batch::{Batch, Outcome, Rollout, Trace, TraceRequest};
+use oneiro::batch::{Batch, Outcome, Rollout, TraceRequest};
 use oneiro::compose::{DetailKind, Kind};
-use oneiro::cpu::Cpu;
 use oneiro::differential::Build;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::parameter::Choice;
@@ -15,8 +12,8 @@ use oneiro::random::{Key, pcg4d};
 use oneiro::reference::{Model, Reference};
 use oneiro::world::{Controller, World, WorldSpec};
 
+use crate::composed::Subject;
 use crate::epucks::{disc, epucks, lamp};
-use crate::pinned;
 
 /// E-pucks on a floor of three greys, with a lamp.
 pub(crate) fn spec(controller: Controller, count: u32) -> WorldSpec {
@@ -176,37 +173,6 @@ pub(crate) fn is_off(wheels: [f64; 2], recorded: [f32; 2]) -> bool {
     wheels.into_iter().zip(recorded).any(is_off)
 }
 
-/// Holds lives in a world against all devices and against pinned rows.
-pub(crate) fn check_bits(world: &World, name: &str) {
-    let genomes: Vec<_> = (0..70).map(|life| genome(world, life)).collect();
-    let whole = batch(world, &genomes, 7);
-    let expected = evaluated(&mut Cpu::new(Some(2)).unwrap(), &whole);
-    let bits = |numbers: &[f32]| numbers.iter().map(|number| number.to_bits()).collect::<Vec<_>>();
-    let words = |outcome: &Outcome| outcome.traces.iter().flat_map(Trace::words).collect::<Vec<u32>>();
-    let check = |device: &str, evaluator: &mut dyn Evaluator| {
-        let found = evaluated(evaluator, &whole);
-        assert_eq!(bits(&found.fitness), bits(&expected.fitness), "{device}");
-        assert!(words(&found) == words(&expected), "{device}");
-    };
-    check("cut lives", &mut Cpu::new(Some(1)).unwrap().with_chunk(7));
-    #[cfg(feature = "gpu")]
-    check(
-        "gpu",
-        &mut oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter"),
-    );
-    let few = batch(world, &genomes[..2], 7);
-    let interpreted = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1");
-    let found = evaluated(&mut interpreted.unwrap(), &few);
-    assert_eq!(bits(&found.fitness), bits(&expected.fitness[..2]));
-    let mut rows = pinned::Rows::default();
-    rows.numbers("fitness", name, &expected.fitness);
-    rows.words("trace", name, &words(&expected));
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("goldens/composed/{}.rows", name.replace(' ', "-")));
-    if let Some(problem) = pinned::problem(&path, &rows.to_string()) {
-        panic!("{problem}");
-    }
-}
-
 /// Robots without the readings that modules use are refused.
 pub(crate) fn check_refusal(controller: &Controller) {
     let mut other = spec(controller.clone(), 3);
@@ -224,4 +190,10 @@ pub(crate) fn check_refusal(controller: &Controller) {
         );
         assert_eq!(World::new(spec).unwrap_err().to_string(), expected);
     }
+}
+
+/// Episodes in a world that are pinned.
+pub(crate) fn subject(name: &str, world: &World) -> Subject {
+    let genomes: Vec<_> = (0..70).map(|episode| genome(world, episode)).collect();
+    Subject::new(name, 70, 2, |episodes| batch(world, &genomes[..episodes], 7))
 }

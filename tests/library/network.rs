@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use crate::composed::Subject;
 use crate::lives::{self, batch, world};
 use oneiro::batch::Trace;
 use oneiro::compose::{DetailKind, Kind, OwnPart, OwnParts, Part};
@@ -318,19 +319,15 @@ fn a_network_without_layers_has_the_perceptrons_bits() {
     }
 }
 
-#[cfg(feature = "gpu")]
-#[test]
-fn a_gpu_has_the_same_bits() {
-    let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).unwrap();
-    for network in networks() {
-        let batch = batch(&[of(&network, |_| {})], 200, Some(1));
-        let here = Cpu::new(Some(2)).unwrap().evaluate(&batch, &Control::new()).unwrap();
-        let there = gpu.evaluate(&batch, &Control::new()).unwrap();
-        let bits = |fitness: &[f32]| fitness.iter().map(|fitness| fitness.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(&here.fitness), bits(&there.fitness), "{network:?}");
-        let words = |traces: &[Trace]| traces.iter().flat_map(Trace::words).collect::<Vec<_>>();
-        assert!(words(&here.traces) == words(&there.traces), "{network:?}");
-    }
+/// Episodes that are pinned ([`crate::composed`]).
+pub(crate) fn subjects() -> Vec<Subject> {
+    let subject = |(index, network): (usize, &Network)| {
+        let world = of(network, |_| {});
+        Subject::new(format!("network {index}"), 200, 4, |episodes| {
+            batch(std::slice::from_ref(&world), episodes, Some(1))
+        })
+    };
+    networks().iter().enumerate().map(subject).collect()
 }
 
 #[test]

@@ -12,6 +12,7 @@ use oneiro::random::{Key, pcg4d};
 use oneiro::reference::{Model, Reference};
 use oneiro::world::{Controller, Robot, Task, World, WorldSpec};
 
+use crate::composed::Subject;
 use crate::epucks::{disc, epucks, lamp};
 
 const CYCLES: u32 = 60;
@@ -196,30 +197,19 @@ fn lives_cut_into_stretches_are_traced_alike() {
     assert_eq!(whole, pieces);
 }
 
-#[test]
-fn every_device_traces_the_same() {
-    #[cfg(feature = "gpu")]
-    let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter");
-    for spec in [machines(7), described()] {
+/// Episodes that are pinned ([`crate::composed`]).
+pub(crate) fn subjects() -> Vec<Subject> {
+    let subject = |(name, spec)| {
         let world = World::new(spec).unwrap().observed().unwrap();
-        let genomes: Vec<_> = (0..3).map(|life| genome(&world, life)).collect();
-        let request = Some(TraceRequest { every: 7 });
-        let batch = Batch::new(std::slice::from_ref(&world), &rollouts(&genomes), request).unwrap();
-        let words = |evaluator: &mut dyn Evaluator| -> Vec<u32> {
-            let outcome = evaluator.evaluate(&batch, &Control::new()).unwrap();
-            let traces = outcome.traces.iter().flat_map(Trace::words);
-            traces.chain(outcome.fitness.iter().map(|own| own.to_bits())).collect()
-        };
-        let expected = words(&mut Cpu::new(Some(1)).unwrap());
-        let interpreted = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1");
-        assert!(words(&mut interpreted.unwrap()) == expected, "interpreted");
-        assert!(
-            words(&mut Cpu::new(Some(1)).unwrap().with_chunk(5)) == expected,
-            "cut lives"
-        );
-        #[cfg(feature = "gpu")]
-        assert!(words(&mut gpu) == expected, "gpu");
-    }
+        let genomes: Vec<_> = (0..3).map(|episode| genome(&world, episode)).collect();
+        Subject::new(name, 3, 3, |episodes| {
+            let rollouts = rollouts(&genomes[..episodes]);
+            Batch::new(std::slice::from_ref(&world), &rollouts, Some(TraceRequest { every: 7 })).unwrap()
+        })
+    };
+    [("machines", machines(7)), ("parametric", described())]
+        .map(subject)
+        .into()
 }
 
 #[test]

@@ -482,37 +482,3 @@ fn what_does_not_fit_is_refused() {
         assert!(found.starts_with(expected), "{found:?}, not {expected:?}");
     }
 }
-
-/// The processor's code, lives that are cut, and the interpreter agree.
-#[test]
-fn the_same_bits_everywhere() {
-    for model in [Model::Rm11, Model::Rm12] {
-        let mut spec = spec(model, Reference::DEFAULT, 5, arena());
-        spec.cycles = 20;
-        let world = World::new(spec).unwrap();
-        let genomes: Vec<_> = (0..3).map(|life| genome(life, world.genes())).collect();
-        let rollouts: Vec<_> = (0_u64..)
-            .zip(&genomes)
-            .map(|(life, genes)| Rollout {
-                world: 0,
-                genes,
-                key: Key::rollout(6, 0, life, 0),
-            })
-            .collect();
-        let batch = Batch::new(std::slice::from_ref(&world), &rollouts, Some(TraceRequest { every: 1 })).unwrap();
-        let words = |mut evaluator: Cpu| -> Vec<u32> {
-            let outcome = evaluator.evaluate(&batch, &Control::new()).unwrap();
-            let fitness = outcome.fitness.iter().map(|fitness| fitness.to_bits());
-            fitness
-                .chain(outcome.traces.iter().flat_map(oneiro::batch::Trace::words))
-                .collect()
-        };
-        let expected = words(Cpu::new(Some(2)).unwrap());
-        assert!(
-            words(Cpu::new(Some(1)).unwrap().with_chunk(7)) == expected,
-            "{model:?}, cut"
-        );
-        let interpreted = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1");
-        assert!(words(interpreted.unwrap()) == expected, "{model:?}, interpreted");
-    }
-}

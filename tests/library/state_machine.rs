@@ -6,8 +6,9 @@ use oneiro::batch::Trace;
 use oneiro::cpu::Cpu;
 use oneiro::world::{Controller, GeneKind, World, WorldSpec};
 
+use crate::composed::Subject;
 use crate::modules::{
-    act, batch, check_bits, check_refusal, drawn, evaluated, genome, holds, is_off, key_of, places, spec,
+    act, batch, check_refusal, drawn, evaluated, genome, holds, is_off, key_of, places, spec, subject,
 };
 
 const MACHINES: Controller = Controller::StateMachine(Modules::DEFAULT);
@@ -143,11 +144,6 @@ fn values_reach_the_kernel() {
     }
 }
 
-#[test]
-fn the_same_bits_everywhere() {
-    check_bits(&World::new(spec(MACHINES, 10)).unwrap(), "state machines");
-}
-
 /// Genome to machine to text and back, for machines of all kinds.
 #[test]
 fn genomes_and_texts_are_the_same_machines() {
@@ -272,4 +268,10 @@ fn texts_with_mistakes_are_refused_at_their_word() {
 #[test]
 fn robots_without_the_readings_are_refused() {
     check_refusal(&MACHINES);
+}
+
+/// Episodes that are pinned ([`crate::composed`]).
+pub(crate) fn subjects() -> Vec<Subject> {
+    let world = World::new(spec(MACHINES, 10)).unwrap();
+    vec![subject("state machines", &world)]
 }

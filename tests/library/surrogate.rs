@@ -8,7 +8,6 @@ use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::{Key, pcg4d};
 use oneiro::surrogate::{Difference, Differences, Surrogate};
-use oneiro::tables::SensorTable;
 use oneiro::world::{Controller, Noise, Start, World, WorldSpec};
 
 fn open(surrogate: Surrogate, start: [f32; 3]) -> World {
@@ -105,24 +104,6 @@ fn world(differences: Differences, controller: Controller, cycles: u32) -> World
     .unwrap()
 }
 
-/// Lives around a block that was sampled from eight points of view.
-fn beside_a_block(differences: Differences) -> World {
-    let mut spec = WorldSpec {
-        arena: Arena::miglino1995_block(),
-        ..world(differences, Controller::Perceptron, 120).spec().clone()
-    };
-    let mut sensors = (*spec.robot.sensors).clone();
-    let mut table = SensorTable {
-        class: "block".into(),
-        views: 8,
-        ..sensors.classes[0].clone()
-    };
-    table.readings = vec![0; 8 * table.cells()];
-    sensors.classes.push(table);
-    spec.robot.sensors = Arc::new(sensors);
-    World::new(spec).unwrap()
-}
-
 fn batch(world: World, lives: u32) -> Batch {
     let genomes: Vec<_> = (0..lives).map(|life| genes(life, world.genes())).collect();
     let rollouts: Vec<_> = genomes
@@ -143,33 +124,6 @@ fn evaluated(evaluator: &mut dyn Evaluator, batch: &Batch) -> Vec<Trace> {
 
 fn scalar() -> Cpu {
     Cpu::new(Some(1)).unwrap().with_variant("scalarx1").unwrap()
-}
-
-/// All lane codes agree, including the one that traps NaN, infinities and subnormals, and so does the first adapter.
-#[test]
-fn all_devices_agree_to_the_last_bit() {
-    let worlds = [
-        (0.0, Controller::Perceptron),
-        (0.6, Controller::Hidden { units: 2 }),
-        (1.0, Controller::Recurrent),
-        (2.0, Controller::Perceptron),
-    ]
-    .map(|(severity, controller)| world(Differences::all(severity), controller, 120));
-    let blocks = [0.0, 0.7, 2.0].map(|severity| beside_a_block(Differences::all(severity)));
-    for world in worlds.into_iter().chain(blocks) {
-        let severity = world.spec().surrogate.as_ref().unwrap().differences.severity;
-        let batch = batch(world, 200);
-        let expected = evaluated(&mut scalar(), &batch);
-        for variant in Cpu::variants() {
-            let mut cpu = Cpu::new(Some(2)).unwrap().with_variant(variant).unwrap();
-            assert_eq!(evaluated(&mut cpu, &batch), expected, "{variant}, severity {severity}");
-        }
-        #[cfg(feature = "gpu")]
-        {
-            let mut gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter");
-            assert_eq!(evaluated(&mut gpu, &batch), expected, "severity {severity}");
-        }
-    }
 }
 
 /// Each difference alone changes what is read or where robots end up; without differences, a robot's surroundings don't

@@ -1,15 +1,13 @@
-//! Noise that the kernels that ship don't have: the same bits everywhere and as pinned, what each value does, and refusals.
+//! Noise that shipped kernels don't have: what each value does, and refusals.
 //! `tests/library/parity.rs` compares it with the witness.
-
-use std::path::Path;
 
 use oneiro::batch::{Record, Trace};
 use oneiro::differential::{Build, Differential};
 use oneiro::world::{Drawn, Noise, World, WorldSpec};
 
-use crate::described::{self, assert_same_everywhere, traces};
+use crate::composed::Subject;
+use crate::described::{self, subject, traces};
 use crate::lives::choices::varied;
-use crate::pinned;
 
 const LIVES: usize = 40;
 
@@ -25,26 +23,10 @@ fn words(traces: &[Trace]) -> Vec<u32> {
     traces.iter().flat_map(Trace::words).collect()
 }
 
-#[test]
-fn lives_have_the_same_bits_everywhere() {
-    for (_, mut spec) in varied() {
-        spec.cycles = 60;
-        assert_same_everywhere(spec);
-    }
-}
-
-#[test]
-fn lives_are_as_pinned() {
-    let mut rows = pinned::Rows::default();
-    for (name, mut spec) in varied() {
-        spec.cycles = 250;
-        let lived = traces(spec, 20);
-        rows.words("trace", &name, &words(&lived));
-    }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("goldens/composed/varied.rows");
-    if let Some(problem) = pinned::problem(&path, &rows.to_string()) {
-        panic!("{problem}");
-    }
+/// Episodes that are pinned ([`crate::composed`]).
+pub(crate) fn subjects() -> Vec<Subject> {
+    let subject = |(name, spec)| subject(name, WorldSpec { cycles: 100, ..spec });
+    varied().into_iter().map(subject).collect()
 }
 
 /// Each reading as perceived over the same before noise, of readings that are neither 0 nor clipped.

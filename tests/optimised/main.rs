@@ -1,5 +1,8 @@
 //! Tests that compute much: targets of the library's own package, which the development profile optimises.
 
+#[allow(dead_code, reason = "tests of the library use the rest")]
+#[path = "../composed/mod.rs"]
+mod composed;
 #[path = "../described/mod.rs"]
 mod described;
 #[allow(dead_code, reason = "tests of the library use the rest")]

@@ -13,7 +13,8 @@ use oneiro::random::pcg4d;
 use oneiro::tables::{MotorStates, MotorTable, SENSOR_NAMES, SensorTable, SensorTables};
 use oneiro::world::{Collision, Controller, Noise, World, WorldSpec};
 
-use crate::described::{RADIUS, assert_same_everywhere, objects, ray, sensor, spec, traces};
+use crate::composed::check;
+use crate::described::{RADIUS, objects, ray, sensor, spec, subject, traces};
 use crate::lives;
 use crate::lives::choices::beside_a_block;
 
@@ -332,8 +333,14 @@ fn all_devices_have_the_same_bits() {
         sensor: (0.0, 0.3),
         ..Noise::CONSERVATIVE
     };
-    assert_same_everywhere(columns(&[12, 0, 5], displaced));
-    assert_same_everywhere(columns(&[9], Noise::NONE));
+    let subjects = [
+        subject("3 columns, noise", columns(&[12, 0, 5], displaced)),
+        subject("a column", columns(&[9], Noise::NONE)),
+    ];
+    check(
+        concat!(env!("CARGO_MANIFEST_DIR"), "/tests/goldens/composed/sampled.rows"),
+        &subjects,
+    );
 }
 
 /// The task takes the highest reading of the sampled sensors for the nearness of objects, too.

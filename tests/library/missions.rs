@@ -1,22 +1,19 @@
-//! Pinned lives of robots by the reference models, in worlds that reach every branch of what they sense, of bodies that meet and of the
-//! missions that ship: code made at run time, whole and cut lives, the interpreter, and a GPU.
+//! Robots by the reference models, in worlds that reach every branch of what they sense, of bodies that meet and of the missions that
+//! ship: for [`crate::composed`].
 
-use std::path::Path;
 use std::sync::Arc;
 
 use oneiro::arena::{Arena, Block, Obstacle, Wall};
-use oneiro::batch::{Batch, Outcome, Rollout, Trace, TraceRequest};
+use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::compose::{Kind, OwnPart, OwnParts, Part};
-use oneiro::cpu::Cpu;
 use oneiro::differential::{Build, Contact, Differential};
-use oneiro::evaluator::{Control, Evaluator};
 use oneiro::network::Network;
 use oneiro::random::{Key, pcg4d};
 use oneiro::reference::{Model, Reference};
 use oneiro::world::{Controller, Task, World, WorldSpec};
 
+use crate::composed::Subject;
 use crate::epucks::{QUIET, disc, dodecagon, epucks, lamp};
-use crate::pinned;
 
 const MISSIONS: [(&str, &str); 7] = [
     (
@@ -233,43 +230,17 @@ fn batch(world: &World, lives: u32) -> Batch {
     Batch::new(std::slice::from_ref(world), &lives, Some(TraceRequest { every: 7 })).unwrap()
 }
 
-fn lived(mut evaluator: impl Evaluator, batch: &Batch) -> Outcome {
-    evaluator.evaluate(batch, &Control::new()).unwrap()
-}
-
-fn bits(outcome: &Outcome, lives: usize) -> Vec<u32> {
-    let fitness = outcome.fitness.iter().take(lives).map(|fitness| fitness.to_bits());
-    let traces = outcome.traces.iter().take(lives).flat_map(Trace::words);
-    fitness.chain(traces).collect()
-}
-
-#[test]
-fn lives_are_as_pinned() {
-    const LIVES: u32 = 40;
-    let mut rows = pinned::Rows::default();
-    for (name, world) in worlds() {
-        let whole = batch(&world, LIVES);
-        let expected = lived(Cpu::new(Some(2)).unwrap(), &whole);
-        let all = bits(&expected, LIVES as usize);
-        let cut = lived(Cpu::new(Some(2)).unwrap().with_chunk(11), &whole);
-        assert!(bits(&cut, LIVES as usize) == all, "{name}, cut");
-        // The interpreter takes a second for each life of twenty robots.
-        if world.robots() <= 20 && world.spec().cycles <= 60 {
-            let interpreted = Cpu::new(Some(2)).unwrap().with_variant("interpretedx1").unwrap();
-            let found = lived(interpreted, &batch(&world, 1));
-            assert!(bits(&found, 1) == bits(&expected, 1), "{name}, interpreted");
-        }
-        // A software driver takes seconds to compile each of these kernels.
-        #[cfg(feature = "gpu")]
+/// Episodes that are pinned ([`crate::composed`]).
+pub(crate) fn subjects() -> Vec<Subject> {
+    let subject = |(name, world): (&str, World)| {
+        // The interpreter takes a second for each episode of twenty robots.
+        let few = usize::from(world.robots() <= 20 && world.spec().cycles <= 60);
+        let subject = Subject::new(name, 40, few, move |episodes| batch(&world, episodes as u32));
         if name == "foraging" {
-            let gpu = oneiro::gpu::Gpu::open(&oneiro::gpu::Choice::Best).expect("these tests need an adapter");
-            assert!(bits(&lived(gpu, &whole), LIVES as usize) == all, "{name}, gpu");
+            subject
+        } else {
+            subject.without_gpu().without_specialising()
         }
-        rows.numbers("fitness", name, &expected.fitness);
-        rows.words("trace", name, &all);
-    }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("goldens/composed/reference.rows");
-    if let Some(problem) = pinned::problem(&path, &rows.to_string()) {
-        panic!("{problem}");
-    }
+    };
+    worlds().into_iter().map(subject).collect()
 }
