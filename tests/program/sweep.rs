@@ -227,7 +227,7 @@ struct Killed {
 impl Place {
     /// Kills a sweep in `killed` again and again, at moments up to the longest, at least so often and until a process
     /// has resumed it. Whenever it finishes, it must equal the known one, and starts over; the processes after it get
-    /// less time, since the machine has become faster.
+    /// less time, since the machine has become faster. While none has resumed it after so many kills, they get more.
     fn killed(&self, arguments: &[&str], kills: u32, mut longest: Duration, known: &str) -> Killed {
         let mut killed = Killed::default();
         // Multiples of the golden section cover all parts of an interval evenly.
@@ -241,6 +241,9 @@ impl Place {
             killed.resumed += u32::from(ran.stderr.contains("already done"));
             if ran.code.is_none() {
                 done += 1;
+                if done >= kills {
+                    longest = longest.mul_f64(1.1);
+                }
             } else {
                 ran.exits(0);
                 killed.misses += 1;
