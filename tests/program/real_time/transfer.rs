@@ -305,18 +305,23 @@ fn samples_of_the_simulators_epuck() {
     samples("samples_of_the_simulators_epuck", &SAMPLED_EPUCK);
 }
 
-/// The wheels are those that the experiment describes.
+/// The wheels are those that the experiment describes. A busy client misses what the robots report, so one of three measurements is
+/// enough; wheels that are otherwise are so each time.
 fn measured_wheels(test: &str, robot: &Sampled) {
     if !in_a_network(test, "wheels measured in Aseba's simulator") {
         return;
     }
     let (full, [speed, base]) = (robot.kind.greatest, robot.wheels);
     let targets = [0.4, 0.6, 0.8, 1.0].map(|share| share * full);
-    for (target, [found, apart]) in targets.iter().zip(wheels(robot, &targets)) {
-        let greatest = found * full / target;
-        eprintln!("target {target}: {found:.1} mm/s, which is {greatest:.1} at {full}; wheels {apart:.1} mm apart");
-        assert!((greatest / speed - 1.0).abs() < 0.018 && (apart / base - 1.0).abs() < 0.04);
-    }
+    let is_as_described = |_| {
+        let mut found = targets.iter().zip(wheels(robot, &targets));
+        found.all(|(target, [found, apart])| {
+            let greatest = found * full / target;
+            eprintln!("target {target}: {found:.1} mm/s, which is {greatest:.1} at {full}; wheels {apart:.1} mm apart");
+            (greatest / speed - 1.0).abs() < 0.018 && (apart / base - 1.0).abs() < 0.04
+        })
+    };
+    assert!((0..3).any(is_as_described));
 }
 
 #[test]
