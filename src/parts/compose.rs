@@ -303,14 +303,14 @@ impl OwnParts {
                     name: name.clone(),
                     kind: DetailKind::Memory(kind),
                     scalar: *scalar,
-                    expression: format!("own.mission.{name}"),
+                    expression: format!("after.mission.{name}"),
                 }));
             }
             details.extend(own.part.memory().iter().map(|(name, scalar)| Detail {
                 name: name.clone(),
                 kind: DetailKind::Memory(kind),
                 scalar: *scalar,
-                expression: format!("own.{}.{name}", kind.word()),
+                expression: format!("after.{}.{name}", kind.word()),
             }));
         }
         details.extend(self.details_of_others(owner));
@@ -327,7 +327,7 @@ impl OwnParts {
                     name: format!("robot_{robot}.{part}"),
                     kind: DetailKind::Other,
                     scalar: Scalar::Float,
-                    expression: format!("member_started(own.episode, {robot}u).{part}"),
+                    expression: format!("member_started(after.episode, {robot}u).{part}"),
                 })
             };
             return (1..count).flat_map(pose).collect();
@@ -336,13 +336,13 @@ impl OwnParts {
             name: format!("heard_{word}"),
             kind: DetailKind::Heard,
             scalar: Scalar::Unsigned,
-            expression: format!("word(own.episode.member_words, MEMBER_SENDERS + {word}u)"),
+            expression: format!("word(after.episode.member_words, MEMBER_SENDERS + {word}u)"),
         };
         let earned = Detail {
             name: "earned".to_owned(),
             kind: DetailKind::Earned,
             scalar: Scalar::Float,
-            expression: "number(own.episode.member_words, MEMBER_EARNED)".to_owned(),
+            expression: "number(after.episode.member_words, MEMBER_EARNED)".to_owned(),
         };
         let hears = owner.together().is_some_and(|together| together.hearing.is_some());
         let words = if hears { count.div_ceil(u32::BITS) } else { 0 };

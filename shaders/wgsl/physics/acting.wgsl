@@ -20,12 +20,12 @@ fn first_state(episode: Episode) -> State {
     return State(0.0f, 0u, 0.0f, 0u);
 }
 
-fn kept(own: State) -> State {
-    return State(stored(own.escape), own.straight, stored(own.turn), own.wait);
+fn kept(after: State) -> State {
+    return State(stored(after.escape), after.straight, stored(after.turn), after.wait);
 }
 
-fn details_kept(own: Details) -> Details {
-    return Details(stored(own.forward), stored(own.turn), own.behaviour);
+fn details_kept(values: Details) -> Details {
+    return Details(stored(values.forward), stored(values.turn), values.behaviour);
 }
 
 fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
@@ -37,10 +37,10 @@ fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
     return Cycle(next, Line(record, Details(deed.wanted.forward, deed.wanted.turn, deed.behaviour)));
 }
 
-fn is_over(episode: Episode, own: State) -> bool {
+fn is_over(episode: Episode, before: State) -> bool {
     return false;
 }
 
-fn score(episode: Episode, own: State) -> f32 {
+fn score(episode: Episode, last: State) -> f32 {
     return 0.0f;
 }

@@ -31,8 +31,8 @@ const GIVEN: &str = "lib/given.wgsl";
 /// The entry of kernels of single robots, and how it takes over what a cycle leaves. Where an episode is cut into pieces, zeros lose their
 /// sign. A user's part may see signs, so in its kernel they lose it after each cycle, wherever the cuts are.
 const ENTRY: &str = "episode.wgsl";
-const NEXT: &str = "own = lived.next;";
-const KEPT: &str = "own = kept(lived.next);";
+const NEXT: &str = "after = result.next;";
+const KEPT: &str = "after = kept(result.next);";
 
 /// Trace details of the shipped sensors; composed kernels generate their own.
 const DETAILS: &str = "sensor/details.wgsl";

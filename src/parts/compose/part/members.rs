@@ -105,16 +105,16 @@ impl Words {
         self.count += 1;
         let (load, save) = match scalar {
             Scalar::Float => (
-                format!("number(own, {place})"),
-                format!("put(own, {place}, {expression})"),
+                format!("number(words, {place})"),
+                format!("put(words, {place}, {expression})"),
             ),
             Scalar::Unsigned => (
-                format!("word(own, {place})"),
-                format!("put_word(own, {place}, {expression})"),
+                format!("word(words, {place})"),
+                format!("put_word(words, {place}, {expression})"),
             ),
             Scalar::Signed => (
-                format!("bitcast<i32>(word(own, {place}))"),
-                format!("put_word(own, {place}, bitcast<u32>({expression}))"),
+                format!("bitcast<i32>(word(words, {place}))"),
+                format!("put_word(words, {place}, bitcast<u32>({expression}))"),
             ),
         };
         let _ = writeln!(self.save, "    {save};");
@@ -125,7 +125,7 @@ impl Words {
     fn field(&mut self, Remembered { ty, scalar, scalars }: &Remembered) -> String {
         let words: Vec<_> = scalars
             .iter()
-            .map(|own| self.next(&format!("memory.{own}"), *scalar))
+            .map(|name| self.next(&format!("memory.{name}"), *scalar))
             .collect();
         format!("{ty}({})", words.join(", "))
     }
@@ -170,10 +170,10 @@ pub(super) fn declarations(
         let save = std::mem::take(&mut words.save);
         let _ = write!(
             text,
-            "fn {word}_loaded(own: u32) -> {structure} {{
+            "fn {word}_loaded(words: u32) -> {structure} {{
     return {structure}({});
 }}
-fn save_{word}(own: u32, memory: {structure}) {{
+fn save_{word}(words: u32, memory: {structure}) {{
 {save}}}
 ",
             loaded.join(", ")
@@ -183,7 +183,7 @@ fn save_{word}(own: u32, memory: {structure}) {{
     text += &if earns_alone || is_observed {
         kept(&mut of_member, readings)
     } else {
-        "fn keep_act(own: u32, did: Act) {\n}\n".to_owned()
+        "fn keep_act(words: u32, did: Act) {\n}\n".to_owned()
     };
     text += if earns_alone { EARNED } else { NOTHING_EARNED };
     if is_observed {
@@ -252,9 +252,9 @@ fn kept(words: &mut Words, readings: &[String]) -> String {
     }
     let save = std::mem::take(&mut words.save);
     format!(
-        "fn keep_act(own: u32, did: Act) {{
+        "fn keep_act(words: u32, did: Act) {{
 {save}}}
-fn act_kept(own: u32) -> Act {{
+fn act_kept(words: u32) -> Act {{
     var did = Act();
 {load}    return did;
 }}
@@ -272,10 +272,10 @@ const EARNED: &str = "fn members_earned(episode: Episode, step: u32) -> f32 {
     var earned = 0.0f;
     for (var member = 0u; member < count; member++) {
         let me = member_episode(episode, member);
-        let own = me.member_words;
-        let reward = task_cycle(me, experience(own, step, act_kept(own)), task_loaded(own));
-        save_task(own, reward.state);
-        keep_earned(own, reward.earned);
+        let words = me.member_words;
+        let reward = task_cycle(me, experience(words, step, act_kept(words)), task_loaded(words));
+        save_task(words, reward.state);
+        keep_earned(words, reward.earned);
         earned += reward.earned;
     }
     return earned;
