@@ -4,7 +4,7 @@
 
 // The state after a cycle, and the cycle's trace line.
 struct Cycle {
-    next: State,
+    next: EpisodeState,
     line: Line,
 }
 
@@ -19,7 +19,7 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     let world = groups[group].world;
     let episode = Episode(world, vec2<u32>(inputs[input], inputs[input + LANES]), input + KEY_WORDS * LANES);
 
-    var after: State;
+    var after: EpisodeState;
     if (dispatch.step_begin == 0u) {
         after = first_state(episode);
     } else {

@@ -371,7 +371,8 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
                     "                pressed{index} = max(pressed{index}, bumper_on(2.0f * members.body, squared, bearing, {sensor_and_direction}));"
                 );
                 let _ = writeln!(numbers, "    var pressed{index} = 0.0f;");
-                let pressed = format!("max(pressed{index}, bumper_at(shape, squared, bearing, {sensor_and_direction}))");
+                let pressed =
+                    format!("max(pressed{index}, bumper_at(shape, squared, bearing, {sensor_and_direction}))");
                 let _ = writeln!(bumpers, "                pressed{index} = {pressed};");
                 widest = format!("max({widest}, s{index}.range)");
                 format!("pressed{index}")

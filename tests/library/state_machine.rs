@@ -22,7 +22,7 @@ struct Memory {
 
 /// What a robot does in a cycle, and its memory afterwards; `readings` in the order of the model's.
 fn cycle(machine: &Machine, before: Memory, readings: &[f64], key: [u32; 2], step: u32) -> ([f64; 2], Memory) {
-    let State { behaviour, transitions } = &machine.states[before.state];
+    let MachineState { behaviour, transitions } = &machine.states[before.state];
     let mut after = before;
     if before.age == 0 {
         after.turning = 0;
@@ -211,7 +211,7 @@ fn a_text_is_read_as_automode_does() {
     assert_eq!(machine.states[0].transitions[0].to, 1);
     assert_eq!(
         machine.states[1],
-        State {
+        MachineState {
             behaviour: Behaviour::Attraction { strength: 3.84 },
             transitions: vec![Transition {
                 to: 0,

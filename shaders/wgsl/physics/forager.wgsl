@@ -2,7 +2,7 @@
 // and the task that ship its bits are those of `physics/foraging`.
 
 // What an episode keeps from one dispatch to the next, and its fitness so far.
-struct State {
+struct EpisodeState {
     // where the food lies
     food: Food,
     task: TaskState,
@@ -37,16 +37,16 @@ struct Experience {
     to_food: f32,
 }
 
-fn first_state(episode: Episode) -> State {
+fn first_state(episode: Episode) -> EpisodeState {
     let pose = first_pose(episode);
-    return State(
+    return EpisodeState(
         first_food(episode), task_begin(episode, pose), controller_begin(episode), sensor_begin(episode, pose),
         pose.x, pose.y, pose.z, 0.0f, 0u,
     );
 }
 
-fn kept(after: State) -> State {
-    return State(
+fn kept(after: EpisodeState) -> EpisodeState {
+    return EpisodeState(
         Food(
             stored_all(after.food.x_first), stored_all(after.food.x_last),
             stored_all(after.food.y_first), stored_all(after.food.y_last),
@@ -67,7 +67,7 @@ fn nearest_food(food: Food, at: vec2<f32>) -> f32 {
     return root(min(min(least.x, least.y), min(least.z, least.w)));
 }
 
-fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {
     let world = episode.world;
     var after = before;
     let pose = vec3<f32>(after.x, after.y, after.heading);
@@ -110,10 +110,10 @@ fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
     return Cycle(after, Line(record, details(after, seen.real, seen.perceived)));
 }
 
-fn is_over(episode: Episode, before: State) -> bool {
+fn is_over(episode: Episode, before: EpisodeState) -> bool {
     return task_ends(episode, before.task);
 }
 
-fn score(episode: Episode, last: State) -> f32 {
+fn score(episode: Episode, last: EpisodeState) -> f32 {
     return task_score(episode, last.task, last.fitness);
 }

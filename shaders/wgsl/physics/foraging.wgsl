@@ -1,7 +1,7 @@
 // Episode of one forager in its on-board simulator: behave, drive, take food and bring it.
 
 // What an episode keeps from one dispatch to the next, and its fitness so far.
-struct State {
+struct EpisodeState {
     // where the food lies
     x_first: vec4<f32>,
     x_last: vec4<f32>,
@@ -22,17 +22,17 @@ struct State {
     unused_c: u32,
 }
 
-fn first_state(episode: Episode) -> State {
+fn first_state(episode: Episode) -> EpisodeState {
     let pose = first_pose(episode);
     let food = first_food(episode);
-    return State(
+    return EpisodeState(
         food.x_first, food.x_last, food.y_first, food.y_last,
         pose.x, pose.y, pose.z, 0.0f, 0u, 0.0f, 0u, 0.0f, 0u, 0u, 0u, 0u,
     );
 }
 
-fn kept(after: State) -> State {
-    return State(
+fn kept(after: EpisodeState) -> EpisodeState {
+    return EpisodeState(
         stored_all(after.x_first), stored_all(after.x_last), stored_all(after.y_first), stored_all(after.y_last),
         stored(after.x), stored(after.y), stored(after.heading), stored(after.fitness), after.carries,
         stored(after.escape), after.straight, stored(after.turn), after.wait, 0u, 0u, 0u,
@@ -60,7 +60,7 @@ fn stored_all(v: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(stored(v.x), stored(v.y), stored(v.z), stored(v.w));
 }
 
-fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {
     var after = before;
     let pose = vec3<f32>(after.x, after.y, after.heading);
     let carried = after.carries != 0u;
@@ -100,10 +100,10 @@ fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
     return Cycle(after, Line(record, details));
 }
 
-fn is_over(episode: Episode, before: State) -> bool {
+fn is_over(episode: Episode, before: EpisodeState) -> bool {
     return false;
 }
 
-fn score(episode: Episode, last: State) -> f32 {
+fn score(episode: Episode, last: EpisodeState) -> f32 {
     return last.fitness;
 }

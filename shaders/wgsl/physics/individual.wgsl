@@ -2,7 +2,7 @@
 // description. Every difference has a strength; with all of them at 0 the episode is bit-identical to the simulator's.
 
 // What an episode keeps from one dispatch to the next, and its fitness so far.
-struct State {
+struct EpisodeState {
     task: TaskState,
     controller: ControllerState,
     sensor: SensorState,
@@ -25,23 +25,23 @@ struct Driven {
     state: RobotState,
 }
 
-fn first_state(episode: Episode) -> State {
+fn first_state(episode: Episode) -> EpisodeState {
     let pose = first_pose(episode);
-    return State(
+    return EpisodeState(
         task_begin(episode, pose), controller_begin(episode), sensor_begin(episode, pose),
         pose.x, pose.y, pose.z, 0.0f, RobotState(), pose.x, pose.y, pose.z, 0.0f, 0.0f,
     );
 }
 
-fn kept(after: State) -> State {
-    return State(
+fn kept(after: EpisodeState) -> EpisodeState {
+    return EpisodeState(
         task_kept(after.task), controller_kept(after.controller), sensor_kept(after.sensor),
         stored(after.x), stored(after.y), stored(after.heading), stored(after.fitness), robot_kept(after.robot),
         stored(after.read_x), stored(after.read_y), stored(after.read_heading), stored(after.displacement), stored(after.turn),
     );
 }
 
-fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {
     let world = episode.world;
     var after = before;
     let pose = vec3<f32>(after.x, after.y, after.heading);
@@ -115,10 +115,10 @@ fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
     return Cycle(after, Line(record, details(after, readings, readings)));
 }
 
-fn is_over(episode: Episode, before: State) -> bool {
+fn is_over(episode: Episode, before: EpisodeState) -> bool {
     return task_ends(episode, before.task) | robot_ends(episode.world, before.robot);
 }
 
-fn score(episode: Episode, last: State) -> f32 {
+fn score(episode: Episode, last: EpisodeState) -> f32 {
     return task_score(episode, last.task, last.fitness);
 }

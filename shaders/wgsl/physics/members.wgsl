@@ -8,7 +8,7 @@ struct Driven {
 }
 
 // What a robot and the world remember, for traces.
-struct State {
+struct EpisodeState {
     episode: Episode,
     task: TaskState,
     controller: ControllerState,
@@ -204,7 +204,7 @@ fn line(me: Episode, did: Act, earned: f32, total: f32) -> Line {
         stored(r.left), stored(r.right), stored(r.speed_left), stored(r.speed_right),
         r.collided, stored(r.reward), stored(r.fitness),
     );
-    let memory = State(
+    let memory = EpisodeState(
         me, task_loaded(member_words), controller_loaded(member_words), sensor_loaded(member_words), mission_loaded(me.world_words),
         robot_loaded(member_words),
     );

@@ -2,7 +2,7 @@
 // genes. The controller decides, and the task rewards, as in the simulator.
 
 // What an episode keeps from one dispatch to the next, and its fitness so far.
-struct State {
+struct EpisodeState {
     task: TaskState,
     controller: ControllerState,
     sensor: SensorState,
@@ -33,23 +33,23 @@ fn of_genes(episode: Episode) -> Episode {
     return Episode(episode.world, episode.key, episode.genes + REPORTS * LANES);
 }
 
-fn first_state(episode: Episode) -> State {
+fn first_state(episode: Episode) -> EpisodeState {
     let pose = reported_pose(episode, REPORTED_START);
     let me = of_genes(episode);
-    return State(
+    return EpisodeState(
         task_begin(me, pose), controller_begin(me), sensor_begin(me, pose),
         pose.x, pose.y, pose.z, 0.0f, RobotState(),
     );
 }
 
-fn kept(after: State) -> State {
-    return State(
+fn kept(after: EpisodeState) -> EpisodeState {
+    return EpisodeState(
         task_kept(after.task), controller_kept(after.controller), sensor_kept(after.sensor),
         stored(after.x), stored(after.y), stored(after.heading), stored(after.fitness), robot_kept(after.robot),
     );
 }
 
-fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {
     let me = of_genes(episode);
     var after = before;
     let pose = vec3<f32>(after.x, after.y, after.heading);
@@ -75,10 +75,10 @@ fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
     return Cycle(after, Line(record, details(after, readings, readings)));
 }
 
-fn is_over(episode: Episode, before: State) -> bool {
+fn is_over(episode: Episode, before: EpisodeState) -> bool {
     return task_ends(of_genes(episode), before.task) | robot_ends(episode.world, before.robot);
 }
 
-fn score(episode: Episode, last: State) -> f32 {
+fn score(episode: Episode, last: EpisodeState) -> f32 {
     return task_score(of_genes(episode), last.task, last.fitness);
 }

@@ -1,7 +1,7 @@
 // Episode in the simulator from a robot's sampled tables: sense, act, move, reward.
 
 // What an episode keeps from one dispatch to the next, and its fitness so far.
-struct State {
+struct EpisodeState {
     task: TaskState,
     controller: ControllerState,
     sensor: SensorState,
@@ -21,24 +21,24 @@ struct Driven {
     state: RobotState,
 }
 
-fn first_state(episode: Episode) -> State {
+fn first_state(episode: Episode) -> EpisodeState {
     let pose = first_pose(episode);
     let shift = first_shift(episode);
-    return State(
+    return EpisodeState(
         task_begin(episode, pose), controller_begin(episode), sensor_begin(episode, pose),
         pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, RobotState(),
     );
 }
 
-fn kept(after: State) -> State {
-    return State(
+fn kept(after: EpisodeState) -> EpisodeState {
+    return EpisodeState(
         task_kept(after.task), controller_kept(after.controller), sensor_kept(after.sensor),
         stored(after.x), stored(after.y), stored(after.heading), stored(after.fitness), stored(after.shift_x), stored(after.shift_y),
         robot_kept(after.robot),
     );
 }
 
-fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {
     let world = episode.world;
     var after = before;
     let pose = vec3<f32>(after.x, after.y, after.heading);
@@ -91,10 +91,10 @@ fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
     return Cycle(after, Line(record, details(after, real, perceived)));
 }
 
-fn is_over(episode: Episode, before: State) -> bool {
+fn is_over(episode: Episode, before: EpisodeState) -> bool {
     return task_ends(episode, before.task) | robot_ends(episode.world, before.robot);
 }
 
-fn score(episode: Episode, last: State) -> f32 {
+fn score(episode: Episode, last: EpisodeState) -> f32 {
     return task_score(episode, last.task, last.fitness);
 }

@@ -21,7 +21,7 @@ struct Details {
     real_7: f32,
 }
 
-fn details(after: State, real: Readings, perceived: Readings) -> Details {
+fn details(after: EpisodeState, real: Readings, perceived: Readings) -> Details {
     return Details(
         perceived.first.x, perceived.first.y, perceived.first.z, perceived.first.w,
         perceived.last.x, perceived.last.y, perceived.last.z, perceived.last.w,

@@ -448,8 +448,8 @@ fn lowest(bits: vec2<u32>) -> vec2<u32> {
     return vec2<u32>(bits.x & (0u - bits.x), select(0u, bits.y & (0u - bits.y), bits.x == 0u));
 }
 
-// What the sensors would read if every object stood alone in the open, at the distance and bearing of the
-// samples' grid that is below its level, and readings of several objects were added: the simulator's picture.
+// What the sensors would read if every object stood alone in the open, at the next lower distance and bearing of the
+// samples' grid, and readings of several objects were added: the simulator's picture.
 //
 // Few objects are in reach at once, though other lanes have others: so each turn takes every lane's next wall or
 // block, and its next round object.

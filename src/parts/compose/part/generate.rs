@@ -18,7 +18,7 @@ pub(super) fn missing(
 ) -> String {
     let (word, title) = (interface.kind.word(), interface.title);
     let mut text = String::new();
-    let is_declared = |name: &str| declared.iter().any(|declaration| declaration.name == name);
+    let is_declared = |name: &str| declared.iter().any(|item| item.name == name);
     if is_declared(&format!("{title}State")) {
         let kept = memory.iter().map(|field| {
             let scalars: Vec<_> = field
@@ -189,7 +189,7 @@ pub(super) fn details(details: &[Detail]) -> String {
     format!(
         "struct Details {{
 {members}}}
-fn details(after: State, real: Readings, perceived: Readings) -> Details {{
+fn details(after: EpisodeState, real: Readings, perceived: Readings) -> Details {{
     return Details({});
 }}
 fn details_kept(values: Details) -> Details {{

@@ -135,15 +135,15 @@ impl Words {
 /// parts remember, and what each robot earns. `readings` are the fields of `Readings`.
 pub(super) fn declarations(
     parts: &[compiler::Part],
-    own: &OwnParts,
+    custom: &OwnParts,
     owner: &Owner,
     together: Together,
     readings: &[String],
 ) -> String {
     let mut text = String::new();
-    let task = own.get(Kind::Task).map(OwnPart::part);
+    let task = custom.get(Kind::Task).map(OwnPart::part);
     let functions = |name: &str| task.is_some_and(|part| part.functions().contains(&name));
-    let earns_alone = own.scores_each();
+    let earns_alone = custom.scores_each();
     let declares = |structure: &str| parts.iter().find(|part| members(part, structure).is_some());
     if declares(MISSION_STATE).is_none() {
         // No struct is empty.
