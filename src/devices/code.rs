@@ -47,9 +47,8 @@ pub(crate) fn interpreter() -> Option<&'static str> {
 }
 
 impl LaneCode {
-    /// Names and numbers of lanes of a kernel's lane codes that this processor can run: first those compiled with this program
-    /// or by a Rust toolchain that have several lanes, then the one compiled at run time, then those with one lane. The
-    /// interpreter isn't among them.
+    /// A kernel's lane codes that this processor can run, by name and number of lanes: first those with several lanes that were
+    /// compiled ahead, then the one compiled at run time, then those with one lane. The interpreter isn't among them.
     pub(crate) fn all(kernel: &'static Kernel) -> impl Iterator<Item = (&'static str, u32)> {
         let native = native::is_available().then_some((native::NAME, native::LANES));
         let ahead = |is_wide: bool| {

@@ -1,5 +1,5 @@
 //! Swarms of foraging e-pucks in one arena, as in O'Dowd, Studley and Winfield (2014): the surrogate of the real arena,
-//! in which individual robots meet, push and shade each other, share the food and hear each other at close range.
+//! in which individual robots meet, push and shade each other, share the food and exchange messages at close range.
 //! [`Differences`] lists how it differs from the [on-board simulator](crate::foraging).
 //!
 //! One invocation of the kernel is a whole world, with its robots in a loop over words of its state. Lanes are worlds,

@@ -1,6 +1,6 @@
-//! Episodes whose wheels are commanded from outside, cycle by cycle: the simulator as an environment for reinforcement learning, or for a
-//! controller in another language. Sensors, motion and task run in the same kernels as in whole episodes, so an episode that gets the commands
-//! of a controller has the bits of that controller's episode.
+//! Episodes whose wheels are commanded from outside, cycle by cycle: the simulator as an environment for reinforcement learning, or
+//! for a controller in another language. Sensors, motion and task run in the same kernels as whole episodes: with a controller's
+//! commands, an episode has the same bits as that controller's episode.
 //!
 //! ```
 //! use oneiro::cpu::Cpu;

@@ -1,4 +1,4 @@
-//! A world that was checked, with its kernel.
+//! A checked world, with its kernel.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! A parametric robot whose numbers were checked: defaults are filled in, and values that need each other are one type.
+//! A checked parametric robot: defaults are filled in, and values that need each other are one type.
 
 use std::f64::consts::TAU;
 
@@ -450,7 +450,7 @@ impl Described {
     }
 }
 
-/// How much farther than its range a proximity sensor of a surrogate may see, as `lib/differences.wgsl` has it: at a severity of 2
+/// Factor on the range of a surrogate's proximity sensor, as in `lib/differences.wgsl`. At a severity of 2
 /// objects return at most 1.4 times the light of their surroundings, which have at most 1.6 times theirs, and sensors see at most
 /// 1.375 times as far.
 const FARTHER: f32 = 2.1;

@@ -1,6 +1,6 @@
-//! A surrogate of a real robot: an individual in its surroundings. Of a Khepera it is simulated by physics that no table of
-//! samples contains. It takes the place of a real robot: it is sampled, and controllers are transferred to it. One of a
-//! parametric robot differs from its description as much, see `docs/robots.md`; controllers are transferred to it.
+//! A surrogate of a real robot: an individual in its surroundings. A Khepera's surrogate has physics that no sampled table
+//! contains. It stands in for a real robot: it is sampled, and controllers are transferred to it. A parametric robot's surrogate
+//! differs as much from its description, see `docs/robots.md`; controllers are transferred to it.
 //!
 //! All of its random properties follow from seeds, by exactly rounded operations. The distributions are in
 //! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` explains them. Every difference

@@ -40,7 +40,7 @@ fn moving_cell(world: u32) -> MovingCell {
     return MovingCell(cell.x, cell.y, cell.z, cell.w);
 }
 
-// How much faster than they should be the wheels turn in the mean, and half of how much the right one is faster than the left: as
+// The wheels' mean excess of speed, and half of the right wheel's excess over the left one: as
 // mm of the way for each turn, and as turns for each mm.
 struct WheelCell {
     mean: f32,

@@ -195,8 +195,8 @@ fn proximity(episode: Episode, step: u32, at: vec2<f32>, heading: vec2<f32>) -> 
     );
 }
 
-// Where the readings are declared to look, in turns and as unit vectors: at 17, 50, 90, 150, 210, 270, 310 and 343 degrees, which is
-// where sensors of light look, and where sums of the readings of proximity take these to be.
+// Nominal directions of the readings, in turns and as unit vectors: 17, 50, 90, 150, 210, 270, 310 and 343 degrees. Light sensors
+// look there, and sums of the proximity readings take these directions.
 const LOOKS_FIRST: vec4<f32> = vec4<f32>(0.04722222f, 0.1388889f, 0.25f, 0.4166667f);
 const LOOKS_LAST: vec4<f32> = vec4<f32>(0.5833333f, 0.75f, 0.8611111f, 0.9527778f);
 

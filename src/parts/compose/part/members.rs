@@ -199,8 +199,8 @@ fn save_{word}(words: u32, memory: {structure}) {{
     text
 }
 
-/// Where what robots hear and see of the floor is kept: of each robot a word for the floor, one for the number that it heard in this
-/// cycle, and two for what it heard in each of the last cycles; of the world a word for each message of a cycle.
+/// Words for messages and the floor. Each robot has a word for the floor, one for the number of messages received in this
+/// cycle, and two for the messages of each of the last cycles. The world has a word for each message of a cycle.
 fn heard(Together { count, hearing }: Together, of_world: &mut Words, of_member: &mut Words) -> String {
     let Some(Hearing { cycles, .. }) = hearing else {
         return "fn hear(episode: Episode, step: u32) {\n}\n".to_owned();
