@@ -1,7 +1,7 @@
 //! State machines: each cycle beside a second program, written from `docs/controllers.md`; genomes and texts; the same bits
 //! everywhere; refusals.
 
-use oneiro::automode::{Behaviour, Condition, Form, Machine, Modules, State, Transition};
+use oneiro::automode::{Behaviour, Condition, Form, Machine, MachineState, Modules, Transition};
 use oneiro::batch::Trace;
 use oneiro::cpu::Cpu;
 use oneiro::world::{Controller, GeneKind, World, WorldSpec};
