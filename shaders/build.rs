@@ -83,8 +83,8 @@ fn main() {
 }
 
 /// Adds a kernel's constants to its module's.
-fn add_constants(all: &mut Vec<Constant>, own: &[Constant], module: &str) {
-    for constant in own {
+fn add_constants(all: &mut Vec<Constant>, constants: &[Constant], module: &str) {
+    for constant in constants {
         match all.iter().find(|other| other.name == constant.name) {
             Some(other) => assert_eq!(other.item, constant.item, "the kernels of module {module} disagree"),
             None => all.push(constant.clone()),

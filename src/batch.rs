@@ -499,7 +499,7 @@ impl Batch {
 
     /// The episode in a slot.
     pub fn rollout(&self, slot: usize) -> Option<usize> {
-        self.slots.iter().position(|&own| own as usize == slot)
+        self.slots.iter().position(|&other| other as usize == slot)
     }
 
     /// The whole batch.
@@ -526,33 +526,33 @@ impl Batch {
         let (words, state_words) = (self.trace_words(), self.state_words());
         assert_eq!(fitness.len(), self.groups.len() * LANES, "a fitness for each slot");
         assert_eq!(trace.len(), fitness.len() * words, "a trace for each slot");
-        let own_trace = |&slot: &u32| {
+        let trace_of = |&slot: &u32| {
             let world = self.groups[slot as usize / LANES].world;
             let end = self.worlds.0.packed.worlds[world as usize].steps.min(self.cycles.end);
-            let own = end.saturating_sub(self.cycles.start).div_ceil(self.trace_every);
+            let count = end.saturating_sub(self.cycles.start).div_ceil(self.trace_every);
             let width = self.record_words();
-            let lived = &trace[slot as usize * words..][..own as usize * width];
+            let records_of_slot = &trace[slot as usize * words..][..count as usize * width];
             if !self.worlds.0.facts[world as usize].may_end_early {
-                return Trace::read(lived, width);
+                return Trace::read(records_of_slot, width);
             }
             // From an early end on there are no records. One that is all zero would be of a robot that stands at (0, 0), looks
             // along x, senses nothing, wants both wheels backwards at full speed and has earned nothing.
-            let last = lived.iter().rposition(|word| *word != 0);
+            let last = records_of_slot.iter().rposition(|word| *word != 0);
             let records = last.map_or(0, |last| last / width + 1);
-            Trace::read(&lived[..records * width], width)
+            Trace::read(&records_of_slot[..records * width], width)
         };
         let gathered = |buffer, from: &[u32], slots: &[u32], words| -> Vec<Vec<u32>> {
             let place = self.places(buffer, words);
-            let own = |&slot: &u32| (0..words).map(|word| from[place(slot as usize, word)]).collect();
-            slots.iter().map(own).collect()
+            let words_of = |&slot: &u32| (0..words).map(|word| from[place(slot as usize, word)]).collect();
+            slots.iter().map(words_of).collect()
         };
         // Worlds of several robots have traces of single words.
-        let is_life = self.kernel().stride("trace") > size_of::<u32>();
+        let has_records = self.kernel().stride("trace") > size_of::<u32>();
         let each = |wanted: bool| if wanted { &self.slots[..] } else { &[] };
         Outcome {
             fitness: self.slots.iter().map(|&slot| fitness[slot as usize]).collect(),
-            traces: each(records > 0 && is_life).iter().map(own_trace).collect(),
-            logs: gathered("trace", &trace, each(records > 0 && !is_life), words),
+            traces: each(records > 0 && has_records).iter().map(trace_of).collect(),
+            logs: gathered("trace", &trace, each(records > 0 && !has_records), words),
             states: gathered("state", &states, each(self.keeps_states), state_words),
         }
     }

@@ -84,12 +84,12 @@ impl GeneLayout {
     pub(crate) fn several(controller: Vec<Gene>, names: &[String]) -> Self {
         let genes = controller.len();
         let named = |(index, name): (usize, &String)| {
-            let own = controller.iter().map(|gene| Gene {
+            let genes_of_robot = controller.iter().map(|gene| Gene {
                 name: format!("{name}.{}", gene.name),
                 only: gene.only.map(|(other, values)| (index * genes + other, values)),
                 ..gene.clone()
             });
-            own.collect::<Vec<_>>()
+            genes_of_robot.collect::<Vec<_>>()
         };
         Self {
             all: names.iter().enumerate().flat_map(named).collect(),

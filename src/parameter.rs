@@ -100,10 +100,10 @@ pub trait Choice: Clone + 'static {
 
     /// Word for the value.
     fn word(&self) -> &'static str {
-        let own = std::mem::discriminant(self);
+        let kind = std::mem::discriminant(self);
         let found = Self::CHOICES
             .iter()
-            .find(|(_, value, _)| std::mem::discriminant(value) == own);
+            .find(|(_, value, _)| std::mem::discriminant(value) == kind);
         found.map_or("", |(word, ..)| word)
     }
 }
@@ -116,7 +116,7 @@ impl<C: Choice> Field for C {
     fn set(&mut self, datum: &Datum) -> bool {
         let found = Self::CHOICES
             .iter()
-            .find(|(word, ..)| matches!(datum, Datum::Word(own) if own == word));
+            .find(|(word, ..)| matches!(datum, Datum::Word(other) if other == word));
         if let Some((_, value, _)) = found {
             *self = value.clone();
         }
@@ -217,34 +217,38 @@ field!(
     bool,
     "true or false",
     |datum| matches!(datum, Datum::Flag(_)).then(|| *datum == Datum::Flag(true)),
-    |own| { Datum::Flag(*own) }
+    |value| { Datum::Flag(*value) }
 );
-field!(u32, "a whole number", Datum::whole, |own| Datum::Whole((*own).into()));
-field!(u64, "a whole number", Datum::whole, |own| Datum::Whole((*own).into()));
+field!(u32, "a whole number", Datum::whole, |value| Datum::Whole(
+    (*value).into()
+));
+field!(u64, "a whole number", Datum::whole, |value| Datum::Whole(
+    (*value).into()
+));
 field!(
     f32,
     "a number",
     |datum| datum.number().map(|number| number as f32),
-    |own| { Datum::Single(*own) }
+    |value| { Datum::Single(*value) }
 );
-field!(f64, "a number", Datum::number, |own| Datum::Double(*own));
-field!(String, "text", |datum| datum.word().cloned(), |own| Datum::Word(
-    own.clone()
+field!(f64, "a number", Datum::number, |value| Datum::Double(*value));
+field!(String, "text", |datum| datum.word().cloned(), |value| Datum::Word(
+    value.clone()
 ));
 field!(
     [f32; 2],
     "two numbers",
     |datum| Some(datum.pair()?.map(|number| number as f32)),
-    |own| { Datum::List(own.map(Datum::Single).into()) }
+    |value| { Datum::List(value.map(Datum::Single).into()) }
 );
-field!([f64; 2], "two numbers", Datum::pair, |own| Datum::List(
-    own.map(Datum::Double).into()
+field!([f64; 2], "two numbers", Datum::pair, |value| Datum::List(
+    value.map(Datum::Double).into()
 ));
 field!(
     (f32, f32),
     "two numbers",
     |datum| Some(datum.pair()?.map(|number| number as f32).into()),
-    |own| { Datum::List(vec![Datum::Single(own.0), Datum::Single(own.1)]) }
+    |value| { Datum::List(vec![Datum::Single(value.0), Datum::Single(value.1)]) }
 );
 
 impl<F: Field + Default> Field for Option<F> {
@@ -322,7 +326,10 @@ macro_rules! field_of_pairs {
                     return false;
                 };
                 self.0 = vec![[0.0; 2]; pairs.len()];
-                self.0.iter_mut().zip(pairs).all(|(own, pair)| own.set(pair))
+                self.0
+                    .iter_mut()
+                    .zip(pairs)
+                    .all(|(pair_of_values, pair)| pair_of_values.set(pair))
             }
 
             fn kind(&self) -> &'static str {
@@ -416,7 +423,7 @@ impl Allowed {
                 let greatest = other(key).and_then(|other| other.to_string().parse().ok());
                 Self::Number(least, factor * greatest.unwrap_or(f64::MAX))
             }
-            own => own,
+            limits => limits,
         }
     }
 }

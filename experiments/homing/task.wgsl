@@ -1,5 +1,5 @@
 // Drive fast and keep away from walls; earn nothing on the charging patch, and die when the battery is empty (Floreano and
-// Mondada 1996). Neither the battery nor the light is in the fitness: to return to the patch only makes lives longer.
+// Mondada 1996). Neither the battery nor the light is in the fitness: to return to the patch only makes episodes longer.
 
 struct TaskValues {
     cycles: f32, // 600, 1 to 100000 cycles: by which the sum is divided

@@ -27,10 +27,10 @@ fn switch_off(episode: Episode, base: u32) {
     for (var robot = 0u; robot < count; robot++) {
         let order = episode.genes + (ORDERS + robot * ORDER_WORDS) * LANES;
         if (input(order + (ORDER_BEFORE + GENE_LADEN) * LANES) < 0.0f) {
-            let own = robot_at(base, robot);
-            state[own + BEHAVIOUR * LANES] = OFF;
-            put(own, WANTED, 0.0f);
-            put(own, WANTED + 1u, 0.0f);
+            let robot_words = robot_at(base, robot);
+            state[robot_words + BEHAVIOUR * LANES] = OFF;
+            put(robot_words, WANTED, 0.0f);
+            put(robot_words, WANTED + 1u, 0.0f);
         }
     }
 }
@@ -39,9 +39,9 @@ fn switch_off(episode: Episode, base: u32) {
 fn perceive(episode: Episode, base: u32, step: u32) {
     let count = robots(episode.world);
     for (var robot = 0u; robot < count; robot++) {
-        let own = robot_at(base, robot);
-        let pose = vec3<f32>(number(own, X), number(own, Y), number(own, HEADING));
-        let me = among(robot_episode(episode, own), base, robot, pose);
+        let robot_words = robot_at(base, robot);
+        let pose = vec3<f32>(number(robot_words, X), number(robot_words, Y), number(robot_words, HEADING));
+        let me = among(robot_episode(episode, robot_words), base, robot, pose);
         let at = robot_at(base, count) + robot * READINGS * LANES;
         put_four(at, NEAR_READINGS, near(me, step, pose));
         put_four(at, LIGHT_READINGS, light(me, step, 0u, pose));

@@ -4,7 +4,7 @@
 
 // The state after a cycle, and the cycle's trace line.
 struct Cycle {
-    next: State,
+    next: EpisodeState,
     line: Line,
 }
 
@@ -19,32 +19,32 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
     let world = groups[group].world;
     let episode = Episode(world, vec2<u32>(inputs[input], inputs[input + LANES]), input + KEY_WORDS * LANES);
 
-    var own: State;
+    var after: EpisodeState;
     if (dispatch.step_begin == 0u) {
-        own = first_state(episode);
+        after = first_state(episode);
     } else {
-        own = state[slot];
+        after = state[slot];
     }
 
     let end = min(dispatch.step_end, worlds[world].steps);
     for (var step = dispatch.step_begin; step < end; step++) {
-        if (is_over(episode, own)) {
+        if (is_over(episode, after)) {
             break;
         }
-        let lived = cycle(episode, step, own);
-        own = lived.next;
+        let result = cycle(episode, step, after);
+        after = result.next;
         if (dispatch.trace_every > 0u && (step - dispatch.trace_begin) % dispatch.trace_every == 0u) {
-            let r = lived.line.record;
+            let r = result.line.record;
             let record = Record(
                 stored(r.x), stored(r.y), stored(r.heading), stored(r.seen_x), stored(r.seen_y),
                 stored(r.left), stored(r.right), stored(r.speed_left), stored(r.speed_right),
                 r.collided, stored(r.reward), stored(r.fitness),
             );
             trace[slot * dispatch.trace_records + (step - dispatch.trace_begin) / dispatch.trace_every] =
-                Line(record, details_kept(lived.line.details));
+                Line(record, details_kept(result.line.details));
         }
     }
 
-    state[slot] = kept(own);
-    fitness[slot] = stored(score(episode, own));
+    state[slot] = kept(after);
+    fitness[slot] = stored(score(episode, after));
 }

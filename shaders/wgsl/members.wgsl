@@ -21,9 +21,9 @@ fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_i
         if (mission_ends(episode, mission_loaded(episode.world_words))) {
             break;
         }
-        let lived = cycle(episode, step);
+        let result = cycle(episode, step);
         if (dispatch.trace_every > 0u && (step - dispatch.trace_begin) % dispatch.trace_every == 0u) {
-            traced(episode, lived, slot * dispatch.trace_records + (step - dispatch.trace_begin) / dispatch.trace_every);
+            traced(episode, result, slot * dispatch.trace_records + (step - dispatch.trace_begin) / dispatch.trace_every);
         }
     }
     fitness[slot] = stored(score(episode));

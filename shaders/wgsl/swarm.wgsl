@@ -38,20 +38,20 @@ fn line(world: u32, base: u32, at: u32) {
     let masks = (count + 31u) / 32u;
     var place = at;
     for (var robot = 0u; robot < count; robot++) {
-        let own = robot_at(base, robot);
-        trace[place + LINE_X * LANES] = word(own, X);
-        trace[place + LINE_Y * LANES] = word(own, Y);
-        trace[place + LINE_HEADING * LANES] = word(own, HEADING);
+        let robot_words = robot_at(base, robot);
+        trace[place + LINE_X * LANES] = word(robot_words, X);
+        trace[place + LINE_Y * LANES] = word(robot_words, Y);
+        trace[place + LINE_HEADING * LANES] = word(robot_words, HEADING);
         trace[place + LINE_DOES * LANES] =
-            word(own, BEHAVIOUR) | (word(own, CARRIES) << LINE_CARRIES) | (word(own, BROUGHT) << LINE_BROUGHT);
-        trace[place + LINE_EARNED * LANES] = word(own, EARNED);
+            word(robot_words, BEHAVIOUR) | (word(robot_words, CARRIES) << LINE_CARRIES) | (word(robot_words, BROUGHT) << LINE_BROUGHT);
+        trace[place + LINE_EARNED * LANES] = word(robot_words, EARNED);
         place += LINE_WORDS * LANES;
         for (var mask = 0u; mask < masks; mask++) {
-            trace[place] = word(own, HEARD + mask);
-            state[own + (HEARD + mask) * LANES] = 0u;
+            trace[place] = word(robot_words, HEARD + mask);
+            state[robot_words + (HEARD + mask) * LANES] = 0u;
             place += LANES;
         }
-        state[own + BROUGHT * LANES] = 0u;
+        state[robot_words + BROUGHT * LANES] = 0u;
     }
     for (var item = 0u; item < GREATEST_ITEMS; item++) {
         trace[place] = word(base, ITEM_X + item);

@@ -36,13 +36,13 @@ impl Layout {
         let mut rest = &mut slots[..];
         let mut tasks = Vec::with_capacity(lists.len());
         for ((list, first), counts) in lists.iter().zip(firsts).zip(counts) {
-            let (own, others) = std::mem::take(&mut rest).split_at_mut(list.len());
+            let (of_list, others) = std::mem::take(&mut rest).split_at_mut(list.len());
             rest = others;
             let begins = next
                 .iter_mut()
                 .zip(counts)
                 .map(|(next, count)| replaced_sum(next, count));
-            tasks.push((*list, first, own, begins.collect::<Vec<_>>()));
+            tasks.push((*list, first, of_list, begins.collect::<Vec<_>>()));
         }
         let mut inputs: Vec<u32> = Vec::with_capacity(words);
         let lanes = Lanes(inputs.as_mut_ptr());
@@ -158,13 +158,13 @@ impl Lanes {
         mut next: Vec<usize>,
     ) -> Result<(), Invalid> {
         for ((rollout, slot), index) in list.iter().zip(slots).zip(first..) {
-            let own = replaced_sum(&mut next[rollout.world], 1);
-            *slot = own as u32;
+            let slot_of_episode = replaced_sum(&mut next[rollout.world], 1);
+            *slot = slot_of_episode as u32;
             if rollout.genes.len() != facts[rollout.world].genes {
                 return Err(bad_genes(index, rollout.genes, facts[rollout.world].genes));
             }
             // Strided writes stay within a group's few kilobytes.
-            let lane = groups[own / LANES].inputs as usize + own % LANES;
+            let lane = groups[slot_of_episode / LANES].inputs as usize + slot_of_episode % LANES;
             let mut is_good = true;
             // SAFETY: these are the words of this slot, in a group that has as many fields as there are words of a key and genes
             // of an episode in this world. The slot is this episode's alone: lists have as many slots of a world as they have

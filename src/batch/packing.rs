@@ -102,9 +102,12 @@ impl Packed {
     /// Whether both have the same words.
     #[cfg(all(feature = "compose", any(feature = "gpu", feature = "native")))]
     pub(super) fn is_same(&self, other: &Self) -> bool {
-        fn words(own: &Packed) -> ([&[u32]; 2], &[[u32; 4]]) {
-            let of_lists = [bytemuck::cast_slice(&own.worlds), bytemuck::cast_slice(&own.shapes)];
-            (of_lists, &own.tables)
+        fn words(packed: &Packed) -> ([&[u32]; 2], &[[u32; 4]]) {
+            let of_lists = [
+                bytemuck::cast_slice(&packed.worlds),
+                bytemuck::cast_slice(&packed.shapes),
+            ];
+            (of_lists, &packed.tables)
         }
         words(self) == words(other)
     }

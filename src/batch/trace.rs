@@ -78,8 +78,8 @@ impl Trace {
             .concat();
             assert_eq!(words.len() % traces.len(), 0, "a line for each robot");
             let width = words.len() / traces.len();
-            for (own, words) in traces.iter_mut().zip(words.chunks_exact(width)) {
-                own.append(&Self::read(words, width));
+            for (trace, words) in traces.iter_mut().zip(words.chunks_exact(width)) {
+                trace.append(&Self::read(words, width));
             }
         }
         traces

@@ -56,12 +56,16 @@ impl Evaluator for Audited {
         for (index, group) in chosen.into_iter().enumerate() {
             for lane in 0..batch.part(group..group + 1).rollouts() {
                 let slot = (group - part.groups().start) as usize * LANES + lane;
-                let own = index * LANES + lane;
-                let fitness = (there.fitness[slot].to_bits(), here.fitness[own].to_bits());
+                let slot_here = index * LANES + lane;
+                let fitness = (there.fitness[slot].to_bits(), here.fitness[slot_here].to_bits());
                 let trace = (0..batch.trace_words())
-                    .map(|word| (there.trace[in_trace(slot, word)], here.trace[in_trace(own, word)]));
-                let states = (0..batch.kept_words())
-                    .map(|word| (there.states[in_state(slot, word)], here.states[in_state(own, word)]));
+                    .map(|word| (there.trace[in_trace(slot, word)], here.trace[in_trace(slot_here, word)]));
+                let states = (0..batch.kept_words()).map(|word| {
+                    (
+                        there.states[in_state(slot, word)],
+                        here.states[in_state(slot_here, word)],
+                    )
+                });
                 let differing = std::iter::once(fitness)
                     .chain(trace)
                     .chain(states)

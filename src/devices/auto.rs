@@ -228,9 +228,9 @@ impl Member {
 
     /// Expected time of a part in seconds, from batches of the same kind and the nearest size, if there were any.
     fn expected(&self, part: &Part<'_>) -> Option<f64> {
-        let (own, timings) = (size(part), self.timings.get(&Kind::of(part))?);
-        let (size, timing) = timings.iter().min_by_key(|(size, _)| size.abs_diff(own))?;
-        let ratio = 2.0_f64.powi(own as i32 - *size as i32);
+        let (size_of_part, timings) = (size(part), self.timings.get(&Kind::of(part))?);
+        let (size, timing) = timings.iter().min_by_key(|(size, _)| size.abs_diff(size_of_part))?;
+        let ratio = 2.0_f64.powi(size_of_part as i32 - *size as i32);
         Some(timing.seconds * if self.is_proportional { ratio } else { 1.0 })
     }
 

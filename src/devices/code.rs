@@ -47,9 +47,8 @@ pub(crate) fn interpreter() -> Option<&'static str> {
 }
 
 impl LaneCode {
-    /// Names and numbers of lanes of a kernel's lane codes that this processor can run: first those compiled with this program
-    /// or by a Rust toolchain that have several lanes, then the one compiled at run time, then those with one lane. The
-    /// interpreter isn't among them.
+    /// A kernel's lane codes that this processor can run, by name and number of lanes: first those with several lanes that were
+    /// compiled ahead, then the one compiled at run time, then those with one lane. The interpreter isn't among them.
     pub(crate) fn all(kernel: &'static Kernel) -> impl Iterator<Item = (&'static str, u32)> {
         let native = native::is_available().then_some((native::NAME, native::LANES));
         let ahead = |is_wide: bool| {
@@ -63,11 +62,11 @@ impl LaneCode {
     /// The narrower code, compiled with this program, that is the fastest for so few episodes, if it is faster than this one. `cost`
     /// estimates the time of one call from a code's name and its number of lanes.
     pub(crate) fn for_few(&self, kernel: &'static Kernel, rollouts: usize, cost: fn(&str, u32) -> f32) -> Option<Self> {
-        let Self::Ahead(own) = self else { return None };
+        let Self::Ahead(wide) = self else { return None };
         let time = |code: &Variant| rollouts.div_ceil(code.lanes as usize) as f32 * cost(code.name, code.lanes);
-        let narrower = ahead(kernel).filter(|code| code.lanes < own.lanes);
+        let narrower = ahead(kernel).filter(|code| code.lanes < wide.lanes);
         let best = narrower.min_by(|a, b| time(a).total_cmp(&time(b)));
-        best.filter(|best| time(best) < time(own)).map(Self::Ahead)
+        best.filter(|best| time(best) < time(wide)).map(Self::Ahead)
     }
 
     /// Returns a kernel's lane code by name; `None` if this processor can't run one with that name.

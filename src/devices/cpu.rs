@@ -172,8 +172,8 @@ impl Cpu {
         let mut result = PartResult::blank(batch, parts.len() * LANES)?;
         if batch.keeps_states() {
             let states = result.states.chunks_exact_mut(LANES * batch.state_words());
-            for (part, own) in parts.iter().zip(states).filter(|(part, _)| !part.states().is_empty()) {
-                own.copy_from_slice(part.states());
+            for (part, states_of_part) in parts.iter().zip(states).filter(|(part, _)| !part.states().is_empty()) {
+                states_of_part.copy_from_slice(part.states());
             }
         }
         let steps = if report_progress { Some(control) } else { None };
@@ -189,7 +189,7 @@ impl Cpu {
                 part,
                 code: [&ready, &few]
                     .into_iter()
-                    .find_map(|own| own.get(group)?.as_ref())
+                    .find_map(|codes| codes.get(group)?.as_ref())
                     .unwrap_or(&code),
                 chunk: self.chunk.min((TURNS_OF_CHUNK / part.loops().max(1)).max(1)),
                 control,
@@ -296,11 +296,11 @@ impl Evaluator for Cpu {
     fn device_for(&self, kernel: &'static Kernel) -> Device {
         let names: Vec<_> = LaneCode::all(kernel).map(|(name, _)| name).collect();
         let is_there = |name: &&str| names.contains(name) || interpreter() == Some(*name);
-        let own = self.variant.filter(is_there);
+        let named = self.variant.filter(is_there);
         let chosen = || worthwhile(kernel).into_iter().map(|(name, _)| name);
         let wanted = || chosen().find(|name| self.is_wanted(name));
         let any = || names.first().copied().or(interpreter());
-        self.described(own.or_else(wanted).or_else(any).unwrap_or("no lane code"))
+        self.described(named.or_else(wanted).or_else(any).unwrap_or("no lane code"))
     }
 
     fn evaluate_part(&mut self, part: &Part<'_>, control: &Control) -> Result<PartResult, Error> {
@@ -348,7 +348,7 @@ fn cost(name: &str, lanes: u32) -> f32 {
 /// The lane codes of a kernel that this processor chooses from.
 fn worthwhile(kernel: &'static Kernel) -> Vec<(&'static str, u32)> {
     let all: Vec<_> = LaneCode::all(kernel).collect();
-    let is_worthwhile = |own: &(&'static str, u32)| !(keeps_words(kernel) && has_narrower(*own, &all));
+    let is_worthwhile = |code: &(&'static str, u32)| !(keeps_words(kernel) && has_narrower(*code, &all));
     all.iter().copied().filter(is_worthwhile).collect()
 }
 
@@ -519,7 +519,7 @@ mod tests {
     fn robots_that_live_together_take_one_vector_at_a_time() {
         assert!(keeps_words(&oneiro_shaders::SWARM) && !keeps_words(&oneiro_shaders::LIFE_PERCEPTRON));
         let all = [("avx512x64", 64), ("avx512x16", 16), ("avx2x16", 16), ("scalarx1", 1)];
-        let kept = all.into_iter().filter(|own| !has_narrower(*own, &all));
+        let kept = all.into_iter().filter(|code| !has_narrower(*code, &all));
         assert!(kept.eq(all.into_iter().skip(1)));
     }
 
@@ -592,9 +592,11 @@ mod tests {
         .unwrap();
         let genes = vec![0.5; world.genes()];
         let batch = |turns: fn(u64) -> u64| {
-            let own = world.kernel();
-            let turns = Turns(Box::leak(Box::new(move |word: &WordOf<'_>| turns((own.turns.0)(word)))));
-            let kernel = Box::leak(Box::new(Kernel { turns, ..*own }));
+            let shipped = world.kernel();
+            let turns = Turns(Box::leak(Box::new(move |word: &WordOf<'_>| {
+                turns((shipped.turns.0)(word))
+            })));
+            let kernel = Box::leak(Box::new(Kernel { turns, ..*shipped }));
             let rollout = Rollout {
                 world: 0,
                 genes: &genes,

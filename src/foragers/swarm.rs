@@ -1,5 +1,5 @@
 //! Swarms of foraging e-pucks in one arena, as in O'Dowd, Studley and Winfield (2014): the surrogate of the real arena,
-//! in which individual robots meet, push and shade each other, share the food and hear each other at close range.
+//! in which individual robots meet, push and shade each other, share the food and exchange messages at close range.
 //! [`Differences`] lists how it differs from the [on-board simulator](crate::foraging).
 //!
 //! One invocation of the kernel is a whole world, with its robots in a loop over words of its state. Lanes are worlds,
@@ -121,33 +121,33 @@ pub struct Swarm {
 pub fn parameters<T: AsMut<Swarm>>() -> Vec<Parameter<T>> {
     vec![
         row("robots", "", Whole(1, GREATEST_ROBOTS.into()), "O'Dowd et al. 2014, section 4.5",
-            "Robots.", |own, _| Some(&mut own.as_mut().robots)),
+            "Robots.", |spec, _| Some(&mut spec.as_mut().robots)),
         row("robot.individuals", "", Whole(0, i64::MAX as u64), "ours: the seed of how robots differ",
-            "The seed from which the differences between robots are drawn.", |own, _| Some(&mut own.as_mut().individuals)),
+            "The seed from which the differences between robots are drawn.", |spec, _| Some(&mut spec.as_mut().individuals)),
         row("messages.range_mm", "mm", Number(0.0, 10_000.0), "O'Dowd et al. 2014, section 4.3",
-            "How far messages reach, between centres.", |own, _| Some(&mut own.as_mut().range)),
+            "How far messages reach, between centres.", |spec, _| Some(&mut spec.as_mut().range)),
         row("messages.heard", "", Number(0.0, 1.0), "ours; arm",
-            "Chance that a robot in range is heard, once a second.", |own, _| Some(&mut own.as_mut().heard)),
+            "Chance that a robot in range is heard, once a second.", |spec, _| Some(&mut spec.as_mut().heard)),
         row("messages.line_of_sight", "", Any, "ours; arm",
-            "Whether a third robot in the way keeps a message from being heard.", |own, _| Some(&mut own.as_mut().line_of_sight)),
+            "Whether a third robot in the way keeps a message from being heard.", |spec, _| Some(&mut spec.as_mut().line_of_sight)),
         row("differences.wheels", "", Number(0.0, 0.2), "ours; arm without differences",
-            "Standard deviation of the wheels' sizes, as a fraction: a robot curves.", |own, _| Some(&mut own.as_mut().differences.wheels)),
+            "Standard deviation of the wheels' sizes, as a fraction: a robot curves.", |spec, _| Some(&mut spec.as_mut().differences.wheels)),
         row("differences.proximity", "", Number(0.0, 0.2), "ours; arm without differences",
-            "Standard deviation of the gains of proximity sensors.", |own, _| Some(&mut own.as_mut().differences.proximity)),
+            "Standard deviation of the gains of proximity sensors.", |spec, _| Some(&mut spec.as_mut().differences.proximity)),
         row("differences.light", "", Number(0.0, 0.2), "ours; arm without differences",
-            "Standard deviation of the gains of light sensors.", |own, _| Some(&mut own.as_mut().differences.light)),
+            "Standard deviation of the gains of light sensors.", |spec, _| Some(&mut spec.as_mut().differences.light)),
         row("differences.slip", "", Number(0.0, 1.0), "ours; arm without differences",
-            "Maximum fraction of its way that a wheel loses in a cycle.", |own, _| Some(&mut own.as_mut().differences.slip)),
+            "Maximum fraction of its way that a wheel loses in a cycle.", |spec, _| Some(&mut spec.as_mut().differences.slip)),
         row("differences.latency", "", Any, "ours; arm without differences",
-            "Whether wheels obey one cycle late.", |own, _| Some(&mut own.as_mut().differences.latency)),
+            "Whether wheels obey one cycle late.", |spec, _| Some(&mut spec.as_mut().differences.latency)),
         row("differences.beam", "", Number(0.0, 1.0), "ours; arm without differences",
-            "How much darker the lamp is across its axis.", |own, _| Some(&mut own.as_mut().differences.beam)),
+            "How much darker the lamp is across its axis.", |spec, _| Some(&mut spec.as_mut().differences.beam)),
         row("differences.reflection", "", Number(0.0, 1.0), "ours; arm without differences",
-            "Light that the walls throw back next to the lamp, of 1.", |own, _| Some(&mut own.as_mut().differences.reflection)),
+            "Light that the walls throw back next to the lamp, of 1.", |spec, _| Some(&mut spec.as_mut().differences.reflection)),
         row("differences.shadows", "", Number(0.0, 1.0), "ours; arm without differences",
-            "Share of the lamp's light that a robot takes from one right behind it.", |own, _| Some(&mut own.as_mut().differences.shadows)),
+            "Share of the lamp's light that a robot takes from one right behind it.", |spec, _| Some(&mut spec.as_mut().differences.shadows)),
         row("differences.tracking_loss", "", Number(0.0, 1.0), "ours; arm without differences",
-            "Chance that the tracking system tells a robot nothing in a cycle.", |own, _| Some(&mut own.as_mut().differences.tracking_loss)),
+            "Chance that the tracking system tells a robot nothing in a cycle.", |spec, _| Some(&mut spec.as_mut().differences.tracking_loss)),
     ]
 }
 
@@ -179,7 +179,7 @@ impl Swarm {
 
     /// Values in the kernel's form.
     fn cells(&self) -> Vec<[u32; 4]> {
-        let Self { differences: own, .. } = self;
+        let Self { differences, .. } = self;
         // The lamp's side is an input of a world; the cells have its position if it is opposite.
         let forager = Foraging {
             light: Light::OppositeNest,
@@ -201,27 +201,27 @@ impl Swarm {
         cells.put(
             kernel::DELAYS,
             kernel::DelaysCell {
-                latency: flag(own.latency),
-                slip: of(own.slip),
-                tracking_loss: of(own.tracking_loss),
+                latency: flag(differences.latency),
+                slip: of(differences.slip),
+                tracking_loss: of(differences.tracking_loss),
                 ..kernel::DelaysCell::default()
             },
         );
         cells.put(
             kernel::FIELD,
             kernel::FieldCell {
-                beam: of(own.beam),
-                reflection: of(own.reflection),
-                shadows: of(own.shadows),
+                beam: of(differences.beam),
+                reflection: of(differences.reflection),
+                shadows: of(differences.shadows),
                 ..kernel::FieldCell::default()
             },
         );
         cells.put(
             kernel::SPREAD,
             kernel::SpreadCell {
-                wheels: of(own.wheels),
-                proximity: of(own.proximity),
-                light: of(own.light),
+                wheels: of(differences.wheels),
+                proximity: of(differences.proximity),
+                light: of(differences.light),
                 ..kernel::SpreadCell::default()
             },
         );
@@ -255,7 +255,7 @@ impl Swarm {
 
     /// Decodes a world's trace with `line_words` words per line: as many as the largest world of its batch needs.
     pub fn lines(&self, words: &[u32], line_words: usize) -> Vec<Line> {
-        let own = self.robot_line_words() as usize;
+        let robot_words = self.robot_line_words() as usize;
         let robots = self.robots as usize;
         words
             .chunks_exact(line_words)
@@ -277,9 +277,12 @@ impl Swarm {
                             .fold(0, |mask, &word| mask << u32::BITS | u128::from(word)),
                     }
                 };
-                let food = &line[robots * own..][..FOOD_WORDS as usize];
+                let food = &line[robots * robot_words..][..FOOD_WORDS as usize];
                 Line {
-                    robots: line[..robots * own].chunks_exact(own).map(robot).collect(),
+                    robots: line[..robots * robot_words]
+                        .chunks_exact(robot_words)
+                        .map(robot)
+                        .collect(),
                     food: food
                         .as_chunks::<2>()
                         .0

@@ -34,7 +34,7 @@ pub use crate::outside::reported::Error;
 use crate::parameter::{Invalid, integer};
 use crate::random::Key;
 
-/// Words that a mind remembers from cycle to cycle: `State` of the kernel, `physics/acting.wgsl`.
+/// Words that a mind remembers from cycle to cycle: `EpisodeState` of the kernel, `physics/acting.wgsl`.
 pub const MEMORY: usize = 4;
 
 /// What a robot does in a cycle.
@@ -166,11 +166,11 @@ impl Acting {
         let outcome = device.evaluate(&batch, &Control::new())?;
         mind.cycle = next;
         mind.memory.copy_from_slice(&outcome.states[0]);
-        let own: kernel::Details = outcome.traces[0].details_as(0);
+        let details: kernel::Details = outcome.traces[0].details_as(0);
         Ok(Deed {
-            forward: own.forward,
-            turn: own.turn,
-            behaviour: Behaviour::of(own.behaviour),
+            forward: details.forward,
+            turn: details.turn,
+            behaviour: Behaviour::of(details.behaviour),
         })
     }
 }
@@ -245,19 +245,19 @@ mod tests {
         };
         for (readings, problem) in [
             (
-                with(|own| own.near[2] = f32::NAN),
+                with(|readings| readings.near[2] = f32::NAN),
                 "readings.near[2]: is NaN; allowed: 0 to 1",
             ),
             (
-                with(|own| own.near[0] = 1.0_f32.next_up()),
+                with(|readings| readings.near[0] = 1.0_f32.next_up()),
                 "readings.near[0]: is 1.0000001; allowed: 0 to 1",
             ),
             (
-                with(|own| own.light[7] = f32::INFINITY),
+                with(|readings| readings.light[7] = f32::INFINITY),
                 "readings.light[7]: is inf; allowed: 0 to 1",
             ),
             (
-                with(|own| own.light[1] = -0.5),
+                with(|readings| readings.light[1] = -0.5),
                 "readings.light[1]: is -0.5; allowed: 0 to 1",
             ),
         ] {
@@ -289,12 +289,12 @@ mod tests {
                 ..Readings::default()
             };
             let mut deed = |mind: &mut Mind| acting.cycle(mind, &mut cpu, [0.5; 2], &readings, false).unwrap();
-            let own = deed(&mut mind);
-            assert_eq!(deed(&mut again), own);
+            let deed_now = deed(&mut mind);
+            assert_eq!(deed(&mut again), deed_now);
             assert_eq!(again, mind);
             // Away from what is near on the left.
-            assert!(cycle % 50 >= 2 || own.turn < 0.0 && own.behaviour == Behaviour::Avoid);
-            turned += u32::from(own.behaviour == Behaviour::Search && own.turn != 0.0);
+            assert!(cycle % 50 >= 2 || deed_now.turn < 0.0 && deed_now.behaviour == Behaviour::Avoid);
+            turned += u32::from(deed_now.behaviour == Behaviour::Search && deed_now.turn != 0.0);
         }
         assert!(turned > 3, "{turned} cycles of random turns");
         let with = |word: usize, number: f32| {

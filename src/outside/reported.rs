@@ -66,10 +66,10 @@ impl Reported {
         let build = match &spec.robot.build {
             Build::Sampled => Build::Sampled,
             Build::Forager(_) => return Err(Invalid::new("robot.kind", FORAGER)),
-            Build::Differential(own) => Build::Differential(Differential {
+            Build::Differential(robot) => Build::Differential(Differential {
                 acceleration: None,
                 latency: None,
-                ..own.clone()
+                ..robot.clone()
             }),
         };
         let readings = build.readings().len();
@@ -203,7 +203,7 @@ impl Episode<'_> {
         self.inputs[..readings.len()].copy_from_slice(readings);
         let pose = self.pose;
         // Where the cycle ends is not known yet, and the controller doesn't ask.
-        let outcome = self.lived(device, pose)?;
+        let outcome = self.simulate(device, pose)?;
         Ok(outcome.and_then(|outcome| {
             let record = outcome.traces.first()?.first()?;
             Some([record.speed_left, record.speed_right])
@@ -217,7 +217,7 @@ impl Episode<'_> {
     /// A pose that isn't finite or beyond [`GREATEST_GENE`]; those of the device.
     pub fn moved(&mut self, device: &mut dyn Evaluator, end: [f32; POSE]) -> Result<Trace, Error> {
         check("end", &end)?;
-        let Some(mut outcome) = self.lived(device, end)? else {
+        let Some(mut outcome) = self.simulate(device, end)? else {
             return Ok(Trace::default());
         };
         let trace = outcome.traces.pop().unwrap_or_default();
@@ -231,7 +231,7 @@ impl Episode<'_> {
     }
 
     /// The next cycle, if there is one.
-    fn lived(&mut self, device: &mut dyn Evaluator, end: [f32; POSE]) -> Result<Option<Outcome>, Error> {
+    fn simulate(&mut self, device: &mut dyn Evaluator, end: [f32; POSE]) -> Result<Option<Outcome>, Error> {
         if self.cycle >= self.world.world.cycles() {
             return Ok(None);
         }

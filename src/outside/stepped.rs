@@ -1,6 +1,6 @@
-//! Episodes whose wheels are commanded from outside, cycle by cycle: the simulator as an environment for reinforcement learning, or for a
-//! controller in another language. Sensors, motion and task run in the same kernels as in whole episodes, so an episode that gets the commands
-//! of a controller has the bits of that controller's episode.
+//! Episodes whose wheels are commanded from outside, cycle by cycle: the simulator as an environment for reinforcement learning, or
+//! for a controller in another language. Sensors, motion and task run in the same kernels as whole episodes: with a controller's
+//! commands, an episode has the same bits as that controller's episode.
 //!
 //! ```
 //! use oneiro::cpu::Cpu;
@@ -94,11 +94,11 @@ impl Stepped {
         }
         let part = Part::new(Kind::Controller, "external.wgsl", include_str!("stepped/external.wgsl"));
         let part = part.map_err(|refused| Invalid::new("controller.kind", refused.to_string()))?;
-        let mut own = spec.own.clone();
-        own.insert(Arc::new(OwnPart::new(Arc::new(part), &[])?));
+        let mut parts = spec.own.clone();
+        parts.insert(Arc::new(OwnPart::new(Arc::new(part), &[])?));
         let world = World::new(WorldSpec {
             controller: Controller::Own,
-            own,
+            own: parts,
             // The sensors are also read after the last cycle.
             cycles: spec.cycles + 1,
             ..spec.clone()
@@ -106,7 +106,7 @@ impl Stepped {
         let worlds = Worlds::new(std::slice::from_ref(&world))?;
         let details = world.details().iter().enumerate();
         let places: Vec<usize> = details
-            .filter(|(_, own)| own.kind == DetailKind::Perceived)
+            .filter(|(_, detail)| detail.kind == DetailKind::Perceived)
             .map(|(index, _)| RECORD + index)
             .collect();
         Ok(Self {
@@ -133,8 +133,8 @@ impl Stepped {
     /// Names of the readings: the robot's, then those of a user's sensors.
     pub fn names(&self) -> Vec<String> {
         let details = self.world.details().iter();
-        let perceived = details.filter(|own| own.kind == DetailKind::Perceived);
-        perceived.map(|own| own.name.clone()).collect()
+        let perceived = details.filter(|detail| detail.kind == DetailKind::Perceived);
+        perceived.map(|detail| detail.name.clone()).collect()
     }
 
     /// Readings of each episode, as its controller would get them in its next cycle. All are 0 once it has ended early.
@@ -278,10 +278,10 @@ impl Stepped {
             states.resize(slots * words, 0);
             states
         };
-        let own = members
+        let inputs = members
             .iter()
             .map(|&member| (self.keys[who[member]], commands(member).map(flushed)));
-        let batch = self.worlds.cycle(own, cycle, states, episodes);
+        let batch = self.worlds.cycle(inputs, cycle, states, episodes);
         let result = match device.evaluate_part(&batch.all(), control) {
             Ok(result) => result,
             Err(error) => {
@@ -306,8 +306,8 @@ impl Stepped {
                 self.fitness[episode] = result.fitness[slot];
                 continue;
             }
-            let own = &mut self.readings[episode * readings..][..readings];
-            for (reading, &place) in own.iter_mut().zip(&self.places) {
+            let readings_of_episode = &mut self.readings[episode * readings..][..readings];
+            for (reading, &place) in readings_of_episode.iter_mut().zip(&self.places) {
                 *reading = f32::from_bits(line[place]);
             }
             if may_end && line.iter().all(|word| *word == 0) {
@@ -319,8 +319,8 @@ impl Stepped {
             self.states = result.states;
         } else if episodes {
             for (slot, &member) in members.iter().enumerate() {
-                let own = &result.states[slot * words..][..words];
-                self.states[who[member] * words..][..words].copy_from_slice(own);
+                let state = &result.states[slot * words..][..words];
+                self.states[who[member] * words..][..words].copy_from_slice(state);
             }
         }
         Ok(())

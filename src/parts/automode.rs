@@ -18,7 +18,7 @@ pub(crate) use behaviour_tree::genes as tree_genes;
 pub(crate) use state_machine::genes as machine_genes;
 
 pub use behaviour_tree::{Branch, GREATEST_BRANCHES, Tree};
-pub use state_machine::{GREATEST_STATES, GREATEST_TRANSITIONS, Machine, State, Transition};
+pub use state_machine::{GREATEST_STATES, GREATEST_TRANSITIONS, Machine, MachineState, Transition};
 pub use text::BadText;
 
 /// Ranges of values, in genomes and in texts: the numbers of behaviours and of conditions, and their values.
@@ -337,8 +337,12 @@ impl Form {
     /// If there are not as many genes as such a controller has.
     pub fn behaviours(self, genome: &[f32]) -> Vec<Behaviour> {
         match self {
-            Self::StateMachine => Machine::of(genome).states.iter().map(|own| own.behaviour).collect(),
-            Self::BehaviourTree => Tree::of(genome).branches.iter().map(|own| own.behaviour).collect(),
+            Self::StateMachine => Machine::of(genome).states.iter().map(|state| state.behaviour).collect(),
+            Self::BehaviourTree => Tree::of(genome)
+                .branches
+                .iter()
+                .map(|branch| branch.behaviour)
+                .collect(),
         }
     }
 
@@ -348,8 +352,8 @@ impl Form {
     /// If there are not as many genes as such controllers have.
     pub fn text(self, genome: &[f32]) -> String {
         let (genes, text): (_, fn(&[f32]) -> String) = match self {
-            Self::StateMachine => (machine_genes().len(), |own| Machine::of(own).to_string()),
-            Self::BehaviourTree => (tree_genes().len(), |own| Tree::of(own).to_string()),
+            Self::StateMachine => (machine_genes().len(), |genome| Machine::of(genome).to_string()),
+            Self::BehaviourTree => (tree_genes().len(), |genome| Tree::of(genome).to_string()),
         };
         let lines: Vec<String> = genome.chunks(genes).map(text).collect();
         lines.join("\n")

@@ -259,7 +259,7 @@ impl OwnParts {
     /// Names of the readings of a user's sensors.
     pub(crate) fn readings(&self) -> Arc<[String]> {
         self.get(Kind::Sensor)
-            .map_or_else(Arc::default, |own| own.part.readings().into())
+            .map_or_else(Arc::default, |part| part.part.readings().into())
     }
 
     /// Names of all readings of a robot with these parts: its own, then those of a user's sensors.
@@ -269,9 +269,9 @@ impl OwnParts {
 
     /// The fields of the kernel's `Readings`, in order: the robot's, and those of a user's sensors.
     fn readings_in(&self, robot: &[String]) -> Vec<String> {
-        let own = self.readings();
-        let own = own.iter().map(|name| format!("own.{name}"));
-        robot.iter().cloned().chain(own).collect()
+        let readings = self.readings();
+        let readings = readings.iter().map(|name| format!("own.{name}"));
+        robot.iter().cloned().chain(readings).collect()
     }
 
     /// Details in the trace of a robot with these parts.
@@ -296,21 +296,21 @@ impl OwnParts {
             scalar: Scalar::Float,
             expression: format!("perceived.own.{name}"),
         }));
-        for own in self.iter() {
-            let kind = own.part.kind();
+        for part in self.iter() {
+            let kind = part.part.kind();
             if owner.together().is_some() {
-                details.extend(own.part.mission().iter().map(|(name, scalar)| Detail {
+                details.extend(part.part.mission().iter().map(|(name, scalar)| Detail {
                     name: name.clone(),
                     kind: DetailKind::Memory(kind),
                     scalar: *scalar,
-                    expression: format!("own.mission.{name}"),
+                    expression: format!("after.mission.{name}"),
                 }));
             }
-            details.extend(own.part.memory().iter().map(|(name, scalar)| Detail {
+            details.extend(part.part.memory().iter().map(|(name, scalar)| Detail {
                 name: name.clone(),
                 kind: DetailKind::Memory(kind),
                 scalar: *scalar,
-                expression: format!("own.{}.{name}", kind.word()),
+                expression: format!("after.{}.{name}", kind.word()),
             }));
         }
         details.extend(self.details_of_others(owner));
@@ -327,7 +327,7 @@ impl OwnParts {
                     name: format!("robot_{robot}.{part}"),
                     kind: DetailKind::Other,
                     scalar: Scalar::Float,
-                    expression: format!("member_started(own.episode, {robot}u).{part}"),
+                    expression: format!("member_started(after.episode, {robot}u).{part}"),
                 })
             };
             return (1..count).flat_map(pose).collect();
@@ -336,13 +336,13 @@ impl OwnParts {
             name: format!("heard_{word}"),
             kind: DetailKind::Heard,
             scalar: Scalar::Unsigned,
-            expression: format!("word(own.episode.member_words, MEMBER_SENDERS + {word}u)"),
+            expression: format!("word(after.episode.member_words, MEMBER_SENDERS + {word}u)"),
         };
         let earned = Detail {
             name: "earned".to_owned(),
             kind: DetailKind::Earned,
             scalar: Scalar::Float,
-            expression: "number(own.episode.member_words, MEMBER_EARNED)".to_owned(),
+            expression: "number(after.episode.member_words, MEMBER_EARNED)".to_owned(),
         };
         let hears = owner.together().is_some_and(|together| together.hearing.is_some());
         let words = if hears { count.div_ceil(u32::BITS) } else { 0 };
@@ -353,7 +353,7 @@ impl OwnParts {
     /// Whether the task scores each robot of a world by itself: a mission alone scores all of them together.
     pub fn scores_each(&self) -> bool {
         let task = self.get(Kind::Task);
-        task.is_none_or(|own| own.part.functions().contains(&OF_EACH))
+        task.is_none_or(|part| part.part.functions().contains(&OF_EACH))
     }
 
     /// These parts, and a network as the controller of a robot whose readings are in these fields.
@@ -384,12 +384,12 @@ impl OwnParts {
         &self,
         path: &str,
         text: &str,
-        own: impl FnOnce(Arc<Part>) -> Result<OwnPart, Invalid>,
+        with_values: impl FnOnce(Arc<Part>) -> Result<OwnPart, Invalid>,
     ) -> Result<Self, Invalid> {
         let part = Part::of_oneiro(path, text);
         let part = part.map_err(|refused| Invalid::new("controller.kind", refused.to_string()))?;
         let mut all = self.clone();
-        all.insert(Arc::new(own(Arc::new(part))?));
+        all.insert(Arc::new(with_values(Arc::new(part))?));
         Ok(all)
     }
 

@@ -144,7 +144,7 @@ impl Choice for Outputs {
 impl Activation {
     /// Its value, in WGSL. The slope is the name of a value.
     fn of(self, slope: Option<String>, sum: &str) -> String {
-        let x = slope.map_or_else(|| sum.to_owned(), |slope| format!("own.{slope} * {sum}"));
+        let x = slope.map_or_else(|| sum.to_owned(), |slope| format!("values.{slope} * {sum}"));
         match self {
             Self::Logistic => format!("logistic({x})"),
             Self::Tanh => format!("hyperbolic_tangent({x})"),
@@ -282,7 +282,7 @@ impl Layer {
                 let gene = format!("clamp(gene(episode, first + {}u), 0.0f, 1.0f)", genes - 1);
                 format!(
                     "    let before_{index} = state_{index}[unit];
-    let rate = own.{fastest} * exponential(-own.{span} * {gene});
+    let rate = values.{fastest} * exponential(-values.{span} * {gene});
     state_{index}[unit] = flushed(before_{index} + rate * flushed(sum - before_{index}));
     layer_{index}[unit] = {ctrnn_output};
 "
@@ -300,13 +300,13 @@ impl Layer {
     /// Its values, by name: the slope, if it has one, and of time constants the maximum fraction of one that a cycle is, and the
     /// logarithm of the maximum by the minimum. A time constant is `minimum (maximum / minimum)^gene` for a gene from 0 to 1.
     fn values(&self, index: usize) -> Vec<(String, f32)> {
-        let own = self.slope.map(|factor| (slope(index), factor)).into_iter();
+        let slope_value = self.slope.map(|factor| (slope(index), factor)).into_iter();
         if self.kind != LayerKind::Ctrnn {
-            return own.collect();
+            return slope_value.collect();
         }
         let [least, greatest] = self.time_constants.unwrap_or(TIME_CONSTANTS).map(f64::from);
         let numbers = [CYCLE / least, exact::logarithm(greatest / least)].map(|number| number as f32);
-        own.chain(rates(index).into_iter().zip(numbers)).collect()
+        slope_value.chain(rates(index).into_iter().zip(numbers)).collect()
     }
 
     /// Checks conditions that involve several of its values; errors have keys without the layer's place.
@@ -434,11 +434,11 @@ impl Network {
             let after = format!("ControllerState({})", kept.join(", "));
             (format!("struct ControllerState {{\n{fields}}}\n"), after)
         };
-        let (values, own) = self.declared();
+        let (values, reading) = self.declared();
         format!(
             "const CONTROLLER_GENES: u32 = {first}u;
 {values}{state}fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {{
-{own}{cycle}    return Command(vec2<f32>({left}, {right}), {after});
+{reading}{cycle}    return Command(vec2<f32>({left}, {right}), {after});
 }}
 "
         )
@@ -459,8 +459,8 @@ impl Network {
         if fields.is_empty() {
             return (fields, "");
         }
-        let own = "    let own = controller_values(episode);\n";
-        (format!("struct ControllerValues {{\n{fields}}}\n"), own)
+        let reading = "    let values = controller_values(episode);\n";
+        (format!("struct ControllerValues {{\n{fields}}}\n"), reading)
     }
 
     /// Checks conditions that involve several values.

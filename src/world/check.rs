@@ -41,12 +41,12 @@ pub(super) fn check(spec: &mut WorldSpec) -> Result<Physics, Invalid> {
     arena(&spec.arena, spec.robot.tables())?;
     start(spec.start, &spec.arena)?;
     spec.noise.check(&spec.robot.build)?;
-    if let Some(own) = &spec.surrogate {
-        own.check(|difference| spec.robot.differs_by(difference))?;
+    if let Some(individual) = &spec.surrogate {
+        individual.check(|difference| spec.robot.differs_by(difference))?;
         surrogate(spec, &physics)?;
     }
-    if let Controller::Network(own) = &spec.controller {
-        network(own, spec)?;
+    if let Controller::Network(layers) = &spec.controller {
+        network(layers, spec)?;
     }
     if let Controller::StateMachine(_) | Controller::BehaviourTree(_) = &spec.controller {
         modules(spec, &physics)?;
@@ -67,11 +67,11 @@ pub(super) fn physics(spec: &WorldSpec) -> Result<Physics, Invalid> {
             eight_sensors(&spec.robot.sensors)?;
             individual.map_or(Physics::Sampled, Physics::Individual)
         }
-        Build::Differential(own) => {
-            let own = own.check(&spec.own.readings(), &spec.robot.body(), &spec.arena)?;
-            Physics::Described(own, individual)
+        Build::Differential(robot) => {
+            let robot = robot.check(&spec.own.readings(), &spec.robot.body(), &spec.arena)?;
+            Physics::Described(robot, individual)
         }
-        Build::Forager(own) => Physics::Forager(*own),
+        Build::Forager(forager) => Physics::Forager(*forager),
     })
 }
 
@@ -91,7 +91,7 @@ fn turned(spec: &mut WorldSpec) {
 
 /// Checks what only foragers have, and gives them their arena and their body.
 fn forager(spec: &mut WorldSpec) -> Result<(), Invalid> {
-    let Build::Forager(mut own) = spec.robot.build else {
+    let Build::Forager(mut forager) = spec.robot.build else {
         for (key, is_given, word) in [
             (
                 "controller.kind",
@@ -107,13 +107,13 @@ fn forager(spec: &mut WorldSpec) -> Result<(), Invalid> {
         }
         return Ok(());
     };
-    own.foraging.cycles = spec.cycles;
-    own.foraging.start = match spec.start {
+    forager.foraging.cycles = spec.cycles;
+    forager.foraging.start = match spec.start {
         Start::Random => None,
         Start::At { x, y, heading } => Some([x, y, heading]),
     };
-    own.foraging.check()?;
-    let arena = own.arena();
+    forager.foraging.check()?;
+    let arena = forager.arena();
     let readings = spec.own.readings();
     let taken = readings.iter().find(|name| foraging::READINGS.contains(&name.as_str()));
     let refused = [
@@ -141,8 +141,8 @@ fn forager(spec: &mut WorldSpec) -> Result<(), Invalid> {
     if let Some((key, _, problem)) = refused.into_iter().find(|(_, is_refused, _)| *is_refused) {
         return Err(Invalid::new(key, problem));
     }
-    spec.robot.body_radius = own.foraging.body_radius;
-    spec.robot.build = Build::Forager(own);
+    spec.robot.body_radius = forager.foraging.body_radius;
+    spec.robot.build = Build::Forager(forager);
     spec.arena = arena;
     Ok(())
 }
@@ -236,11 +236,11 @@ fn network(network: &Network, spec: &WorldSpec) -> Result<(), Invalid> {
 
 /// Checks that a user's parts are there where a world asks for them.
 fn own_parts(spec: &WorldSpec) -> Result<(), Invalid> {
-    let own = [
+    let parts = [
         (Kind::Controller, spec.controller == Controller::Own),
         (Kind::Task, spec.task == Task::Own),
     ];
-    for (kind, is_own) in own {
+    for (kind, is_own) in parts {
         if is_own != spec.own.get(kind).is_some() {
             let problem = "and `own` disagree; allowed: `Own` with a part of this kind, or another without";
             return Err(Invalid::new(format!("{}.kind", kind.word()), problem));
@@ -344,7 +344,7 @@ fn new_cell(spec: &WorldSpec) -> Result<(), Invalid> {
 fn greatest_speed(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     let diameter = 2.0 * spec.robot.body_radius;
     let key = match physics {
-        Physics::Described(own, _) if matches!(own.drive, Drive::Wheels(_)) => "robot.greatest_speed_mm_s",
+        Physics::Described(robot, _) if matches!(robot.drive, Drive::Wheels(_)) => "robot.greatest_speed_mm_s",
         Physics::Described(..) | Physics::Sampled | Physics::Individual(_) => "robot.motors",
         // Its wall is a circle, which it is always within.
         Physics::Forager(_) => return Ok(()),
@@ -362,7 +362,7 @@ fn greatest_speed(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
 
 /// Maximum displacement in a cycle, including noise, mm; not for foragers.
 pub(super) fn farthest(spec: &WorldSpec, physics: &Physics) -> f32 {
-    let described = physics.described().and_then(|own| own.drive.farthest());
+    let described = physics.described().and_then(|robot| robot.drive.farthest());
     let sampled = || {
         let cells = spec.robot.motors.cells.iter();
         cells.map(|cell| cell.displacement.abs()).fold(0.0, f32::max)

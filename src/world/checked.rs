@@ -1,4 +1,4 @@
-//! A world that was checked, with its kernel.
+//! A checked world, with its kernel.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -76,9 +76,9 @@ impl World {
         let Composed {
             kernel, genes, words, ..
         } = parts.compose(kernel(&spec, &physics), &owner)?;
-        let members = physics.together().map_or(0, |own| own.count);
+        let members = physics.together().map_or(0, |swarm| swarm.count);
         let genes = match (&spec.controller, genes) {
-            (Controller::Own, Some(own)) => own.to_vec(),
+            (Controller::Own, Some(parts)) => parts.to_vec(),
             (controller, _) => controller.genes(&readings),
         };
         let packed = pack::Packed::new(&spec, &physics, &parts, genes.len())?;
@@ -139,7 +139,7 @@ impl World {
     /// A robot's part of a genome; robots of a team have the same.
     pub fn genes_of(&self, robot: u32) -> Range<usize> {
         let genes = self.0.genes.controller().len();
-        let genome = self.0.physics.together().map_or(0, |own| own.genomes.of(robot));
+        let genome = self.0.physics.together().map_or(0, |swarm| swarm.genomes.of(robot));
         let first = genome as usize * genes;
         first..first + genes
     }
@@ -151,7 +151,7 @@ impl World {
 
     /// Number of robots.
     pub fn robots(&self) -> u32 {
-        self.0.physics.together().map_or(1, |own| own.count)
+        self.0.physics.together().map_or(1, |swarm| swarm.count)
     }
 
     /// Whether walls and objects keep a robot within the arena, as far as a grid of half the body's radius shows; `None` if the
@@ -180,7 +180,7 @@ impl World {
 
 /// Genes of all controllers of a world.
 fn layout(controller: Vec<Gene>, together: Option<&Together>) -> Result<GeneLayout, Invalid> {
-    let names = together.map_or_else(Vec::new, |own| own.genomes.names(own.count));
+    let names = together.map_or_else(Vec::new, |swarm| swarm.genomes.names(swarm.count));
     if names.is_empty() {
         return Ok(GeneLayout::new(controller));
     }
@@ -200,19 +200,19 @@ fn layout(controller: Vec<Gene>, together: Option<&Together>) -> Result<GeneLayo
 /// user's and a network.
 fn key_of_turns(spec: &WorldSpec, parts: &OwnParts) -> String {
     let without = || {
-        let mut own = WorldSpec {
+        let mut spec_without = WorldSpec {
             controller: Controller::Perceptron,
             task: Task::AVOIDANCE,
             own: OwnParts::default(),
             ..spec.clone()
         };
-        if let Build::Differential(robot) = &mut own.robot.build {
+        if let Build::Differential(robot) = &mut spec_without.robot.build {
             robot.genomes = Genomes::Homogeneous;
         }
-        own
+        spec_without
     };
     match spec.own.iter().last().or(parts.iter().last()) {
-        Some(own) if World::new(without()).is_ok() => own.key(),
+        Some(part) if World::new(without()).is_ok() => part.key(),
         _ => "robot.sensors".to_owned(),
     }
 }
@@ -249,8 +249,8 @@ impl WorldKind for World {
     }
 
     fn state_words(&self) -> u32 {
-        let own = (self.0.kernel.stride("state") / size_of::<u32>()) as u32;
-        self.0.words.unwrap_or(own)
+        let words = (self.0.kernel.stride("state") / size_of::<u32>()) as u32;
+        self.0.words.unwrap_or(words)
     }
 
     fn record_words(&self) -> u32 {
@@ -262,7 +262,7 @@ impl WorldKind for World {
         if self.0.words.is_some() {
             return task.is_some_and(|part| part.functions().contains(&"mission_ends"));
         }
-        let battery = self.0.physics.described().and_then(|own| own.battery);
+        let battery = self.0.physics.described().and_then(|robot| robot.battery);
         task.is_some() || matches!(battery, Some(Battery { ends_life: true, .. }))
     }
 

@@ -1,4 +1,4 @@
-//! A parametric robot whose numbers were checked: defaults are filled in, and values that need each other are one type.
+//! A checked parametric robot: defaults are filled in, and values that need each other are one type.
 
 use std::f64::consts::TAU;
 
@@ -56,9 +56,9 @@ pub(crate) struct Wheels {
 impl Drive {
     /// The farthest that a wheel gets in a cycle, mm, noise included; `None` of sampled motors.
     pub(crate) fn farthest(&self) -> Option<f32> {
-        let Self::Wheels(own) = self else { return None };
-        let noise = own.noise.map_or(0.0, |(most, law)| most * law.greatest());
-        Some(0.1 * own.greatest_speed * (1.0 + noise))
+        let Self::Wheels(wheels) = self else { return None };
+        let noise = wheels.noise.map_or(0.0, |(most, law)| most * law.greatest());
+        Some(0.1 * wheels.greatest_speed * (1.0 + noise))
     }
 }
 
@@ -204,15 +204,15 @@ impl parameter::Field for Genomes {
     }
 
     fn set(&mut self, datum: &Datum) -> bool {
-        let own = match datum {
+        let genomes = match datum {
             Datum::Word(word) if word == HOMOGENEOUS => Some(Self::Homogeneous),
             Datum::Word(word) if word == HETEROGENEOUS => Some(Self::Heterogeneous),
             Datum::List(list) => list.iter().map(Datum::whole).collect::<Option<_>>().map(Self::Teams),
             _ => None,
         };
-        let is_set = own.is_some();
-        if let Some(own) = own {
-            *self = own;
+        let is_set = genomes.is_some();
+        if let Some(genomes) = genomes {
+            *self = genomes;
         }
         is_set
     }
@@ -229,14 +229,14 @@ impl Described {
     /// Noise of its wheels.
     pub(crate) fn wheel_noise(&self) -> Option<(f32, WheelNoise)> {
         match &self.drive {
-            Drive::Wheels(own) => own.noise,
+            Drive::Wheels(wheels) => wheels.noise,
             Drive::Motors { .. } => None,
         }
     }
 
     /// Its reference model and its values.
     pub(crate) fn model(&self) -> Option<&(Model, Reference)> {
-        self.together.as_ref().and_then(|own| own.model.as_ref())
+        self.together.as_ref().and_then(|swarm| swarm.model.as_ref())
     }
 
     /// Whether it has a sensor that was sampled.
@@ -248,14 +248,14 @@ impl Described {
     /// Names of its readings: those of its list of sensors, then those of its reference model.
     #[cfg(feature = "compose")]
     pub(crate) fn readings(&self) -> Vec<String> {
-        let own = self.sensors.iter().map(|sensor| sensor.name.clone());
+        let listed = self.sensors.iter().map(|sensor| sensor.name.clone());
         let model = self.model().into_iter().flat_map(|(model, _)| model.readings());
-        own.chain(model).collect()
+        listed.chain(model).collect()
     }
 
     /// Start of each robot of a swarm, if set.
     pub(crate) fn start_places(&self) -> &[[f32; 2]] {
-        let starts = self.together.as_ref().and_then(|own| own.starts.as_ref());
+        let starts = self.together.as_ref().and_then(|swarm| swarm.starts.as_ref());
         starts.map_or(&[], Vec::as_slice)
     }
 
@@ -282,7 +282,7 @@ impl Described {
     ) -> Vec<[u32; 4]> {
         let (body_radius, tables) = (body.radius, body.sensors);
         let (base, speed, speeds, noise) = match self.drive {
-            Drive::Wheels(own) => (own.base, own.greatest_speed, own.speeds, own.noise),
+            Drive::Wheels(wheels) => (wheels.base, wheels.greatest_speed, wheels.speeds, wheels.noise),
             // They don't use the first cell.
             Drive::Motors { .. } => (1.0, body.motors.full_speed().unwrap_or(1.0), 0, None),
         };
@@ -365,11 +365,11 @@ impl Described {
 
     /// Number of robots whose starts or genes differ, if they do.
     fn differing_count(&self) -> u32 {
-        let is_alike = |own: &&Together| own.starts.is_none() && own.genomes == Genomes::Homogeneous;
+        let is_alike = |swarm: &&Together| swarm.starts.is_none() && swarm.genomes == Genomes::Homogeneous;
         self.together
             .as_ref()
-            .filter(|own| !is_alike(own))
-            .map_or(0, |own| own.count)
+            .filter(|swarm| !is_alike(swarm))
+            .map_or(0, |swarm| swarm.count)
     }
 
     /// A cell for each of these robots: where it starts, and its first gene.
@@ -377,10 +377,10 @@ impl Described {
         let robots = self
             .together
             .iter()
-            .flat_map(|own| (0..self.differing_count()).map(move |robot| (own, robot)));
-        robots.map(move |(own, robot)| {
-            let [x, y] = own.starts.as_ref().map_or([0.0; 2], |places| places[robot as usize]);
-            [x, y, (own.genomes.of(robot) as usize * genes) as f32, 0.0]
+            .flat_map(|swarm| (0..self.differing_count()).map(move |robot| (swarm, robot)));
+        robots.map(move |(swarm, robot)| {
+            let [x, y] = swarm.starts.as_ref().map_or([0.0; 2], |places| places[robot as usize]);
+            [x, y, (swarm.genomes.of(robot) as usize * genes) as f32, 0.0]
         })
     }
 
@@ -418,8 +418,8 @@ impl Described {
     /// Distance between the wheels, mm. Of sampled motors that at which wheels that don't slip would turn as they do on the spot
     /// at full speed; `None` if they don't turn there, or don't move at full speed.
     fn track(&self, body: &Body<'_>) -> Option<f64> {
-        if let Drive::Wheels(own) = &self.drive {
-            return Some(own.base.into());
+        if let Drive::Wheels(wheels) = &self.drive {
+            return Some(wheels.base.into());
         }
         let cells = &body.motors.cells;
         let [ahead, around] = [cells.last()?, &cells[body.motors.states.checked_sub(1)? as usize]];
@@ -450,7 +450,7 @@ impl Described {
     }
 }
 
-/// How much farther than its range a proximity sensor of a surrogate may see, as `lib/differences.wgsl` has it: at a severity of 2
+/// Factor on the range of a surrogate's proximity sensor, as in `lib/differences.wgsl`. At a severity of 2
 /// objects return at most 1.4 times the light of their surroundings, which have at most 1.6 times theirs, and sensors see at most
 /// 1.375 times as far.
 const FARTHER: f32 = 2.1;

@@ -107,9 +107,9 @@ impl Differential {
 
     /// Names of its readings: those of its list of sensors, then those of its reference model.
     pub(crate) fn readings(&self) -> Vec<String> {
-        let own = self.sensors.iter().map(|sensor| sensor.name.clone());
+        let listed = self.sensors.iter().map(|sensor| sensor.name.clone());
         let model = self.model.into_iter().flat_map(Model::readings);
-        own.chain(model).collect()
+        listed.chain(model).collect()
     }
 
     /// Whether it has a sensor that was sampled.

@@ -42,14 +42,14 @@ fn make(spec: &WorldSpec, physics: &Physics, episodes: EpisodeKind) -> Result<Ma
             behaves: spec.controller == Controller::Behaviours,
             brings: spec.task == Task::Foraging,
         },
-        Physics::Described(own, _) => Make::Described(Described {
-            text: wgsl::of(own, spec, episodes == EpisodeKind::Individual)?,
-            sensors: own.sensors.len(),
-            has_sampled_sensors: own.has_sampled_sensors(),
-            has_sampled_motors: matches!(own.drive, Drive::Motors { .. }),
-            together: own.together.as_ref().map(|own| Together {
-                count: own.count,
-                hearing: own.model.as_ref().map(|(model, values)| Hearing {
+        Physics::Described(robot, _) => Make::Described(Described {
+            text: wgsl::of(robot, spec, episodes == EpisodeKind::Individual)?,
+            sensors: robot.sensors.len(),
+            has_sampled_sensors: robot.has_sampled_sensors(),
+            has_sampled_motors: matches!(robot.drive, Drive::Motors { .. }),
+            together: robot.together.as_ref().map(|swarm| Together {
+                count: swarm.count,
+                hearing: swarm.model.as_ref().map(|(model, values)| Hearing {
                     model: model.word(),
                     part: model.part(),
                     cycles: values.cycles(),

@@ -38,11 +38,11 @@ pub(super) struct Packed {
 impl Packed {
     /// Packs a specification whose numbers have been checked. `parts` are a user's, and a network; a controller has `genes` genes.
     pub(super) fn new(spec: &WorldSpec, physics: &Physics, parts: &OwnParts, genes: usize) -> Result<Self, Invalid> {
-        if let Physics::Forager(own) = physics {
+        if let Physics::Forager(robot) = physics {
             return Ok(Self {
-                world: forager(spec, physics, own),
+                world: forager(spec, physics, robot),
                 shapes: Vec::new(),
-                free_share: own.free_share(),
+                free_share: robot.free_share(),
                 values: values(spec, parts),
                 genes,
             });
@@ -91,13 +91,13 @@ impl Packed {
         let motor_table = buffers.add_shared_table(&robot.motors, 0, || motor_cells(&robot.motors));
         let radius = robot.body_radius;
         let numbers = match physics {
-            Physics::Described(own, surrogate) => {
-                buffers.add_table(own.cells(&robot.body(), &spec.arena, surrogate.as_deref(), self.genes))
+            Physics::Described(described, surrogate) => {
+                buffers.add_table(described.cells(&robot.body(), &spec.arena, surrogate.as_deref(), self.genes))
             }
             Physics::Individual(surrogate) => {
                 buffers.add_shared_table(surrogate, radius.to_bits() as usize, || surrogate.cells(radius))
             }
-            Physics::Forager(own) => buffers.add_table(own.table()),
+            Physics::Forager(forager) => buffers.add_table(forager.table()),
             Physics::Sampled if spec.noise.is_varied() => buffers.add_table(vec![spec.noise.cell()]),
             Physics::Sampled => 0,
         };
@@ -218,14 +218,14 @@ fn world(spec: &WorldSpec, physics: &Physics, random_start: u32, start: [f32; 3]
         motor_noise: zero(spec.noise.motor),
         turn_before_move: zero(match physics {
             Physics::Sampled | Physics::Individual(_) => spec.robot.turn_before_move,
-            Physics::Described(own, surrogate) => {
-                let own = match own.drive {
+            Physics::Described(robot, surrogate) => {
+                let turn_before_move = match robot.drive {
                     Drive::Motors { turn_before_move } => turn_before_move,
                     Drive::Wheels(_) => 0.0,
                 };
-                surrogate
-                    .as_ref()
-                    .map_or(own, |surrogate| surrogate.turn_before_move(own))
+                surrogate.as_ref().map_or(turn_before_move, |surrogate| {
+                    surrogate.turn_before_move(turn_before_move)
+                })
             }
             Physics::Forager(_) => 0.0,
         }),
@@ -248,14 +248,14 @@ fn world(spec: &WorldSpec, physics: &Physics, random_start: u32, start: [f32; 3]
 }
 
 /// A forager's world: values for its physics, and for shipped controllers and tasks.
-fn forager(spec: &WorldSpec, physics: &Physics, own: &Forager) -> episode::World {
+fn forager(spec: &WorldSpec, physics: &Physics, forager: &Forager) -> episode::World {
     let shipped = world(spec, physics, 0, [0.0; 3], 0);
     episode::World {
         hidden: shipped.hidden,
         task_choices: shipped.task_choices,
         new_cell: shipped.new_cell,
         cell_columns: shipped.cell_columns,
-        ..own.foraging.world()
+        ..forager.foraging.world()
     }
 }
 
@@ -403,7 +403,9 @@ fn shape(
     let reach = match physics {
         Physics::Individual(_) => contact + surrogate::SIGHT,
         Physics::Sampled => contact + sensors.classes[class].reach(),
-        Physics::Described(own, surrogate) => radius + own.reach(spec.robot.body_radius, sensors, surrogate.is_some()),
+        Physics::Described(robot, surrogate) => {
+            radius + robot.reach(spec.robot.body_radius, sensors, surrogate.is_some())
+        }
         Physics::Forager(_) => contact,
     };
     let reflectivity = match physics {

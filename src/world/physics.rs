@@ -23,7 +23,7 @@ impl Physics {
     /// The parametric robot.
     pub(crate) fn described(&self) -> Option<&Described> {
         match self {
-            Self::Described(own, _) => Some(own),
+            Self::Described(robot, _) => Some(robot),
             Self::Sampled | Self::Individual(_) | Self::Forager(_) => None,
         }
     }

@@ -143,13 +143,13 @@ fn things(spec: &WorldSpec, physics: &Physics) -> Vec<Thing> {
         .zip(objects(spec, physics))
         .map(|(key, shape)| (key, shape, shape.reach_squared.sqrt()))
         .collect();
-    let sensors = physics.described().map_or(&[][..], |own| &own.sensors).iter();
+    let sensors = physics.described().map_or(&[][..], |robot| &robot.sensors).iter();
     let ground = sensors.filter(|sensor| sensor.kind == SensorKind::Ground);
     let offset = ground.map(|sensor| sensor.offset.unwrap_or(spec.robot.body_radius));
     let offset = offset.fold(0.0, f32::max);
-    things.extend(arena.patches.iter().enumerate().map(|(index, own)| {
-        let distance = own.radius.unwrap_or(0.0) + offset;
-        (format!("arena.patches[{index}]"), patch(own), distance)
+    things.extend(arena.patches.iter().enumerate().map(|(index, patch_of_floor)| {
+        let distance = patch_of_floor.radius.unwrap_or(0.0) + offset;
+        (format!("arena.patches[{index}]"), patch(patch_of_floor), distance)
     }));
     things
 }

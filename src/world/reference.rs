@@ -186,7 +186,7 @@ impl Reference {
             self.grey_middle.unwrap_or([0.34, 0.12]),
             self.grey_right.unwrap_or([0.42, 0.18]),
         ];
-        let own = [
+        let cells = [
             [
                 self.proximity_noise.unwrap_or(0.05),
                 self.light_noise.unwrap_or(0.05),
@@ -208,7 +208,7 @@ impl Reference {
             [light.x, light.y, light.height.unwrap_or(0.0), 1.0 / intensity]
         };
         let lamps: Vec<_> = arena.lights.iter().map(lamp).collect();
-        own.into_iter().chain(lamps)
+        cells.into_iter().chain(lamps)
     }
 }
 

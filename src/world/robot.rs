@@ -60,13 +60,13 @@ impl Robot {
 
     /// The sensors of a parametric robot, in the order of their readings; none of a sampled one.
     pub fn described_sensors(&self) -> &[Sensor] {
-        self.build.described().map_or(&[], |own| &own.sensors)
+        self.build.described().map_or(&[], |robot| &robot.sensors)
     }
 
     /// The tables that its sensors read, if any does.
     pub fn tables(&self) -> Option<&SensorTables> {
         match &self.build {
-            Build::Differential(own) if !own.has_sampled_sensors() => None,
+            Build::Differential(robot) if !robot.has_sampled_sensors() => None,
             Build::Forager(_) => None,
             _ => Some(&self.sensors),
         }
@@ -86,17 +86,17 @@ impl Robot {
     /// [`Difference::Geometry`] is where their sensors look and how strong they are; described wheels drive arcs; and a robot that
     /// slides or sticks in the simulator does so in reality.
     pub fn differs_by(&self, difference: Difference) -> bool {
-        let Some(own) = self.build.described() else {
+        let Some(robot) = self.build.described() else {
             return true;
         };
-        let has = |is_such: &dyn Fn(SensorKind) -> bool| own.sensors.iter().any(|sensor| is_such(sensor.kind));
+        let has = |is_such: &dyn Fn(SensorKind) -> bool| robot.sensors.iter().any(|sensor| is_such(sensor.kind));
         match difference {
             Difference::Geometry => has(&|kind| kind.is_analogue() && kind != SensorKind::Sampled),
             Difference::Reflectivity => has(&|kind| matches!(kind, SensorKind::Proximity | SensorKind::Ground)),
             Difference::Illumination => has(&SensorKind::sees_light),
             Difference::ReadNoise => has(&SensorKind::is_analogue),
             Difference::Latency | Difference::MotorLag | Difference::Wheels => true,
-            Difference::Arcs => own.sampled_motors && own.turn_before_move != Some(0.5),
+            Difference::Arcs => robot.sampled_motors && robot.turn_before_move != Some(0.5),
             Difference::Slip => matches!(self.collision, Collision::Undo | Collision::KeepTurn),
         }
     }
@@ -119,7 +119,7 @@ impl Build {
     /// A parametric robot's description.
     pub fn described(&self) -> Option<&Differential> {
         match self {
-            Self::Differential(own) => Some(own),
+            Self::Differential(robot) => Some(robot),
             Self::Sampled | Self::Forager(_) => None,
         }
     }
@@ -128,7 +128,7 @@ impl Build {
     pub fn readings(&self) -> Vec<String> {
         match self {
             Self::Sampled => SENSOR_NAMES.map(str::to_owned).into(),
-            Self::Differential(own) => own.readings(),
+            Self::Differential(robot) => robot.readings(),
             Self::Forager(_) => foraging::READINGS.map(str::to_owned).into(),
         }
     }

@@ -208,20 +208,20 @@ impl WorldSpec {
 
     /// A forager in its arena, with its behaviours, its task and the start and the length of its episodes.
     pub fn foraging(forager: Forager) -> Self {
-        let own = forager.foraging;
+        let settings = forager.foraging;
         Self {
             robot: Robot {
-                body_radius: own.body_radius,
+                body_radius: settings.body_radius,
                 build: Build::Forager(forager),
                 ..Robot::khepera()
             },
             arena: Arena::default(),
             controller: Controller::Behaviours,
             task: Task::Foraging,
-            start: own
+            start: settings
                 .start
                 .map_or(Start::Random, |[x, y, heading]| Start::At { x, y, heading }),
-            cycles: own.cycles,
+            cycles: settings.cycles,
             ..Self::miglino1995()
         }
     }

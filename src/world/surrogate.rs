@@ -1,6 +1,6 @@
-//! A surrogate of a real robot: an individual in its surroundings. Of a Khepera it is simulated by physics that no table of
-//! samples contains. It takes the place of a real robot: it is sampled, and controllers are transferred to it. One of a
-//! parametric robot differs from its description as much, see `docs/robots.md`; controllers are transferred to it.
+//! A surrogate of a real robot: an individual in its surroundings. A Khepera's surrogate has physics that no sampled table
+//! contains. It stands in for a real robot: it is sampled, and controllers are transferred to it. A parametric robot's surrogate
+//! differs as much from its description, see `docs/robots.md`; controllers are transferred to it.
 //!
 //! All of its random properties follow from seeds, by exactly rounded operations. The distributions are in
 //! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` explains them. Every difference
@@ -128,7 +128,7 @@ pub struct Differences {
     /// Minimum age of readings at severity 1, ms: 0 to 100. The study has 20.
     pub latency_ms: f32,
     /// Severities of single differences, in the order of [`Difference::ALL`], instead of the two above.
-    own: [Option<f32>; Difference::ALL.len()],
+    single: [Option<f32>; Difference::ALL.len()],
 }
 
 impl Differences {
@@ -138,14 +138,14 @@ impl Differences {
             severity,
             motion: severity,
             latency_ms: 20.0,
-            own: [None; Difference::ALL.len()],
+            single: [None; Difference::ALL.len()],
         }
     }
 
     /// Only one difference.
     pub fn only(severity: f32, difference: Difference) -> Self {
         let others_off = Self {
-            own: [Some(0.0); Difference::ALL.len()],
+            single: [Some(0.0); Difference::ALL.len()],
             ..Self::all(severity)
         };
         others_off.with(difference, severity)
@@ -159,7 +159,7 @@ impl Differences {
     /// Sets the severity of one difference, apart from that of the others: 0 for none.
     #[must_use]
     pub fn with(mut self, difference: Difference, severity: f32) -> Self {
-        self.own[difference as usize] = Some(severity);
+        self.single[difference as usize] = Some(severity);
         self
     }
 
@@ -182,7 +182,7 @@ impl Differences {
         } else {
             self.severity
         };
-        self.own[difference as usize].unwrap_or(shared)
+        self.single[difference as usize].unwrap_or(shared)
     }
 
     fn of(&self, difference: Difference) -> f64 {
@@ -197,8 +197,8 @@ impl fmt::Display for Differences {
             write!(f, ", of motion {}", self.motion)?;
         }
         for difference in Difference::ALL {
-            if let Some(own) = self.own[difference as usize] {
-                write!(f, ", of {} {own}", difference.name())?;
+            if let Some(severity) = self.single[difference as usize] {
+                write!(f, ", of {} {severity}", difference.name())?;
             }
         }
         Ok(())
@@ -363,7 +363,7 @@ impl Surrogate {
 
     /// Checks every number, and that something differs if anything is to: `acts` says which differences change anything.
     pub(crate) fn check(&self, acts: impl Fn(Difference) -> bool) -> Result<(), Invalid> {
-        let is_on = |difference: &Difference| self.differences.own[*difference as usize] != Some(0.0);
+        let is_on = |difference: &Difference| self.differences.single[*difference as usize] != Some(0.0);
         let (acts, idle): (Vec<_>, Vec<_>) = Difference::ALL.into_iter().partition(|difference| acts(*difference));
         if !acts.iter().any(is_on) && idle.iter().any(is_on) {
             let names =
@@ -381,11 +381,11 @@ impl Surrogate {
         }
         number("surrogate.latency_ms", self.differences.latency_ms, 0.0..=100.0)?;
         for (index, sensor) in self.individual.sensors.iter().enumerate() {
-            let own = |name| format!("surrogate.sensors[{index}].{name}");
-            number(own("bearing"), sensor.bearing as f32, -180.0..=180.0)?;
-            number(own("half"), sensor.half as f32, 15.5..=50.0)?;
-            number(own("twentieth"), (sensor.twentieth - sensor.half) as f32, 1.0..=20.0)?;
-            number(own("width"), sensor.width as f32, 20.0..=120.0)?;
+            let key = |name| format!("surrogate.sensors[{index}].{name}");
+            number(key("bearing"), sensor.bearing as f32, -180.0..=180.0)?;
+            number(key("half"), sensor.half as f32, 15.5..=50.0)?;
+            number(key("twentieth"), (sensor.twentieth - sensor.half) as f32, 1.0..=20.0)?;
+            number(key("width"), sensor.width as f32, 20.0..=120.0)?;
         }
         for (name, share) in ["left", "right"].into_iter().zip(self.individual.wheels) {
             number(format!("surrogate.wheels.{name}"), share as f32, -0.5..=0.5)?;
@@ -501,14 +501,14 @@ impl Surrogate {
         let radius = f64::from(body_radius);
         let strength = |difference| self.differences.of(difference);
         let mut cells = Cells::new(kernel::INDIVIDUAL_CELLS);
-        for (own, sensor) in (0..)
+        for (cell, sensor) in (0..)
             .step_by(kernel::SENSOR_CELLS as usize)
             .zip(&self.individual.sensors)
         {
             // The kernel's angles are counter-clockwise.
             let (x, y) = (cosine(sensor.bearing), cosine(sensor.bearing + 90.0));
             cells.put(
-                own + kernel::PLACE,
+                cell + kernel::PLACE,
                 kernel::PlaceCell {
                     x: in_kernel(radius * x),
                     y: in_kernel(radius * y),
@@ -516,10 +516,10 @@ impl Surrogate {
                     axis_y: in_kernel(y),
                 },
             );
-            cells.put(own + kernel::RAY_WEIGHTS, ray_weights(sensor, radius).map(in_kernel));
+            cells.put(cell + kernel::RAY_WEIGHTS, ray_weights(sensor, radius).map(in_kernel));
             let fade = (sensor.twentieth - sensor.half) / LOGARITHM_OF_29_HALVES;
             cells.put(
-                own + kernel::CURVE,
+                cell + kernel::CURVE,
                 kernel::CurveCell {
                     half: in_kernel(sensor.half),
                     steepness: in_kernel(1.0 / fade),
@@ -528,10 +528,10 @@ impl Surrogate {
             );
         }
         let light = strength(Difference::Illumination);
-        for (own, wave) in (kernel::WAVES..).zip(&self.surroundings.waves) {
+        for (cell, wave) in (kernel::WAVES..).zip(&self.surroundings.waves) {
             let [x, y] = wave.turns_per_mm;
             cells.put(
-                own,
+                cell,
                 kernel::WaveCell {
                     turns_x: in_kernel(x),
                     turns_y: in_kernel(y),

@@ -49,29 +49,29 @@ fn drive(robot: &Described, arena: &Arena) -> String {
     let mut pairs: Vec<String> = (0..latency).map(|age| format!("command_{age}")).collect();
     let mut steps = String::new();
     if latency > 0 {
-        steps += "    let due = own.command_0;\n";
+        steps += "    let due = robot.command_0;\n";
         for age in 1..latency {
-            let _ = writeln!(steps, "    own.command_{} = own.command_{age};", age - 1);
+            let _ = writeln!(steps, "    robot.command_{} = robot.command_{age};", age - 1);
         }
-        let _ = writeln!(steps, "    own.command_{} = speeds;\n    speeds = due;", latency - 1);
+        let _ = writeln!(steps, "    robot.command_{} = speeds;\n    speeds = due;", latency - 1);
     }
     if robot.acceleration > 0.0 {
         pairs.push("speeds".to_owned());
         steps += "    let drive = drive_of(episode.world);
-    let left = accelerated(drive, own.speeds.x, speeds.x);
-    let right = accelerated(drive, own.speeds.y, speeds.y);
-    own.speeds = vec2<f32>(left.end, right.end);
+    let left = accelerated(drive, robot.speeds.x, speeds.x);
+    let right = accelerated(drive, robot.speeds.y, speeds.y);
+    robot.speeds = vec2<f32>(left.end, right.end);
     speeds = vec2<f32>(left.mean, right.mean);
 ";
     }
     let (mut members, mut kept) = (String::new(), String::new());
     for pair in pairs {
         let _ = writeln!(members, "    {pair}: vec2<f32>,");
-        let _ = write!(kept, ", vec2<f32>(stored(own.{pair}.x), stored(own.{pair}.y))");
+        let _ = write!(kept, ", vec2<f32>(stored(robot.{pair}.x), stored(robot.{pair}.y))");
     }
     if robot.battery.is_some() {
         members += "    used: u32,\n";
-        kept += ", own.used";
+        kept += ", robot.used";
     }
     if let Some((_, law)) = robot.wheel_noise() {
         let [drawn, left, right] = match law {
@@ -92,27 +92,27 @@ fn drive(robot: &Described, arena: &Arena) -> String {
             "    return Driven(noisy_motion(episode, step, commanded(episode.world, outputs)), before);\n".to_owned()
         }
         (Drive::Motors { .. }, false) => format!(
-            "    var own = before;
+            "    var robot = before;
     var speeds = commanded_speeds(episode.world, outputs);
 {steps}    var moved = motion_between(episode.world, speeds);
     // Samples may have no speed 0.
     if (step < {latency}u) {{
         moved = Motion();
     }}
-    return Driven(noisy_motion(episode, step, moved), own);
+    return Driven(noisy_motion(episode, step, moved), robot);
 "
         ),
         (Drive::Wheels(_), _) => format!(
             "    let wheels = wheels_of(episode.world);
-    var own = before;
+    var robot = before;
     var speeds = vec2<f32>(speed_of(wheels, outputs.x), speed_of(wheels, outputs.y));
-{steps}    return Driven(noisy_motion(episode, step, rolled(wheels, speeds)), own);
+{steps}    return Driven(noisy_motion(episode, step, rolled(wheels, speeds)), robot);
 "
         ),
     };
     let after = charged(robot, arena);
     let ends = if matches!(robot.battery, Some(Battery { ends_life: true, .. })) {
-        "f32(own.used) >= drive_of(world).cycles"
+        "f32(robot.used) >= drive_of(world).cycles"
     } else {
         "false"
     };
@@ -120,16 +120,16 @@ fn drive(robot: &Described, arena: &Arena) -> String {
         "struct RobotState {{
     stuck: u32,
 {members}}}
-fn robot_kept(own: RobotState) -> RobotState {{
-    return RobotState(own.stuck{kept});
+fn robot_kept(robot: RobotState) -> RobotState {{
+    return RobotState(robot.stuck{kept});
 }}
 fn motion(episode: Episode, step: u32, outputs: vec2<f32>, before: RobotState) -> Driven {{
 {motion}}}
 fn robot_after(world: u32, end: vec3<f32>, before: RobotState) -> RobotState {{
-    var own = before;
-{after}    return own;
+    var robot = before;
+{after}    return robot;
 }}
-fn robot_ends(world: u32, own: RobotState) -> bool {{
+fn robot_ends(world: u32, robot: RobotState) -> bool {{
     return {ends};
 }}
 "
@@ -144,8 +144,8 @@ fn charged(robot: &Described, arena: &Arena) -> String {
     let is_on: Vec<_> = charging.map(is_on).collect();
     match (robot.battery, &is_on[..]) {
         (None, _) => String::new(),
-        (Some(_), []) => "    own.used += 1u;\n".to_owned(),
-        (Some(_), is_on) => format!("    own.used = select(own.used + 1u, 0u, {});\n", is_on.join(" | ")),
+        (Some(_), []) => "    robot.used += 1u;\n".to_owned(),
+        (Some(_), is_on) => format!("    robot.used = select(robot.used + 1u, 0u, {});\n", is_on.join(" | ")),
     }
 }
 
@@ -159,14 +159,14 @@ fn floor_cell(robot: &Described) -> usize {
 
 /// The first cell of a sensor's response and the number of its points.
 fn response_cells(robot: &Described, arena: &Arena, sensor: &Sensor) -> Option<[usize; 2]> {
-    let own = sensor.response.as_ref()?;
+    let response = sensor.response.as_ref()?;
     let responses = robot.responses().into_iter();
     let before: usize = responses
-        .take_while(|other| *other != own)
+        .take_while(|other| *other != response)
         .map(|other| other.0.len())
         .sum();
     let first = floor_cell(robot) + 1 + arena.lights.len() + 2 * arena.patches.len();
-    Some([first + before, own.0.len()])
+    Some([first + before, response.0.len()])
 }
 
 /// The planes of eight sensors that a parametric robot's tables have, and those of them that its sensors read.
@@ -296,7 +296,7 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
         let cell = FIRST_SENSOR + 2 * index;
         let _ = writeln!(numbers, "    let s{index} = sensor_of(world, {cell}u);");
         let _ = writeln!(numbers, "    let looks{index} = pose.z + s{index}.heading;");
-        let own = format!("s{index}, looks{index}");
+        let sensor_and_direction = format!("s{index}, looks{index}");
         let bearing = match sensor.bearing {
             Some(_) => format!("pose.z + numbers(world, {}u).x", cell + 1),
             None => format!("looks{index}"),
@@ -368,19 +368,20 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
             SensorKind::Bumper => {
                 let _ = writeln!(
                     pressing,
-                    "                pressed{index} = max(pressed{index}, bumper_on(2.0f * members.body, squared, bearing, {own}));"
+                    "                pressed{index} = max(pressed{index}, bumper_on(2.0f * members.body, squared, bearing, {sensor_and_direction}));"
                 );
                 let _ = writeln!(numbers, "    var pressed{index} = 0.0f;");
-                let pressed = format!("max(pressed{index}, bumper_at(shape, squared, bearing, {own}))");
+                let pressed =
+                    format!("max(pressed{index}, bumper_at(shape, squared, bearing, {sensor_and_direction}))");
                 let _ = writeln!(bumpers, "                pressed{index} = {pressed};");
                 widest = format!("max({widest}, s{index}.range)");
                 format!("pressed{index}")
             }
             SensorKind::Light if is_individual => {
                 let more = format!("gain * {}", strength(cell));
-                format!("min(flushed(light_reading(world, {place}, {own}) * ({more})), 1.0f)")
+                format!("min(flushed(light_reading(world, {place}, {sensor_and_direction}) * ({more})), 1.0f)")
             }
-            SensorKind::Light => format!("light_reading(world, {place}, {own})"),
+            SensorKind::Light => format!("light_reading(world, {place}, {sensor_and_direction})"),
             SensorKind::Ground if is_individual => {
                 format!("min(ground_reading(world, {place}) * {}, 1.0f)", strength(cell))
             }
@@ -390,7 +391,7 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
         };
         if is_individual && sensor.kind.is_analogue() {
             let ambient = if sensor.kind.sees_light() {
-                "own.ambient"
+                "cell.ambient"
             } else {
                 "0.0f"
             };
@@ -398,7 +399,7 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
             let name = &sensor.name;
             let _ = writeln!(
                 read,
-                "    read.{name} = read_with_noise(own, readings.{name}, {ambient}, {word});"
+                "    read.{name} = read_with_noise(cell, readings.{name}, {ambient}, {word});"
             );
         }
         if matches!(sensor.kind, SensorKind::Proximity | SensorKind::Sampled) {
@@ -505,7 +506,7 @@ fn individual(robot: &Described, arena: &Arena, read: &str) -> String {
     format!(
         "const DIFFERENCE_CELL: u32 = {}u;
 fn read_out(episode: Episode, step: u32, readings: Readings) -> Readings {{
-    let own = reading_cell(episode.world);
+    let cell = reading_cell(episode.world);
 {words}    var read = readings;
 {read}    return read;
 }}

@@ -1,5 +1,5 @@
 // episode-as-given: the same, by another name
-alias A = State;
+alias A = EpisodeState;
 
 fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally {
     var x = f32(robots(episode));

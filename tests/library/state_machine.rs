@@ -1,7 +1,7 @@
 //! State machines: each cycle beside a second program, written from `docs/controllers.md`; genomes and texts; the same bits
 //! everywhere; refusals.
 
-use oneiro::automode::{Behaviour, Condition, Form, Machine, Modules, State, Transition};
+use oneiro::automode::{Behaviour, Condition, Form, Machine, MachineState, Modules, Transition};
 use oneiro::batch::Trace;
 use oneiro::cpu::Cpu;
 use oneiro::world::{Controller, GeneKind, World, WorldSpec};
@@ -23,7 +23,7 @@ struct Memory {
 
 /// What a robot does in a cycle, and its memory afterwards; `readings` in the order of the model's.
 fn cycle(machine: &Machine, before: Memory, readings: &[f64], key: [u32; 2], step: u32) -> ([f64; 2], Memory) {
-    let State { behaviour, transitions } = &machine.states[before.state];
+    let MachineState { behaviour, transitions } = &machine.states[before.state];
     let mut after = before;
     if before.age == 0 {
         after.turning = 0;
@@ -207,7 +207,7 @@ fn a_text_is_read_as_automode_does() {
     assert_eq!(machine.states[0].transitions[0].to, 1);
     assert_eq!(
         machine.states[1],
-        State {
+        MachineState {
             behaviour: Behaviour::Attraction { strength: 3.84 },
             transitions: vec![Transition {
                 to: 0,

@@ -164,7 +164,7 @@ impl<'a> Assembling<'a> {
             let argument = Expression::FunctionArgument(index);
             function.expressions.append(argument, Span::UNDEFINED)
         });
-        let mut own = Self {
+        let mut writer = Self {
             program,
             module,
             function,
@@ -177,7 +177,7 @@ impl<'a> Assembling<'a> {
             workgroup,
             scopes: Vec::new(),
         };
-        let globals: Vec<_> = own
+        let globals: Vec<_> = writer
             .module
             .global_variables
             .iter()
@@ -185,10 +185,10 @@ impl<'a> Assembling<'a> {
             .filter_map(|(handle, global)| Some((handle, global.ty, global.binding?.binding)))
             .collect();
         for (handle, ty, binding) in globals {
-            let pointer = own.append(Expression::GlobalVariable(handle));
-            own.buffers.insert(binding, (pointer, ty));
+            let pointer = writer.append(Expression::GlobalVariable(handle));
+            writer.buffers.insert(binding, (pointer, ty));
         }
-        own
+        writer
     }
 
     fn append(&mut self, expression: Expression) -> Handle<Expression> {
@@ -547,7 +547,7 @@ impl<'a> Assembling<'a> {
 fn is_left_from_within(block: &[Statement], label: Label) -> bool {
     block.iter().any(|statement| match statement {
         Statement::Loop { body, .. } => leaves(body, label),
-        Statement::Labeled { label: own, body, .. } if leaves(body, *own) => leaves(body, label),
+        Statement::Labeled { label: other, body, .. } if leaves(body, *other) => leaves(body, label),
         other => other.blocks().any(|inner| is_left_from_within(inner, label)),
     })
 }

@@ -397,12 +397,12 @@ impl Analysis<'_> {
             }
             self.block(statements)
         });
-        let own = OfLoop {
+        let of_loop = OfLoop {
             turns: turns.clone(),
             tests_by_loops: test != Bound::Constant(0),
             of_dispatch: turns.has_word_of(&self.uniforms),
         };
-        self.loops.insert(label, own);
+        self.loops.insert(label, of_loop);
         let tests = turns.clone().sum(Bound::Constant(1));
         let each = tested.sum(counting);
         Some(tests.clone().sum(tests.product(test)).sum(turns.product(each)))

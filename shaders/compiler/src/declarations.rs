@@ -170,12 +170,12 @@ pub fn members(part: &Part, name: &str) -> Option<Vec<Member>> {
             .strip_prefix("//")
             .unwrap_or_default();
         // Attributes may come before it.
-        let own = name.split_whitespace().last().unwrap_or_default();
+        let word = name.split_whitespace().last().unwrap_or_default();
         Some(Member {
-            name: own.to_owned(),
+            name: word.to_owned(),
             ty: type_of(ty),
             comment: comment.trim().to_owned(),
-            place: source.place(start + name.rfind(own).unwrap_or(0)),
+            place: source.place(start + name.rfind(word).unwrap_or(0)),
         })
     };
     Some(split(&text[open..close]).filter_map(member).collect())
@@ -186,7 +186,7 @@ pub fn calls(part: &Part) -> Vec<(String, Place)> {
     let text = blank_comments(&part.text);
     let declared = declarations(part);
     let source = Source::new(std::slice::from_ref(part));
-    let is_foreign = |word: &str| !is_built_in(word) && declared.iter().all(|own| own.name != word);
+    let is_foreign = |word: &str| !is_built_in(word) && declared.iter().all(|declaration| declaration.name != word);
     words(&text)
         .filter(|(at, word)| !text[..*at].ends_with('@') && is_call(&text[at + word.len()..]) && is_foreign(word))
         .map(|(at, word)| (word.to_owned(), source.place(at)))
@@ -262,13 +262,13 @@ mod tests {
 
     #[test]
     fn members_have_their_comments_and_places() {
-        let own = part(
+        let part = part(
             "// struct Values { no: u32 }\nstruct Other { a: u32 }\nstruct Values {\n    // before\n    a: f32,\t// 1, of it\n    @align(8) at: vec2 < f32, >,\n    b: vec3f,\n    c: u32 // the last\n}\n",
         );
-        let members = members(&own, "Values").unwrap();
+        let members = members(&part, "Values").unwrap();
         let shown: Vec<_> = members
             .iter()
-            .map(|own| format!("{} {}: {} ({})", own.place, own.name, own.ty, own.comment))
+            .map(|member| format!("{} {}: {} ({})", member.place, member.name, member.ty, member.comment))
             .collect();
         assert_eq!(
             shown,
@@ -279,17 +279,22 @@ mod tests {
                 "own.wgsl:8:5 c: u32 (the last)"
             ]
         );
-        assert_eq!(super::members(&own, "State"), None);
+        assert_eq!(super::members(&part, "State"), None);
     }
 
     #[test]
     fn declarations_outside_of_functions_and_comments_are_found() {
-        let own = part(
+        let part = part(
             "// fn a() {}\nfn b(at: vec2f, state: array<u32, 3>,) -> f32 { var x = 1u; }\nvar<storage, read_write> mine: u32;\n// x\u{85}const C: u32 = 1u;",
         );
-        let shown: Vec<_> = declarations(&own)
+        let shown: Vec<_> = declarations(&part)
             .iter()
-            .map(|own| format!("{} {} {} {}", own.place, own.keyword, own.name, own.signature))
+            .map(|declaration| {
+                format!(
+                    "{} {} {} {}",
+                    declaration.place, declaration.keyword, declaration.name, declaration.signature
+                )
+            })
             .collect();
         assert_eq!(
             shown,
@@ -303,36 +308,36 @@ mod tests {
 
     #[test]
     fn uses_accesses_and_calls_are_found() {
-        let own = part("// fitness\nfn b(state: u32) { c.fitness = abs(1u); }\nfn d() { b(state[0]); root(2.0f); }");
+        let part = part("// fitness\nfn b(state: u32) { c.fitness = abs(1u); }\nfn d() { b(state[0]); root(2.0f); }");
         let shown = |found: Vec<(Place, &str)>| -> Vec<String> {
             let shown = found.into_iter().map(|(place, name)| format!("{place} {name}"));
             shown.collect()
         };
-        assert_eq!(shown(uses(&own, &["fitness", "state"])), ["own.wgsl:3:12 state"]);
-        assert_eq!(shown(uses(&own, &["b", "root"])).len(), 3);
-        assert_eq!(shown(accesses(&own, &["state", "fitness"])), ["own.wgsl:2:22 fitness"]);
-        assert!(accesses(&own, &["state"]).is_empty());
-        let called: Vec<_> = calls(&own)
+        assert_eq!(shown(uses(&part, &["fitness", "state"])), ["own.wgsl:3:12 state"]);
+        assert_eq!(shown(uses(&part, &["b", "root"])).len(), 3);
+        assert_eq!(shown(accesses(&part, &["state", "fitness"])), ["own.wgsl:2:22 fitness"]);
+        assert!(accesses(&part, &["state"]).is_empty());
+        let called: Vec<_> = calls(&part)
             .into_iter()
             .map(|(name, place)| (name, place.line))
             .collect();
         assert_eq!(called, [("root".to_owned(), 3)]);
-        let indexed: Vec<_> = indexed(&own)
+        let indexed: Vec<_> = indexed(&part)
             .into_iter()
             .map(|(name, place)| (name, place.column))
             .collect();
         assert_eq!(indexed, [("state".to_owned(), 12)]);
-        let names: Vec<_> = names(&own).into_iter().collect();
+        let names: Vec<_> = names(&part).into_iter().collect();
         assert_eq!(names, ["b", "d", "state"]);
         let place = |column| Place {
             path: "own.wgsl".into(),
             line: 3,
             column,
         };
-        assert_eq!(word_at(&own, &place(23)).as_deref(), Some("root"));
-        assert_eq!(word_at(&own, &place(24)), None);
-        assert!(parameters_at(&own, &place(23)).is_empty());
+        assert_eq!(word_at(&part, &place(23)).as_deref(), Some("root"));
+        assert_eq!(word_at(&part, &place(24)), None);
+        assert!(parameters_at(&part, &place(23)).is_empty());
         let second = Place { line: 2, ..place(20) };
-        assert_eq!(parameters_at(&own, &second), [("state".to_owned(), "u32".to_owned())]);
+        assert_eq!(parameters_at(&part, &second), [("state".to_owned(), "u32".to_owned())]);
     }
 }

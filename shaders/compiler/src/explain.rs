@@ -51,7 +51,7 @@ pub(crate) fn returns_another_type(module: &Module, error: &ValidationError) -> 
 /// The `return` of a value in a block.
 fn returned(block: &Block, value: Handle<Expression>) -> Option<Span> {
     block.span_iter().find_map(|(statement, span)| match statement {
-        Statement::Return { value: Some(own) } => (*own == value).then_some(*span),
+        Statement::Return { value: Some(returned) } => (*returned == value).then_some(*span),
         Statement::Block(block) => returned(block, value),
         Statement::If { accept, reject, .. } => returned(accept, value).or_else(|| returned(reject, value)),
         Statement::Loop { body, continuing, .. } => returned(body, value).or_else(|| returned(continuing, value)),
@@ -305,7 +305,7 @@ impl<'a> Types<'a> {
 fn constant(ty: &str) -> Option<&'static str> {
     [("f32", "1.0f"), ("u32", "1u"), ("i32", "1")]
         .into_iter()
-        .find_map(|(own, constant)| (own == ty).then_some(constant))
+        .find_map(|(name, constant)| (name == ty).then_some(constant))
 }
 
 /// The conversion to write if a value only has the wrong type; else nothing.

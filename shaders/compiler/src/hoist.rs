@@ -48,18 +48,18 @@ struct Changing {
 
 impl Changing {
     fn of(body: &Block) -> Self {
-        let mut own = Self {
+        let mut changes = Self {
             variables: BTreeSet::new(),
             arrays: BTreeSet::new(),
             buffers: BTreeSet::new(),
         };
         visit(body, &mut |statement| match statement {
-            Statement::Write(variable, _) | Statement::Declare(variable) => _ = own.variables.insert(*variable),
-            Statement::WriteElement { array, .. } | Statement::DeclareArray(array) => _ = own.arrays.insert(*array),
-            Statement::Store { address, .. } => _ = own.buffers.insert(address.buffer),
+            Statement::Write(variable, _) | Statement::Declare(variable) => _ = changes.variables.insert(*variable),
+            Statement::WriteElement { array, .. } | Statement::DeclareArray(array) => _ = changes.arrays.insert(*array),
+            Statement::Store { address, .. } => _ = changes.buffers.insert(address.buffer),
             _ => {}
         });
-        own
+        changes
     }
 }
 
@@ -78,15 +78,15 @@ impl<'a> Hoisting<'a> {
     fn new(program: &'a Program, body: &'a Block) -> Self {
         let mut statements = Vec::new();
         collect(body, &mut statements);
-        let mut own = Self {
+        let mut scope = Self {
             program,
             changing: Changing::of(body),
             statements,
             varying: BTreeSet::new(),
             chosen: BTreeSet::new(),
         };
-        visit(body, &mut |statement| own.varying.extend(statement.results()));
-        own
+        visit(body, &mut |statement| scope.varying.extend(statement.results()));
+        scope
     }
 
     fn is_same(&self, statement: &Statement) -> bool {

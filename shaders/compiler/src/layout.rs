@@ -99,7 +99,11 @@ pub(crate) fn constants(module: &Module) -> Vec<Constant> {
         let item = format!("/// The WGSL constant `{name}`.\npub const {name}: {ty} = {value};\n");
         Some(Constant { name, value, item })
     };
-    module.constants.iter().filter_map(|(_, own)| constant(own)).collect()
+    module
+        .constants
+        .iter()
+        .filter_map(|(_, declared)| constant(declared))
+        .collect()
 }
 
 /// Writes a constant's type and value in Rust.
@@ -113,7 +117,7 @@ fn value(module: &Module, init: Handle<Expression>) -> Option<(String, String)> 
             let TypeInner::Vector { size, scalar } = module.types[*ty].inner else {
                 return None;
             };
-            let components = components.iter().map(|&own| Some(value(module, own)?.1));
+            let components = components.iter().map(|&component| Some(value(module, component)?.1));
             let components = components.collect::<Option<Vec<_>>>()?;
             let ty = format!("[{}; {}]", rust_scalar(scalar), size as u32);
             return Some((ty, format!("[{}]", components.join(", "))));

@@ -371,7 +371,10 @@ impl Checked {
         Ok(Trees {
             turns: self.turns(&raw, &bound),
             unused: in_order(
-                unused.into_iter().filter(|own| own.rule == Rule::SameIndex).collect(),
+                unused
+                    .into_iter()
+                    .filter(|refusal| refusal.rule == Rule::SameIndex)
+                    .collect(),
                 source,
             ),
             buffers: bound.iter().map(|buffer| buffer.name.clone()).collect(),

@@ -827,8 +827,9 @@ impl<'a> Lowering<'a> {
             _ => return self.refuse(span, call, Rule::Internal, "this expression has no lane code"),
         };
         // Those of operands have theirs already.
-        let own = self.program.values[first..].iter_mut();
-        own.filter(|value| !value.span.is_defined())
+        let values = self.program.values[first..].iter_mut();
+        values
+            .filter(|value| !value.span.is_defined())
             .for_each(|value| value.span = span);
         Ok(Lowered::Scalars(scalars))
     }

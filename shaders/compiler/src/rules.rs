@@ -354,7 +354,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     EntryPoint "entry-point"
         "A part declares plain functions, without `@compute` and its like."
         why: "A kernel begins at one place, Oneiro's own, which gives each episode its number, its genes and its random \
-              numbers. What an entry point of its own could read depends on how the work was cut."
+              numbers. What a part's entry point could read depends on how the work was cut."
         wrong: "\
 @compute @workgroup_size(64)
 fn prepare() {}
@@ -371,7 +371,7 @@ fn prepare() {}
     ReservedName "reserved-name"
         "Nothing is declared with a name that Oneiro uses itself."
         why: "A part is put together with Oneiro's own files into one kernel, in which each name is declared once. \
-              Names of readings also name genes, so a reading of your own can't have the name of one of the robot's."
+              Names of readings also name genes, so a custom reading can't have the name of one of the robot's."
         wrong: "fn touches(x: f32) -> bool { return x < 27.5f; }\n"
         right: "fn within_reach(x: f32) -> bool { return x < 27.5f; }\n"
 
@@ -393,7 +393,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
         why: "They hold the genes, states and results of all episodes of a batch. A part that reads or writes there \
               reaches other episodes, and results depend on what else is in the batch."
         wrong: "fn best() -> f32 { return fitness[0]; }\n"
-        right: "fn best(own: TaskState, sum: f32) -> f32 { return sum; }\n"
+        right: "fn best(memory: TaskState, sum: f32) -> f32 { return sum; }\n"
 
     BatchPlace "batch-place"
         "The fields of an `Episode` are not read: `episode` itself is passed on."
@@ -471,10 +471,10 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
         why: "Oneiro calls the functions of a part by their names and has a default for each that is missing. A name that \
               is misspelt would be a missing function, and the run would go on with the default without saying so."
         wrong: "\
-fn task_end(episode: Episode, own: TaskState) -> bool { return true; }
+fn task_end(episode: Episode, memory: TaskState) -> bool { return true; }
 "
         right: "\
-fn task_ends(episode: Episode, own: TaskState) -> bool { return true; }
+fn task_ends(episode: Episode, memory: TaskState) -> bool { return true; }
 "
 
     ValueForm "value-form"
@@ -494,7 +494,7 @@ struct TaskValues {
 
     ReadingForm "reading-form"
         "A reading of a custom sensor is one f32."
-        why: "The controllers that ship weigh each reading by a gene of its own and name the gene after it, so each \
+        why: "The controllers that ship weigh each reading by its gene and name the gene after it, so each \
               field must be one number."
         wrong: "\
 struct SensorReadings { ahead: vec2<f32> }
@@ -511,7 +511,7 @@ fn sensor_cycle(episode: Episode, step: u32, pose: vec3<f32>, before: SensorStat
 "
 
     GeneForm "gene-form"
-        "A named gene is an f32 or an array of them, and its range, if it has one of its own, the comment `LEAST to GREATEST \
+        "A named gene is an f32 or an array of them, and its range, if it has one, the comment `LEAST to GREATEST \
          UNIT: MEANING`."
         why: "Tables have a column for each gene, and its name in capitals is the constant of its index, so the name itself \
               is in lower case. A comment that begins with a number has to be a whole range: with half of one, a gene would \

@@ -41,7 +41,7 @@ pub fn specialise(program: &Program, known: &Known<'_>) -> Program {
         },
         values: vec![None; program.values.len()],
         constants: BTreeMap::new(),
-        state: State {
+        state: KnownValues {
             variables: vec![None; program.variables.len()],
             arrays: vec![Vec::new(); program.arrays.len()],
         },
@@ -63,26 +63,26 @@ pub fn specialise(program: &Program, known: &Known<'_>) -> Program {
 
 /// Known new values of variables and elements of arrays.
 #[derive(Clone)]
-struct State {
+struct KnownValues {
     variables: Vec<Option<Value>>,
     /// Empty until the array is declared.
     arrays: Vec<Vec<Option<Value>>>,
 }
 
-impl State {
+impl KnownValues {
     /// Forgets what differs from another state.
     fn join(&mut self, other: &Self) {
-        let differ = |(own, other): (&mut Option<Value>, &Option<Value>)| {
-            if own != other {
-                *own = None;
+        let differ = |(value, other): (&mut Option<Value>, &Option<Value>)| {
+            if value != other {
+                *value = None;
             }
         };
         self.variables.iter_mut().zip(&other.variables).for_each(differ);
-        for (own, other) in self.arrays.iter_mut().zip(&other.arrays) {
-            if own.len() == other.len() {
-                own.iter_mut().zip(other).for_each(differ);
+        for (array, other) in self.arrays.iter_mut().zip(&other.arrays) {
+            if array.len() == other.len() {
+                array.iter_mut().zip(other).for_each(differ);
             } else {
-                own.clear();
+                array.clear();
             }
         }
     }
@@ -115,8 +115,8 @@ impl Scopes {
 
     /// Notes the block of all values up to a number that have none yet.
     fn note(&mut self, values: usize) {
-        let own = self.open.last().copied().unwrap_or_default();
-        self.of_values.resize(values.max(self.of_values.len()), own);
+        let block = self.open.last().copied().unwrap_or_default();
+        self.of_values.resize(values.max(self.of_values.len()), block);
     }
 
     fn is_visible(&self, value: Value) -> bool {
@@ -133,7 +133,7 @@ impl Scopes {
 struct Target {
     label: Label,
     /// What all its exits know; none if it has no exit.
-    left: Option<State>,
+    left: Option<KnownValues>,
     /// Number of unknown branches around it.
     branches: u32,
 }
@@ -151,7 +151,7 @@ struct Partial<'a> {
     /// The new value of each old one.
     values: Vec<Option<Value>>,
     constants: BTreeMap<(u8, u32), Value>,
-    state: State,
+    state: KnownValues,
     /// By the old labels.
     labels: BTreeMap<Label, Target>,
     /// Number of unknown branches around the statement at hand.
@@ -205,8 +205,8 @@ impl Partial<'_> {
     fn add(&mut self, old: Value, op: Op, out: &mut Block) {
         let node = &self.old.values[old.0 as usize];
         let new = self.new_value(op, node.ty);
-        let own = &mut self.new.values[new.0 as usize];
-        (own.name, own.span, own.call) = (node.name.clone(), node.span, node.call);
+        let node_of_new = &mut self.new.values[new.0 as usize];
+        (node_of_new.name, node_of_new.span, node_of_new.call) = (node.name.clone(), node.span, node.call);
         out.push(Statement::Let(new));
         self.values[old.0 as usize] = Some(new);
     }

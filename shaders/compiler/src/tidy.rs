@@ -128,7 +128,7 @@ fn try_place(program: &Program, block: &mut Block, local: Local, in_loop: bool) 
             return true;
         }
     }
-    let overwrites = matches!((&block[first], local), (Statement::Write(v, _), Local::Variable(own)) if *v == own);
+    let overwrites = matches!((&block[first], local), (Statement::Write(v, _), Local::Variable(other)) if *v == other);
     if in_loop && !overwrites {
         return false;
     }
@@ -138,19 +138,20 @@ fn try_place(program: &Program, block: &mut Block, local: Local, in_loop: bool) 
 
 /// Returns whether a statement, or one within it, uses a variable.
 fn mentions(program: &Program, statement: &Statement, local: Local) -> bool {
-    let own = match (statement, local) {
-        (Statement::Write(v, _), Local::Variable(own)) => *v == own,
-        (Statement::WriteElement { array, .. }, Local::Array(own)) => *array == own,
-        (Statement::Let(value), Local::Variable(own)) => program.op(*value) == Op::Read(own),
-        (Statement::Let(value), Local::Array(own)) => {
-            matches!(program.op(*value), Op::ReadElement(array, _) if array == own)
+    let mentions_it = match (statement, local) {
+        (Statement::Write(v, _), Local::Variable(other)) => *v == other,
+        (Statement::WriteElement { array, .. }, Local::Array(other)) => *array == other,
+        (Statement::Let(value), Local::Variable(other)) => program.op(*value) == Op::Read(other),
+        (Statement::Let(value), Local::Array(other)) => {
+            matches!(program.op(*value), Op::ReadElement(array, _) if array == other)
         }
         _ => false,
     };
-    own || statement
-        .blocks()
-        .flatten()
-        .any(|inner| mentions(program, inner, local))
+    mentions_it
+        || statement
+            .blocks()
+            .flatten()
+            .any(|inner| mentions(program, inner, local))
 }
 
 /// Puts each value that is set in a block with exits, and used after it, into a variable.

@@ -99,7 +99,7 @@ impl Shapes {
     pub fn is_left_by_all(&self, label: Label, body: &Block, regions: &mut Vec<Region>) -> bool {
         body.iter().any(|statement| {
             let region = match statement {
-                Statement::Exit(own) => return *own == label && !self.exit_diverges(regions, label),
+                Statement::Exit(other) => return *other == label && !self.exit_diverges(regions, label),
                 Statement::If { condition, .. } => Region::Branch(!self.is_uniform(*condition)),
                 Statement::Loop { label, .. } | Statement::Labeled { label, .. } => Region::Label(*label),
                 _ => return false,
@@ -136,7 +136,7 @@ impl Shapes {
 pub fn depth_of(regions: &[Region], label: Label) -> usize {
     regions
         .iter()
-        .position(|region| matches!(region, Region::Label(own) if *own == label))
+        .position(|region| matches!(region, Region::Label(other) if *other == label))
         .expect("an exit stands in its label's block")
 }
 

@@ -24,12 +24,12 @@ pub(crate) struct Turns {
 
 /// The turns of loops in two cases, which are given by words of buffers.
 pub(crate) fn turns(loops: &BTreeMap<Label, OfLoop>, cases: [&WordOf<'_>; 2]) -> BTreeMap<Label, Turns> {
-    let turns = |own: &OfLoop| Turns {
-        most: cases.map(|word| own.turns.value(word)),
-        tests_by_loops: own.tests_by_loops,
-        of_dispatch: own.of_dispatch,
+    let turns = |of_loop: &OfLoop| Turns {
+        most: cases.map(|word| of_loop.turns.value(word)),
+        tests_by_loops: of_loop.tests_by_loops,
+        of_dispatch: of_loop.of_dispatch,
     };
-    loops.iter().map(|(label, own)| (*label, turns(own))).collect()
+    loops.iter().map(|(label, of_loop)| (*label, turns(of_loop))).collect()
 }
 
 /// A program whose loops are unrolled.
@@ -90,9 +90,9 @@ impl Piece {
         let has_vanished = self.can_vanish && self.written >= self.most();
         let of_case = |case: usize| {
             let most = turns.most[case];
-            let own = if has_vanished { 0 } else { most / self.written + 1 };
+            let turns_alone = if has_vanished { 0 } else { most / self.written + 1 };
             let entered = most.saturating_add(u64::from(turns.tests_by_loops));
-            own.saturating_add(entered.saturating_mul(inner.turns[case]))
+            turns_alone.saturating_add(entered.saturating_mul(inner.turns[case]))
         };
         Sizes {
             turns: [of_case(0), of_case(1)],
@@ -141,9 +141,9 @@ impl Plan {
         });
         let mut body = program.body.clone();
         dissolve_all(&mut body);
-        let mut own = Self::default();
-        (_, own.outermost) = own.gather(&body, loops, &vanishing);
-        own
+        let mut plan = Self::default();
+        (_, plan.outermost) = plan.gather(&body, loops, &vanishing);
+        plan
     }
 
     /// Adds the pieces of a block. Returns the number of its other statements, and its pieces.
@@ -155,18 +155,18 @@ impl Plan {
     ) -> (u64, Vec<usize>) {
         let (mut statements, mut pieces) = (0, Vec::new());
         for statement in block {
-            let mut own = 1;
+            let mut count = 1;
             let mut inner = Vec::new();
             for block in statement.blocks() {
                 let (more, mut within) = self.gather(block, loops, vanishing);
-                own += more;
+                count += more;
                 inner.append(&mut within);
             }
             let (label, turns) = match statement {
                 Statement::Loop { label, .. } => (*label, Some(loops[label])),
                 Statement::Labeled { label, body, .. } if leaves(body, *label) => (*label, None),
                 _ => {
-                    statements += own;
+                    statements += count;
                     pieces.append(&mut inner);
                     continue;
                 }
@@ -177,7 +177,7 @@ impl Plan {
                 turns,
                 can_vanish: vanishing.contains(&label),
                 written: 1,
-                statements: own,
+                statements: count,
                 inner,
             });
         }
@@ -300,13 +300,13 @@ struct Copy<'a> {
 
 impl<'a> Copy<'a> {
     fn of(program: &'a mut Program, block: &Block) -> Block {
-        let mut own = Self {
+        let mut copy = Self {
             program,
             values: BTreeMap::new(),
             labels: BTreeMap::new(),
         };
-        own.name(block);
-        own.block(block)
+        copy.name(block);
+        copy.block(block)
     }
 
     /// Names what the statements set.

@@ -78,7 +78,7 @@ pub(crate) fn shared(trees: &Trees) -> Program {
 fn exits_to(statement: &Statement, label: Label) -> bool {
     let mut exits = false;
     visit(std::slice::from_ref(statement), &mut |inner| {
-        exits |= matches!(inner, Statement::Exit(own) if *own == label);
+        exits |= matches!(inner, Statement::Exit(other) if *other == label);
     });
     exits
 }
@@ -210,7 +210,7 @@ impl Sharing<'_> {
     /// Lanes that exit miss what comes after. Unless all of them jump over it together, it is computed for them nevertheless.
     fn labeled(&mut self, label: Label, body: &mut Block) {
         // An exit at the end is none.
-        body.pop_if(|last| matches!(last, Statement::Exit(own) if *own == label));
+        body.pop_if(|last| matches!(last, Statement::Exit(other) if *other == label));
         self.regions.push(Region::Label(label));
         let exit = body.iter().position(|inner| exits_to(inner, label));
         let is_left_by_all = self.shapes.is_left_by_all(label, body, &mut self.regions);

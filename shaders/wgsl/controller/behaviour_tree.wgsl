@@ -45,9 +45,9 @@ fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: Con
         return Command(vec2<f32>(0.5f, 0.5f), ControllerState(0u, before.turning));
     }
     let is_own = vec4<u32>(0u, 1u, 2u, 3u) == vec4<u32>(branch);
-    let own = select(vec4<i32>(0), before.turning, is_own);
+    let turning = select(vec4<i32>(0), before.turning, is_own);
     let first = 1u + branch * BRANCH_GENES + CONDITION_GENES;
-    let acted = behave(episode, step, first, readings, own.x + own.y + own.z + own.w);
+    let acted = behave(episode, step, first, readings, turning.x + turning.y + turning.z + turning.w);
     return Command(
         0.5f + 0.5f * acted.wheels,
         ControllerState(branch, select(before.turning, vec4<i32>(acted.turning), is_own)),

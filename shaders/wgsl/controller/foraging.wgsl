@@ -12,8 +12,8 @@ fn controller_begin(episode: Episode) -> ControllerState {
     return ControllerState(0.0f, 0u, 0.0f, 0u);
 }
 
-fn controller_kept(own: ControllerState) -> ControllerState {
-    return ControllerState(stored(own.escape), own.straight, stored(own.turn), own.wait);
+fn controller_kept(memory: ControllerState) -> ControllerState {
+    return ControllerState(stored(memory.escape), memory.straight, stored(memory.turn), memory.wait);
 }
 
 // The commanded way and turn, the outputs, and its memory.

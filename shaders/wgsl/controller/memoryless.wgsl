@@ -9,6 +9,6 @@ fn controller_begin(episode: Episode) -> ControllerState {
     return ControllerState(0u);
 }
 
-fn controller_kept(own: ControllerState) -> ControllerState {
-    return own;
+fn controller_kept(memory: ControllerState) -> ControllerState {
+    return memory;
 }

@@ -36,18 +36,18 @@ fn whole_gene(episode: Episode, index: u32, least: f32, greatest: f32) -> u32 {
 }
 
 // Speeds of the wheels, as fractions of the maximum, along a vector.
-fn along(own: ControllerValues, v: vec2<f32>) -> vec2<f32> {
+fn along(values: ControllerValues, v: vec2<f32>) -> vec2<f32> {
     let squared = squared_length(v);
-    if (squared < own.least_vector * own.least_vector) {
+    if (squared < values.least_vector * values.least_vector) {
         return vec2<f32>(1.0f, 1.0f);
     }
-    let inner = max(own.slowest_wheel, v.x * reciprocal_root(squared));
+    let inner = max(values.slowest_wheel, v.x * reciprocal_root(squared));
     return select(vec2<f32>(1.0f, inner), vec2<f32>(inner, 1.0f), v.y > 0.0f);
 }
 
 // For how many cycles exploration will turn, which is 0 while it goes straight ahead.
-fn turned_away(episode: Episode, step: u32, first: u32, own: ControllerValues, near: vec2<f32>) -> i32 {
-    if ((squared_length(near) < own.obstacle * own.obstacle) | (near.x < 0.0f)) {
+fn turned_away(episode: Episode, step: u32, first: u32, values: ControllerValues, near: vec2<f32>) -> i32 {
+    if ((squared_length(near) < values.obstacle * values.obstacle) | (near.x < 0.0f)) {
         return 0;
     }
     let most = whole_gene(episode, first + 1u, 1.0f, 100.0f);
@@ -59,7 +59,7 @@ fn turned_away(episode: Episode, step: u32, first: u32, own: ControllerValues, n
 
 // What a behaviour does, from its first gene on: which one, and its two values.
 fn behave(episode: Episode, step: u32, first: u32, readings: Readings, before: i32) -> Acted {
-    let own = controller_values(episode);
+    let values = controller_values(episode);
     let behaviour = whole_gene(episode, first, 0.0f, 5.0f);
     let near = vec2<f32>(readings.prox_ahead, readings.prox_left);
     let light = vec2<f32>(readings.light_ahead, readings.light_left);
@@ -67,7 +67,7 @@ fn behave(episode: Episode, step: u32, first: u32, readings: Readings, before: i
     var turning = before;
     if (behaviour == EXPLORATION) {
         if (turning == 0) {
-            turning = turned_away(episode, step, first, own, near);
+            turning = turned_away(episode, step, first, values, near);
         } else {
             wheels = select(vec2<f32>(1.0f, -1.0f), vec2<f32>(-1.0f, 1.0f), turning > 0);
             turning = select(turning + 1, turning - 1, turning > 0);
@@ -75,16 +75,16 @@ fn behave(episode: Episode, step: u32, first: u32, readings: Readings, before: i
     } else if (behaviour == STOP) {
         wheels = vec2<f32>(0.0f, 0.0f);
     } else if (behaviour == PHOTOTAXIS) {
-        wheels = along(own, light - own.avoidance * near);
+        wheels = along(values, light - values.avoidance * near);
     } else if (behaviour == ANTI_PHOTOTAXIS) {
-        wheels = along(own, -light - own.avoidance * near);
+        wheels = along(values, -light - values.avoidance * near);
     } else {
         let strength = clamp(gene(episode, first + 2u), 1.0f, 5.0f);
         let toward_others = strength * vec2<f32>(readings.attraction_ahead, readings.attraction_left);
         if (behaviour == ATTRACTION) {
-            wheels = along(own, toward_others - own.attraction_avoidance * near);
+            wheels = along(values, toward_others - values.attraction_avoidance * near);
         } else {
-            wheels = along(own, -toward_others - own.avoidance * near);
+            wheels = along(values, -toward_others - values.avoidance * near);
         }
     }
     return Acted(wheels, turning);

@@ -13,8 +13,8 @@ fn controller_begin(episode: Episode) -> ControllerState {
     return ControllerState(0.0f, 0.0f);
 }
 
-fn controller_kept(own: ControllerState) -> ControllerState {
-    return ControllerState(stored(own.left), stored(own.right));
+fn controller_kept(memory: ControllerState) -> ControllerState {
+    return ControllerState(stored(memory.left), stored(memory.right));
 }
 
 fn commands(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {

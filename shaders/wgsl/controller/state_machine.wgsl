@@ -34,10 +34,10 @@ fn next_state(episode: Episode, step: u32, now: u32, first: u32, readings: Readi
     var next = now;
     var place = 1.0f;
     for (var nth = 0u; nth < TRANSITIONS; nth++) {
-        let own = first + 4u + nth * TRANSITION_GENES;
+        let transition = first + 4u + nth * TRANSITION_GENES;
         if ((nth < count) & (places[nth] < place)) {
-            if (chances[nth] < probability(episode, own + 1u, readings)) {
-                let share = clamp(gene(episode, own), 0.0f, 1.0f);
+            if (chances[nth] < probability(episode, transition + 1u, readings)) {
+                let share = clamp(gene(episode, transition), 0.0f, 1.0f);
                 let other = min(u32(share * f32(others)), others - 1u);
                 next = other + select(0u, 1u, other >= now);
                 place = places[nth];

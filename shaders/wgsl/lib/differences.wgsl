@@ -21,8 +21,8 @@ struct ReadingCell {
 }
 
 fn reading_cell(world: u32) -> ReadingCell {
-    let own = numbers(world, DIFFERENCE_CELL + READING_CELL);
-    return ReadingCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, DIFFERENCE_CELL + READING_CELL);
+    return ReadingCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 struct MovingCell {
@@ -36,11 +36,11 @@ struct MovingCell {
 }
 
 fn moving_cell(world: u32) -> MovingCell {
-    let own = numbers(world, DIFFERENCE_CELL + MOVING_CELL);
-    return MovingCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, DIFFERENCE_CELL + MOVING_CELL);
+    return MovingCell(cell.x, cell.y, cell.z, cell.w);
 }
 
-// How much faster than they should be the wheels turn in the mean, and half of how much the right one is faster than the left: as
+// The wheels' mean excess of speed, and half of the right wheel's excess over the left one: as
 // mm of the way for each turn, and as turns for each mm.
 struct WheelCell {
     mean: f32,
@@ -50,16 +50,16 @@ struct WheelCell {
 }
 
 fn wheel_cell(world: u32) -> WheelCell {
-    let own = numbers(world, DIFFERENCE_CELL + WHEEL_CELL);
-    return WheelCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, DIFFERENCE_CELL + WHEEL_CELL);
+    return WheelCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // How much more light is at a place than elsewhere: 1 and the sum of the field's waves.
 fn illumination(world: u32, at: vec2<f32>) -> f32 {
     var gain = 1.0f;
     for (var wave = 0u; wave < WAVE_COUNT; wave++) {
-        let own = wave_of(world, wave);
-        gain += own.w * cosine_sine(own.x * at.x + own.y * at.y + own.z).x;
+        let term = wave_of(world, wave);
+        gain += term.w * cosine_sine(term.x * at.x + term.y * at.y + term.z).x;
     }
     return max(gain, 0x1p-10f);
 }
@@ -82,28 +82,28 @@ fn seemingly_free(sensor: SensorCell, free: f32, share: f32) -> f32 {
 }
 
 // A reading with its noise, over the light of the surroundings.
-fn read_with_noise(own: ReadingCell, reading: f32, ambient: f32, word: u32) -> f32 {
-    return clamp(reading + ambient + nearly_normal(word) * (own.noise + own.noise_share * reading), 0.0f, 1.0f);
+fn read_with_noise(cell: ReadingCell, reading: f32, ambient: f32, word: u32) -> f32 {
+    return clamp(reading + ambient + nearly_normal(word) * (cell.noise + cell.noise_share * reading), 0.0f, 1.0f);
 }
 
 // How old readings are, in cycles: of the latency and, since sensors are read on their own clock, up to a period more.
 fn age_of_readings(episode: Episode, step: u32) -> f32 {
-    let own = moving_cell(episode.world);
+    let moving = moving_cell(episode.world);
     // Beyond the draws of the noise of 64 sensors.
     let early = unit(random_words(episode.key, STREAM_SENSOR, step, 16u).x);
-    return min(reading_cell(episode.world).latency + own.period * early, 1.0f);
+    return min(reading_cell(episode.world).latency + moving.period * early, 1.0f);
 }
 
 // A number that follows another one a cycle long: what it is then, and its mean.
-fn lagging(own: MovingCell, number: f32, goal: f32) -> vec2<f32> {
+fn lagging(moving: MovingCell, number: f32, goal: f32) -> vec2<f32> {
     let away = flushed(number - goal);
-    return vec2<f32>(goal + away * own.left_over, goal + away * own.mean);
+    return vec2<f32>(goal + away * moving.left_over, goal + away * moving.mean);
 }
 
 // Displacement and turn of wheels that are not quite equal.
 fn by_unlike_wheels(world: u32, displacement: f32, turn: f32) -> vec2<f32> {
-    let own = wheel_cell(world);
+    let wheel = wheel_cell(world);
     return vec2<f32>(
-        displacement + (own.mean * displacement + own.way * turn), turn + (own.mean * turn + own.turn * displacement),
+        displacement + (wheel.mean * displacement + wheel.way * turn), turn + (wheel.mean * turn + wheel.turn * displacement),
     );
 }

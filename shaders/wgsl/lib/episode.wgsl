@@ -24,7 +24,7 @@ struct Line {
     details: Details,
 }
 
-@group(0) @binding(6) var<storage, read_write> state: array<State>;
+@group(0) @binding(6) var<storage, read_write> state: array<EpisodeState>;
 @group(0) @binding(8) var<storage, read_write> trace: array<Line>;
 
 // An episode: its world, the key of its random numbers, and the index of its first gene.

@@ -31,8 +31,8 @@ struct NestCell {
 }
 
 fn nest_of(world: u32) -> NestCell {
-    let own = numbers(world, NEST);
-    return NestCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, NEST);
+    return NestCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // The lamp; of a swarm as if it were opposite.
@@ -46,8 +46,8 @@ struct LampCell {
 }
 
 fn lamp_of(world: u32) -> LampCell {
-    let own = numbers(world, LAMP);
-    return LampCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, LAMP);
+    return LampCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // Light and proximity sensors.
@@ -61,8 +61,8 @@ struct SensingCell {
 }
 
 fn sensing_of(world: u32) -> SensingCell {
-    let own = numbers(world, SENSING);
-    return SensingCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, SENSING);
+    return SensingCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // The body and its wheels.
@@ -76,8 +76,8 @@ struct RobotCell {
 }
 
 fn robot_of(world: u32) -> RobotCell {
-    let own = numbers(world, ROBOT);
-    return RobotCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, ROBOT);
+    return RobotCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // What behaviours drive.
@@ -92,8 +92,8 @@ struct DrivingCell {
 }
 
 fn driving_of(world: u32) -> DrivingCell {
-    let own = numbers(world, DRIVING);
-    return DrivingCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, DRIVING);
+    return DrivingCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // Times and thresholds of behaviours and of the task.
@@ -109,8 +109,8 @@ struct TimesCell {
 }
 
 fn times_of(world: u32) -> TimesCell {
-    let own = numbers(world, TIMES);
-    return TimesCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, TIMES);
+    return TimesCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // The arena.
@@ -124,8 +124,8 @@ struct ArenaCell {
 }
 
 fn arena_of(world: u32) -> ArenaCell {
-    let own = numbers(world, ARENA);
-    return ArenaCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, ARENA);
+    return ArenaCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // When phototaxis acts.
@@ -138,8 +138,8 @@ struct PhototaxisCell {
 }
 
 fn phototaxis_of(world: u32) -> PhototaxisCell {
-    let own = numbers(world, PHOTOTAXIS);
-    return PhototaxisCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, PHOTOTAXIS);
+    return PhototaxisCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // Two entries of the curve of the proximity sensors: reading and its relative noise, by distance.
@@ -151,6 +151,6 @@ struct CurveCell {
 }
 
 fn curve_of(world: u32, pair: u32) -> CurveCell {
-    let own = numbers(world, CURVE + pair);
-    return CurveCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, CURVE + pair);
+    return CurveCell(cell.x, cell.y, cell.z, cell.w);
 }

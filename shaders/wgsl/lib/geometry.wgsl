@@ -19,9 +19,9 @@ fn toward(shape: u32, at: vec2<f32>) -> vec2<f32> {
         return vec2<f32>(-from_x, -from_y);
     }
     if (shapes[shape].kind == BLOCK) {
-        let own = within(shape, at);
-        let beyond_x = own.x - clamp(own.x, -shapes[shape].half_length, shapes[shape].half_length);
-        let beyond_y = own.y - clamp(own.y, -shapes[shape].half_width, shapes[shape].half_width);
+        let inner = within(shape, at);
+        let beyond_x = inner.x - clamp(inner.x, -shapes[shape].half_length, shapes[shape].half_length);
+        let beyond_y = inner.y - clamp(inner.y, -shapes[shape].half_width, shapes[shape].half_width);
         return vec2<f32>(
             beyond_y * shapes[shape].unit_y - beyond_x * shapes[shape].unit_x,
             -(beyond_x * shapes[shape].unit_y) - beyond_y * shapes[shape].unit_x,
@@ -43,8 +43,8 @@ fn within(block: u32, at: vec2<f32>) -> vec2<f32> {
 
 // The view of an object from a point, given in the object's own coordinates. The views divide half a turn, since a block looks
 // the same from behind.
-fn view_from(own: vec2<f32>, views: u32) -> u32 {
-    let twice = 2.0f * direction_by(own, reciprocal_root(max(squared_length(own), 0x1p-60f)));
+fn view_from(place: vec2<f32>, views: u32) -> u32 {
+    let twice = 2.0f * direction_by(place, reciprocal_root(max(squared_length(place), 0x1p-60f)));
     let share = twice - floor(twice);
     return min(u32(share * f32(views)), views - 1u);
 }

@@ -37,6 +37,6 @@ fn arena_lights(episode: Episode) -> u32 {
 fn arena_light(episode: Episode, light: u32) -> ArenaLight {
     let last = max(arena_lights(episode), 1u) - 1u;
     let cell = 1u + 2u * min(light, last);
-    let own = given_numbers(episode, cell);
-    return ArenaLight(own.xy, own.z, own.w, given_numbers(episode, cell + 1u).x);
+    let place = given_numbers(episode, cell);
+    return ArenaLight(place.xy, place.z, place.w, given_numbers(episode, cell + 1u).x);
 }

@@ -22,8 +22,8 @@ struct PlaceCell {
 }
 
 fn place_of(world: u32, sensor: u32) -> PlaceCell {
-    let own = numbers(world, sensor * SENSOR_CELLS + PLACE);
-    return PlaceCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, sensor * SENSOR_CELLS + PLACE);
+    return PlaceCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // A sensor's curve: where it reads half of the maximum, mm, and how steeply its logistic falls there, per mm.
@@ -35,8 +35,8 @@ struct CurveCell {
 }
 
 fn curve_of(world: u32, sensor: u32) -> CurveCell {
-    let own = numbers(world, sensor * SENSOR_CELLS + CURVE);
-    return CurveCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, sensor * SENSOR_CELLS + CURVE);
+    return CurveCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // A wave of the illumination.
@@ -50,8 +50,8 @@ struct WaveCell {
 }
 
 fn wave_of(world: u32, wave: u32) -> WaveCell {
-    let own = numbers(world, WAVES + wave);
-    return WaveCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, WAVES + wave);
+    return WaveCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // How much of the true geometry is in the readings, their noise alone and in proportion to them, and the light of the
@@ -64,8 +64,8 @@ struct SensingCell {
 }
 
 fn sensing_of(world: u32) -> SensingCell {
-    let own = numbers(world, SENSING);
-    return SensingCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, SENSING);
+    return SensingCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // Minimum age of readings, and the range above it, in cycles; and the parts of its motion.
@@ -79,8 +79,8 @@ struct TimingCell {
 }
 
 fn timing_of(world: u32) -> TimingCell {
-    let own = numbers(world, TIMING);
-    return TimingCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, TIMING);
+    return TimingCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 struct WheelsCell {
@@ -94,6 +94,6 @@ struct WheelsCell {
 }
 
 fn wheels_of(world: u32) -> WheelsCell {
-    let own = numbers(world, WHEELS);
-    return WheelsCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, WHEELS);
+    return WheelsCell(cell.x, cell.y, cell.z, cell.w);
 }

@@ -8,26 +8,27 @@
 //     struct SensorReadings                                        one f32 per reading
 //     struct SensorState
 //     fn sensor_begin(episode: Episode, pose: vec3<f32>) -> SensorState
-//     fn sensor_kept(own: SensorState) -> SensorState
+//     fn sensor_kept(memory: SensorState) -> SensorState
 //     fn sensors_read(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed
-//     fn plus_weighed(episode: Episode, index: u32, own: SensorReadings, sum: f32) -> f32
+//     fn plus_weighed(episode: Episode, index: u32, custom: SensorReadings, sum: f32) -> f32
 //                                          `sum`, and each reading times its gene; gene `index` weighs the first
 //
 // A controller declares:
 //
 //     struct ControllerState
 //     fn controller_begin(episode: Episode) -> ControllerState
-//     fn controller_kept(own: ControllerState) -> ControllerState
+//     fn controller_kept(memory: ControllerState) -> ControllerState
 //     fn commands(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command
 //
 // A task declares:
 //
 //     struct TaskState
 //     fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState
-//     fn task_kept(own: TaskState) -> TaskState
+//     fn task_kept(memory: TaskState) -> TaskState
 //     fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward
-//     fn task_ends(episode: Episode, own: TaskState) -> bool             whether to end the episode early
-//     fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32   the fitness, given the sum of all rewards
+//     fn task_ends(episode: Episode, memory: TaskState) -> bool          whether to end the episode early
+//     fn task_score(episode: Episode, memory: TaskState, sum: f32) -> f32
+//                                          the fitness, given the sum of all rewards
 
 // Readings of a user's sensors, and their memory after a cycle.
 struct Sensed {

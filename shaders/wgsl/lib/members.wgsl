@@ -61,40 +61,40 @@ fn member_at(episode: Episode, member: u32) -> u32 {
     return episode.world_words + (WORLD_WORDS + member * MEMBER_WORDS) * LANES;
 }
 
-fn word(own: u32, field: u32) -> u32 {
-    return state[own + field * LANES];
+fn word(words: u32, field: u32) -> u32 {
+    return state[words + field * LANES];
 }
 
-fn number(own: u32, field: u32) -> f32 {
-    return bitcast<f32>(state[own + field * LANES]);
+fn number(words: u32, field: u32) -> f32 {
+    return bitcast<f32>(state[words + field * LANES]);
 }
 
-fn put_word(own: u32, field: u32, value: u32) {
-    state[own + field * LANES] = value;
+fn put_word(words: u32, field: u32, value: u32) {
+    state[words + field * LANES] = value;
 }
 
-fn put(own: u32, field: u32, value: f32) {
-    state[own + field * LANES] = bitcast<u32>(stored(value));
+fn put(words: u32, field: u32, value: f32) {
+    state[words + field * LANES] = bitcast<u32>(stored(value));
 }
 
-fn place_in(own: u32, field: u32) -> vec2<f32> {
-    return vec2<f32>(number(own, field), number(own, field + 1u));
+fn place_in(words: u32, field: u32) -> vec2<f32> {
+    return vec2<f32>(number(words, field), number(words, field + 1u));
 }
 
-fn put_place(own: u32, field: u32, place: vec2<f32>) {
-    put(own, field, place.x);
-    put(own, field + 1u, place.y);
+fn put_place(words: u32, field: u32, place: vec2<f32>) {
+    put(words, field, place.x);
+    put(words, field + 1u, place.y);
 }
 
-fn member_pose(own: u32) -> vec3<f32> {
-    return vec3<f32>(number(own, MEMBER_X), number(own, MEMBER_Y), number(own, MEMBER_HEADING));
+fn member_pose(member_words: u32) -> vec3<f32> {
+    return vec3<f32>(number(member_words, MEMBER_X), number(member_words, MEMBER_Y), number(member_words, MEMBER_HEADING));
 }
 
 // A robot of a world, given the world's episode.
 fn member_episode(episode: Episode, member: u32) -> Episode {
-    let own = member_at(episode, member);
-    let key = vec2<u32>(word(own, MEMBER_KEY), word(own, MEMBER_KEY + 1u));
-    return Episode(episode.world, key, first_gene(episode, member), episode.world_words, own, member);
+    let member_words = member_at(episode, member);
+    let key = vec2<u32>(word(member_words, MEMBER_KEY), word(member_words, MEMBER_KEY + 1u));
+    return Episode(episode.world, key, first_gene(episode, member), episode.world_words, member_words, member);
 }
 
 // Functions of the swarm for users' parts; docs/swarms.md lists them.

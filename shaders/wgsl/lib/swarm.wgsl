@@ -69,8 +69,8 @@ struct MeetingCell {
 }
 
 fn meeting_of(world: u32) -> MeetingCell {
-    let own = numbers(world, MEETING);
-    return MeetingCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, MEETING);
+    return MeetingCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // What goes wrong.
@@ -85,8 +85,8 @@ struct DelaysCell {
 }
 
 fn delays_of(world: u32) -> DelaysCell {
-    let own = numbers(world, DELAYS);
-    return DelaysCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, DELAYS);
+    return DelaysCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // How the light differs from place to place.
@@ -101,8 +101,8 @@ struct FieldCell {
 }
 
 fn field_of(world: u32) -> FieldCell {
-    let own = numbers(world, FIELD);
-    return FieldCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, FIELD);
+    return FieldCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // Standard deviations of what differs between robots.
@@ -114,8 +114,8 @@ struct SpreadCell {
 }
 
 fn spread_of(world: u32) -> SpreadCell {
-    let own = numbers(world, SPREAD);
-    return SpreadCell(own.x, own.y, own.z, own.w);
+    let cell = numbers(world, SPREAD);
+    return SpreadCell(cell.x, cell.y, cell.z, cell.w);
 }
 
 // Inputs of a world after its key: which side the lamp is on (-1 over the nest, 0 nowhere, 1 opposite), on which side
@@ -143,7 +143,7 @@ struct Episode {
     world: u32,
     key: vec2<u32>,
     genes: u32,
-    own: u32,
+    robot_words: u32,
     // how far the nearest other is before each of the four sensors at the front, mm
     others: vec4<f32>,
     // the side of the lamp, and which share of its light gets here
@@ -159,16 +159,16 @@ fn gene(episode: Episode, index: u32) -> f32 {
     return input(episode.genes + index * LANES);
 }
 
-fn word(own: u32, field: u32) -> u32 {
-    return state[own + field * LANES];
+fn word(words: u32, field: u32) -> u32 {
+    return state[words + field * LANES];
 }
 
-fn number(own: u32, field: u32) -> f32 {
-    return bitcast<f32>(state[own + field * LANES]);
+fn number(words: u32, field: u32) -> f32 {
+    return bitcast<f32>(state[words + field * LANES]);
 }
 
-fn put(own: u32, field: u32, value: f32) {
-    state[own + field * LANES] = bitcast<u32>(stored(value));
+fn put(words: u32, field: u32, value: f32) {
+    state[words + field * LANES] = bitcast<u32>(stored(value));
 }
 
 fn robots(world: u32) -> u32 {

@@ -56,11 +56,11 @@ fn ray_to_round(shape: u32, start: vec2<f32>, ahead: vec2<f32>, most: f32) -> f3
 }
 
 fn ray_to_block(shape: u32, start: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32 {
-    let own = within(shape, start);
+    let inner = within(shape, start);
     let axis = vec2<f32>(shapes[shape].unit_x, shapes[shape].unit_y);
-    let own_ahead = vec2<f32>(ahead.x * axis.x + ahead.y * axis.y, ahead.y * axis.x - ahead.x * axis.y);
+    let inner_ahead = vec2<f32>(ahead.x * axis.x + ahead.y * axis.y, ahead.y * axis.x - ahead.x * axis.y);
     let half = vec2<f32>(shapes[shape].half_length, shapes[shape].half_width);
-    return to_block(own, own_ahead, half, most);
+    return to_block(inner, inner_ahead, half, most);
 }
 
 fn ray_to_wall(shape: u32, start: vec2<f32>, ahead: vec2<f32>, most: f32) -> f32 {

@@ -2,7 +2,7 @@
 // drive.
 
 // What an episode keeps from one dispatch to the next: what its behaviours remember.
-struct State {
+struct EpisodeState {
     escape: f32,
     straight: u32,
     turn: f32,
@@ -16,31 +16,31 @@ struct Details {
     behaviour: u32,
 }
 
-fn first_state(episode: Episode) -> State {
-    return State(0.0f, 0u, 0.0f, 0u);
+fn first_state(episode: Episode) -> EpisodeState {
+    return EpisodeState(0.0f, 0u, 0.0f, 0u);
 }
 
-fn kept(own: State) -> State {
-    return State(stored(own.escape), own.straight, stored(own.turn), own.wait);
+fn kept(after: EpisodeState) -> EpisodeState {
+    return EpisodeState(stored(after.escape), after.straight, stored(after.turn), after.wait);
 }
 
-fn details_kept(own: Details) -> Details {
-    return Details(stored(own.forward), stored(own.turn), own.behaviour);
+fn details_kept(values: Details) -> Details {
+    return Details(stored(values.forward), stored(values.turn), values.behaviour);
 }
 
-fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {
     let nowhere = vec3<f32>(0.0f, 0.0f, 0.0f);
     let memory = Memory(before.escape, before.straight, before.turn, before.wait);
     let deed = behave(episode, step, nowhere, carries(episode), memory);
-    let next = State(deed.memory.escape, deed.memory.straight, deed.memory.turn, deed.memory.wait);
+    let next = EpisodeState(deed.memory.escape, deed.memory.straight, deed.memory.turn, deed.memory.wait);
     let record = Record(0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f);
     return Cycle(next, Line(record, Details(deed.wanted.forward, deed.wanted.turn, deed.behaviour)));
 }
 
-fn is_over(episode: Episode, own: State) -> bool {
+fn is_over(episode: Episode, before: EpisodeState) -> bool {
     return false;
 }
 
-fn score(episode: Episode, own: State) -> f32 {
+fn score(episode: Episode, last: EpisodeState) -> f32 {
     return 0.0f;
 }

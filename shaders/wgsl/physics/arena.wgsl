@@ -6,12 +6,12 @@ const OFF: u32 = 4u;
 // How often bodies that overlap push each other in a cycle.
 const PUSHES: u32 = 4u;
 
-fn robot_key(own: u32) -> vec2<u32> {
-    return vec2<u32>(word(own, KEY), word(own, KEY + 1u));
+fn robot_key(robot_words: u32) -> vec2<u32> {
+    return vec2<u32>(word(robot_words, KEY), word(robot_words, KEY + 1u));
 }
 
-fn robot_episode(episode: Episode, own: u32) -> Episode {
-    return Episode(episode.world, robot_key(own), episode.genes, own, episode.others, episode.lamp, episode.share);
+fn robot_episode(episode: Episode, robot_words: u32) -> Episode {
+    return Episode(episode.world, robot_key(robot_words), episode.genes, robot_words, episode.others, episode.lamp, episode.share);
 }
 
 // Draws of a robot's place, and how often robots are looked at in all before their places are taken as drawn: drivers may
@@ -25,15 +25,15 @@ fn begin(episode: Episode, base: u32) {
     let count = robots(world);
     state[base + HARVESTED * LANES] = 0u;
     for (var robot = 0u; robot < count; robot++) {
-        let own = robot_at(base, robot);
+        let robot_words = robot_at(base, robot);
         for (var field = 0u; field < ROBOT_WORDS; field++) {
-            state[own + field * LANES] = 0u;
+            state[robot_words + field * LANES] = 0u;
         }
         let key = random_words(episode.key, STREAM_START, 0u, 0xff00u + robot);
-        state[own + KEY * LANES] = key.x;
-        state[own + (KEY + 1u) * LANES] = key.y;
-        state[own + BEHAVIOUR * LANES] = OFF;
-        differ(world, own, robot);
+        state[robot_words + KEY * LANES] = key.x;
+        state[robot_words + (KEY + 1u) * LANES] = key.y;
+        state[robot_words + BEHAVIOUR * LANES] = OFF;
+        differ(world, robot_words, robot);
     }
     place_robots(world, base, count);
     save_food(base, first_food(episode));
@@ -55,20 +55,20 @@ fn place_robots(world: u32, base: u32, count: u32) {
         if (robot == count) {
             break;
         }
-        let own = robot_at(base, robot);
+        let robot_words = robot_at(base, robot);
         if (drawn) {
             let place = robot_at(base, looked_at);
-            let apart = vec2<f32>(number(place, X) - number(own, X), number(place, Y) - number(own, Y));
+            let apart = vec2<f32>(number(place, X) - number(robot_words, X), number(place, Y) - number(robot_words, Y));
             free = free & (squared_length(apart) >= 4.0f * body * body);
             looked_at++;
         } else {
-            let u = units(random_words(robot_key(own), STREAM_START, 0u, draws));
+            let u = units(random_words(robot_key(robot_words), STREAM_START, 0u, draws));
             let at = vec2<f32>((2.0f * u.x - 1.0f) * radius, (2.0f * u.y - 1.0f) * radius);
             draws++;
             if (!touches(world, at)) {
-                put(own, X, at.x);
-                put(own, Y, at.y);
-                put(own, HEADING, u.z);
+                put(robot_words, X, at.x);
+                put(robot_words, Y, at.y);
+                put(robot_words, HEADING, u.z);
                 drawn = true;
                 looked_at = 0u;
                 free = true;
@@ -89,42 +89,42 @@ fn place_robots(world: u32, base: u32, count: u32) {
 
 // A robot senses, decides and drives: where it would get to if it were alone.
 fn act(episode: Episode, base: u32, robot: u32, step: u32) {
-    let own = robot_at(base, robot);
+    let robot_words = robot_at(base, robot);
     let order = episode.genes + (ORDERS + robot * ORDER_WORDS) * LANES;
-    let pose = vec3<f32>(number(own, X), number(own, Y), number(own, HEADING));
+    let pose = vec3<f32>(number(robot_words, X), number(robot_words, Y), number(robot_words, HEADING));
     if (f32(step) == input(order + ORDER_BEGINS * LANES)) {
-        put(own, EARNED, 0.0f);
-        state[own + SINCE * LANES] = step;
+        put(robot_words, EARNED, 0.0f);
+        state[robot_words + SINCE * LANES] = step;
     }
     let later = f32(step) >= input(order + ORDER_AT * LANES);
-    var me = robot_episode(episode, own);
+    var me = robot_episode(episode, robot_words);
     me.genes = order + select(ORDER_BEFORE, ORDER_AFTER, later) * LANES;
     let is_on = gene(me, GENE_LADEN) >= 0.0f;
     var to = pose;
     if (is_on) {
         me = among(me, base, robot, pose);
-        let memory = Memory(number(own, ESCAPE), word(own, STRAIGHT), number(own, TURN), word(own, WAIT));
-        let deed = behave(me, step, pose, word(own, CARRIES) != 0u, memory);
+        let memory = Memory(number(robot_words, ESCAPE), word(robot_words, STRAIGHT), number(robot_words, TURN), word(robot_words, WAIT));
+        let deed = behave(me, step, pose, word(robot_words, CARRIES) != 0u, memory);
         let delays = delays_of(episode.world);
         var wanted = deed.wanted;
         if (delays.latency > 0.0f) {
-            wanted = Drive(number(own, WANTED), number(own, WANTED + 1u));
+            wanted = Drive(number(robot_words, WANTED), number(robot_words, WANTED + 1u));
         }
         let moved = driven(me, step, wanted);
         // Slip shortens the way and the turn.
         let kept = 1.0f - delays.slip * unit(random_words(me.key, STREAM_ACTUATOR, step, 1u).x);
         to = driven_pose(pose, Drive(kept * moved.forward, kept * moved.turn));
-        put(own, ESCAPE, deed.memory.escape);
-        state[own + STRAIGHT * LANES] = deed.memory.straight;
-        put(own, TURN, deed.memory.turn);
-        state[own + WAIT * LANES] = deed.memory.wait;
-        put(own, WANTED, deed.wanted.forward);
-        put(own, WANTED + 1u, deed.wanted.turn);
-        put(own, HEADING, to.z);
-        state[own + BEHAVIOUR * LANES] = deed.behaviour;
+        put(robot_words, ESCAPE, deed.memory.escape);
+        state[robot_words + STRAIGHT * LANES] = deed.memory.straight;
+        put(robot_words, TURN, deed.memory.turn);
+        state[robot_words + WAIT * LANES] = deed.memory.wait;
+        put(robot_words, WANTED, deed.wanted.forward);
+        put(robot_words, WANTED + 1u, deed.wanted.turn);
+        put(robot_words, HEADING, to.z);
+        state[robot_words + BEHAVIOUR * LANES] = deed.behaviour;
     }
-    put(own, PUSHED, to.x);
-    put(own, PUSHED + 1u, to.y);
+    put(robot_words, PUSHED, to.x);
+    put(robot_words, PUSHED + 1u, to.y);
 }
 
 // Robots that overlap give way by half of each overlap, and the wall keeps them in. Of each pair the first one's turn moves both.
@@ -136,15 +136,15 @@ fn push(world: u32, base: u32, from_field: u32, to_field: u32) -> bool {
     let room = arena_of(world).radius - body;
     let count = robots(world);
     for (var robot = 0u; robot < count; robot++) {
-        let own = robot_at(base, robot);
-        state[own + to_field * LANES] = word(own, from_field);
-        state[own + (to_field + 1u) * LANES] = word(own, from_field + 1u);
+        let robot_words = robot_at(base, robot);
+        state[robot_words + to_field * LANES] = word(robot_words, from_field);
+        state[robot_words + (to_field + 1u) * LANES] = word(robot_words, from_field + 1u);
     }
     for (var robot = 0u; robot < count; robot++) {
-        let own = robot_at(base, robot);
-        let x = number(own, from_field);
-        let y = number(own, from_field + 1u);
-        var moved = vec2<f32>(number(own, to_field), number(own, to_field + 1u));
+        let robot_words = robot_at(base, robot);
+        let x = number(robot_words, from_field);
+        let y = number(robot_words, from_field + 1u);
+        var moved = vec2<f32>(number(robot_words, to_field), number(robot_words, to_field + 1u));
         for (var other = robot + 1u; other < count; other++) {
             let at = robot_at(base, other);
             let away = vec2<f32>(x - number(at, from_field), y - number(at, from_field + 1u));
@@ -166,8 +166,8 @@ fn push(world: u32, base: u32, from_field: u32, to_field: u32) -> bool {
             moved.x *= share;
             moved.y *= share;
         }
-        put(own, to_field, moved.x);
-        put(own, to_field + 1u, moved.y);
+        put(robot_words, to_field, moved.x);
+        put(robot_words, to_field + 1u, moved.y);
     }
     return moves;
 }
@@ -186,9 +186,9 @@ fn cycle(episode: Episode, base: u32, step: u32) {
         }
     }
     for (var robot = 0u; robot < count; robot++) {
-        let own = robot_at(base, robot);
-        state[own + X * LANES] = word(own, PUSHED);
-        state[own + Y * LANES] = word(own, PUSHED + 1u);
+        let robot_words = robot_at(base, robot);
+        state[robot_words + X * LANES] = word(robot_words, PUSHED);
+        state[robot_words + Y * LANES] = word(robot_words, PUSHED + 1u);
     }
     share_food(episode, base, step);
     // Each listens once a second, and no two neighbours in number at once.
@@ -201,15 +201,15 @@ fn cycle(episode: Episode, base: u32, step: u32) {
 fn listen(episode: Episode, base: u32, robot: u32, step: u32) {
     let meeting = meeting_of(episode.world);
     let count = robots(episode.world);
-    let own = robot_at(base, robot);
-    let at = vec2<f32>(number(own, X), number(own, Y));
+    let robot_words = robot_at(base, robot);
+    let at = vec2<f32>(number(robot_words, X), number(robot_words, Y));
     for (var block = 0u; block < count; block += 32u) {
         var candidates = 0u;
         for (var other = block; other < min(block + 32u, count); other++) {
             let place = robot_at(base, other);
             let to = vec2<f32>(number(place, X) - at.x, number(place, Y) - at.y);
-            let chance = unit(random_words(robot_key(own), STREAM_ENVIRONMENT, step, 0x8000u + other).x);
-            let talks = (word(own, BEHAVIOUR) != OFF) & (word(place, BEHAVIOUR) != OFF);
+            let chance = unit(random_words(robot_key(robot_words), STREAM_ENVIRONMENT, step, 0x8000u + other).x);
+            let talks = (word(robot_words, BEHAVIOUR) != OFF) & (word(place, BEHAVIOUR) != OFF);
             let is_heard = (other != robot) & talks & (squared_length(to) <= meeting.squared_range) & (chance < meeting.heard);
             candidates |= select(0u, 1u << (other & 31u), is_heard);
         }
@@ -227,7 +227,7 @@ fn listen(episode: Episode, base: u32, robot: u32, step: u32) {
             }
             candidates &= candidates - 1u;
         }
-        let field = own + (HEARD + block / 32u) * LANES;
+        let field = robot_words + (HEARD + block / 32u) * LANES;
         state[field] |= heard;
     }
 }

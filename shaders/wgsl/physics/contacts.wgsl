@@ -48,14 +48,14 @@ fn push(episode: Episode) -> bool {
     let near = apart - TOUCH;
     var pushed = false;
     for (var member = 0u; member < count; member++) {
-        let own = member_at(episode, member);
-        put_word(own, MEMBER_BEFORE, word(own, MEMBER_GOAL));
-        put_word(own, MEMBER_BEFORE + 1u, word(own, MEMBER_GOAL + 1u));
+        let member_words = member_at(episode, member);
+        put_word(member_words, MEMBER_BEFORE, word(member_words, MEMBER_GOAL));
+        put_word(member_words, MEMBER_BEFORE + 1u, word(member_words, MEMBER_GOAL + 1u));
     }
     for (var member = 0u; member < count; member++) {
-        let own = member_at(episode, member);
-        let at = place_in(own, MEMBER_BEFORE);
-        var moved = place_in(own, MEMBER_GOAL);
+        let member_words = member_at(episode, member);
+        let at = place_in(member_words, MEMBER_BEFORE);
+        var moved = place_in(member_words, MEMBER_GOAL);
         for (var other = member + 1u; other < count; other++) {
             let another = member_at(episode, other);
             let beside = place_in(another, MEMBER_BEFORE);
@@ -70,16 +70,16 @@ fn push(episode: Episode) -> bool {
                 pushed = true;
             }
         }
-        put_place(own, MEMBER_GOAL, moved);
+        put_place(member_words, MEMBER_GOAL, moved);
     }
     // Only a world that has objects looks at them.
     if (worlds[episode.world].shapes > 0u) {
         for (var member = 0u; member < count; member++) {
-            let own = member_at(episode, member);
-            let at = place_in(own, MEMBER_GOAL);
+            let member_words = member_at(episode, member);
+            let at = place_in(member_words, MEMBER_GOAL);
             let out = pushed_out(episode.world, at);
             pushed = pushed | (out.x != at.x) | (out.y != at.y);
-            put_place(own, MEMBER_GOAL, out);
+            put_place(member_words, MEMBER_GOAL, out);
         }
     }
     return pushed;
@@ -108,9 +108,9 @@ fn take_back(episode: Episode, overlap: bool) {
     let farthest = FARTHEST * body;
     var tail = 0u;
     for (var member = 0u; member < count; member++) {
-        let own = member_at(episode, member);
-        let at = place_in(own, MEMBER_GOAL);
-        let start = place_in(own, MEMBER_X);
+        let member_words = member_at(episode, member);
+        let at = place_in(member_words, MEMBER_GOAL);
+        let start = place_in(member_words, MEMBER_X);
         var returns = squared_length(vec2<f32>(at.x - start.x, at.y - start.y)) > farthest * farthest;
         if (overlap) {
             returns = returns | presses(episode.world, at, OVERLAP);
@@ -120,7 +120,7 @@ fn take_back(episode: Episode, overlap: bool) {
                 returns = returns | (is_near & (other != member));
             }
         }
-        put_word(own, MEMBER_MET, select(0u, 1u, returns));
+        put_word(member_words, MEMBER_MET, select(0u, 1u, returns));
         if (returns) {
             put_word(member_at(episode, tail), MEMBER_QUEUE, member);
             tail++;
@@ -147,9 +147,9 @@ fn take_back(episode: Episode, overlap: bool) {
         other = select(other, 0u, other == count);
     }
     for (var member = 0u; member < count; member++) {
-        let own = member_at(episode, member);
-        if (word(own, MEMBER_MET) != 0u) {
-            put_place(own, MEMBER_GOAL, place_in(own, MEMBER_X));
+        let member_words = member_at(episode, member);
+        if (word(member_words, MEMBER_MET) != 0u) {
+            put_place(member_words, MEMBER_GOAL, place_in(member_words, MEMBER_X));
         }
     }
 }
@@ -159,8 +159,8 @@ fn stop_all(episode: Episode) {
     let count = member_count(episode.world);
     let apart = 2.0f * members_of(episode.world).body;
     for (var member = 0u; member < count; member++) {
-        let own = member_at(episode, member);
-        let at = place_in(own, MEMBER_GOAL);
+        let member_words = member_at(episode, member);
+        let at = place_in(member_words, MEMBER_GOAL);
         var is_free = !touches(episode.world, at);
         for (var other = 0u; other < count; other++) {
             let field = select(MEMBER_X, MEMBER_GOAL, other < member);
@@ -169,7 +169,7 @@ fn stop_all(episode: Episode) {
             is_free = is_free & !(is_near & (other != member));
         }
         if (!is_free) {
-            put_place(own, MEMBER_GOAL, place_in(own, MEMBER_X));
+            put_place(member_words, MEMBER_GOAL, place_in(member_words, MEMBER_X));
         }
     }
 }

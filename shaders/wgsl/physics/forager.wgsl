@@ -2,7 +2,7 @@
 // and the task that ship its bits are those of `physics/foraging`.
 
 // What an episode keeps from one dispatch to the next, and its fitness so far.
-struct State {
+struct EpisodeState {
     // where the food lies
     food: Food,
     task: TaskState,
@@ -37,22 +37,22 @@ struct Experience {
     to_food: f32,
 }
 
-fn first_state(episode: Episode) -> State {
+fn first_state(episode: Episode) -> EpisodeState {
     let pose = first_pose(episode);
-    return State(
+    return EpisodeState(
         first_food(episode), task_begin(episode, pose), controller_begin(episode), sensor_begin(episode, pose),
         pose.x, pose.y, pose.z, 0.0f, 0u,
     );
 }
 
-fn kept(own: State) -> State {
-    return State(
+fn kept(after: EpisodeState) -> EpisodeState {
+    return EpisodeState(
         Food(
-            stored_all(own.food.x_first), stored_all(own.food.x_last),
-            stored_all(own.food.y_first), stored_all(own.food.y_last),
+            stored_all(after.food.x_first), stored_all(after.food.x_last),
+            stored_all(after.food.y_first), stored_all(after.food.y_last),
         ),
-        task_kept(own.task), controller_kept(own.controller), sensor_kept(own.sensor),
-        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), own.carries,
+        task_kept(after.task), controller_kept(after.controller), sensor_kept(after.sensor),
+        stored(after.x), stored(after.y), stored(after.heading), stored(after.fitness), after.carries,
     );
 }
 
@@ -67,28 +67,28 @@ fn nearest_food(food: Food, at: vec2<f32>) -> f32 {
     return root(min(min(least.x, least.y), min(least.z, least.w)));
 }
 
-fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {
     let world = episode.world;
-    var own = before;
-    let pose = vec3<f32>(own.x, own.y, own.heading);
-    let carried = own.carries != 0u;
-    let sensed = sensors_read(episode, step, pose, own.sensor);
-    own.sensor = sensed.state;
+    var after = before;
+    let pose = vec3<f32>(after.x, after.y, after.heading);
+    let carried = after.carries != 0u;
+    let sensed = sensors_read(episode, step, pose, after.sensor);
+    after.sensor = sensed.state;
     let seen = sense(episode, step, pose, carried, sensed.readings);
-    let acted = act(episode, step, pose, seen.perceived, own.controller);
-    own.controller = acted.state;
+    let acted = act(episode, step, pose, seen.perceived, after.controller);
+    after.controller = acted.state;
     let driven = driven(episode, step, acted.wanted);
     let reached = driven_pose(pose, driven);
     let collided = touches(world, vec2<f32>(reached.x, reached.y));
 
     // The wall stops a robot, which still turns.
-    own.x = select(reached.x, pose.x, collided);
-    own.y = select(reached.y, pose.y, collided);
-    own.heading = reached.z;
-    let at = vec2<f32>(own.x, own.y);
-    let brought = harvest(episode, step, at, own.food, carried);
-    own.food = brought.food;
-    own.carries = select(0u, 1u, brought.carries);
+    after.x = select(reached.x, pose.x, collided);
+    after.y = select(reached.y, pose.y, collided);
+    after.heading = reached.z;
+    let at = vec2<f32>(after.x, after.y);
+    let brought = harvest(episode, step, at, after.food, carried);
+    after.food = brought.food;
+    after.carries = select(0u, 1u, brought.carries);
 
     // Wheel speeds as fractions of the maximum.
     let robot = robot_of(world);
@@ -99,21 +99,21 @@ fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
     );
     let nest = nest_of(world);
     let now = Experience(
-        step, pose, vec3<f32>(at, own.heading), seen.real, seen.perceived, acted.outputs, moved, collided,
+        step, pose, vec3<f32>(at, after.heading), seen.real, seen.perceived, acted.outputs, moved, collided,
         brought.carries & !carried, carried & !brought.carries, brought.earned,
-        root(squared_length(vec2<f32>(at.x - nest.x, at.y - nest.y))), nearest_food(own.food, at),
+        root(squared_length(vec2<f32>(at.x - nest.x, at.y - nest.y))), nearest_food(after.food, at),
     );
-    let reward = task_cycle(episode, now, own.task);
-    own.task = reward.state;
-    own.fitness += reward.earned;
-    let record = recorded(pose, vec2<f32>(pose.x, pose.y), acted.outputs, moved, collided, reward.earned, own.fitness);
-    return Cycle(own, Line(record, details(own, seen.real, seen.perceived)));
+    let reward = task_cycle(episode, now, after.task);
+    after.task = reward.state;
+    after.fitness += reward.earned;
+    let record = recorded(pose, vec2<f32>(pose.x, pose.y), acted.outputs, moved, collided, reward.earned, after.fitness);
+    return Cycle(after, Line(record, details(after, seen.real, seen.perceived)));
 }
 
-fn is_over(episode: Episode, own: State) -> bool {
-    return task_ends(episode, own.task);
+fn is_over(episode: Episode, before: EpisodeState) -> bool {
+    return task_ends(episode, before.task);
 }
 
-fn score(episode: Episode, own: State) -> f32 {
-    return task_score(episode, own.task, own.fitness);
+fn score(episode: Episode, last: EpisodeState) -> f32 {
+    return task_score(episode, last.task, last.fitness);
 }

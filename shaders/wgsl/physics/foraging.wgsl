@@ -1,7 +1,7 @@
 // Episode of one forager in its on-board simulator: behave, drive, take food and bring it.
 
 // What an episode keeps from one dispatch to the next, and its fitness so far.
-struct State {
+struct EpisodeState {
     // where the food lies
     x_first: vec4<f32>,
     x_last: vec4<f32>,
@@ -22,20 +22,20 @@ struct State {
     unused_c: u32,
 }
 
-fn first_state(episode: Episode) -> State {
+fn first_state(episode: Episode) -> EpisodeState {
     let pose = first_pose(episode);
     let food = first_food(episode);
-    return State(
+    return EpisodeState(
         food.x_first, food.x_last, food.y_first, food.y_last,
         pose.x, pose.y, pose.z, 0.0f, 0u, 0.0f, 0u, 0.0f, 0u, 0u, 0u, 0u,
     );
 }
 
-fn kept(own: State) -> State {
-    return State(
-        stored_all(own.x_first), stored_all(own.x_last), stored_all(own.y_first), stored_all(own.y_last),
-        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), own.carries,
-        stored(own.escape), own.straight, stored(own.turn), own.wait, 0u, 0u, 0u,
+fn kept(after: EpisodeState) -> EpisodeState {
+    return EpisodeState(
+        stored_all(after.x_first), stored_all(after.x_last), stored_all(after.y_first), stored_all(after.y_last),
+        stored(after.x), stored(after.y), stored(after.heading), stored(after.fitness), after.carries,
+        stored(after.escape), after.straight, stored(after.turn), after.wait, 0u, 0u, 0u,
     );
 }
 
@@ -50,9 +50,9 @@ struct Details {
     carries: f32,
 }
 
-fn details_kept(own: Details) -> Details {
+fn details_kept(values: Details) -> Details {
     return Details(
-        stored(own.front_0), stored(own.front_1), stored(own.front_2), stored(own.front_3), own.behaviour, own.carries,
+        stored(values.front_0), stored(values.front_1), stored(values.front_2), stored(values.front_3), values.behaviour, values.carries,
     );
 }
 
@@ -60,31 +60,31 @@ fn stored_all(v: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(stored(v.x), stored(v.y), stored(v.z), stored(v.w));
 }
 
-fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
-    var own = before;
-    let pose = vec3<f32>(own.x, own.y, own.heading);
-    let carried = own.carries != 0u;
-    let deed = behave(episode, step, pose, carried, Memory(own.escape, own.straight, own.turn, own.wait));
+fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {
+    var after = before;
+    let pose = vec3<f32>(after.x, after.y, after.heading);
+    let carried = after.carries != 0u;
+    let deed = behave(episode, step, pose, carried, Memory(after.escape, after.straight, after.turn, after.wait));
     let moved = driven(episode, step, deed.wanted);
     let reached = driven_pose(pose, moved);
     let collided = touches(episode.world, vec2<f32>(reached.x, reached.y));
 
     // The wall stops a robot, which still turns.
-    own.x = select(reached.x, pose.x, collided);
-    own.y = select(reached.y, pose.y, collided);
-    own.heading = reached.z;
-    let food = Food(own.x_first, own.x_last, own.y_first, own.y_last);
-    let brought = harvest(episode, step, vec2<f32>(own.x, own.y), food, carried);
-    own.x_first = brought.food.x_first;
-    own.x_last = brought.food.x_last;
-    own.y_first = brought.food.y_first;
-    own.y_last = brought.food.y_last;
-    own.carries = select(0u, 1u, brought.carries);
-    own.escape = deed.memory.escape;
-    own.straight = deed.memory.straight;
-    own.turn = deed.memory.turn;
-    own.wait = deed.memory.wait;
-    own.fitness += brought.earned;
+    after.x = select(reached.x, pose.x, collided);
+    after.y = select(reached.y, pose.y, collided);
+    after.heading = reached.z;
+    let food = Food(after.x_first, after.x_last, after.y_first, after.y_last);
+    let brought = harvest(episode, step, vec2<f32>(after.x, after.y), food, carried);
+    after.x_first = brought.food.x_first;
+    after.x_last = brought.food.x_last;
+    after.y_first = brought.food.y_first;
+    after.y_last = brought.food.y_last;
+    after.carries = select(0u, 1u, brought.carries);
+    after.escape = deed.memory.escape;
+    after.straight = deed.memory.straight;
+    after.turn = deed.memory.turn;
+    after.wait = deed.memory.wait;
+    after.fitness += brought.earned;
 
     // Wheel speeds as fractions of the maximum.
     let robot = robot_of(episode.world);
@@ -93,17 +93,17 @@ fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
     let record = Record(
         pose.x, pose.y, pose.z, pose.x, pose.y,
         0.0f, 0.0f, (moved.forward - apart) * share, (moved.forward + apart) * share,
-        select(0.0f, 1.0f, collided), brought.earned, own.fitness,
+        select(0.0f, 1.0f, collided), brought.earned, after.fitness,
     );
     let front = deed.front;
     let details = Details(front.x, front.y, front.z, front.w, f32(deed.behaviour), select(0.0f, 1.0f, carried));
-    return Cycle(own, Line(record, details));
+    return Cycle(after, Line(record, details));
 }
 
-fn is_over(episode: Episode, own: State) -> bool {
+fn is_over(episode: Episode, before: EpisodeState) -> bool {
     return false;
 }
 
-fn score(episode: Episode, own: State) -> f32 {
-    return own.fitness;
+fn score(episode: Episode, last: EpisodeState) -> f32 {
+    return last.fitness;
 }

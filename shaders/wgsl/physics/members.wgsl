@@ -8,7 +8,7 @@ struct Driven {
 }
 
 // What a robot and the world remember, for traces.
-struct State {
+struct EpisodeState {
     episode: Episode,
     task: TaskState,
     controller: ControllerState,
@@ -40,13 +40,13 @@ fn begin(episode: Episode) {
     let count = member_count(episode.world);
     put(episode.world_words, WORLD_EARNED, 0.0f);
     for (var member = 0u; member < count; member++) {
-        let own = member_at(episode, member);
+        let member_words = member_at(episode, member);
         for (var field = 0u; field < MEMBER_WORDS; field++) {
-            put_word(own, field, 0u);
+            put_word(member_words, field, 0u);
         }
         let key = random_words(episode.key, STREAM_START, 0u, 0xff00u + member);
-        put_word(own, MEMBER_KEY, key.x);
-        put_word(own, MEMBER_KEY + 1u, key.y);
+        put_word(member_words, MEMBER_KEY, key.x);
+        put_word(member_words, MEMBER_KEY + 1u, key.y);
     }
     place_members(episode);
     for (var member = 0u; member < count; member++) {
@@ -75,26 +75,26 @@ fn place_members(episode: Episode) {
         if (member == count) {
             break;
         }
-        let own = member_at(episode, member);
+        let member_words = member_at(episode, member);
         if (drawn) {
             let there = place_in(member_at(episode, looked_at), MEMBER_X);
-            let here = place_in(own, MEMBER_X);
+            let here = place_in(member_words, MEMBER_X);
             let squared = squared_length(vec2<f32>(there.x - here.x, there.y - here.y));
             is_free = is_free & (squared >= apart * apart);
             looked_at++;
         } else {
-            let key = vec2<u32>(word(own, MEMBER_KEY), word(own, MEMBER_KEY + 1u));
+            let key = vec2<u32>(word(member_words, MEMBER_KEY), word(member_words, MEMBER_KEY + 1u));
             let u = units(random_words(key, STREAM_START, 0u, draws));
             let at = start_place(world, member, u);
             draws++;
             if (!touches(world, at)) {
-                put_place(own, MEMBER_X, at);
-                put(own, MEMBER_HEADING, u.z);
+                put_place(member_words, MEMBER_X, at);
+                put(member_words, MEMBER_HEADING, u.z);
                 drawn = true;
                 looked_at = 0u;
                 is_free = true;
             } else if (draws == DRAWS) {
-                put_place(own, MEMBER_X, vec2<f32>(worlds[world].start_x, worlds[world].start_y));
+                put_place(member_words, MEMBER_X, vec2<f32>(worlds[world].start_x, worlds[world].start_y));
             }
         }
         if (drawn & (looked_at == member)) {
@@ -110,51 +110,51 @@ fn place_members(episode: Episode) {
 
 // A robot senses, decides and drives: where it would get to if it were alone.
 fn act(me: Episode, step: u32) -> Act {
-    let own = me.member_words;
-    let pose = member_pose(own);
-    let robot = robot_loaded(own);
-    let sensed = sensors_read(me, step, pose, sensor_loaded(own));
-    save_sensor(own, sensed.state);
+    let member_words = me.member_words;
+    let pose = member_pose(member_words);
+    let robot = robot_loaded(member_words);
+    let sensed = sensors_read(me, step, pose, sensor_loaded(member_words));
+    save_sensor(member_words, sensed.state);
     var real = sense(me, step, pose, vec2<f32>(pose.x, pose.y), robot);
     real.own = sensed.readings;
     let perceived = with_noise(me, step, real);
-    let command = commands(me, step, perceived, controller_loaded(own));
-    save_controller(own, command.state);
+    let command = commands(me, step, perceived, controller_loaded(member_words));
+    save_controller(member_words, command.state);
     let driven = motion(me, step, command.outputs, robot);
-    save_robot(own, driven.state);
+    save_robot(member_words, driven.state);
     let reached = moved_pose(me.world, pose, driven.motion);
     let alone = vec2<f32>(reached.x, reached.y);
     var goal = alone;
     if ((members_of(me.world).pushes > 0.0f) & (worlds[me.world].shapes > 0u)) {
         goal = slid(me.world, vec2<f32>(pose.x, pose.y), alone, true);
     }
-    put_place(own, MEMBER_START, vec2<f32>(pose.x, pose.y));
-    put(own, MEMBER_START + 2u, pose.z);
-    put_place(own, MEMBER_ALONE, alone);
-    put_place(own, MEMBER_GOAL, goal);
-    put(own, MEMBER_HEADING, reached.z);
+    put_place(member_words, MEMBER_START, vec2<f32>(pose.x, pose.y));
+    put(member_words, MEMBER_START + 2u, pose.z);
+    put_place(member_words, MEMBER_ALONE, alone);
+    put_place(member_words, MEMBER_GOAL, goal);
+    put(member_words, MEMBER_HEADING, reached.z);
     return Act(real, perceived, command.outputs, driven.motion);
 }
 
 // Whether a robot's cycle ended elsewhere than it would have if the robot were alone.
-fn was_in_contact(own: u32) -> bool {
-    let end = place_in(own, MEMBER_X);
-    let alone = place_in(own, MEMBER_ALONE);
+fn was_in_contact(member_words: u32) -> bool {
+    let end = place_in(member_words, MEMBER_X);
+    let alone = place_in(member_words, MEMBER_ALONE);
     return (end.x != alone.x) | (end.y != alone.y);
 }
 
 // What a task sees of a robot's cycle.
-fn experience(own: u32, step: u32, did: Act) -> Experience {
-    let start = vec3<f32>(place_in(own, MEMBER_START), number(own, MEMBER_START + 2u));
+fn experience(member_words: u32, step: u32, did: Act) -> Experience {
+    let start = vec3<f32>(place_in(member_words, MEMBER_START), number(member_words, MEMBER_START + 2u));
     return Experience(
-        step, start, member_pose(own), did.real, did.perceived, did.outputs, did.moved, was_in_contact(own),
+        step, start, member_pose(member_words), did.real, did.perceived, did.outputs, did.moved, was_in_contact(member_words),
     );
 }
 
 // A robot's pose at the start of the cycle.
 fn member_started(episode: Episode, member: u32) -> vec3<f32> {
-    let own = member_at(episode, member);
-    return vec3<f32>(place_in(own, MEMBER_START), number(own, MEMBER_START + 2u));
+    let member_words = member_at(episode, member);
+    return vec3<f32>(place_in(member_words, MEMBER_START), number(member_words, MEMBER_START + 2u));
 }
 
 // What the world earns in a cycle, and what the first robot did.
@@ -181,10 +181,10 @@ fn cycle(episode: Episode, step: u32) -> Cycle {
         stop_all(episode);
     }
     for (var member = 0u; member < count; member++) {
-        let own = member_at(episode, member);
-        put_word(own, MEMBER_X, word(own, MEMBER_GOAL));
-        put_word(own, MEMBER_Y, word(own, MEMBER_GOAL + 1u));
-        save_robot(own, robot_after(episode.world, member_pose(own), robot_loaded(own)));
+        let member_words = member_at(episode, member);
+        put_word(member_words, MEMBER_X, word(member_words, MEMBER_GOAL));
+        put_word(member_words, MEMBER_Y, word(member_words, MEMBER_GOAL + 1u));
+        save_robot(member_words, robot_after(episode.world, member_pose(member_words), robot_loaded(member_words)));
     }
     var earned = members_earned(episode, step);
     let tally = mission_cycle(episode, step, mission_loaded(episode.world_words));
@@ -196,17 +196,17 @@ fn cycle(episode: Episode, step: u32) -> Cycle {
 
 // A robot's trace line of a cycle, given what it did, and what the world earned in this cycle and so far.
 fn line(me: Episode, did: Act, earned: f32, total: f32) -> Line {
-    let own = me.member_words;
+    let member_words = me.member_words;
     let start = member_started(me, me.member);
-    let r = recorded(start, vec2<f32>(start.x, start.y), did.outputs, did.moved, was_in_contact(own), earned, total);
+    let r = recorded(start, vec2<f32>(start.x, start.y), did.outputs, did.moved, was_in_contact(member_words), earned, total);
     let record = Record(
         stored(r.x), stored(r.y), stored(r.heading), stored(r.seen_x), stored(r.seen_y),
         stored(r.left), stored(r.right), stored(r.speed_left), stored(r.speed_right),
         r.collided, stored(r.reward), stored(r.fitness),
     );
-    let memory = State(
-        me, task_loaded(own), controller_loaded(own), sensor_loaded(own), mission_loaded(me.world_words),
-        robot_loaded(own),
+    let memory = EpisodeState(
+        me, task_loaded(member_words), controller_loaded(member_words), sensor_loaded(member_words), mission_loaded(me.world_words),
+        robot_loaded(member_words),
     );
     return Line(record, details_kept(details(memory, did.real, did.perceived)));
 }

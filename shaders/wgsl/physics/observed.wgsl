@@ -3,25 +3,25 @@
 // each robot in SENDER_WORDS words, and `MEMBER_EARNED` are generated. The fitness of a line is what it would be if the episode ended
 // there.
 
-fn traced(episode: Episode, lived: Cycle, record: u32) {
+fn traced(episode: Episode, result: Cycle, record: u32) {
     let count = member_count(episode.world);
     let now = score(episode);
     for (var member = 0u; member < count; member++) {
         let me = member_episode(episode, member);
-        let own = me.member_words;
-        trace[record * count + member] = line(me, act_kept(own), lived.earned, now);
-        put(own, MEMBER_EARNED, 0.0f);
+        let member_words = me.member_words;
+        trace[record * count + member] = line(me, act_kept(member_words), result.earned, now);
+        put(member_words, MEMBER_EARNED, 0.0f);
         for (var word = 0u; word < SENDER_WORDS; word++) {
-            put_word(own, MEMBER_SENDERS + word, 0u);
+            put_word(member_words, MEMBER_SENDERS + word, 0u);
         }
     }
 }
 
-fn keep_sender(own: u32, sender: u32) {
+fn keep_sender(member_words: u32, sender: u32) {
     let field = MEMBER_SENDERS + (sender >> 5u);
-    put_word(own, field, word(own, field) | (1u << (sender & 31u)));
+    put_word(member_words, field, word(member_words, field) | (1u << (sender & 31u)));
 }
 
-fn keep_earned(own: u32, earned: f32) {
-    put(own, MEMBER_EARNED, number(own, MEMBER_EARNED) + earned);
+fn keep_earned(member_words: u32, earned: f32) {
+    put(member_words, MEMBER_EARNED, number(member_words, MEMBER_EARNED) + earned);
 }

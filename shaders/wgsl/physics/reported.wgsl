@@ -2,7 +2,7 @@
 // genes. The controller decides, and the task rewards, as in the simulator.
 
 // What an episode keeps from one dispatch to the next, and its fitness so far.
-struct State {
+struct EpisodeState {
     task: TaskState,
     controller: ControllerState,
     sensor: SensorState,
@@ -33,52 +33,52 @@ fn of_genes(episode: Episode) -> Episode {
     return Episode(episode.world, episode.key, episode.genes + REPORTS * LANES);
 }
 
-fn first_state(episode: Episode) -> State {
+fn first_state(episode: Episode) -> EpisodeState {
     let pose = reported_pose(episode, REPORTED_START);
-    let own = of_genes(episode);
-    return State(
-        task_begin(own, pose), controller_begin(own), sensor_begin(own, pose),
+    let me = of_genes(episode);
+    return EpisodeState(
+        task_begin(me, pose), controller_begin(me), sensor_begin(me, pose),
         pose.x, pose.y, pose.z, 0.0f, RobotState(),
     );
 }
 
-fn kept(own: State) -> State {
-    return State(
-        task_kept(own.task), controller_kept(own.controller), sensor_kept(own.sensor),
-        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), robot_kept(own.robot),
+fn kept(after: EpisodeState) -> EpisodeState {
+    return EpisodeState(
+        task_kept(after.task), controller_kept(after.controller), sensor_kept(after.sensor),
+        stored(after.x), stored(after.y), stored(after.heading), stored(after.fitness), robot_kept(after.robot),
     );
 }
 
-fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {
     let me = of_genes(episode);
-    var own = before;
-    let pose = vec3<f32>(own.x, own.y, own.heading);
-    let sensed = sensors_read(me, step, pose, own.sensor);
-    own.sensor = sensed.state;
+    var after = before;
+    let pose = vec3<f32>(after.x, after.y, after.heading);
+    let sensed = sensors_read(me, step, pose, after.sensor);
+    after.sensor = sensed.state;
     var readings = reported_readings(episode);
     readings.own = sensed.readings;
-    let command = commands(me, step, readings, own.controller);
-    own.controller = command.state;
-    let driven = motion(me, step, command.outputs, own.robot);
-    own.robot = driven.state;
+    let command = commands(me, step, readings, after.controller);
+    after.controller = command.state;
+    let driven = motion(me, step, command.outputs, after.robot);
+    after.robot = driven.state;
     let end = reported_pose(episode, REPORTED_END);
-    own.x = end.x;
-    own.y = end.y;
-    own.heading = end.z;
-    own.robot = robot_after(episode.world, end, own.robot);
+    after.x = end.x;
+    after.y = end.y;
+    after.heading = end.z;
+    after.robot = robot_after(episode.world, end, after.robot);
     let now = Experience(step, pose, end, readings, readings, command.outputs, driven.motion, false);
-    let reward = task_cycle(me, now, own.task);
-    own.task = reward.state;
-    own.fitness += reward.earned;
+    let reward = task_cycle(me, now, after.task);
+    after.task = reward.state;
+    after.fitness += reward.earned;
     let seen = vec2<f32>(pose.x, pose.y);
-    let record = recorded(pose, seen, command.outputs, driven.motion, false, reward.earned, own.fitness);
-    return Cycle(own, Line(record, details(own, readings, readings)));
+    let record = recorded(pose, seen, command.outputs, driven.motion, false, reward.earned, after.fitness);
+    return Cycle(after, Line(record, details(after, readings, readings)));
 }
 
-fn is_over(episode: Episode, own: State) -> bool {
-    return task_ends(of_genes(episode), own.task) | robot_ends(episode.world, own.robot);
+fn is_over(episode: Episode, before: EpisodeState) -> bool {
+    return task_ends(of_genes(episode), before.task) | robot_ends(episode.world, before.robot);
 }
 
-fn score(episode: Episode, own: State) -> f32 {
-    return task_score(of_genes(episode), own.task, own.fitness);
+fn score(episode: Episode, last: EpisodeState) -> f32 {
+    return task_score(of_genes(episode), last.task, last.fitness);
 }

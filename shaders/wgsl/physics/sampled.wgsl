@@ -1,7 +1,7 @@
 // Episode in the simulator from a robot's sampled tables: sense, act, move, reward.
 
 // What an episode keeps from one dispatch to the next, and its fitness so far.
-struct State {
+struct EpisodeState {
     task: TaskState,
     controller: ControllerState,
     sensor: SensorState,
@@ -21,80 +21,80 @@ struct Driven {
     state: RobotState,
 }
 
-fn first_state(episode: Episode) -> State {
+fn first_state(episode: Episode) -> EpisodeState {
     let pose = first_pose(episode);
     let shift = first_shift(episode);
-    return State(
+    return EpisodeState(
         task_begin(episode, pose), controller_begin(episode), sensor_begin(episode, pose),
         pose.x, pose.y, pose.z, 0.0f, shift.x, shift.y, RobotState(),
     );
 }
 
-fn kept(own: State) -> State {
-    return State(
-        task_kept(own.task), controller_kept(own.controller), sensor_kept(own.sensor),
-        stored(own.x), stored(own.y), stored(own.heading), stored(own.fitness), stored(own.shift_x), stored(own.shift_y),
-        robot_kept(own.robot),
+fn kept(after: EpisodeState) -> EpisodeState {
+    return EpisodeState(
+        task_kept(after.task), controller_kept(after.controller), sensor_kept(after.sensor),
+        stored(after.x), stored(after.y), stored(after.heading), stored(after.fitness), stored(after.shift_x), stored(after.shift_y),
+        robot_kept(after.robot),
     );
 }
 
-fn cycle(episode: Episode, step: u32, before: State) -> Cycle {
+fn cycle(episode: Episode, step: u32, before: EpisodeState) -> Cycle {
     let world = episode.world;
-    var own = before;
-    let pose = vec3<f32>(own.x, own.y, own.heading);
+    var after = before;
+    let pose = vec3<f32>(after.x, after.y, after.heading);
     var shift = vec2<f32>(0.0f, 0.0f);
     if (worlds[world].walk_range > 0.0f) {
-        shift = vec2<f32>(own.shift_x, own.shift_y);
+        shift = vec2<f32>(after.shift_x, after.shift_y);
         let next = walked(episode, step, shift);
-        own.shift_x = next.x;
-        own.shift_y = next.y;
+        after.shift_x = next.x;
+        after.shift_y = next.y;
     }
     let seen = vec2<f32>(pose.x + shift.x, pose.y + shift.y);
-    let sensed = sensors_read(episode, step, pose, own.sensor);
-    own.sensor = sensed.state;
-    var real = sense(world, pose, seen, own.robot);
+    let sensed = sensors_read(episode, step, pose, after.sensor);
+    after.sensor = sensed.state;
+    var real = sense(world, pose, seen, after.robot);
     real.own = sensed.readings;
     let perceived = with_noise(episode, step, real);
-    let command = commands(episode, step, perceived, own.controller);
-    own.controller = command.state;
+    let command = commands(episode, step, perceived, after.controller);
+    after.controller = command.state;
     let outputs = command.outputs;
-    let driven = motion(episode, step, outputs, own.robot);
-    own.robot = driven.state;
+    let driven = motion(episode, step, outputs, after.robot);
+    after.robot = driven.state;
     var moved = driven.motion;
-    moved.displacement = select(moved.displacement, 0.0f, own.robot.stuck != 0u);
-    moved.turn = select(moved.turn, 0.0f, own.robot.stuck != 0u);
+    moved.displacement = select(moved.displacement, 0.0f, after.robot.stuck != 0u);
+    moved.turn = select(moved.turn, 0.0f, after.robot.stuck != 0u);
     let reached = moved_pose(world, pose, moved);
     let collided = touches(world, vec2<f32>(reached.x, reached.y));
 
-    own.x = select(reached.x, pose.x, collided);
-    own.y = select(reached.y, pose.y, collided);
-    own.heading = select(reached.z, pose.z, collided);
+    after.x = select(reached.x, pose.x, collided);
+    after.y = select(reached.y, pose.y, collided);
+    after.heading = select(reached.z, pose.z, collided);
     if (worlds[world].collision != UNDO) {
-        own.heading = reached.z;
+        after.heading = reached.z;
         if (collided & (worlds[world].collision == SLIDE)) {
             let at = slid(world, vec2<f32>(pose.x, pose.y), vec2<f32>(reached.x, reached.y), true);
-            own.x = at.x;
-            own.y = at.y;
+            after.x = at.x;
+            after.y = at.y;
         }
         if (worlds[world].collision == STICK) {
-            own.x = reached.x;
-            own.y = reached.y;
-            own.robot.stuck = select(own.robot.stuck, 1u, collided);
+            after.x = reached.x;
+            after.y = reached.y;
+            after.robot.stuck = select(after.robot.stuck, 1u, collided);
         }
     }
-    let end = vec3<f32>(own.x, own.y, own.heading);
-    own.robot = robot_after(world, end, own.robot);
-    let reward = task_cycle(episode, Experience(step, pose, end, real, perceived, outputs, moved, collided), own.task);
-    own.task = reward.state;
-    own.fitness += reward.earned;
-    let record = recorded(pose, seen, outputs, moved, collided, reward.earned, own.fitness);
-    return Cycle(own, Line(record, details(own, real, perceived)));
+    let end = vec3<f32>(after.x, after.y, after.heading);
+    after.robot = robot_after(world, end, after.robot);
+    let reward = task_cycle(episode, Experience(step, pose, end, real, perceived, outputs, moved, collided), after.task);
+    after.task = reward.state;
+    after.fitness += reward.earned;
+    let record = recorded(pose, seen, outputs, moved, collided, reward.earned, after.fitness);
+    return Cycle(after, Line(record, details(after, real, perceived)));
 }
 
-fn is_over(episode: Episode, own: State) -> bool {
-    return task_ends(episode, own.task) | robot_ends(episode.world, own.robot);
+fn is_over(episode: Episode, before: EpisodeState) -> bool {
+    return task_ends(episode, before.task) | robot_ends(episode.world, before.robot);
 }
 
-fn score(episode: Episode, own: State) -> f32 {
-    return task_score(episode, own.task, own.fitness);
+fn score(episode: Episode, last: EpisodeState) -> f32 {
+    return task_score(episode, last.task, last.fitness);
 }

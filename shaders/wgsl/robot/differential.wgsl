@@ -7,8 +7,8 @@ struct RobotState {
     stuck: u32,
 }
 
-fn robot_kept(own: RobotState) -> RobotState {
-    return own;
+fn robot_kept(robot: RobotState) -> RobotState {
+    return robot;
 }
 
 // The sampled motion for a pair of outputs (left, right), with the world's motor noise.
@@ -17,12 +17,12 @@ fn motion(episode: Episode, step: u32, outputs: vec2<f32>, before: RobotState) -
 }
 
 // What it remembers after a cycle that ends at a pose.
-fn robot_after(world: u32, end: vec3<f32>, own: RobotState) -> RobotState {
-    return own;
+fn robot_after(world: u32, end: vec3<f32>, robot: RobotState) -> RobotState {
+    return robot;
 }
 
 // Whether the episode ends.
-fn robot_ends(world: u32, own: RobotState) -> bool {
+fn robot_ends(world: u32, robot: RobotState) -> bool {
     return false;
 }
 

@@ -13,9 +13,9 @@ fn driven(episode: Episode, step: u32, wanted: Drive) -> Drive {
     let robot = robot_of(episode.world);
     let apart = robot.half_turn_path * wanted.turn;
     let noise = 2.0f * units(random_words(episode.key, STREAM_ACTUATOR, step, 0u)) - 1.0f;
-    let own = wheels(episode);
-    let left = own.x * (clamp(wanted.forward - apart, -robot.farthest, robot.farthest) * (1.0f + robot.wheel_noise * noise.x));
-    let right = own.y * (clamp(wanted.forward + apart, -robot.farthest, robot.farthest) * (1.0f + robot.wheel_noise * noise.y));
+    let gains = wheels(episode);
+    let left = gains.x * (clamp(wanted.forward - apart, -robot.farthest, robot.farthest) * (1.0f + robot.wheel_noise * noise.x));
+    let right = gains.y * (clamp(wanted.forward + apart, -robot.farthest, robot.farthest) * (1.0f + robot.wheel_noise * noise.y));
     return Drive(0.5f * (left + right), (right - left) * reciprocal(2.0f * robot.half_turn_path));
 }
 

@@ -8,7 +8,7 @@ fn among(before: Episode, base: u32, robot: u32, pose: vec3<f32>) -> Episode {
     let world = episode.world;
     let body = robot_of(world).radius;
     let sight = 2.0f * body + sensing_of(world).sight;
-    let own = axes(world, 0u, pose.z);
+    let directions = axes(world, 0u, pose.z);
     let lamp = vec2<f32>(episode.lamp * lamp_of(world).x, 0.0f);
     let way = vec2<f32>(lamp.x - pose.x, lamp.y - pose.y);
     let lamp_inverse = reciprocal_root(max(squared_length(way), 1.0f));
@@ -44,8 +44,8 @@ fn among(before: Episode, base: u32, robot: u32, pose: vec3<f32>) -> Episode {
             let y = number(at, Y) - pose.y;
             let squared = x * x + y * y;
             let gap = max(root(max(squared, 0x1p-60f)) - 2.0f * body, 0.0f);
-            let along = x * own.x + y * own.y;
-            let aside = abs(y * own.x - x * own.y);
+            let along = x * directions.x + y * directions.y;
+            let aside = abs(y * directions.x - x * directions.y);
             let seen = (along > vec4<f32>(0.0f)) & (aside < body + BEAM * along);
             others = min(others, select(vec4<f32>(0x1p17f), vec4<f32>(gap), seen));
         }
@@ -61,7 +61,7 @@ fn among(before: Episode, base: u32, robot: u32, pose: vec3<f32>) -> Episode {
 // What the four sensors at the front read of the wall and of others, in [0, 1].
 fn near(episode: Episode, step: u32, pose: vec3<f32>) -> vec4<f32> {
     let read = near_readings(episode, step, min(wall_distances(episode.world, pose), episode.others));
-    return clamp(four(episode.own, NEAR_GAINS) * read, vec4<f32>(0.0f), vec4<f32>(1.0f));
+    return clamp(four(episode.robot_words, NEAR_GAINS) * read, vec4<f32>(0.0f), vec4<f32>(1.0f));
 }
 
 // What four sensors read of the light, in [0, 1].
@@ -74,24 +74,24 @@ fn light(episode: Episode, step: u32, half: u32, pose: vec3<f32>) -> vec4<f32> {
         let nearness = 0.5f + 0.5f * clamp(episode.lamp * pose.x * reciprocal(arena), -1.0f, 1.0f);
         shine = episode.share * direct + field_of(episode.world).reflection * nearness;
     }
-    return light_readings(episode, step, half, four(episode.own, LIGHT_GAINS + 4u * half) * shine);
+    return light_readings(episode, step, half, four(episode.robot_words, LIGHT_GAINS + 4u * half) * shine);
 }
 
 // What each wheel makes of a command.
 fn wheels(episode: Episode) -> vec2<f32> {
-    return vec2<f32>(number(episode.own, WHEELS), number(episode.own, WHEELS + 1u));
+    return vec2<f32>(number(episode.robot_words, WHEELS), number(episode.robot_words, WHEELS + 1u));
 }
 
 // Draws how a robot differs from others.
-fn differ(world: u32, own: u32, robot: u32) {
+fn differ(world: u32, robot_words: u32, robot: u32) {
     let words = tables[worlds[world].numbers + WHO];
     let spread = spread_of(world);
-    put_four(own, NEAR_GAINS, gains(words.xy, robot, 0u, spread.proximity));
-    put_four(own, LIGHT_GAINS, gains(words.xy, robot, 1u, spread.light));
-    put_four(own, LIGHT_GAINS + 4u, gains(words.xy, robot, 2u, spread.light));
+    put_four(robot_words, NEAR_GAINS, gains(words.xy, robot, 0u, spread.proximity));
+    put_four(robot_words, LIGHT_GAINS, gains(words.xy, robot, 1u, spread.light));
+    put_four(robot_words, LIGHT_GAINS + 4u, gains(words.xy, robot, 2u, spread.light));
     let wheel = gains(words.xy, robot, 3u, spread.wheels);
-    put(own, WHEELS, wheel.x);
-    put(own, WHEELS + 1u, wheel.y);
+    put(robot_words, WHEELS, wheel.x);
+    put(robot_words, WHEELS + 1u, wheel.y);
 }
 
 // Four gains around 1.
@@ -102,15 +102,15 @@ fn gains(key: vec2<u32>, robot: u32, block: u32, deviation: f32) -> vec4<f32> {
     );
 }
 
-fn four(own: u32, field: u32) -> vec4<f32> {
+fn four(words: u32, field: u32) -> vec4<f32> {
     return vec4<f32>(
-        number(own, field), number(own, field + 1u), number(own, field + 2u), number(own, field + 3u),
+        number(words, field), number(words, field + 1u), number(words, field + 2u), number(words, field + 3u),
     );
 }
 
-fn put_four(own: u32, field: u32, values: vec4<f32>) {
-    put(own, field, values.x);
-    put(own, field + 1u, values.y);
-    put(own, field + 2u, values.z);
-    put(own, field + 3u, values.w);
+fn put_four(words: u32, field: u32, values: vec4<f32>) {
+    put(words, field, values.x);
+    put(words, field + 1u, values.y);
+    put(words, field + 2u, values.z);
+    put(words, field + 3u, values.w);
 }

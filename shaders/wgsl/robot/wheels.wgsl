@@ -19,22 +19,22 @@ fn ride(world: u32, start: Ridden, moved: Motion, minds: bool) -> Ridden {
     let arc = timing_of(world).arc;
     let goal_left = moved.left * wheels.full_left;
     let goal_right = moved.right * wheels.full_right;
-    var own = start;
+    var robot = start;
     for (var substep = 0u; substep < SUBSTEPS; substep++) {
-        own.left += wheels.response * (goal_left - own.left);
-        own.right += wheels.response * (goal_right - own.right);
-        let turn = (own.right - own.left) * (SUBSTEP * wheels.turns_per_mm);
-        let ahead = cosine_sine(start.heading + arc * (own.heading + 0.5f * turn - start.heading));
-        let length = (0.5f * SUBSTEP) * (own.left + own.right);
-        var next = vec2<f32>(own.x + length * ahead.x, own.y + length * ahead.y);
+        robot.left += wheels.response * (goal_left - robot.left);
+        robot.right += wheels.response * (goal_right - robot.right);
+        let turn = (robot.right - robot.left) * (SUBSTEP * wheels.turns_per_mm);
+        let ahead = cosine_sine(start.heading + arc * (robot.heading + 0.5f * turn - start.heading));
+        let length = (0.5f * SUBSTEP) * (robot.left + robot.right);
+        var next = vec2<f32>(robot.x + length * ahead.x, robot.y + length * ahead.y);
         if (minds) {
-            next = slid(world, vec2<f32>(own.x, own.y), next, false);
+            next = slid(world, vec2<f32>(robot.x, robot.y), next, false);
         }
-        own.x = next.x;
-        own.y = next.y;
-        own.heading += turn;
+        robot.x = next.x;
+        robot.y = next.y;
+        robot.heading += turn;
     }
-    return own;
+    return robot;
 }
 
 // What a cycle does to a robot, and whether it ends in a collision: if its ride would end where it touches an

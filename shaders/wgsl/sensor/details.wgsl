@@ -21,7 +21,7 @@ struct Details {
     real_7: f32,
 }
 
-fn details(own: State, real: Readings, perceived: Readings) -> Details {
+fn details(after: EpisodeState, real: Readings, perceived: Readings) -> Details {
     return Details(
         perceived.first.x, perceived.first.y, perceived.first.z, perceived.first.w,
         perceived.last.x, perceived.last.y, perceived.last.z, perceived.last.w,
@@ -30,11 +30,11 @@ fn details(own: State, real: Readings, perceived: Readings) -> Details {
     );
 }
 
-fn details_kept(own: Details) -> Details {
+fn details_kept(values: Details) -> Details {
     return Details(
-        stored(own.sensor_0), stored(own.sensor_1), stored(own.sensor_2), stored(own.sensor_3),
-        stored(own.sensor_4), stored(own.sensor_5), stored(own.sensor_6), stored(own.sensor_7),
-        stored(own.real_0), stored(own.real_1), stored(own.real_2), stored(own.real_3),
-        stored(own.real_4), stored(own.real_5), stored(own.real_6), stored(own.real_7),
+        stored(values.sensor_0), stored(values.sensor_1), stored(values.sensor_2), stored(values.sensor_3),
+        stored(values.sensor_4), stored(values.sensor_5), stored(values.sensor_6), stored(values.sensor_7),
+        stored(values.real_0), stored(values.real_1), stored(values.real_2), stored(values.real_3),
+        stored(values.real_4), stored(values.real_5), stored(values.real_6), stored(values.real_7),
     );
 }

@@ -16,12 +16,12 @@ fn axes(world: u32, half: u32, heading: f32) -> Axes {
 
 // How far the wall is along the axes of the four sensors at the front, mm.
 fn wall_distances(world: u32, pose: vec3<f32>) -> vec4<f32> {
-    let own = axes(world, 0u, pose.z);
+    let directions = axes(world, 0u, pose.z);
     let body = robot_of(world).radius;
     let radius = arena_of(world).radius;
-    let x = pose.x + body * own.x;
-    let y = pose.y + body * own.y;
-    let along = x * own.x + y * own.y;
+    let x = pose.x + body * directions.x;
+    let y = pose.y + body * directions.y;
+    let along = x * directions.x + y * directions.y;
     let beyond = max(along * along + (radius * radius - (x * x + y * y)), vec4<f32>(0.0f));
     return vec4<f32>(root(beyond.x), root(beyond.y), root(beyond.z), root(beyond.w)) - along;
 }
@@ -52,25 +52,25 @@ fn proximity(world: u32, distance: f32, word: u32) -> f32 {
 // What four sensors get of the light of a lamp, of 1: it fades with the distance and with the angle between lamp and
 // axis.
 fn lamp_light(world: u32, half: u32, pose: vec3<f32>, lamp: vec2<f32>) -> vec4<f32> {
-    let own = axes(world, half, pose.z);
+    let directions = axes(world, half, pose.z);
     let body = robot_of(world).radius;
     let decay = lamp_of(world).decay;
-    let x = lamp.x - (pose.x + body * own.x);
-    let y = lamp.y - (pose.y + body * own.y);
-    let second = lit(vec2<f32>(x.y, y.y), vec2<f32>(own.x.y, own.y.y), decay);
-    let third = lit(vec2<f32>(x.z, y.z), vec2<f32>(own.x.z, own.y.z), decay);
+    let x = lamp.x - (pose.x + body * directions.x);
+    let y = lamp.y - (pose.y + body * directions.y);
+    let second = lit(vec2<f32>(x.y, y.y), vec2<f32>(directions.x.y, directions.y.y), decay);
+    let third = lit(vec2<f32>(x.z, y.z), vec2<f32>(directions.x.z, directions.y.z), decay);
     if (half == 1u) {
         // The first and the last look opposite ways: one of them at the most sees the lamp.
-        let is_first = x.x * own.x.x + y.x * own.y.x >= 0.0f;
+        let is_first = x.x * directions.x.x + y.x * directions.y.x >= 0.0f;
         let either = lit(
             vec2<f32>(select(x.w, x.x, is_first), select(y.w, y.x, is_first)),
-            vec2<f32>(select(own.x.w, own.x.x, is_first), select(own.y.w, own.y.x, is_first)), decay,
+            vec2<f32>(select(directions.x.w, directions.x.x, is_first), select(directions.y.w, directions.y.x, is_first)), decay,
         );
         return vec4<f32>(select(0.0f, either, is_first), second, third, select(either, 0.0f, is_first));
     }
     return vec4<f32>(
-        lit(vec2<f32>(x.x, y.x), vec2<f32>(own.x.x, own.y.x), decay), second, third,
-        lit(vec2<f32>(x.w, y.w), vec2<f32>(own.x.w, own.y.w), decay),
+        lit(vec2<f32>(x.x, y.x), vec2<f32>(directions.x.x, directions.y.x), decay), second, third,
+        lit(vec2<f32>(x.w, y.w), vec2<f32>(directions.x.w, directions.y.w), decay),
     );
 }
 

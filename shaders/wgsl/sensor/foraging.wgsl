@@ -28,7 +28,7 @@ struct Seen {
     perceived: Readings,
 }
 
-fn sense(episode: Episode, step: u32, pose: vec3<f32>, carries: bool, own: SensorReadings) -> Seen {
+fn sense(episode: Episode, step: u32, pose: vec3<f32>, carries: bool, custom: SensorReadings) -> Seen {
     let world = episode.world;
     let distances = wall_distances(world, pose);
     let curve = vec4<f32>(
@@ -45,11 +45,11 @@ fn sense(episode: Episode, step: u32, pose: vec3<f32>, carries: bool, own: Senso
     let ambient = sensing_of(world).ambient;
     let real = as_readings(
         curve, clamp(ahead + ambient, vec4<f32>(0.0f), vec4<f32>(1.0f)),
-        clamp(behind + ambient, vec4<f32>(0.0f), vec4<f32>(1.0f)), carries, own,
+        clamp(behind + ambient, vec4<f32>(0.0f), vec4<f32>(1.0f)), carries, custom,
     );
     let perceived = as_readings(
         near_readings(episode, step, distances), light_readings(episode, step, 0u, ahead), light_readings(episode, step, 1u, behind),
-        carries, own,
+        carries, custom,
     );
     return Seen(real, perceived);
 }
@@ -66,10 +66,10 @@ fn on_curve(world: u32, distance: f32) -> f32 {
     return reading;
 }
 
-fn as_readings(near: vec4<f32>, ahead: vec4<f32>, behind: vec4<f32>, carries: bool, own: SensorReadings) -> Readings {
+fn as_readings(near: vec4<f32>, ahead: vec4<f32>, behind: vec4<f32>, carries: bool, custom: SensorReadings) -> Readings {
     return Readings(
         near.x, near.y, near.z, near.w, ahead.x, ahead.y, ahead.z, ahead.w, behind.x, behind.y, behind.z, behind.w,
-        select(0.0f, 1.0f, carries), own,
+        select(0.0f, 1.0f, carries), custom,
     );
 }
 

@@ -15,14 +15,14 @@ fn sensor_begin(episode: Episode, pose: vec3<f32>) -> SensorState {
     return SensorState(0u);
 }
 
-fn sensor_kept(own: SensorState) -> SensorState {
-    return own;
+fn sensor_kept(memory: SensorState) -> SensorState {
+    return memory;
 }
 
 fn sensors_read(episode: Episode, step: u32, pose: vec3<f32>, before: SensorState) -> Sensed {
     return Sensed(SensorReadings(0u), before);
 }
 
-fn plus_weighed(episode: Episode, index: u32, own: SensorReadings, sum: f32) -> f32 {
+fn plus_weighed(episode: Episode, index: u32, custom: SensorReadings, sum: f32) -> f32 {
     return sum;
 }

@@ -1,7 +1,7 @@
 // Eight infra-red sensors of an individual robot, by rays. A sensor sends eight rays; each returns from the
 // nearest surface with the cosine of its incidence, the surface's reflectivity and the inverse square of the
 // distance. The returned light is turned into the distance of a wall that would return as much head-on, and
-// that by the sensor's own curve into its reading: a logistic that is clipped where the sensor saturates.
+// that by the sensor's curve into its reading: a logistic that is clipped where the sensor saturates.
 //
 // All that the samples of single objects don't contain is here, each with a strength that may be 0: true corners
 // and occlusion, reflectivity, illumination, noise of reading, and that readings are old.
@@ -141,9 +141,9 @@ fn meet_cylinder(rays: Rays, cylinder: CylinderSeen) -> Met {
     return Met((middle + half) * cylinder.inverse, incidence * cylinder.reflectivity);
 }
 
-// Rays against a block's two faces that look to where they start. The block has that point as `own`, its length
+// Rays against a block's two faces that look to where they start. The block has that point as `origin`, its length
 // lies along `unit`, and its sides are twice `half`.
-fn meet_block(rays: Rays, own: vec2<f32>, unit: vec2<f32>, half: vec2<f32>, reflectivity: f32) -> Met {
+fn meet_block(rays: Rays, origin: vec2<f32>, unit: vec2<f32>, half: vec2<f32>, reflectivity: f32) -> Met {
     let along = rays.x * unit.x + rays.y * unit.y;
     let across = rays.y * unit.x - rays.x * unit.y;
     var all = nothing_met();
@@ -151,22 +151,22 @@ fn meet_block(rays: Rays, own: vec2<f32>, unit: vec2<f32>, half: vec2<f32>, refl
         let side = face == 1u;
         let met = meet_face(
             select(along, across, side), select(across, along, side),
-            select(own, own.yx, side), select(half, half.yx, side), reflectivity,
+            select(origin, origin.yx, side), select(half, half.yx, side), reflectivity,
         );
         all = nearer(all, met);
     }
     return all;
 }
 
-// Rays against the face of a block that closes its first axis on the side of `own`; rays have the parts `first` along
+// Rays against the face of a block that closes its first axis on the side of `origin`; rays have the parts `first` along
 // that axis and `second` along the other. One at the distance 1 / nearness meets the face between its ends.
-fn meet_face(first: vec4<f32>, second: vec4<f32>, own: vec2<f32>, half: vec2<f32>, reflectivity: f32) -> Met {
-    let side = select(1.0f, -1.0f, own.x > 0.0f);
+fn meet_face(first: vec4<f32>, second: vec4<f32>, origin: vec2<f32>, half: vec2<f32>, reflectivity: f32) -> Met {
+    let side = select(1.0f, -1.0f, origin.x > 0.0f);
     let incidence = side * first;
-    let distance = max(abs(own.x) - half.x, NEAREST);
-    let place = own.y * incidence + distance * second;
+    let distance = max(abs(origin.x) - half.x, NEAREST);
+    let place = origin.y * incidence + distance * second;
     let ends = half.y * incidence;
-    let faces = abs(own.x) > half.x;
+    let faces = abs(origin.x) > half.x;
     let hit = vec4<bool>(faces) & (place >= -ends) & (place <= ends);
     return Met(select(vec4<f32>(0.0f), incidence * reciprocal(distance), hit), incidence * reflectivity);
 }
@@ -255,11 +255,11 @@ fn meet(fan: Fan, at: vec2<f32>, kind: u32, object: Thing) -> Seen {
         let from_x = at.x - object.x;
         let from_y = at.y - object.y;
         let unit = vec2<f32>(object.unit_x, object.unit_y);
-        let own = vec2<f32>(from_x * unit.x + from_y * unit.y, from_y * unit.x - from_x * unit.y);
+        let origin = vec2<f32>(from_x * unit.x + from_y * unit.y, from_y * unit.x - from_x * unit.y);
         let half = vec2<f32>(object.extent_x, object.extent_y);
         return Seen(
-            meet_block(fan.left, own, unit, half, object.reflectivity),
-            meet_block(fan.right, own, unit, half, object.reflectivity),
+            meet_block(fan.left, origin, unit, half, object.reflectivity),
+            meet_block(fan.right, origin, unit, half, object.reflectivity),
         );
     }
     let wall = wall_from(at, object);
@@ -307,7 +307,7 @@ fn traced_readings(world: u32, pose: vec3<f32>, gain: f32) -> vec4<u32> {
 
 // An object alone in the open: its bearing's direction and its distance from the robot's centre, both
 // as the samples' grid has them. A block has half its sides, how many views it was sampled from, and first the robot's
-// centre as it has it; then, in the robot's frame, its own centre and the direction of its length.
+// centre as it has it; then, in the robot's frame, the block's centre and the direction of its length.
 struct Lone {
     normal: vec2<f32>,
     distance: f32,
@@ -316,7 +316,7 @@ struct Lone {
     reflectivity: f32,
     half: vec2<f32>,
     views: u32,
-    own: vec2<f32>,
+    robot: vec2<f32>,
     centre: vec2<f32>,
     unit: vec2<f32>,
 }
@@ -328,7 +328,7 @@ fn nothing_alone() -> Lone {
 
 // A block alone, from the middle of a point of view, at its distance and bearing.
 fn viewed(block: Lone) -> Lone {
-    let view = view_from(block.own, block.views);
+    let view = view_from(block.robot, block.views);
     let ray = cosine_sine((f32(view) + 0.5f) * reciprocal(2.0f * f32(block.views)));
     let along = abs(ray.x);
     let across = abs(ray.y);
@@ -367,12 +367,12 @@ fn lone_reading(world: u32, flat: Lone, is_flat: bool, round: Lone, is_round: bo
             if (flat.kind == BLOCK) {
                 let from_x = place.x - flat.centre.x;
                 let from_y = place.y - flat.centre.y;
-                let own = vec2<f32>(
+                let origin = vec2<f32>(
                     from_x * flat.unit.x + from_y * flat.unit.y, from_y * flat.unit.x - from_x * flat.unit.y,
                 );
                 seen = Seen(
-                    meet_block(fan.left, own, flat.unit, flat.half, flat.reflectivity),
-                    meet_block(fan.right, own, flat.unit, flat.half, flat.reflectivity),
+                    meet_block(fan.left, origin, flat.unit, flat.half, flat.reflectivity),
+                    meet_block(fan.right, origin, flat.unit, flat.half, flat.reflectivity),
                 );
             } else {
                 let beyond = flat.distance - (place.x * flat.normal.x + place.y * flat.normal.y);
@@ -424,23 +424,23 @@ fn seen_alone(world: u32, object: Thing, pose: vec3<f32>) -> Lone {
     let inverse = reciprocal_root(max(squared, 0x1p-60f));
     let row = row_of(world, squared * inverse - object.contact);
     let bearing = bearing_of(world, pose.z, to, inverse);
-    var own = nothing_alone();
-    own.normal = cosine_sine(-f32(bearing) * reciprocal(worlds[world].bearings_per_turn));
-    own.distance = object.contact + (worlds[world].nearest + f32(row) * reciprocal(worlds[world].rows_per_mm));
-    own.kind = object.kind;
-    own.radius = object.extent_x;
-    own.reflectivity = object.reflectivity;
+    var alone = nothing_alone();
+    alone.normal = cosine_sine(-f32(bearing) * reciprocal(worlds[world].bearings_per_turn));
+    alone.distance = object.contact + (worlds[world].nearest + f32(row) * reciprocal(worlds[world].rows_per_mm));
+    alone.kind = object.kind;
+    alone.radius = object.extent_x;
+    alone.reflectivity = object.reflectivity;
     if (object.kind == BLOCK) {
-        own.half = vec2<f32>(object.extent_x, object.extent_y);
-        own.views = object.views;
+        alone.half = vec2<f32>(object.extent_x, object.extent_y);
+        alone.views = object.views;
         let from_x = pose.x - object.x;
         let from_y = pose.y - object.y;
-        own.own = vec2<f32>(
+        alone.robot = vec2<f32>(
             from_x * object.unit_x + from_y * object.unit_y, from_y * object.unit_x - from_x * object.unit_y,
         );
-        own = viewed(own);
+        alone = viewed(alone);
     }
-    return own;
+    return alone;
 }
 
 // The lowest of 64 bits.
@@ -448,8 +448,8 @@ fn lowest(bits: vec2<u32>) -> vec2<u32> {
     return vec2<u32>(bits.x & (0u - bits.x), select(0u, bits.y & (0u - bits.y), bits.x == 0u));
 }
 
-// What the sensors would read if every object stood alone in the open, at the distance and bearing of the
-// samples' grid that is below its own, and readings of several objects were added: the simulator's picture.
+// What the sensors would read if every object stood alone in the open, at the next lower distance and bearing of the
+// samples' grid, and readings of several objects were added: the simulator's picture.
 //
 // Few objects are in reach at once, though other lanes have others: so each turn takes every lane's next wall or
 // block, and its next round object.
@@ -508,14 +508,14 @@ fn lone_readings(world: u32, pose: vec3<f32>, gain: f32) -> vec4<u32> {
 fn illumination(world: u32, at: vec2<f32>) -> f32 {
     var gain = 1.0f;
     for (var wave = 0u; wave < WAVE_COUNT; wave++) {
-        let own = wave_of(world, wave);
-        gain += own.amplitude * cosine_sine(own.turns_x * at.x + own.turns_y * at.y + own.phase).x;
+        let term = wave_of(world, wave);
+        gain += term.amplitude * cosine_sine(term.turns_x * at.x + term.turns_y * at.y + term.phase).x;
     }
     return max(gain, 0.0f);
 }
 
 // The integer that the robot gets: the simulator's picture, and of what the true one differs from it the share
-// `geometry`, with the noise of reading, over the surroundings' own light.
+// `geometry`, with the noise of reading, over the surroundings' light.
 fn read_out(lone: u32, traced: u32, strength: SensingCell, word: u32) -> u32 {
     let summed = min(f32(lone) * READING, 1.0f);
     let seen = clamp(summed + strength.geometry * (f32(traced) * READING - summed), 0.0f, 1.0f);

@@ -195,8 +195,8 @@ fn proximity(episode: Episode, step: u32, at: vec2<f32>, heading: vec2<f32>) -> 
     );
 }
 
-// Where the readings are declared to look, in turns and as unit vectors: at 17, 50, 90, 150, 210, 270, 310 and 343 degrees, which is
-// where sensors of light look, and where sums of the readings of proximity take these to be.
+// Nominal directions of the readings, in turns and as unit vectors: 17, 50, 90, 150, 210, 270, 310 and 343 degrees. Light sensors
+// look there, and sums of the proximity readings take these directions.
 const LOOKS_FIRST: vec4<f32> = vec4<f32>(0.04722222f, 0.1388889f, 0.25f, 0.4166667f);
 const LOOKS_LAST: vec4<f32> = vec4<f32>(0.5833333f, 0.75f, 0.8611111f, 0.9527778f);
 
@@ -251,12 +251,12 @@ fn facing4(turned: vec4<f32>) -> vec4<f32> {
 // Whether a body, or a wall, is in the way of a ray from the floor to a lamp, `length` away and `height` above.
 fn is_lamp_hidden(episode: Episode, at: vec2<f32>, ahead: vec2<f32>, length: f32, height: f32) -> bool {
     let world = episode.world;
-    let own = signals_of(world);
+    let signals = signals_of(world);
     // mm ahead for each mm up
     let slope = length * reciprocal(max(height, 1.0f));
     let members = members_of(world);
     let body_squared = members.body * members.body;
-    let under = min(own.body_height * slope, length);
+    let under = min(signals.body_height * slope, length);
     let reach = under + members.body;
     let count = member_count(world);
     var hidden = false;
@@ -271,7 +271,7 @@ fn is_lamp_hidden(episode: Episode, at: vec2<f32>, ahead: vec2<f32>, length: f32
         hidden = hidden | ((half > 0.0f) & (along > 0.0f) & ((before < 0.0f) | (before * before < half)));
     }
     let first = worlds[world].first_shape;
-    let below = min(own.wall_height * slope, length);
+    let below = min(signals.wall_height * slope, length);
     for (var index = 0u; index < HIDING_COUNT; index++) {
         hidden = hidden | (ray_to_shape(first + index, at, ahead, below) < below);
     }
@@ -291,9 +291,9 @@ fn floor_by_vote(episode: Episode, step: u32, at: vec2<f32>, heading: vec2<f32>)
     let middle = ground_vote(episode.world, at, turned_by(vec2<f32>(30.0f, 0.0f), heading), error.y);
     let right = ground_vote(episode.world, at, turned_by(vec2<f32>(30.0f, -9.0f), heading), error.z);
     // Two bits each for the black and the white readings of each of the last five cycles.
-    let own = episode.member_words;
-    let votes = ((word(own, MEMBER_FLOOR) << 4u) & 0xfffffu) | (left + middle + right);
-    put_word(own, MEMBER_FLOOR, votes);
+    let member_words = episode.member_words;
+    let votes = ((word(member_words, MEMBER_FLOOR) << 4u) & 0xfffffu) | (left + middle + right);
+    put_word(member_words, MEMBER_FLOOR, votes);
     let black = (((votes & 0x33333u) * 0x11111u) >> 16u) & 15u;
     let white = ((((votes >> 2u) & 0x33333u) * 0x11111u) >> 16u) & 15u;
     return select(select(0.5f, 1.0f, white > VOTES), 0.0f, black > VOTES);
@@ -314,9 +314,9 @@ fn hear(episode: Episode, step: u32) {
     let messages = MEMBER_MESSAGES + 2u * (step % HEARD_CYCLES);
     var tail = 0u;
     for (var member = 0u; member < count; member++) {
-        let own = member_at(episode, member);
-        put_word(own, MEMBER_HEARD, 0u);
-        put_place(own, messages, vec2<f32>(0.0f, 0.0f));
+        let member_words = member_at(episode, member);
+        put_word(member_words, MEMBER_HEARD, 0u);
+        put_place(member_words, messages, vec2<f32>(0.0f, 0.0f));
         tail = listed(episode, step, member, tail);
     }
     let body = members_of(world).body;
@@ -325,8 +325,8 @@ fn hear(episode: Episode, step: u32) {
             break;
         }
         let message = word(episode.world_words, WORLD_MESSAGES + turn);
-        let own = member_at(episode, message >> 8u);
-        let at = place_in(own, MEMBER_X);
+        let member_words = member_at(episode, message >> 8u);
+        let at = place_in(member_words, MEMBER_X);
         let there = place_in(member_at(episode, message & 255u), MEMBER_X);
         let to = vec2<f32>(there.x - at.x, there.y - at.y);
         let squared = max(squared_length(to), 1.0f);
@@ -336,10 +336,10 @@ fn hear(episode: Episode, step: u32) {
         if (!is_sender_hidden(episode, at, ahead, distance)) {
             // By the distance in cm, less two radii.
             let share = reciprocal(1.0f + 0.1f * (distance - 2.0f * body));
-            let sum = place_in(own, messages);
-            put_place(own, messages, vec2<f32>(sum.x + share * ahead.x, sum.y + share * ahead.y));
-            put_word(own, MEMBER_HEARD, word(own, MEMBER_HEARD) + 1u);
-            keep_sender(own, message & 255u);
+            let sum = place_in(member_words, messages);
+            put_place(member_words, messages, vec2<f32>(sum.x + share * ahead.x, sum.y + share * ahead.y));
+            put_word(member_words, MEMBER_HEARD, word(member_words, MEMBER_HEARD) + 1u);
+            keep_sender(member_words, message & 255u);
         }
     }
 }
@@ -348,9 +348,9 @@ fn hear(episode: Episode, step: u32) {
 fn listed(episode: Episode, step: u32, member: u32, before: u32) -> u32 {
     let world = episode.world;
     let count = member_count(world);
-    let own = member_at(episode, member);
-    let key = vec2<u32>(word(own, MEMBER_KEY), word(own, MEMBER_KEY + 1u));
-    let at = place_in(own, MEMBER_X);
+    let member_words = member_at(episode, member);
+    let key = vec2<u32>(word(member_words, MEMBER_KEY), word(member_words, MEMBER_KEY + 1u));
+    let at = place_in(member_words, MEMBER_X);
     let hearing_squared = reference_of(world).hearing_squared;
     let lost = signals_of(world).lost;
     var tail = before;
@@ -406,14 +406,14 @@ struct Heard {
 
 // Messages keep their direction: later turns of the robot don't turn them.
 fn heard(episode: Episode, step: u32, heading: vec2<f32>) -> Heard {
-    let own = episode.member_words;
+    let member_words = episode.member_words;
     let now = MEMBER_MESSAGES + 2u * (step % HEARD_CYCLES);
-    put_place(own, now, turned_back(place_in(own, now), heading));
+    put_place(member_words, now, turned_back(place_in(member_words, now), heading));
     var sum = vec2<f32>(0.0f, 0.0f);
     for (var cycle = 0u; cycle < HEARD_CYCLES; cycle++) {
-        sum += place_in(own, MEMBER_MESSAGES + 2u * cycle);
+        sum += place_in(member_words, MEMBER_MESSAGES + 2u * cycle);
     }
-    return Heard(word(own, MEMBER_HEARD), signals_of(episode.world).attraction * sum);
+    return Heard(word(member_words, MEMBER_HEARD), signals_of(episode.world).attraction * sum);
 }
 
 // 1 - 2 / (1 + e^n) for n neighbours.

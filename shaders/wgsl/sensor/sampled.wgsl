@@ -20,7 +20,7 @@ fn sampled(world: u32, heading: f32, to: vec2<f32>, contact: f32, table: u32) ->
 //
 // The objects come in layers: from nowhere are two of one layer in reach. So it is enough to look up one object
 // a layer, which lanes that stand near different objects then do together.
-fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>, own: RobotState) -> Readings {
+fn sense(world: u32, pose: vec3<f32>, at: vec2<f32>, robot: RobotState) -> Readings {
     let first = worlds[world].first_shape;
     let end = first + shape_count(world);
     var sums = vec4<u32>(0u);

@@ -29,8 +29,8 @@ fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {
     return TaskState(vec4<u32>(0u));
 }
 
-fn task_kept(own: TaskState) -> TaskState {
-    return own;
+fn task_kept(memory: TaskState) -> TaskState {
+    return memory;
 }
 
 // In [-1, 1] without new cells. A cycle that ends in a collision earns nothing else: the wheels are stopped.
@@ -65,10 +65,10 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return next;
 }
 
-fn task_ends(episode: Episode, own: TaskState) -> bool {
+fn task_ends(episode: Episode, memory: TaskState) -> bool {
     return false;
 }
 
-fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 {
+fn task_score(episode: Episode, memory: TaskState, sum: f32) -> f32 {
     return sum;
 }

@@ -9,18 +9,18 @@ fn task_begin(episode: Episode, pose: vec3<f32>) -> TaskState {
     return TaskState(0u);
 }
 
-fn task_kept(own: TaskState) -> TaskState {
-    return own;
+fn task_kept(memory: TaskState) -> TaskState {
+    return memory;
 }
 
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     return Reward(now.worth, before);
 }
 
-fn task_ends(episode: Episode, own: TaskState) -> bool {
+fn task_ends(episode: Episode, memory: TaskState) -> bool {
     return false;
 }
 
-fn task_score(episode: Episode, own: TaskState, sum: f32) -> f32 {
+fn task_score(episode: Episode, memory: TaskState, sum: f32) -> f32 {
     return sum;
 }

@@ -71,18 +71,18 @@ fn share_food(episode: Episode, base: u32, step: u32) {
     let count = robots(world);
     var claims = no_claims();
     for (var robot = 0u; robot < count; robot++) {
-        let own = robot_at(base, robot);
-        let at = vec2<f32>(number(own, X), number(own, Y));
+        let robot_words = robot_at(base, robot);
+        let at = vec2<f32>(number(robot_words, X), number(robot_words, Y));
         // The tracking tells a robot where it is, mostly.
-        let told = unit(random_words(robot_key(own), STREAM_ENVIRONMENT, step, 0u).x) >= unheard;
-        if (told & (word(own, BEHAVIOUR) != OFF)) {
-            if (word(own, CARRIES) == 0u) {
+        let told = unit(random_words(robot_key(robot_words), STREAM_ENVIRONMENT, step, 0u).x) >= unheard;
+        if (told & (word(robot_words, BEHAVIOUR) != OFF)) {
+            if (word(robot_words, CARRIES) == 0u) {
                 claims = claimed(claims, world, robot, at, food);
             } else if (squared_length(vec2<f32>(at.x - nest.x, at.y - nest.y)) < nest.squared_radius) {
-                let seconds = f32(step + 1u - word(own, SINCE)) * arena.cycle;
-                put(own, EARNED, number(own, EARNED) + max(times_of(world).limit - seconds, 0.0f));
-                state[own + CARRIES * LANES] = 0u;
-                state[own + BROUGHT * LANES] = word(own, BROUGHT) + 1u;
+                let seconds = f32(step + 1u - word(robot_words, SINCE)) * arena.cycle;
+                put(robot_words, EARNED, number(robot_words, EARNED) + max(times_of(world).limit - seconds, 0.0f));
+                state[robot_words + CARRIES * LANES] = 0u;
+                state[robot_words + BROUGHT * LANES] = word(robot_words, BROUGHT) + 1u;
                 state[base + HARVESTED * LANES] = word(base, HARVESTED) + 1u;
             }
         }

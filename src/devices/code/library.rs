@@ -83,7 +83,7 @@ pub(crate) fn all(kernel: &'static Kernel) -> Vec<(&'static str, u32)> {
 /// A kernel's lane code by name.
 pub(crate) fn named(kernel: &'static Kernel, name: &str) -> Option<Code> {
     let loaded = of(kernel).ok().flatten()?;
-    let instance = loaded.names.iter().position(|own| *own == name)?;
+    let instance = loaded.names.iter().position(|other| *other == name)?;
     Some(Code { loaded, instance })
 }
 

@@ -40,8 +40,8 @@ impl Specialised {
             return Vec::new();
         }
         let of_world = |(world, groups): (u32, &[Part<'_>])| {
-            let own = variants.ready(&Setting::of(&groups[0], world), control, || native::specialised);
-            vec![own.map(LaneCode::Native); groups.len()]
+            let variant = variants.ready(&Setting::of(&groups[0], world), control, || native::specialised);
+            vec![variant.map(LaneCode::Native); groups.len()]
         };
         worlds(groups).flat_map(of_world).collect()
     }
@@ -52,14 +52,14 @@ impl Specialised {
             return;
         }
         let mut variants = self.lock();
-        for (world, own) in worlds(groups) {
+        for (world, groups_of_world) in worlds(groups) {
             if ready[0].is_some() {
-                variants.steps += own.iter().map(Part::steps).sum::<u64>();
+                variants.steps += groups_of_world.iter().map(Part::steps).sum::<u64>();
             } else {
-                let share = time.mul_f64(own.len() as f64 / groups.len() as f64);
-                variants.spend(Setting::of(&own[0], world), share, || native::specialised);
+                let share = time.mul_f64(groups_of_world.len() as f64 / groups.len() as f64);
+                variants.spend(Setting::of(&groups_of_world[0], world), share, || native::specialised);
             }
-            ready = &ready[own.len()..];
+            ready = &ready[groups_of_world.len()..];
         }
     }
 

@@ -24,11 +24,11 @@ mod linux {
         if allowed.len() != threads {
             return;
         }
-        let mut own = none();
+        let mut processors = none();
         // SAFETY: the processor is from such a set. If the system refuses, the thread runs as before.
         unsafe {
-            libc::CPU_SET(allowed[index], &mut own);
-            libc::sched_setaffinity(0, size_of::<cpu_set_t>(), &raw const own);
+            libc::CPU_SET(allowed[index], &mut processors);
+            libc::sched_setaffinity(0, size_of::<cpu_set_t>(), &raw const processors);
         }
     }
 

@@ -107,14 +107,15 @@ impl Pooled {
     ) -> Result<(), Fault> {
         let size = bytes.len() as u64;
         let to = to.reserve(device, size);
-        let own = self.reserve(device, size);
-        own.get_mapped_range_mut(0..size)
+        let staging = self.reserve(device, size);
+        staging
+            .get_mapped_range_mut(0..size)
             .map_err(|error| Fault::Lost(format!("its memory can't be written: {error}")))?
             .copy_from_slice(bytes);
-        own.unmap();
-        encoder.copy_buffer_to_buffer(own, 0, to, 0, Some(size));
+        staging.unmap();
+        encoder.copy_buffer_to_buffer(staging, 0, to, 0, Some(size));
         // Mapped again once this copy is done, ready for the next.
-        encoder.map_buffer_on_submit(own, wgpu::MapMode::Write, 0..own.size(), |_| {});
+        encoder.map_buffer_on_submit(staging, wgpu::MapMode::Write, 0..staging.size(), |_| {});
         Ok(())
     }
 

@@ -26,7 +26,7 @@ impl Compiled {
     pub fn statistic(&self, name: &str) -> Option<u64> {
         self.statistics
             .iter()
-            .find(|(own, _)| own == name)
+            .find(|(known, _)| known == name)
             .map(|(_, value)| *value)
     }
 }
@@ -108,10 +108,13 @@ impl Compiler {
             let found = instance.enumerate_physical_devices().map_err(said)?;
             let physical = found
                 .into_iter()
-                .find(|own| is_meant(&instance.get_physical_device_properties(*own)))
+                .find(|device| is_meant(&instance.get_physical_device_properties(*device)))
                 .ok_or("Vulkan's drivers list no such device")?;
             let offered = instance.enumerate_device_extension_properties(physical).map_err(said)?;
-            if !offered.iter().any(|own| own.extension_name_as_c_str() == Ok(name)) {
+            if !offered
+                .iter()
+                .any(|extension| extension.extension_name_as_c_str() == Ok(name))
+            {
                 return Err(format!("its driver does not tell ({})", name.to_string_lossy()));
             }
             let mut driver = vk::PhysicalDeviceDriverProperties::default();
@@ -188,7 +191,7 @@ impl Compiler {
         let info = vk::PipelineInfoKHR::default().pipeline(pipeline);
         // SAFETY: the pipeline was made with what this needs.
         let all = unsafe { self.executables.get_pipeline_executable_properties(&info) }?;
-        Ok((all.len() as u32, all.first().map_or(0, |own| own.subgroup_size)))
+        Ok((all.len() as u32, all.first().map_or(0, |program| program.subgroup_size)))
     }
 
     /// The last of the compiler's representations, which is the machine code.

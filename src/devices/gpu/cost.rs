@@ -47,17 +47,17 @@ pub fn cost(part: &Part<'_>, begin: u32) -> Result<Cost, String> {
     let cycles = part.cycles();
     let setting = Setting::of(part, part.group_table()[0].world);
     let generic = parsed(setting.kernel)?;
-    let (_, own) = program(&generic, &setting);
+    let (_, specialised_program) = program(&generic, &setting);
     let of = |program| {
         let until = |end| counted(part, program, end);
         let (all, first) = (until(cycles.end)?, until(cycles.start + begin)?);
         Ok::<_, String>(all.since(&first))
     };
-    let specialised = of(&own)?;
+    let specialised = of(&specialised_program)?;
     Ok(Cost {
         cycles: cycles.end - cycles.start - begin,
         any: of(generic.any())?,
-        lines: lines(setting.kernel, &generic, &own, &specialised),
+        lines: lines(setting.kernel, &generic, &specialised_program, &specialised),
         specialised,
     })
 }

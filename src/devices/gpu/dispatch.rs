@@ -76,11 +76,11 @@ impl Dispatcher {
         control: &Control,
         groups: u32,
     ) -> Result<PartResult, Fault> {
-        let own = Turns {
+        let turns = Turns {
             begin: part.begin_loops(),
             cycle: part.loops(),
         };
-        let unrolls = device.adapter().is_software() && own.of_first(part) > GREATEST_LOOPS;
+        let unrolls = device.adapter().is_software() && turns.of_first(part) > GREATEST_LOOPS;
         let bytes = Bytes {
             one_world: unrolls || super::divides(self.variants.when, part.group_table()),
             ..Bytes::of(device, groups)
@@ -99,7 +99,7 @@ impl Dispatcher {
             paces: self.paces.entry(part.kernel().name).or_default(),
             variants: &mut self.variants,
             bounds: self.bounds,
-            turns: own,
+            turns,
             unrolls,
             flights: VecDeque::new(),
             told_steps: 0,
@@ -485,14 +485,16 @@ impl Run<'_> {
                 let bench = &self.benches[flight.bench];
                 bench.fitness_out.read(&mut self.result.fitness[slots.clone()])?;
                 let batch = self.part.batch();
-                let own = |words: usize| slots.start * words..slots.end * words;
+                let words_of = |words: usize| slots.start * words..slots.end * words;
                 if batch.trace_records() > 0 {
-                    bench.trace_out.read(&mut self.result.trace[own(batch.trace_words())])?;
+                    bench
+                        .trace_out
+                        .read(&mut self.result.trace[words_of(batch.trace_words())])?;
                 }
                 if batch.keeps_states() {
                     bench
                         .state_out
-                        .read(&mut self.result.states[own(batch.state_words())])?;
+                        .read(&mut self.result.states[words_of(batch.state_words())])?;
                 }
             }
         }

@@ -171,7 +171,7 @@ impl<T> std::fmt::Debug for Variants<T> {
 
 impl<T> Drop for Variants<T> {
     fn drop(&mut self) {
-        for underway in self.kernels.values_mut().flat_map(|own| own.underway.drain(..)) {
+        for underway in self.kernels.values_mut().flat_map(|kernel| kernel.underway.drain(..)) {
             background::abandon(underway.thread, true);
         }
     }
@@ -209,8 +209,8 @@ impl<T: Clone + Send + 'static> Variants<T> {
         }
         self.collect(setting.kernel);
         let must = self.when == Specialise::Always;
-        let found = |own: &OfKernel<T>| {
-            let mut ready = own.ready.iter();
+        let found = |kernel: &OfKernel<T>| {
+            let mut ready = kernel.ready.iter();
             ready
                 .find(|variant| variant.fits(setting))
                 .map(|variant| variant.made.clone())
@@ -240,18 +240,18 @@ impl<T: Clone + Send + 'static> Variants<T> {
         control: &Control,
         make: impl FnOnce() -> M,
     ) -> Result<Option<Unrolled<T>>, String> {
-        let own = self.of(setting.kernel);
-        if let Some(ready) = own.unrolled.iter().find(|own| own.fits(setting)) {
+        let kernel = self.of(setting.kernel);
+        if let Some(ready) = kernel.unrolled.iter().find(|variant| variant.fits(setting)) {
             return Ok(Some(ready.made.clone()));
         }
-        let (generic, of_thread, make) = (Arc::clone(&own.generic), setting.clone(), make());
+        let (generic, of_thread, make) = (Arc::clone(&kernel.generic), setting.clone(), make());
         let work = move || unrolled_of(&generic, &of_thread, most, make);
         let Some(variant) = background::wait(|| control.is_cancelled(), work).transpose()?.flatten() else {
             return Ok(None);
         };
         let made = variant.made.clone();
-        own.unrolled.truncate(MOST - 1);
-        own.unrolled.insert(0, variant);
+        kernel.unrolled.truncate(MOST - 1);
+        kernel.unrolled.insert(0, variant);
         Ok(Some(made))
     }
 
@@ -261,29 +261,29 @@ impl<T: Clone + Send + 'static> Variants<T> {
             return;
         }
         let worth = self.compile_time * self.patience;
-        let own = self.of(setting.kernel);
+        let kernel = self.of(setting.kernel);
         let is_same = |other: &Setting| {
             setting.is_traced == other.is_traced
                 && setting.world == other.world
                 && setting.worlds.is_same(&other.worlds)
         };
-        if own.underway.iter().any(|underway| is_same(&underway.setting)) {
+        if kernel.underway.iter().any(|underway| is_same(&underway.setting)) {
             return;
         }
-        let at = own
+        let at = kernel
             .spent
             .iter()
             .position(|(other, _)| is_same(other))
             .unwrap_or_else(|| {
-                if own.spent.len() == MOST {
-                    own.spent.remove(0);
+                if kernel.spent.len() == MOST {
+                    kernel.spent.remove(0);
                 }
-                own.spent.push((setting.clone(), Duration::ZERO));
-                own.spent.len() - 1
+                kernel.spent.push((setting.clone(), Duration::ZERO));
+                kernel.spent.len() - 1
             });
-        own.spent[at].1 += time;
-        if own.spent[at].1 >= worth && own.underway.is_empty() {
-            own.spent.remove(at);
+        kernel.spent[at].1 += time;
+        if kernel.spent[at].1 >= worth && kernel.underway.is_empty() {
+            kernel.spent.remove(at);
             self.begin(setting, make());
         }
     }
@@ -291,8 +291,8 @@ impl<T: Clone + Send + 'static> Variants<T> {
     /// Begins to make a variant.
     fn begin(&mut self, setting: Setting, make: impl Make<T>) {
         let (tell, made) = mpsc::channel();
-        let own = self.of(setting.kernel);
-        let generic = Arc::clone(&own.generic);
+        let kernel = self.of(setting.kernel);
+        let generic = Arc::clone(&kernel.generic);
         let of_thread = setting.clone();
         let work = move || {
             // Nobody may want it any more.
@@ -300,7 +300,7 @@ impl<T: Clone + Send + 'static> Variants<T> {
         };
         // Without another thread, the generic kernel goes on.
         if let Ok(thread) = thread::Builder::new().spawn(work) {
-            own.underway.push(Underway {
+            kernel.underway.push(Underway {
                 setting,
                 began: Instant::now(),
                 made,
@@ -311,16 +311,16 @@ impl<T: Clone + Send + 'static> Variants<T> {
 
     /// Takes what has been made.
     fn collect(&mut self, kernel: &'static Kernel) {
-        let own = self.of(kernel);
+        let kernel = self.of(kernel);
         let (mut problems, mut compile_time) = (Vec::new(), None);
-        own.underway.retain(|underway| match underway.made.try_recv() {
+        kernel.underway.retain(|underway| match underway.made.try_recv() {
             Err(mpsc::TryRecvError::Empty) => true,
             Ok(Ok(variant)) => {
                 compile_time = Some(underway.began.elapsed());
-                if own.ready.len() == MOST {
-                    own.ready.remove(0);
+                if kernel.ready.len() == MOST {
+                    kernel.ready.remove(0);
                 }
-                own.ready.push(variant);
+                kernel.ready.push(variant);
                 false
             }
             Ok(Err(problem)) => {
@@ -397,7 +397,13 @@ pub(crate) fn ships(kernel: &Kernel) -> bool {
 
 /// The words that a variant takes for constant, and its program.
 pub(crate) fn program(generic: &Generic, setting: &Setting) -> (Vec<Word>, Program) {
-    let name_of = |buffer: u32| setting.kernel.bindings.get(buffer as usize).map_or("", |own| own.name);
+    let name_of = |buffer: u32| {
+        setting
+            .kernel
+            .bindings
+            .get(buffer as usize)
+            .map_or("", |binding| binding.name)
+    };
     let words = RefCell::new(BTreeSet::new());
     let word = |buffer: u32, element: Option<u32>, offset: u32| {
         let bits = setting.word(buffer, element, offset)?;

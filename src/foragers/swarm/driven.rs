@@ -84,7 +84,7 @@ impl Driven {
             swarm: *swarm,
             kernel: compose::driven()?,
         };
-        let mut own = Self {
+        let mut driven = Self {
             swarm: *swarm,
             lamp,
             key,
@@ -94,8 +94,8 @@ impl Driven {
             readings: Vec::new(),
         };
         let off = vec![Command::default(); swarm.robots as usize];
-        own.step(device, 0, &off)?;
-        Ok(own)
+        driven.step(device, 0, &off)?;
+        Ok(driven)
     }
 
     /// What the sensors of each robot will read in the next cycle.
@@ -131,7 +131,7 @@ impl Driven {
 
     /// Takes a step of the kernel: step 0 begins the world, and each later one simulates the cycle before it.
     fn step(&mut self, device: &mut dyn Evaluator, step: u32, commands: &[Command]) -> Result<Line, Trouble> {
-        let orders: Vec<Order> = commands.iter().map(|own| self.order(own)).collect();
+        let orders: Vec<Order> = commands.iter().map(|command| self.order(command)).collect();
         let inputs = self.swarm.inputs(&self.lamp, &orders);
         let rollout = Rollout {
             world: 0,
@@ -221,10 +221,10 @@ impl WorldKind for Packed {
     }
 
     fn pack(&self, buffers: &mut Buffers) -> episode::World {
-        let own = self.swarm.pack(buffers);
+        let world = self.swarm.pack(buffers);
         episode::World {
-            steps: own.steps + 1,
-            ..own
+            steps: world.steps + 1,
+            ..world
         }
     }
 

@@ -111,11 +111,11 @@ impl Tree {
 impl Display for Tree {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "--nroot {SEQUENCE_WITH_MEMORY} --nchildroot {}", self.branches.len())?;
-        for (branch, own) in self.branches.iter().enumerate() {
+        for (branch, of_branch) in self.branches.iter().enumerate() {
             write!(f, " --n{branch} {SELECTOR} --nchild{branch} 2 --n{branch}0 {CONDITION}")?;
-            write_condition(f, &format!("{branch}0"), own.condition)?;
+            write_condition(f, &format!("{branch}0"), of_branch.condition)?;
             write!(f, " --n{branch}1 {ACTION}")?;
-            write_behaviour(f, &format!("--a{branch}1"), &format!("{branch}1"), own.behaviour)?;
+            write_behaviour(f, &format!("--a{branch}1"), &format!("{branch}1"), of_branch.behaviour)?;
         }
         Ok(())
     }

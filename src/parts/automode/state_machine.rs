@@ -24,12 +24,12 @@ const SHARES: [f32; 2] = [0.0, 1.0];
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
     /// 1 to [`GREATEST_STATES`].
-    pub states: Vec<State>,
+    pub states: Vec<MachineState>,
 }
 
 /// A state.
 #[derive(Clone, Debug, PartialEq)]
-pub struct State {
+pub struct MachineState {
     /// What a robot does in it.
     pub behaviour: Behaviour,
     /// Up to [`GREATEST_TRANSITIONS`]; none of a machine's only state.
@@ -83,7 +83,7 @@ impl Machine {
         let count = whole(genes[0], [1, GREATEST_STATES as u32]) as usize;
         let states = genes[1..].chunks_exact(STATE_GENES).take(count);
         Self {
-            states: states.map(|genes| State::of(genes, count - 1)).collect(),
+            states: states.map(|genes| MachineState::of(genes, count - 1)).collect(),
         }
     }
 
@@ -109,14 +109,14 @@ impl Machine {
         let count = options.whole("--nstates", [1, GREATEST_STATES as u32])?;
         let others = count as usize - 1;
         let states = (0..count)
-            .map(|state| State::read(&mut options, state, others))
+            .map(|state| MachineState::read(&mut options, state, others))
             .collect::<Result<_, _>>()?;
         options.finished("machine; allowed: options of its states, their behaviours, transitions and conditions")?;
         Ok(Self { states })
     }
 }
 
-impl State {
+impl MachineState {
     /// Decodes a state from its genes, in a machine with this number of other states.
     fn of(genes: &[f32], others: usize) -> Self {
         let (behaviour, genes) = genes.split_at(BEHAVIOUR_GENES);
@@ -181,12 +181,12 @@ impl Transition {
 impl Display for Machine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "--nstates {}", self.states.len())?;
-        for (state, own) in self.states.iter().enumerate() {
-            write_behaviour(f, &format!("--s{state}"), &state.to_string(), own.behaviour)?;
+        for (state, from) in self.states.iter().enumerate() {
+            write_behaviour(f, &format!("--s{state}"), &state.to_string(), from.behaviour)?;
             if self.states.len() > 1 {
-                write!(f, " --n{state} {}", own.transitions.len())?;
+                write!(f, " --n{state} {}", from.transitions.len())?;
             }
-            for (transition, Transition { to, condition }) in own.transitions.iter().enumerate() {
+            for (transition, Transition { to, condition }) in from.transitions.iter().enumerate() {
                 let place = format!("{state}x{transition}");
                 write!(f, " --n{place} {to}")?;
                 write_condition(f, &place, *condition)?;

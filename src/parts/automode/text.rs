@@ -34,7 +34,7 @@ impl<'a> Options<'a> {
     pub(super) fn read(text: &'a str, may_begin: &str, such_as: &str) -> Result<Self, BadText> {
         let mut words = (1..).zip(text.split_whitespace()).peekable();
         words.next_if(|(_, word)| *word == may_begin);
-        let mut own = Self {
+        let mut options = Self {
             values: BTreeMap::new(),
             end: 1,
         };
@@ -45,16 +45,16 @@ impl<'a> Options<'a> {
                     format!("`{option}` is no option; allowed: {such_as}, each with its value"),
                 );
             }
-            own.end = place + 1;
+            options.end = place + 1;
             let Some((_, value)) = words.next_if(|(_, word)| !word.starts_with("--")) else {
-                return bad(own.end, format!("`{option}` has no value; allowed: one number"));
+                return bad(options.end, format!("`{option}` has no value; allowed: one number"));
             };
-            own.end += 1;
-            if own.values.insert(option, (place, value)).is_some() {
+            options.end += 1;
+            if options.values.insert(option, (place, value)).is_some() {
                 return bad(place, format!("`{option}` is given twice; allowed: once"));
             }
         }
-        Ok(own)
+        Ok(options)
     }
 
     /// The place and the value of an option.
@@ -153,9 +153,14 @@ impl<'a> Options<'a> {
 }
 
 /// Writes what [`Options::behaviour`] takes.
-pub(super) fn write_behaviour(f: &mut fmt::Formatter<'_>, option: &str, place: &str, own: Behaviour) -> fmt::Result {
-    write!(f, " {option} {}", own.number())?;
-    match own {
+pub(super) fn write_behaviour(
+    f: &mut fmt::Formatter<'_>,
+    option: &str,
+    place: &str,
+    behaviour: Behaviour,
+) -> fmt::Result {
+    write!(f, " {option} {}", behaviour.number())?;
+    match behaviour {
         Behaviour::Exploration { turning } => write!(f, " --rwm{place} {turning}"),
         Behaviour::Attraction { strength } => write!(f, " --att{place} {strength}"),
         Behaviour::Repulsion { strength } => write!(f, " --rep{place} {strength}"),
@@ -164,9 +169,9 @@ pub(super) fn write_behaviour(f: &mut fmt::Formatter<'_>, option: &str, place: &
 }
 
 /// Writes what [`Options::condition`] takes.
-pub(super) fn write_condition(f: &mut fmt::Formatter<'_>, place: &str, own: Condition) -> fmt::Result {
-    write!(f, " --c{place} {}", own.number())?;
-    match own {
+pub(super) fn write_condition(f: &mut fmt::Formatter<'_>, place: &str, condition: Condition) -> fmt::Result {
+    write!(f, " --c{place} {}", condition.number())?;
+    match condition {
         Condition::BlackFloor(p)
         | Condition::GreyFloor(p)
         | Condition::WhiteFloor(p)

@@ -84,7 +84,7 @@ impl Owner {
     /// Values of robots that share a world.
     pub(crate) fn together(&self) -> Option<Together> {
         match &self.make {
-            Make::Described(own) => own.together,
+            Make::Described(robot) => robot.together,
             Make::Sampled | Make::Forager { .. } => None,
         }
     }

@@ -91,13 +91,13 @@ impl Part {
         if let Some(refusal) = unreadable.or_else(|| check::renamed(&part)) {
             return Err(Refused::all(&[refusal]));
         }
-        let (own, mut problems) = Self::read(kind, &part);
+        let (read, mut problems) = Self::read(kind, &part);
         if !problems.is_empty() {
             problems.extend(check_part(&part));
             problems.sort_by_key(|refusal| (refusal.place.line, refusal.place.column));
             return Err(Refused::all(&problems));
         }
-        Ok(own)
+        Ok(read)
     }
 
     /// A controller that Oneiro wrote.
@@ -120,28 +120,32 @@ impl Part {
         let values = fields::values(part, &interface, &mut problems);
         let readings = fields::readings(part, &interface, &mut problems);
         let memory = fields::memory(part, &format!("{}State", interface.title), &mut problems);
-        let has_mission = declared.iter().any(|own| own.name == interface::MISSION) && !interface.mission.is_empty();
+        let has_mission = declared.iter().any(|item| item.name == interface::MISSION) && !interface.mission.is_empty();
         let mission = if has_mission {
             fields::memory(part, interface::MISSION_STATE, &mut problems)
         } else {
             Vec::new()
         };
-        let is_twice = |field: &&fields::Remembered| memory.iter().any(|own| own.scalars[0] == field.scalars[0]);
+        let is_twice = |field: &&fields::Remembered| {
+            memory
+                .iter()
+                .any(|remembered| remembered.scalars[0] == field.scalars[0])
+        };
         if let Some(field) = mission.iter().find(is_twice)
-            && let Some(own) = declared.iter().find(|own| own.name == interface::MISSION_STATE)
+            && let Some(item) = declared.iter().find(|item| item.name == interface::MISSION_STATE)
         {
             let message = format!(
                 "in `{}`: `{}` is also in `{}State`; choose another name, since both are columns of traces",
-                own.name, field.scalars[0], interface.title
+                item.name, field.scalars[0], interface.title
             );
-            problems.push(refusal(&own.place, Rule::StateTypes, message));
+            problems.push(refusal(&item.place, Rule::StateTypes, message));
         }
         let genes = fields::genes(part, &interface, &mut problems);
         let mut generated = generate::missing(&interface, &declared, &memory, &values, &readings);
         problems.extend(check::gene_problems(&genes));
         generated += &generate::gene_constants(&genes);
         problems.extend(check::problems(part, &interface, &declared, &generated));
-        let own = Self {
+        let read = Self {
             kind,
             path: part.path.clone(),
             text: part.text.clone(),
@@ -153,12 +157,12 @@ impl Part {
             functions: interface
                 .known()
                 .map(interface::Function::name)
-                .filter(|name| declared.iter().any(|own| own.name == *name))
+                .filter(|name| declared.iter().any(|item| item.name == *name))
                 .collect(),
             memory: scalars(memory),
             mission: scalars(mission),
         };
-        (own, problems)
+        (read, problems)
     }
 
     /// Its path and its text.

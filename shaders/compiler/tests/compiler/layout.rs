@@ -91,7 +91,11 @@ fn constants() {
         const CELL: vec2<u32> = vec2<u32>(COUNT, 3u);",
     )
     .unwrap();
-    let items: Vec<_> = kernel.constants.iter().map(|own| squeezed(&own.item)).collect();
+    let items: Vec<_> = kernel
+        .constants
+        .iter()
+        .map(|constant| squeezed(&constant.item))
+        .collect();
     assert_eq!(
         items,
         [

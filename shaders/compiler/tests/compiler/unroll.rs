@@ -35,7 +35,7 @@ fn generic(body: &str) -> Generic {
 
 /// Buffers after a kernel has run, and the most turns of an invocation.
 fn run(generic: &Generic, mut buffers: Vec<Vec<u32>>) -> Result<(Vec<Vec<u32>>, u64), Trap> {
-    let strides: Vec<u32> = generic.bindings.iter().map(|own| own.stride / 4).collect();
+    let strides: Vec<u32> = generic.bindings.iter().map(|binding| binding.stride / 4).collect();
     let mut memory = Memory {
         buffers: &mut buffers,
         strides: &strides,
@@ -53,15 +53,16 @@ fn unrolled(generic: &Generic, buffers: &[Vec<u32>], most: u64) -> Option<(Gener
         let at = generic
             .bindings
             .iter()
-            .position(|own| own.name == name)
+            .position(|binding| binding.name == name)
             .expect("a buffer");
         let first = element.unwrap_or(0) as usize * (generic.bindings[at].stride / 4) as usize;
         buffers[at][first + word as usize]
     };
-    let (own, [said, _]) = generic.unrolled([&word, &word], most)?;
-    own.spirv(own.any(), Indices::Clamped)
+    let (variant, [said, _]) = generic.unrolled([&word, &word], most)?;
+    variant
+        .spirv(variant.any(), Indices::Clamped)
         .unwrap_or_else(|problem| panic!("{problem}"));
-    Some((own, said))
+    Some((variant, said))
 }
 
 /// The smallest `most` for which there is a program, down to 2, at each of which the bits are the same.
@@ -69,8 +70,8 @@ fn same(generic: &Generic, buffers: &[Vec<u32>], what: &str) -> Option<u64> {
     let (expected, turns) = run(generic, buffers.to_vec()).ok()?;
     let mut least = None;
     let mut most = turns;
-    while let Some((own, said)) = unrolled(generic, buffers, most) {
-        let (found, turns) = run(&own, buffers.to_vec()).unwrap_or_else(|trap| panic!("{what}, {most}: {trap}"));
+    while let Some((variant, said)) = unrolled(generic, buffers, most) {
+        let (found, turns) = run(&variant, buffers.to_vec()).unwrap_or_else(|trap| panic!("{what}, {most}: {trap}"));
         assert!(found == expected, "{what}: other bits with {most} turns");
         assert!(
             turns <= said && said <= most,
@@ -113,9 +114,9 @@ fn loops_over_cycles_stay_loops() {
         "for (var i = dispatch.begin; i < min(dispatch.end, 100u); i++) { for (var j = 0u; j < count; j++) { sum = sum * 5u + i; } }",
     );
     let buffers = |end: u32| vec![vec![4, end], WORLD.to_vec(), vec![0; 64]];
-    let (own, _) = unrolled(&generic, &buffers(5), 5).unwrap();
+    let (variant, _) = unrolled(&generic, &buffers(5), 5).unwrap();
     for end in [4, 5, 60] {
-        let (expected, found) = (run(&generic, buffers(end)), run(&own, buffers(end)));
+        let (expected, found) = (run(&generic, buffers(end)), run(&variant, buffers(end)));
         assert_eq!(expected.unwrap().0, found.unwrap().0, "{end}");
     }
 }

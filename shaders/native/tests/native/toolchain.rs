@@ -91,7 +91,7 @@ fn a_changed_constant_is_noticed() {
     let buffers = generate::buffers(0, EXTENT.workgroups.end);
     let libraries = [&text, &changed].map(|text| compiled(&cache, text));
     for instance in 0..libraries[0].instances().len() {
-        let [exact, other] = [0, 1].map(|own: usize| run(&libraries[own], instance, buffers.clone()));
+        let [exact, other] = [0, 1].map(|index: usize| run(&libraries[index], instance, buffers.clone()));
         assert_ne!(exact, other);
     }
 }

@@ -1,5 +1,5 @@
-//! Ranges of the arguments of kernels' functions (`docs/extend.md`). Outside of them results have no meaning, but may well be exact, so
-//! that checks of each operation don't find them.
+//! Ranges of the arguments of kernels' functions (`docs/extend.md`). Outside them results have no meaning but may be exact, so
+//! checks of each operation don't find them.
 
 use oneiro_shader_compiler::{Part, Place};
 use oneiro_shader_parts::PARTS;

@@ -107,16 +107,17 @@ pub(super) fn problems(
 const TOGETHER: [&str; 5] = ["robots", "robot_number", "robot_pose", "floor_at", "clusters_within"];
 
 /// Refuses parts that declare or call what only foragers' or only swarms' kernels have.
-pub(super) fn of_few(own: &OwnParts, taken: &BTreeSet<String>) -> Result<(), Refusals> {
+pub(super) fn of_few(custom: &OwnParts, taken: &BTreeSet<String>) -> Result<(), Refusals> {
     let mut problems = Refusals::new();
-    for own in own.iter() {
-        let part = own.part().source();
-        let interface = interface::of(own.part().kind());
+    for each in custom.iter() {
+        let part = each.part().source();
+        let interface = interface::of(each.part().kind());
         let declared = declarations(&part).into_iter();
-        let is_taken = |own: &Declaration| !interface.structs.contains(&own.name.as_str()) && taken.contains(&own.name);
-        problems.extend(declared.filter(is_taken).map(|own| taken_name(&own)));
+        let is_taken =
+            |item: &Declaration| !interface.structs.contains(&item.name.as_str()) && taken.contains(&item.name);
+        problems.extend(declared.filter(is_taken).map(|item| taken_name(&item)));
         problems.extend(call_problems(&part, &interface, taken));
-        problems.extend(constant_problems(&own.part().genes, taken));
+        problems.extend(constant_problems(&each.part().genes, taken));
     }
     if problems.is_empty() { Ok(()) } else { Err(problems) }
 }
@@ -160,14 +161,16 @@ fn declared_names(path: &str, text: &str) -> impl Iterator<Item = String> {
         path: path.to_owned(),
         text: text.to_owned(),
     };
-    declarations(&part).into_iter().map(|declaration| declaration.name)
+    declarations(&part).into_iter().map(|item| item.name)
 }
 
 /// The kind of part that declarations are of, by the function that each kind must have.
 fn kind_of(declared: &[Declaration]) -> Option<Kind> {
-    [Kind::Sensor, Kind::Controller, Kind::Task]
-        .into_iter()
-        .find(|kind| declared.iter().any(|own| own.name == format!("{}_cycle", kind.word())))
+    [Kind::Sensor, Kind::Controller, Kind::Task].into_iter().find(|kind| {
+        declared
+            .iter()
+            .any(|item| item.name == format!("{}_cycle", kind.word()))
+    })
 }
 
 /// The place of a part as a whole.
@@ -191,33 +194,33 @@ fn declared_problems(
     let whole = whole(part);
     let mut problems = Refusals::new();
     let mut refuse = |place, rule, message| problems.push(refusal(place, rule, message));
-    let has_mission = declared.iter().any(|own| own.name == interface::MISSION);
+    let has_mission = declared.iter().any(|item| item.name == interface::MISSION);
     let is_required = |function: &&Function| function.default.is_none() && !(has_mission && function.name() == OF_EACH);
     for required in interface.functions.iter().filter(is_required) {
-        if declared.iter().all(|own| own.name != required.name()) {
+        if declared.iter().all(|item| item.name != required.name()) {
             let (name, text) = (required.name(), required.text);
-            let is_known = |own: &&Declaration| interface.known().any(|known| known.name() == own.name);
-            let others = declared.iter().filter(|own| own.keyword == "fn" && !is_known(own));
+            let is_known = |item: &&Declaration| interface.known().any(|known| known.name() == item.name);
+            let others = declared.iter().filter(|item| item.keyword == "fn" && !is_known(item));
             let meant =
-                others.filter_map(|own| Some((own, nearest(interface.known().map(Function::name), &own.name)?)));
+                others.filter_map(|item| Some((item, nearest(interface.known().map(Function::name), &item.name)?)));
             let meant = meant
                 .into_iter()
                 .find(|(_, meant)| [name, interface::MISSION].contains(meant));
             let message = match (meant, kind_of(declared)) {
-                (Some((own, meant)), _) => {
+                (Some((item, meant)), _) => {
                     refuse(
-                        &own.place,
+                        &item.place,
                         Rule::MissingDeclaration,
                         format!(
                             "there is no function `{name}`; did you mean `{meant}` by `{}`?",
-                            own.name
+                            item.name
                         ),
                     );
                     continue;
                 }
                 (None, Some(other)) if other != interface.kind => {
-                    let (own, other) = (interface.kind.word(), other.word());
-                    format!("is a {other}, not a {own}: it has `{other}_cycle`; name it in `{other}.part`")
+                    let (expected, other) = (interface.kind.word(), other.word());
+                    format!("is a {other}, not a {expected}: it has `{other}_cycle`; name it in `{other}.part`")
                 }
                 _ => format!("has no function `{name}`; write `{text} {{ .. }}`"),
             };
@@ -225,7 +228,7 @@ fn declared_problems(
         }
     }
     for (name, form) in interface.others {
-        if !added.contains(*name) && declared.iter().all(|own| own.name != *name) {
+        if !added.contains(*name) && declared.iter().all(|item| item.name != *name) {
             let instead = match *name {
                 GENE_COUNT => format!(", or name the genes: `struct {GENES} {{ NAME: f32, .. }}`"),
                 _ => String::new(),
@@ -234,13 +237,13 @@ fn declared_problems(
             refuse(&whole, Rule::MissingDeclaration, message);
         }
     }
-    for own in declared {
+    for item in declared {
         let Declaration {
             keyword,
             name,
             place,
             signature: has,
-        } = own;
+        } = item;
         let expected = interface.known().find(|function| function.name() == name);
         let form = interface.others.iter().find(|(other, _)| other == name);
         if let Some((_, form)) = form
@@ -270,7 +273,7 @@ fn declared_problems(
             let message = format!("`{name}` shadows a WGSL built-in; choose another name");
             refuse(place, Rule::BuiltInName, message);
         } else if form.is_none() && !interface.structs.contains(&name.as_str()) && taken.contains(name) {
-            let Refusal { rule, message, .. } = taken_name(own);
+            let Refusal { rule, message, .. } = taken_name(item);
             refuse(place, rule, message);
         }
     }
@@ -278,9 +281,9 @@ fn declared_problems(
 }
 
 /// The refusal of a declaration with one of Oneiro's names.
-fn taken_name(own: &Declaration) -> Refusal {
-    let message = format!("`{}` is a name of Oneiro's; choose another", own.name);
-    refusal(&own.place, Rule::ReservedName, message)
+fn taken_name(item: &Declaration) -> Refusal {
+    let message = format!("`{}` is a name of Oneiro's; choose another", item.name);
+    refusal(&item.place, Rule::ReservedName, message)
 }
 
 /// Problems with what a part uses of the kernel's buffers and of what it is given.
@@ -336,10 +339,10 @@ fn call_problems(part: &compiler::Part, interface: &Interface, taken: &BTreeSet<
 }
 
 /// Functions of users' parts that look like those that the kernel calls, and that nothing calls.
-pub(super) fn uncalled(parts: &[compiler::Part], own: &OwnParts) -> Refusals {
+pub(super) fn uncalled(parts: &[compiler::Part], custom: &OwnParts) -> Refusals {
     let users: Vec<_> = parts
         .iter()
-        .filter(|part| own.iter().any(|own| own.part().path() == part.path))
+        .filter(|part| custom.iter().any(|each| each.part().path() == part.path))
         .collect();
     let mut refusals = Refusals::new();
     for part in &users {
@@ -380,7 +383,7 @@ fn readings_at(part: &compiler::Part, name: &str, place: &Place) -> Option<Strin
     let owner = &line[line.trim_end_matches(is_inside).len()..];
     let whole = format!("{owner}{name}");
     let parameters = parameters_at(part, place);
-    let is_given = |name: &str, ty: &str| parameters.iter().any(|(own, of)| own == name && of == ty);
+    let is_given = |name: &str, ty: &str| parameters.iter().any(|(parameter, of)| parameter == name && of == ty);
     let is_readings = |expression: &str| match expression.split_once('.') {
         Some((owner, field)) => is_given(owner, "Experience") && ["real", "perceived"].contains(&field),
         None => is_given(expression, "Readings"),
@@ -397,11 +400,11 @@ const INDEXED: &str = "Invalid access into expression";
 
 /// Adds to the refusal of each unknown name of a user's part the name that was probably meant, and says which part has an index
 /// where none may be.
-pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &OwnParts) {
+pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], custom: &OwnParts) {
     let own_part = |path: &str| {
-        let own = own.iter().find(|own| own.part().path() == path)?;
+        let each = custom.iter().find(|each| each.part().path() == path)?;
         let part = parts.iter().find(|part| part.path == path)?;
-        Some((part, interface::of(own.part().kind())))
+        Some((part, interface::of(each.part().kind())))
     };
     for refusal in refusals {
         if refusal.message.starts_with(INDEXED)
@@ -424,7 +427,7 @@ pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &
                 place: &refusal.place,
             };
             if refusal.message.starts_with(ACCESSED) {
-                let any = || format!("{}{}", refusal.message, field.alike(own));
+                let any = || format!("{}{}", refusal.message, field.alike(custom));
                 refusal.message = field.explained().unwrap_or_else(any);
                 continue;
             }
@@ -432,7 +435,7 @@ pub(super) fn suggest(refusals: &mut [Refusal], parts: &[compiler::Part], own: &
                 refusal.message = format!("{}; {NO_MEMORY}", refusal.message);
                 continue;
             }
-            let mut usable = usable(parts, &interface, own);
+            let mut usable = usable(parts, &interface, custom);
             // It is declared, but not here.
             usable.remove(&written);
             let alike = || nearest(usable.iter().map(String::as_str), &written).map(str::to_owned);
@@ -505,13 +508,13 @@ impl Field<'_> {
     }
 
     /// Of the fields of all structs that parts use, the one that was probably meant, where the type isn't found.
-    fn alike(&self, own: &OwnParts) -> String {
+    fn alike(&self, custom: &OwnParts) -> String {
         let declared = self
             .parts
             .iter()
-            .filter(|part| own.iter().any(|own| own.part().path() == part.path));
-        let declared = declared.flat_map(declarations).filter(|own| own.keyword == "struct");
-        let structs = declared.map(|own| own.name).chain(STRUCTS.map(str::to_owned));
+            .filter(|part| custom.iter().any(|each| each.part().path() == part.path));
+        let declared = declared.flat_map(declarations).filter(|item| item.keyword == "struct");
+        let structs = declared.map(|item| item.name).chain(STRUCTS.map(str::to_owned));
         let fields: Vec<_> = structs.filter_map(|name| self.fields(&name)).flatten().collect();
         let meant = nearest(fields.iter().map(|(name, _)| name.as_str()), self.written);
         meant.map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"))
@@ -562,7 +565,7 @@ impl Field<'_> {
         let functions = self.parts.iter().flat_map(declarations);
         let function = functions
             .into_iter()
-            .find(|own| own.keyword == "fn" && own.name == called)?;
+            .find(|item| item.keyword == "fn" && item.name == called)?;
         // Only what ends with the call has the type of its result.
         let (_, result) = function.signature.rsplit_once("->")?;
         value.ends_with(')').then(|| result.to_owned())
@@ -583,14 +586,14 @@ fn field_of_parameter(parts: &[compiler::Part], part: &compiler::Part, place: &P
 }
 
 /// Names that a part may use: WGSL's, those of the interface, and what users' parts declare.
-fn usable(parts: &[compiler::Part], interface: &Interface, own: &OwnParts) -> BTreeSet<String> {
+fn usable(parts: &[compiler::Part], interface: &Interface, custom: &OwnParts) -> BTreeSet<String> {
     let lists = [&CALLS[..], &TOGETHER, &CONSTANTS, interface.calls, interface.structs].concat();
     let fields = parts
         .iter()
         .flat_map(|part| STRUCTS.iter().filter_map(|name| members(part, name)).flatten());
-    let declared = own.iter().flat_map(|own| {
-        let path = own.part().path();
-        let values = format!("{}_values", own.part().kind().word());
+    let declared = custom.iter().flat_map(|each| {
+        let path = each.part().path();
+        let values = format!("{}_values", each.part().kind().word());
         let part = parts.iter().find(|part| part.path == path);
         part.map(names).unwrap_or_default().into_iter().chain([values])
     });

@@ -18,27 +18,27 @@ pub(super) fn missing(
 ) -> String {
     let (word, title) = (interface.kind.word(), interface.title);
     let mut text = String::new();
-    let is_declared = |name: &str| declared.iter().any(|own| own.name == name);
+    let is_declared = |name: &str| declared.iter().any(|item| item.name == name);
     if is_declared(&format!("{title}State")) {
         let kept = memory.iter().map(|field| {
-            let own: Vec<_> = field
+            let scalars: Vec<_> = field
                 .scalars
                 .iter()
-                .map(|scalar| field.scalar.stored(&format!("own.{scalar}")))
+                .map(|scalar| field.scalar.stored(&format!("memory.{scalar}")))
                 .collect();
-            format!("{}({})", field.ty, own.join(", "))
+            format!("{}({})", field.ty, scalars.join(", "))
         });
         let kept = kept.collect::<Vec<_>>().join(", ");
         let _ = writeln!(
             text,
-            "fn {word}_kept(own: {title}State) -> {title}State {{ return {title}State({kept}); }}"
+            "fn {word}_kept(memory: {title}State) -> {title}State {{ return {title}State({kept}); }}"
         );
     } else {
         // No struct is empty.
         let _ = writeln!(text, "struct {title}State {{ {UNUSED}: u32 }}");
         let _ = writeln!(
             text,
-            "fn {word}_kept(own: {title}State) -> {title}State {{ return own; }}"
+            "fn {word}_kept(memory: {title}State) -> {title}State {{ return memory; }}"
         );
     }
     // A part with a mission need not reward each robot.
@@ -153,7 +153,7 @@ fn sensor(readings: &[String]) -> String {
     for (index, name) in readings.iter().enumerate() {
         // A gene times a reading stays finite.
         bounded.push(format!("limited(now.readings.{name}, -1000.0f, 1000.0f)"));
-        let _ = writeln!(sum, "    total += gene(episode, index + {index}u) * own.{name};");
+        let _ = writeln!(sum, "    total += gene(episode, index + {index}u) * custom.{name};");
     }
     format!(
         "const OWN_READINGS: u32 = {}u;
@@ -161,7 +161,7 @@ fn sensors_read(episode: Episode, step: u32, pose: vec3<f32>, before: SensorStat
     let now = sensor_cycle(episode, step, pose, before);
     return Sensed(SensorReadings({}), now.state);
 }}
-fn plus_weighed(episode: Episode, index: u32, own: SensorReadings, sum: f32) -> f32 {{
+fn plus_weighed(episode: Episode, index: u32, custom: SensorReadings, sum: f32) -> f32 {{
     var total = sum;
 {sum}    return total;
 }}
@@ -184,15 +184,15 @@ pub(super) fn details(details: &[Detail]) -> String {
     let member = |(index, detail): (usize, &Detail)| format!("    d{index}: {},\n", detail.scalar.wgsl());
     let members: String = details.iter().enumerate().map(member).collect();
     let now: Vec<_> = details.iter().map(|detail| detail.expression.as_str()).collect();
-    let kept = |(index, detail): (usize, &Detail)| detail.scalar.stored(&format!("own.d{index}"));
+    let kept = |(index, detail): (usize, &Detail)| detail.scalar.stored(&format!("values.d{index}"));
     let kept: Vec<_> = details.iter().enumerate().map(kept).collect();
     format!(
         "struct Details {{
 {members}}}
-fn details(own: State, real: Readings, perceived: Readings) -> Details {{
+fn details(after: EpisodeState, real: Readings, perceived: Readings) -> Details {{
     return Details({});
 }}
-fn details_kept(own: Details) -> Details {{
+fn details_kept(values: Details) -> Details {{
     return Details({});
 }}
 ",

@@ -21,8 +21,8 @@ fn refused(hostile: &Hostile) -> Option<String> {
         text: hostile.text.clone(),
     };
     let (part, _) = Part::read(kind, &source);
-    let own = OwnParts::from([OwnPart::new(Arc::new(part), &[]).expect("it has no values")]);
-    let assembled = kernel::unchecked(&own, &spec.unchecked_owner());
+    let parts = OwnParts::from([OwnPart::new(Arc::new(part), &[]).expect("it has no values")]);
+    let assembled = kernel::unchecked(&parts, &spec.unchecked_owner());
     let isolation = Isolation {
         episode: interface::EPISODE,
         users: &assembled.users,

@@ -31,8 +31,8 @@ const GIVEN: &str = "lib/given.wgsl";
 /// The entry of kernels of single robots, and how it takes over what a cycle leaves. Where an episode is cut into pieces, zeros lose their
 /// sign. A user's part may see signs, so in its kernel they lose it after each cycle, wherever the cuts are.
 const ENTRY: &str = "episode.wgsl";
-const NEXT: &str = "own = lived.next;";
-const KEPT: &str = "own = kept(lived.next);";
+const NEXT: &str = "after = result.next;";
+const KEPT: &str = "after = kept(result.next);";
 
 /// Trace details of the shipped sensors; composed kernels generate their own.
 const DETAILS: &str = "sensor/details.wgsl";
@@ -121,21 +121,21 @@ fn is_of_forager(path: &str, behaves: bool, brings: bool) -> Option<bool> {
 
 /// Whether a robot is made of a part, if the part is only of some robots.
 fn is_of_robot(path: &str, make: &Make) -> Option<bool> {
-    let own = match make {
+    let robot = match make {
         Make::Sampled => {
             return (DESCRIBED.contains(&path) || [TABLES, WHEELS, BETWEEN].contains(&path)).then_some(false);
         }
         Make::Forager { behaves, brings } => return is_of_forager(path, *behaves, *brings),
-        Make::Described(own) => own,
+        Make::Described(robot) => robot,
     };
     if SENSORS.contains(&path) || path == TABLES {
-        return Some(own.has_sampled_sensors);
+        return Some(robot.has_sampled_sensors);
     }
     if MOTORS.contains(&path) || path == BETWEEN {
-        return Some(own.has_sampled_motors);
+        return Some(robot.has_sampled_motors);
     }
     if path == WHEELS {
-        return Some(!own.has_sampled_motors);
+        return Some(!robot.has_sampled_motors);
     }
     DESCRIBED.contains(&path).then_some(true)
 }
@@ -143,15 +143,15 @@ fn is_of_robot(path: &str, make: &Make) -> Option<bool> {
 /// The text of a part without what is declared in its place; the rest stays on its lines.
 fn without(shipped: &compiler::Part, others: &BTreeSet<String>) -> String {
     let mut lines: Vec<&str> = shipped.text.lines().collect();
-    for own in declarations(shipped).iter().filter(|own| others.contains(&own.name)) {
-        let first = own.place.line - 1;
+    for item in declarations(shipped).iter().filter(|item| others.contains(&item.name)) {
+        let first = item.place.line - 1;
         // Shipped parts are formatted alike: attributes have their lines, and a body ends with a line of its brace.
         let attributes = lines[..first]
             .iter()
             .rev()
             .take_while(|line| line.starts_with('@'))
             .count();
-        let last = match own.keyword.as_str() {
+        let last = match item.keyword.as_str() {
             "fn" | "struct" => lines[first..].iter().position(|line| *line == "}").unwrap_or(0),
             _ => 0,
         };
@@ -171,7 +171,7 @@ fn shipped(path: &str) -> compiler::Part {
 
 /// Parts and another shipped one, whose declarations replace the same names in them.
 fn with(parts: Vec<compiler::Part>, other: compiler::Part) -> Vec<compiler::Part> {
-    let instead = declarations(&other).into_iter().map(|own| own.name).collect();
+    let instead = declarations(&other).into_iter().map(|item| item.name).collect();
     let kept = parts.into_iter().map(|shipped| {
         let text = without(&shipped, &instead);
         compiler::Part { text, ..shipped }
@@ -268,12 +268,12 @@ fn described(base: &Kernel, parts: &OwnParts, owner: &Owner) -> (String, String)
     if is_varied(owner) {
         name += "+varied";
     }
-    for own in parts.iter() {
-        let stem = Path::new(&own.part.path)
+    for each in parts.iter() {
+        let stem = Path::new(&each.part.path)
             .file_stem()
             .unwrap_or_default()
             .to_string_lossy();
-        let hash = blake3::hash(format!("{} {}", own.part.kind.word(), own.part.text).as_bytes()).to_hex();
+        let hash = blake3::hash(format!("{} {}", each.part.kind.word(), each.part.text).as_bytes()).to_hex();
         let _ = write!(name, "+{stem}-{}", &hash[..32]);
     }
     (name, generated)
@@ -324,18 +324,18 @@ fn invalid(parts: &OwnParts, robot: &Make, refusals: &[Refusal]) -> Invalid {
         return Invalid::new("robot.sensors", format!("{names}{}", Refused::all(refusals)));
     }
     let is_refused = |path: &str| refusals.iter().any(|refusal| refusal.place.path == path);
-    let refused = parts.iter().find(|own| is_refused(&own.part.path));
-    let Some(own) = refused.or_else(|| parts.iter().next()) else {
+    let refused = parts.iter().find(|part| is_refused(&part.part.path));
+    let Some(part) = refused.or_else(|| parts.iter().next()) else {
         return Invalid::new("part", "there is none");
     };
     // Some mistakes only show in a shipped part, such as a function of the user's that calls its caller.
     let through = if refused.is_none() {
-        format!("{}: ", own.part.path)
+        format!("{}: ", part.part.path)
     } else {
         String::new()
     };
     let problem = format!("{through}{}", Refused::all(refusals));
-    Invalid::new(own.key(), problem)
+    Invalid::new(part.key(), problem)
 }
 
 /// Composes the kernel of swarms driven from outside: its part's declarations replace the same names.
@@ -362,9 +362,9 @@ pub(in crate::parts::compose) fn driven() -> Result<&'static Kernel, Invalid> {
 fn files(parts: &[compiler::Part]) -> Vec<(String, usize)> {
     let mut begin = 0;
     let file = |part: &compiler::Part| {
-        let own = begin;
+        let start = begin;
         begin += part.text.len() + usize::from(!part.text.ends_with('\n'));
-        (part.path.clone(), own)
+        (part.path.clone(), start)
     };
     parts.iter().map(file).collect()
 }
@@ -373,8 +373,8 @@ fn files(parts: &[compiler::Part]) -> Vec<(String, usize)> {
 fn kernel(base: &'static Kernel, compiled: Compiled, name: &str) -> Result<Kernel, Refusals> {
     let bindings = base.bindings.iter().zip(&compiled.bindings);
     let bindings: Vec<_> = bindings
-        .map(|(binding, own)| Binding {
-            stride: own.stride,
+        .map(|(binding, made)| Binding {
+            stride: made.stride,
             ..*binding
         })
         .collect();
@@ -405,12 +405,12 @@ pub(super) struct Assembled {
     few: BTreeSet<String>,
 }
 
-fn assembled(base: &Kernel, own: &OwnParts, owner: &Owner, mut generated: String) -> Assembled {
+fn assembled(base: &Kernel, custom: &OwnParts, owner: &Owner, mut generated: String) -> Assembled {
     let part = |path: &str, text: &str| compiler::Part {
         path: path.to_owned(),
         text: text.to_owned(),
     };
-    let is_kept = |path: &str| path != DETAILS && own.iter().all(|own| !is_replaced(path, own.part.kind));
+    let is_kept = |path: &str| path != DETAILS && custom.iter().all(|each| !is_replaced(path, each.part.kind));
     let (episodes, together) = (owner.episodes, owner.together());
     let is_of_robot = |path: &str| is_of_robot(path, &owner.make);
     let is_needed = |path: &str| {
@@ -433,7 +433,7 @@ fn assembled(base: &Kernel, own: &OwnParts, owner: &Owner, mut generated: String
     };
     let names = |parts: &[compiler::Part]| -> BTreeSet<String> {
         let declared = parts.iter().flat_map(declarations);
-        declared.map(|own| own.name).collect()
+        declared.map(|item| item.name).collect()
     };
     let needed: Vec<_> = PARTS.iter().filter(|(path, _)| is_needed(path)).collect();
     let (of_robot, others): (Vec<_>, Vec<_>) = needed
@@ -452,58 +452,66 @@ fn assembled(base: &Kernel, own: &OwnParts, owner: &Owner, mut generated: String
     }
     let replaced = replaced
         .into_iter()
-        .map(|own| part(&own.path, &without(&own, &instead)));
+        .map(|found| part(&found.path, &without(&found, &instead)));
     let mut parts: Vec<_> = replaced.chain(kept).collect();
     if let Some(together) = together {
-        let (of_members, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|own| is_of_members(&own.path));
+        let (of_members, others): (Vec<_>, Vec<_>) = parts.into_iter().partition(|found| is_of_members(&found.path));
         few = names(&of_members);
-        let others = others.into_iter().map(|own| part(&own.path, &without(&own, &few)));
+        let others = others
+            .into_iter()
+            .map(|found| part(&found.path, &without(&found, &few)));
         parts = others.chain(of_members).collect();
         let described = [part(GENERATED, &generated)];
-        let users: Vec<_> = own.iter().map(|own| own.part.source()).collect();
+        let users: Vec<_> = custom.iter().map(|each| each.part.source()).collect();
         let all = [&parts[..], &described, &users].concat();
-        generated += &members::declarations(&all, own, owner, together, &own.readings_in(&owner.fields));
+        generated += &members::declarations(&all, custom, owner, together, &custom.readings_in(&owner.fields));
     }
     if is_varied(owner) {
         parts = with(parts, shipped(VARIED));
     }
-    if own.iter().any(|own| !own.part.is_of_oneiro) {
+    if custom.iter().any(|each| !each.part.is_of_oneiro) {
         for entry in parts.iter_mut().filter(|part| part.path == ENTRY) {
             entry.text = entry.text.replace(NEXT, KEPT);
         }
     }
     let mut cells = 0;
-    for own in own.iter() {
-        let first = interface::of(own.part.kind).first_value();
-        let _ = writeln!(generated, "const {first}: u32 = {cells}u;\n{}", own.part.generated);
-        cells += own.part.values.len().div_ceil(4);
+    for each in custom.iter() {
+        let first = interface::of(each.part.kind).first_value();
+        let _ = writeln!(generated, "const {first}: u32 = {cells}u;\n{}", each.part.generated);
+        cells += each.part.values.len().div_ceil(4);
     }
     let _ = writeln!(generated, "const {}: u32 = {cells}u;", generate::GIVEN_CELL);
     // The user's parts come last, so that a mistake in them changes no place in another.
     parts.push(part(GENERATED, &generated));
     let mut users = vec![None; parts.len()];
-    for own in own.iter() {
-        parts.push(own.part.source());
-        users.push(Some(check::allowed(own.part.kind)));
+    for each in custom.iter() {
+        parts.push(each.part.source());
+        users.push(Some(check::allowed(each.part.kind)));
     }
     Assembled { parts, users, few }
 }
 
 /// A kernel's parts, of which no text is checked.
 #[cfg(test)]
-pub(super) fn unchecked(own: &OwnParts, owner: &Owner) -> Assembled {
+pub(super) fn unchecked(custom: &OwnParts, owner: &Owner) -> Assembled {
     let base = &oneiro_shaders::LIFE_PERCEPTRON;
-    let (_, generated) = described(base, own, owner);
-    assembled(base, own, owner, generated)
+    let (_, generated) = described(base, custom, owner);
+    assembled(base, custom, owner, generated)
 }
 
-fn new(base: &'static Kernel, own: &OwnParts, owner: &Owner, generated: String, name: &str) -> Result<New, Refusals> {
+fn new(
+    base: &'static Kernel,
+    custom: &OwnParts,
+    owner: &Owner,
+    generated: String,
+    name: &str,
+) -> Result<New, Refusals> {
     let Assembled {
         mut parts,
         mut users,
         few,
-    } = assembled(base, own, owner, generated);
-    check::of_few(own, &few)?;
+    } = assembled(base, custom, owner, generated);
+    check::of_few(custom, &few)?;
     let mut compiled = compiled(&parts, &users);
     let is_of_generated = |refusals: &Refusals| refusals.iter().any(|refusal| refusal.place.path == GENERATED);
     if compiled.as_ref().is_err_and(is_of_generated) {
@@ -515,17 +523,21 @@ fn new(base: &'static Kernel, own: &OwnParts, owner: &Owner, generated: String, 
             compiled = Err(refusals);
         }
     }
-    let mut refusals = check::uncalled(&parts, own);
+    let mut refusals = check::uncalled(&parts, custom);
     let compiled = match compiled {
         Ok(compiled) if refusals.is_empty() => compiled,
         others => {
             refusals.extend(others.err().unwrap_or_default());
-            check::suggest(&mut refusals, &parts, own);
+            check::suggest(&mut refusals, &parts, custom);
             return Err(refusals);
         }
     };
-    let genes = match own.get(Kind::Controller) {
-        Some(controller) => Some(genes(&controller.part, &compiled, &own.readings_of(&owner.readings()))?),
+    let genes = match custom.get(Kind::Controller) {
+        Some(controller) => Some(genes(
+            &controller.part,
+            &compiled,
+            &custom.readings_of(&owner.readings()),
+        )?),
         None => None,
     };
     let words = members::WORDS.map(|name| number(&compiled, name));
@@ -568,18 +580,18 @@ fn failed(parts: &[compiler::Part]) -> Refusal {
 }
 
 /// The genes that a controller declares. `readings` are the names of all readings.
-fn genes(own: &Part, compiled: &Compiled, readings: &[String]) -> Result<Vec<Gene>, Refusals> {
+fn genes(controller: &Part, compiled: &Compiled, readings: &[String]) -> Result<Vec<Gene>, Refusals> {
     let number = |name: &str| number(compiled, name);
     let count = number(GENE_COUNT).filter(|number| (1..=GREATEST_GENES).contains(number));
     let Some(count) = count else {
-        return Err(vec![gene_count(own)]);
+        return Err(vec![gene_count(controller)]);
     };
-    if own.genes.is_empty() {
+    if controller.genes.is_empty() {
         return Ok((0..count).map(|index| Gene::new(format!("gene_{index}"))).collect());
     }
     let mut genes: Vec<Gene> = Vec::new();
-    for (index, field) in own.genes.iter().enumerate() {
-        let end = own
+    for (index, field) in controller.genes.iter().enumerate() {
+        let end = controller
             .genes
             .get(index + 1)
             .map_or(Some(count), |next| number(&next.constant()));
@@ -590,7 +602,7 @@ fn genes(own: &Part, compiled: &Compiled, readings: &[String]) -> Result<Vec<Gen
             Some(INPUTS) => readings.iter().map(|reading| format!("{name}_{reading}")).collect(),
             Some(_) => (0..elements).map(|element| format!("{name}_{element}")).collect(),
         };
-        let is_taken = |own: &&String| genes.iter().any(|gene| gene.name == **own);
+        let is_taken = |name: &&String| genes.iter().any(|gene| gene.name == **name);
         if let Some(twice) = names.iter().find(is_taken) {
             let message = format!("in `{GENES}`: `{name}`: another gene is also called `{twice}`; choose another name");
             return Err(vec![refusal(&field.place, Rule::GeneForm, message)]);
@@ -605,9 +617,9 @@ fn genes(own: &Part, compiled: &Compiled, readings: &[String]) -> Result<Vec<Gen
 const INPUTS: &str = "INPUTS";
 
 /// The refusal of a controller's number of genes.
-fn gene_count(own: &Part) -> Refusal {
-    let part = own.source();
-    let named = !own.genes.is_empty();
+fn gene_count(controller: &Part) -> Refusal {
+    let part = controller.source();
+    let named = !controller.genes.is_empty();
     let name = if named { GENES } else { GENE_COUNT };
     let declared = declarations(&part).into_iter().find(|declared| declared.name == name);
     let place = declared.expect("a controller declares one of them").place;
@@ -634,8 +646,8 @@ mod tests {
         let part = Part::new(Kind::Task, "own.wgsl", text).expect("it is valid");
         let users = OwnParts::from([OwnPart::new(Arc::new(part), &[]).expect("it has no values")]);
         let owner = WorldSpec::miglino1995().unchecked_owner();
-        for (own, lines) in [(OwnParts::default(), [1, 0]), (users, [0, 1])] {
-            let assembled = unchecked(&own, &owner);
+        for (custom, lines) in [(OwnParts::default(), [1, 0]), (users, [0, 1])] {
+            let assembled = unchecked(&custom, &owner);
             let entry = assembled.parts.iter().find(|part| part.path == ENTRY);
             let entry = entry.expect("single robots have it");
             assert_eq!([NEXT, KEPT].map(|line| entry.text.matches(line).count()), lines);

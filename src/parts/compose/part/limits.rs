@@ -1,5 +1,5 @@
-//! Which characters a part may have, and how deep and how long it may be. This is looked at before anything parses it: what follows
-//! reads ASCII, calls itself for each level of what is nested, and would run out of its stack.
+//! Limits of a part's text: its characters, its depth and its length. They are checked before anything parses it: parsers read
+//! ASCII and recurse into each nested level, and would run out of stack.
 
 use std::slice;
 

@@ -105,16 +105,16 @@ impl Words {
         self.count += 1;
         let (load, save) = match scalar {
             Scalar::Float => (
-                format!("number(own, {place})"),
-                format!("put(own, {place}, {expression})"),
+                format!("number(words, {place})"),
+                format!("put(words, {place}, {expression})"),
             ),
             Scalar::Unsigned => (
-                format!("word(own, {place})"),
-                format!("put_word(own, {place}, {expression})"),
+                format!("word(words, {place})"),
+                format!("put_word(words, {place}, {expression})"),
             ),
             Scalar::Signed => (
-                format!("bitcast<i32>(word(own, {place}))"),
-                format!("put_word(own, {place}, bitcast<u32>({expression}))"),
+                format!("bitcast<i32>(word(words, {place}))"),
+                format!("put_word(words, {place}, bitcast<u32>({expression}))"),
             ),
         };
         let _ = writeln!(self.save, "    {save};");
@@ -125,7 +125,7 @@ impl Words {
     fn field(&mut self, Remembered { ty, scalar, scalars }: &Remembered) -> String {
         let words: Vec<_> = scalars
             .iter()
-            .map(|own| self.next(&format!("memory.{own}"), *scalar))
+            .map(|name| self.next(&format!("memory.{name}"), *scalar))
             .collect();
         format!("{ty}({})", words.join(", "))
     }
@@ -135,15 +135,15 @@ impl Words {
 /// parts remember, and what each robot earns. `readings` are the fields of `Readings`.
 pub(super) fn declarations(
     parts: &[compiler::Part],
-    own: &OwnParts,
+    custom: &OwnParts,
     owner: &Owner,
     together: Together,
     readings: &[String],
 ) -> String {
     let mut text = String::new();
-    let task = own.get(Kind::Task).map(OwnPart::part);
+    let task = custom.get(Kind::Task).map(OwnPart::part);
     let functions = |name: &str| task.is_some_and(|part| part.functions().contains(&name));
-    let earns_alone = own.scores_each();
+    let earns_alone = custom.scores_each();
     let declares = |structure: &str| parts.iter().find(|part| members(part, structure).is_some());
     if declares(MISSION_STATE).is_none() {
         // No struct is empty.
@@ -170,10 +170,10 @@ pub(super) fn declarations(
         let save = std::mem::take(&mut words.save);
         let _ = write!(
             text,
-            "fn {word}_loaded(own: u32) -> {structure} {{
+            "fn {word}_loaded(words: u32) -> {structure} {{
     return {structure}({});
 }}
-fn save_{word}(own: u32, memory: {structure}) {{
+fn save_{word}(words: u32, memory: {structure}) {{
 {save}}}
 ",
             loaded.join(", ")
@@ -183,7 +183,7 @@ fn save_{word}(own: u32, memory: {structure}) {{
     text += &if earns_alone || is_observed {
         kept(&mut of_member, readings)
     } else {
-        "fn keep_act(own: u32, did: Act) {\n}\n".to_owned()
+        "fn keep_act(words: u32, did: Act) {\n}\n".to_owned()
     };
     text += if earns_alone { EARNED } else { NOTHING_EARNED };
     if is_observed {
@@ -199,8 +199,8 @@ fn save_{word}(own: u32, memory: {structure}) {{
     text
 }
 
-/// Where what robots hear and see of the floor is kept: of each robot a word for the floor, one for the number that it heard in this
-/// cycle, and two for what it heard in each of the last cycles; of the world a word for each message of a cycle.
+/// Words for messages and the floor. Each robot has a word for the floor, one for the number of messages received in this
+/// cycle, and two for the messages of each of the last cycles. The world has a word for each message of a cycle.
 fn heard(Together { count, hearing }: Together, of_world: &mut Words, of_member: &mut Words) -> String {
     let Some(Hearing { cycles, .. }) = hearing else {
         return "fn hear(episode: Episode, step: u32) {\n}\n".to_owned();
@@ -252,9 +252,9 @@ fn kept(words: &mut Words, readings: &[String]) -> String {
     }
     let save = std::mem::take(&mut words.save);
     format!(
-        "fn keep_act(own: u32, did: Act) {{
+        "fn keep_act(words: u32, did: Act) {{
 {save}}}
-fn act_kept(own: u32) -> Act {{
+fn act_kept(words: u32) -> Act {{
     var did = Act();
 {load}    return did;
 }}
@@ -272,10 +272,10 @@ const EARNED: &str = "fn members_earned(episode: Episode, step: u32) -> f32 {
     var earned = 0.0f;
     for (var member = 0u; member < count; member++) {
         let me = member_episode(episode, member);
-        let own = me.member_words;
-        let reward = task_cycle(me, experience(own, step, act_kept(own)), task_loaded(own));
-        save_task(own, reward.state);
-        keep_earned(own, reward.earned);
+        let words = me.member_words;
+        let reward = task_cycle(me, experience(words, step, act_kept(words)), task_loaded(words));
+        save_task(words, reward.state);
+        keep_earned(words, reward.earned);
         earned += reward.earned;
     }
     return earned;

@@ -1,5 +1,5 @@
 use oneiro::arena::{Light, Obstacle};
-use oneiro::automode::{Behaviour, Condition, Machine, Modules, State, Transition};
+use oneiro::automode::{Behaviour, Condition, Machine, MachineState, Modules, Transition};
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::cpu::Cpu;
 use oneiro::differential::Build;
@@ -48,11 +48,11 @@ impl Life {
         let to = |condition| Transition { to: 0, condition };
         let machine = Machine {
             states: vec![
-                State {
+                MachineState {
                     behaviour: Behaviour::Exploration { turning: 10 },
                     transitions: vec![to(Condition::BlackFloor(0.9))],
                 },
-                State {
+                MachineState {
                     behaviour: Behaviour::Stop,
                     transitions: vec![to(Condition::BlackFloor(0.1))],
                 },
@@ -311,7 +311,7 @@ fn robots_with_machines_of_their_own_show_the_states_of_all() {
     if let Build::Differential(own) = &mut spec.robot.build {
         own.genomes = Genomes::Teams(vec![1, 0, 1]);
     }
-    let state = |behaviour, transitions| State { behaviour, transitions };
+    let state = |behaviour, transitions| MachineState { behaviour, transitions };
     let leave = Transition {
         to: 0,
         condition: Condition::FixedProbability(0.5),
