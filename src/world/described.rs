@@ -6,7 +6,7 @@ use crate::parameter::{self, Choice, Choices, Datum, Invalid};
 use crate::world::arena::{self, Arena, Light, Patch};
 use crate::world::body::Body;
 use crate::world::reference::{self, Model, Reference};
-use crate::world::sensors::{Response, Sensor, SensorKind};
+use crate::world::sensors::{Around, Response, Sensor};
 use crate::world::surrogate::{Mounting, Object, Surrogate};
 use crate::world::tables::SensorTables;
 
@@ -299,14 +299,7 @@ impl Described {
         let drive = [change, inverse(change), cycles, inverse(cycles)];
         let sensor = |(index, sensor): (usize, &Sensor)| {
             let mounting = surrogate.map_or(Mounting::TRUE, |surrogate| surrogate.mounting(index, sensor.kind));
-            let range = sensor.range.unwrap_or(1.0);
-            let [range, share] = match sensor.kind {
-                SensorKind::Distance | SensorKind::Proximity | SensorKind::Sight => [range, 1.0 / range],
-                SensorKind::Bumper => [range, 0.5 * sensor.width.unwrap_or(0.5)],
-                SensorKind::Light => [f32::from(sensor.law.unwrap_or_default() as u8), 1.0 / range],
-                SensorKind::Ground | SensorKind::Battery => [0.0, 0.0],
-                SensorKind::Sampled => [tables.reach(), 0.0],
-            };
+            let [range, share] = (sensor.kind.entry().numbers)(sensor, tables.reach());
             [
                 [
                     sensor.heading + mounting.heading,
@@ -431,16 +424,12 @@ impl Described {
     /// surrogate may see farther.
     pub(crate) fn reach(&self, body_radius: f32, tables: &SensorTables, is_surrogate: bool) -> f32 {
         let farther = if is_surrogate { FARTHER } else { 1.0 };
-        let reach = |sensor: &Sensor| {
-            let range = sensor.range.unwrap_or(0.0);
-            match sensor.kind {
-                SensorKind::Distance | SensorKind::Sight => sensor.offset.unwrap_or(body_radius) + range,
-                SensorKind::Proximity => sensor.offset.unwrap_or(body_radius) + farther * range,
-                SensorKind::Bumper => body_radius + range,
-                SensorKind::Sampled => body_radius + tables.reach(),
-                SensorKind::Light | SensorKind::Ground | SensorKind::Battery => 0.0,
-            }
+        let around = Around {
+            body_radius,
+            farther,
+            tables: tables.reach(),
         };
+        let reach = |sensor: &Sensor| (sensor.kind.entry().reach)(sensor, &around);
         let of_model = if self.model().is_some() {
             reference::RAY_END
         } else {

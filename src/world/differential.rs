@@ -2,13 +2,15 @@
 //! sampled.
 
 use crate::genes::PREVIOUS;
-use crate::parameter::{Invalid, field_of_pairs, length};
+use crate::parameter::{Choice, Invalid, field_of_pairs, length};
 use crate::world::arena::Arena;
 use crate::world::body::{Body, Collision};
 use crate::world::described::{Battery, Described, Drive, Together, Wheels};
 pub use crate::world::described::{Contact, GREATEST_MEMBERS, Genomes, WheelNoise};
 use crate::world::reference::{Model, Reference};
-pub use crate::world::sensors::{GREATEST_POINTS, Law, Response, Sensor, SensorKind};
+pub use crate::world::sensors::{
+    BUMPER_WIDTH, Counterpart, Entry, Feature, GREATEST_POINTS, Law, Mark, Response, Scale, Sensor, SensorKind,
+};
 use crate::world::tables::{self, SensorTables};
 
 /// A robot on two wheels. An output of 0 commands full speed backwards, 1 full speed forwards, and each cycle is an arc; or its
@@ -168,8 +170,9 @@ impl Differential {
             let checked = if is_taken || PREVIOUS.contains(&&**name) {
                 let problem = format!("is `{name}`; allowed: a name that no other reading has");
                 Err(Invalid::new("name", problem))
-            } else if *kind == SensorKind::Battery && self.battery.is_none() {
-                Err(Invalid::new("kind", "is battery; allowed: only with robot.battery_s"))
+            } else if kind.entry().has(Feature::ReadsBattery) && self.battery.is_none() {
+                let problem = format!("is {}; allowed: only with robot.battery_s", kind.word());
+                Err(Invalid::new("kind", problem))
             } else {
                 sensor.check().and_then(|()| self.check_column(index, &columns, tables))
             };
@@ -236,14 +239,19 @@ impl Differential {
     /// Checks what only swarms have, and what they can't have.
     fn check_members(&self, drive: &Drive, body: &Body<'_>) -> Result<Option<Together>, Invalid> {
         const ALONE: &str = "allowed: only without robot.count";
-        let sight = self.sensors.iter().position(|sensor| sensor.kind == SensorKind::Sight);
+        let reads_robots = |sensor: &Sensor| sensor.kind.entry().has(Feature::ReadsRobots);
+        let sight = self.sensors.iter().position(reads_robots);
         let Some(count) = self.count else {
-            let sight = sight.map(|index| (format!("robot.sensors[{index}].kind"), "is sight"));
+            let sight = sight.map(|index| {
+                let what = format!("is {}", self.sensors[index].kind.word());
+                (format!("robot.sensors[{index}].kind"), what)
+            });
+            let is_given = || "is given".to_owned();
             let differ = self.genomes != Genomes::Homogeneous;
-            let genomes = differ.then(|| ("robot.genomes".to_owned(), "is given"));
-            let contact = self.contact.map(|_| ("robot.contact".to_owned(), "is given"));
-            let starts = self.starts.as_ref().map(|_| ("robot.starts_mm".to_owned(), "is given"));
-            let model = self.model.map(|_| ("robot.model".to_owned(), "is given"));
+            let genomes = differ.then(|| ("robot.genomes".to_owned(), is_given()));
+            let contact = self.contact.map(|_| ("robot.contact".to_owned(), is_given()));
+            let starts = self.starts.as_ref().map(|_| ("robot.starts_mm".to_owned(), is_given()));
+            let model = self.model.map(|_| ("robot.model".to_owned(), is_given()));
             return match sight.or(genomes).or(contact).or(starts).or(model) {
                 Some((key, what)) => Err(Invalid::new(key, format!("{what}; allowed: only with robot.count"))),
                 None => Ok(None),

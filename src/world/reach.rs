@@ -10,7 +10,7 @@ use crate::world::arena::Field;
 use crate::world::check::farthest;
 use crate::world::pack::{objects, patch, shapes, squared_distance, touches};
 use crate::world::physics::Physics;
-use crate::world::sensors::SensorKind;
+use crate::world::sensors::Feature;
 use crate::world::spec::{Start, WorldSpec};
 
 /// Points along the longest side of the grid: a hundredth of a second for a few dozen objects.
@@ -144,7 +144,7 @@ fn things(spec: &WorldSpec, physics: &Physics) -> Vec<Thing> {
         .map(|(key, shape)| (key, shape, shape.reach_squared.sqrt()))
         .collect();
     let sensors = physics.described().map_or(&[][..], |robot| &robot.sensors).iter();
-    let ground = sensors.filter(|sensor| sensor.kind == SensorKind::Ground);
+    let ground = sensors.filter(|sensor| sensor.kind.entry().has(Feature::ReadsFloor));
     let offset = ground.map(|sensor| sensor.offset.unwrap_or(spec.robot.body_radius));
     let offset = offset.fold(0.0, f32::max);
     things.extend(arena.patches.iter().enumerate().map(|(index, patch_of_floor)| {

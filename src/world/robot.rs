@@ -8,7 +8,7 @@ use crate::parts::compose::sampled_fields;
 use crate::world::body::{Body, Collision};
 use crate::world::differential::Differential;
 use crate::world::forager::Forager;
-use crate::world::sensors::{Sensor, SensorKind};
+use crate::world::sensors::{Feature, Sensor};
 use crate::world::surrogate::Difference;
 use crate::world::tables::{MotorStates, MotorTable, SENSOR_NAMES, SensorTables};
 
@@ -89,12 +89,15 @@ impl Robot {
         let Some(robot) = self.build.described() else {
             return true;
         };
-        let has = |is_such: &dyn Fn(SensorKind) -> bool| robot.sensors.iter().any(|sensor| is_such(sensor.kind));
+        let has = |feature| robot.sensors.iter().any(|sensor| sensor.kind.entry().has(feature));
         match difference {
-            Difference::Geometry => has(&|kind| kind.is_analogue() && kind != SensorKind::Sampled),
-            Difference::Reflectivity => has(&|kind| matches!(kind, SensorKind::Proximity | SensorKind::Ground)),
-            Difference::Illumination => has(&SensorKind::sees_light),
-            Difference::ReadNoise => has(&SensorKind::is_analogue),
+            Difference::Geometry => robot
+                .sensors
+                .iter()
+                .any(|sensor| sensor.kind.entry().mounting.is_some()),
+            Difference::Reflectivity => has(Feature::SeesSurfaces),
+            Difference::Illumination => has(Feature::SeesLight),
+            Difference::ReadNoise => has(Feature::Analogue),
             Difference::Latency | Difference::MotorLag | Difference::Wheels => true,
             Difference::Arcs => robot.sampled_motors && robot.turn_before_move != Some(0.5),
             Difference::Slip => matches!(self.collision, Collision::Undo | Collision::KeepTurn),

@@ -1,6 +1,48 @@
-//! The sensors of a parametric robot.
+//! The sensors of a parametric robot: each kind is a file in the folder `sensors/` and a line of the registry, and its reading a function
+//! of `shaders/wgsl/sensor/kinds.wgsl`.
+
+mod battery;
+mod bumper;
+mod ground;
+mod kind;
+mod light;
+mod ray;
+mod sampled;
+mod sight;
+mod text;
 
 use crate::parameter::{Choice, Choices, Invalid, field_of_pairs, is_identifier, number, only_where};
+use kind::kinds;
+pub use kind::{Counterpart, Entry, Feature, Mark, Scale};
+pub use light::Law;
+
+pub use bumper::WIDTH as BUMPER_WIDTH;
+pub(crate) use bumper::of_an_object as of_bumpers;
+pub(crate) use kind::Around;
+pub(crate) use ray::of_an_object as of_rays;
+pub(crate) use sampled::Planes;
+pub(crate) use text::{Each, Text};
+
+// The registry, in the order of documents and messages.
+kinds! {
+    /// Distance to the nearest object along a ray, as a share of the range: 1 if nothing is in range.
+    Distance: ray::DISTANCE;
+    /// One minus that: 0 if nothing is in range.
+    Proximity: ray::PROXIMITY;
+    /// 1 while something is as near as the range within its width, else 0.
+    Bumper: bumper::ENTRY;
+    /// Sum of the brightness of all lights that no object hides, each by its distance and direction, at most 1. A light at a
+    /// quarter turn or more adds nothing.
+    Light: light::ENTRY;
+    /// Grey of the floor below it.
+    Ground: ground::ENTRY;
+    /// Charge of the robot's battery, from 1 for full to 0 for empty.
+    Battery: battery::ENTRY;
+    /// What was sampled: a column of [`Robot::sensors`](crate::world::Robot::sensors).
+    Sampled: sampled::ENTRY;
+    /// 1 if what a ray meets first, within its range, is another robot, else 0.
+    Sight: sight::ENTRY;
+}
 
 /// A sensor.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,110 +91,18 @@ impl Default for Sensor {
     }
 }
 
-/// What a sensor measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SensorKind {
-    /// Distance to the nearest object along a ray, as a fraction of the range: 1 if nothing is in range.
-    Distance,
-    /// One minus that: 0 if nothing is in range.
-    Proximity,
-    /// 1 while something is as near as the range within its width, else 0.
-    Bumper,
-    /// Sum of the brightness of all lights that no object hides, each by its distance and direction, at most 1. A light at a
-    /// quarter turn or more adds nothing.
-    Light,
-    /// Grey of the floor below it.
-    Ground,
-    /// Charge of the robot's battery, from 1 for full to 0 for empty.
-    Battery,
-    /// What was sampled: a column of [`Robot::sensors`](crate::world::Robot::sensors).
-    Sampled,
-    /// 1 if what a ray meets first, within its range, is another robot, else 0.
-    Sight,
-}
-
-impl SensorKind {
-    /// Whether it reads numbers between 0 and 1 off something outside of the robot.
-    pub(crate) fn is_analogue(self) -> bool {
-        !matches!(self, Self::Bumper | Self::Battery | Self::Sight)
-    }
-
-    /// Whether the light of the surroundings is in its readings.
-    pub(crate) fn sees_light(self) -> bool {
-        matches!(self, Self::Proximity | Self::Light | Self::Sampled)
-    }
-}
-
-/// How the brightness of a light falls with its distance in ranges, `d`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Law {
-    /// `1 - d`, and 0 from the range on.
-    #[default]
-    Linear,
-    /// `exp(-d)`.
-    Exponential,
-    /// `1 / (1 + d^2)`.
-    InverseSquare,
-}
-
-impl Choice for Law {
-    const CHOICES: Choices<Self> = &[
-        ("linear", Self::Linear, "1 - d, and 0 from the range on"),
-        ("exponential", Self::Exponential, "exp(-d)"),
-        ("inverse_square", Self::InverseSquare, "1 / (1 + d^2)"),
-    ];
-}
-
-impl Choice for SensorKind {
-    const CHOICES: Choices<Self> = &[
-        (
-            "distance",
-            Self::Distance,
-            "distance to the nearest object along a ray, as a fraction of the range: 1 if there is none",
-        ),
-        ("proximity", Self::Proximity, "one minus that: 0 if there is none"),
-        (
-            "bumper",
-            Self::Bumper,
-            "1 while an object is within its range and its width, else 0",
-        ),
-        (
-            "light",
-            Self::Light,
-            "the brightness of all lights that no object hides, by their distance and direction",
-        ),
-        (
-            "ground",
-            Self::Ground,
-            "grey of the floor below it, from 0 for black to 1 for white",
-        ),
-        (
-            "battery",
-            Self::Battery,
-            "charge of the battery, from 1 for full to 0 for empty",
-        ),
-        ("sampled", Self::Sampled, "a column of the robot's tables of samples"),
-        (
-            "sight",
-            Self::Sight,
-            "1 if what a ray meets first is another robot, else 0",
-        ),
-    ];
-}
-
 field_of_pairs!(Response);
 
 impl Sensor {
     /// Checks conditions that involve several of its values; errors have keys without the sensor's place.
     pub(crate) fn check(&self) -> Result<(), Invalid> {
-        use SensorKind::{Battery, Bumper, Distance, Ground, Light, Proximity, Sampled, Sight};
         let Self { name, kind, .. } = self;
         if !is_identifier(name) {
             let allowed = "letters from a to z, digits and _, a letter first";
             return Err(Invalid::new("name", format!("is `{name}`; allowed: {allowed}")));
         }
-        let has_range = !matches!(kind, Ground | Battery | Sampled);
-        if has_range && self.range.is_none() {
+        let has = |key: &str| kind.entry().keys.contains(&key);
+        if has("range_mm") && self.range.is_none() {
             let problem = format!(
                 "lacks `range_mm`; allowed: the range of the {} sensor in mm",
                 kind.word()
@@ -162,23 +112,16 @@ impl Sensor {
         only_where(
             format_args!("kind = \"{}\"", kind.word()),
             &[
-                ("heading_turns", self.heading != 0.0, !matches!(kind, Battery | Sampled)),
-                (
-                    "bearing_turns",
-                    self.bearing.is_some(),
-                    matches!(kind, Distance | Proximity | Light),
-                ),
-                ("range_mm", self.range.is_some(), has_range),
-                (
-                    "offset_mm",
-                    self.offset.is_some(),
-                    !matches!(kind, Bumper | Battery | Sampled | Sight),
-                ),
-                ("width_turns", self.width.is_some(), *kind == Bumper),
-                ("law", self.law.is_some(), *kind == Light),
-                ("response", self.response.is_some(), *kind == Proximity),
-                ("column", self.column.is_some(), *kind == Sampled),
-            ],
+                ("heading_turns", self.heading != 0.0),
+                ("bearing_turns", self.bearing.is_some()),
+                ("range_mm", self.range.is_some()),
+                ("offset_mm", self.offset.is_some()),
+                ("width_turns", self.width.is_some()),
+                ("law", self.law.is_some()),
+                ("response", self.response.is_some()),
+                ("column", self.column.is_some()),
+            ]
+            .map(|(key, is_given)| (key, is_given, has(key))),
         )?;
         match &self.response {
             Some(response) => response.check(self.range.unwrap_or(0.0)),

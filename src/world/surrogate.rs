@@ -422,25 +422,10 @@ impl Surrogate {
         let [sight, .., aside] = units(self.surroundings.seed, Source::Sensor, index);
         let turns = difference * between(-ASIDE, ASIDE, aside) / 360.0;
         let stronger = 1.0 + difference * between(-STRONGER, STRONGER, sight);
-        match kind {
-            SensorKind::Distance => Mounting {
-                heading: in_kernel(turns),
-                strength: 1.0,
-            },
-            SensorKind::Proximity => Mounting {
-                heading: in_kernel(turns),
-                strength: in_kernel(1.0 / stronger),
-            },
-            SensorKind::Light => Mounting {
-                heading: in_kernel(turns),
-                strength: in_kernel(stronger),
-            },
-            SensorKind::Ground => Mounting {
-                heading: 0.0,
-                strength: in_kernel(stronger),
-            },
-            SensorKind::Bumper | SensorKind::Battery | SensorKind::Sampled | SensorKind::Sight => Mounting::TRUE,
-        }
+        kind.entry().mounting.map_or(Mounting::TRUE, |mounting| {
+            let [heading, strength] = mounting(turns, stronger).map(in_kernel);
+            Mounting { heading, strength }
+        })
     }
 
     /// Differences of a parametric robot as a whole, for the kernel. `track` is the distance between its wheels, mm, if it is known.

@@ -4,12 +4,11 @@ use std::fmt::Write;
 
 use oneiro_shader_compiler::declarations::is_reserved;
 
-use crate::genes::SENSORS;
 use crate::parameter::Invalid;
 use crate::world::arena::{Arena, Patch};
 use crate::world::described::{Battery, Described, Drive, GREATEST_MEMBERS, Genomes, Together, WheelNoise};
 use crate::world::reference::Reference;
-use crate::world::sensors::{Sensor, SensorKind};
+use crate::world::sensors::{Each, Feature, Planes, Sensor, Text, of_bumpers, of_rays};
 use crate::world::spec::WorldSpec;
 use crate::world::tables::SensorTables;
 
@@ -169,95 +168,7 @@ fn response_cells(robot: &Described, arena: &Arena, sensor: &Sensor) -> Option<[
     Some([first + before, response.0.len()])
 }
 
-/// The planes of eight sensors that a parametric robot's tables have, and those of them that its sensors read.
-struct Planes {
-    count: usize,
-    read: Vec<usize>,
-}
-
-impl Planes {
-    fn new(robot: &Described, tables: &SensorTables) -> Self {
-        let mut read: Vec<_> = robot
-            .columns
-            .iter()
-            .flatten()
-            .map(|column| *column as usize / SENSORS)
-            .collect();
-        read.sort_unstable();
-        read.dedup();
-        Self {
-            count: (tables.sensors() as usize).div_ceil(SENSORS),
-            read,
-        }
-    }
-
-    /// What comes before the loop over objects: the sums of readings.
-    fn sums(&self) -> String {
-        let sum = |plane: &usize| format!("    var sums{plane} = vec4<u32>(0u);\n");
-        let sums: String = self.read.iter().map(sum).collect();
-        format!("    var seen = Sighted();\n    let plane = worlds[world].rows * worlds[world].bearings;\n{sums}")
-    }
-
-    /// The code for each object: as in `sensor/sampled.wgsl`, one object of each layer is looked up. `sensor` is a sampled one.
-    fn of_an_object(&self, sensor: usize) -> String {
-        let sum = |plane: &usize| {
-            let table = format!("seen.table + {plane}u * plane");
-            format!("                sums{plane} += sampled(world, pose.z, seen.to, seen.contact, {table});\n")
-        };
-        let sums: String = self.read.iter().map(sum).collect();
-        format!(
-            "        let next = sighted(world, shape, pose, at, s{sensor}.range);
-        if (next.in_reach) {{
-            seen = next;
-        }}
-        if (shapes[shape].ends_layer != 0u) {{
-            if (seen.in_reach) {{
-{sums}            }}
-            seen.in_reach = false;
-        }}
-"
-        )
-    }
-
-    /// The reading of a column.
-    fn reading(column: usize) -> String {
-        let (plane, sensor) = (column / SENSORS, column % SENSORS);
-        let word = format!("sums{plane}.{}", ["x", "y", "z", "w"][sensor / 2]);
-        let sum = if sensor % 2 == 0 {
-            format!("{word} & 0xffffu")
-        } else {
-            format!("{word} >> 16u")
-        };
-        format!("activation({sum}, worlds[world].reading_scale)")
-    }
-}
-
-/// How far an object leaves rays from the body's centre free. Common values of the rays of one kind of object are computed once.
-fn of_rays(rays: &[usize]) -> String {
-    if rays.is_empty() {
-        return String::new();
-    }
-    let meet = |kind: &str| {
-        let ray = |index: &usize| {
-            format!(
-                "                free{index} = min(free{index}, ray_to_{kind}(shape, at, ahead{index}, free{index}));\n"
-            )
-        };
-        rays.iter().map(ray).collect::<String>()
-    };
-    format!(
-        "            if (shapes[shape].kind == ROUND) {{
-{}            }} else if (shapes[shape].kind == BLOCK) {{
-{}            }} else {{
-{}            }}
-",
-        meet("round"),
-        meet("block"),
-        meet("wall"),
-    )
-}
-
-/// The readings of a parametric robot, instead of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
+/// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
 /// differ from the description.
 fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individual: bool) -> String {
     let (all, listed) = (robot.readings(), robot.sensors.len());
@@ -281,143 +192,56 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
         format!("        noisy.{name} = clamp(readings.{name} + {noise}, 0.0f, 1.0f);\n")
     });
     // One loop over all objects serves all sensors that measure objects.
-    let (mut numbers, mut objects, mut readings) = (String::new(), String::new(), String::new());
-    let (mut rays, mut bumpers, mut widest) = (Vec::new(), String::new(), "0.0f".to_owned());
-    // For each other robot of a swarm.
-    let (mut others, mut pressing) = (String::new(), String::new());
-    let (mut read, mut highest) = (String::new(), "0.0f".to_owned());
+    let mut text = Text {
+        widest: "0.0f".to_owned(),
+        ..Text::default()
+    };
+    let (mut read, mut highest, mut readings) = (String::new(), "0.0f".to_owned(), String::new());
     if is_individual {
-        numbers += "    let gain = illumination(world, at);\n";
+        text.numbers += "    let gain = illumination(world, at);\n";
     }
-    // How strong a sensor of an individual is.
-    let strength = |cell: usize| format!("numbers(world, {}u).y", cell + 1);
-    let (columns, planes) = (&robot.columns, Planes::new(robot, tables));
+    let (columns, planes) = (&robot.columns, Planes::new(tables.sensors(), &robot.columns));
     for (index, sensor) in robot.sensors.iter().enumerate() {
-        let cell = FIRST_SENSOR + 2 * index;
-        let _ = writeln!(numbers, "    let s{index} = sensor_of(world, {cell}u);");
-        let _ = writeln!(numbers, "    let looks{index} = pose.z + s{index}.heading;");
-        let sensor_and_direction = format!("s{index}, looks{index}");
-        let bearing = match sensor.bearing {
-            Some(_) => format!("pose.z + numbers(world, {}u).x", cell + 1),
-            None => format!("looks{index}"),
+        let (kind, name) = (sensor.kind.entry(), &sensor.name);
+        let each = Each {
+            sensor,
+            index,
+            cell: FIRST_SENSOR + 2 * index,
+            response: response_cells(robot, arena, sensor),
+            column: columns[index].unwrap_or(0) as usize,
+            is_individual,
         };
-        let outward = format!("cosine_sine({bearing})");
-        let place = format!("at + s{index}.offset * {outward}");
-        let reading = match sensor.kind {
-            SensorKind::Distance | SensorKind::Proximity => {
-                let _ = writeln!(numbers, "    let ahead{index} = cosine_sine(looks{index});");
-                let seems = is_individual && sensor.kind == SensorKind::Proximity;
-                let ray = if seems {
-                    let _ = writeln!(numbers, "    let far{index} = with_farther_sight(s{index});");
-                    let _ = writeln!(numbers, "    var seeming{index} = 1.0f;");
-                    format!("far{index}")
-                } else {
-                    format!("s{index}")
-                };
-                let _ = writeln!(numbers, "    var free{index} = {ray}.offset + {ray}.range;");
-                let is_at_centre = sensor.bearing.is_none();
-                let seen = if is_at_centre {
-                    format!("ray_to_body(to, ahead{index}, body_squared, free{index})")
-                } else {
-                    format!("body_from_place(to, outward{index}, ahead{index}, body_squared, {ray})")
-                };
-                let _ = writeln!(others, "            free{index} = min(free{index}, {seen});");
-                let nearest = if is_at_centre {
-                    format!("ray_to_shape(shape, at, ahead{index}, free{index})")
-                } else {
-                    let _ = writeln!(numbers, "    let outward{index} = {outward};");
-                    format!("free_from_place(shape, at, outward{index}, ahead{index}, {ray})")
-                };
-                let free = if seems {
-                    let _ = writeln!(objects, "            let here{index} = {nearest};");
-                    let _ = writeln!(
-                        objects,
-                        "            seeming{index} = select(seeming{index}, shapes[shape].reflectivity, here{index} < free{index});"
-                    );
-                    let _ = writeln!(objects, "            free{index} = min(free{index}, here{index});");
-                    let share = format!("seeming{index} * (seeming_share(gain) * {})", strength(cell));
-                    format!("seemingly_free(s{index}, free{index}, {share})")
-                } else {
-                    if is_at_centre {
-                        rays.push(index);
-                    } else {
-                        let _ = writeln!(objects, "            free{index} = min(free{index}, {nearest});");
-                    }
-                    format!("free{index}")
-                };
-                let share = format!("range_share(s{index}, {free})");
-                match (sensor.kind, response_cells(robot, arena, sensor)) {
-                    (_, Some([first, points])) => {
-                        format!("response_reading(world, s{index}, {free}, {first}u, {points}u)")
-                    }
-                    (SensorKind::Distance, None) => share,
-                    (_, None) => format!("1.0f - {share}"),
-                }
-            }
-            SensorKind::Sight => {
-                let _ = writeln!(numbers, "    let ahead{index} = cosine_sine(looks{index});");
-                let far = format!("s{index}.offset + s{index}.range");
-                let _ = writeln!(numbers, "    var free{index} = {far};\n    var seen{index} = {far};");
-                let _ = writeln!(
-                    others,
-                    "            seen{index} = min(seen{index}, ray_to_body(to, ahead{index}, body_squared, seen{index}));"
-                );
-                rays.push(index);
-                format!("select(0.0f, 1.0f, seen{index} < free{index})")
-            }
-            SensorKind::Bumper => {
-                let _ = writeln!(
-                    pressing,
-                    "                pressed{index} = max(pressed{index}, bumper_on(2.0f * members.body, squared, bearing, {sensor_and_direction}));"
-                );
-                let _ = writeln!(numbers, "    var pressed{index} = 0.0f;");
-                let pressed =
-                    format!("max(pressed{index}, bumper_at(shape, squared, bearing, {sensor_and_direction}))");
-                let _ = writeln!(bumpers, "                pressed{index} = {pressed};");
-                widest = format!("max({widest}, s{index}.range)");
-                format!("pressed{index}")
-            }
-            SensorKind::Light if is_individual => {
-                let more = format!("gain * {}", strength(cell));
-                format!("min(flushed(light_reading(world, {place}, {sensor_and_direction}) * ({more})), 1.0f)")
-            }
-            SensorKind::Light => format!("light_reading(world, {place}, {sensor_and_direction})"),
-            SensorKind::Ground if is_individual => {
-                format!("min(ground_reading(world, {place}) * {}, 1.0f)", strength(cell))
-            }
-            SensorKind::Ground => format!("ground_reading(world, {place})"),
-            SensorKind::Battery => "battery_reading(world, robot.used)".to_owned(),
-            SensorKind::Sampled => Planes::reading(columns[index].unwrap_or(0) as usize),
-        };
-        if is_individual && sensor.kind.is_analogue() {
-            let ambient = if sensor.kind.sees_light() {
-                "cell.ambient"
+        let _ = writeln!(text.numbers, "    let s{index} = sensor_of(world, {}u);", each.cell);
+        let _ = writeln!(text.numbers, "    let looks{index} = pose.z + s{index}.heading;");
+        let reading = (kind.write)(&mut text, &each);
+        if is_individual && kind.has(Feature::Analogue) {
+            let ambient = if kind.has(Feature::SeesLight) {
+                "own.ambient"
             } else {
                 "0.0f"
             };
             let word = format!("w{}.{}", index / 4, ["x", "y", "z", "w"][index % 4]);
-            let name = &sensor.name;
             let _ = writeln!(
                 read,
                 "    read.{name} = read_with_noise(cell, readings.{name}, {ambient}, {word});"
             );
         }
-        if matches!(sensor.kind, SensorKind::Proximity | SensorKind::Sampled) {
-            highest = format!("max({highest}, r.{})", sensor.name);
+        if kind.has(Feature::SeesNearness) {
+            highest = format!("max({highest}, r.{name})");
         }
         let _ = writeln!(readings, "        {reading},");
     }
+    let Text {
+        mut numbers,
+        mut objects,
+        bumpers,
+        rays,
+        others,
+        pressing,
+        widest,
+    } = text;
     objects += &of_rays(&rays);
-    if !bumpers.is_empty() {
-        let _ = write!(
-            objects,
-            "            let near = shapes[shape].contact + {widest};
-            if (squared < near * near) {{
-                let bearing = direction(to);
-{bumpers}            }}
-"
-        );
-    }
+    objects += &of_bumpers(&bumpers, &widest);
     if !objects.is_empty() {
         objects = format!(
             "        let to = toward(shape, at);

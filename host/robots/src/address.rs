@@ -8,6 +8,10 @@ use std::num::IntErrorKind;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
+use super::driver::protocols;
+pub use super::driver::{Protocol, forms};
+use super::link::{Port, Transport};
+
 /// Where a robot is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
@@ -19,61 +23,18 @@ pub enum Address {
 
 /// Where a real robot is, or an emulated one.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Wire {
-    /// A robot that says itself what it is: a Khepera, an e-puck or an e-puck2.
-    Plain(Transport),
-    /// `aseba:..`: a node of an Aseba network, such as a Thymio II. `tcp:` after it may be left out.
-    Aseba {
-        /// What leads to the network.
-        transport: Transport,
-        /// The node's number; none if there is only one that can drive.
-        node: Option<u16>,
-    },
+pub struct Wire {
+    /// What the robot speaks, if it does not say itself what it is. `tcp:` after it may be left out.
+    pub protocol: Option<&'static Protocol>,
+    /// What leads to it.
+    pub transport: Transport,
+    /// Its number in a network, if there are several.
+    pub node: Option<u16>,
 }
-
-/// What carries the bytes.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Transport {
-    /// `serial:PATH` or `serial:PATH@BAUD`: a serial port, USB or Bluetooth (RFCOMM) included.
-    Serial {
-        /// The port's path or name, such as `/dev/ttyUSB0` or `COM3`.
-        path: String,
-        /// Bits per second; none if it has to be found out or does not matter.
-        baud: Option<u32>,
-    },
-    /// `tcp:HOST:PORT`
-    Tcp {
-        /// A name or an address; IPv6 in brackets.
-        host: String,
-        /// The port.
-        port: u16,
-    },
-}
-
-/// Forms of the address of a robot at the end of a link, and the robots that have it.
-pub const FORMS: [(&str, &str); 5] = [
-    (
-        "serial:PATH",
-        "Khepera, e-puck or e-puck2 at a serial port, USB or Bluetooth",
-    ),
-    ("serial:PATH@BAUD", "the same, if it is slow to find"),
-    (
-        "tcp:HOST:PORT",
-        "e-puck2 over Wi-Fi (port 1000), or a serial port that a server passes on",
-    ),
-    (
-        "aseba:serial:PATH",
-        "Thymio II over USB or its radio dongle; #NODE after the path if there are several",
-    ),
-    (
-        "aseba:HOST:PORT",
-        "Thymio II behind an Aseba switch, or Aseba's simulator (port 33333); #NODE likewise",
-    ),
-];
 
 /// All forms, for messages.
-pub fn forms() -> String {
-    FORMS.map(|(form, _)| form).join(", ") + ", the last two also with #NODE"
+fn allowed() -> String {
+    forms().into_iter().map(|[form, _]| form).collect::<Vec<_>>().join(", ")
 }
 
 const BAUD_RATES: RangeInclusive<u32> = 300..=4_000_000;
@@ -97,7 +58,7 @@ impl FromStr for Address {
         let parsed = if let Some((SURROGATE, seed)) = text.split_once(':') {
             number(seed, "seed", &(0..=u64::MAX)).map(Self::Surrogate)
         } else {
-            let allowed = format!("{}, or {SURROGATE}:SEED for a simulated Khepera", forms());
+            let allowed = format!("{}, or {SURROGATE}:SEED for a simulated Khepera", allowed());
             wire(text, &allowed).map(Self::Wire)
         };
         parsed.map_err(|problem| Invalid::of(text, problem))
@@ -110,10 +71,33 @@ impl FromStr for Wire {
     /// Parses the address of a robot that has a link.
     fn from_str(text: &str) -> Result<Self, Invalid> {
         let parsed = match text.split_once(':') {
-            Some((SURROGATE, _)) => Err(format!("a surrogate has no link; allowed: {}", forms())),
-            _ => wire(text, &forms()),
+            Some((SURROGATE, _)) => Err(format!("a surrogate has no link; allowed: {}", allowed())),
+            _ => wire(text, &allowed()),
         };
         parsed.map_err(|problem| Invalid::of(text, problem))
+    }
+}
+
+impl Wire {
+    /// Where a robot is that says itself what it is.
+    pub fn plain(transport: Transport) -> Self {
+        Self {
+            protocol: None,
+            transport,
+            node: None,
+        }
+    }
+
+    /// Where a robot at a serial port is.
+    pub fn at(port: &Port) -> Self {
+        let is_from = |vendor: u16| protocols().find(|protocol| protocol.usb_vendors.contains(&vendor));
+        Self {
+            protocol: port.vendor.and_then(is_from),
+            ..Self::plain(Transport::Serial {
+                path: port.path.clone(),
+                baud: None,
+            })
+        }
     }
 }
 
@@ -128,17 +112,26 @@ impl Invalid {
     /// Whether it doesn't even begin as an address does.
     pub fn is_no_address(&self) -> bool {
         let scheme = self.address.split_once(':').map(|(scheme, _)| scheme);
-        scheme.is_none_or(|scheme| ![SURROGATE, "serial", "tcp", "aseba"].contains(&scheme))
+        scheme.is_none_or(|scheme| ![SURROGATE, "serial", "tcp"].contains(&scheme) && named(scheme).is_none())
     }
+}
+
+/// The protocol whose addresses begin so.
+fn named(scheme: &str) -> Option<&'static Protocol> {
+    protocols().find(|protocol| protocol.name == scheme)
 }
 
 /// Parses the address of a robot that has a link; `allowed` are the forms that the caller takes.
 fn wire(text: &str, allowed: &str) -> Result<Wire, String> {
     match text.split_once(':') {
-        Some(("serial", port)) => serial(port).map(Wire::Plain),
-        Some(("tcp", place)) => tcp(place).map(Wire::Plain),
-        Some(("aseba", place)) => aseba(place),
+        Some(("serial", port)) => serial(port).map(Wire::plain),
+        Some(("tcp", place)) => tcp(place).map(Wire::plain),
         scheme => {
+            if let Some((scheme, place)) = scheme
+                && let Some(protocol) = named(scheme)
+            {
+                return spoken(protocol, place);
+            }
             let problem = match scheme {
                 Some((scheme, _)) => format!("`{scheme}` is no way to reach a robot"),
                 None => "does not say how to reach it".to_owned(),
@@ -165,7 +158,8 @@ fn meant(text: &str) -> Option<String> {
     (is_host && port.parse::<u16>().is_ok()).then(|| format!("tcp:{text}"))
 }
 
-fn aseba(text: &str) -> Result<Wire, String> {
+/// Parses what follows a protocol's name.
+fn spoken(protocol: &'static Protocol, text: &str) -> Result<Wire, String> {
     let (place, node) = match text.rsplit_once('#') {
         Some((place, node)) => (place, Some(number(node, "node", &(1..=u64::from(u16::MAX)))? as u16)),
         None => (text, None),
@@ -174,7 +168,11 @@ fn aseba(text: &str) -> Result<Wire, String> {
         Some(port) => serial(port)?,
         None => tcp(place.strip_prefix("tcp:").unwrap_or(place))?,
     };
-    Ok(Wire::Aseba { transport, node })
+    Ok(Wire {
+        protocol: Some(protocol),
+        transport,
+        node,
+    })
 }
 
 fn serial(text: &str) -> Result<Transport, String> {
@@ -236,28 +234,15 @@ impl fmt::Display for Address {
 
 impl fmt::Display for Wire {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Plain(transport) => transport.fmt(f),
-            Self::Aseba { transport, node } => {
-                let transport = transport.to_string();
-                // A host may have a name that would be taken for a scheme.
-                let is_plain = |place: &&str| !["serial:", "tcp:"].iter().any(|scheme| place.starts_with(scheme));
-                let place = transport.strip_prefix("tcp:").filter(is_plain);
-                write!(f, "aseba:{}", place.unwrap_or(&transport))?;
-                node.map_or(Ok(()), |node| write!(f, "#{node}"))
-            }
-        }
-    }
-}
-
-impl fmt::Display for Transport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Serial { path, baud: Some(baud) } => write!(f, "serial:{path}@{baud}"),
-            Self::Serial { path, baud: None } => write!(f, "serial:{path}"),
-            Self::Tcp { host, port } if host.contains(':') => write!(f, "tcp:[{host}]:{port}"),
-            Self::Tcp { host, port } => write!(f, "tcp:{host}:{port}"),
-        }
+        let transport = self.transport.to_string();
+        let Some(protocol) = self.protocol else {
+            return f.write_str(&transport);
+        };
+        // A host may have a name that would be taken for a scheme.
+        let is_plain = |place: &&str| !["serial:", "tcp:"].iter().any(|scheme| place.starts_with(scheme));
+        let place = transport.strip_prefix("tcp:").filter(is_plain);
+        write!(f, "{}:{}", protocol.name, place.unwrap_or(&transport))?;
+        self.node.map_or(Ok(()), |node| write!(f, "#{node}"))
     }
 }
 
@@ -286,7 +271,8 @@ mod tests {
         }
         assert_eq!(
             "aseba:serial:/dev/ttyACM0#2".parse::<Address>().unwrap(),
-            Address::Wire(Wire::Aseba {
+            Address::Wire(Wire {
+                protocol: named("aseba"),
                 transport: Transport::Serial {
                     path: "/dev/ttyACM0".into(),
                     baud: None
@@ -298,7 +284,7 @@ mod tests {
         assert_eq!(with_tcp, "aseba:localhost:33333#2".parse().unwrap());
         assert_eq!(
             "tcp:[::1]:33333".parse::<Address>().unwrap(),
-            Address::Wire(Wire::Plain(Transport::Tcp {
+            Address::Wire(Wire::plain(Transport::Tcp {
                 host: "::1".into(),
                 port: 33333
             }))

@@ -9,11 +9,24 @@
 
 use std::time::Duration;
 
+use super::driver::{Driver, Met, Reach};
 use super::error::{Error, Result};
 use super::link::Link;
 use super::talk::{self, Stepped, Talk, garbage, persistently};
 use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Unwrapped, Wheels, is_tilted};
 
+pub(super) const DRIVER: Driver = Driver {
+    robots: &["e-puck", "e-puck2"],
+    reach: Reach::Serial {
+        bauds: &talk::BAUD_RATES,
+        ask: |link| {
+            let mut robot = EPuck::new(link);
+            let begun = robot.begin();
+            let has_answered = robot.has_answered();
+            Met::of(robot, begun, has_answered, |robot| robot.talk.into_link())
+        },
+    },
+};
 /// In the lines that the robot sends when it starts, after a form feed and a bell.
 const BANNER: &str = "WELCOME to the SerCom protocol";
 /// Over a cable, or over a port that may be Bluetooth without the system reporting it: Bluetooth delays single answers by some
@@ -156,11 +169,6 @@ impl EPuck {
         }
     }
 
-    /// Gives the link back.
-    pub(crate) fn into_link(self) -> Box<dyn Link> {
-        self.talk.into_link()
-    }
-
     /// Stops what is there, makes sure that it is an e-puck, has the stop confirmed, and finds out what the firmware
     /// understands.
     ///
@@ -184,7 +192,7 @@ impl EPuck {
     }
 
     /// Whether an e-puck has answered, ever.
-    pub(crate) fn has_answered(&self) -> bool {
+    fn has_answered(&self) -> bool {
         !self.description.firmware.is_empty()
     }
 

@@ -10,12 +10,26 @@
 
 use std::time::Duration;
 
+use super::driver::{Driver, Met, Reach};
 use super::epuck::{self, ACCELERATION, DISTANCE, GROUND, LIGHT, LIGHTS, PROXIMITY, ROTATION, WHEELS};
 use super::error::{Error, Result};
 use super::link::{self, Link};
 use super::talk::garbage;
 use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Unwrapped, is_tilted};
 
+/// Before all others, since a stray byte would put the radio out of step with its commands.
+pub(super) const DRIVER: Driver = Driver {
+    robots: &["e-puck2 over Wi-Fi"],
+    reach: Reach::Tcp {
+        port: 1000,
+        ask: |link| {
+            let mut robot = EPuck2::new(link);
+            let begun = robot.begin();
+            let has_answered = robot.has_answered;
+            Met::of(robot, begun, has_answered, |robot| robot.link)
+        },
+    },
+};
 /// The radio pauses for 1 s after an error.
 const PATIENCE: Duration = Duration::from_millis(1500);
 const SEND: Duration = Duration::from_millis(200);
@@ -208,12 +222,9 @@ pub(crate) struct EPuck2 {
 }
 
 impl EPuck2 {
-    /// Sends the first command, a stop, and waits until the robot has obeyed. None if no e-puck2 answers.
-    ///
-    /// # Errors
-    /// An e-puck2 answers and does not stop, or the link fails.
-    pub(crate) fn connect(link: Box<dyn Link>) -> Result<Option<Self>> {
-        let mut robot = Self {
+    /// A robot at the end of a link, which is not asked yet.
+    pub(crate) fn new(link: Box<dyn Link>) -> Self {
+        Self {
             looked: link.now(),
             link,
             description: Description {
@@ -229,15 +240,14 @@ impl EPuck2 {
             blocks: 0,
             has_answered: false,
             steps: Unwrapped::default(),
-        };
-        match robot.begin() {
-            Ok(()) => Ok(Some(robot)),
-            Err(error) if error.may_pass() && !robot.has_answered => Ok(None),
-            Err(error) => Err(error),
         }
     }
 
-    fn begin(&mut self) -> Result {
+    /// Sends the first command, a stop, and waits until the robot has obeyed.
+    ///
+    /// # Errors
+    /// It has not, or the link fails.
+    pub(crate) fn begin(&mut self) -> Result {
         // 0x80 begins a command; 2 asks for the sensors; no other bit is ever set, since the radio would repeat it.
         self.command[0] = 0x80;
         self.command[1] = 2;

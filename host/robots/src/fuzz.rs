@@ -18,7 +18,7 @@ use super::recording::Recording;
 use super::recording::replay::Replay;
 use super::script::Random;
 use super::tracker::{Seen, lines};
-use super::{Kind, Robot, epuck, epuck2, recognise, thymio};
+use super::{Kind, Robot, driver, epuck, epuck2, identify, recognise, thymio};
 use crate::mutations::for_seeds;
 
 /// What a robot answers to bytes that it has heard at a time.
@@ -468,7 +468,7 @@ fn an_e_puck_may_send_anything() {
 
 #[test]
 fn an_e_puck2_on_wifi_may_send_anything() {
-    let open: Open = |link| Ok(epuck2::EPuck2::connect(link)?.map(|robot| Box::new(robot) as Box<dyn Robot>));
+    let open: Open = |link| identify(link, driver::at_tcp(&[&epuck2::DRIVER]));
     fuzzed(SEEDS, open, true, |_| wifi());
 }
 

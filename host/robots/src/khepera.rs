@@ -6,11 +6,24 @@
 use std::fmt::Write;
 use std::time::Duration;
 
+use super::driver::{Driver, Met, Reach};
 use super::error::{Error, Result};
 use super::link::Link;
 use super::talk::{self, Stepped, Talk, persistently};
 use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Unwrapped, Wheels};
 
+pub(super) const DRIVER: Driver = Driver {
+    robots: &["Khepera"],
+    reach: Reach::Serial {
+        bauds: &talk::BAUD_RATES,
+        ask: |link| {
+            let mut robot = Khepera::new(link);
+            let begun = robot.begin();
+            let has_answered = robot.has_answered();
+            Met::of(robot, begun, has_answered, |robot| robot.talk.into_link())
+        },
+    },
+};
 /// In the lines that the robot sends when it starts (K-Team, "Khepera II FAQ").
 const BANNER: &str = "ROM of minirobot KHEPERA";
 /// Over a cable. The longest answer takes 52 ms at 9600 baud, and Player's driver waits 100 ms.
@@ -234,7 +247,7 @@ impl Khepera {
     }
 
     /// Whether a Khepera has answered, ever.
-    pub(crate) fn has_answered(&self) -> bool {
+    fn has_answered(&self) -> bool {
         !self.description.firmware.is_empty()
     }
 

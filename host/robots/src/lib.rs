@@ -20,6 +20,7 @@
 
 pub mod address;
 mod aseba;
+mod driver;
 #[cfg(any(test, feature = "testing"))]
 #[cfg_attr(not(test), allow(dead_code, reason = "its own tests use the rest"))]
 pub mod emulated;
@@ -33,6 +34,8 @@ pub mod khepera;
 pub mod link;
 pub(crate) mod realtime;
 pub mod recording;
+#[cfg(test)]
+mod rover;
 #[cfg(any(test, feature = "testing"))]
 pub mod script;
 mod talk;
@@ -50,10 +53,11 @@ use std::time::Duration;
 
 use oneiro_base::exit::Failure;
 
-use address::{Transport, Wire};
+use address::Wire;
+use driver::{Ask, Driver, Met};
 use error::{Error, Result};
 use guard::Brake;
-use link::Link;
+use link::{Link, Transport};
 use recording::Recording;
 
 /// What a sensor measures.
@@ -380,8 +384,16 @@ impl<const BITS: u32> Unwrapped<BITS> {
     }
 }
 
-/// Baud rates that Kheperas and e-pucks use, the likeliest first.
-const BAUD_RATES: [u32; 5] = [115_200, 9600, 38_400, 19_200, 57_600];
+/// The registry, in the order in which robots are asked what they are. An e-puck comes before a Khepera: its `V` is unknown to a
+/// Khepera, but a Khepera's `B` would switch an e-puck's light off.
+const DRIVERS: &[&Driver] = &[
+    &epuck2::DRIVER,
+    &epuck::DRIVER,
+    &khepera::DRIVER,
+    &thymio::DRIVER,
+    #[cfg(test)]
+    &rover::DRIVER,
+];
 
 /// Connects to a robot, finds out what it is, and stops its wheels.
 ///
@@ -403,72 +415,78 @@ fn connect_braked(wire: &Wire, recording: Option<&Recording>, brake: &Brake) -> 
             None => link,
         })
     };
-    let transport = match wire {
-        Wire::Aseba { transport, node } => return Ok(Box::new(thymio::Thymio::connect(open(transport)?, *node)?)),
-        Wire::Plain(transport) => transport,
-    };
-    let (robots, transports) = match transport {
-        Transport::Tcp { .. } => {
-            // First, since a stray byte would put the e-puck2's radio out of step with its commands.
-            if let Some(robot) = epuck2::EPuck2::connect(open(transport)?)? {
-                return Ok(Box::new(robot));
+    let Wire {
+        protocol,
+        transport,
+        node,
+    } = wire;
+    if let Some(protocol) = protocol {
+        return (protocol.connect)(open(transport)?, *node);
+    }
+    let has_tcp = matches!(transport, Transport::Tcp { .. });
+    if has_tcp {
+        for ask in driver::at_tcp(DRIVERS) {
+            if let Some(robot) = identify(open(transport)?, [ask])? {
+                return Ok(robot);
             }
-            (
-                "e-puck2 (Wi-Fi), e-puck or Khepera answers".into(),
-                vec![transport.clone()],
-            )
-        }
-        Transport::Serial { baud: Some(baud), .. } => (
-            format!("e-puck or Khepera answers at {baud} baud"),
-            vec![transport.clone()],
-        ),
-        // A Bluetooth channel has no baud rate.
-        Transport::Serial { path, baud: None } if link::is_bluetooth(path) => {
-            ("e-puck or Khepera answers".into(), vec![transport.clone()])
-        }
-        Transport::Serial { path, baud: None } => {
-            let at = |baud| Transport::Serial {
-                path: path.clone(),
-                baud: Some(baud),
-            };
-            (
-                "e-puck or Khepera answers at 9600 to 115200 baud".into(),
-                BAUD_RATES.map(at).into(),
-            )
-        }
-    };
-    for transport in &transports {
-        if let Some(robot) = recognise(open(transport)?)? {
-            return Ok(robot);
         }
     }
+    let robots = driver::robot_names(has_tcp);
+    let robots = match transport {
+        // A Bluetooth channel has no baud rate.
+        Transport::Serial { path, baud: None } if !link::is_bluetooth(path) => {
+            let bauds = driver::bauds();
+            for baud in &bauds {
+                let transport = Transport::Serial {
+                    path: path.clone(),
+                    baud: Some(*baud),
+                };
+                if let Some(robot) = identify(open(&transport)?, driver::at_serial(DRIVERS, Some(*baud)))? {
+                    return Ok(robot);
+                }
+            }
+            let [least, most] = [bauds.iter().min(), bauds.iter().max()].map(|baud| baud.copied().unwrap_or_default());
+            format!("{robots} answers at {least} to {most} baud")
+        }
+        transport => {
+            if let Some(robot) = recognise(open(transport)?)? {
+                return Ok(robot);
+            }
+            match transport {
+                Transport::Serial { baud: Some(baud), .. } => format!("{robots} answers at {baud} baud"),
+                _ => format!("{robots} answers"),
+            }
+        }
+    };
     Err(Error::Unknown {
         link: transport.to_string(),
         problem: format!(
-            "no {robots}; check that it is on, in the mode for remote control, and used by no other program; for a \
-             Thymio II, write aseba: before the address"
+            "no {robots}; check that it is on, in the mode for remote control, and used by no other program{}",
+            driver::advice()
         ),
     })
 }
 
-/// The robot that talks in lines at the end of a link; none if nothing known answers. An e-puck is asked for first: its `V`
-/// is unknown to a Khepera, but a Khepera's `B` would switch an e-puck's light off.
+/// The robot at a serial port; none if nothing known answers.
 ///
 /// # Errors
 /// A robot answers and does not stop, or the link fails.
 fn recognise(link: Box<dyn Link>) -> Result<Option<Box<dyn Robot>>> {
-    let mut epuck = epuck::EPuck::new(link);
-    match epuck.begin() {
-        Ok(()) => return Ok(Some(Box::new(epuck))),
-        Err(error) if error.may_pass() && !epuck.has_answered() => {}
-        Err(error) => return Err(error),
+    identify(link, driver::at_serial(DRIVERS, None))
+}
+
+/// The robot at the end of a link, asked in this order what it is; none if nothing known answers.
+///
+/// # Errors
+/// As [`recognise`].
+fn identify(mut link: Box<dyn Link>, asks: impl IntoIterator<Item = Ask>) -> Result<Option<Box<dyn Robot>>> {
+    for ask in asks {
+        match ask(link)? {
+            Met::Robot(robot) => return Ok(Some(robot)),
+            Met::Stranger(rest) => link = rest,
+        }
     }
-    let mut khepera = khepera::Khepera::new(epuck.into_link());
-    match khepera.begin() {
-        Ok(()) => Ok(Some(Box::new(khepera))),
-        Err(error) if error.may_pass() && !khepera.has_answered() => Ok(None),
-        Err(error) => Err(error),
-    }
+    Ok(None)
 }
 
 /// Stops a robot. A restart that it reports first is no confirmation.

@@ -1,6 +1,7 @@
 //! Links that carry bytes to a robot: serial ports and TCP. All waiting in drivers happens here, so that a driver runs as
 //! well on a virtual clock, over a link that has one.
 
+use std::fmt;
 use std::fs;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -9,8 +10,37 @@ use std::time::{Duration, Instant};
 
 use serialport::{DataBits, FlowControl, Parity, SerialPort, SerialPortType, StopBits};
 
-use super::address::Transport;
 use super::error::{Error, Result};
+
+/// What carries the bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Transport {
+    /// `serial:PATH` or `serial:PATH@BAUD`: a serial port, USB or Bluetooth (RFCOMM) included.
+    Serial {
+        /// The port's path or name, such as `/dev/ttyUSB0` or `COM3`.
+        path: String,
+        /// Bits per second; none if it has to be found out or does not matter.
+        baud: Option<u32>,
+    },
+    /// `tcp:HOST:PORT`
+    Tcp {
+        /// A name or an address; IPv6 in brackets.
+        host: String,
+        /// The port.
+        port: u16,
+    },
+}
+
+impl fmt::Display for Transport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Serial { path, baud: Some(baud) } => write!(f, "serial:{path}@{baud}"),
+            Self::Serial { path, baud: None } => write!(f, "serial:{path}"),
+            Self::Tcp { host, port } if host.contains(':') => write!(f, "tcp:[{host}]:{port}"),
+            Self::Tcp { host, port } => write!(f, "tcp:{host}:{port}"),
+        }
+    }
+}
 
 /// A clock that never goes back.
 pub trait Clock {
@@ -107,16 +137,17 @@ pub struct Port {
     pub path: String,
     /// What the system knows of it, if anything.
     pub about: String,
-    /// Whether a Thymio II or its dongle is there, by the vendor's number.
-    pub is_thymio: bool,
+    /// Number of the vendor of a USB device.
+    pub(crate) vendor: Option<u16>,
     pub(crate) is_bluetooth: bool,
 }
 
 impl Port {
-    const THYMIO: u16 = 0x0617;
-
     fn new(path: String, kind: SerialPortType) -> Self {
-        let is_thymio = matches!(&kind, SerialPortType::UsbPort(usb) if usb.vid == Self::THYMIO);
+        let vendor = match &kind {
+            SerialPortType::UsbPort(usb) => Some(usb.vid),
+            _ => None,
+        };
         let is_bluetooth = kind == SerialPortType::BluetoothPort;
         let about = match kind {
             SerialPortType::UsbPort(usb) => {
@@ -131,7 +162,7 @@ impl Port {
         Self {
             path,
             about,
-            is_thymio,
+            vendor,
             is_bluetooth,
         }
     }
@@ -402,6 +433,7 @@ mod tests {
     use std::net::TcpListener;
 
     use super::*;
+    use crate::address::Wire;
 
     const LONG: Duration = Duration::from_secs(10);
 
@@ -520,16 +552,21 @@ mod tests {
                 product: product.map(Into::into),
             })
         };
-        for (kind, about, is_thymio, is_bluetooth) in [
-            (usb(0x0617, Some("Thymio-II")), "USB 0617:000a Thymio-II", true, false),
-            (usb(0x0403, None), "USB 0403:000a", false, false),
-            (SerialPortType::BluetoothPort, "Bluetooth", false, true),
-            (SerialPortType::Unknown, "", false, false),
+        for (kind, about, address, is_bluetooth) in [
+            (
+                usb(0x0617, Some("Thymio-II")),
+                "USB 0617:000a Thymio-II",
+                "aseba:serial:/dev/x",
+                false,
+            ),
+            (usb(0x0403, None), "USB 0403:000a", "serial:/dev/x", false),
+            (SerialPortType::BluetoothPort, "Bluetooth", "serial:/dev/x", true),
+            (SerialPortType::Unknown, "", "serial:/dev/x", false),
         ] {
             let port = Port::new("/dev/x".into(), kind);
             assert_eq!(
-                (&port.about[..], port.is_thymio, port.is_bluetooth),
-                (about, is_thymio, is_bluetooth)
+                (&port.about[..], &Wire::at(&port).to_string()[..], port.is_bluetooth),
+                (about, address, is_bluetooth)
             );
         }
     }

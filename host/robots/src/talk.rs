@@ -113,6 +113,9 @@ impl Watch {
     }
 }
 
+/// Baud rates that robots use that talk so, the likeliest first.
+pub(crate) const BAUD_RATES: [u32; 5] = [115_200, 9600, 38_400, 19_200, 57_600];
+
 /// The answer to a command: the fields after its letter, which is the command's in lower case.
 ///
 /// # Errors

@@ -1,5 +1,6 @@
 use std::io::{Read, Write};
 use std::net::TcpListener;
+use std::sync::{Arc, Mutex};
 use std::thread;
 
 use super::script::{Random, Scripted, Step, hear, say};
@@ -13,7 +14,8 @@ fn asked_as_an_e_puck(answer: Option<&str>) -> Vec<Step> {
 }
 
 fn recognised(steps: Vec<Step>) -> Result<Option<Box<dyn Robot>>> {
-    recognise(Box::new(Scripted::new(steps)))
+    let asks = driver::at_serial(&[&epuck::DRIVER, &khepera::DRIVER], None);
+    identify(Box::new(Scripted::new(steps)), asks)
 }
 
 #[test]
@@ -77,7 +79,7 @@ fn listen(connections: usize, answer: impl Fn(&mut Vec<u8>) -> Vec<u8> + Send + 
             }
         }
     });
-    Wire::Plain(Transport::Tcp {
+    Wire::plain(Transport::Tcp {
         host: "127.0.0.1".into(),
         port,
     })
@@ -109,9 +111,31 @@ fn what_answers_nothing_over_tcp_is_reported() {
     let wire = listen(2, |_| Vec::new());
     let words = connect(&wire, None).err().unwrap().to_string();
     assert!(
-        words.contains("no e-puck2 (Wi-Fi), e-puck or Khepera answers; check"),
+        words.contains("no e-puck2 over Wi-Fi, e-puck, e-puck2, Khepera or Rover answers; check"),
         "{words}"
     );
+}
+
+/// The smallest driver, of which the program knows its file and its line in the registry.
+#[test]
+fn a_robot_is_added_by_its_file_and_a_line() {
+    let wheels = Arc::new(Mutex::new(Vec::new()));
+    let wire = listen(2, rover::tests::robot(Arc::clone(&wheels)));
+    let mut robot = connect(&wire, None).unwrap();
+    assert_eq!(robot.description().robot, "Rover");
+    robot.drive_mm_s(20.0, -20.0).unwrap();
+    assert_eq!(robot.sense(&[Kind::Distance]).unwrap().values, [120.0]);
+    stopped(&mut *robot).unwrap();
+    // The stops before are those of questions for other robots.
+    assert!(wheels.lock().unwrap().ends_with(&[[0, 0], [2, -2], [0, 0]]));
+    robot.close().unwrap();
+
+    assert!(address::forms()[0][1].starts_with("e-puck, e-puck2, Khepera or Rover at a serial port"));
+    assert_eq!(
+        driver::at_serial(DRIVERS, Some(9600)).len(),
+        driver::at_serial(DRIVERS, None).len() - 1
+    );
+    assert_eq!(driver::bauds().last(), Some(&rover::BAUD));
 }
 
 #[test]
@@ -173,7 +197,7 @@ fn no_call_panics_or_hangs_when_the_robot_goes_mad() {
         robot.begin().unwrap();
         Box::new(robot)
     };
-    let epuck2: Open = |link| Box::new(epuck2::EPuck2::connect(Box::new(link)).unwrap().unwrap());
+    let epuck2: Open = |link| Box::new(epuck2::tests::connect(link));
     let thymio: Open = |link| Box::new(thymio::Thymio::connect(Box::new(link), None).unwrap());
     let text = |lines: &[&str]| -> Vec<Vec<u8>> { lines.iter().map(|line| line.as_bytes().to_vec()).collect() };
     let as_1 = |is_binary| epuck::tests::opening(epuck::tests::VERSION_1, epuck::tests::EIGHT, is_binary);
@@ -282,7 +306,7 @@ fn a_recording_over_tcp_plays_back() {
     let host = "127.0.0.1".into();
     let path = std::env::temp_dir().join(format!("oneiro-recorded-{}", std::process::id()));
     let recording = Recording::create(&path).unwrap();
-    let wire = Wire::Plain(Transport::Tcp { host, port });
+    let wire = Wire::plain(Transport::Tcp { host, port });
     let used = |robot: &mut dyn Robot| -> Vec<Reading> {
         let kinds: Vec<Kind> = robot.description().sensors.iter().map(|group| group.kind).collect();
         let readings = (0..3).map(|_| Reading {
@@ -302,6 +326,7 @@ fn a_recording_over_tcp_plays_back() {
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::remove_file(&path).unwrap();
     let mut replays = recording::replay::Replay::parse(&text).unwrap();
-    let mut again = epuck2::EPuck2::connect(Box::new(replays.remove(0))).unwrap().unwrap();
+    let mut again = epuck2::EPuck2::new(Box::new(replays.remove(0)));
+    again.begin().unwrap();
     assert_eq!(used(&mut again), readings);
 }

@@ -8,12 +8,24 @@ mod fuse;
 use std::ops::Range;
 
 use super::aseba::{self, Network, Node};
+use super::driver::{Driver, Protocol, Reach};
 use super::epuck;
 use super::error::{Error, Result};
 use super::link::Link;
 use super::talk::Stepped;
 use super::{Battery, Description, Group, Kind, Odometry, Reading, Robot, Wheels};
 use fuse::Fuse;
+
+pub(super) const DRIVER: Driver = Driver {
+    robots: &[THYMIO.name],
+    reach: Reach::Protocol(Protocol {
+        name: "aseba",
+        serial: "Thymio II over USB or its radio dongle; NODE if there are several",
+        tcp: "Thymio II behind an Aseba switch, or Aseba's simulator (port 33333); NODE likewise",
+        usb_vendors: &[0x0617],
+        connect: |link, node| Ok(Box::new(Thymio::connect(link, node)?)),
+    }),
+};
 
 /// A kind of robot on a network: names of its variables.
 pub(super) struct Body {

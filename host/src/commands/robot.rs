@@ -8,7 +8,7 @@ use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_robots as robots;
-use oneiro_robots::address::{FORMS, Invalid, Wire};
+use oneiro_robots::address::{Invalid, Wire, forms};
 use oneiro_robots::error::{self, Error};
 use oneiro_robots::link::{self, Port};
 use oneiro_robots::recording::Recording;
@@ -42,26 +42,21 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
 fn list(console: Console) -> Result {
     let ports = link::ports();
     if console.json() {
-        let port = |port: &Port| json!({ "path": port.path, "about": port.about, "address": at_port(port) });
-        let form = |(form, robots): &(&str, &str)| json!({ "form": form, "robots": robots });
+        let port =
+            |port: &Port| json!({ "path": port.path, "about": port.about, "address": Wire::at(port).to_string() });
+        let form = |[form, robots]: [String; 2]| json!({ "form": form, "robots": robots });
         return console.json_data(&json!({
             "ports": ports.iter().map(port).collect::<Vec<_>>(),
-            "addresses": FORMS.iter().map(form).collect::<Vec<_>>(),
+            "addresses": forms().into_iter().map(form).collect::<Vec<_>>(),
         }));
     }
-    let row = |port: &Port| vec![at_port(port), known(&port.about).to_owned()];
+    let row = |port: &Port| vec![Wire::at(port).to_string(), known(&port.about).to_owned()];
     let text = match &ports.iter().map(row).collect::<Vec<_>>()[..] {
         [] => "no serial port was found\n".to_owned(),
         rows => columns(&["address", "port"], rows),
     };
-    let forms = FORMS.map(|(form, robots)| vec![form.to_owned(), robots.to_owned()]);
+    let forms: Vec<Vec<String>> = forms().into_iter().map(Into::into).collect();
     console.data(format!("{text}\n{}", columns(&["form of address", "robots"], &forms)))
-}
-
-/// The address of a robot at a serial port.
-fn at_port(port: &Port) -> String {
-    let scheme = if port.is_thymio { "aseba:serial" } else { "serial" };
-    format!("{scheme}:{}", port.path)
 }
 
 /// Text of a cell, which is never empty.

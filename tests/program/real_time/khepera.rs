@@ -86,7 +86,7 @@ fn ping_finds_it_at_each_baud_rate() {
 
                 let wrong = if baud == 9600 { 38_400 } else { 9600 };
                 let ran = place.run(&["robot", "ping", &format!("{address}@{wrong}")]).exits(4);
-                ran.says(&[&format!("no e-puck or Khepera answers at {wrong} baud")]);
+                ran.says(&[&format!("no e-puck, e-puck2 or Khepera answers at {wrong} baud")]);
                 place.good(&["robot", "stop", &format!("{address}@{baud}")]);
             });
         }

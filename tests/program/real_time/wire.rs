@@ -337,11 +337,11 @@ fn what_is_no_robot_exits_with_4_and_says_so_soon() {
         (listen(drop), "lost"),
         (
             silent.clone(),
-            "no e-puck2 (Wi-Fi), e-puck or Khepera answers; check that it is on",
+            "no e-puck2 over Wi-Fi, e-puck, e-puck2 or Khepera answers; check that it is on",
         ),
         (
             garbage.clone(),
-            "no e-puck2 (Wi-Fi), e-puck or Khepera answers; check that it is on",
+            "no e-puck2 over Wi-Fi, e-puck, e-puck2 or Khepera answers; check that it is on",
         ),
         (
             format!("aseba:{}", silent.trim_start_matches("tcp:")),

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use oneiro::arena::{Arena, Field};
-use oneiro::differential::{Build, Sensor, SensorKind};
+use oneiro::differential::{Build, Feature, Sensor};
 use oneiro::parameter::Invalid;
 use oneiro::world::{Gene, World};
 use oneiro_base::console::counted;
@@ -149,7 +149,7 @@ pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)
             doubts.push((format!("robot.sensors[{index}].offset_mm"), problem));
         }
     }
-    let is_light = |sensor: &&Sensor| sensor.kind == SensorKind::Light;
+    let is_light = |sensor: &&Sensor| sensor.kind.entry().has(Feature::ReadsLights);
     let blind = spec.robot.described_sensors().iter().filter(is_light).count();
     if blind > 0 && spec.arena.lights.is_empty() {
         let sensors = counted(blind, "light sensor reads", "light sensors read");

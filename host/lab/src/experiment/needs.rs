@@ -2,7 +2,7 @@
 //! of a higher rank made it needless, or it is the default.
 
 use oneiro::arena::Arena;
-use oneiro::differential::{Build, SensorKind};
+use oneiro::differential::{Build, Feature};
 use oneiro::reference::Model;
 use oneiro::surrogate::Difference;
 use oneiro::world::{Controller, Gene, Task, World};
@@ -233,10 +233,10 @@ fn of_robot(settings: &Settings) -> Vec<Need> {
     let Build::Differential(own) = &world.robot.build else {
         return needs;
     };
-    let has = |kind: SensorKind| own.sensors.iter().any(|sensor| sensor.kind == kind);
+    let has = |feature| own.sensors.iter().any(|sensor| sensor.kind.entry().has(feature));
     needs.push(Need::new(
         &["robot.battery_s"],
-        has(SensorKind::Battery) || own.battery_ends_life == Some(true),
+        has(Feature::ReadsBattery) || own.battery_ends_life == Some(true),
         "with a sensor of the kind battery, or robot.battery_ends_life = true",
         &["robot.sensors", "robot.battery_ends_life"],
     ));
@@ -244,7 +244,7 @@ fn of_robot(settings: &Settings) -> Vec<Need> {
         let brightness = (0..lights.len()).map(|index| format!("arena.lights[{index}].brightness"));
         needs.push(Need {
             keys: brightness.collect(),
-            is_met: has(SensorKind::Light),
+            is_met: has(Feature::ReadsLights),
             only: "with a sensor of the kind light; the model goes by the intensity",
             by: MODEL,
         });

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use oneiro::arena::Arena;
 use oneiro::batch::Record;
-use oneiro::differential::{Sensor, SensorKind};
+use oneiro::differential::{BUMPER_WIDTH, Mark, Sensor};
 use oneiro::parameter::Choice;
 use oneiro::world::Start;
 
@@ -312,13 +312,14 @@ impl Sheet {
     /// which it looks. A bumper is its arc of the body. Where a sampled sensor is, its tables don't say.
     fn sensor(&self, svg: &mut Svg, at: (f64, f64), heading: f64, body_radius: f32, sensor: &Sensor) {
         const COLOUR: &str = "#c1121f";
-        if sensor.kind == SensorKind::Sampled {
+        let mark = sensor.kind.entry().mark;
+        if mark == Mark::None {
             return;
         }
         let (x, y) = self.place(at);
         let [body, offset] = [body_radius, sensor.offset.unwrap_or(body_radius)].map(|mm| f64::from(mm) * self.scale);
-        let width = match sensor.kind {
-            SensorKind::Bumper => f64::from(sensor.width.unwrap_or(0.5)),
+        let width = match mark {
+            Mark::Arc => f64::from(sensor.width.unwrap_or(BUMPER_WIDTH)),
             _ => 0.0,
         };
         // Half of a bumper's arc is on either side of its heading.
@@ -331,19 +332,19 @@ impl Sheet {
         ));
         let hint = format!("{}: {}", sensor.name, sensor.kind.word());
         let dot = format!("fill=\"{COLOUR}\"");
-        match sensor.kind {
-            SensorKind::Bumper => {
+        match mark {
+            Mark::Arc => {
                 let arc = format!(
                     "fill=\"none\" stroke-width=\"5\" pathLength=\"1\" stroke-dasharray=\"{} 1\"",
                     number(width)
                 );
                 svg.circle((0.0, 0.0), body, &arc, &hint);
             }
-            SensorKind::Ground => svg.circle((offset, 0.0), 2.5, &dot, &hint),
-            kind => {
+            Mark::Dot => svg.circle((offset, 0.0), 2.5, &dot, &hint),
+            _ => {
                 let range = f64::from(sensor.range.unwrap_or(0.0)) * self.scale;
-                let (length, style) = match kind {
-                    SensorKind::Light => (0.5 * body, "stroke-width=\"1.2\" stroke-dasharray=\"3 2\""),
+                let (length, style) = match mark {
+                    Mark::Direction => (0.5 * body, "stroke-width=\"1.2\" stroke-dasharray=\"3 2\""),
                     // Beyond the picture there is nothing to see.
                     _ => (range.min(2.0 * SIDE), "stroke-width=\"1.2\" stroke-opacity=\"0.5\""),
                 };
@@ -432,6 +433,7 @@ fn number_mm(x: f32) -> String {
 #[cfg(test)]
 mod tests {
     use oneiro::arena::Patch;
+    use oneiro::differential::SensorKind;
 
     use super::*;
 

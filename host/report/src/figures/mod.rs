@@ -1,6 +1,5 @@
 //! Pictures as SVG text, and pages that play a swarm: each function takes data and returns a whole file.
 
-mod archive;
 mod arena;
 mod bands;
 #[cfg(any(test, feature = "testing"))]
@@ -14,14 +13,13 @@ mod journeys;
 mod mission;
 mod network;
 mod player;
-mod plot;
-mod svg;
+pub mod plot;
+pub mod svg;
 mod swarm;
 mod tables;
 mod tournament;
 
 pub use crate::numbers::Spread;
-pub use archive::archive;
 pub use arena::{arena, life, stage};
 pub use bands::{Band, Ground, Panel, bands, evenly, grid};
 pub use curve::{Series, learning_curve};
@@ -36,7 +34,7 @@ pub use svg::escaped;
 pub use swarm::{
     Act, BEHAVIOURS, Genes, Moment, Sight, SwarmReplay, Teller, live_page, live_script, moments, swarm_page,
 };
-pub use tables::sensor_table;
+pub use tables::{HEAT, sensor_table};
 pub use tournament::tournament;
 
 /// Why an object that isn't round needs a sample for each point of view: Figure 4 of the 1995 study.

@@ -4,20 +4,20 @@ use super::svg::{Anchor, PLAIN, SOFT, SOFT_INK, Svg, number, tick_step};
 use crate::numbers::fixed;
 
 /// Least distance of two labels, in pixels.
-pub(super) const LABEL_GAP: f64 = 17.0;
+pub const LABEL_GAP: f64 = 17.0;
 /// Approximate width of a letter of a label, in pixels.
 const LETTER: f64 = 7.6;
 
 /// Range of an axis.
-pub(super) struct Range {
-    pub(super) low: f64,
-    pub(super) high: f64,
-    pub(super) step: f64,
+pub struct Range {
+    pub low: f64,
+    pub high: f64,
+    pub step: f64,
 }
 
 impl Range {
     /// A range from one value to another, with about `count` ticks.
-    pub(super) fn between(low: f64, high: f64, count: u32) -> Self {
+    pub fn between(low: f64, high: f64, count: u32) -> Self {
         let high = if high > low { high } else { low + 1.0 };
         Self {
             low,
@@ -27,7 +27,7 @@ impl Range {
     }
 
     /// A range that contains 0 and all finite values and ends with a tick at the top.
-    pub(super) fn holding(values: impl Iterator<Item = f64>, count: u32) -> Self {
+    pub fn holding(values: impl Iterator<Item = f64>, count: u32) -> Self {
         let (low, high) = values
             .filter(|value| value.is_finite())
             .fold((0.0, 0.0), |(low, high): (f64, f64), value| {
@@ -44,7 +44,7 @@ impl Range {
 
     /// A range that contains both values and everything between, and 0 unless both are farther from it than from each
     /// other. It begins and ends with a tick, except slightly below 0.
-    pub(super) fn around(low: f64, high: f64, count: u32) -> Self {
+    pub fn around(low: f64, high: f64, count: u32) -> Self {
         let nearest = if low > 0.0 { low } else { -high };
         if nearest <= high - low || !(high - low).is_finite() {
             return Self::holding([low, high].into_iter(), count);
@@ -60,7 +60,7 @@ impl Range {
     }
 
     /// Formats a tick with as many decimals as the step needs, and with two if it needs none.
-    pub(super) fn words(&self, tick: f64) -> String {
+    pub fn words(&self, tick: f64) -> String {
         let mut decimals = 2;
         while decimals < 12 && self.step * 10_f64.powi(decimals) < 0.999 {
             decimals += 1;
@@ -77,7 +77,7 @@ impl Range {
     }
 
     /// Multiples of the step.
-    pub(super) fn ticks(&self) -> impl Iterator<Item = f64> {
+    pub fn ticks(&self) -> impl Iterator<Item = f64> {
         let step = self.step;
         let first = (self.low / step).ceil();
         let count = ((self.high / step + 1e-9).floor() - first).clamp(0.0, 100.0) as u32;
@@ -86,26 +86,26 @@ impl Range {
 }
 
 /// Mapping from values to pixels: the plot's edges and the ranges between them.
-pub(super) struct Plot {
-    pub(super) left: f64,
-    pub(super) right: f64,
-    pub(super) top: f64,
-    pub(super) bottom: f64,
-    pub(super) across: Range,
-    pub(super) up: Range,
+pub struct Plot {
+    pub left: f64,
+    pub right: f64,
+    pub top: f64,
+    pub bottom: f64,
+    pub across: Range,
+    pub up: Range,
 }
 
 impl Plot {
-    pub(super) fn x(&self, value: f64) -> f64 {
+    pub fn x(&self, value: f64) -> f64 {
         self.left + self.across.share(value) * (self.right - self.left)
     }
 
-    pub(super) fn y(&self, value: f64) -> f64 {
+    pub fn y(&self, value: f64) -> f64 {
         self.bottom - self.up.share(value) * (self.bottom - self.top)
     }
 
     /// Draws both axes with their names.
-    pub(super) fn axes(&self, svg: &mut Svg, across: &str, up: &str) {
+    pub fn axes(&self, svg: &mut Svg, across: &str, up: &str) {
         self.ground(svg, up);
         for tick in self.across.ticks() {
             self.tick(svg, tick, &self.across.words(tick));
@@ -115,14 +115,14 @@ impl Plot {
     }
 
     /// Draws a tick of the horizontal axis with its name.
-    pub(super) fn tick(&self, svg: &mut Svg, at: f64, name: &str) {
+    pub fn tick(&self, svg: &mut Svg, at: f64, name: &str) {
         let (x, bottom) = (self.x(at), self.bottom);
         svg.line((x, bottom), (x, bottom + 5.0), &format!("stroke=\"{SOFT_INK}\""));
         svg.words((x, bottom + 20.0), 12.0, Anchor::Middle, SOFT, name);
     }
 
     /// Draws the vertical axis with its name, and the base line of the horizontal one.
-    pub(super) fn ground(&self, svg: &mut Svg, up: &str) {
+    pub fn ground(&self, svg: &mut Svg, up: &str) {
         let &Self {
             left,
             right,
@@ -148,7 +148,7 @@ impl Plot {
 
     /// Draws a line through values, with gaps for values that aren't finite. An isolated value becomes a dot with its
     /// name as a tooltip.
-    pub(super) fn line(&self, svg: &mut Svg, values: &[(f64, f64)], colour: &str, style: &str, name: &str) {
+    pub fn line(&self, svg: &mut Svg, values: &[(f64, f64)], colour: &str, style: &str, name: &str) {
         let style = format!("stroke=\"{colour}\" stroke-linejoin=\"round\" stroke-linecap=\"round\" {style}");
         for piece in values.split(|(_, value)| !value.is_finite()) {
             match piece {
@@ -161,7 +161,7 @@ impl Plot {
 
     /// Draws names beside the right ends of lines, moved apart to avoid overlaps. `ends` has the lines' last values,
     /// names and colours.
-    pub(super) fn labels<'a>(&self, svg: &mut Svg, ends: impl Iterator<Item = (f64, &'a str, &'a str)>) {
+    pub fn labels<'a>(&self, svg: &mut Svg, ends: impl Iterator<Item = (f64, &'a str, &'a str)>) {
         let mut labels: Vec<(f64, &str, &str)> = ends
             .map(|(value, name, colour)| (self.y(value), name, colour))
             .collect();
@@ -183,7 +183,7 @@ impl Plot {
 }
 
 /// Room that names take to the right of a plot.
-pub(super) fn label_room<'a>(names: impl Iterator<Item = &'a str>) -> f64 {
+pub fn label_room<'a>(names: impl Iterator<Item = &'a str>) -> f64 {
     let letters = names.map(|name| name.chars().count()).max().unwrap_or(0);
     26.0 + LETTER * letters as f64
 }

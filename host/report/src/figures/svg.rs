@@ -7,30 +7,30 @@ use crate::numbers::fixed;
 /// Fonts of all text.
 const FONT: &str = "system-ui, -apple-system, 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', Arial, sans-serif";
 /// Colour of text and axes.
-pub(super) const INK: &str = "#33363f";
+pub const INK: &str = "#33363f";
 /// Colour of secondary text.
-pub(super) const SOFT_INK: &str = "#74777f";
+pub const SOFT_INK: &str = "#74777f";
 /// Styles of text: a heading, other text, and secondary text.
-pub(super) const BOLD: &str = "fill=\"#33363f\" font-weight=\"600\"";
-pub(super) const PLAIN: &str = "fill=\"#33363f\"";
-pub(super) const SOFT: &str = "fill=\"#74777f\"";
+pub const BOLD: &str = "fill=\"#33363f\" font-weight=\"600\"";
+pub const PLAIN: &str = "fill=\"#33363f\"";
+pub const SOFT: &str = "fill=\"#74777f\"";
 
 /// Alignment of a text relative to its point.
 #[derive(Clone, Copy)]
-pub(super) enum Anchor {
+pub enum Anchor {
     Start,
     Middle,
     End,
 }
 
 /// A picture in the making, in pixels, with y down.
-pub(super) struct Svg {
+pub struct Svg {
     text: String,
 }
 
 impl Svg {
     /// A white sheet; screen readers read its title aloud.
-    pub(super) fn new(width: f64, height: f64, title: &str) -> Self {
+    pub fn new(width: f64, height: f64, title: &str) -> Self {
         let mut text = String::new();
         let (width, height) = (number(width), number(height));
         // Writing to a string can't fail.
@@ -45,13 +45,13 @@ impl Svg {
     }
 
     /// Adds raw markup, such as `<g ..>` or its end tag.
-    pub(super) fn raw(&mut self, element: &str) {
+    pub fn raw(&mut self, element: &str) {
         self.text.push_str(element);
         self.text.push('\n');
     }
 
     /// Draws a straight line.
-    pub(super) fn line(&mut self, from: (f64, f64), to: (f64, f64), style: &str) {
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), style: &str) {
         self.raw(&format!(
             "<line x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\" {style}/>",
             number(from.0),
@@ -62,7 +62,7 @@ impl Svg {
     }
 
     /// Draws a rectangle from its upper left corner.
-    pub(super) fn rectangle(&mut self, at: (f64, f64), size: (f64, f64), style: &str) {
+    pub fn rectangle(&mut self, at: (f64, f64), size: (f64, f64), style: &str) {
         self.raw(&format!(
             "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" {style}/>",
             number(at.0),
@@ -73,7 +73,7 @@ impl Svg {
     }
 
     /// Draws a circle with a tooltip.
-    pub(super) fn circle(&mut self, at: (f64, f64), radius: f64, style: &str, hint: &str) {
+    pub fn circle(&mut self, at: (f64, f64), radius: f64, style: &str, hint: &str) {
         let (x, y, radius) = (number(at.0), number(at.1), number(radius));
         if hint.is_empty() {
             self.raw(&format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\" {style}/>"));
@@ -86,19 +86,19 @@ impl Svg {
     }
 
     /// Draws a line through points, unfilled.
-    pub(super) fn polyline(&mut self, points: impl IntoIterator<Item = (f64, f64)>, style: &str) {
+    pub fn polyline(&mut self, points: impl IntoIterator<Item = (f64, f64)>, style: &str) {
         let points = joined(points);
         self.raw(&format!("<polyline points=\"{points}\" fill=\"none\" {style}/>"));
     }
 
     /// Draws a filled polygon.
-    pub(super) fn polygon(&mut self, points: impl IntoIterator<Item = (f64, f64)>, style: &str) {
+    pub fn polygon(&mut self, points: impl IntoIterator<Item = (f64, f64)>, style: &str) {
         let points = joined(points);
         self.raw(&format!("<polygon points=\"{points}\" {style}/>"));
     }
 
     /// Draws a line of text.
-    pub(super) fn words(&mut self, at: (f64, f64), size: f64, anchor: Anchor, style: &str, words: &str) {
+    pub fn words(&mut self, at: (f64, f64), size: f64, anchor: Anchor, style: &str, words: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -114,26 +114,26 @@ impl Svg {
     }
 
     /// Draws a vertical line of text that reads upwards, centred on its point.
-    pub(super) fn turned(&mut self, (x, y): (f64, f64), size: f64, style: &str, words: &str) {
+    pub fn turned(&mut self, (x, y): (f64, f64), size: f64, style: &str, words: &str) {
         let style = format!("{style} transform=\"rotate(-90 {} {})\"", number(x), number(y));
         self.words((x, y), size, Anchor::Middle, &style, words);
     }
 
     /// Draws a slanted line of text that rises to its point and ends there.
-    pub(super) fn askew(&mut self, (x, y): (f64, f64), size: f64, style: &str, words: &str) {
+    pub fn askew(&mut self, (x, y): (f64, f64), size: f64, style: &str, words: &str) {
         let style = format!("{style} transform=\"rotate(-35 {} {})\"", number(x), number(y));
         self.words((x, y), size, Anchor::End, &style, words);
     }
 
     /// Returns the file's text.
-    pub(super) fn finish(mut self) -> String {
+    pub fn finish(mut self) -> String {
         self.text.push_str("</svg>\n");
         self.text
     }
 }
 
 /// Formats points for the attribute `points`.
-pub(super) fn joined(points: impl IntoIterator<Item = (f64, f64)>) -> String {
+pub fn joined(points: impl IntoIterator<Item = (f64, f64)>) -> String {
     let points: Vec<String> = points
         .into_iter()
         .map(|(x, y)| format!("{},{}", number(x), number(y)))
@@ -142,7 +142,7 @@ pub(super) fn joined(points: impl IntoIterator<Item = (f64, f64)>) -> String {
 }
 
 /// Formats a number with at most two decimals; a number that isn't finite becomes 0.
-pub(super) fn number(x: f64) -> String {
+pub fn number(x: f64) -> String {
     if !x.is_finite() {
         return "0".to_owned();
     }
@@ -166,7 +166,7 @@ pub fn escaped(text: &str) -> String {
 }
 
 /// Colour at `share` (0 to 1) of evenly spaced red-green-blue stops.
-pub(super) fn ramp(stops: &[[u8; 3]], share: f64) -> String {
+pub fn ramp(stops: &[[u8; 3]], share: f64) -> String {
     let Some(last) = stops.len().checked_sub(1) else {
         return INK.to_owned();
     };
@@ -182,7 +182,7 @@ pub(super) fn ramp(stops: &[[u8; 3]], share: f64) -> String {
 }
 
 /// A step of 1, 2 or 5 times a power of ten that divides a span into about `count` parts.
-pub(super) fn tick_step(span: f64, count: u32) -> f64 {
+pub fn tick_step(span: f64, count: u32) -> f64 {
     if !span.is_finite() || span <= 0.0 {
         return 1.0;
     }

@@ -13,7 +13,7 @@ const LEFT: f64 = 60.0;
 const TOP: f64 = 80.0;
 const COLUMNS: usize = 4;
 /// Colours from zero to the greatest reading.
-pub(super) const HEAT: [[u8; 3]; 5] = [
+pub const HEAT: [[u8; 3]; 5] = [
     [0xf5, 0xf3, 0xee],
     [0xb9, 0xd6, 0xd2],
     [0x4f, 0x9a, 0xa5],

@@ -1,3 +1,5 @@
+use super::super::driver::at_tcp;
+use super::super::identify;
 use super::super::script::{Random, Scripted, Step, hear, say, say_after};
 use super::*;
 
@@ -33,8 +35,10 @@ pub(crate) fn opening() -> Vec<Step> {
     [vec![hear(command(0, 0))], standing([0, 0])].concat()
 }
 
-fn connect(link: Scripted) -> EPuck2 {
-    EPuck2::connect(Box::new(link)).unwrap().unwrap()
+pub(crate) fn connect(link: Scripted) -> EPuck2 {
+    let mut robot = EPuck2::new(Box::new(link));
+    robot.begin().unwrap();
+    robot
 }
 
 fn robot(steps: impl IntoIterator<Item = Step>) -> EPuck2 {
@@ -404,7 +408,7 @@ fn a_stop_is_sent_even_out_of_step() {
 
 #[test]
 fn what_does_not_answer_is_no_e_puck2() {
-    let connected = |steps: &[Step]| EPuck2::connect(Box::new(Scripted::new(steps.to_vec())));
+    let connected = |steps: &[Step]| identify(Box::new(Scripted::new(steps.to_vec())), at_tcp(&[&DRIVER]));
     assert!(connected(&[hear(command(0, 0))]).unwrap().is_none());
     let talks = [hear(command(0, 0)), say("z,Command not found\r\n")];
     assert!(connected(&talks).unwrap().is_none());

@@ -11,6 +11,7 @@ use super::process::{Keeper, PULSE, TICK};
 use super::values::Values;
 use super::wheels::{Event, Hands, Pace, Wanted, ready};
 use super::{Brake, Guard, State};
+use crate::driver;
 use crate::error::{Error, Result};
 use crate::link::{Clock, Link};
 use crate::recognise;
@@ -150,7 +151,7 @@ fn connected(link: Box<dyn Link>, wanted: &Wanted, values: &Values) -> Result<Co
     let name = link.name().to_owned();
     let robot = recognise(link)?.ok_or_else(|| Error::Unknown {
         link: name,
-        problem: "no e-puck or Khepera answers".into(),
+        problem: format!("no {} answers", driver::robot_names(false)),
     })?;
     ready(robot, &wanted.kinds, values.fuse())
 }

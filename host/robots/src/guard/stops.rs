@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::fuzz::{self, Valid};
 use crate::link::{Clock, Link};
 use crate::script::Random;
-use crate::{Kind, Robot, epuck, epuck2, recognise, thymio};
+use crate::{Kind, Robot, driver, epuck, epuck2, identify, recognise, thymio};
 
 /// What is promised.
 const MOST: Duration = Duration::from_millis(250);
@@ -294,7 +294,7 @@ fn cases() -> [Case; 7] {
         ),
         case(
             "e-puck2, Wi-Fi",
-            |link| Ok(Box::new(epuck2::EPuck2::connect(link)?.unwrap())),
+            |link| identify(link, driver::at_tcp(&[&epuck2::DRIVER])).map(Option::unwrap),
             fuzz::wifi,
             is_command,
             700,

@@ -290,7 +290,10 @@ fn a_daemon_is_stopped_by_a_signal() {
         .exits(75)
         .says(&["run the same command again to continue"]);
     body.is_deaf.store(true, Ordering::SeqCst);
-    place.run(&ON_BOARD).exits(4).says(&["no e-puck or Khepera answers"]);
+    place
+        .run(&ON_BOARD)
+        .exits(4)
+        .says(&["no e-puck, e-puck2 or Khepera answers"]);
     // What the robot lacks is refused at its place.
     body.is_deaf.store(false, Ordering::SeqCst);
     place.write(

@@ -205,7 +205,7 @@ fn a_run_waits_for_its_robot() {
     place
         .run(&RUN)
         .exits(4)
-        .says(&["no e-puck or Khepera answers at 38400 baud"]);
+        .says(&["no e-puck, e-puck2 or Khepera answers at 38400 baud"]);
     assert_eq!(Table::read(&place, "out/generations.csv").rows.len(), 2);
     let list = place.good(&["list", "."]);
     assert!(list.contains("2/3"), "{list}");

@@ -1,6 +1,7 @@
 //! From the readings of a robot's sensors to the activations that a world's controller gets.
 
-use oneiro::differential::{Build, Sensor, SensorKind};
+use clap::ValueEnum;
+use oneiro::differential::{Build, Scale, Sensor, SensorKind};
 use oneiro::parameter::Choice;
 use oneiro::tables::{GREATEST_READING, SENSOR_NAMES};
 use oneiro::world::WorldSpec;
@@ -81,17 +82,17 @@ fn wanted(spec: &WorldSpec) -> Vec<Wanted<'_>> {
 
 /// The kind of a real sensor that reads what one of a world does.
 fn kind_of(wanted: &Wanted<'_>) -> Result<Kind, String> {
-    match wanted.kind {
-        SensorKind::Proximity | SensorKind::Sampled => Ok(Kind::Proximity),
-        SensorKind::Distance => Ok(Kind::Distance),
-        SensorKind::Light => Ok(Kind::Light),
-        SensorKind::Ground => Ok(Kind::Ground),
-        SensorKind::Bumper | SensorKind::Battery | SensorKind::Sight => Err(format!(
-            "sensor {}: is of the kind {}, which no robot on a wire has; allowed: distance, proximity, light, ground, sampled",
+    let kind = |own: SensorKind| Kind::from_str(own.entry().counterpart?.kind, false).ok();
+    kind(wanted.kind).ok_or_else(|| {
+        let all = SensorKind::CHOICES.iter();
+        let allowed: Vec<&str> = all.filter(|own| kind(own.1).is_some()).map(|own| own.0).collect();
+        format!(
+            "sensor {}: is of the kind {}, which no robot on a wire has; allowed: {}",
             wanted.name,
-            wanted.kind.word()
-        )),
-    }
+            wanted.kind.word(),
+            allowed.join(", ")
+        )
+    })
 }
 
 /// Kinds of sensors that a world's robot has.
@@ -173,24 +174,23 @@ impl Senses {
                 ),
             });
         };
-        let (law, nearness) = match own.kind {
-            SensorKind::Sampled => {
-                let scale = spec.robot.sensors.reading_scale;
-                (Law::Sampled { greatest, scale }, 1.0)
-            }
-            SensorKind::Distance => {
-                let range = own.sensor.and_then(|sensor| sensor.range).map_or(greatest, f64::from);
-                (Law::Share { greatest: range }, -1.0)
-            }
-            SensorKind::Light => (Law::Rest { greatest }, 0.0),
-            SensorKind::Ground => (Law::Share { greatest }, 0.0),
-            _ => (Law::Share { greatest }, 1.0),
+        let counterpart = own.kind.entry().counterpart;
+        let law = match counterpart.map_or(Scale::Greatest, |own| own.scale) {
+            Scale::Samples => Law::Sampled {
+                greatest,
+                scale: spec.robot.sensors.reading_scale,
+            },
+            Scale::Range => Law::Share {
+                greatest: own.sensor.and_then(|sensor| sensor.range).map_or(greatest, f64::from),
+            },
+            Scale::Rest => Law::Rest { greatest },
+            Scale::Greatest => Law::Share { greatest },
         };
         Ok(Sense {
             name: own.name.into(),
             source,
             law,
-            nearness,
+            nearness: counterpart.map_or(0.0, |own| own.nearness),
         })
     }
 

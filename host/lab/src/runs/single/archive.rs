@@ -8,9 +8,8 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_base::npy::npy;
 use oneiro_evolve::Champion;
 use oneiro_evolve::map_elites::{Archive, Elite};
-use oneiro_report::figures;
 
-use super::{ARCHIVE, ARCHIVE_GENES, ARCHIVE_PICTURE, Recorded};
+use super::{ARCHIVE, ARCHIVE_GENES, Recorded};
 use crate::experiment::Experiment;
 use crate::genomes;
 
@@ -73,13 +72,8 @@ pub(super) fn line(generation: u32, archive: &Archive, offset: f64) -> String {
     format!("{generation},{count},{coverage},{},{best}\n", archive.quality(offset))
 }
 
-/// The table of a finished run's elites, their genes, and, if there are two descriptors, a picture.
-pub(super) fn files(
-    archive: &Archive,
-    experiment: &Experiment,
-    seed: u64,
-    has_pictures: bool,
-) -> Vec<(&'static str, Vec<u8>)> {
+/// The table of a finished run's elites, and their genes.
+pub(super) fn files(archive: &Archive, experiment: &Experiment) -> [(&'static str, Vec<u8>); 2] {
     let mut table = head(&columns(experiment));
     let mut genes = Vec::new();
     for (cell, elite) in archive.elites() {
@@ -104,17 +98,7 @@ pub(super) fn files(
         genes.extend_from_slice(&elite.genome);
     }
     let shape = [archive.elites().count(), experiment.world().genes()];
-    let mut files = vec![(ARCHIVE, table.into_bytes()), (ARCHIVE_GENES, npy(&shape, &genes))];
-    if has_pictures && let [x, y] = &experiment.settings().evolution.descriptors[..] {
-        let title = format!("{}, seed {seed}: elites", experiment.name());
-        let dots: Vec<[f64; 3]> = archive
-            .elites()
-            .map(|(_, elite)| [elite.behaviour[0], elite.behaviour[1], elite.fitness])
-            .collect();
-        let axes = [x, y].map(|own| (&*own.measure, [own.least, own.greatest].map(f64::from)));
-        files.push((ARCHIVE_PICTURE, figures::archive(&title, axes, &dots).into_bytes()));
-    }
-    files
+    [(ARCHIVE, table.into_bytes()), (ARCHIVE_GENES, npy(&shape, &genes))]
 }
 
 /// An elite of a finished run.

@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 
 use super::archive::{self, RecordedElite};
 use super::job::{keys, score};
-use super::{ARCHIVE_PAGE, Recorded, Replay, Single};
+use super::{ARCHIVE_PAGE, Recorded, Replay, Single, pictures};
 use crate::engine::handle::Engine;
 use crate::experiment::settings::Settings;
 
@@ -206,7 +206,7 @@ impl Page<'_> {
             [elite.behaviour[0], above, elite.fitness]
         };
         let dots: Vec<_> = elites.iter().map(dot).collect();
-        let picture = figures::archive(&title, [axis(0), up], &dots);
+        let picture = pictures::archive::drawn(&title, [axis(0), up], &dots);
         let (stage, place) = figures::stage(arena, &format!("{name}: the life of an elite"));
 
         let bounds = arena.bounds();

@@ -15,12 +15,13 @@ use serde::{Deserialize, Serialize};
 use super::behaviour::Behaviour;
 use super::champion::Individual;
 use super::outcomes::Ended;
+use super::pictures::Drawn;
 use super::rows::Row;
-use super::trace::trace_every;
+use super::trace::{TraceTable, trace_every};
 use super::transferred::{TERM, Transferred, positions};
 use super::{
     BEHAVIOUR, CHAMPION, CHAMPION_GENES, CHAMPION_TEXT, COVERAGE, FITNESS, GENERATIONS, HALL, INDIVIDUALS, LUCKIEST,
-    LUCKIEST_GENES, LUCKIEST_TEXT, POPULATION, Places, SECOND, Single, pictures,
+    LUCKIEST_GENES, LUCKIEST_TEXT, POPULATION, Places, SECOND, Single, TRACE, pictures,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::experiment::settings::{Settings, TrialScore};
@@ -606,25 +607,26 @@ impl Job for Evolving {
             let hall = coevolution.hall();
             files.push((HALL, npy(&[hall.len(), hall.genes()], hall.values())));
         }
-        if let Some(archive) = self.evolution.optimizer().archive() {
-            files.extend(super::archive::files(
-                archive,
-                &self.single.experiment,
-                self.seed,
-                self.has_directory,
-            ));
+        let archive = self.evolution.optimizer().archive();
+        if let Some(archive) = archive {
+            files.extend(super::archive::files(archive, &self.single.experiment));
         }
         if self.has_directory {
             let rows = Row::parse(table);
             let rows = rows.map_err(|problem| Failure::corrupt(format_args!("{GENERATIONS}: {problem}")))?;
-            let trace = self.trace.as_ref();
-            files.extend(pictures::all(
-                &self.single.experiment,
-                self.seed,
+            let experiment = &self.single.experiment;
+            if let Some(trace) = &self.trace {
+                let table = TraceTable::new(experiment.world()).csv(trace, trace_every(experiment));
+                files.push((TRACE, table.into_bytes()));
+            }
+            files.extend(pictures::all(&Drawn {
+                experiment,
+                seed: self.seed,
                 champion,
-                trace,
-                &rows,
-            ));
+                trace: self.trace.as_ref(),
+                rows: &rows,
+                archive,
+            }));
         }
         let evolution = &self.single.experiment.settings().evolution;
         let generations = &self.progressed;
@@ -634,7 +636,6 @@ impl Job for Evolving {
             .first_real
             .as_ref()
             .filter(|_| self.places.compared.is_some());
-        let archive = self.evolution.optimizer().archive();
         let outcomes = self.single.outcomes_of(&Ended {
             luckiest,
             champion,

@@ -77,14 +77,11 @@ const LUCKIEST_GENES: &str = "luckiest.npy";
 const POPULATION: &str = "population.npy";
 const FITNESS: &str = "fitness.npy";
 const TRACE: &str = "trace.csv";
-const PATH: &str = "path.svg";
 const COVERAGE: &str = "coverage.csv";
 const BEHAVIOUR: &str = "behaviour.csv";
 const ARCHIVE: &str = "archive.csv";
 const ARCHIVE_GENES: &str = "archive.npy";
-const ARCHIVE_PICTURE: &str = "archive.svg";
 const ARCHIVE_PAGE: &str = "archive.html";
-const LEARNING_CURVE: &str = "learning-curve.svg";
 /// Files of a replay, without the life's number and the extension.
 const REPLAY: &str = "replay";
 
@@ -119,9 +116,7 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: b
     if has_trace {
         let record = "the champion's first life: one row per cycle, or per Nth cycle of a life of more than 10,000";
         all.push(Entry::table(TRACE, record, TraceTable::new(world).columns()));
-        all.push(Entry::file(PATH, "a picture of that life"));
     }
-    all.push(Entry::file(LEARNING_CURVE, "a picture of the evolution"));
     all
 }
 
@@ -136,7 +131,7 @@ fn texts(has_finalists: bool) -> Vec<Entry> {
 }
 
 /// The files of a run with an archive of elites.
-fn archive_files(columns: &[Column]) -> [Entry; 5] {
+fn archive_files(columns: &[Column]) -> [Entry; 4] {
     [
         Entry::table(
             COVERAGE,
@@ -149,10 +144,6 @@ fn archive_files(columns: &[Column]) -> [Entry; 5] {
             columns,
         ),
         Entry::file(ARCHIVE_GENES, "its genes (f32, elites x genes), in the same order"),
-        Entry::file(
-            ARCHIVE_PICTURE,
-            "a picture of the archive, if two measures describe behaviour",
-        ),
         Entry::file(
             ARCHIVE_PAGE,
             "written by `oneiro replay --elites`: a page that shows the archive, and plays a life of the elite that is clicked",
@@ -242,6 +233,7 @@ pub fn all_contents() -> Vec<Entry> {
     let world = World::new(WorldSpec::miglino1995()).expect("it is the paper's");
     [
         &files(&world, true, true, true)[..],
+        &pictures::entries(None).collect::<Vec<_>>(),
         &texts(true),
         &archive_files(&archive::ELITES),
         &[behaviour_file()],
@@ -615,6 +607,7 @@ impl super::Experiment for Single {
         let (has_individuals, has_trace) = (settings.record.individuals, !self.ends_outside());
         let world = self.experiment.world();
         let mut files = files(world, has_finalists, has_individuals, has_trace);
+        files.extend(pictures::entries(Some(self)));
         if Form::of(world.gene_layout()).is_some() {
             files.extend(texts(has_finalists));
         }

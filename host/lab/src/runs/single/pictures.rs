@@ -1,57 +1,55 @@
-//! Pictures of a finished run: its champion's life and its learning curve.
+//! Pictures of a finished run: each is a file in the folder `pictures/` and a line of the list.
 
-use oneiro::batch::{Record, Trace};
+pub(super) mod archive;
+mod learning_curve;
+mod path;
+
+use oneiro::batch::Trace;
+use oneiro_base::contents::Entry;
 use oneiro_evolve::Champion;
-use oneiro_report::figures::{self, Series};
+use oneiro_evolve::map_elites::Archive;
 
+use super::Single;
 use super::rows::Row;
-use super::trace::{TraceTable, trace_every};
-use super::{LEARNING_CURVE, PATH, TRACE};
 use crate::experiment::Experiment;
 
-/// Files with the trace of the champion's life and its path, if it was traced, and the learning curve.
-pub(super) fn all(
-    experiment: &Experiment,
-    seed: u64,
-    champion: &Champion,
-    trace: Option<&Trace>,
-    rows: &[Row],
-) -> Vec<(&'static str, Vec<u8>)> {
-    let every = trace_every(experiment);
-    let mut files = Vec::new();
-    if let Some(trace) = trace {
-        let table = TraceTable::new(experiment.world()).csv(trace, every);
-        files.push((TRACE, table.into_bytes()));
-        files.push((PATH, path_svg(experiment, seed, champion, trace, every).into_bytes()));
-    }
-    files.push((LEARNING_CURVE, learning_curve_svg(experiment, seed, rows).into_bytes()));
-    files
+/// All pictures, in the order of a directory's description.
+const PICTURES: &[Picture] = &[path::PICTURE, learning_curve::PICTURE, archive::PICTURE];
+
+/// A picture of a finished run.
+struct Picture {
+    /// Its file.
+    name: &'static str,
+    /// What it shows, for a directory's description.
+    about: &'static str,
+    /// Whether a run has it.
+    is_drawn: fn(&Single) -> bool,
+    /// Draws it as SVG, unless the run lacks what it shows.
+    draw: fn(&Drawn<'_>) -> Option<String>,
 }
 
-fn path_svg(experiment: &Experiment, seed: u64, champion: &Champion, trace: &[Record], every: u32) -> String {
-    let world = experiment.world().spec();
-    let Champion {
-        generation, individual, ..
-    } = champion;
-    let name = experiment.name();
-    let title = format!("{name}, seed {seed}: individual {individual} of generation {generation}");
-    figures::life(&world.arena, world.robot.body_radius, &title, trace, every)
+/// What pictures are drawn from: a finished run.
+pub(super) struct Drawn<'a> {
+    pub(super) experiment: &'a Experiment,
+    pub(super) seed: u64,
+    pub(super) champion: &'a Champion,
+    /// The champion's first episode.
+    pub(super) trace: Option<&'a Trace>,
+    /// The table of generations.
+    pub(super) rows: &'a [Row],
+    /// The elites, if the optimiser keeps some.
+    pub(super) archive: Option<&'a Archive>,
 }
 
-fn learning_curve_svg(experiment: &Experiment, seed: u64, rows: &[Row]) -> String {
-    let series = |label, value: fn(&Row) -> f64| Series {
-        label,
-        values: rows.iter().map(value).collect(),
-    };
-    let title = format!("{}, seed {seed}", experiment.name());
-    let peak = format!("mean of the best {}", experiment.settings().evolution.best());
-    figures::learning_curve(
-        &title,
-        "fitness",
-        &[
-            series("best", |row| f64::from(row.best)),
-            series(&peak, |row| row.peak),
-            series("mean", |row| row.mean),
-        ],
-    )
+/// All pictures of a run: their files and contents.
+pub(super) fn all(run: &Drawn<'_>) -> impl Iterator<Item = (&'static str, Vec<u8>)> {
+    let draw = |picture: &Picture| Some((picture.name, (picture.draw)(run)?.into_bytes()));
+    PICTURES.iter().filter_map(draw)
+}
+
+/// Their description in a run's directory; all pictures without a run.
+pub(super) fn entries(single: Option<&Single>) -> impl Iterator<Item = Entry> {
+    let is_drawn = move |picture: &&Picture| single.is_none_or(|single| (picture.is_drawn)(single));
+    let pictures = PICTURES.iter().filter(is_drawn);
+    pictures.map(|picture| Entry::file(picture.name, picture.about))
 }

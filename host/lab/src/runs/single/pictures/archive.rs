@@ -1,9 +1,32 @@
-//! An archive of elites by two measures of behaviour.
+//! The archive of elites, by the two measures that describe their behaviour.
 
-use super::plot::{Plot, Range};
-use super::svg::{Anchor, BOLD, SOFT, Svg, ramp};
-use super::tables::HEAT;
-use crate::numbers::significant;
+use oneiro_report::figures::HEAT;
+use oneiro_report::figures::plot::{Plot, Range};
+use oneiro_report::figures::svg::{Anchor, BOLD, SOFT, Svg, ramp};
+use oneiro_report::numbers::significant;
+
+use super::Picture;
+
+pub(super) const PICTURE: Picture = Picture {
+    name: "archive.svg",
+    about: "a picture of the archive, if two measures describe behaviour",
+    is_drawn: |single| {
+        let evolution = &single.experiment.settings().evolution;
+        evolution.has_archive() && evolution.descriptors.len() == 2
+    },
+    draw: |run| {
+        let [x, y] = &run.experiment.settings().evolution.descriptors[..] else {
+            return None;
+        };
+        let title = format!("{}, seed {}: elites", run.experiment.name(), run.seed);
+        let elites = run.archive?.elites();
+        let dots: Vec<[f64; 3]> = elites
+            .map(|(_, elite)| [elite.behaviour[0], elite.behaviour[1], elite.fitness])
+            .collect();
+        let axes = [x, y].map(|axis| (&*axis.measure, [axis.least, axis.greatest].map(f64::from)));
+        Some(drawn(&title, axes, &dots))
+    },
+};
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 640.0;
@@ -17,7 +40,7 @@ const SIDE: f64 = 9.0;
 /// Draws an elite as a square at its behaviour, darker the fitter it is: names and ranges of the two measures, and each elite's
 /// values and fitness. Behaviour outside of the ranges is drawn at their ends. Each square names its elite's place among
 /// the elites in `data-elite`.
-pub fn archive(title: &str, [across, up]: [(&str, [f64; 2]); 2], elites: &[[f64; 3]]) -> String {
+pub(in super::super) fn drawn(title: &str, [across, up]: [(&str, [f64; 2]); 2], elites: &[[f64; 3]]) -> String {
     let plot = Plot {
         left: LEFT,
         right: WIDTH - RIGHT,
@@ -57,10 +80,10 @@ mod tests {
     #[test]
     fn each_elite_is_a_square_within_the_axes() {
         let axes = [("x", [0.0, 10.0]), ("y", [-1.0, 1.0])];
-        let drawn = |elites: &[[f64; 3]]| archive("elites", axes, elites);
+        let svg = |elites: &[[f64; 3]]| drawn("elites", axes, elites);
         let squares = |svg: &str| svg.matches("<rect").count();
-        let none = drawn(&[]);
-        let some = drawn(&[[0.0, -1.0, 3.0], [5.0, 0.0, 4.0], [99.0, 9.0, 5.0]]);
+        let none = svg(&[]);
+        let some = svg(&[[0.0, -1.0, 3.0], [5.0, 0.0, 4.0], [99.0, 9.0, 5.0]]);
         assert_eq!(squares(&some), squares(&none) + 3);
         assert_eq!(some.matches("data-elite=\"2\"").count(), 1);
         assert!(some.contains("fitness from 3 (light) to 5 (dark)"), "{some}");
