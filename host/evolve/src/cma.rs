@@ -171,7 +171,7 @@ struct Distribution {
     /// Paths of the step size and of the mean.
     path_sigma: Vec<f64>,
     path: Vec<f64>,
-    /// The remaining weight of the first path's initial value: 1 minus a power of its rate.
+    /// The remaining weight of the first path's initial value: a power of 1 minus its rate.
     initial_weight: f64,
 }
 

@@ -37,7 +37,7 @@ impl Place {
         ((f64::from(gene) - self.low) as usize).min(most)
     }
 
-    /// A value as it is stored: whole numbers in the middle between two.
+    /// A value as stored: in the middle between whole numbers, if it is one.
     fn kept(&self, value: f64) -> f32 {
         match self.kind {
             GeneKind::Number => {

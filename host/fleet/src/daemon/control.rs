@@ -87,7 +87,7 @@ pub struct Daemon<'a> {
     /// When the cycle begins that comes next, and how late those of this interval were in which the robot lived, ms.
     tick: Option<Duration>,
     late: Vec<f64>,
-    /// Maximum delay of this interval's cycles, without the robot's, ms.
+    /// Maximum lateness of a cycle's start in this interval, whatever the robot did, ms.
     begins: f64,
     began: Duration,
 }

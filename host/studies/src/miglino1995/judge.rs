@@ -317,7 +317,7 @@ impl Judged<'_> {
             .tests
             .extend(paired_t(&same, &other).ok().map(|test| Test::t(name, test)));
         finding.registered = Some(ratio >= 1.4 && loss > 0.0);
-        let what = "the maximum distance of half readings is at least 1.4 times the minimum";
+        let what = "the greatest distance of half readings is at least 1.4 times the least";
         finding.parts = vec![
             Part::fact(what, ratio >= 1.4),
             Part::above("loss of fitness in another robot", &[(1.0, &losses)], 0.0),
@@ -430,7 +430,7 @@ impl Judged<'_> {
         });
         let again = |condition| self.each(condition, |run| best_again(run, self.results.parents as usize));
         finding.mean(
-            "the best 20 in simulation, their second real episode below their second simulated one, no noise",
+            "the best 20 in simulation, their second real life below their second simulated one, no noise",
             &again(Without),
         );
         finding.mean("the same, sensor noise", &again(Sensor));
@@ -846,7 +846,7 @@ impl Judged<'_> {
         finding.note("seconds of a real life of 500 cycles", seconds);
         let is_met = self.results.life_within_two_seconds;
         finding.registered = Some(is_met);
-        finding.parts = vec![Part::fact("a simulated episode takes less than 2 s", is_met)];
+        finding.parts = vec![Part::fact("a simulated life takes less than 2 s", is_met)];
         finding
     }
 }

@@ -553,7 +553,7 @@ mod tests {
         text
     }
 
-    /// Figures of the paper: with sensor noise the average falls most and the peak does not; with conservative noise
+    /// Figures of the paper: with sensor noise the average falls most and the peak falls little; with conservative noise
     /// there is no gap.
     fn as_in_the_paper(rule: usize, condition: Condition, spread: f64) -> [f64; 10] {
         let (simulated, real, peak, path) = match condition {
