@@ -82,7 +82,7 @@ tests/slurm.sh
 
 say "optimisers, both studies' judgements and clients of robots by what others wrote; learners that need torch"
 tests/optimisers.sh
-tests/recompute.sh
+studies/recompute.sh
 tests/peers.sh
 tests/python-package.sh --with-learning
 

@@ -3,7 +3,7 @@
 //! differs as much from its description, see `docs/robots.md`; controllers are transferred to it.
 //!
 //! All of its random properties follow from seeds, by exactly rounded operations. The distributions are in
-//! [`Individual::drawn`] and [`Surroundings::drawn`]; `docs/preregistration-1995.md` explains them. Every difference
+//! [`Individual::drawn`] and [`Surroundings::drawn`]; `studies/preregistration-1995.md` explains them. Every difference
 //! from the simulator may have a severity; else one scales those of motion, and one the rest. At severity 0 a
 //! Khepera behaves like its simulator except for rounding: its first readings are equal, and its motion is computed in
 //! smaller steps. A parametric robot's episodes are then bit-identical to the simulator's without noise.

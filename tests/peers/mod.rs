@@ -22,7 +22,7 @@ pub(crate) fn listen(serve: impl Fn(TcpStream) + Send + 'static) -> String {
 pub(crate) fn with_a_processor_of_its_own() {
     #[cfg(target_os = "linux")]
     {
-        use nix::libc::{SCHED_FIFO, sched_param, sched_setscheduler};
+        use libc::{SCHED_FIFO, sched_param, sched_setscheduler};
 
         let parameters = sched_param { sched_priority: 2 };
         // SAFETY: the system reads the parameters during the call.

@@ -194,7 +194,7 @@ impl Desk {
     fn new(name: &str, is_short: bool) -> Self {
         let place = Place::new(name);
         let root = typed::root();
-        for folder in ["experiments", "docs", "benches"] {
+        for folder in ["experiments", "docs", "benches", "studies"] {
             copy(&root.join(folder), &place.at(folder));
         }
         let programs = place.at("bin");
@@ -204,6 +204,7 @@ impl Desk {
         std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_oneiro"), programs.join("oneiro")).unwrap();
         if is_short {
             shorten(&place.at("experiments"));
+            shorten(&place.at("studies"));
         }
         Self { place }
     }
@@ -455,7 +456,9 @@ fn heads_of_experiments() {
     let files = typed::files(&["toml"])
         .into_iter()
         .map(|path| path.display().to_string());
-    let files: Vec<String> = files.filter(|path| path.starts_with("experiments/")).collect();
+    let files: Vec<String> = files
+        .filter(|path| path.starts_with("experiments/") || path.starts_with("studies/"))
+        .collect();
     let commands = |path: &str| -> Vec<String> {
         let text = typed::text(Path::new(path));
         let comments = text.lines().filter_map(|line| line.strip_prefix("#     "));
@@ -487,7 +490,11 @@ fn heads_of_experiments() {
             }
         }
         let script = typed.join("\n");
-        let folder = if script.contains("experiments/") { "." } else { &folder };
+        let folder = if script.contains("experiments/") || script.contains("studies/") {
+            "."
+        } else {
+            &folder
+        };
         let took = desk
             .types(folder, &script)
             .map_err(|problem| format!("{path}: {problem}"))?;

@@ -1,6 +1,6 @@
 //! The 1995 study with somebody else's world as reality: controllers evolve for a Thymio II or an e-puck that was sampled in Aseba's simulator, with the
-//! paper's three kinds of noise, then live and evolve on in that simulator. docs/preregistration-1995-elsewhere.md has the rules, and
-//! docs/elsewhere.py judges the table.
+//! paper's three kinds of noise, then live and evolve on in that simulator. studies/preregistration-1995-elsewhere.md has the rules, and
+//! studies/elsewhere.py judges the table.
 #![cfg(target_os = "linux")]
 
 use std::fs::{self, OpenOptions};
@@ -130,7 +130,7 @@ fn evolve(place: &Place, study: &Study, rule: &str, noise: usize) -> PathBuf {
     let (name, values) = study.noises[noise];
     let (rule_set, seeds) = (format!("robot.collision={rule}"), format!("1..{}", study.seeds));
     let out = place.at(format!("{rule}-{name}"));
-    let experiment = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/miglino1995/elsewhere");
+    let experiment = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studies/miglino1995/elsewhere");
     let experiment = experiment.join(study.name).with_extension("toml");
     let mut arguments = vec![
         "run",
@@ -234,13 +234,13 @@ fn run(test: &str, study: &'static Study) {
 }
 
 #[test]
-#[ignore = "makes a study's table again, in over an hour of real time; tests/recompute.sh judges the committed one. docs/miglino1995.md has the command"]
+#[ignore = "makes a study's table again, in over an hour of real time; studies/recompute.sh judges the committed one. docs/miglino1995.md has the command"]
 fn the_1995_study_in_the_simulator_of_others() {
     run("the_1995_study_in_the_simulator_of_others", &OF_THYMIO);
 }
 
 #[test]
-#[ignore = "makes a study's table again, in an hour of real time; tests/recompute.sh judges the committed one. docs/miglino1995.md has the command"]
+#[ignore = "makes a study's table again, in an hour of real time; studies/recompute.sh judges the committed one. docs/miglino1995.md has the command"]
 fn the_1995_study_with_the_epuck_of_others() {
     run("the_1995_study_with_the_epuck_of_others", &OF_EPUCK);
 }

@@ -10,18 +10,20 @@ use crate::place::Place;
 /// Files that are no experiments and no sweeps.
 const STUDIES: [&str; 2] = ["claims.toml", "study.toml"];
 
-/// Where not all files are tried, every tenth from this one on, which takes half a minute: users' parts, surrogates, two
+/// Where not all files are tried, every tenth from this one on and [`ALWAYS`], which takes half a minute: users' parts, surrogates, two
 /// populations and the foraging study are among them.
 const EVERY: usize = 10;
 const FIRST: usize = 4;
 /// Runs in the first batches, of which some have unequal worlds.
 const JOBS: &str = "24";
-/// One that is always tried: its batches have worlds of 2 to 40 robots.
+/// Its batches have worlds of 2 to 40 robots.
 const UNEQUAL: &str = "odowd2014-density.toml";
+const ALWAYS: [&str; 2] = [UNEQUAL, "predator-prey.toml"];
 
 /// All experiments and sweeps, in order.
 fn files() -> Vec<PathBuf> {
-    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments")];
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut folders = vec![root.join("experiments"), root.join("studies")];
     let mut files = Vec::new();
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap() {
@@ -89,7 +91,7 @@ fn all_that_ships_begins_on_a_gpu_as_on_the_cpu() {
     let (all, mut tried) = (files(), 0);
     for (number, path) in all.iter().enumerate() {
         let name = path.file_name().unwrap().to_str().unwrap();
-        if !is_long && number % EVERY != FIRST && name != UNEQUAL {
+        if !is_long && number % EVERY != FIRST && !ALWAYS.contains(&name) {
             continue;
         }
         let shown = path.display().to_string();

@@ -162,11 +162,8 @@ use unix::{end_at_once, is_short};
 /// All here may be called from a signal handler.
 #[cfg(unix)]
 mod unix {
-    use std::ptr;
     use std::sync::atomic::Ordering;
-
-    use nix::libc;
-    use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, sigaction, signal};
+    use std::{mem, ptr};
 
     use super::{CRASHED, HAD_NO_MEMORY, SHORT};
     use crate::exit::Code;
@@ -180,18 +177,15 @@ mod unix {
     /// grows beyond `ulimit -f` is an error, and no signal.
     pub(super) fn prepare() {
         // SAFETY: no function is called.
-        let _ = unsafe { signal(Signal::SIGXFSZ, SigHandler::SigIgn) };
+        unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
+        // SAFETY: an action of zeros has no flags, and blocks no signals.
+        let mut action: libc::sigaction = unsafe { mem::zeroed() };
+        action.sa_sigaction = ended as extern "C" fn(libc::c_int) as libc::sighandler_t;
         // On a thread's own stack for signals, since its stack may be what is full.
-        let action = SigAction::new(SigHandler::Handler(ended), SaFlags::SA_ONSTACK, SigSet::empty());
-        for of_crash in [
-            Signal::SIGABRT,
-            Signal::SIGSEGV,
-            Signal::SIGBUS,
-            Signal::SIGILL,
-            Signal::SIGFPE,
-        ] {
+        action.sa_flags = libc::SA_ONSTACK;
+        for of_crash in [libc::SIGABRT, libc::SIGSEGV, libc::SIGBUS, libc::SIGILL, libc::SIGFPE] {
             // SAFETY: the handler only calls what signal handlers may call. If it can't be registered, the system's stays.
-            let _ = unsafe { sigaction(of_crash, &action) };
+            unsafe { libc::sigaction(of_crash, &raw const action, ptr::null_mut()) };
         }
     }
 

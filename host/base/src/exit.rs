@@ -260,7 +260,7 @@ fn unnumbered(message: &str) -> String {
 /// Whether descriptors are missing.
 fn is_file_limit(error: &io::Error) -> bool {
     #[cfg(unix)]
-    let limits = [nix::libc::EMFILE, nix::libc::ENFILE];
+    let limits = [libc::EMFILE, libc::ENFILE];
     #[cfg(not(unix))]
     let limits = [];
     error.raw_os_error().is_some_and(|code| limits.contains(&code))

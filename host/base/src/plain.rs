@@ -79,8 +79,8 @@ fn open_plain(options: &mut OpenOptions, path: &Path, follows: bool) -> io::Resu
     must_be_plain(&look(path)?)?;
     #[cfg(unix)]
     {
-        let link = if follows { 0 } else { nix::libc::O_NOFOLLOW };
-        std::os::unix::fs::OpenOptionsExt::custom_flags(options, nix::libc::O_NONBLOCK | link);
+        let link = if follows { 0 } else { libc::O_NOFOLLOW };
+        std::os::unix::fs::OpenOptionsExt::custom_flags(options, libc::O_NONBLOCK | link);
     }
     let file = options.open(path)?;
     must_be_plain(&file.metadata()?)?;

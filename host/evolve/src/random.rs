@@ -1,5 +1,5 @@
 //! The host's random numbers: named streams by counter, and distributions made only of `+ - * /` and `sqrt`, so that
-//! every host draws the same bits.
+//! every host draws the same bits. They implement `rand`'s trait `Distribution`, which is also that of `rand_distr`.
 
 use oneiro::random::pcg4d;
 use rand::Rng;

@@ -224,8 +224,8 @@ mod tests {
     /// Each shipped file is recognised as what it is, and taken as nothing else.
     #[test]
     fn shipped_files_are_recognised() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
-        let mut folders = vec![root];
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let mut folders = vec![root.join("experiments"), root.join("studies")];
         let mut counts = [0; 5];
         while let Some(folder) = folders.pop() {
             for entry in fs::read_dir(&folder).unwrap() {

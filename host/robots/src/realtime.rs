@@ -1,10 +1,15 @@
 //! Real-time priority, for the few threads that a robot's cycle waits for. They need a processor at once, and little of it.
 
+#[cfg(target_os = "linux")]
+use rustix::process::Pid;
+#[cfg(target_os = "linux")]
+use rustix::thread::gettid;
+
 /// A thread at real-time priority, until this is dropped.
 #[derive(Debug)]
 pub(crate) struct RealTime {
     #[cfg(target_os = "linux")]
-    thread: nix::unistd::Pid,
+    thread: Pid,
     #[cfg(target_os = "linux")]
     before: i32,
 }
@@ -28,7 +33,7 @@ impl RealTime {
     }
 
     fn raised(policy: i32) -> Option<Self> {
-        let thread = nix::unistd::gettid();
+        let thread = gettid();
         let before = policy_of(thread);
         let is_new = ![libc::SCHED_FIFO, libc::SCHED_RR].contains(&(before & !libc::SCHED_RESET_ON_FORK));
         (is_new && set(thread, policy, Self::PRIORITY)).then_some(Self { thread, before })
@@ -44,22 +49,19 @@ impl Drop for RealTime {
 }
 
 #[cfg(target_os = "linux")]
-use nix::libc;
-
-#[cfg(target_os = "linux")]
-fn policy_of(thread: nix::unistd::Pid) -> i32 {
+fn policy_of(thread: Pid) -> i32 {
     // SAFETY: it takes a number and returns one.
-    unsafe { libc::sched_getscheduler(thread.as_raw()) }
+    unsafe { libc::sched_getscheduler(thread.as_raw_pid()) }
 }
 
 /// Sets the policy of a thread. Returns whether the system has done so.
 #[cfg(target_os = "linux")]
-fn set(thread: nix::unistd::Pid, policy: i32, priority: i32) -> bool {
+fn set(thread: Pid, policy: i32, priority: i32) -> bool {
     let parameters = libc::sched_param {
         sched_priority: priority,
     };
     // SAFETY: the system reads the parameters during the call.
-    unsafe { libc::sched_setscheduler(thread.as_raw(), policy, &raw const parameters) == 0 }
+    unsafe { libc::sched_setscheduler(thread.as_raw_pid(), policy, &raw const parameters) == 0 }
 }
 
 #[cfg(not(target_os = "linux"))]
@@ -78,12 +80,12 @@ mod tests {
     use super::*;
 
     fn policy() -> i32 {
-        policy_of(nix::unistd::gettid()) & !libc::SCHED_RESET_ON_FORK
+        policy_of(gettid()) & !libc::SCHED_RESET_ON_FORK
     }
 
     /// Whether this is allowed here.
     fn may_raise() -> bool {
-        let raise = || set(nix::unistd::gettid(), libc::SCHED_FIFO, RealTime::PRIORITY);
+        let raise = || set(gettid(), libc::SCHED_FIFO, RealTime::PRIORITY);
         thread::spawn(raise).join().unwrap()
     }
 

@@ -250,8 +250,8 @@ mod tests {
     use super::*;
 
     fn document(name: &str) -> String {
-        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
-        std::fs::read_to_string(docs.join(name)).unwrap()
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        std::fs::read_to_string(root.join(name)).unwrap()
     }
 
     /// Rows of all tables in a document, split into cells.
@@ -266,8 +266,8 @@ mod tests {
     #[test]
     fn criteria_are_those_that_were_preregistered() {
         for (table, name, letter) in [
-            (MIGLINO1995_CLAIMS, "preregistration-1995.md", 'C'),
-            (ODOWD2014_CLAIMS, "preregistration-2014.md", 'D'),
+            (MIGLINO1995_CLAIMS, "studies/preregistration-1995.md", 'C'),
+            (ODOWD2014_CLAIMS, "studies/preregistration-2014.md", 'D'),
         ] {
             let document = document(name);
             let is_claim = |row: &Vec<&str>| {
@@ -310,8 +310,8 @@ mod tests {
     #[test]
     fn documents_have_the_reports_words() {
         for (table, name) in [
-            (MIGLINO1995_CLAIMS, "miglino1995.md"),
-            (ODOWD2014_CLAIMS, "odowd2014.md"),
+            (MIGLINO1995_CLAIMS, "docs/miglino1995.md"),
+            (ODOWD2014_CLAIMS, "docs/odowd2014.md"),
         ] {
             let document = document(name);
             for (word, meaning) in Table::of(table).words {
@@ -326,7 +326,7 @@ mod tests {
     /// The paper's figures in `docs/miglino1995.md` are those of the table of claims.
     #[test]
     fn documents_have_the_papers_figures() {
-        let document = document("miglino1995.md");
+        let document = document("docs/miglino1995.md");
         let mut compared = 0;
         for criterion in Table::of(MIGLINO1995_CLAIMS).claims {
             let start = format!("{}: ", criterion.id);

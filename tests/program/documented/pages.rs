@@ -147,7 +147,7 @@ fn anchors(page: &str) -> Vec<String> {
 /// Whether a file that a page names is there: a path from the root of the repository, or a source's name or the end of its path.
 /// None if it isn't such a name, or stands for several.
 pub(crate) fn is_there(sources: &[String], name: &str) -> Option<bool> {
-    const FOLDERS: [&str; 10] = [
+    const FOLDERS: [&str; 11] = [
         "docs",
         "src",
         "host",
@@ -158,6 +158,7 @@ pub(crate) fn is_there(sources: &[String], name: &str) -> Option<bool> {
         "experiments",
         "examples",
         "packaging",
+        "studies",
     ];
     let name = name.trim_matches(|c: char| ",;()".contains(c)).trim_end_matches('.');
     let is_for_several =

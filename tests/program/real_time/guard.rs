@@ -223,7 +223,7 @@ fn a_stop_is_repeated_until_it_is_confirmed() {
 fn a_robot_that_reads_nothing_does_not_hold_the_guard() {
     use std::os::unix::fs::OpenOptionsExt;
 
-    use nix::libc::{O_NOCTTY, O_NONBLOCK};
+    use libc::{O_NOCTTY, O_NONBLOCK};
 
     let no_wait = O_NONBLOCK | O_NOCTTY;
     for (name, start) in [DRIVERS[0], DRIVERS[2]] {

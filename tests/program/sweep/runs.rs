@@ -149,8 +149,7 @@ fn are_done_again_with_a_directory_that_can_be_verified() {
 #[test]
 fn do_not_depend_on_where_their_sweep_was_made() {
     let place = Place::new("above");
-    let tables = Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments/surrogate-1");
-    copy(&tables, &place.at("tables"));
+    place.good(&["robot", "sample", "--robot", "surrogate:1", "--out", "tables"]);
     fs::create_dir(place.at("deep")).unwrap();
     place.write(
         "deep/small.toml",

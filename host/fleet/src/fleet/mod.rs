@@ -42,7 +42,7 @@ use sha2::{Digest, Sha256};
 
 /// The hash that `sha256sum` prints: all that robots' computers can check before they have our program.
 fn sha256_hex(bytes: &[u8]) -> String {
-    format!("{:x}", Sha256::digest(bytes))
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// What came of each robot: its number, and the problem if there was one.

@@ -364,7 +364,7 @@ mod alone {
         fs::create_dir_all(place.0.join("own")).unwrap();
         let thymio = "[robot]\npreset = \"thymio2\"\n[arena]\nwidth_mm = 900\nheight_mm = 900\n";
         fs::write(place.0.join("own/thymio.toml"), thymio).unwrap();
-        let sampled = root.join("experiments/miglino1995/elsewhere/thymio.toml");
+        let sampled = root.join("studies/miglino1995/elsewhere/thymio.toml");
         for (number, experiment) in [(1, sampled.display().to_string()), (2, "thymio.toml".into())] {
             let text = format!(
                 "# Robot {number}\nexperiment = \"{experiment}\"\naddress = \"serial:/dev/ttyACM0\"\nseed = {number}\n\

@@ -553,7 +553,7 @@ fn each_place_takes_a_key_alike() {
         let scratch = Scratch::new(&format!("places-{}", path.replace(['[', ']'], "-")));
         let folder = folder().with_file_name("");
         let mut text = (*text).to_owned();
-        for part in ["homing/", "evostick/", "predator-prey/", "surrogate-1/"] {
+        for part in ["homing/", "evostick/", "predator-prey/"] {
             text = text.replace(&format!("'{part}"), &format!("'{}{part}", folder.display()));
         }
         let text = &text;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-use std::thread;
+use std::{iter, thread};
 
 use oneiro::arena::Arena;
 use oneiro::backend::{self, Options};
@@ -16,13 +16,13 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_evolve::{Population, settings as evolution};
 
-use super::settings::{BUILT_IN, FROM_REALITY, PartFile, SensorFiles, Settings};
+use super::settings::{BUILT_IN, FROM_REALITY, PartFile, SensorFiles, Settings, surrogate};
 use super::source::Source;
 use crate::engine::handle::Engine;
 use crate::genomes;
 use crate::reality::Object;
 use crate::reality::sampling::{self, Samples};
-use crate::reality::site::Site;
+use crate::reality::site::{SEVERITY, Site};
 
 /// Directory of a run's copies.
 pub const DIRECTORY: &str = "inputs";
@@ -45,6 +45,13 @@ pub struct Content {
     hash: String,
 }
 
+impl Content {
+    fn new(bytes: Vec<u8>) -> Arc<Self> {
+        let hash = blake3::hash(&bytes).to_hex().to_string();
+        Arc::new(Self { bytes, hash })
+    }
+}
+
 /// Files that experiments name, each read only once.
 #[derive(Debug, Default)]
 pub struct Files {
@@ -54,6 +61,8 @@ pub struct Files {
     parts: Mutex<BTreeMap<(Kind, PathBuf), Arc<Part>>>,
     /// Samples of surrogates, by what they are and by the classes of objects.
     samples: Mutex<BTreeMap<Sampling, Arc<OnceLock<Taken>>>>,
+    /// Their tables as files, by the names in [`made`].
+    made: Mutex<BTreeMap<String, Arc<Content>>>,
     /// The same files by whether a setting names them rather than the experiment, and by their names there.
     named: Mutex<BTreeMap<(bool, String), Arc<Content>>>,
 }
@@ -145,7 +154,14 @@ impl<'a> Inputs<'a> {
     pub(super) fn sensors(&mut self, files: &SensorFiles) -> Result<Arc<SensorTables>> {
         let files = match files {
             SensorFiles::BuiltIn => return Ok(SensorTables::khepera()),
-            SensorFiles::FromReality => return Ok(Arc::new(self.samples("robot.tables")?.sensors.clone())),
+            SensorFiles::FromReality => return Ok(Arc::clone(&self.of_reality("robot.tables")?.sensors)),
+            SensorFiles::Surrogate(seed) => {
+                let samples = self.samples("robot.tables", &Site::drawn(*seed, SEVERITY))?;
+                for table in &samples.sensors.classes {
+                    self.make("robot.tables", made(*seed, &table.class), || table.text())?;
+                }
+                return Ok(Arc::clone(&samples.sensors));
+            }
             SensorFiles::Files(files) => files,
         };
         if files.is_empty() {
@@ -175,8 +191,13 @@ impl<'a> Inputs<'a> {
             return Ok(MotorTable::khepera(states));
         }
         if file == FROM_REALITY {
-            let table = MotorTable::new(&self.samples("robot.motors")?.motors, states);
-            return Ok(Arc::new(table.expect("all speeds were sampled")));
+            let samples = self.of_reality("robot.motors")?;
+            return Ok(motor_table(&samples, states));
+        }
+        if let Some(seed) = surrogate(file) {
+            let samples = self.samples("robot.motors", &Site::drawn(seed, SEVERITY))?;
+            self.make("robot.motors", made(seed, MOTORS), || samples.motors.text())?;
+            return Ok(motor_table(&samples, states));
         }
         let (path, _) = self.take("robot.motors", file)?;
         let read = |(path, _): &(PathBuf, _)| {
@@ -190,13 +211,18 @@ impl<'a> Inputs<'a> {
         Ok(found.tables)
     }
 
-    /// Samples of the surrogate of `[reality]`. They are always taken on the CPU, which is there before any device is chosen; every
-    /// exact device would give the same.
-    fn samples(&self, key: &str) -> Result<Arc<Samples>> {
+    /// Samples of the surrogate of `[reality]`.
+    fn of_reality(&self, key: &str) -> Result<Arc<Samples>> {
         let Some(site) = self.reality.as_ref().filter(|site| !site.is_wired()) else {
             let problem = "is \"reality\"; allowed: only with a surrogate as reality.robot; sample a robot on a wire with `oneiro robot sample`";
             return Err(self.source.invalid(key, problem));
         };
+        self.samples(key, site)
+    }
+
+    /// Samples of a surrogate. They are always taken on the CPU, which is there before any device is chosen; every exact device would
+    /// give the same.
+    fn samples(&self, key: &str, site: &Site) -> Result<Arc<Samples>> {
         let sampling = (*site.hash().as_bytes(), self.has_blocks);
         let none = |_: &Sampling| Ok::<_, Failure>(Arc::default());
         // Not under the lock, so that several cells of a sweep can be sampled at once.
@@ -288,22 +314,32 @@ impl<'a> Inputs<'a> {
     fn take(&mut self, key: &str, file: &str) -> Result<(PathBuf, Arc<Content>)> {
         let folder = self.source.folder_of(key);
         let path = folder.unwrap_or(self.directory).join(file);
-        let read = |path: &PathBuf| {
-            files::bytes(path).map(|bytes| {
-                let hash = blake3::hash(&bytes).to_hex().to_string();
-                Arc::new(Content { bytes, hash })
-            })
-        };
+        let read = |path: &PathBuf| files::bytes(path).map(Content::new);
         let content =
             known(&self.files.contents, path.clone(), read).map_err(|failure| self.source.invalid(key, failure))?;
         let mut named = self.files.named.lock().unwrap_or_else(PoisonError::into_inner);
         named.insert((folder.is_some(), file.into()), Arc::clone(&content));
         drop(named);
+        self.add(key, file, &path, &content)?;
+        Ok((path, content))
+    }
+
+    /// Adds a table that was sampled for this experiment, as if it were a file that `oneiro robot sample` wrote: runs keep it, and their
+    /// hashes depend on its text.
+    fn make(&mut self, key: &str, name: String, text: impl FnOnce() -> String) -> Result {
+        let content = known(&self.files.made, name.clone(), |_| {
+            Ok::<_, Failure>(Content::new(text().into_bytes()))
+        })?;
+        self.add(key, &name, Path::new(&name), &content)
+    }
+
+    /// Adds a file, and checks its hash if one is given.
+    fn add(&mut self, key: &str, file: &str, path: &Path, content: &Arc<Content>) -> Result {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let input = Input {
             named: file.into(),
             name: format!("{DIRECTORY}/{name}"),
-            content: Arc::clone(&content),
+            content: Arc::clone(content),
         };
         if let Some(expected) = self.hashes.get(file)
             && *expected != input.content.hash
@@ -323,12 +359,24 @@ impl<'a> Inputs<'a> {
             return Err(self.source.invalid(key, problem));
         }
         self.found.push(input);
-        Ok((path, content))
+        Ok(())
     }
 
     fn refused(&self, key: &str, error: tables::Error) -> Failure {
         self.source.invalid(key, error)
     }
+}
+
+/// Name of the table of motors among those made of a surrogate.
+const MOTORS: &str = "motor";
+
+/// Name of a table that is made of a surrogate.
+fn made(seed: u64, table: &str) -> String {
+    format!("surrogate:{seed}/{table}.sam")
+}
+
+fn motor_table(samples: &Samples, states: MotorStates) -> Arc<MotorTable> {
+    Arc::new(MotorTable::new(&samples.motors, states).expect("all speeds were sampled"))
 }
 
 /// Samples a surrogate before all objects that there are, on one thread.
@@ -350,14 +398,25 @@ fn take(site: &Site, has_blocks: bool) -> Result<Samples> {
 /// Gives files the names that they have in a run's directory, and adds their hashes.
 pub(super) fn rename(settings: &mut Settings, inputs: &[Input]) {
     let rename = |file: &mut String| {
-        if let Some(input) = inputs.iter().find(|input| input.named == *file) {
+        let made = surrogate(file).map(|seed| made(seed, MOTORS));
+        if let Some(input) = inputs
+            .iter()
+            .find(|input| input.named == *made.as_ref().unwrap_or(file))
+        {
             file.clone_from(&input.name);
         }
     };
     let robot = &mut settings.robot;
-    for tables in [Some(&mut robot.tables), robot.described.tables.as_mut()] {
-        if let Some(SensorFiles::Files(files)) = tables {
-            files.iter_mut().for_each(rename);
+    for tables in iter::once(&mut robot.tables).chain(&mut robot.described.tables) {
+        match tables {
+            SensorFiles::BuiltIn | SensorFiles::FromReality => (),
+            SensorFiles::Surrogate(seed) => {
+                let (folder, motors) = (format!("surrogate:{seed}/"), made(*seed, MOTORS));
+                let is_table = |input: &&Input| input.named.starts_with(&folder) && input.named != motors;
+                let made = inputs.iter().filter(is_table).map(|input| input.name.clone());
+                *tables = SensorFiles::Files(made.collect());
+            }
+            SensorFiles::Files(files) => files.iter_mut().for_each(rename),
         }
     }
     rename(&mut robot.motors);

@@ -16,6 +16,7 @@ use oneiro::surrogate::{Difference, Differences};
 use oneiro::tables::MotorStates;
 use oneiro::world::{self, Controller, LENGTH, Noise, Task, WorldSpec};
 use oneiro_evolve::settings as evolution;
+use oneiro_robots::address::Address;
 use oneiro_robots::tracker;
 
 use super::robots::{self, Preset};
@@ -156,14 +157,14 @@ fn rows() -> Vec<Parameter<Settings>> {
             "A robot that ships, by name; keys that are given take the place of its own. A run's `config.toml` has its values instead of its name: see docs/robots.md.", |own, _| Some(&mut own.robot.preset)),
     ]);
     insert(&mut rows, "robot.body_radius_mm", [
-        row("robot.tables", "", Text("\"khepera\", \"reality\" or a list of files"), OURS,
-            "Sampled sensors: the Khepera that is built in, samples taken of the surrogate that is `reality.robot`, as `oneiro robot sample` takes them, or a file for each class of object. Of a described robot those of its sensors of the kind sampled.", |own, _| match own.world.robot.build {
+        row("robot.tables", "", Text("\"khepera\", \"reality\", \"surrogate:SEED\" or a list of files"), OURS,
+            "Sampled sensors: the Khepera that is built in, samples of the surrogate that is `reality.robot` or of the one named here, as `oneiro robot sample` takes them, or a file for each class of object. Of a described robot those of its sensors of the kind sampled.", |own, _| match own.world.robot.build {
                 Build::Sampled => Some(&mut own.robot.tables),
                 Build::Differential(_) => Some(&mut own.robot.described.tables),
                 Build::Forager(_) => None,
             }),
-        row("robot.motors", "", Text("\"khepera\", \"reality\" or a file"), OURS,
-            "Sampled motors: the Khepera that is built in, samples taken of the surrogate that is `reality.robot`, or a file. A described robot has them in place of `wheel_base_mm` and `greatest_speed_mm_s`.", |own, _| match own.world.robot.build {
+        row("robot.motors", "", Text("\"khepera\", \"reality\", \"surrogate:SEED\" or a file"), OURS,
+            "Sampled motors: the Khepera that is built in, samples of the surrogate that is `reality.robot` or of the one named here, or a file. A described robot has them in place of `wheel_base_mm` and `greatest_speed_mm_s`.", |own, _| match own.world.robot.build {
                 Build::Sampled => Some(&mut own.robot.motors),
                 Build::Differential(_) => Some(&mut own.robot.described.motors),
                 Build::Forager(_) => None,
@@ -323,6 +324,14 @@ pub(crate) const BUILT_IN: &str = "khepera";
 /// Name of tables that are sampled from the surrogate of `[reality]`.
 pub(crate) const FROM_REALITY: &str = "reality";
 
+/// The seed of tables that are sampled from a surrogate, `surrogate:SEED`.
+pub(super) fn surrogate(word: &str) -> Option<u64> {
+    match word.parse() {
+        Ok(Address::Surrogate(seed)) => Some(seed),
+        _ => None,
+    }
+}
+
 /// Source of the sensor tables.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum SensorFiles {
@@ -331,6 +340,8 @@ pub enum SensorFiles {
     BuiltIn,
     /// `"reality"`
     FromReality,
+    /// `"surrogate:1"`
+    Surrogate(u64),
     /// `["wall.sam", "round.sam"]`
     Files(Vec<String>),
 }
@@ -340,6 +351,7 @@ impl Field for SensorFiles {
         Some(match self {
             Self::BuiltIn => Datum::Word(BUILT_IN.into()),
             Self::FromReality => Datum::Word(FROM_REALITY.into()),
+            Self::Surrogate(seed) => Datum::Word(format!("surrogate:{seed}")),
             Self::Files(files) => Datum::List(files.iter().cloned().map(Datum::Word).collect()),
         })
     }
@@ -352,6 +364,7 @@ impl Field for SensorFiles {
         let own = match datum {
             Datum::Word(word) if word == BUILT_IN => Some(Self::BuiltIn),
             Datum::Word(word) if word == FROM_REALITY => Some(Self::FromReality),
+            Datum::Word(word) => surrogate(word).map(Self::Surrogate),
             Datum::List(files) => files.iter().map(file).collect::<Option<_>>().map(Self::Files),
             _ => None,
         };

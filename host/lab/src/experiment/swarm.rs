@@ -100,7 +100,7 @@ impl Described for File {
                 CONTROL,
                 "",
                 Allowed::Any,
-                "ours; the null and the interventions of docs/preregistration-2014.md",
+                "ours; the null and the interventions of studies/preregistration-2014.md",
                 "What the experimenter does to the evolution of simulators. Simulated swarms only.",
                 |own: &mut File, _| Some(&mut own.control),
             ));

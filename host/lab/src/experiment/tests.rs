@@ -465,11 +465,11 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[robot]\ntables = \"epuck\"",
-        "test.toml:2:10: robot.tables: is \"epuck\"; allowed: \"khepera\", \"reality\" or a list of files",
+        "test.toml:2:10: robot.tables: is \"epuck\"; allowed: \"khepera\", \"reality\", \"surrogate:SEED\" or a list of files",
     ),
     (
         "[robot]\ntables = [\"wall.sam\", 3]",
-        "test.toml:2:10: robot.tables: is [\"wall.sam\", 3]; allowed: \"khepera\", \"reality\" or a list of files",
+        "test.toml:2:10: robot.tables: is [\"wall.sam\", 3]; allowed: \"khepera\", \"reality\", \"surrogate:SEED\" or a list of files",
     ),
     (
         "[robot]\ntables = \"reality\"",
@@ -1329,6 +1329,37 @@ fn typed_files_are_looked_for_from_the_working_directory() {
     );
 }
 
+/// Tables made of a surrogate are the files that `oneiro robot sample` would have written: a run's copies of them make the same run.
+#[test]
+fn a_surrogates_tables_are_inputs_of_its_runs() {
+    let scratch = Scratch::new("surrogate");
+    let text = "[robot]\ntables = \"surrogate:3\"\nmotors = \"surrogate:3\"\n";
+    let made = read(&scratch, text, &[]).unwrap();
+    let names: Vec<&str> = made.inputs().iter().map(|input| &*input.name).collect();
+    assert_eq!(names, ["inputs/wall.sam", "inputs/round.sam", "inputs/motor.sam"]);
+    for input in made.inputs() {
+        scratch.write(&format!("run/{}", input.name), &input.content.bytes);
+    }
+    let config = scratch.write("run/config.toml", made.resolved_toml(3));
+    let again = Experiment::read(&config, &[]).unwrap();
+    assert_eq!(again.identities().of(3), made.identities().of(3));
+    let reality = text.replace("surrogate:3", "reality") + "[reality]\nrobot = \"surrogate:3\"\n";
+    let real = read(&scratch, &reality, &[]).unwrap();
+    let robot = |of: &Experiment| of.world().spec().robot.clone();
+    assert_eq!(robot(&again), robot(&made));
+    assert_eq!(robot(&real), robot(&made));
+    // Only what is made of a surrogate is.
+    let built_in = read(&scratch, text, &["robot.motors=khepera"]).unwrap();
+    assert_eq!(built_in.inputs().len(), 2);
+    let block = read(&scratch, text, &["arena.preset=miglino1995-block"]).unwrap();
+    assert_eq!(block.inputs().len(), 4);
+    let refused = refusal(&scratch, &text.replace("surrogate:3", "surrogate:x"), &[]);
+    assert!(
+        refused.contains("is \"surrogate:x\"; allowed: \"khepera\", \"reality\""),
+        "{refused}"
+    );
+}
+
 /// The simulator that is made from reality is the one that the files of `oneiro robot sample` make, and both severities tell in it.
 #[test]
 fn simulators_are_sampled_from_reality() {
@@ -1352,7 +1383,7 @@ fn simulators_are_sampled_from_reality() {
         .unwrap();
     let samples = sampling::sample_unkept(&mut *robot, &Object::of_the_paper()).unwrap();
     let made = &own.world().spec().robot;
-    assert_eq!(*made.sensors, samples.sensors);
+    assert_eq!(made.sensors, samples.sensors);
     let motors = oneiro::tables::MotorTable::new(&samples.motors, oneiro::tables::MotorStates::Symmetric20).unwrap();
     assert_eq!(made.motors.cells, motors.cells);
     // It is part of what the world is.

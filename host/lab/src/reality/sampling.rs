@@ -2,6 +2,7 @@
 //! while it turns before the object, and its motion under each pair of speeds.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::{fs, io};
 
 use oneiro::tables::{MotorSamples, SensorTable, SensorTables};
@@ -58,7 +59,7 @@ pub type Row = Vec<Vec<u16>>;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Samples {
     /// A table for each object.
-    pub sensors: SensorTables,
+    pub sensors: Arc<SensorTables>,
     /// The motion under each pair of speeds.
     pub motors: MotorSamples,
 }
@@ -194,7 +195,7 @@ pub fn sample(robot: &mut dyn Sampled, objects: &[Object], notebook: &Notebook, 
         done();
     }
     Ok(Samples {
-        sensors: SensorTables::new(classes),
+        sensors: Arc::new(SensorTables::new(classes)),
         motors: motors(&taken),
     })
 }

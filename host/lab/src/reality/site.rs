@@ -30,7 +30,7 @@ use crate::engine::job::Outside;
 use crate::engine::queue::Interruption;
 
 /// How much a surrogate differs from the simulator made from its samples, unless another value is given: chosen by the
-/// calibration of `docs/preregistration-1995.md`, on the condition without noise and on other robots.
+/// calibration of `studies/preregistration-1995.md`, on the condition without noise and on other robots.
 pub const SEVERITY: f32 = 1.75;
 
 /// A robot in its surroundings.

@@ -101,7 +101,7 @@ pub fn refuse(refusal: &Failure) -> u8 {
 fn leave_session() {
     // Fails for the leader of a group, such as one that a shell has started itself.
     #[cfg(unix)]
-    let _ = nix::unistd::setsid();
+    let _ = rustix::process::setsid();
 }
 
 /// Signals that ask for the end.

@@ -40,7 +40,7 @@ pub struct Arguments {
     /// Instead of the study, measure the gap without noise by severity, on five other robots
     #[arg(long, conflicts_with_all = ["runs", "robot", "severity", "tables", "out", "arm", "full", "sensitivity"])]
     pub calibrate: bool,
-    /// Judge the second edition of the study instead: the directories of finished sweeps of experiments/miglino1995/second
+    /// Judge the second edition of the study instead: the directories of finished sweeps of studies/miglino1995/second
     #[arg(long, value_name = "DIR,..", value_delimiter = ',', value_hint = ValueHint::DirPath,
         conflicts_with_all = ["runs", "robot", "severity", "tables", "arm", "full", "sensitivity", "calibrate", "study"])]
     pub sweeps: Vec<PathBuf>,

@@ -1,5 +1,5 @@
 //! The calibration of the second edition: of each collision rule the two severities at which the surrogate has the paper's gap without
-//! noise, and repeats its paths, by the rule of `docs/preregistration-1995-second.md`.
+//! noise, and repeats its paths, by the rule of `studies/preregistration-1995-second.md`.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Judges the claims of the paper by the criteria of `docs/preregistration-1995.md`: whether each registered criterion is met by the
+//! Judges the claims of the paper by the criteria of `studies/preregistration-1995.md`: whether each registered criterion is met by the
 //! estimates alone, and the verdict by the 95 % intervals of its parts. Runs are the unit of all intervals. Ratios enter as differences, such
 //! as half of one mean minus another, so that no interval divides by a figure near zero.
 

@@ -289,10 +289,10 @@ fn sampled_robot(settings: &Settings, evaluations: &Engine, directory: &Path, co
 }
 
 /// A simulated robot made from samples.
-fn simulated_robot(settings: &Settings, sensors: SensorTables, motors: &MotorSamples) -> Robot {
+fn simulated_robot(settings: &Settings, sensors: Arc<SensorTables>, motors: &MotorSamples) -> Robot {
     let motors = MotorTable::new(motors, settings.states());
     Robot {
-        sensors: Arc::new(sensors),
+        sensors,
         motors: Arc::new(motors.expect("all speeds were sampled")),
         ..Robot::khepera()
     }

@@ -1,5 +1,5 @@
 //! The second edition of the study: contrasts of conditions and of collision rules, from the tables of its sweeps, judged as
-//! `docs/preregistration-1995-second.md` says. `docs/recompute.py` does the same with other software.
+//! `studies/preregistration-1995-second.md` says. `studies/recompute.py` does the same with other software.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -226,7 +226,10 @@ static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
             "rule",
             "the simulator's collision rule, or `slide - undo` for what the rule changes",
         ),
-        Column::text("contrast", "what is compared, see docs/preregistration-1995-second.md"),
+        Column::text(
+            "contrast",
+            "what is compared, see studies/preregistration-1995-second.md",
+        ),
         Column::text("claims", "the claims that it belongs to"),
     ];
     let firmness = [
@@ -471,7 +474,7 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
     const MOTION: &str = "reality.motion_severity";
     let needed = ["reality.severity", "robot.collision", "reality.robot", "seed"];
     let mut found: BTreeMap<(String, String), Known> = BTreeMap::new();
-    sweep_results::each_row((path, text), "experiments/miglino1995/second", &needed, |row| {
+    sweep_results::each_row((path, text), "studies/miglino1995/second", &needed, |row| {
         let run = Run::read(|column| row.number(column, |number| number.is_finite(), "a number"))?;
         let severity = row.cell("reality.severity")?;
         let motion = row.find(MOTION).unwrap_or(severity);

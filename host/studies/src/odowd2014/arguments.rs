@@ -39,8 +39,8 @@ pub struct Arguments {
     /// Device that evaluates.
     #[command(flatten)]
     pub backend: Backend,
-    /// Judge the second edition of the study instead: the directories of finished sweeps of experiments/odowd2014/second
-    /// (docs/preregistration-2014-second.md). With --out, its tables are written there
+    /// Judge the second edition of the study instead: the directories of finished sweeps of studies/odowd2014/second
+    /// (studies/preregistration-2014-second.md). With --out, its tables are written there
     #[arg(long, value_name = "DIR,..", value_delimiter = ',', value_hint = ValueHint::DirPath, conflicts_with_all = ["runs", "seed", "scale", "credit", "only_cases", "questions", "arm", "sensitivity", "study"])]
     pub sweeps: Vec<PathBuf>,
     /// A file to use instead of the shipped experiments/odowd2014/study.toml: what the study runs, and its arms

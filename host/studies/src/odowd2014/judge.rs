@@ -1,4 +1,4 @@
-//! Judges the claims of the paper by the criteria of `docs/preregistration-2014.md`, in the same way for each
+//! Judges the claims of the paper by the criteria of `studies/preregistration-2014.md`, in the same way for each
 //! combination of mutation scale and credit: whether each registered criterion is met, and the verdict. Comparisons that were registered
 //! as tests hold by their p after Holm's correction, and are opposed by it where the difference has the other sign. Other figures are
 //! judged by their 95 % intervals over runs.

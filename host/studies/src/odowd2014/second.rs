@@ -1,5 +1,5 @@
 //! The second edition of the study: contrasts of cells, and of what the light law, credit and installation change, from the tables of its
-//! sweeps, judged as `docs/preregistration-2014-second.md` says. `docs/recompute.py` does the same with other software.
+//! sweeps, judged as `studies/preregistration-2014-second.md` says. `studies/recompute.py` does the same with other software.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -351,7 +351,10 @@ static FACTORS: LazyLock<Vec<Column>> = LazyLock::new(|| {
 
 static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
     let words = [
-        Column::text("contrast", "what is compared, see docs/preregistration-2014-second.md"),
+        Column::text(
+            "contrast",
+            "what is compared, see studies/preregistration-2014-second.md",
+        ),
         Column::text("claims", "the claims that it belongs to"),
     ];
     let halves = [
@@ -461,7 +464,7 @@ impl Found {
                     return Err(Failure::input(format_args!(
                         "--sweeps: lack runs of swarm.case = {:?} with swarm.control = {:?} at a threshold of {threshold}, a scale of \
                          {scale}, credit {credit} and installation after {installed} s; allowed: finished sweeps of \
-                         experiments/odowd2014/second, random among them, with at least four seeds of each cell, the same for all \
+                         studies/odowd2014/second, random among them, with at least four seeds of each cell, the same for all \
                          of a case",
                         name(&case),
                         name(&kind),
@@ -470,7 +473,7 @@ impl Found {
             }
         }
         if all.is_empty() {
-            let problem = "--sweeps: have no run of an evolving swarm; allowed: sweeps of experiments/odowd2014/second";
+            let problem = "--sweeps: have no run of an evolving swarm; allowed: sweeps of studies/odowd2014/second";
             return Err(Failure::input(problem));
         }
         Ok(all)
@@ -601,7 +604,7 @@ fn cell(cells: &Cells, case: Case, kind: Kind) -> Vec<String> {
 fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
     sweep_results::each_row(
         (path, text),
-        "experiments/odowd2014/second",
+        "studies/odowd2014/second",
         &["swarm.case", "seed"],
         |row| {
             let run = Run::read(|column| row.number(column, |_| true, "a number, or NaN"))?;

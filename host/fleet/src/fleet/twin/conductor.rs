@@ -13,12 +13,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
 use oneiro::swarm::Line;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
 use oneiro_robots::guard::values::Values;
+use rustix::process::{Pid, Signal, kill_process};
 
 use super::clocks::LocalClock;
 use super::disk::SmallDisk;
@@ -521,7 +520,7 @@ impl<'a> Conductor<'a> {
                 self.leave(number, Who::Daemon);
             }
             What::Pause { time } => {
-                signal(robot.process.as_ref(), Signal::SIGSTOP);
+                signal(robot.process.as_ref(), Signal::STOP);
                 robot.goes_on = Some(robot.goes_on.unwrap_or(0).max(now + time));
             }
             What::Serial { time } => robot.body.hang(now + time),
@@ -544,7 +543,7 @@ impl<'a> Conductor<'a> {
             let robot = &mut self.robots[number as usize];
             let is_due = |timer: &mut Option<u64>| timer.take_if(|at| *at <= now).is_some();
             if is_due(&mut robot.goes_on) {
-                signal(robot.process.as_ref(), Signal::SIGCONT);
+                signal(robot.process.as_ref(), Signal::CONT);
             }
             if is_due(&mut robot.has_room)
                 && let Some(disk) = &robot.disk
@@ -864,7 +863,7 @@ impl<'a> Conductor<'a> {
         for robot in &mut self.robots {
             (robot.starts, robot.has_room) = (None, None);
             if robot.goes_on.take().is_some() {
-                signal(robot.process.as_ref(), Signal::SIGCONT);
+                signal(robot.process.as_ref(), Signal::CONT);
             }
             if let Some(disk) = &robot.disk {
                 disk.free();
@@ -879,7 +878,7 @@ impl<'a> Conductor<'a> {
     fn close(&mut self) {
         for (number, robot) in self.robots.iter_mut().enumerate() {
             if let Some(mut process) = robot.process.take() {
-                signal(Some(&process), Signal::SIGCONT);
+                signal(Some(&process), Signal::CONT);
                 // It may have ended.
                 let _ = process.kill();
                 let _ = process.wait();
@@ -908,7 +907,7 @@ const DONE: &str = "done";
 fn signal(process: Option<&Child>, signal: Signal) {
     if let Some(process) = process {
         // It may have ended.
-        let _ = kill(Pid::from_raw(process.id() as i32), signal);
+        let _ = kill_process(Pid::from_child(process), signal);
     }
 }
 

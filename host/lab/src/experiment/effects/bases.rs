@@ -105,8 +105,8 @@ mutation = { kind = 'add_normal', per = 'gene', rate = 0.5, amount = 0.5 }
 const FILES: &str = "
 cycles = 40
 [robot]
-tables = ['surrogate-1/wall.sam', 'surrogate-1/round.sam', 'surrogate-1/block.sam']
-motors = 'surrogate-1/motor.sam'
+tables = 'surrogate:1'
+motors = 'surrogate:1'
 states = 'asymmetric'
 turn_before_move = 0.3
 collision = 'keep_turn'

@@ -7,8 +7,8 @@ use oneiro_base::exit::{Failure, Result};
 /// A terminal that passes keys on at once. It is as before when this is dropped.
 #[cfg(unix)]
 pub(super) struct Terminal {
-    before: nix::sys::termios::Termios,
-    keys: nix::sys::termios::Termios,
+    before: rustix::termios::Termios,
+    keys: rustix::termios::Termios,
 }
 
 #[cfg(unix)]
@@ -18,11 +18,11 @@ impl Terminal {
     /// # Errors
     /// There is no terminal.
     pub(super) fn enter() -> Result<Self> {
-        use nix::sys::termios::{LocalFlags, tcgetattr};
+        use rustix::termios::{LocalModes, tcgetattr};
 
-        let before = tcgetattr(nix::libc::STDIN_FILENO).map_err(|error| unusable(&error.into()))?;
+        let before = tcgetattr(io::stdin()).map_err(|error| unusable(&error.into()))?;
         let mut keys = before.clone();
-        keys.local_flags.remove(LocalFlags::ICANON | LocalFlags::ECHO);
+        keys.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
         let terminal = Self { before, keys };
         terminal.again().map(|()| terminal)
     }
@@ -32,9 +32,9 @@ impl Terminal {
     /// # Errors
     /// It can't be set.
     pub(super) fn again(&self) -> Result {
-        use nix::sys::termios::{SetArg, tcsetattr};
+        use rustix::termios::{OptionalActions, tcsetattr};
 
-        tcsetattr(nix::libc::STDIN_FILENO, SetArg::TCSANOW, &self.keys).map_err(|error| unusable(&error.into()))
+        tcsetattr(io::stdin(), OptionalActions::Now, &self.keys).map_err(|error| unusable(&error.into()))
     }
 }
 
@@ -42,10 +42,10 @@ impl Terminal {
 impl Drop for Terminal {
     /// Discards keys that nobody has read, so that a shell does not get them.
     fn drop(&mut self) {
-        use nix::sys::termios::{SetArg, tcsetattr};
+        use rustix::termios::{OptionalActions, tcsetattr};
 
         // A terminal that is gone needs nothing.
-        let _ = tcsetattr(nix::libc::STDIN_FILENO, SetArg::TCSAFLUSH, &self.before);
+        let _ = tcsetattr(io::stdin(), OptionalActions::Flush, &self.before);
     }
 }
 

@@ -1,0 +1,164 @@
+#!/usr/bin/env bash
+# recompute.sh: studies/recompute.py judges small sweeps of both studies' second editions as the program does, and notices a
+# verdict and a figure that are not the program's; studies/noise.py and studies/recordings.py print the tables that docs/miglino1995.md has. Skipped if there is no Python, or its packages aren't available.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+. tests/install.sh
+. tests/skips.sh
+
+folder=$(realpath -m "${CARGO_TARGET_DIR:-target}")
+say() { printf '\n== recomputing: %s\n' "$*"; }
+fail() {
+    echo "recomputing: $*" >&2
+    exit 1
+}
+
+python_with pandas,scipy,statsmodels pandas scipy statsmodels || {
+    skipped python "studies/recompute.py: $problem"
+    exit 0
+}
+[ -x "$folder/debug/oneiro" ] || fail "build the program first: cargo build --features oneiro-host/parquet"
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+oneiro() { "$folder/debug/oneiro" "$@"; }
+
+say "a small sweep of each of two severities"
+for severity in 0.5 1; do
+    # Lives of 300 cycles, long enough for some runs to converge and others not.
+    sed -e 's|"\.\./\.\./\.\.|"'"$PWD"'|; s/^seeds = .*/seeds = "1..4"/; /"surrogate:[0-9]*", "surr/d' \
+        -e 's/^reality.robot = \[/&"surrogate:1", "surrogate:2", "surrogate:3", "surrogate:4"/' \
+        -e 's/^evolution.generations.*/evolution = { generations = 14, population = 40, parents = 8, finalists = 0 }\ncycles = 300/' \
+        -e '/^evolution.finalists/d; s/^reality.generations.*/reality.generations = 3/' \
+        "studies/miglino1995/second/collision-$severity.toml" >"$scratch/$severity.toml"
+    oneiro sweep run "$scratch/$severity.toml" --out "$scratch/$severity" --quiet >/dev/null
+done
+oneiro reproduce miglino1995 --sweeps "$scratch/0.5,$scratch/1" --out "$scratch/judged"
+
+# recompute DIRECTORY SWEEP..: the sweeps, against what the program said of them.
+recompute() { "$python" studies/recompute.py --judged "$@"; }
+same() { recompute "$@" | tee "$scratch/printed"; tail -n 1 "$scratch/printed" | grep -q "^0 differences from the program"; }
+say "studies/recompute.py"
+same "$scratch/judged" "$scratch/0.5" "$scratch/1" || fail "it differs from the program"
+
+say "the same with effects: sensor noise made better in the simulator, conservative noise worse in the last generation"
+# Columns are counted from the right, since text before them is quoted.
+mkdir "$scratch/effects"
+awk -F, -v OFS=, 'NR > 1 && /0\.4\]/ { $(NF - 14) += 90; $(NF - 13) += 90 } NR > 1 && /,30\.0,/ { $(NF - 5) -= 90 } { print }' \
+    "$scratch/1/results.csv" >"$scratch/effects/results.csv"
+oneiro reproduce miglino1995 --sweeps "$scratch/effects" --out "$scratch/judged-effects" >"$scratch/claims"
+for outcome in holds undecided opposed; do
+    grep -q "$outcome" "$scratch/judged-effects/contrasts.csv" || fail "no contrast has the outcome $outcome"
+done
+# changed FILE SED: a copy of what the program judged, with a table that was changed so.
+changed() {
+    cp -r "$scratch/judged-effects" "$scratch/other-$1"
+    sed -i "$2" "$scratch/other-$1/$1.csv"
+    ! cmp -s "$scratch/other-$1/$1.csv" "$scratch/judged-effects/$1.csv" || fail "CONTROL: nothing was changed in $1.csv by $2"
+}
+changed claims '2s/,holds,/,undecided,/; t; 2s/,opposed,/,holds,/; t; 2s/,undecided,/,holds,/'
+changed contrasts '2s/,yes$/,no/; t; 2s/,no$/,yes/'
+changed cells '2s/,\([0-9]\)\([0-9.]*\)$/,1\1\2/'
+# Judged once, and compared with all four.
+! recompute "$scratch/judged-effects" --judged "$scratch/other-claims" --judged "$scratch/other-contrasts" --judged "$scratch/other-cells" \
+    "$scratch/effects" >"$scratch/printed" || fail "CONTROL: changed tables are not noticed"
+grep "differences from the program" "$scratch/printed" | tee "$scratch/counts"
+[ "$(wc -l <"$scratch/counts")" = 4 ] || fail "it was not compared with four directories"
+head -n 1 "$scratch/counts" | grep -q "^0 " || fail "it differs from the program where there are effects"
+! tail -n 3 "$scratch/counts" | grep -q "^0 " || fail "CONTROL: a changed claim, contrast or figure is not noticed"
+
+say "a small ensemble of realities, and one in which conservative noise is best in reality"
+sed -e 's|"\.\./\.\./\.\.|"'"$PWD"'|; s/^seeds = .*/seeds = [1]/; s/^samples = .*/samples = 6/' \
+    -e 's/^evolution.generations.*/evolution = { generations = 14, population = 40, parents = 8, finalists = 0 }\ncycles = 300/' \
+    -e '/^evolution.finalists/d; s/^reality.generations.*/reality.generations = 3/' \
+    studies/miglino1995/second/ensemble.toml >"$scratch/ensemble.toml"
+oneiro sweep run "$scratch/ensemble.toml" --out "$scratch/ensemble" --quiet >/dev/null
+awk -F, -v OFS=, 'NR > 1 && /,30\.0,/ { $(NF - 8) += 900 } { print }' "$scratch/ensemble/results.csv" >"$scratch/better.csv"
+for table in ensemble/results better; do
+    "$python" studies/ensemble.py "$scratch/$table.csv" >"$scratch/shares"
+    grep -q "^6 realities, .*; 72 runs$" "$scratch/shares" || fail "the ensemble has other realities"
+    awk '$1 == "real" && $2 == 1 { count++ } END { print count + 0 }' "$scratch/shares"
+done >"$scratch/counts"
+[ "$(tail -n 1 "$scratch/counts")" -ge 2 ] || fail "conservative noise is not best in reality in all realities"
+[ "$(head -n 1 "$scratch/counts")" = 0 ] || fail "conservative noise is best in all realities of the small ensemble"
+
+say "the response surface, of gaps that are known"
+PYTHONPATH=studies "$python" - <<'END'
+import numpy as np, pandas as pd
+from ensemble import DIFFERENCES, surface
+
+random = np.random.default_rng(1)
+severities = pd.DataFrame(random.uniform(0, 2, (60, 9)), columns=DIFFERENCES)
+alone = 25 * severities.latency + random.normal(0, 10, 60)
+product = (severities.wheels - 1) * (severities.slip - 1)
+rows, whole = surface(severities, {("slide", "alone"): alone, ("slide", "together"): alone + 100 * product})
+found = rows[rows["makes the gap"] == "yes"]
+assert set(found.difference) == {"latency"}, found
+assert 20 < rows[(rows.gap == "alone") & (rows.difference == "latency")]["per severity"].item() < 30, rows
+assert list(whole.corrected < 0.05) == [False, True], whole
+END
+
+for robot in lives:holds epuck:opposed; do
+    say "the 1995 study in Aseba's simulator: $robot"
+    lives=studies/miglino1995/elsewhere/${robot%:*}.csv
+    # The gap with sensor noise minus that without: the mean over seeds, of the table by awk.
+    gap=$(awk -F, '$1 == "slide" && $4 != "on" { sign = ($2 == "sensor") - ($2 == "none"); sum += sign * (($4 == "simulated") - ($4 == "real")) * $6; seeds[$3] }
+        END { printf "%.4f", sum / length(seeds) }' "$lives")
+    "$python" studies/elsewhere.py "$lives" >"$scratch/elsewhere" || fail "studies/elsewhere.py"
+    grep -q "gap, sensor - none .* $gap[0-9]* .* ${robot#*:}" "$scratch/elsewhere" || fail "studies/elsewhere.py has another gap than $gap"
+done
+
+# missing: how many lines of the printed tables the document lacks. Each study's are in it, and a changed run changes one.
+missing() { grep '^|' "$scratch/printed" | grep -vxF -f docs/miglino1995.md | wc -l; }
+
+say "the 1995 study with recordings"
+runs=studies/miglino1995/recordings/runs.csv
+"$python" studies/recordings.py "$runs" >"$scratch/printed" || fail "studies/recordings.py"
+[ "$(grep -c '^|' "$scratch/printed")" = 66 ] || fail "studies/recordings.py prints other tables"
+[ "$(missing)" = 0 ] || fail "docs/miglino1995.md lacks $(missing) lines of studies/recordings.py"
+awk -F, -v OFS=, 'NR > 1 && $1 == "recordings" && $4 == "conservative" { $10 -= 3 } { print }' "$runs" >"$scratch/changed.csv"
+"$python" studies/recordings.py "$scratch/changed.csv" >"$scratch/printed" || fail "studies/recordings.py"
+[ "$(missing)" != 0 ] || fail "CONTROL: worse lives among the recordings are not noticed"
+recordings=${ONEIRO_RECORDINGS:-../shared/data/khepera}
+if [ -f "$recordings/wall.sam" ]; then
+    "$python" studies/recordings.py --run "$recordings" --out "$scratch/carried" --seeds 1..1 --oneiro "$folder/debug/oneiro"
+    [ "$(wc -l <"$scratch/carried/runs.csv")" = 19 ] || fail "the first seed has other rows"
+    ! grep -vxF -f "$runs" "$scratch/carried/runs.csv" || fail "the first seed of the recordings gives other rows than $runs has"
+else
+    skipped recordings "the first seed of the 1995 study with recordings"
+fi
+
+say "the 1995 study with other kinds of noise"
+runs=studies/miglino1995/noise/runs.csv
+"$python" studies/noise.py "$runs" >"$scratch/printed" || fail "studies/noise.py"
+[ "$(missing)" = 0 ] || fail "docs/miglino1995.md lacks $(missing) lines of studies/noise.py"
+awk -F, -v OFS=, 'NR > 1 && $2 == "envelope" { $9 -= 3 } { print }' "$runs" >"$scratch/noise.csv"
+"$python" studies/noise.py "$scratch/noise.csv" >"$scratch/printed" || fail "studies/noise.py"
+[ "$(missing)" != 0 ] || fail "CONTROL: worse lives in reality with the envelope are not noticed"
+
+say "a small calibration"
+sed -e 's|"\.\./\.\./\.\.|"'"$PWD"'|; s/^seeds = .*/seeds = "1..3"/; s/, 1.5, 2.0\]/]/; /"surrogate:[0-9]*", "surr/d' \
+    -e 's/^reality.robot = \[/&"surrogate:1001", "surrogate:1002", "surrogate:1003"/' \
+    -e 's/^evolution.generations.*/evolution = { generations = 14, population = 40, parents = 8, finalists = 0 }\ncycles = 300/' \
+    -e '/^evolution.finalists/d' studies/miglino1995/second/calibration.toml >"$scratch/calibration.toml"
+oneiro sweep run "$scratch/calibration.toml" --out "$scratch/calibration" --quiet >/dev/null
+oneiro reproduce miglino1995 --sweeps "$scratch/calibration" --out "$scratch/calibrated"
+[ "$(grep -c ',yes,' "$scratch/calibrated/calibration.csv")" = 3 ] || fail "not one pair of severities was taken for each rule"
+same "$scratch/calibrated" "$scratch/calibration" || fail "it calibrates otherwise than the program"
+
+say "small sweeps of the 2014 study"
+# Ten minutes, of which the light moves in the fifth.
+for name in random scale-0.2; do
+    sed -e 's|"\.\./\.\./\.\.|"'"$PWD"'|; s/^seeds = "1\.\..*/seeds = "1..6"/; s/^seeds = "501.*/seeds = "501..506"/; s/^\[set\]$//' \
+        -e 's/^swarm.controllers.mutation_scale = .*//' -e 's/^# Credit makes.*//' "studies/odowd2014/second/$name.toml" >"$scratch/$name.toml"
+    printf '[set]\nswarm.minutes = 10\nswarm.light_moves_minute = 5\n' >>"$scratch/$name.toml"
+    # Nothing evolves among robots that search at random.
+    [ "$name" = random ] || echo 'swarm.controllers.mutation_scale = 0.2' >>"$scratch/$name.toml"
+    oneiro sweep run "$scratch/$name.toml" --out "$scratch/$name" --quiet >/dev/null
+done
+oneiro reproduce odowd2014 --sweeps "$scratch/random,$scratch/scale-0.2" --out "$scratch/judged-2014"
+for outcome in holds undecided opposed; do
+    grep -q "$outcome" "$scratch/judged-2014/contrasts.csv" || fail "no contrast of 2014 has the outcome $outcome"
+done
+same "$scratch/judged-2014" "$scratch/random" "$scratch/scale-0.2" || fail "it judges the 2014 study otherwise than the program"
+
+say "all is well"
