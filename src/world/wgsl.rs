@@ -216,7 +216,7 @@ fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individu
         let reading = (kind.write)(&mut text, &each);
         if is_individual && kind.has(Feature::Analogue) {
             let ambient = if kind.has(Feature::SeesLight) {
-                "own.ambient"
+                "cell.ambient"
             } else {
                 "0.0f"
             };
