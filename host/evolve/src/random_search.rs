@@ -1,7 +1,7 @@
 //! Random search, a control: every generation has new genomes, drawn as those of generation 0 are. What selection adds is what an
 //! optimiser does better than this at equal evaluations.
 
-use oneiro_base::exit::Result;
+use crate::error::Result;
 
 use super::random::{Stream, stream};
 use super::registry::Entry;
