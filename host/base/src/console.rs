@@ -8,6 +8,8 @@ use std::fmt::{Display, Write as _};
 use std::io::{self, IsTerminal, Write};
 
 use clap::Args;
+use serde::Serialize;
+use serde_json::Value;
 
 use crate::answer::Answer;
 use crate::exit::{Failure, Result};
@@ -43,14 +45,9 @@ impl Console {
         Self { output }
     }
 
-    /// Whether data are printed as JSON.
-    pub fn json(self) -> bool {
-        self.output.json
-    }
-
     /// Whether data go to a person's terminal.
     pub fn has_screen(self) -> bool {
-        !self.json() && io::stdout().is_terminal()
+        !self.output.json && io::stdout().is_terminal()
     }
 
     /// Whether messages and progress are hidden.
@@ -63,29 +60,58 @@ impl Console {
         if self.quiet() { Bars::Hidden } else { Bars::Shown }
     }
 
-    /// Prints an answer: its messages, then its text, or its JSON.
-    pub fn answer(self, answer: &Answer) -> Result {
+    /// Prints an answer: its messages, then its text or its JSON.
+    pub fn print_answer<T: Serialize>(self, answer: &Answer<T>) -> Result {
         self.warn(&answer.warnings);
         for message in &answer.messages {
             self.say(message);
         }
-        if self.json() {
-            self.json_data(&answer.value)
+        self.print_text(&answer.text)?;
+        self.print_json(&answer.value)
+    }
+
+    /// Prints text, unless `--json` is given. With [`Self::print_json`] for data whose text comes piece by piece, and whose JSON is
+    /// a whole.
+    pub fn print_text(self, text: impl AsRef<str>) -> Result {
+        if self.output.json {
+            return Ok(());
+        }
+        self.print_plain(text)
+    }
+
+    /// Prints data as JSON, indented, if `--json` is given.
+    pub fn print_json(self, value: &impl Serialize) -> Result {
+        if !self.output.json {
+            return Ok(());
+        }
+        let text = serde_json::to_string_pretty(value).map_err(Failure::failed)?;
+        Self::print(&shown_in_json(&text))
+    }
+
+    /// Prints one of several data that come one after another, as text or as a line of JSON.
+    pub fn print_line(self, text: impl AsRef<str>, value: &Value) -> Result {
+        if self.output.json {
+            self.print_json_line(value)
         } else {
-            self.data(&answer.text)
+            self.print_text(text)
         }
     }
 
-    /// Prints data, and adds a missing line end.
-    pub fn data(self, text: impl AsRef<str>) -> Result {
-        if self.json() {
-            Self::print(&shown_in_json(text.as_ref()))
-        } else {
-            Self::print(&shown(text.as_ref()))
-        }
+    /// Prints data as a line of JSON, also without `--json`.
+    pub fn print_json_line(self, value: &Value) -> Result {
+        Self::print(&shown_in_json(&value.to_string()))
     }
 
+    /// Prints text that has no other form, such as a script.
+    pub fn print_plain(self, text: impl AsRef<str>) -> Result {
+        Self::print(&shown(text.as_ref()))
+    }
+
+    /// Prints a text, and adds a missing line end; nothing if it is empty.
     fn print(text: &str) -> Result {
+        if text.is_empty() {
+            return Ok(());
+        }
         let mut stdout = io::stdout().lock();
         stdout
             .write_all(text.as_bytes())
@@ -98,17 +124,6 @@ impl Console {
             })
             .and_then(|()| stdout.flush())
             .map_err(|error| Failure::stdout(&error))
-    }
-
-    /// Prints data as JSON, indented.
-    pub fn json_data(self, value: &impl serde::Serialize) -> Result {
-        let text = serde_json::to_string_pretty(value).map_err(Failure::failed)?;
-        Self::print(&shown_in_json(&text))
-    }
-
-    /// Prints data as a line of JSON.
-    pub fn json_line(self, value: &serde_json::Value) -> Result {
-        Self::print(&shown_in_json(&value.to_string()))
     }
 
     /// Prints why the program ends, also if `--quiet` is given.
@@ -198,11 +213,8 @@ pub fn usage(error: &clap::Error) -> u8 {
 }
 
 /// A float32 for JSON: the shortest decimal that reads back as the same number; null if it isn't finite.
-pub fn decimal(value: f32) -> serde_json::Value {
-    value
-        .to_string()
-        .parse::<f64>()
-        .map_or(serde_json::Value::Null, serde_json::Value::from)
+pub fn decimal(value: f32) -> Value {
+    value.to_string().parse::<f64>().map_or(Value::Null, Value::from)
 }
 
 /// A count with its noun, singular or plural.
@@ -249,8 +261,8 @@ mod tests {
     #[test]
     fn decimals_are_short() {
         assert_eq!(decimal(305.615_6).to_string(), "305.6156");
-        assert_eq!(decimal(f32::NAN), serde_json::Value::Null);
-        assert_eq!(decimal(f32::INFINITY), serde_json::Value::Null);
+        assert_eq!(decimal(f32::NAN), Value::Null);
+        assert_eq!(decimal(f32::INFINITY), Value::Null);
     }
 
     #[test]

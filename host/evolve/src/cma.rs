@@ -8,8 +8,8 @@
 
 mod jacobi;
 
+use crate::error::{Error, Result};
 use oneiro::exact::exponential;
-use oneiro_base::exit::Result;
 use rand::distr::Distribution as _;
 use serde::{Deserialize, Serialize};
 
@@ -576,7 +576,7 @@ impl Optimizer for Cma {
             [mean, covariances, path_sigma, path].map(Vec::len)
         };
         if lengths(&state.distribution) != lengths(distribution) {
-            return Err(saved::corrupt());
+            return Err(Error::Lengths);
         }
         self.axes = state.distribution.axes();
         self.state = state;

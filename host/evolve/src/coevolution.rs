@@ -4,10 +4,10 @@
 //! A contest's genome is the first population's genes, then the second's. So worlds, batches and records need no notion
 //! of two populations. Its fitness is the first one's score, and the second's is the rest of the total.
 
+use crate::error::{Error, Result};
 use oneiro::parameter::Allowed::{Any, Number, Text, Whole};
 use oneiro::parameter::{Choice, Choices, Parameter, row};
 use oneiro::world::Gene;
-use oneiro_base::exit::Result;
 use rand::Rng;
 use serde::Serialize;
 
@@ -336,12 +336,12 @@ impl Optimizer for Coevolution {
             side.evolution.restore(&evolution)?;
             let generations = side.evolution.generation() as usize;
             if hall.len() != generations * side.evolution.ask().genes() {
-                return Err(saved::corrupt());
+                return Err(Error::Lengths);
             }
             side.hall = hall;
         }
         if sides[0].evolution.generation() != sides[1].evolution.generation() {
-            return Err(saved::corrupt());
+            return Err(Error::Lengths);
         }
         self.sides = sides;
         self.meet();

@@ -3,9 +3,9 @@
 //! has some of its genes and some of a third member to which the weighted difference of two others is added. As in Price, Storn and
 //! Lampinen, "Differential Evolution" (2005), the trial vector wins if both are equal. Members keep the score that they won by.
 
+use crate::error::{Error, Result};
 use oneiro::parameter::Allowed::{Any, Number};
 use oneiro::parameter::{Choice, Choices, Parameter, row};
-use oneiro_base::exit::Result;
 use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
 
@@ -246,7 +246,7 @@ impl Optimizer for DifferentialEvolution {
         };
         let lengths = [members.genes.len(), members.fitness.len(), members.generations.len()];
         if lengths != [self.population.values().len(), scored, scored] {
-            return Err(saved::corrupt());
+            return Err(Error::Lengths);
         }
         self.members = members;
         self.population = self.asked();

@@ -3,7 +3,7 @@
 
 mod values;
 
-use oneiro_base::exit::Result;
+use crate::error::{Error, Result};
 use rand::Rng;
 use rand::distr::Distribution;
 use rand_pcg::Pcg64;
@@ -495,7 +495,7 @@ impl Optimizer for Genetic {
     fn restore(&mut self, bytes: &[u8]) -> Result {
         let (generation, values): (u32, Vec<f32>) = saved::open(NAME, VERSION, &self.owner(), bytes)?;
         if values.len() != self.population.values.len() {
-            return Err(saved::corrupt());
+            return Err(Error::Lengths);
         }
         self.generation = generation;
         self.population.values = values;

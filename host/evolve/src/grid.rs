@@ -1,8 +1,8 @@
 //! Exhaustive search: every combination of evenly spaced genes once, as Gauci et al. 2014 searched for a controller of four numbers.
 
+use crate::error::{Error, Result};
 use oneiro::parameter::Allowed::Whole;
 use oneiro::parameter::{Parameter, row};
-use oneiro_base::exit::Result;
 use serde::{Deserialize, Serialize};
 
 use super::registry::{Checked, Entry, Feature, Given, Surroundings, Table, refused};
@@ -204,7 +204,7 @@ impl Optimizer for Grid {
         let told = u64::from(state.generation) * u64::from(self.size);
         let count = told.min(self.size.into()) as usize;
         if state.best.len() != count || state.best.iter().any(|&(number, _)| number >= told) {
-            return Err(saved::corrupt());
+            return Err(Error::Lengths);
         }
         self.state = state;
         self.populate();

@@ -22,6 +22,7 @@ pub mod coevolution;
 pub mod descriptors;
 mod differential_evolution;
 pub mod encapsulated;
+pub mod error;
 pub mod genetic;
 mod grid;
 pub mod map_elites;
@@ -42,9 +43,9 @@ mod pinned;
 use std::cmp::Ordering;
 use std::fmt::Debug;
 
+use error::{Error, Result};
 use oneiro::parameter::{Choice, Choices, Parameter};
 use oneiro::world::Gene;
-use oneiro_base::exit::{Failure, Result};
 use serde::{Deserialize, Serialize};
 
 use coevolution::Coevolution;
@@ -221,17 +222,20 @@ pub trait Optimizer: Debug + Send + Sync {
     fn tell(&mut self, fitness: Vec<f32>, behaviour: &[f64]) -> Result<Generation> {
         let (number, individuals) = (self.generation(), self.ask().len());
         if fitness.len() != individuals {
-            return Err(Failure::failed(format_args!(
-                "generation {number}: {} scores for {individuals} individuals; allowed: one for each",
-                fitness.len()
-            )));
+            return Err(Error::Scores {
+                generation: number,
+                scores: fitness.len(),
+                individuals,
+            });
         }
         let descriptors = individuals * self.descriptors();
         if behaviour.len() != descriptors {
-            return Err(Failure::failed(format_args!(
-                "generation {number}: {} numbers describe the behaviour of {individuals} individuals; allowed: {descriptors}",
-                behaviour.len()
-            )));
+            return Err(Error::Descriptors {
+                generation: number,
+                numbers: behaviour.len(),
+                individuals,
+                allowed: descriptors,
+            });
         }
         let ranking = ranked(&fitness);
         Ok(Generation {
@@ -252,7 +256,7 @@ pub trait Optimizer: Debug + Send + Sync {
     /// Continues from a saved state.
     ///
     /// # Errors
-    /// Exit 5 for a state that is damaged, or of another algorithm, version or settings; then nothing has changed.
+    /// A state that is damaged, or of another algorithm, version or settings; then nothing has changed.
     fn restore(&mut self, saved: &[u8]) -> Result;
 }
 

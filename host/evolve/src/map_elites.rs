@@ -8,7 +8,7 @@ mod values;
 
 use std::collections::BTreeMap;
 
-use oneiro_base::exit::Result;
+use crate::error::{Error, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -389,7 +389,7 @@ impl Optimizer for MapElites {
         let is_own = |elite: &Elite| elite.genome.len() == genes && elite.behaviour.len() == dimensions;
         let length = first.as_ref().map_or(genes * self.size as usize, Vec::len);
         if !elites.values().all(is_own) || length != genes * self.size as usize {
-            return Err(saved::corrupt());
+            return Err(Error::Lengths);
         }
         self.generation = generation;
         self.archive.elites = elites;

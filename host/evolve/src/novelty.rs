@@ -2,9 +2,9 @@
 //! Evolutionary Computation 19(2), 2011): a genetic algorithm that selects individuals whose behaviour differs from the
 //! rest of the generation and from the archive. Fitness is recorded and chooses the champion, and decides nothing else.
 
+use crate::error::{Error, Result};
 use oneiro::parameter::Allowed::{Whole, WholeUpTo};
 use oneiro::parameter::{Parameter, row};
-use oneiro_base::exit::Result;
 use serde::Serialize;
 
 use super::descriptors::{self, Descriptor};
@@ -166,7 +166,7 @@ impl Optimizer for Novelty {
     fn restore(&mut self, bytes: &[u8]) -> Result {
         let (genetic, archive): (Vec<u8>, Vec<f64>) = saved::open(NAME, VERSION, &self.owner, bytes)?;
         if !archive.len().is_multiple_of(self.descriptors.len()) {
-            return Err(saved::corrupt());
+            return Err(Error::Lengths);
         }
         self.genetic.restore(&genetic)?;
         self.archive = archive;

@@ -3,7 +3,7 @@
 //! gradient, which Adam (Kingma and Ba, arXiv 1412.6980, 2014) follows. Places count from the middle of the initial range of each
 //! gene, in halves of that range.
 
-use oneiro_base::exit::Result;
+use crate::error::{Error, Result};
 use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
 
@@ -190,7 +190,7 @@ impl Optimizer for OpenEs {
     fn restore(&mut self, bytes: &[u8]) -> Result {
         let state: OpenEsState = saved::open(NAME, VERSION, &self.owner, bytes)?;
         if [&state.centre, &state.gradients, &state.squares].map(Vec::len) != [self.space.len(); 3] {
-            return Err(saved::corrupt());
+            return Err(Error::Lengths);
         }
         self.state = state;
         self.sample();

@@ -7,10 +7,10 @@ mod friedman;
 mod sampling;
 mod tails;
 
+use crate::error::{Error, Result};
 use oneiro::parameter::Allowed::{Number, Whole};
 use oneiro::parameter::{Parameter, row};
 use oneiro::world::Gene;
-use oneiro_base::exit::Result;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Stream, stream};
@@ -390,7 +390,7 @@ impl Optimizer for Race {
         let is_whole = all.clone().all(|candidate| self.model.fits(candidate)) && !state.candidates.is_empty();
         let count = state.candidates.len();
         if !is_whole || state.places.iter().any(|places| places.len() != count) {
-            return Err(saved::corrupt());
+            return Err(Error::Lengths);
         }
         self.state = state;
         self.populate();

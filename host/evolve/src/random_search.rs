@@ -1,7 +1,7 @@
 //! Random search, a control: every generation has new random genomes, drawn like generation 0. Compared at equal
 //! evaluations, it shows what an optimiser's selection adds.
 
-use oneiro_base::exit::Result;
+use crate::error::Result;
 
 use super::random::{Stream, stream};
 use super::registry::Entry;

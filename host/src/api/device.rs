@@ -109,7 +109,7 @@ pub(super) fn words(device: &Device) -> String {
 
 /// This machine's devices as JSON, as `oneiro device list --json` prints them.
 pub fn devices() -> String {
-    list::value(false).to_string()
+    list::answer(false).value.to_string()
 }
 
 /// Checks that this machine computes the same bits as every other, as `oneiro device test --json` does, with `rollouts` lives of each

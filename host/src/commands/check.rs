@@ -11,7 +11,7 @@ use crate::cli::Check;
 /// Reads the experiment and prints a summary; without one, explains a rule.
 pub(crate) fn run(arguments: &Check, console: Console) -> Result {
     let Some(experiment) = &arguments.experiment else {
-        return rules::explain(arguments.explain.as_deref().unwrap_or(rules::ALL), console);
+        return console.print_answer(&rules::explain(arguments.explain.as_deref().unwrap_or(rules::ALL))?);
     };
     if let Some(out) = &arguments.out {
         files::must_be_svg("--out", out)?;
@@ -22,7 +22,7 @@ pub(crate) fn run(arguments: &Check, console: Console) -> Result {
         console.say(experiment.check_lives(arguments.lives)?);
     }
     if arguments.cost {
-        return cost::run(&experiment.sample()?, console);
+        return console.print_answer(&cost::answer(&experiment.sample()?, console.bars())?);
     }
-    console.answer(&experiment.check(arguments.out.as_deref())?)
+    console.print_answer(&experiment.check(arguments.out.as_deref())?)
 }

@@ -10,5 +10,5 @@ pub(crate) fn run(arguments: &Completions, console: Console) -> Result {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut cli::command(), "oneiro", &mut script);
     let script = String::from_utf8(script).map_err(Failure::failed)?;
-    console.data(script)
+    console.print_plain(script)
 }

@@ -1,7 +1,8 @@
 //! What a cycle costs a GPU, and how many of them cards can do at most.
 
 use oneiro::batch::Worlds;
-use oneiro_base::console::Console;
+use oneiro_base::answer::Answer;
+use oneiro_base::console::Bars;
 use oneiro_base::exit::Result;
 use serde::Serialize;
 
@@ -79,7 +80,8 @@ mod counted {
     use serde_json::json;
 
     use super::ceilings;
-    use oneiro_base::console::{Console, columns};
+    use oneiro_base::answer::Answer;
+    use oneiro_base::console::{Bars, columns};
     use oneiro_base::exit::{Failure, Result};
     use oneiro_base::progress::meanwhile;
     use oneiro_lab::workload;
@@ -107,8 +109,8 @@ mod counted {
         Ok(cost.specialised.operations.sum() as f64 / f64::from(cost.cycles))
     }
 
-    pub(super) fn run(worlds: &Worlds, console: Console) -> Result {
-        let cost = meanwhile("counting a cycle's operations", console.bars(), || counted(worlds))?;
+    pub(super) fn answer(worlds: &Worlds, bars: Bars) -> Result<Answer> {
+        let cost = meanwhile("counting a cycle's operations", bars, || counted(worlds))?;
         let a_cycle = |count: u64| count as f64 / f64::from(cost.cycles);
         let of =
             |counted: &Counted, class: Class| a_cycle(counted.operations.0.get(&class).copied().unwrap_or_default());
@@ -125,25 +127,23 @@ mod counted {
                 )
             })
             .collect();
-        if console.json() {
-            let classes = |counted: &Counted| -> BTreeMap<&str, f64> {
-                Class::ALL
-                    .iter()
-                    .map(|class| (class.name(), of(counted, *class)))
-                    .collect()
-            };
-            return console.json_data(&json!({
-                "lives": LIVES,
-                "cycles": cost.cycles,
-                "any_world": { "operations": all(&cost.any), "by_class": classes(&cost.any) },
-                "this_world": { "operations": all(&cost.specialised), "by_class": classes(&cost.specialised) },
-                "at_most": ceilings,
-                "lines": lines
-                    .iter()
-                    .map(|(place, operations, text)| json!({ "place": place, "operations": operations, "text": text }))
-                    .collect::<Vec<_>>(),
-            }));
-        }
+        let classes = |counted: &Counted| -> BTreeMap<&str, f64> {
+            Class::ALL
+                .iter()
+                .map(|class| (class.name(), of(counted, *class)))
+                .collect()
+        };
+        let value = json!({
+            "lives": LIVES,
+            "cycles": cost.cycles,
+            "any_world": { "operations": all(&cost.any), "by_class": classes(&cost.any) },
+            "this_world": { "operations": all(&cost.specialised), "by_class": classes(&cost.specialised) },
+            "at_most": ceilings,
+            "lines": lines
+                .iter()
+                .map(|(place, operations, text)| json!({ "place": place, "operations": operations, "text": text }))
+                .collect::<Vec<_>>(),
+        });
         let row = |name: &str, figures: [f64; 2]| {
             let figures = figures.map(|figure| format!("{figure:.1}"));
             [vec![name.to_owned()], figures.to_vec()].concat()
@@ -162,7 +162,7 @@ mod counted {
             .take(DEAREST)
             .map(|(place, operations, text)| vec![format!("{operations:.1}"), place.clone(), (*text).clone()])
             .collect();
-        console.data(format!(
+        let text = format!(
             "Operations of a cycle, of {LIVES} lives of random genomes that a GPU runs together: what one of them does, all wait for.\n\n\
              {}\n\
              This world's kernel by lines, the dearest first; a line of a part of your own has all that it calls.\n\n{}\n\
@@ -171,20 +171,21 @@ mod counted {
             columns(&["", "any world", "this world"], &rows),
             columns(&["operations", "line", ""], &dearest),
             columns(&["card", "at most"], &cards),
-        ))
+        );
+        Ok(Answer::new(text, value))
     }
 }
 
-/// `oneiro check --cost`: prints what a cycle in the first of these worlds costs.
+/// `oneiro check --cost`: what a cycle in the first of these worlds costs.
 ///
 /// # Errors
 /// Exit 3: this program has no compiler of kernels. A mistake of the compiler.
-pub(super) fn run(worlds: &Worlds, console: Console) -> Result {
+pub(super) fn answer(worlds: &Worlds, bars: Bars) -> Result<Answer> {
     #[cfg(all(feature = "gpu", feature = "compose"))]
-    return counted::run(worlds, console);
+    return counted::answer(worlds, bars);
     #[cfg(not(all(feature = "gpu", feature = "compose")))]
     {
-        let _ = (worlds, console);
+        let _ = (worlds, bars);
         Err(oneiro_base::exit::Failure::usage(
             "--cost: this program was built without `gpu` or `compose`, and has no compiler to count with",
         ))

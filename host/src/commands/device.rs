@@ -16,7 +16,7 @@ pub(crate) mod test;
 /// Runs the subcommand.
 pub(crate) fn run(arguments: &Device, console: Console) -> Result {
     match &arguments.command {
-        DeviceCommand::List(arguments) => list::run(arguments, console),
+        DeviceCommand::List(arguments) => console.print_answer(&list::answer(arguments.explain)),
         DeviceCommand::Test(arguments) => test::run(arguments, console),
         DeviceCommand::Bench(arguments) => bench::run(arguments, console),
         #[cfg(all(feature = "ahead", any(target_arch = "x86_64", target_arch = "aarch64")))]

@@ -7,6 +7,7 @@ use oneiro::batch::Trace;
 use oneiro::differential::Build;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::world::{self, World, WorldSpec};
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, counted, decimal};
 use oneiro_base::contents::{Column, Entry, README, describe};
 use oneiro_base::exit::{Failure, Result};
@@ -23,7 +24,8 @@ use oneiro_lab::lives::{Keys, LifeIndex, Lives, scores, starts};
 use oneiro_lab::runs::single::trace::TraceTable;
 use oneiro_report::csv::Csv;
 use oneiro_report::numbers::{significant, unsigned_zero};
-use serde_json::json;
+use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
 
 use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::{Evaluate, Noise};
@@ -257,8 +259,7 @@ impl Sink {
     /// Prints or writes a table.
     fn take(&self, table: &Table, console: Console) -> Result {
         match self {
-            Self::Stdout if console.json() => console.json_data(&table.json()),
-            Self::Stdout => console.data(table.csv()),
+            Self::Stdout => console.print_answer(&Answer::new(table.csv(), table)),
             Self::Csv(path) => files::write_new(path, table.csv().as_bytes()),
             Self::Npy(path) => {
                 let fitness: Vec<f32> = table.results.iter().map(|(fitness, _)| *fitness).collect();
@@ -357,9 +358,9 @@ impl Table {
     }
 
     /// A row for each genome.
-    fn json_summary(&self) -> Vec<serde_json::Value> {
+    fn json_summary(&self) -> impl Iterator<Item = Value> {
         let columns = self.columns_of_means();
-        let row = |(genome, own): (usize, Appraisal)| {
+        let row = move |(genome, own): (usize, Appraisal)| {
             let mut row = json!({
                 "genome": genome,
                 "lives": own.lives,
@@ -375,7 +376,7 @@ impl Table {
             }
             row
         };
-        self.appraisals().enumerate().map(row).collect()
+        self.appraisals().enumerate().map(row)
     }
 
     /// The same as CSV, to six digits.
@@ -399,10 +400,8 @@ impl Table {
         csv.text()
     }
 
-    fn json(&self) -> Vec<serde_json::Value> {
-        if self.summary {
-            return self.json_summary();
-        }
+    /// A row for each rollout.
+    fn json_lives(&self) -> impl Iterator<Item = Value> {
         let row = |(genome, trial, (fitness, measures)): (usize, usize, &Lived)| {
             let mut row = json!({
                 "genome": genome,
@@ -418,7 +417,7 @@ impl Table {
             }
             row
         };
-        self.rows().map(row).collect()
+        self.rows().map(row)
     }
 
     /// Formats fitness as the shortest decimal that reads back as the same number, with its bits; measures to six
@@ -443,6 +442,17 @@ impl Table {
             csv.row(own.into_iter().chain(numbers).chain(source));
         }
         csv.text()
+    }
+}
+
+impl Serialize for Table {
+    /// Row by row, since there may be millions.
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        if self.summary {
+            serializer.collect_seq(self.json_summary())
+        } else {
+            serializer.collect_seq(self.json_lives())
+        }
     }
 }
 
@@ -501,18 +511,18 @@ mod tests {
         let mut unequal = summary(true);
         unequal.results[3].1.collisions = 6;
         assert!(unequal.csv().contains("20.5593,4.5,12,"));
-        assert_eq!(unequal.json()[1]["mean_collisions"], 4.5);
+        assert_eq!(json!(unequal)[1]["mean_collisions"], 4.5);
         assert_eq!(
             summary(false).span().unwrap(),
             "mean fitness of 2 genomes: median 1.1, greatest 1.5 (genome 1)"
         );
-        assert_eq!(summary(true).json()[1]["mean"], 1.5);
+        assert_eq!(json!(summary(true))[1]["mean"], 1.5);
         let mut zero = summary(true);
         zero.results.iter_mut().for_each(|own| own.0 = -0.0);
-        assert_eq!(zero.json()[0]["mean"].to_string(), "0.0");
+        assert_eq!(json!(zero)[0]["mean"].to_string(), "0.0");
         assert!(zero.csv().contains("\n0,2,0,0,0,0,"));
-        assert_eq!(summary(true).json()[1]["source"], "a, b.npy[3]");
-        assert_eq!(table(true).json()[3]["distance_mm"], 1234.57);
-        assert_eq!(table(true).json()[3]["collisions"], 3);
+        assert_eq!(json!(summary(true))[1]["source"], "a, b.npy[3]");
+        assert_eq!(json!(table(true))[3]["distance_mm"], 1234.57);
+        assert_eq!(json!(table(true))[3]["collisions"], 3);
     }
 }

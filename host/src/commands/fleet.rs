@@ -7,6 +7,7 @@ pub(crate) mod twin;
 
 use std::path::Path;
 
+use oneiro_base::answer::Answer;
 use oneiro_base::console::counted;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::contents::describe;
@@ -50,49 +51,46 @@ fn plan(arguments: &FleetFile, console: Console) -> Result {
     let fleet = any.computers();
     let robots = fleet.chosen(&arguments.robots)?;
     let stock = Stock::read(fleet, any.key())?;
-    if console.json() {
-        let robot = |robot: &&Robot| {
-            let files = stock.parcels(robot);
-            let files = files
-                .iter()
-                .map(|file| json!({ "name": file.name, "bytes": file.bytes.len() }));
-            let remote = Remote::of(fleet, robot);
-            json!({
-                "number": robot.number,
-                "host": robot.host,
-                "address": robot.address,
-                "radio": robot.radio,
-                "share": robot.share,
-                "time": robot.time,
-                "directory": fleet.place(robot),
-                "files": files.collect::<Vec<_>>(),
-                "start": remote.shown(&service::start_command(fleet, robot)),
-                "stop": remote.shown(&service::stop_command(fleet, robot)),
-                "robot_toml": robot.toml,
-            })
-        };
-        let mut plan = json!({
-            "service": fleet.service,
-            "robots": robots.iter().map(robot).collect::<Vec<_>>(),
-        });
-        if let AnyFleet::Foragers(fleet) = &any {
+    let robot = |robot: &&Robot| {
+        let files = stock.parcels(robot);
+        let files = files
+            .iter()
+            .map(|file| json!({ "name": file.name, "bytes": file.bytes.len() }));
+        let remote = Remote::of(fleet, robot);
+        json!({
+            "number": robot.number,
+            "host": robot.host,
+            "address": robot.address,
+            "radio": robot.radio,
+            "share": robot.share,
+            "time": robot.time,
+            "directory": fleet.place(robot),
+            "files": files.collect::<Vec<_>>(),
+            "start": remote.shown(&service::start_command(fleet, robot)),
+            "stop": remote.shown(&service::stop_command(fleet, robot)),
+            "robot_toml": robot.toml,
+        })
+    };
+    let mut plan = json!({
+        "service": fleet.service,
+        "robots": robots.iter().map(robot).collect::<Vec<_>>(),
+    });
+    let mut text = match &any {
+        AnyFleet::Foragers(fleet) => {
             let (minutes, battery) = minutes(fleet);
             plan["experiment"] = fleet.experiment.name().into();
             plan["seed"] = fleet.seed.into();
             plan["minutes"] = fleet.experiment.settings().minutes.into();
             plan["robot_minutes"] = (minutes * robots.len() as f64).into();
             plan["battery_minutes"] = battery.into();
+            members(fleet, &robots)
         }
-        return console.json_data(&plan);
-    }
-    let mut text = match &any {
-        AnyFleet::Foragers(fleet) => members(fleet, &robots),
         AnyFleet::Alone(_) => alone(&robots),
     };
     if let Some(first) = robots.first() {
         text += &example(fleet, first, &stock);
     }
-    console.data(text)
+    console.print_answer(&Answer::new(text, plan))
 }
 
 /// How long the experiment of a swarm takes, and how long a battery must last, min.
@@ -319,10 +317,8 @@ fn replay(record: &Path, console: Console) -> Result {
     };
     #[cfg(not(all(unix, feature = "twin")))]
     let page = page::replay(&Fleet::read(record)?)?;
-    if console.json() {
-        return console.json_data(&json!({ "page": page.display().to_string() }));
-    }
-    console.data(page.display().to_string())
+    let page = page.display().to_string();
+    console.print_answer(&Answer::new(page.as_str(), json!({ "page": page })))
 }
 
 /// Reports progress: the work for a robot has ended, well or not.
@@ -341,24 +337,24 @@ fn print_outcomes<T: Send>(
 ) -> Result<Outcomes<T>> {
     let outcomes = on_each(fleet, robots, work);
     let host = |number: u32| fleet.robot(number).map(|robot| robot.host.clone()).unwrap_or_default();
-    if console.json() {
-        let row = |(number, outcome): &(u32, Result<T>)| match outcome {
-            Ok(own) => json!({ "robot": number, "host": host(*number), "done": describe(own).1 }),
-            Err(failure) => json!({ "robot": number, "host": host(*number), "problem": failure.to_string() }),
-        };
-        console.json_data(&outcomes.iter().map(row).collect::<Vec<_>>())?;
-        return Ok(outcomes);
-    }
     let row = |(number, outcome): &(u32, Result<T>)| {
+        let host = host(*number);
+        let mut value = json!({ "robot": number, "host": host });
         let words = match outcome {
-            Ok(own) => describe(own).0,
-            Err(failure) => format!("FAILED: {failure}"),
+            Ok(own) => {
+                let (words, done) = describe(own);
+                value["done"] = done;
+                words
+            }
+            Err(failure) => {
+                value["problem"] = failure.to_string().into();
+                format!("FAILED: {failure}")
+            }
         };
-        vec![number.to_string(), host(*number), words]
+        (vec![number.to_string(), host, words], value)
     };
-    console.data(columns(
-        &["robot", "computer", "what came of it"],
-        &outcomes.iter().map(row).collect::<Vec<_>>(),
-    ))?;
+    let (rows, values): (Vec<_>, Vec<_>) = outcomes.iter().map(row).unzip();
+    let text = columns(&["robot", "computer", "what came of it"], &rows);
+    console.print_answer(&Answer::new(text, values))?;
     Ok(outcomes)
 }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns, decimal};
 use oneiro_base::exit::{Code, Failure, Result};
 use oneiro_base::files;
@@ -24,10 +25,7 @@ pub(crate) fn run(arguments: &List, console: Console) -> Result {
         )));
     }
     let runs = runs(arguments.dir.as_deref().unwrap_or(usual))?;
-    if console.json() {
-        let runs: Vec<Value> = runs.iter().map(|directory| entry(directory)).collect();
-        return console.json_data(&runs);
-    }
+    let runs: Vec<Value> = runs.iter().map(|directory| entry(directory)).collect();
     let text = |value: &Value| match value {
         Value::Null => "-".to_owned(),
         Value::String(text) => text.clone(),
@@ -35,8 +33,7 @@ pub(crate) fn run(arguments: &List, console: Console) -> Result {
     };
     let rows: Vec<Vec<String>> = runs
         .iter()
-        .map(|directory| {
-            let entry = entry(directory);
+        .map(|entry| {
             let hash: String = text(&entry["result"]).chars().take(12).collect();
             let generations = format!("{}/{}", text(&entry["generation"]), text(&entry["generations"]));
             let cells = [
@@ -51,10 +48,8 @@ pub(crate) fn run(arguments: &List, console: Console) -> Result {
             vec![directory, name, seed, state, generations, best, hash]
         })
         .collect();
-    console.data(columns(
-        &["run", "experiment", "seed", "state", "generations", "best", "result"],
-        &rows,
-    ))
+    let head = ["run", "experiment", "seed", "state", "generations", "best", "result"];
+    console.print_answer(&Answer::new(columns(&head, &rows), runs))
 }
 
 /// The runs in a directory, in the order of the numbers in their names; or the directory itself if it is one.

@@ -15,6 +15,7 @@ mod evaluate;
 pub(crate) mod fleet;
 mod guard;
 mod list;
+mod live;
 mod new;
 mod on_board;
 pub(crate) mod places;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use oneiro::compose;
 use oneiro::parameter::nearest;
+use oneiro_base::answer::Answer;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
@@ -21,24 +22,24 @@ mod keys;
 /// Writes `NAME.toml`, and a file for each part that is named; or an example with its parts; or lists keys.
 pub(crate) fn run(arguments: &New, console: Console) -> Result {
     if let Some(part) = &arguments.keys {
-        return keys::list(part, console);
+        return console.print_answer(&keys::list(part)?);
     }
     match &arguments.example {
         None => template(arguments, console),
-        Some(none) if none.is_empty() => list(console),
+        Some(none) if none.is_empty() => console.print_answer(&list()),
         Some(name) => example(name, console),
     }
 }
 
 /// Lists the examples.
-fn list(console: Console) -> Result {
-    if console.json() {
-        let all = EXAMPLES.iter().map(|own| json!({"name": own.name, "about": own.about}));
-        return console.json_data(&all.collect::<Vec<_>>());
-    }
+fn list() -> Answer {
     let width = EXAMPLES.iter().map(|own| own.name.len()).max().unwrap_or_default() + 2;
     let line = |own: &Example| format!("{:<width$}{}\n", own.name, own.about);
-    console.data(EXAMPLES.iter().map(line).collect::<String>())
+    let value = |own: &Example| json!({ "name": own.name, "about": own.about });
+    Answer::new(
+        EXAMPLES.iter().map(line).collect::<String>(),
+        EXAMPLES.iter().map(value).collect(),
+    )
 }
 
 /// Writes an example and its parts.

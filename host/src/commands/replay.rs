@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
     };
     let engine = device::engine(&arguments.backend)?;
     let answer = run.experiment().replay(&recorded, &replay, &engine, console.bars())?;
-    console.answer(&answer)?;
+    console.print_answer(&answer)?;
     device::close(engine, console);
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::Result;
 use oneiro_lab::record::{Done, SavedRun};
@@ -68,18 +69,17 @@ impl Serialize for Report {
 pub(super) fn print(reports: &[Report], as_list: bool, console: Console) -> Result {
     console.warn(reports.iter().flat_map(|report| &report.summary.warnings));
     match reports {
-        [report] if !as_list && console.json() => console.json_data(report),
-        _ if console.json() => console.json_data(&reports),
         [report] if !as_list => {
             let (label, line) = &report.summary.line;
             let width = label.len().max("result".len()) + 2;
-            console.data(format!(
+            let text = format!(
                 "{label:<width$}{line}\n{:<width$}{}\n{:<width$}{}",
                 "result",
                 report.result,
                 "run",
                 report.directory.display()
-            ))
+            );
+            console.print_answer(&Answer::new(text, report))
         }
         _ => {
             // Each kind of run has its own columns.
@@ -97,7 +97,7 @@ pub(super) fn print(reports: &[Report], as_list: bool, console: Console) -> Resu
             };
             let rows: Vec<Vec<String>> = reports.iter().map(row).collect();
             let head = [&["run", "seed"][..], &names, &["result"]].concat();
-            console.data(columns(&head, &rows))
+            console.print_answer(&Answer::new(columns(&head, &rows), reports))
         }
     }
 }

@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
@@ -21,12 +22,12 @@ pub(crate) mod calibrate;
 mod drive;
 mod sample;
 mod tables;
-pub(super) mod watch;
+mod watch;
 
 /// Runs the subcommand.
 pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
     match &arguments.command {
-        RobotCommand::List => list(console),
+        RobotCommand::List => console.print_answer(&list()),
         RobotCommand::Ping(link) => ping(link, console),
         RobotCommand::Watch(arguments) => watch::run(arguments, console),
         RobotCommand::Drive(arguments) => drive::run(arguments, console),
@@ -38,25 +39,24 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result {
     }
 }
 
-/// Prints the serial ports and the forms of addresses.
-fn list(console: Console) -> Result {
+/// The serial ports and the forms of addresses.
+fn list() -> Answer {
     let ports = link::ports();
-    if console.json() {
-        let port =
-            |port: &Port| json!({ "path": port.path, "about": port.about, "address": Wire::at(port).to_string() });
-        let form = |[form, robots]: [String; 2]| json!({ "form": form, "robots": robots });
-        return console.json_data(&json!({
-            "ports": ports.iter().map(port).collect::<Vec<_>>(),
-            "addresses": forms().into_iter().map(form).collect::<Vec<_>>(),
-        }));
-    }
+    let port = |port: &Port| json!({ "path": port.path, "about": port.about, "address": Wire::at(port).to_string() });
+    let forms: Vec<[String; 2]> = forms();
+    let form = |[form, robots]: &[String; 2]| json!({ "form": form, "robots": robots });
+    let value = json!({
+        "ports": ports.iter().map(port).collect::<Vec<_>>(),
+        "addresses": forms.iter().map(form).collect::<Vec<_>>(),
+    });
     let row = |port: &Port| vec![Wire::at(port).to_string(), known(&port.about).to_owned()];
     let text = match &ports.iter().map(row).collect::<Vec<_>>()[..] {
         [] => "no serial port was found\n".to_owned(),
         rows => columns(&["address", "port"], rows),
     };
-    let forms: Vec<Vec<String>> = forms().into_iter().map(Into::into).collect();
-    console.data(format!("{text}\n{}", columns(&["form of address", "robots"], &forms)))
+    let forms: Vec<Vec<String>> = forms.into_iter().map(Into::into).collect();
+    let forms = columns(&["form of address", "robots"], &forms);
+    Answer::new(format!("{text}\n{forms}"), value)
 }
 
 /// Text of a cell, which is never empty.
@@ -75,10 +75,7 @@ fn ping(arguments: &RobotLink, console: Console) -> Result {
             let description = robot.description().clone();
             let timing = description.sensors.first().map(|group| Timing::of(robot, group.kind));
             let timing = timing.transpose()?;
-            if console.json() {
-                return console.json_data(&described(wire, &description, battery, timing.as_ref()));
-            }
-            console.data(text(wire, &description, battery, timing.as_ref()))
+            console.print_answer(&described(wire, &description, battery, timing.as_ref()))
         })
     })
 }
@@ -99,13 +96,11 @@ fn light(arguments: &RobotLight, console: Console) -> Result {
                 robot.light(light, is_on)?;
             }
             let state = if is_on { "on" } else { "off" };
-            if console.json() {
-                return console.json_data(
-                    &json!({ "address": wire.to_string(), "robot": name, "lights": arguments.lights, "state": state }),
-                );
-            }
-            let lights = arguments.lights.join(", ");
-            console.data(format!("switched {state}: {lights} of the {name} at {wire}"))
+            let lights = &arguments.lights;
+            console.print_answer(&Answer::new(
+                format!("switched {state}: {} of the {name} at {wire}", lights.join(", ")),
+                json!({ "address": wire.to_string(), "robot": name, "lights": lights, "state": state }),
+            ))
         })
     })
 }
@@ -118,10 +113,10 @@ fn stop(arguments: &RobotLink, console: Console) -> Result {
             Ok(robot.description().robot.clone())
         });
         let robot = stopped.map_err(|error| unstopped(&error))?;
-        if console.json() {
-            return console.json_data(&json!({ "address": wire.to_string(), "robot": robot, "stopped": true }));
-        }
-        console.data(format!("stopped: the {robot} at {wire} has confirmed it"))
+        console.print_answer(&Answer::new(
+            format!("stopped: the {robot} at {wire} has confirmed it"),
+            json!({ "address": wire.to_string(), "robot": robot, "stopped": true }),
+        ))
     })
 }
 
@@ -211,8 +206,16 @@ fn milliseconds(time: Duration) -> f64 {
     (time.as_secs_f64() * 1e6).round() / 1e3
 }
 
+/// What a robot is and has.
+fn described(wire: &Wire, description: &Description, battery: Option<Battery>, timing: Option<&Timing>) -> Answer {
+    Answer::new(
+        text(wire, description, battery, timing),
+        value(wire, description, battery, timing),
+    )
+}
+
 /// A description for JSON.
-fn described(wire: &Wire, description: &Description, battery: Option<Battery>, timing: Option<&Timing>) -> Value {
+fn value(wire: &Wire, description: &Description, battery: Option<Battery>, timing: Option<&Timing>) -> Value {
     let group = |group: &Group| {
         let (least, greatest) = group.range;
         json!({

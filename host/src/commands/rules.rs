@@ -2,7 +2,8 @@
 
 use oneiro::compose::Rule;
 use oneiro::parameter::nearest;
-use oneiro_base::console::{Console, columns};
+use oneiro_base::answer::Answer;
+use oneiro_base::console::columns;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::experiment::values::instead;
 use serde_json::{Value, json};
@@ -14,15 +15,17 @@ pub(crate) const ALL: &str = "list";
 const WIDTH: usize = 100;
 
 /// Explains a rule, or lists all.
-pub(crate) fn explain(name: &str, console: Console) -> Result {
+///
+/// # Errors
+/// Exit 3: there is no such rule.
+pub(crate) fn explain(name: &str) -> Result<Answer> {
     if name == ALL {
-        return list(console);
+        return Ok(list());
     }
     // As a refusal shows it.
     let name = name.trim_matches(['[', ']']);
     match Rule::ALL.iter().find(|rule| rule.name() == name) {
-        Some(rule) if console.json() => console.json_data(&document(*rule)),
-        Some(rule) => console.data(text(*rule)),
+        Some(rule) => Ok(Answer::new(text(*rule), value(*rule))),
         None => {
             let names: Vec<_> = Rule::ALL.iter().map(|rule| rule.name()).collect();
             Err(Failure::input(format_args!(
@@ -36,17 +39,17 @@ pub(crate) fn explain(name: &str, console: Console) -> Result {
     }
 }
 
-fn list(console: Console) -> Result {
-    if console.json() {
-        return console.json_data(&Rule::ALL.iter().map(|rule| document(*rule)).collect::<Vec<_>>());
-    }
+fn list() -> Answer {
     let rows = Rule::ALL
         .iter()
         .map(|rule| vec![rule.name().to_owned(), rule.about().to_owned()]);
-    console.data(columns(&["rule", "meaning"], &rows.collect::<Vec<_>>()))
+    Answer::new(
+        columns(&["rule", "meaning"], &rows.collect::<Vec<_>>()),
+        Rule::ALL.iter().map(|rule| value(*rule)).collect(),
+    )
 }
 
-fn document(rule: Rule) -> Value {
+fn value(rule: Rule) -> Value {
     let [wrong, right] = rule.examples().map_or([None; 2], |examples| examples.map(Some));
     json!({ "rule": rule.name(), "meaning": rule.about(), "why": rule.why(), "wrong": wrong, "right": right })
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns, counted};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -21,7 +22,7 @@ use oneiro_lab::sweep::store::{AllFinished, Shard, Store};
 use oneiro_lab::sweep::tables::{self, Written};
 use oneiro_lab::sweep::work::Work;
 use oneiro_lab::sweep::{Plan, RunIndex, Sweep, report};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use serde_json::json;
 
 use super::cost::{self, Ceiling};
@@ -44,9 +45,13 @@ pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
     match &arguments.command {
         SweepCommand::Plan(arguments) => plan(arguments, console),
         SweepCommand::Run(arguments) => sweep(arguments, console),
-        SweepCommand::Status { dir } => status(dir, console),
-        SweepCommand::Merge { dirs, out } => print_written(&merge(dirs, out.as_deref(), console)?, None, console),
-        SweepCommand::Report { dir, outcome, out } => reported(dir, outcome.as_deref(), out.as_deref(), console),
+        SweepCommand::Status { dir } => console.print_answer(&status(dir)?),
+        SweepCommand::Merge { dirs, out } => {
+            console.print_answer(&of_tables(&merge(dirs, out.as_deref(), console)?, None))
+        }
+        SweepCommand::Report { dir, outcome, out } => {
+            console.print_answer(&reported(dir, outcome.as_deref(), out.as_deref())?)
+        }
         SweepCommand::Extract { dir, run, out, backend } => extract(dir, run, out.as_deref(), backend, console),
     }
 }
@@ -72,95 +77,131 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
     } else {
         Vec::new()
     };
-    let shown = if arguments.all || console.json() {
-        all
-    } else {
-        SHOWN.min(all)
+    let planned = Planned {
+        bytes_a_run: plan.bytes,
+        cards_at_most: cards,
+        cells: sweep.file().cells(),
+        devices,
+        keys: sweep.file().keys().collect(),
+        minutes_on_robots: plan.robot_time.map(|time| time.minutes),
+        name: sweep.name(),
+        robot_minutes: plan.robot_time.map(|time| time.robot_minutes),
+        runs: PlannedRuns {
+            sweep: &sweep,
+            plan: &plan,
+        },
+        seeds: sweep.file().seeds.len(),
+        steps,
     };
-    let keys: Vec<&str> = sweep.file().keys().collect();
-    if console.json() {
-        let runs: Vec<_> = (0..all as RunIndex)
-            .map(|run| {
-                let cell = sweep.cell_of(run);
-                json!({
-                    "run": run,
-                    "id": plan.ids[run as usize].to_hex().as_str(),
-                    "values": sweep.levels(cell),
-                    "seed": sweep.seed_of(run),
-                    "steps": plan.steps[cell],
-                })
+    let shown = if arguments.all { all } else { SHOWN.min(all) };
+    let text = planned.text(shown);
+    console.print_answer(&Answer::new(text, planned))
+}
+
+/// What a sweep will do; fields are in the order of the alphabet, as in all JSON of the program.
+#[derive(Serialize)]
+struct Planned<'a> {
+    bytes_a_run: u64,
+    cards_at_most: Vec<Ceiling>,
+    cells: usize,
+    devices: Vec<Estimate>,
+    keys: Vec<&'a str>,
+    minutes_on_robots: Option<f64>,
+    name: &'a str,
+    robot_minutes: Option<f64>,
+    runs: PlannedRuns<'a>,
+    seeds: usize,
+    steps: u64,
+}
+
+/// The runs, of which there may be millions.
+struct PlannedRuns<'a> {
+    sweep: &'a Sweep,
+    plan: &'a Plan,
+}
+
+impl Serialize for PlannedRuns<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let Self { sweep, plan } = self;
+        serializer.collect_seq((0..sweep.runs() as RunIndex).map(|run| {
+            let cell = sweep.cell_of(run);
+            json!({
+                "run": run,
+                "id": plan.ids[run as usize].to_hex().as_str(),
+                "values": sweep.levels(cell),
+                "seed": sweep.seed_of(run),
+                "steps": plan.steps[cell],
             })
-            .collect();
-        return console.json_data(&json!({
-            "name": sweep.name(),
-            "cells": sweep.file().cells(),
-            "seeds": sweep.file().seeds.len(),
-            "steps": steps,
-            "bytes_a_run": plan.bytes,
-            "robot_minutes": plan.robot_time.map(|time| time.robot_minutes),
-            "minutes_on_robots": plan.robot_time.map(|time| time.minutes),
-            "keys": keys,
-            "runs": runs,
-            "devices": devices,
-            "cards_at_most": cards,
-        }));
+        }))
     }
-    let row = |run: RunIndex| {
-        let cell = sweep.cell_of(run);
-        let mut row = vec![run.to_string(), plan.ids[run as usize].to_hex()[..12].to_owned()];
-        row.extend(sweep.levels(cell));
-        row.push(sweep.seed_of(run).to_string());
-        row.push(format!("{:.3}", plan.steps[cell] as f64 / 1e6));
-        row
-    };
-    let head: Vec<&str> = ["run", "id"]
-        .into_iter()
-        .chain(keys)
-        .chain(["seed", "M steps"])
-        .collect();
-    let runs: Vec<Vec<String>> = (0..shown as RunIndex).map(row).collect();
-    let more = if shown < all {
-        format!("... and {} more; --all lists them\n", all - shown)
-    } else {
-        String::new()
-    };
-    let device = |device: &Estimate| {
-        let rate = format!("{:.1}", device.steps_per_second / 1e6);
-        vec![device.name.clone(), rate, time(device.seconds)]
-    };
-    let here = if devices.is_empty() {
-        String::new()
-    } else {
-        let rows: Vec<Vec<String>> = devices.iter().map(device).collect();
-        columns(&["here", "M steps/s", "all runs"], &rows)
-    };
-    let elsewhere = if cards.is_empty() {
-        String::new()
-    } else {
-        let card = |own: &Ceiling| {
-            let rate = format!("{:.0}", own.steps_per_second / 1e6);
-            vec![own.card.to_owned(), rate, time(steps as f64 / own.steps_per_second)]
+}
+
+impl Planned<'_> {
+    /// The plan for people, with the first runs.
+    fn text(&self, shown: usize) -> String {
+        let PlannedRuns { sweep, plan } = self.runs;
+        let row = |run: RunIndex| {
+            let cell = sweep.cell_of(run);
+            let mut row = vec![run.to_string(), plan.ids[run as usize].to_hex()[..12].to_owned()];
+            row.extend(sweep.levels(cell));
+            row.push(sweep.seed_of(run).to_string());
+            row.push(format!("{:.3}", plan.steps[cell] as f64 / 1e6));
+            row
         };
-        let rows: Vec<Vec<String>> = cards.iter().map(card).collect();
+        let head: Vec<&str> = ["run", "id"]
+            .into_iter()
+            .chain(self.keys.iter().copied())
+            .chain(["seed", "M steps"])
+            .collect();
+        let runs: Vec<Vec<String>> = (0..shown as RunIndex).map(row).collect();
+        let all = sweep.runs();
+        let more = if shown < all {
+            format!("... and {} more; --all lists them\n", all - shown)
+        } else {
+            String::new()
+        };
+        let device = |device: &Estimate| {
+            let rate = format!("{:.1}", device.steps_per_second / 1e6);
+            vec![device.name.clone(), rate, time(device.seconds)]
+        };
+        let here = if self.devices.is_empty() {
+            String::new()
+        } else {
+            let rows: Vec<Vec<String>> = self.devices.iter().map(device).collect();
+            columns(&["here", "M steps/s", "all runs"], &rows)
+        };
+        let elsewhere = if self.cards_at_most.is_empty() {
+            String::new()
+        } else {
+            let card = |own: &Ceiling| {
+                let rate = format!("{:.0}", own.steps_per_second / 1e6);
+                vec![
+                    own.card.to_owned(),
+                    rate,
+                    time(self.steps as f64 / own.steps_per_second),
+                ]
+            };
+            let rows: Vec<Vec<String>> = self.cards_at_most.iter().map(card).collect();
+            format!(
+                "\n{}",
+                columns(&["no card does more than", "M steps/s", "all runs"], &rows)
+            )
+        };
+        let robots = plan.robot_time.map_or_else(String::new, |time| {
+            format!("on robots: {time}; they take no sweeps, but each run with `oneiro run`\n\n")
+        });
         format!(
-            "\n{}",
-            columns(&["no card does more than", "M steps/s", "all runs"], &rows)
-        )
-    };
-    let robots = plan.robot_time.map_or_else(String::new, |time| {
-        format!("on robots: {time}; they take no sweeps, but each run with `oneiro run`\n\n")
-    });
-    console.data(format!(
-        "{}: {}, {} from {} each; {:.4} billion robot-steps; {} of memory for each run in progress\n\n\
+            "{}: {}, {} from {} each; {:.4} billion robot-steps; {} of memory for each run in progress\n\n\
          {}{more}\n{robots}{here}{elsewhere}",
-        sweep.name(),
-        counted(all, "run", "runs"),
-        counted(sweep.file().cells(), "cell", "cells"),
-        counted(sweep.file().seeds.len(), "seed", "seeds"),
-        steps as f64 / 1e9,
-        size(plan.bytes),
-        columns(&head, &runs),
-    ))
+            self.name,
+            counted(all, "run", "runs"),
+            counted(self.cells, "cell", "cells"),
+            counted(self.seeds, "seed", "seeds"),
+            self.steps as f64 / 1e9,
+            size(self.bytes_a_run),
+            columns(&head, &runs),
+        )
+    }
 }
 
 /// The directory that a sweep is done in.
@@ -205,7 +246,7 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
         )));
     }
     if arguments.print_slurm {
-        return console.data(slurm::script(&sweep, arguments, console)?);
+        return console.print_plain(slurm::script(&sweep, arguments, console)?);
     }
     let plan = sweep.plan()?;
     let shard = match arguments.shard {
@@ -219,17 +260,16 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
     let done = done((arguments, began), (&sweep, &plan), shard, &mut means, console)?;
     if shard != Shard::ALL {
         let Finished { store, of_shard, .. } = &done;
-        let json = json!({"shard": shard.to_string(), "runs": of_shard, "specialised": done.specialised});
-        return said(console, &json, || {
-            format!(
-                "shard {shard}: {} done; `oneiro sweep merge {}` joins all shards; name the directories of shards that are \
-                 elsewhere after it",
-                counted(*of_shard, "run is", "runs are"),
-                store.directory().display()
-            )
-        });
+        let text = format!(
+            "shard {shard}: {} done; `oneiro sweep merge {}` joins all shards; name the directories of shards that are \
+             elsewhere after it",
+            counted(*of_shard, "run is", "runs are"),
+            store.directory().display()
+        );
+        let value = json!({"shard": shard.to_string(), "runs": of_shard, "specialised": done.specialised});
+        return console.print_answer(&Answer::new(text, value));
     }
-    print_written(&done.tables(&sweep, &plan)?, done.specialised, console)
+    console.print_answer(&of_tables(&done.tables(&sweep, &plan)?, done.specialised))
 }
 
 /// Does a sweep or a shard of it, by means other than the command line's. `arguments` name its directory. A whole sweep has tables.
@@ -346,28 +386,16 @@ fn all_finished(stores: &[Store], plan: &Plan, console: Console) -> Result<AllFi
     Ok(finished)
 }
 
-fn print_written(written: &Written, specialised: Option<f64>, console: Console) -> Result {
-    let Written { runs, hash, files } = written;
-    said(
-        console,
-        &json!({"runs": runs, "hash": hash, "files": files, "specialised": specialised}),
-        || {
-            let files: Vec<String> = files.iter().map(|file| format!("  {}", file.display())).collect();
-            format!("{}, hash {hash}\n{}", counted(*runs, "run", "runs"), files.join("\n"))
-        },
+/// Tables that were written.
+fn of_tables(Written { runs, hash, files }: &Written, specialised: Option<f64>) -> Answer {
+    let names: Vec<String> = files.iter().map(|file| format!("  {}", file.display())).collect();
+    Answer::new(
+        format!("{}, hash {hash}\n{}", counted(*runs, "run", "runs"), names.join("\n")),
+        json!({"runs": runs, "hash": hash, "files": files, "specialised": specialised}),
     )
 }
 
-/// Prints data as JSON or as text.
-fn said(console: Console, json: &serde_json::Value, text: impl FnOnce() -> String) -> Result {
-    if console.json() {
-        console.json_data(json)
-    } else {
-        console.data(text())
-    }
-}
-
-fn status(dir: &Path, console: Console) -> Result {
+fn status(dir: &Path) -> Result<Answer> {
     let store = Store::open(dir)?;
     let made = store.what();
     let mut shards = Vec::new();
@@ -377,8 +405,9 @@ fn status(dir: &Path, console: Console) -> Result {
     let mut all = tables::runs_in(dir, made.runs)?;
     // Written after them.
     let is_merged = dir.join(contents::SUMS).exists();
+    let mut warnings = Vec::new();
     if is_merged && let Err(problem) = tables::verify(dir) {
-        console.say(format!("warning: {problem}"));
+        warnings.push(problem.to_string());
     }
     all.extend(finished.runs.keys());
     for (shard, journal) in store.journals()? {
@@ -401,41 +430,43 @@ fn status(dir: &Path, console: Console) -> Result {
         });
     }
     let done = all.len();
-    console.warn(&finished.problems);
-    let json = json!({
+    warnings.extend(finished.problems);
+    let row = |shard: &ShardStatus| {
+        let numbers = [
+            shard.done as u64,
+            shard.runs as u64,
+            shard.under_way as u64,
+            shard.generations,
+        ];
+        let numbers = numbers.iter().map(u64::to_string);
+        let words = std::iter::once(shard.shard.clone()).chain(numbers);
+        words.chain([shard.state.to_owned()]).collect()
+    };
+    let rows: Vec<Vec<String>> = shards.iter().map(row).collect();
+    let rest = match (done == made.runs, is_merged) {
+        (true, false) => "; `oneiro sweep merge` makes their tables",
+        (true, true) => ", and their tables are there",
+        _ => "",
+    };
+    let text = format!(
+        "{}: {}{rest}\n\n{}",
+        made.name,
+        done_of(done, made.runs, "done"),
+        columns(
+            &["shard", "done", "runs", "in progress", "generations of these", "state"],
+            &rows
+        )
+    );
+    let value = json!({
         "name": made.name,
         "runs": made.runs,
         "done": done,
         "tables": is_merged,
         "shards": shards,
     });
-    said(console, &json, || {
-        let row = |shard: &ShardStatus| {
-            let numbers = [
-                shard.done as u64,
-                shard.runs as u64,
-                shard.under_way as u64,
-                shard.generations,
-            ];
-            let numbers = numbers.iter().map(u64::to_string);
-            let words = std::iter::once(shard.shard.clone()).chain(numbers);
-            words.chain([shard.state.to_owned()]).collect()
-        };
-        let rows: Vec<Vec<String>> = shards.iter().map(row).collect();
-        let rest = match (done == made.runs, is_merged) {
-            (true, false) => "; `oneiro sweep merge` makes their tables",
-            (true, true) => ", and their tables are there",
-            _ => "",
-        };
-        format!(
-            "{}: {}{rest}\n\n{}",
-            made.name,
-            done_of(done, made.runs, "done"),
-            columns(
-                &["shard", "done", "runs", "in progress", "generations of these", "state"],
-                &rows
-            )
-        )
+    Ok(Answer {
+        warnings,
+        ..Answer::new(text, value)
     })
 }
 
@@ -476,7 +507,7 @@ pub(crate) fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> R
     }
 }
 
-fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Console) -> Result {
+fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<Answer> {
     let store = Store::open(dir)?;
     let (sweep, plan) = store.sweep()?;
     let results = tables::table(dir, contents::RESULTS)?;
@@ -537,13 +568,8 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>, console: Cons
     for (name, text) in files {
         disk::write(&out.join(name), text.as_bytes())?;
     }
-    said(console, &page.json, || {
-        let files: Vec<String> = files
-            .iter()
-            .map(|(name, _)| out.join(name).display().to_string())
-            .collect();
-        files.join("\n")
-    })
+    let files = files.map(|(name, _)| out.join(name).display().to_string());
+    Ok(Answer::new(files.join("\n"), page.json))
 }
 
 fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &device::Backend, console: Console) -> Result {
@@ -588,11 +614,10 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &device::Backend,
              `oneiro device test` tells which"
         )));
     }
-    said(
-        console,
-        &json!({"run": run, "id": id.as_str(), "result": result, "directory": directory}),
-        || format!("run {run}\nresult {result}\n{}", directory.display()),
-    )
+    console.print_answer(&Answer::new(
+        format!("run {run}\nresult {result}\n{}", directory.display()),
+        json!({"run": run, "id": id.as_str(), "result": result, "directory": directory}),
+    ))
 }
 
 /// The run that the user selected.

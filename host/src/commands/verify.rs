@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::Result;
 use oneiro_lab::record;
@@ -26,9 +27,7 @@ pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
     let mut verified = Vec::new();
     for directory in list::runs(&arguments.run_dir)? {
         let done = record::verify(&directory)?;
-        if !console.json() {
-            console.data(format!("{}  {}", done.result, directory.display()))?;
-        }
+        console.print_text(format!("{}  {}", done.result, directory.display()))?;
         verified.push(json!({
             "directory": directory.display().to_string(),
             "result": done.result,
@@ -36,9 +35,7 @@ pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
             "files": done.files.len(),
         }));
     }
-    if console.json() {
-        console.json_data(&verified)?;
-    }
+    console.print_json(&verified)?;
     console.say(format!("{} intact", counted(verified.len(), "run is", "runs are")));
     Ok(())
 }
@@ -46,14 +43,14 @@ pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
 /// Checks the tables of a sweep.
 fn sweep(directory: &Path, console: Console) -> Result {
     let Sums { hash, files } = tables::verify(directory)?;
-    if console.json() {
-        return console.json_data(&json!([{
+    console.print_answer(&Answer::new(
+        format!("{hash}  {}", directory.display()),
+        json!([{
             "directory": directory.display().to_string(),
             "result": hash,
             "files": files.len(),
-        }]));
-    }
-    console.data(format!("{hash}  {}", directory.display()))?;
+        }]),
+    ))?;
     console.say(format!("{} intact", counted(files.len(), "table is", "tables are")));
     Ok(())
 }

@@ -297,19 +297,43 @@ fn rooms_of_a_crate_use_each_other_in_no_circle() {
     assert!(circles.is_empty(), "\n{}", circles.join("\n"));
 }
 
+/// The first place in the Rust files of a folder where a name is `forbidden`, except in the module `except`.
+fn named(source: &Path, except: &[&str], forbidden: impl Fn(&str) -> bool) -> Option<String> {
+    let mut all = BTreeMap::new();
+    modules(source, source, &mut all);
+    let except: Vec<_> = except.iter().map(|name| (*name).to_owned()).collect();
+    let mut others = all.iter().filter(|(module, _)| !module.starts_with(&except));
+    others.find_map(|(_, path)| {
+        let names = tokens(&fs::read_to_string(path).unwrap());
+        let (name, line) = names.into_iter().find(|(name, _)| forbidden(name))?;
+        Some(format!("{}:{line}: {name}", path.display()))
+    })
+}
+
 #[test]
 fn only_one_folder_names_wgpu() {
-    let mut all = BTreeMap::new();
-    let source = root().join("src");
-    modules(&source, &source, &mut all);
-    let others = all
-        .iter()
-        .filter(|(module, _)| !module.starts_with(&["devices".to_owned(), "gpu".to_owned()]));
-    for (_, path) in others {
-        let names = tokens(&fs::read_to_string(path).unwrap());
-        let named = names
-            .iter()
-            .find(|(token, _)| ["wgpu", "ash"].contains(&token.as_str()));
-        assert!(named.is_none(), "{}:{}", path.display(), named.unwrap().1);
-    }
+    let found = named(&root().join("src"), &["devices", "gpu"], |name| {
+        ["wgpu", "ash"].contains(&name)
+    });
+    assert_eq!(found, None);
+}
+
+#[test]
+fn only_the_program_prints_data() {
+    let console = fs::read_to_string(root().join("host/base/src/console.rs")).unwrap();
+    let console = tokens(&console);
+    let functions = console.windows(2).filter(|pair| pair[0].0 == "fn");
+    let prints: BTreeSet<&str> = functions
+        .map(|pair| &*pair[1].0)
+        .filter(|name| name.starts_with("print_"))
+        .collect();
+    assert!(prints.contains("print_answer"));
+    let crates = fs::read_dir(root().join("host"))
+        .unwrap()
+        .map(|own| own.unwrap().path().join("src"));
+    let found: Vec<_> = crates
+        .filter(|source| source.is_dir())
+        .filter_map(|source| named(&source, &["console"], |name| prints.contains(name)))
+        .collect();
+    assert_eq!(found, [""; 0]);
 }

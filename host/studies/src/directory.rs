@@ -5,6 +5,7 @@ use std::fs::File;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::contents::{Column, Entry, describe};
 use oneiro_base::disk;
@@ -20,6 +21,7 @@ use super::claims::Claim;
 use super::file::{Arm, StudyFile};
 use super::verdict::brief;
 use super::verdicts::{Assumed, Sensitivity};
+use crate::Findings;
 
 /// File that records the settings of the study in a directory.
 const SETTINGS: &str = "study.json";
@@ -97,13 +99,13 @@ pub(super) struct Request<'a> {
     pub(super) out: Option<&'a Path>,
 }
 
-/// Runs or resumes a study. `under` constructs the study from the name of an arm.
+/// Runs or resumes a study, and returns its verdicts. `under` constructs the study from the name of an arm.
 pub(super) fn reproduce<S: Reproduction>(
     request: &Request<'_>,
     file: &StudyFile,
     under: impl Fn(&str) -> Result<S>,
     console: Console,
-) -> Result {
+) -> Result<Findings> {
     let main = under(request.arm)?;
     let out = request.out.map_or_else(|| usual(request, &main), Path::to_owned);
     let (found, claims) = run_study(&main, &out, request.sensitivity, console)?;
@@ -128,7 +130,7 @@ pub(super) fn reproduce<S: Reproduction>(
         disk::write(&out.join(SENSITIVITY), sensitivity(&arms).as_bytes())?;
         write_report(&main, &out, &found, &claims, Some(&arms))?;
     }
-    tell(&claims, &out, console)
+    Ok(Findings::Claims(verdicts(claims, &out)))
 }
 
 /// Default directory of a study.
@@ -279,17 +281,12 @@ pub(super) fn check_runs(runs: u32, allowed: &RangeInclusive<u32>) -> Result {
     )))
 }
 
-/// Prints the verdicts.
-fn tell(claims: &[Claim], directory: &Path, console: Console) -> Result {
-    let verdicts: Vec<Vec<String>> = claims
-        .iter()
-        .map(|claim| vec![claim.id.clone(), claim.verdict.to_string(), brief(&claim.reasons)])
-        .collect();
-    if console.json() {
-        console.json_data(&claims)?;
-    } else {
-        console.data(columns(&["claim", "verdict", "reason"], &verdicts))?;
+/// The verdicts, which are in the study's directory too.
+fn verdicts(claims: Vec<Claim>, directory: &Path) -> Answer<Vec<Claim>> {
+    let row = |claim: &Claim| vec![claim.id.clone(), claim.verdict.to_string(), brief(&claim.reasons)];
+    let rows: Vec<Vec<String>> = claims.iter().map(row).collect();
+    Answer {
+        messages: vec![format!("wrote {}", directory.display())],
+        ..Answer::new(columns(&["claim", "verdict", "reason"], &rows), claims)
     }
-    console.say(format!("wrote {}", directory.display()));
-    Ok(())
 }

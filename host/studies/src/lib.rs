@@ -16,6 +16,9 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
+use claims::Claim;
+use oneiro_base::answer::Answer;
+
 pub(crate) mod assumptions;
 pub mod claims;
 mod contrasts;
@@ -26,6 +29,15 @@ pub mod odowd2014;
 mod sweep_results;
 pub mod verdict;
 mod verdicts;
+
+/// What a study answers.
+#[derive(Debug)]
+pub enum Findings {
+    /// The verdicts on its claims.
+    Claims(Answer<Vec<Claim>>),
+    /// A table, which has no other form.
+    Table(String),
+}
 
 /// The files of any directory of the 1995 study and of the 2014 study, and of their second editions.
 #[cfg(any(test, feature = "testing"))]

@@ -19,9 +19,9 @@ use crate::device::{self, Backend};
 pub struct Estimate {
     /// Name for `--backend`, with a description.
     pub name: String,
-    pub steps_per_second: f64,
     /// Duration of all runs in seconds.
     pub seconds: f64,
+    pub steps_per_second: f64,
 }
 
 /// Estimates for the device that is named, or else for the CPU and for each exact GPU that can be opened.

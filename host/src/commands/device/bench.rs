@@ -13,6 +13,7 @@ use oneiro::batch::{Batch, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::world::{World, WorldSpec};
+use oneiro_base::answer::Answer;
 use oneiro_base::console::counted;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::{Failure, Result};
@@ -232,9 +233,6 @@ pub(crate) fn run(arguments: &DeviceBench, console: Console) -> Result {
             path.display()
         ));
     }
-    if console.json() {
-        return console.json_data(&figures);
-    }
     let mut text = format!(
         "Million robot-steps per second, and times {} on one thread.\n\
          {}, {} a rollout.\n\n{}\n",
@@ -257,7 +255,7 @@ pub(crate) fn run(arguments: &DeviceBench, console: Console) -> Result {
             counted(*rollouts, "rollout", "rollouts")
         );
     }
-    console.data(text)
+    console.print_answer(&Answer::new(text, figures))
 }
 
 /// Writes the figures for others, with what they depend on.
@@ -270,7 +268,7 @@ fn share(path: &Path, figures: &Value) -> Result {
         "system": std::env::consts::OS,
         "architecture": std::env::consts::ARCH,
         "processor": processor(),
-        "devices": list::value(true),
+        "devices": list::answer(true).value,
         "bench": figures,
     });
     files::write_new(path, format!("{all:#}\n").as_bytes())

@@ -7,6 +7,7 @@ use oneiro::backend::Specialise;
 use oneiro::batch::{Outcome, TraceRequest, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::{Code, Failure, Result};
 use oneiro_lab::runs;
@@ -35,15 +36,14 @@ pub(crate) fn run(arguments: &DeviceCompile, console: Console) -> Result {
     let worlds = experiment.sample()?;
     let kernel = worlds.kernel().name;
     if ahead::ships(&worlds) {
-        console.say(format!(
+        let message = format!(
             "{kernel}, the kernel of {}, ships with this program, compiled: there is nothing to do",
             experiment.name()
-        ));
-        return if console.json() {
-            console.json_data(&json!({ "kernel": kernel, "ships": true }))
-        } else {
-            Ok(())
-        };
+        );
+        return console.print_answer(&Answer {
+            messages: vec![message],
+            ..Answer::new("", json!({ "kernel": kernel, "ships": true }))
+        });
     }
     let toolchain = Toolchain::find().map_err(|error| Failure::of(code(&error), error))?;
     let known = ahead::compiled(&worlds).filter(|known| known.rust == toolchain.version() && !arguments.again);
@@ -72,7 +72,7 @@ pub(crate) fn run(arguments: &DeviceCompile, console: Console) -> Result {
             other @ (Error::Ships(_) | Error::NoCache) => Failure::input(other),
         })?
     };
-    report.print(&compiled, console)
+    console.print_answer(&report.answer(&compiled))
 }
 
 /// The exit code of what a toolchain failed at.
@@ -85,7 +85,7 @@ fn code(error: &ToolchainError) -> Code {
     }
 }
 
-/// What is printed.
+/// What the code does, compared with that compiled at run time.
 struct Report {
     kernel: &'static str,
     /// How long compiling took; `None` if the cache had the code.
@@ -145,24 +145,22 @@ impl Report {
         Ok(())
     }
 
-    fn print(&self, compiled: &Compiled, console: Console) -> Result {
-        if console.json() {
-            let rates: Vec<_> = self
-                .rates
-                .iter()
-                .map(|(name, rate)| json!({ "lane_code": name, "steps_per_second": rate }))
-                .collect();
-            return console.json_data(&json!({
-                "kernel": self.kernel,
-                "ships": false,
-                "lane_codes": compiled.lane_codes,
-                "rust": compiled.rust,
-                "bytes": compiled.bytes,
-                "seconds": self.seconds.map(|seconds| seconds.as_secs_f64()),
-                "lives_compared": LIVES,
-                "one_thread": rates,
-            }));
-        }
+    fn answer(&self, compiled: &Compiled) -> Answer {
+        let rates: Vec<_> = self
+            .rates
+            .iter()
+            .map(|(name, rate)| json!({ "lane_code": name, "steps_per_second": rate }))
+            .collect();
+        let value = json!({
+            "kernel": self.kernel,
+            "ships": false,
+            "lane_codes": compiled.lane_codes,
+            "rust": compiled.rust,
+            "bytes": compiled.bytes,
+            "seconds": self.seconds.map(|seconds| seconds.as_secs_f64()),
+            "lives_compared": LIVES,
+            "one_thread": rates,
+        });
         let made = self.seconds.map_or_else(
             || "was compiled before".to_owned(),
             |seconds| format!("is compiled, in {:.0} s", seconds.as_secs_f64()),
@@ -179,14 +177,15 @@ impl Report {
                 ]
             })
             .collect();
-        console.data(format!(
+        let text = format!(
             "{} {made}, by Rust {}: {} kB. Commands on this machine use it by themselves.\n\
              Of {LIVES} lives of random genomes every number is the same, bit for bit, as by {REFERENCE}.\n\n{}",
             self.kernel,
             compiled.rust,
             compiled.bytes.div_ceil(1_000),
             columns(&["lane code", "M steps/s on one thread", "times"], &rows)
-        ))
+        );
+        Answer::new(text, value)
     }
 }
 

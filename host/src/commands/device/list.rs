@@ -3,13 +3,12 @@
 use std::thread;
 
 use oneiro::cpu::Cpu;
-use oneiro_base::console::{Console, counted};
-use oneiro_base::exit::Result;
+use oneiro_base::answer::Answer;
+use oneiro_base::console::counted;
 use oneiro_lab::device;
 use serde_json::{Value, json};
 
 use super::machine_code::MachineCode;
-use crate::cli::DeviceList;
 
 /// The CPU's lane codes, widest first, and its threads.
 fn cpu() -> (Vec<&'static str>, usize) {
@@ -20,22 +19,10 @@ fn cpu() -> (Vec<&'static str>, usize) {
     (lanes, thread::available_parallelism().map_or(1, usize::from))
 }
 
-/// The CPU and the adapters, as `--json` prints them.
-pub(crate) fn value(explains: bool) -> Value {
+/// The CPU's instruction sets and the adapters.
+pub(crate) fn answer(explains: bool) -> Answer {
     let (lanes, threads) = cpu();
-    json!({
-        "cpu": { "lane_codes": lanes, "threads": threads, "exact": true },
-        "adapters": adapters(explains).iter().map(Adapter::value).collect::<Vec<_>>(),
-    })
-}
-
-/// Prints the CPU's instruction sets and the adapters.
-pub(crate) fn run(arguments: &DeviceList, console: Console) -> Result {
-    if console.json() {
-        return console.json_data(&value(arguments.explain));
-    }
-    let (lanes, threads) = cpu();
-    let adapters = adapters(arguments.explain);
+    let adapters = adapters(explains);
     let mut text = format!(
         "cpu: exact; {}; lane codes, widest first: {}\n",
         counted(threads, "thread", "threads"),
@@ -51,7 +38,11 @@ pub(crate) fn run(arguments: &DeviceList, console: Console) -> Result {
             "no adapter: this program was built without the feature `gpu`\n"
         };
     }
-    console.data(text)
+    let value = json!({
+        "cpu": { "lane_codes": lanes, "threads": threads, "exact": true },
+        "adapters": adapters.iter().map(Adapter::value).collect::<Vec<_>>(),
+    });
+    Answer::new(text, value)
 }
 
 /// An adapter in the output.

@@ -13,6 +13,7 @@ use oneiro::random::{KNOWN_ANSWERS, pcg4d};
 use oneiro::swarm::Swarm;
 use oneiro::tables::SensorTables;
 use oneiro::world::{Robot, World, WorldSpec};
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::device::{self, Candidate};
@@ -110,11 +111,7 @@ impl Check {
 /// Compares everything, prints a table, and fails if any check fails.
 pub(crate) fn run(arguments: &DeviceTest, console: Console) -> Result {
     let found = examined(arguments, console)?;
-    if console.json() {
-        console.json_data(&found.value())?;
-    } else {
-        console.data(found.text())?;
-    }
+    console.print_answer(&Answer::new(found.text(), found.value()))?;
     let (bad, all) = (found.failed(), found.checks.len());
     if bad > 0 {
         return Err(Failure::failed(format_args!(

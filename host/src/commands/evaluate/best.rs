@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use oneiro::evaluator::Control;
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns, counted, decimal};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -85,10 +86,10 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         files::write_new(out, &disk::json(&champion))?;
         console.say(format!("wrote {}", out.display()));
     }
-    if console.json() {
-        return console.json_data(&json!({"best": champion, "genomes": rows}));
-    }
-    console.data(table(&rows, arguments.ranked.all))
+    console.print_answer(&Answer::new(
+        table(&rows, arguments.ranked.all),
+        json!({ "best": champion, "genomes": rows }),
+    ))
 }
 
 /// Refuses a file that can't be written, before anything is computed.

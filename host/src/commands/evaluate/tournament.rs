@@ -64,16 +64,11 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     for run in &runs {
         let played = Played::of(run, contests, arguments, evaluator.as_mut(), console)?;
         played.write(run.directory(), run.experiment()?)?;
-        if !console.json() {
-            console.data(played.text(run.directory()))?;
-        }
+        console.print_text(played.text(run.directory()))?;
         values.push(played.value(run.directory()));
     }
     device::tell_warnings(evaluator.as_ref(), console);
-    if console.json() {
-        console.json_data(&json!({ "device": device::name(evaluator.as_ref()), "runs": values }))?;
-    }
-    Ok(())
+    console.print_json(&json!({ "device": device::name(evaluator.as_ref()), "runs": values }))
 }
 
 /// The mean scores of all pairs.

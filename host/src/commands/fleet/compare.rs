@@ -2,6 +2,7 @@
 
 use std::slice;
 
+use oneiro_base::answer::Answer;
 use oneiro_base::console::counted;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::Result;
@@ -38,18 +39,9 @@ pub(crate) fn run(arguments: &FleetCompare, console: Console) -> Result {
     let runs = batched(&plans, &engine)?;
     device::close(engine, console);
     let compared = compare(&records, &runs);
-    if console.json() {
-        return console.json_data(&json!({
-            "experiment": fleet.experiment.name(),
-            "level": LEVEL,
-            "figures": compared,
-            "fleet": records,
-            "batched": runs,
-        }));
-    }
     let missed: u32 = records.iter().map(|run| run.missed).sum();
     let (name, seeds) = (fleet.experiment.name(), &arguments.seeds);
-    console.data(format!(
+    let text = format!(
         "{name}: {} of the fleet ({} missed), {} (seeds {} to {})\n\n{}",
         counted(records.len(), "record", "records"),
         counted(missed, "interval of a robot", "intervals of robots"),
@@ -57,7 +49,15 @@ pub(crate) fn run(arguments: &FleetCompare, console: Console) -> Result {
         seeds.start(),
         seeds.end(),
         table(&compared)
-    ))
+    );
+    let value = json!({
+        "experiment": name,
+        "level": LEVEL,
+        "figures": compared,
+        "fleet": records,
+        "batched": runs,
+    });
+    console.print_answer(&Answer::new(text, value))
 }
 
 fn table(compared: &[Compared]) -> String {

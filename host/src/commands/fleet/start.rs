@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use indicatif::ProgressBar;
-use oneiro_base::console::{Console, shown};
+use oneiro_base::answer::Answer;
+use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_fleet::fleet::file::{AnyFleet, Computers, Fleet};
 use oneiro_fleet::fleet::live::{End, Options, Record, live};
@@ -17,7 +17,7 @@ use oneiro_lab::engine::watcher::stop_signal;
 use oneiro_lab::exchange::radio::key::Key;
 
 use crate::cli::FleetStart;
-use crate::commands::robot::watch::screen;
+use crate::commands::live::Live;
 
 /// Time between two tables on a terminal, and between two lines of JSON.
 const TABLE: Duration = Duration::from_millis(500);
@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &FleetStart, console: Console) -> Result {
         page.look(&ears.robots, time);
         display.show(ears, time)
     });
-    display.end();
+    drop(display);
     let how = match &end {
         Ok(End::Over) => "The experiment is over: robots stand.".to_owned(),
         Ok(End::Stopped(_)) => "\u{201c}oneiro fleet start\u{201d} was stopped: robots stand.".to_owned(),
@@ -108,46 +108,29 @@ pub(super) fn listened(fleet: &Fleet, time: Duration, console: Console) -> Resul
         thread::sleep(Duration::from_millis(20));
     }
     record.save(fleet, &station, true)?;
-    if console.json() {
-        return console.json_data(&table::json(&ears, None));
-    }
-    console.data(table::text(&ears, None))
+    console.print_answer(&Answer::new(table::text(&ears, None), table::json(&ears, None)))
 }
 
-/// What shows the robots: a table in place on a terminal, else a line of JSON a second.
+/// What shows the robots.
 struct Display {
-    screen: Option<ProgressBar>,
-    console: Console,
+    live: Live,
     shown: Option<Instant>,
 }
 
 impl Display {
     fn new(console: Console) -> Self {
-        let is_table = console.has_screen();
         Self {
-            screen: is_table.then(screen),
-            console,
+            live: Live::new(console),
             shown: None,
         }
     }
 
     fn show(&mut self, ears: &Ears, time: Option<i64>) -> Result {
-        let pause = if self.screen.is_some() { TABLE } else { LINE };
+        let pause = if self.live.has_screen() { TABLE } else { LINE };
         if self.shown.is_some_and(|shown| shown.elapsed() < pause) {
             return Ok(());
         }
         self.shown = Some(Instant::now());
-        match &self.screen {
-            Some(screen) => screen.set_message(shown(&table::text(ears, time)).into_owned()),
-            None => self.console.json_line(&table::json(ears, time))?,
-        }
-        Ok(())
-    }
-
-    /// Leaves the last table on the screen.
-    fn end(self) {
-        if let Some(screen) = self.screen {
-            screen.abandon();
-        }
+        self.live.show(|| table::text(ears, time), || table::json(ears, time))
     }
 }

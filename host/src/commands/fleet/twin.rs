@@ -10,6 +10,7 @@ use oneiro::acting::Readings;
 use oneiro::cpu::Cpu;
 use oneiro::random::Key;
 use oneiro::swarm::{self as arena, Drive, Driven, Line, SECOND, Swarm};
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::directory::Filling;
@@ -293,11 +294,9 @@ fn stay_on_one_core() {
 }
 
 fn show(outcome: &Outcome, console: Console) -> Result {
-    if console.json() {
-        return console.json_data(outcome);
-    }
     let brought: u32 = outcome.brought.iter().sum();
     let robots = counted(outcome.brought.len(), "robot", "robots");
     let (seconds, hash) = (outcome.seconds, &outcome.hash);
-    console.data(format!("{robots}, {seconds} s: {brought} items brought; record {hash}"))
+    let text = format!("{robots}, {seconds} s: {brought} items brought; record {hash}");
+    console.print_answer(&Answer::new(text, outcome))
 }

@@ -1,13 +1,16 @@
 //! `oneiro new --keys`: lists the settings of an experiment.
 
 use oneiro::parameter::nearest;
-use oneiro_base::console::Console;
+use oneiro_base::answer::Answer;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::experiment::reference::{self, Entry};
 use serde_json::json;
 
-/// Prints the keys that contain a text.
-pub(super) fn list(part: &str, console: Console) -> Result {
+/// The keys that contain a text.
+///
+/// # Errors
+/// Exit 3: there is none.
+pub(super) fn list(part: &str) -> Result<Answer> {
     let of = |mut entries: Vec<Entry>| {
         entries.retain(|entry| entry.key.contains(part));
         entries
@@ -25,13 +28,10 @@ pub(super) fn list(part: &str, console: Console) -> Result {
             )
         )));
     }
-    if console.json() {
-        return console.json_data(&json!({ "single": single, "swarm": swarm }));
-    }
     let mut text = String::new();
     for (title, entries) in [
-        ("Experiments with single robots", single),
-        ("Experiments with swarms", swarm),
+        ("Experiments with single robots", &single),
+        ("Experiments with swarms", &swarm),
     ] {
         if !entries.is_empty() {
             text.extend([title, "\n"]);
@@ -44,5 +44,8 @@ pub(super) fn list(part: &str, console: Console) -> Result {
             text.extend(["  ", entry.key, &default, "\n      ", &entry.words(), "\n"]);
         }
     }
-    console.data(text.trim_end())
+    Ok(Answer::new(
+        text.trim_end(),
+        json!({ "single": single, "swarm": swarm }),
+    ))
 }

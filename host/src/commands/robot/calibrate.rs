@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::contents::{Column, Entry, README, describe};
 use oneiro_base::disk;
@@ -64,10 +65,8 @@ pub(crate) fn run(arguments: &RobotCalibrate, console: Console) -> Result {
     }
     describe(out, "Calibration of a simulator by lives on a robot", &contents())?;
     filling.finish()?;
-    if console.json() {
-        return console.json_data(&value(&calibration));
-    }
-    console.data(format!("{}\n{settings}", summary(&calibration)))?;
+    let text = format!("{}\n{settings}", summary(&calibration));
+    console.print_answer(&Answer::new(text, value(&calibration)))?;
     console.say(format!("wrote {}", out.join(PAGE).display()));
     Ok(())
 }

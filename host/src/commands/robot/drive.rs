@@ -7,8 +7,7 @@ use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use indicatif::ProgressBar;
-use oneiro_base::console::{Console, shown};
+use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::engine::watcher::stop_signal;
 use oneiro_robots::address::Wire;
@@ -22,6 +21,7 @@ use signal_hook::flag;
 
 use super::{number, watch, wire};
 use crate::cli::{Guard as Guarded, RobotDrive, Speed};
+use crate::commands::live::Live;
 use keys::{Action, Keys};
 use script::Script;
 use terminal::Terminal;
@@ -413,25 +413,21 @@ struct Panel {
     /// The latest readings of each kind.
     values: Vec<Option<Vec<f64>>>,
     has_keys: bool,
-    console: Console,
     start: Instant,
     /// What was shown last, and when.
     shown: Option<(Status, Instant)>,
-    /// The screen; lines of JSON without one.
-    screen: Option<ProgressBar>,
+    live: Live,
 }
 
 impl Panel {
     fn new(sensors: &[Sensors], is_script: bool, console: Console) -> Self {
-        let has_screen = console.has_screen();
         Self {
             sensors: sensors.to_vec(),
             values: vec![None; sensors.len()],
             has_keys: !is_script,
-            console,
             start: Instant::now(),
             shown: None,
-            screen: has_screen.then(watch::screen),
+            live: Live::new(console),
         }
     }
 
@@ -454,13 +450,7 @@ impl Panel {
             return Ok(());
         }
         self.shown = Some((status.clone(), Instant::now()));
-        match &self.screen {
-            Some(screen) => {
-                screen.set_message(shown(&self.text(status, speed)).into_owned());
-                Ok(())
-            }
-            None => self.console.data(self.line(status).to_string()),
-        }
+        self.live.show(|| self.text(status, speed), || self.line(status))
     }
 
     /// All sensors with a reading: the name, the sensors of its kind, and the reading.
@@ -504,15 +494,6 @@ impl Panel {
     }
 }
 
-impl Drop for Panel {
-    /// Leaves the last state on the screen.
-    fn drop(&mut self) {
-        if let Some(screen) = &self.screen {
-            screen.abandon();
-        }
-    }
-}
-
 /// Prints what would be sent, without a robot: the guard's decisions for one that always obeys. A file is gone through at
 /// once.
 fn rehearse(wire: &Wire, values: Values, driver: &mut Driver, console: Console) -> Result {
@@ -540,7 +521,11 @@ fn rehearse(wire: &Wire, values: Values, driver: &mut Driver, console: Console) 
         let [left, right] = guard.speeds();
         if said != Some([left, right]) {
             said = Some([left, right]);
-            console.data(sent(now, [left, right], console))?;
+            let time = now.as_millis() as f64 / 1e3;
+            console.print_line(
+                format!("{time:7.3} s: left {left:6.1} mm/s, right {right:6.1} mm/s"),
+                &json!({ "time_s": time, "left_mm_s": number(left), "right_mm_s": number(right) }),
+            )?;
         }
         if let Order::Stop(number) = order {
             confirmed = number;
@@ -557,13 +542,4 @@ fn rehearse(wire: &Wire, values: Values, driver: &mut Driver, console: Console) 
             now = start.elapsed();
         }
     }
-}
-
-/// A line of a dry run.
-fn sent(now: Duration, [left, right]: [f64; 2], console: Console) -> String {
-    let time = now.as_millis() as f64 / 1e3;
-    if console.json() {
-        return json!({ "time_s": time, "left_mm_s": number(left), "right_mm_s": number(right) }).to_string();
-    }
-    format!("{time:7.3} s: left {left:6.1} mm/s, right {right:6.1} mm/s")
 }

@@ -166,10 +166,8 @@ fn wired(wire: Wire, arguments: &RobotSample, console: Console) -> Result {
     sampling::write(&sensors, motors.as_ref(), &arguments.out)?;
     let at = |name: &str| arguments.out.join(format!("{name}.sam")).display().to_string();
     let tables: Vec<String> = sensors.classes.iter().map(|table| at(&table.class)).collect();
-    if console.json() {
-        let motors = motors.map(|_| at("motor"));
-        return console.json_line(&json!({ "tables": tables, "motors": motors }));
-    }
+    let motors = motors.map(|_| at("motor"));
+    console.print_line("", &json!({ "tables": tables, "motors": motors }))?;
     console.say(format!(
         "wrote {}{} to {}",
         counted(tables.len(), "table of sensors", "tables of sensors"),

@@ -3,12 +3,14 @@
 use std::path::Path;
 
 use oneiro::tables::{self, Format, GREATEST_READING, MotorSamples, SensorTable, SensorTables};
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns, counted};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_report::figures;
 use oneiro_report::numbers::fixed;
 use serde::Serialize;
+use serde_json::json;
 
 use crate::cli::RobotTables;
 
@@ -109,11 +111,11 @@ fn show(name: &Path, out: Option<&Path>, console: Console) -> Result {
         None => read(name, console)?,
     };
     match table {
-        Table::Sensors(table) => show_sensors(&table, out, console),
+        Table::Sensors(table) => console.print_answer(&show_sensors(&table, out)?),
         Table::Motors(_) if out.is_some() => Err(Failure::input(
             "--out: only sensor tables have a picture; show motors without it",
         )),
-        Table::Motors(samples) => show_motors(&samples, console),
+        Table::Motors(samples) => console.print_answer(&show_motors(&samples)),
     }
 }
 
@@ -188,28 +190,27 @@ fn moments(table: &SensorTable, view: usize, sensor: usize) -> Moments {
     }
 }
 
-fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Result {
+fn show_sensors(table: &SensorTable, out: Option<&Path>) -> Result<Answer> {
+    let mut messages = Vec::new();
     if let Some(path) = out {
         files::must_be_svg("--out", path)?;
         files::write_new(path, figures::sensor_table(table).as_bytes())?;
-        console.say(format!("drew {}", path.display()));
+        messages.push(format!("drew {}", path.display()));
     }
     let moments: Vec<Moments> = (0..table.views as usize)
         .flat_map(|view| (0..table.sensors as usize).map(move |sensor| moments(table, view, sensor)))
         .collect();
-    if console.json() {
-        return console.json_data(&serde_json::json!({
-            "class": table.class,
-            "sensor_count": table.sensors,
-            "rows": table.rows,
-            "bearings": table.bearings,
-            "nearest_mm": table.nearest,
-            "spacing_mm": table.spacing,
-            "views": table.views,
-            "widths_at_mm": WIDTHS_AT,
-            "sensors": moments,
-        }));
-    }
+    let value = json!({
+        "class": table.class,
+        "sensor_count": table.sensors,
+        "rows": table.rows,
+        "bearings": table.bearings,
+        "nearest_mm": table.nearest,
+        "spacing_mm": table.spacing,
+        "views": table.views,
+        "widths_at_mm": WIDTHS_AT,
+        "sensors": moments,
+    });
     let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| fixed(value, 1));
     let rows: Vec<Vec<String>> = moments
         .iter()
@@ -235,7 +236,7 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
         "15 mm",
         "21 mm",
     ];
-    console.data(format!(
+    let text = format!(
         "{}: {}, {} distances from {} mm in steps of {} mm, {} bearings, {}\n\n{}",
         table.class,
         counted(table.sensors, "sensor", "sensors"),
@@ -245,10 +246,14 @@ fn show_sensors(table: &SensorTable, out: Option<&Path>, console: Console) -> Re
         table.bearings,
         counted(table.views, "point of view", "points of view"),
         columns(&head, &rows)
-    ))
+    );
+    Ok(Answer {
+        messages,
+        ..Answer::new(text, value)
+    })
 }
 
-fn show_motors(samples: &MotorSamples, console: Console) -> Result {
+fn show_motors(samples: &MotorSamples) -> Answer {
     let count = samples.speeds.len();
     let greatest = |values: &[f32]| values.iter().fold(0.0_f32, |greatest, value| greatest.max(value.abs()));
     let (first, last) = (
@@ -256,18 +261,17 @@ fn show_motors(samples: &MotorSamples, console: Console) -> Result {
         samples.speeds.last().copied().unwrap_or(0),
     );
     let (degrees, centimetres) = (greatest(&samples.degrees), greatest(&samples.centimetres));
-    if console.json() {
-        return console.json_data(&serde_json::json!({
-            "speeds": samples.speeds,
-            "degrees": samples.degrees,
-            "centimetres": samples.centimetres,
-        }));
-    }
-    console.data(format!(
+    let text = format!(
         "motor: {count} x {count} pairs of speeds from {first} to {last}\n\
          in one cycle at most {:.2} mm and {degrees:.2} degrees\n",
         10.0 * centimetres
-    ))
+    );
+    let value = json!({
+        "speeds": samples.speeds,
+        "degrees": samples.degrees,
+        "centimetres": samples.centimetres,
+    });
+    Answer::new(text, value)
 }
 
 #[cfg(test)]

@@ -5,8 +5,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ::console::Term;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use oneiro_base::console::{Console, shown};
+use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::engine::watcher::stop_signal;
 use oneiro_report::numbers::fixed;
@@ -16,6 +15,7 @@ use serde_json::{Map, Value, json};
 
 use super::{connected, milliseconds, number, used};
 use crate::cli::RobotWatch;
+use crate::commands::live::Live;
 
 /// Shows readings until Ctrl-C, or until there are as many as wanted.
 pub(super) fn run(arguments: &RobotWatch, console: Console) -> Result {
@@ -44,7 +44,7 @@ fn readings(robot: &mut dyn Robot, arguments: &RobotWatch, console: Console) -> 
                 console.say("the robot has restarted, and its wheels have been stopped; check its battery");
             }
             reading => {
-                display.show(&reading?, console)?;
+                display.show(&reading?)?;
                 shown += 1;
             }
         }
@@ -80,63 +80,43 @@ fn wait(start: Instant, cycle: Duration, stop: &AtomicBool) {
 }
 
 /// What shows readings.
-enum Display {
-    /// One line of JSON for each.
-    Lines {
-        names: Vec<&'static str>,
-        first: Option<Duration>,
-    },
-    /// A table in place, with a row for each sensor.
-    Table {
-        rows: Vec<(&'static str, Group)>,
-        screen: ProgressBar,
-    },
+struct Display {
+    /// The sensors with their names.
+    sensors: Vec<(&'static str, Group)>,
+    /// When the first readings were taken.
+    first: Option<Duration>,
+    live: Live,
 }
 
 impl Display {
     fn new(groups: &[Group], console: Console) -> Self {
-        let rows = groups
+        let sensors = groups
             .iter()
             .flat_map(|group| group.names.iter().map(|name| (*name, *group)));
-        if !console.has_screen() {
-            let names = rows.map(|(name, _)| name).collect();
-            return Self::Lines { names, first: None };
-        }
-        Self::Table {
-            rows: rows.collect(),
-            screen: screen(),
+        Self {
+            sensors: sensors.collect(),
+            first: None,
+            live: Live::new(console),
         }
     }
 
-    fn show(&mut self, reading: &Reading, console: Console) -> Result {
-        match self {
-            Self::Lines { names, first } => {
-                let first = *first.get_or_insert(reading.at);
-                let values = names.iter().zip(&reading.values);
-                let values: Map<String, Value> = values
-                    .map(|(name, value)| ((*name).to_owned(), number(*value)))
+    /// Shows a row for each sensor, or all in one line of JSON.
+    fn show(&mut self, reading: &Reading) -> Result {
+        let first = *self.first.get_or_insert(reading.at);
+        let readings = || self.sensors.iter().zip(&reading.values);
+        self.live.show(
+            || {
+                let rows = readings().map(|((name, group), value)| row(name, group.unit, group.range, *value));
+                fitted(rows.collect(), usize::from(Term::stdout().size().0))
+            },
+            || {
+                let values: Map<String, Value> = readings()
+                    .map(|((name, _), value)| ((*name).to_owned(), number(*value)))
                     .collect();
                 let time = reading.at.saturating_sub(first).as_micros() as f64 / 1e6;
-                let line = json!({ "time_s": time, "age_ms": milliseconds(reading.age), "values": values });
-                console.json_line(&line)
-            }
-            Self::Table { rows, screen } => {
-                let lines = rows.iter().zip(&reading.values);
-                let lines = lines.map(|((name, group), value)| row(name, group.unit, group.range, *value));
-                let height = usize::from(Term::stdout().size().0);
-                screen.set_message(shown(&fitted(lines.collect(), height)).into_owned());
-                Ok(())
-            }
-        }
-    }
-}
-
-impl Drop for Display {
-    /// Leaves the last readings on the screen.
-    fn drop(&mut self) {
-        if let Self::Table { screen, .. } = self {
-            screen.abandon();
-        }
+                json!({ "time_s": time, "age_ms": milliseconds(reading.age), "values": values })
+            },
+        )
     }
 }
 
@@ -148,15 +128,6 @@ fn fitted(mut lines: Vec<String>, height: usize) -> String {
         lines.push(format!("{left} more rows; choose with --kinds"));
     }
     lines.join("\n")
-}
-
-/// A screen that shows a text in place.
-pub(in crate::commands) fn screen() -> ProgressBar {
-    let screen = ProgressBar::with_draw_target(None, ProgressDrawTarget::stdout());
-    match ProgressStyle::with_template("{msg}") {
-        Ok(style) => screen.with_style(style),
-        Err(_) => screen,
-    }
 }
 
 /// A sensor's name, its reading as a bar over its usual range, and the reading itself.

@@ -34,12 +34,10 @@ pub(super) fn run(arguments: &Verify, directories: &[PathBuf], console: Console)
         let audit = run
             .experiment()
             .audit(&recorded, arguments.fraction, &engine, console.bars())?;
-        if !console.json() {
-            if let Some(result) = &result {
-                console.data(format!("{result}  {}", directory.display()))?;
-            }
-            console.data(audit.answer.text)?;
+        if let Some(result) = &result {
+            console.print_text(format!("{result}  {}", directory.display()))?;
         }
+        console.print_text(audit.answer.text)?;
         let mut value = audit.answer.value;
         value["result"] = result.into();
         values.push(value);
@@ -48,9 +46,7 @@ pub(super) fn run(arguments: &Verify, directories: &[PathBuf], console: Console)
     }
     let device = engine.name();
     device::close(engine, console);
-    if console.json() {
-        console.json_data(&json!({ "device": device, "runs": values }))?;
-    }
+    console.print_json(&json!({ "device": device, "runs": values }))?;
     match (problems.is_empty(), damaged) {
         (true, _) => Ok(()),
         (false, true) => Err(Failure::corrupt(problems.join("; "))),

@@ -26,6 +26,7 @@ use oneiro_report::numbers::fixed;
 pub use self::arguments::Arguments;
 #[cfg(any(test, feature = "testing"))]
 pub(super) use self::second::contents as contents_of_second;
+use crate::Findings;
 use crate::assumptions::Assumption;
 use crate::claims::Claim;
 use crate::directory::{self, Directory, Reproduction, Request};
@@ -52,23 +53,23 @@ const GREATEST_RUNS: u32 = 1000;
 const COHORT: u32 = 5;
 
 /// Runs or resumes the whole study.
-pub fn run(arguments: &Arguments, console: Console) -> Result {
+pub fn run(arguments: &Arguments, console: Console) -> Result<Findings> {
     if !arguments.sweeps.is_empty() {
-        return second::judge(&arguments.sweeps, arguments.out.as_deref(), console);
+        return second::judge(&arguments.sweeps, arguments.out.as_deref()).map(Findings::Table);
     }
     let evaluations = device::engine(&arguments.backend)?;
     let file = StudyFile::open(&MIGLINO1995, arguments.study.as_deref())?;
-    if arguments.calibrate {
-        calibrate(&file, arguments.seed, &evaluations, console)?;
+    let found = if arguments.calibrate {
+        Findings::Table(calibrate(&file, arguments.seed, &evaluations, console)?)
     } else {
-        whole(arguments, &file, &evaluations, console)?;
-    }
+        whole(arguments, &file, &evaluations, console)?
+    };
     device::close(evaluations, console);
-    Ok(())
+    Ok(found)
 }
 
 /// The requested study, and with `--sensitivity` also the study under every other arm.
-fn whole(arguments: &Arguments, file: &StudyFile, evaluations: &Engine, console: Console) -> Result {
+fn whole(arguments: &Arguments, file: &StudyFile, evaluations: &Engine, console: Console) -> Result<Findings> {
     let robot = site::address(&arguments.robot)?;
     let least = match &robot {
         Address::Surrogate(_) => 2,
@@ -351,7 +352,7 @@ fn cohorts(
 }
 
 /// Measures the gap between simulation and reality without noise by severity; the severity was chosen from it.
-fn calibrate(file: &StudyFile, seed: u64, evaluations: &Engine, console: Console) -> Result {
+fn calibrate(file: &StudyFile, seed: u64, evaluations: &Engine, console: Console) -> Result<String> {
     let of = |robot: u64, severity: Option<f32>| {
         let asked = Asked {
             seed,
@@ -391,7 +392,7 @@ fn calibrate(file: &StudyFile, seed: u64, evaluations: &Engine, console: Console
         .into_iter()
         .chain(robots.iter().map(String::as_str))
         .collect();
-    console.data(columns(&head, &rows))
+    Ok(columns(&head, &rows))
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use oneiro_base::console::{Console, columns};
+use oneiro_base::console::columns;
 use oneiro_base::contents::{Column, Entry};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_report::csv::{Csv, number};
@@ -301,15 +301,16 @@ pub(crate) fn contents() -> Vec<Entry> {
     ]
 }
 
-/// Judges the runs of finished sweeps, prints the claims, and writes all tables to a directory if one is given.
-pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
+/// Judges the runs of finished sweeps, and writes all tables to a directory if one is given. Returns the claims.
+pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>) -> Result<String> {
     let mut found = Found::default();
     sweep_results::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
     let mut files = Vec::new();
+    let mut text = String::new();
     if !found.all.is_empty() {
         let tables = Tables::of(&found.all).map_err(Failure::input)?;
         let head: Vec<&str> = CLAIM_COLUMNS.iter().map(|column| column.name.as_ref()).collect();
-        console.data(columns(&head, &tables.shown))?;
+        text += &columns(&head, &tables.shown);
         files.extend([
             (CONTRASTS, tables.contrasts),
             (CLAIMS, tables.claims),
@@ -318,14 +319,14 @@ pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) ->
     }
     if !found.pairs.is_empty() {
         let table = calibration::table(&found.pairs);
-        console.data(&table)?;
+        text += &table;
         files.push((CALIBRATION, table));
     }
     if let Some(out) = out {
         let what = "The second edition of the 1995 study, judged.";
         sweep_results::write(out, what, &files, &contents())?;
     }
-    Ok(())
+    Ok(text)
 }
 
 /// The runs of sweeps: those that are judged, by severity and rule, and those of a calibration.

@@ -18,6 +18,7 @@ use oneiro::foraging::{Foraging, Light};
 use oneiro::random::Key;
 
 pub use self::arguments::Arguments;
+use crate::Findings;
 use crate::assumptions::Assumption;
 use crate::claims::Claim;
 use crate::directory::{self, Directory, Reproduction, Request};
@@ -43,9 +44,9 @@ const COHORT: u32 = 10;
 const PAPERS_SECONDS: f64 = 34.0;
 
 /// Runs or resumes the whole study.
-pub fn run(arguments: &Arguments, console: Console) -> Result {
+pub fn run(arguments: &Arguments, console: Console) -> Result<Findings> {
     if !arguments.sweeps.is_empty() {
-        return second::judge(&arguments.sweeps, arguments.out.as_deref(), console);
+        return second::judge(&arguments.sweeps, arguments.out.as_deref()).map(Findings::Table);
     }
     if let Some(runs) = arguments.runs {
         directory::check_runs(runs, &(2..=GREATEST_RUNS))?;
@@ -86,9 +87,9 @@ pub fn run(arguments: &Arguments, console: Console) -> Result {
         sensitivity: arguments.sensitivity,
         out: arguments.out.as_deref(),
     };
-    directory::reproduce(&request, &file, under, console)?;
+    let found = directory::reproduce(&request, &file, under, console)?;
     device::close(evaluations, console);
-    Ok(())
+    Ok(found)
 }
 
 /// The first element that occurs twice.

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
 use Kind::{Evolved, FitnessShuffled as Null, SimulatorRandom as Drawn, SimulatorRight as Right};
-use oneiro_base::console::{Console, columns};
+use oneiro_base::console::columns;
 use oneiro_base::contents::{Column, Entry};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_report::csv::{Csv, number};
@@ -408,13 +408,13 @@ pub(crate) fn contents() -> Vec<Entry> {
     ]
 }
 
-/// Judges the runs of finished sweeps, prints the claims, and writes all tables to a directory if one is given.
-pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
+/// Judges the runs of finished sweeps, and writes all tables to a directory if one is given. Returns the claims.
+pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>) -> Result<String> {
     let mut found = Found::default();
     sweep_results::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
     let tables = Tables::of(&found.complete()?).map_err(Failure::input)?;
     let head: Vec<&str> = CLAIM_COLUMNS.iter().map(|column| column.name.as_ref()).collect();
-    console.data(columns(&head, &tables.shown))?;
+    let text = columns(&head, &tables.shown);
     if let Some(out) = out {
         let what = "The second edition of the 2014 study, judged.";
         let files = [
@@ -424,7 +424,7 @@ pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) ->
         ];
         sweep_results::write(out, what, &files, &contents())?;
     }
-    Ok(())
+    Ok(text)
 }
 
 /// The runs of sweeps.

@@ -9,6 +9,7 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
@@ -109,14 +110,12 @@ pub(super) fn run(arguments: &DeviceBench, console: Console) -> Result {
     for ((&number, &runs), turns) in processors.iter().zip(&runs).zip(&turns) {
         rows.push(row(number, runs, turns, rows.first()));
     }
-    if console.json() {
-        return console.json_data(&json!({
-            "individuals": INDIVIDUALS,
-            "generations": GENERATIONS,
-            "rows": rows,
-        }));
-    }
-    console.data(table(&rows))
+    let value = json!({
+        "individuals": INDIVIDUALS,
+        "generations": GENERATIONS,
+        "rows": rows,
+    });
+    console.print_answer(&Answer::new(table(&rows), value))
 }
 
 /// Medians of the turns on a number of processors.

@@ -12,7 +12,7 @@ use oneiro_lab::reality::turning::{self, Overlap, Turn, Turning};
 use oneiro_lab::reality::{Driven, Object, Shape, Trouble};
 use oneiro_report::figures;
 use oneiro_robots::vehicle::Vehicle;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::person::{Answer, Person, Place};
 
@@ -286,7 +286,8 @@ impl<'a> Walk<'a> {
                 self.person.row_kept();
                 self.console
                     .say(format!("motors: {left} of the left wheel with all of the right"));
-                self.print_json(&json!({ "row": step.name(), "left": left }))?;
+                self.console
+                    .print_line("", &json!({ "row": step.name(), "left": left }))?;
                 Ok(true)
             }
         }
@@ -304,7 +305,7 @@ impl<'a> Walk<'a> {
         );
         let (view, gap) = self.plan.grid.place(object, number);
         self.console.say(lines(&names, row) + "\n" + &end_of_turn(turn.overlap));
-        self.print_json(&json!({
+        let line = json!({
             "row": name,
             "class": object.class,
             "view_turns": view,
@@ -314,7 +315,8 @@ impl<'a> Walk<'a> {
                 _ => f64::NAN,
             },
             "doubts": doubts.iter().map(|(words, _)| words).collect::<Vec<_>>(),
-        }))?;
+        });
+        self.console.print_line("", &line)?;
         if !doubts.is_empty() {
             let words: Vec<&str> = doubts.iter().map(|(words, _)| words.as_str()).collect();
             let is_useless = doubts.iter().any(|(_, is_useless)| *is_useless);
@@ -362,14 +364,6 @@ impl<'a> Walk<'a> {
         let motors: Option<Vec<Vec<Driven>>> = motors.collect::<Result<_>>()?;
         let motors = motors.filter(|_| self.plan.full_mm_s.is_some());
         Ok((SensorTables::new(tables), motors.map(|rows| sampling::motors(&rows))))
-    }
-
-    fn print_json(&self, line: &Value) -> Result {
-        if self.console.json() {
-            self.console.data(line.to_string())
-        } else {
-            Ok(())
-        }
     }
 }
 
