@@ -34,7 +34,7 @@ pub(super) fn corrupt() -> Failure {
 #[cfg(test)]
 mod tests {
     use super::super::Kind;
-    use super::super::descriptors::Descriptor;
+    use super::super::settings::Descriptor;
     use super::*;
 
     /// States of earlier versions are continued: these hashes are theirs. Values of optimisers that came later are no part of them
