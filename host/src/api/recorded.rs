@@ -5,9 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use oneiro_base::exit::Failure;
-use oneiro_lab::device as devices;
 use oneiro_lab::engine::handle::Engine;
-use oneiro_lab::numbers::check_seed;
+use oneiro_lab::experiment::check_seed;
 use oneiro_lab::record::{self, Directories, RunPlace, SavedRun, Session, SingleRun};
 use oneiro_lab::sweep::store::Shard;
 use oneiro_lab::sweep::tables::Written;
@@ -15,7 +14,7 @@ use oneiro_lab::sweep::tables::Written;
 use super::experiment::Experiment;
 use super::{Counted, Error, Result, Task, device};
 use crate::COMMIT;
-use crate::cli::SweepRun;
+use crate::cli::{Backend, SweepRun};
 use crate::commands::places::{Places, sorted_out};
 use crate::commands::sweep::{self, Means};
 
@@ -71,7 +70,7 @@ fn all(places: Vec<RunPlace>, backend: &str, task: &Task) -> Result {
 }
 
 fn engine(backend: &str, task: &Task) -> oneiro_base::exit::Result<Engine> {
-    let evaluator = devices::open(&device::backend(backend))?;
+    let evaluator = Backend::named(backend).open()?;
     Ok(Engine::new(evaluator, Arc::clone(&task.stop)))
 }
 
@@ -216,7 +215,7 @@ pub fn sweep(
         checkpoint_every: Duration::from_secs(10),
         jobs,
         yes: true,
-        backend: device::backend(backend),
+        backend: Backend::named(backend),
         print_slurm: false,
         shards: None,
     };

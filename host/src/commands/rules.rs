@@ -7,15 +7,14 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::experiment::values::instead;
 use serde_json::{Value, json};
 
-/// In place of a rule's name, lists all of them.
-pub(crate) const ALL: &str = "list";
+use crate::cli::ALL_RULES;
 
 /// Characters of a line.
 const WIDTH: usize = 100;
 
 /// Explains a rule, or lists all.
 pub(crate) fn explain(name: &str, console: Console) -> Result {
-    if name == ALL {
+    if name == ALL_RULES {
         return list(console);
     }
     // As a refusal shows it.
@@ -29,7 +28,7 @@ pub(crate) fn explain(name: &str, console: Console) -> Result {
                 "--explain: there is no rule `{name}`{}",
                 instead(
                     nearest(names.iter().copied(), name),
-                    &format!("{}, or {ALL} for what each says", names.join(", "))
+                    &format!("{}, or {ALL_RULES} for what each says", names.join(", "))
                 )
             )))
         }

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::dependencies;
+
 /// A word or a sign of a file, and its line.
 type Token = (String, usize);
 
@@ -279,37 +281,56 @@ fn folders_of_the_library_use_what_architecture_says() {
     assert_eq!(found, said, "docs/architecture.md allows more than is used");
 }
 
-/// Crates in which some still do.
-const WITH_CIRCLES: [&str; 3] = ["host", "host/evolve", "host/lab"];
+/// The folders of all crates of the program, of the kernels, and of the Python package.
+fn crates() -> Vec<PathBuf> {
+    let mut crates = Vec::new();
+    for folder in ["host", "shaders", "python"].map(|folder| root().join(folder)) {
+        let inner = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+        crates.extend(inner.chain([folder]));
+    }
+    crates.retain(|folder| folder.join("src").is_dir());
+    crates
+}
 
 #[test]
 fn rooms_of_a_crate_use_each_other_in_no_circle() {
-    let mut crates = Vec::new();
-    for folder in ["host", "shaders", "python"].map(|folder| root().join(folder)) {
-        let inner = fs::read_dir(&folder).unwrap().map(|own| own.unwrap().path());
-        crates.extend(inner.chain([folder]));
-    }
-    crates.retain(|own| own.join("src").is_dir() && WITH_CIRCLES.iter().all(|known| *own != root().join(known)));
-    let circles = crates
+    let circles: Vec<_> = crates()
         .iter()
-        .flat_map(|own| circles(&uses(&own.join("src"), &BTreeSet::new())));
-    let circles: Vec<_> = circles.collect();
+        .flat_map(|folder| circles(&uses(&folder.join("src"), &BTreeSet::new())))
+        .collect();
     assert!(circles.is_empty(), "\n{}", circles.join("\n"));
+}
+
+/// The first place in the Rust files of a folder where a name is `forbidden`, except in the module `except`.
+fn named(source: &Path, except: &[&str], forbidden: impl Fn(&str) -> bool) -> Option<String> {
+    let mut all = BTreeMap::new();
+    modules(source, source, &mut all);
+    let except: Vec<_> = except.iter().map(|name| (*name).to_owned()).collect();
+    let mut others = all.iter().filter(|(module, _)| !module.starts_with(&except));
+    others.find_map(|(_, path)| {
+        let names = tokens(&fs::read_to_string(path).unwrap());
+        let (name, line) = names.into_iter().find(|(name, _)| forbidden(name))?;
+        Some(format!("{}:{line}: {name}", path.display()))
+    })
 }
 
 #[test]
 fn only_one_folder_names_wgpu() {
-    let mut all = BTreeMap::new();
-    let source = root().join("src");
-    modules(&source, &source, &mut all);
-    let others = all
-        .iter()
-        .filter(|(module, _)| !module.starts_with(&["devices".to_owned(), "gpu".to_owned()]));
-    for (_, path) in others {
-        let names = tokens(&fs::read_to_string(path).unwrap());
-        let named = names
-            .iter()
-            .find(|(token, _)| ["wgpu", "ash"].contains(&token.as_str()));
-        assert!(named.is_none(), "{}:{}", path.display(), named.unwrap().1);
-    }
+    let found = named(&root().join("src"), &["devices", "gpu"], |name| {
+        ["wgpu", "ash"].contains(&name)
+    });
+    assert_eq!(found, None);
+}
+
+#[test]
+fn only_the_command_line_names_clap() {
+    let all = crates().into_iter().chain([root()]);
+    let sources = all.filter_map(|folder| named(&folder.join("src"), &["cli"], |name| name == "clap"));
+    let found: Vec<_> = sources.collect();
+    assert_eq!(found, [""; 0]);
+    let manifests = crates().into_iter().map(|folder| folder.join("Cargo.toml"));
+    let depend: Vec<_> = manifests
+        .filter(|manifest| dependencies(manifest).contains(&"clap".to_owned()))
+        .collect();
+    assert_eq!(depend, [root().join("host/Cargo.toml")]);
 }

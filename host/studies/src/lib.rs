@@ -27,6 +27,8 @@ mod sweep_results;
 pub mod verdict;
 mod verdicts;
 
+pub use directory::Request;
+
 /// The files of any directory of the 1995 study and of the 2014 study, and of their second editions.
 #[cfg(any(test, feature = "testing"))]
 pub fn all_contents() -> [Vec<oneiro_base::contents::Entry>; 4] {

@@ -293,7 +293,7 @@ pub(crate) fn contents() -> Vec<Entry> {
 }
 
 /// Judges the runs of finished sweeps, prints the claims, and writes all tables to a directory if one is given.
-pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
+pub fn judge_sweeps(sweeps: &[PathBuf], out: Option<&Path>, console: Console) -> Result {
     let mut found = Found::default();
     sweep_results::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
     let mut files = Vec::new();
