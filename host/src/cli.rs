@@ -1,9 +1,13 @@
 //! The command line: its commands, arguments and help texts. What they do is in `commands`.
 
+mod choices;
+mod device;
 mod groups;
 mod moved;
 mod numbers;
+mod reproduce;
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
@@ -11,20 +15,20 @@ use std::time::Duration;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgMatches, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum, ValueHint};
 use oneiro::backend::Specialise;
-use oneiro::parameter;
-use oneiro_base::console::Output;
+use oneiro::parameter::{self, Choice};
+use oneiro_base::console::{Console, Output, shown};
 use oneiro_base::exit;
 use oneiro_base::files;
-use oneiro_lab::device::Backend;
 use oneiro_lab::experiment::{self, SEED, reference};
-use oneiro_lab::numbers::{number, of_key, out_of_range, seed, whole};
 use oneiro_lab::reality::site::SEVERITY;
 use oneiro_lab::reality::wired::{self, Starts};
 use oneiro_lab::sweep::store::Shard;
 use oneiro_robots::{Kind, tracker};
-use oneiro_studies::{miglino1995, odowd2014};
 
-use crate::commands::rules;
+use self::choices::choice;
+pub(crate) use self::device::Backend;
+use self::numbers::{number, of_key, out_of_range, seed, whole};
+pub(crate) use self::reproduce::{Miglino1995, Odowd2014, Paper, Reproduce};
 
 /// The program's name.
 const PROGRAM: &str = "oneiro";
@@ -37,12 +41,27 @@ const PROGRAM: &str = "oneiro";
 #[derive(Debug, Parser)]
 #[command(name = PROGRAM, version, propagate_version = true)]
 pub(crate) struct Cli {
-    /// Options of every command.
-    #[command(flatten)]
-    pub(crate) output: Output,
+    /// Print data as JSON
+    #[arg(long, global = true, display_order = 900)]
+    json: bool,
+    /// Hide all messages but errors, and the progress bar
+    #[arg(long, short, global = true, display_order = 901)]
+    quiet: bool,
     /// The command.
     #[command(subcommand)]
-    pub(crate) command: Command,
+    command: Command,
+}
+
+/// Prints an error of the command line as clap does, its words escaped, or what the command line asks clap for. Returns the exit
+/// code.
+pub(crate) fn show(error: &clap::Error) -> u8 {
+    let text = error.render().to_string();
+    match shown(&text) {
+        // In colours, where there are some. If the output is closed, there is nobody to read it.
+        Cow::Borrowed(_) => drop(error.print()),
+        Cow::Owned(text) => Console::default().ask(text.trim_end()),
+    }
+    error.exit_code() as u8
 }
 
 /// The whole command line.
@@ -80,7 +99,11 @@ impl Cli {
                 return Ok((Output::default(), Err(refusal)));
             }
         };
-        Ok((cli.output, directories(&command, &matches).map(|()| cli.command)))
+        let output = Output {
+            json: cli.json,
+            quiet: cli.quiet,
+        };
+        Ok((output, directories(&command, &matches).map(|()| cli.command)))
     }
 }
 
@@ -326,6 +349,9 @@ pub(crate) struct New {
     pub(crate) keys: Option<String>,
 }
 
+/// In place of a rule's name, lists all of them.
+pub(crate) const ALL_RULES: &str = "list";
+
 /// `oneiro check`
 #[derive(Args, Debug)]
 pub(crate) struct Check {
@@ -334,7 +360,7 @@ pub(crate) struct Check {
     pub(crate) experiment: Option<PathBuf>,
     /// Explain a rule that parts of your own keep, such as no-division: refusals end with its name. Without a name, list
     /// all rules
-    #[arg(long, value_name = "RULE", num_args = 0..=1, default_missing_value = rules::ALL)]
+    #[arg(long, value_name = "RULE", num_args = 0..=1, default_missing_value = ALL_RULES)]
     #[arg(conflicts_with_all = ["experiment", "set", "out"])]
     pub(crate) explain: Option<String>,
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
@@ -539,7 +565,7 @@ pub(crate) struct OnRobot {
     #[arg(long, value_name = "DIR", requires = "robots", value_hint = ValueHint::DirPath)]
     pub(crate) lives: Option<PathBuf>,
     /// How each life on a robot gets its start
-    #[arg(long, value_name = "HOW", value_enum, default_value_t = Starts::Walk, requires = "lives")]
+    #[arg(long, value_name = "HOW", value_parser = choice::<Starts>(), default_value = Starts::default().word(), requires = "lives")]
     pub(crate) between: Starts,
     /// How long a robot drives about at random before each life, 0 to 600 s; 0: a life starts where the last one has ended
     #[arg(long, value_name = "SECONDS", default_value_t = wired::WALK_S, requires = "lives", value_parser = number::<f64>(0.0..=wired::LONGEST_WALK_S))]
@@ -804,7 +830,7 @@ pub(crate) struct RobotWatch {
     #[command(flatten)]
     pub(crate) link: RobotLink,
     /// Kinds of sensors [default: all that the robot has]
-    #[arg(long, value_name = "KIND,..", value_delimiter = ',')]
+    #[arg(long, value_name = "KIND,..", value_delimiter = ',', value_parser = choice::<Kind>())]
     pub(crate) kinds: Vec<Kind>,
     /// Readings per second, 0.1 to 100. Slow links give fewer
     #[arg(long, value_name = "N", default_value_t = 10.0, value_parser = number::<f64>(0.1..=100.0))]
@@ -1019,7 +1045,7 @@ pub(crate) struct Guard {
     #[command(flatten)]
     pub(crate) link: RobotLink,
     /// Kinds of sensors to read [default: all that the robot has]
-    #[arg(long, value_name = "KIND,..", value_delimiter = ',')]
+    #[arg(long, value_name = "KIND,..", value_delimiter = ',', value_parser = choice::<Kind>())]
     pub(crate) kinds: Vec<Kind>,
     /// Set a value of the guard, such as `expiry_ms=200`. May be repeated; docs/robots-on-the-wire.md lists them
     #[arg(long, value_name = "KEY=VALUE")]
@@ -1067,7 +1093,7 @@ pub(crate) enum FleetCommand {
     Collect(FleetWork),
     /// Let the daemons of all robots live on this machine, with emulated e-pucks in one simulated arena, on a virtual clock
     #[cfg(all(unix, feature = "twin"))]
-    Twin(crate::commands::fleet::twin::Twin),
+    Twin(Twin),
     /// Compare records of a fleet or of its twins with batched runs of the experiment: food, simulators, genes
     Compare(FleetCompare),
     /// Write a page that plays what robots said while `start` ran, or what a twin recorded
@@ -1125,6 +1151,30 @@ pub(crate) struct FleetWork {
     pub(crate) min: Option<u32>,
 }
 
+/// `oneiro fleet twin`
+#[cfg(all(unix, feature = "twin"))]
+#[derive(Args, Debug)]
+pub(crate) struct Twin {
+    /// The fleet's TOML file
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) fleet: PathBuf,
+    /// A script of faults: packets lost, daemons killed, lines that hang, clocks that drift, full disks
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) faults: Option<PathBuf>,
+    /// Another seed than the fleet's
+    #[arg(long, value_name = "N", value_parser = seed())]
+    pub(crate) seed: Option<u64>,
+    /// The twin's directory, which must be empty or new
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: PathBuf,
+    /// How many times faster than in reality time passes at most, 0.1 to 10000 [default: as fast as possible]
+    #[arg(long, value_name = "X", value_parser = number::<f64>(0.1..=10_000.0))]
+    pub(crate) speed: Option<f64>,
+    /// What daemons run instead of this program: one for robots, or a script that runs that under an emulator
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::ExecutablePath)]
+    pub(crate) program: Option<PathBuf>,
+}
+
 /// `oneiro fleet compare`
 #[derive(Args, Debug)]
 pub(crate) struct FleetCompare {
@@ -1140,24 +1190,6 @@ pub(crate) struct FleetCompare {
     /// The device that evaluates them.
     #[command(flatten)]
     pub(crate) backend: Backend,
-}
-
-/// `oneiro reproduce`
-#[derive(Args, Debug)]
-pub(crate) struct Reproduce {
-    /// Which paper.
-    #[command(subcommand)]
-    pub(crate) study: Paper,
-}
-
-/// The papers.
-#[derive(Debug, Subcommand)]
-pub(crate) enum Paper {
-    /// Miglino, Lund and Nolfi, "Evolving mobile robots in simulated and real environments", 1995
-    Miglino1995(miglino1995::Arguments),
-    /// O'Dowd, Studley and Winfield, "The distributed co-evolution of an on-board simulator and controller for swarm
-    /// robot behaviours", 2014
-    Odowd2014(odowd2014::Arguments),
 }
 
 /// `oneiro sweep`

@@ -74,11 +74,16 @@ fn the_page_on_measures_is_that_of_the_writers() {
     holds(&path, &format!("{head}{MARK}{table}")).unwrap();
 }
 
-/// The names after `oneiro-` among the dependencies of a crate's manifest.
-fn uses(manifest: &Path) -> Vec<String> {
+/// The names of a manifest's dependencies.
+fn dependencies(manifest: &Path) -> Vec<String> {
     let manifest: Table = fs::read_to_string(manifest).unwrap().parse().unwrap();
-    let all = manifest["dependencies"].as_table().unwrap().keys();
-    let mut uses: Vec<String> = all
+    manifest["dependencies"].as_table().unwrap().keys().cloned().collect()
+}
+
+/// Those after `oneiro-`.
+fn uses(manifest: &Path) -> Vec<String> {
+    let mut uses: Vec<String> = dependencies(manifest)
+        .iter()
         .filter_map(|name| name.strip_prefix("oneiro-").filter(|name| *name != "shaders"))
         .map(str::to_owned)
         .collect();

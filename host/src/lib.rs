@@ -36,7 +36,7 @@ pub fn main() -> ExitCode {
     device::quiet_drivers();
     let (output, command) = match cli::Cli::typed() {
         Ok(typed) => typed,
-        Err(error) => return ExitCode::from(console::usage(&error)),
+        Err(error) => return ExitCode::from(cli::show(&error)),
     };
     let console = console::Console::new(output);
     let code = ending::code_of(console, || command.and_then(|command| commands::run(command, console)));

@@ -7,7 +7,6 @@ use std::borrow::Cow;
 use std::fmt::{Display, Write as _};
 use std::io::{self, IsTerminal, Write};
 
-use clap::Args;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -15,13 +14,11 @@ use crate::answer::Answer;
 use crate::exit::{Failure, Result};
 
 /// Options for the output of all commands.
-#[derive(Args, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Output {
-    /// Print data as JSON
-    #[arg(long, global = true, display_order = 900)]
+    /// Whether to print data as JSON.
     pub json: bool,
-    /// Hide all messages but errors, and the progress bar
-    #[arg(long, short, global = true, display_order = 901)]
+    /// Whether to hide all messages except errors, and the progress bar.
     pub quiet: bool,
 }
 
@@ -198,18 +195,6 @@ fn escaped<'a>(text: &'a str, allowed: &str, escape: impl Fn(char, &mut String))
         }
     }
     Cow::Owned(shown)
-}
-
-/// Prints an error of the command line as clap does, its words escaped, or what the command line asks clap for. Returns the exit
-/// code.
-pub fn usage(error: &clap::Error) -> u8 {
-    let text = error.render().to_string();
-    let _ = match shown(&text) {
-        // In colours, where there are some.
-        Cow::Borrowed(_) => error.print(),
-        Cow::Owned(text) => writeln!(io::stderr(), "{}", text.trim_end()),
-    };
-    error.exit_code() as u8
 }
 
 /// A float32 for JSON: the shortest decimal that reads back as the same number; null if it isn't finite.

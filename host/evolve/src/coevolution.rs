@@ -11,10 +11,10 @@ use oneiro::world::Gene;
 use rand::Rng;
 use serde::Serialize;
 
-use super::genetic::{self, Genetic};
+use super::genetic::Genetic;
 use super::random::{Stream, shuffled, stream};
-use super::registry::{Checked, Entry, Feature, Need, Surroundings, Table, refused};
-use super::settings::{Ranges, Settings, Shares};
+use super::registry::{Entry, Table};
+use super::settings::{Checked, Feature, Need, Ranges, Settings, Shares, Surroundings, breeding, refused};
 use super::{Champion, Finalists, Optimizer, Population, ranked, saved};
 
 const NAME: &str = "coevolution";
@@ -117,7 +117,7 @@ impl Table for Values {
 
 /// Checks that there are two populations, and what they do not go with.
 fn check(settings: &Settings, surroundings: &Surroundings<'_>) -> Checked {
-    genetic::check(settings)?;
+    breeding::check(settings)?;
     let (genes, opponents) = (surroundings.genes, &settings.tables.opponents);
     if opponents.split(genes).is_none() {
         let names: Vec<&str> = genes.iter().skip(1).map(|gene| &*gene.name).collect();

@@ -10,8 +10,8 @@ use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Chance, Stream, below, stream};
-use super::registry::{Beginning, Entry, Feature, Table, refused};
-use super::settings::{Settings, Space};
+use super::registry::{Beginning, Entry, Table};
+use super::settings::{Feature, Settings, Space, refused};
 use super::{Champion, Finalists, Optimizer, Population, by_fitness, ranked, saved};
 
 const NAME: &str = "differential-evolution";
@@ -256,8 +256,9 @@ impl Optimizer for DifferentialEvolution {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Kind;
+    use super::super::settings::Surroundings;
     use super::super::tests::{fitness, number};
-    use super::super::{Kind, registry};
     use super::*;
 
     const GENES: usize = 6;
@@ -493,7 +494,7 @@ mod tests {
 
     #[test]
     fn too_few_individuals_are_refused() {
-        let surroundings = registry::Surroundings {
+        let surroundings = Surroundings {
             genes: &[],
             records_individuals: true,
             has_robot: false,

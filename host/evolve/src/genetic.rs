@@ -1,20 +1,18 @@
 //! A genetic algorithm: parents are selected, have children, and these are mutated. Its default is that of Miglino, Lund and
 //! Nolfi (1995): the best are copied, each equally often, and the copies mutated.
 
-mod values;
-
 use crate::error::{Error, Result};
 use rand::Rng;
 use rand::distr::Distribution;
 use rand_pcg::Pcg64;
 
 use super::random::{Chance, Normal, Stream, Uniform, below, stream, unit, unit_of};
-use super::registry::{Entry, Feature};
-use super::settings::{Ranges, Settings, Space, bounds, initial_range, kept};
+use super::registry::Entry;
+use super::settings::{
+    Crossover, CrossoverKind, Feature, Mutation, MutationKind, MutationUnit, Ranges, SelectionKind, Settings, Space,
+    bounds, breeding, initial_range, kept,
+};
 use super::{Optimizer, Population, saved};
-use values::MutationUnit;
-pub use values::{Crossover, CrossoverKind, Mutation, MutationKind, Selection, SelectionKind};
-pub(crate) use values::{check, needs, rows};
 
 /// The algorithm's name, and the version of its saved states.
 const NAME: &str = "genetic";
@@ -22,7 +20,7 @@ const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
     features: &[Feature::Breeds, Feature::TakesGenomes],
-    check: |settings, _| check(settings),
+    check: |settings, _| breeding::check(settings),
     ..Entry::new(
         [
             NAME,

@@ -5,8 +5,8 @@ use oneiro::parameter::Allowed::Whole;
 use oneiro::parameter::{Parameter, row};
 use serde::{Deserialize, Serialize};
 
-use super::registry::{Checked, Entry, Feature, Given, Surroundings, Table, refused};
-use super::settings::{Ranges, Settings, Space};
+use super::registry::{Entry, Table};
+use super::settings::{Checked, Feature, Given, Ranges, Settings, Space, Surroundings, refused};
 use super::{Champion, Finalists, Optimizer, Population, by_fitness, saved};
 
 const NAME: &str = "grid";

@@ -19,7 +19,6 @@
 pub mod appraisal;
 mod cma;
 pub mod coevolution;
-pub mod descriptors;
 mod differential_evolution;
 pub mod encapsulated;
 pub mod error;
@@ -31,10 +30,9 @@ mod open_es;
 mod race;
 pub mod random;
 mod random_search;
-pub mod registry;
+mod registry;
 mod saved;
 pub mod settings;
-pub mod strategy;
 
 #[cfg(test)]
 #[path = "../../../tests/pinned/mod.rs"]

@@ -12,10 +12,9 @@ use crate::error::{Error, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::descriptors::Descriptor;
 use super::random::{Normal, Stream, below, shuffled, stream, unit};
-use super::registry::{Entry, Feature};
-use super::settings::{Ranges, Settings, Space};
+use super::registry::Entry;
+use super::settings::{Descriptor, Feature, Ranges, Settings, Space};
 use super::{Champion, Finalists, Optimizer, Population, saved};
 use values::Cells as Kind;
 pub use values::{Acceptance, Values};

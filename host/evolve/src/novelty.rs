@@ -7,11 +7,10 @@ use oneiro::parameter::Allowed::{Whole, WholeUpTo};
 use oneiro::parameter::{Parameter, row};
 use serde::Serialize;
 
-use super::descriptors::{self, Descriptor};
-use super::genetic::{self, Genetic};
+use super::genetic::Genetic;
 use super::random::{Stream, shuffled, stream};
-use super::registry::{Entry, Feature, Table};
-use super::settings::{Ranges, Settings};
+use super::registry::{Entry, Table};
+use super::settings::{Descriptor, Feature, Ranges, Settings, breeding, descriptors};
 use super::{Optimizer, Population, ranked, saved};
 
 const NAME: &str = "novelty";
@@ -20,7 +19,7 @@ const VERSION: u32 = 1;
 pub(crate) const ENTRY: Entry = Entry {
     features: &[Feature::Breeds, Feature::TakesGenomes, Feature::Behaviour],
     check: |settings, _| {
-        genetic::check(settings)?;
+        breeding::check(settings)?;
         descriptors::check(settings)
     },
     ..Entry::new(

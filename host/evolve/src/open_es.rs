@@ -8,9 +8,8 @@ use rand::distr::Distribution;
 use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, Uniform, stream};
-use super::registry::{Checked, Entry, Feature, Given, Surroundings, refused};
-use super::settings::{Ranges, Settings, Space};
-use super::strategy::Strategy;
+use super::registry::Entry;
+use super::settings::{Checked, Feature, Given, Ranges, Settings, Space, Strategy, Surroundings, refused};
 use super::{Optimizer, Population, saved};
 
 const NAME: &str = "open-es";

@@ -28,7 +28,7 @@ pub(super) fn open<T: DeserializeOwned>(name: &str, version: u32, owner: &blake3
 #[cfg(test)]
 mod tests {
     use super::super::Kind;
-    use super::super::descriptors::Descriptor;
+    use super::super::settings::Descriptor;
     use super::*;
 
     /// States of earlier versions are continued: these hashes are theirs. Later optimisers' values are no part of them

@@ -1,5 +1,10 @@
 //! The table `[evolution]` of an experiment: the optimiser, its values, and for how many generations it runs.
 
+pub(crate) mod breeding;
+mod conditions;
+pub(crate) mod descriptors;
+mod strategy;
+
 use oneiro::batch::GREATEST_GENE;
 use oneiro::parameter::Allowed::{Any, Number, Text, Whole, WholeUpTo};
 use oneiro::parameter::{Datum, Field, Invalid, Parameter, row};
@@ -7,12 +12,13 @@ use rand::Rng;
 use rand::distr::Distribution;
 use serde::Serialize;
 
-use super::descriptors::{self, Descriptor};
-use super::genetic::{self, Crossover, Mutation, Selection};
 use super::random::Uniform;
-use super::registry::{Feature, Given, Need, Surroundings, refused};
-use super::strategy::{self, Strategy};
 pub use super::{Kind, Tables};
+pub use breeding::{Crossover, CrossoverKind, Mutation, MutationKind, MutationUnit, Selection, SelectionKind};
+pub(crate) use conditions::{Checked, Feature, Given, refused};
+pub use conditions::{Need, Surroundings};
+pub use descriptors::Descriptor;
+pub use strategy::Strategy;
 
 /// The optimiser, its values, and for how many generations it runs. Values of other optimisers are not used.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -138,7 +144,7 @@ impl Settings {
             "without evolution.init",
             &["evolution.init"],
         )];
-        needs.extend(genetic::needs(self));
+        needs.extend(breeding::needs(self));
         needs.extend(Kind::entries().flat_map(|entry| (entry.needs)(self)));
         needs
     }
@@ -257,7 +263,7 @@ pub fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         row("evolution.limits", "", gene, OURS,
             "Range that genes are kept within, if any.", |values, _| Some(&mut values.as_mut().limits)),
     ];
-    rows.extend(genetic::rows());
+    rows.extend(breeding::rows());
     rows.extend(strategy::rows());
     rows.extend(descriptors::rows());
     rows.extend(Tables::rows());

@@ -6,10 +6,8 @@ use std::path::Path;
 use oneiro::parameter::Choice;
 use oneiro::world::GeneKind;
 
-use super::descriptors::Descriptor;
-use super::genetic::{CrossoverKind, MutationKind, SelectionKind};
 use super::map_elites::Acceptance;
-use super::registry::Feature;
+use super::settings::{CrossoverKind, Descriptor, Feature, MutationKind, SelectionKind};
 use super::*;
 use crate::pinned::{self, Rows};
 

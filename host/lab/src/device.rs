@@ -1,10 +1,8 @@
 //! Opens the evaluators that the command line names.
 
-use std::str::FromStr;
 use std::sync::atomic::Ordering;
 use std::thread;
 
-use clap::Args;
 use oneiro::backend::{self, Options, Specialise};
 use oneiro::background;
 use oneiro::cpu::Cpu;
@@ -16,25 +14,14 @@ use oneiro_shaders::Kernel;
 
 use crate::engine::handle::{Closed, Engine};
 use crate::engine::watcher::stop_signal;
-use crate::numbers::{number, whole};
 use crate::threads;
 
-/// Options of the device that evaluates.
-#[derive(Args, Clone, Debug)]
+/// The device that evaluates.
+#[derive(Clone, Debug)]
 pub struct Backend {
-    /// auto (the CPU, and an exact GPU for batches that it does sooner), cpu, gpu, gpu:NAME, gpu:INDEX or pool (the CPU and all exact GPUs)
-    #[arg(id = "backend", long = "backend", value_name = "BACKEND", default_value = "auto")]
+    /// As `--backend` has it.
     pub name: String,
-    /// CPU threads, 1 to 1024 [default: one per processor]
-    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024))]
-    pub threads: Option<u16>,
-    /// Share of a GPU's rollouts that the CPU repeats and compares, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = 0.01, value_parser = number::<f64>(0.0..=1.0))]
-    pub recheck: f64,
-    /// When a GPU's kernels are compiled again for one world, which takes a moment and makes them several times as fast:
-    /// auto (for worlds with enough to do), always or never
-    #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = Specialise::from_str)]
-    pub specialise: Specialise,
+    pub options: Options,
 }
 
 /// The name of the device that answers at once, with which `oneiro device bench` measures the host.
@@ -53,28 +40,22 @@ pub fn refuse_null(name: &str) -> Result {
     Ok(())
 }
 
-/// Opens the evaluator of `--backend`, `--threads` and `--recheck`.
+/// Opens the evaluator of a device.
 ///
 /// # Errors
 /// Exit 3 for the device that answers at once; exit 4 if there is no such device, and the message lists those that exist.
-pub fn open(arguments: &Backend) -> Result<Box<dyn Evaluator>> {
-    refuse_null(&arguments.name)?;
+pub fn open(backend: &Backend) -> Result<Box<dyn Evaluator>> {
+    refuse_null(&backend.name)?;
     threads::prepare();
-    let options = Options {
-        threads: arguments.threads.map(usize::from),
-        audit_share: arguments.recheck,
-        specialise: arguments.specialise,
-        ..Options::default()
-    };
-    Ok(backend::open(&arguments.name, options)?)
+    Ok(backend::open(&backend.name, backend.options)?)
 }
 
 /// Like [`open`], shared by all jobs of a command until the user stops it.
 ///
 /// # Errors
 /// As [`open`], and exit 75 if the user stops it before it is open.
-pub fn engine(arguments: &Backend) -> Result<Engine> {
-    let (stop, backend) = (stop_signal()?, arguments.clone());
+pub fn engine(backend: &Backend) -> Result<Engine> {
+    let (stop, backend) = (stop_signal()?, backend.clone());
     // A driver compiles for some time.
     let opened = background::wait(|| stop.load(Ordering::Relaxed), move || open(&backend));
     let stopped = || Failure::stopped("stopped while the device was being opened; run the same command again");

@@ -21,13 +21,11 @@ pub mod engine;
 pub mod exchange;
 pub mod experiment;
 pub mod genomes;
-pub mod kinds;
 pub mod lives;
 #[cfg(test)]
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../../../tests/mutations/mod.rs"]
 mod mutations;
-pub mod numbers;
 pub mod reality;
 pub mod record;
 pub mod runs;
@@ -36,5 +34,5 @@ pub mod runs;
 mod scratch;
 pub mod swarm;
 pub mod sweep;
-pub mod threads;
+mod threads;
 pub mod workload;

@@ -7,7 +7,7 @@ use oneiro::threads::startable;
 
 /// Starts them: one for each processor, or fewer where no more can be started, for which rayon would panic. Call before rayon is first
 /// used. After the first call it does nothing.
-pub fn prepare() {
+pub(crate) fn prepare() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         let wanted = thread::available_parallelism().map_or(1, usize::from);

@@ -51,6 +51,7 @@ mod mutations;
 use std::fmt;
 use std::time::Duration;
 
+use oneiro::parameter::{Choice, Choices};
 use oneiro_base::exit::Failure;
 
 use address::Wire;
@@ -61,37 +62,52 @@ use link::{Link, Transport};
 use recording::Recording;
 
 /// What a sensor measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, clap::ValueEnum)]
-#[value(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
-    /// Infra-red light reflected by objects: the nearer, the higher.
     Proximity,
-    /// Ambient light: the brighter, the lower.
     Light,
-    /// Infra-red light reflected by the floor: the paler, the higher.
     Ground,
-    /// Distance of an object ahead.
     Distance,
-    /// Acceleration along an axis.
     Acceleration,
-    /// Angular speed about an axis.
     Rotation,
-    /// Magnetic flux density along an axis.
     Magnetism,
-    /// Loudness.
     Sound,
-    /// Temperature.
     Temperature,
-    /// 1 while a button is pressed.
     Button,
-    /// Measured speed of a wheel, in the unit of its commands.
     WheelSpeed,
+}
+
+impl Choice for Kind {
+    const CHOICES: Choices<Self> = &[
+        (
+            "proximity",
+            Self::Proximity,
+            "infra-red light reflected by objects: the nearer, the higher",
+        ),
+        ("light", Self::Light, "ambient light: the brighter, the lower"),
+        (
+            "ground",
+            Self::Ground,
+            "infra-red light reflected by the floor: the paler, the higher",
+        ),
+        ("distance", Self::Distance, "distance of an object ahead"),
+        ("acceleration", Self::Acceleration, "acceleration along an axis"),
+        ("rotation", Self::Rotation, "angular speed about an axis"),
+        ("magnetism", Self::Magnetism, "magnetic flux density along an axis"),
+        ("sound", Self::Sound, "loudness"),
+        ("temperature", Self::Temperature, "temperature"),
+        ("button", Self::Button, "1 while a button is pressed"),
+        (
+            "wheel_speed",
+            Self::WheelSpeed,
+            "measured speed of a wheel, in the unit of its commands",
+        ),
+    ];
 }
 
 impl fmt::Display for Kind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = clap::ValueEnum::to_possible_value(self);
-        name.map_or(Ok(()), |name| f.write_str(name.get_name()))
+        f.write_str(self.word())
     }
 }
 

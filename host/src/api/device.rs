@@ -6,13 +6,12 @@ use std::ptr;
 use std::sync::atomic::{AtomicPtr, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use oneiro::backend::Specialise;
 use oneiro::evaluator::{Device, Evaluator};
 use oneiro_base::console::{Console, Output};
 use oneiro_base::exit::Failure;
-use oneiro_lab::device::{self, Backend};
 
 use super::{Error, Result};
+use crate::cli::Backend;
 use crate::commands::device::{list, test};
 
 /// What a process has opened. A forked process has the memory of its parent, but none of its threads: it begins anew, and what was its
@@ -69,16 +68,6 @@ pub(super) fn threaded<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     threads.install(work)
 }
 
-/// The options of a backend by its name, as the program has them by default.
-pub(super) fn backend(name: &str) -> Backend {
-    Backend {
-        name: name.to_owned(),
-        threads: None,
-        recheck: 0.01,
-        specialise: Specialise::default(),
-    }
-}
-
 /// A console that says nothing.
 pub(super) fn quiet() -> Console {
     Console::new(Output {
@@ -93,7 +82,7 @@ pub(super) fn with<T>(name: &str, work: impl FnOnce(&mut dyn Evaluator) -> T) ->
     let shared = if let Some(shared) = evaluators.get(name) {
         Arc::clone(shared)
     } else {
-        let shared = Arc::new(Mutex::new(device::open(&backend(name))?));
+        let shared = Arc::new(Mutex::new(Backend::named(name).open()?));
         evaluators.insert(name.to_owned(), Arc::clone(&shared));
         shared
     };

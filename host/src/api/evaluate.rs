@@ -7,9 +7,9 @@ use oneiro::random::Keys as GenerationKeys;
 use oneiro::world::World;
 use oneiro_base::exit::Failure;
 use oneiro_evolve::Population;
+use oneiro_lab::experiment::check_seed;
 use oneiro_lab::lives::measures::{Measures, descriptors};
 use oneiro_lab::lives::{Keys, LifeIndex, Lives};
-use oneiro_lab::numbers::check_seed;
 use oneiro_lab::runs::single::trace::TraceTable;
 
 use super::device;

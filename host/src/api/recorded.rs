@@ -6,9 +6,8 @@ use std::time::Duration;
 
 use oneiro_base::console::Bars;
 use oneiro_base::exit::Failure;
-use oneiro_lab::device as devices;
 use oneiro_lab::engine::handle::Engine;
-use oneiro_lab::numbers::check_seed;
+use oneiro_lab::experiment::check_seed;
 use oneiro_lab::record::{self, Directories, RunPlace, SavedRun, Session, SingleRun};
 use oneiro_lab::sweep::store::Shard;
 use oneiro_lab::sweep::tables::Written;
@@ -16,7 +15,7 @@ use oneiro_lab::sweep::tables::Written;
 use super::experiment::Experiment;
 use super::{Counted, Error, Result, Task, device};
 use crate::COMMIT;
-use crate::cli::SweepRun;
+use crate::cli::{Backend, SweepRun};
 use crate::commands::places::{Places, sorted_out};
 use crate::commands::sweep::{self, Means};
 
@@ -72,7 +71,7 @@ fn all(places: Vec<RunPlace>, backend: &str, task: &Task) -> Result {
 }
 
 fn engine(backend: &str, task: &Task) -> oneiro_base::exit::Result<Engine> {
-    let evaluator = devices::open(&device::backend(backend))?;
+    let evaluator = Backend::named(backend).open()?;
     Ok(Engine::new(evaluator, Arc::clone(&task.stop)))
 }
 
@@ -217,7 +216,7 @@ pub fn sweep(
         checkpoint_every: Duration::from_secs(10),
         jobs,
         yes: true,
-        backend: device::backend(backend),
+        backend: Backend::named(backend),
         print_slurm: false,
         shards: None,
     };

@@ -4,7 +4,7 @@ use oneiro::differential::Build;
 use oneiro::foraging::Drive;
 use oneiro::random::Key;
 use oneiro::swarm::{Command, Driven, Lamp, Line, Swarm};
-use oneiro_lab::numbers::check_seed;
+use oneiro_lab::experiment::check_seed;
 
 use super::experiment::Experiment;
 use super::{Error, Result, Task, device};

@@ -6,12 +6,12 @@ use oneiro_base::files;
 use oneiro_lab::runs;
 
 use super::{cost, rules};
-use crate::cli::Check;
+use crate::cli::{ALL_RULES, Check};
 
 /// Reads the experiment and prints a summary; without one, explains a rule.
 pub(crate) fn run(arguments: &Check, console: Console) -> Result {
     let Some(experiment) = &arguments.experiment else {
-        return console.print_answer(&rules::explain(arguments.explain.as_deref().unwrap_or(rules::ALL))?);
+        return console.print_answer(&rules::explain(arguments.explain.as_deref().unwrap_or(ALL_RULES))?);
     };
     if let Some(out) = &arguments.out {
         files::must_be_svg("--out", out)?;

@@ -114,7 +114,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         };
         return sink.take(&table, console);
     }
-    let mut evaluator = device::open(&arguments.backend)?;
+    let mut evaluator = arguments.backend.open()?;
     console.say(format!(
         "{}, {}, seed {seed}, on {}",
         counted(subjects.genomes.len(), "genome", "genomes"),

@@ -7,8 +7,8 @@ use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns, decimal};
 use oneiro_base::exit::{Code, Failure, Result};
 use oneiro_base::files;
-use oneiro_lab::record::{self, SavedRun, State};
-use oneiro_lab::sweep::store::Store;
+use oneiro_lab::experiment::kinds::{is_run, is_sweep};
+use oneiro_lab::record::{SavedRun, State};
 use serde_json::{Value, json};
 
 use crate::cli::List;
@@ -57,14 +57,14 @@ pub(crate) fn run(arguments: &List, console: Console) -> Result {
 /// # Errors
 /// Exit 3 if there is no such directory, or no run in it.
 pub(crate) fn runs(directory: &Path) -> Result<Vec<PathBuf>> {
-    if record::is_run(directory) {
+    if is_run(directory) {
         return Ok(vec![directory.to_owned()]);
     }
     if directory.is_file() {
         let problem = "is a file; allowed: a run's directory, or one that holds runs";
         return Err(Failure::input(format_args!("{}: {problem}", directory.display())));
     }
-    if Store::is_at(directory) {
+    if is_sweep(directory) {
         let directory = directory.display();
         return Err(Failure::input(format_args!(
             "{directory}: is a sweep, not a run; `oneiro sweep status {directory}` shows its shards, `oneiro verify {directory}` checks \
@@ -75,7 +75,7 @@ pub(crate) fn runs(directory: &Path) -> Result<Vec<PathBuf>> {
     let mut runs = Vec::new();
     for entry in entries {
         let path = entry.map_err(|error| Failure::storage(directory, &error))?.path();
-        if record::is_run(&path) {
+        if is_run(&path) {
             runs.push(path);
         }
     }

@@ -11,8 +11,8 @@ use oneiro_fleet::daemon::control::{Daemon, Files};
 use oneiro_fleet::daemon::settings::Settings;
 #[cfg(feature = "compose")]
 use oneiro_fleet::daemon::single;
+use oneiro_lab::experiment::kinds::FileKind;
 use oneiro_lab::experiment::source::Parsed;
-use oneiro_lab::kinds::FileKind;
 #[cfg(feature = "compose")]
 use oneiro_lab::reality::wired;
 use oneiro_robots::Kind;

@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
         elites: arguments.elites,
         genome: arguments.genome.as_deref(),
     };
-    let engine = device::engine(&arguments.backend)?;
+    let engine = arguments.backend.engine()?;
     let answer = run.experiment().replay(&recorded, &replay, &engine, console.bars())?;
     console.print_answer(&answer)?;
     device::close(engine, console);

@@ -2,18 +2,69 @@
 
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
-use oneiro_studies::{Findings, miglino1995, odowd2014};
+use oneiro_lab::reality::site;
+use oneiro_studies::{Findings, Request, miglino1995, odowd2014};
 
-use crate::cli::{Paper, Reproduce};
+use crate::cli::{Miglino1995, Odowd2014, Paper, Reproduce};
 
 /// Runs the requested study.
 pub(crate) fn run(arguments: &Reproduce, console: Console) -> Result {
     let found = match &arguments.study {
-        Paper::Miglino1995(arguments) => miglino1995::run(arguments, console),
-        Paper::Odowd2014(arguments) => odowd2014::run(arguments, console),
+        Paper::Miglino1995(arguments) => of_1995(arguments, console),
+        Paper::Odowd2014(arguments) => of_2014(arguments, console),
     };
     match found? {
         Findings::Claims(answer) => console.print_answer(&answer),
         Findings::Table(text) => console.print_plain(text),
     }
+}
+
+fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Findings> {
+    let (file, out) = (arguments.study.as_deref(), arguments.out.as_deref());
+    let backend = &arguments.backend.resolve();
+    if !arguments.sweeps.is_empty() {
+        return miglino1995::judge_sweeps(&arguments.sweeps, out).map(Findings::Table);
+    }
+    if arguments.calibrate {
+        return miglino1995::calibrate(file, arguments.seed, backend, console).map(Findings::Table);
+    }
+    let asked = miglino1995::settings::Asked {
+        seed: arguments.seed,
+        runs: arguments.runs,
+        robot: site::address(&arguments.robot)?,
+        severity: arguments.severity,
+        full: arguments.full,
+        tables: Vec::new(),
+    };
+    let request = Request {
+        file,
+        arm: &arguments.arm,
+        sensitivity: arguments.sensitivity,
+        out,
+        backend,
+    };
+    miglino1995::run(&asked, &arguments.tables, &request, console)
+}
+
+fn of_2014(arguments: &Odowd2014, console: Console) -> Result<Findings> {
+    let out = arguments.out.as_deref();
+    if !arguments.sweeps.is_empty() {
+        return odowd2014::judge_sweeps(&arguments.sweeps, out).map(Findings::Table);
+    }
+    let asked = odowd2014::Asked {
+        seed: arguments.seed,
+        runs: arguments.runs,
+        scales: arguments.scale.clone(),
+        credits: arguments.credit.clone(),
+        only_cases: arguments.only_cases,
+        questions: arguments.questions,
+    };
+    let request = Request {
+        file: arguments.study.as_deref(),
+        arm: &arguments.arm,
+        sensitivity: arguments.sensitivity,
+        out,
+        backend: &arguments.backend.resolve(),
+    };
+    odowd2014::run(&asked, &request, console)
 }

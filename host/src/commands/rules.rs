@@ -8,8 +8,7 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_lab::experiment::values::instead;
 use serde_json::{Value, json};
 
-/// In place of a rule's name, lists all of them.
-pub(crate) const ALL: &str = "list";
+use crate::cli::ALL_RULES;
 
 /// Characters of a line.
 const WIDTH: usize = 100;
@@ -19,7 +18,7 @@ const WIDTH: usize = 100;
 /// # Errors
 /// Exit 3: there is no such rule.
 pub(crate) fn explain(name: &str) -> Result<Answer> {
-    if name == ALL {
+    if name == ALL_RULES {
         return Ok(list());
     }
     // As a refusal shows it.
@@ -32,7 +31,7 @@ pub(crate) fn explain(name: &str) -> Result<Answer> {
                 "--explain: there is no rule `{name}`{}",
                 instead(
                     nearest(names.iter().copied(), name),
-                    &format!("{}, or {ALL} for what each says", names.join(", "))
+                    &format!("{}, or {ALL_RULES} for what each says", names.join(", "))
                 )
             )))
         }

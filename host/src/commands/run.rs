@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
-use oneiro_lab::device::{self, Backend};
+use oneiro_lab::device;
 use oneiro_lab::engine::watcher::Watcher;
 use oneiro_lab::record::{Directories, Done, RunPlace, Session};
 use oneiro_lab::runs;
@@ -46,11 +46,16 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
 }
 
 /// Does runs, each in its own directory.
-pub(super) fn run_all(places: Vec<RunPlace>, title: &str, backend: &Backend, console: Console) -> Result<Vec<Report>> {
+pub(super) fn run_all(
+    places: Vec<RunPlace>,
+    title: &str,
+    backend: &cli::Backend,
+    console: Console,
+) -> Result<Vec<Report>> {
     if places.is_empty() {
         return Ok(Vec::new());
     }
-    let engine = device::engine(backend)?;
+    let engine = backend.engine()?;
     console.say(format!("{title} on {}", engine.name()));
     let session = Session::new(COMMIT, &backend.name, engine.description());
     let mut runs = Directories::new(places, session, console);

@@ -8,12 +8,12 @@ use oneiro::world::GeneLayout;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_evolve::Population;
+use oneiro_lab::experiment::kinds::is_sweep;
 use oneiro_lab::experiment::source::Setting;
 use oneiro_lab::experiment::{Difference, Experiment};
 use oneiro_lab::genomes;
 use oneiro_lab::record::SingleRun;
 use oneiro_lab::sweep::champions::Champions;
-use oneiro_lab::sweep::store::Store;
 use rayon::prelude::*;
 
 use super::list;
@@ -55,7 +55,7 @@ impl Named {
     pub(super) fn all(paths: &[PathBuf]) -> Result<Vec<Self>> {
         let mut all = Vec::new();
         for path in paths {
-            if Store::is_at(path) {
+            if is_sweep(path) {
                 all.push(Self::Sweep(Box::new(Champions::open(path)?)));
             } else if path.is_dir() {
                 for directory in list::runs(path)? {

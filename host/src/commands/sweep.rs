@@ -254,7 +254,7 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
         None => slurm::shard(console)?.unwrap_or(Shard::ALL),
     };
     let mut means = Means {
-        engine: &|| device::engine(&arguments.backend),
+        engine: &|| arguments.backend.engine(),
         watch: &mut |name, steps, until| Box::new(Watcher::new(steps, name, until, console.bars())),
     };
     let done = done((arguments, began), (&sweep, &plan), shard, &mut means, console)?;
@@ -572,7 +572,7 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<Ans
     Ok(Answer::new(files.join("\n"), page.json))
 }
 
-fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &device::Backend, console: Console) -> Result {
+fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &cli::Backend, console: Console) -> Result {
     let store = Store::open(dir)?;
     let (sweep, plan) = store.sweep()?;
     let run = chosen(run, &plan, dir)?;

@@ -6,8 +6,8 @@ use std::path::Path;
 use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::Result;
+use oneiro_lab::experiment::kinds::is_sweep;
 use oneiro_lab::record;
-use oneiro_lab::sweep::store::Store;
 use oneiro_lab::sweep::tables::{self, Sums};
 use serde_json::json;
 
@@ -21,7 +21,7 @@ pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
     if arguments.recompute {
         return recompute::run(arguments, &list::runs(&arguments.run_dir)?, console);
     }
-    if Store::is_at(&arguments.run_dir) {
+    if is_sweep(&arguments.run_dir) {
         return sweep(&arguments.run_dir, console);
     }
     let mut verified = Vec::new();

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::dependencies;
+
 /// A word or a sign of a file, and its line.
 type Token = (String, usize);
 
@@ -279,21 +281,23 @@ fn folders_of_the_library_use_what_architecture_says() {
     assert_eq!(found, said, "docs/architecture.md allows more than is used");
 }
 
-/// Crates in which some still do.
-const WITH_CIRCLES: [&str; 3] = ["host", "host/evolve", "host/lab"];
+/// The folders of all crates of the program, of the kernels, and of the Python package.
+fn crates() -> Vec<PathBuf> {
+    let mut crates = Vec::new();
+    for folder in ["host", "shaders", "python"].map(|folder| root().join(folder)) {
+        let inner = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+        crates.extend(inner.chain([folder]));
+    }
+    crates.retain(|folder| folder.join("src").is_dir());
+    crates
+}
 
 #[test]
 fn rooms_of_a_crate_use_each_other_in_no_circle() {
-    let mut crates = Vec::new();
-    for folder in ["host", "shaders", "python"].map(|folder| root().join(folder)) {
-        let inner = fs::read_dir(&folder).unwrap().map(|own| own.unwrap().path());
-        crates.extend(inner.chain([folder]));
-    }
-    crates.retain(|own| own.join("src").is_dir() && WITH_CIRCLES.iter().all(|known| *own != root().join(known)));
-    let circles = crates
+    let circles: Vec<_> = crates()
         .iter()
-        .flat_map(|own| circles(&uses(&own.join("src"), &BTreeSet::new())));
-    let circles: Vec<_> = circles.collect();
+        .flat_map(|folder| circles(&uses(&folder.join("src"), &BTreeSet::new())))
+        .collect();
     assert!(circles.is_empty(), "\n{}", circles.join("\n"));
 }
 
@@ -336,4 +340,17 @@ fn only_the_program_prints_data() {
         .filter_map(|source| named(&source, &["console"], |name| prints.contains(name)))
         .collect();
     assert_eq!(found, [""; 0]);
+}
+
+#[test]
+fn only_the_command_line_names_clap() {
+    let all = crates().into_iter().chain([root()]);
+    let sources = all.filter_map(|folder| named(&folder.join("src"), &["cli"], |name| name == "clap"));
+    let found: Vec<_> = sources.collect();
+    assert_eq!(found, [""; 0]);
+    let manifests = crates().into_iter().map(|folder| folder.join("Cargo.toml"));
+    let depend: Vec<_> = manifests
+        .filter(|manifest| dependencies(manifest).contains(&"clap".to_owned()))
+        .collect();
+    assert_eq!(depend, [root().join("host/Cargo.toml")]);
 }

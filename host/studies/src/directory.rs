@@ -12,6 +12,7 @@ use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::directory::{Form, Holds};
 use oneiro_base::sealed::{self, Problem};
+use oneiro_lab::device::Backend;
 use oneiro_report::csv::Csv;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -61,8 +62,14 @@ pub(super) fn contents(of_study: Vec<Entry>, sensitivity: bool) -> Vec<Entry> {
 
 /// A study under one arm.
 pub(super) trait Reproduction {
+    /// Name of the study.
+    const NAME: &'static str;
+
     /// Results of the study.
     type Found;
+
+    /// Seed of everything random except the robots.
+    fn seed(&self) -> u64;
 
     /// Record of the settings, kept in the directory to recognise the study again.
     fn record(&self) -> String;
@@ -88,15 +95,17 @@ pub(super) trait Reproduction {
     fn html(&self, found: &Self::Found, claims: &[Claim], arms: Option<&Sensitivity>) -> String;
 }
 
-/// The study that the command line asks for, and its output directory.
-pub(super) struct Request<'a> {
-    /// Name of the study.
-    pub(super) name: &'a str,
-    pub(super) seed: u64,
-    pub(super) arm: &'a str,
+/// What the command line asks of any study.
+pub struct Request<'a> {
+    /// The study's file, in place of the compiled-in one.
+    pub file: Option<&'a Path>,
+    pub arm: &'a str,
     /// Whether to repeat the study under every other arm.
-    pub(super) sensitivity: bool,
-    pub(super) out: Option<&'a Path>,
+    pub sensitivity: bool,
+    /// The study's directory, in place of the usual one.
+    pub out: Option<&'a Path>,
+    /// The device that evaluates.
+    pub backend: &'a Backend,
 }
 
 /// Runs or resumes a study, and returns its verdicts. `under` constructs the study from the name of an arm.
@@ -107,7 +116,7 @@ pub(super) fn reproduce<S: Reproduction>(
     console: Console,
 ) -> Result<Findings> {
     let main = under(request.arm)?;
-    let out = request.out.map_or_else(|| usual(request, &main), Path::to_owned);
+    let out = request.out.map_or_else(|| usual(&main), Path::to_owned);
     let (found, claims) = run_study(&main, &out, request.sensitivity, console)?;
     if request.sensitivity {
         let mut arms = Sensitivity {
@@ -134,9 +143,9 @@ pub(super) fn reproduce<S: Reproduction>(
 }
 
 /// Default directory of a study.
-fn usual(request: &Request<'_>, study: &impl Reproduction) -> PathBuf {
+fn usual<S: Reproduction>(study: &S) -> PathBuf {
     let hash = blake3::hash(study.record().as_bytes()).to_hex();
-    PathBuf::from(format!("runs/{}-{}-{}", request.name, request.seed, &hash[..8]))
+    PathBuf::from(format!("runs/{}-{}-{}", S::NAME, study.seed(), &hash[..8]))
 }
 
 /// Runs one study in its directory and writes all of its files.

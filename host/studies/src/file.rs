@@ -3,14 +3,12 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
+use oneiro_lab::experiment::kinds::FileKind;
 use oneiro_lab::experiment::source::{Parsed, Setting, Source};
-use oneiro_lab::kinds::FileKind;
 use serde::Deserialize;
 use toml::{Table, Value};
 
@@ -108,21 +106,26 @@ impl StudyFile {
         self.under(&Arm::main(), |file: File, _| Ok(file.arms))
     }
 
+    /// The unchanged study, and then all other arms.
+    ///
+    /// # Errors
+    /// As [`StudyFile::under`].
+    pub fn arms(&self) -> Result<Vec<Arm>> {
+        let others = self.groups()?.into_iter().flat_map(|group| group.arms);
+        Ok(std::iter::once(Arm::main()).chain(others).collect())
+    }
+
     /// Finds an arm by name.
     ///
     /// # Errors
     /// Exit 2 with the names of all arms.
-    pub fn arm(&self, name: &str) -> Result<Arm> {
+    pub(crate) fn arm(&self, name: &str) -> Result<Arm> {
         if name == Arm::MAIN {
             return Ok(Arm::main());
         }
-        let arms: Vec<Arm> = self.groups()?.into_iter().flat_map(|group| group.arms).collect();
+        let arms = self.arms()?;
         let names: Vec<&str> = arms.iter().map(|arm| arm.name.as_str()).collect();
-        let unknown = Failure::usage(format_args!(
-            "--arm {name}: no such arm; allowed: {}, {}",
-            Arm::MAIN,
-            names.join(", ")
-        ));
+        let unknown = Failure::usage(format_args!("--arm {name}: no such arm; allowed: {}", names.join(", ")));
         arms.into_iter().find(|arm| arm.name == name).ok_or(unknown)
     }
 
@@ -142,31 +145,6 @@ impl StudyFile {
                 Cow::Borrowed(self.shipped.experiment),
             )),
         }
-    }
-}
-
-/// Parser of an arm's name on the command line. It lists the compiled-in study's arms; a user's file may have
-/// others.
-#[derive(Clone)]
-pub(crate) struct ArmParser(pub &'static Shipped);
-
-impl TypedValueParser for ArmParser {
-    type Value = String;
-
-    fn parse_ref(
-        &self,
-        command: &clap::Command,
-        argument: Option<&clap::Arg>,
-        value: &OsStr,
-    ) -> std::result::Result<String, clap::Error> {
-        StringValueParser::new().parse_ref(command, argument, value)
-    }
-
-    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        let groups = StudyFile::open(self.0, None).and_then(|file| file.groups()).ok()?;
-        let others = groups.into_iter().flat_map(|group| group.arms);
-        let values = std::iter::once(Arm::main()).chain(others);
-        Some(Box::new(values.map(|arm| PossibleValue::new(arm.name).help(arm.words))))
     }
 }
 

@@ -30,6 +30,8 @@ mod sweep_results;
 pub mod verdict;
 mod verdicts;
 
+pub use directory::Request;
+
 /// What a study answers.
 #[derive(Debug)]
 pub enum Findings {

@@ -4,9 +4,9 @@ use oneiro::parameter::Allowed::{Any, Number, Whole, WholeUpTo};
 use oneiro::parameter::{Choice, Choices, Parameter, row};
 use serde::Serialize;
 
-use crate::registry::{Checked, Need, Surroundings, Table, refused};
-use crate::settings::Settings;
-use crate::{Kind, descriptors};
+use crate::Kind;
+use crate::registry::Table;
+use crate::settings::{Checked, Need, Settings, Surroundings, descriptors, refused};
 
 const OURS: &str = "ours";
 

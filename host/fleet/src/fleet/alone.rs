@@ -12,9 +12,9 @@
 use std::path::Path;
 
 use oneiro_base::exit::{Failure, Result};
-use oneiro_lab::experiment::source::{Parsed, Source};
 #[cfg(feature = "compose")]
-use oneiro_lab::kinds::FileKind;
+use oneiro_lab::experiment::kinds::FileKind;
+use oneiro_lab::experiment::source::{Parsed, Source};
 use serde::Deserialize;
 
 use super::file::{Computers, Robot, Service, Ssh, check_host, directory, remote};

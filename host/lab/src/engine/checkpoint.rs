@@ -17,7 +17,7 @@ const VERSION: u32 = 3;
 const PREFIX: &str = "checkpoint-";
 
 /// Explains why a checkpoint can't be used; `owner` is the run or sweep that it should belong to.
-pub fn words(problem: &Problem, owner: &str) -> String {
+pub(crate) fn words(problem: &Problem, owner: &str) -> String {
     match problem {
         Problem::Damaged => problem.to_string(),
         Problem::Owner => format!("belongs to another {owner}"),
@@ -29,7 +29,13 @@ pub fn words(problem: &Problem, owner: &str) -> String {
 ///
 /// # Errors
 /// Exit 6 if writing fails.
-pub fn write(directory: &Path, number: u64, kept: usize, identity: &blake3::Hash, content: &impl Serialize) -> Result {
+pub(crate) fn write(
+    directory: &Path,
+    number: u64,
+    kept: usize,
+    identity: &blake3::Hash,
+    content: &impl Serialize,
+) -> Result {
     disk::write(
         &directory.join(format!("{PREFIX}{number}")),
         &sealed::seal(FORMAT, VERSION, identity, content),
@@ -50,7 +56,7 @@ pub(crate) fn prune(directory: &Path, kept: usize) -> Result {
 }
 
 /// Reads a checkpoint, or returns the reason why it can't be used.
-pub fn read<T: DeserializeOwned>(path: &Path, identity: &blake3::Hash) -> std::result::Result<T, Problem> {
+pub(crate) fn read<T: DeserializeOwned>(path: &Path, identity: &blake3::Hash) -> std::result::Result<T, Problem> {
     // A file that can't be read is as useless as a damaged one.
     let bytes = plain::read(path, plain::MAXIMUM).map_err(|_| Problem::Damaged)?;
     sealed::open(FORMAT, VERSION, identity, &bytes)
@@ -60,7 +66,7 @@ pub fn read<T: DeserializeOwned>(path: &Path, identity: &blake3::Hash) -> std::r
 ///
 /// # Errors
 /// Exit 6 if the directory can't be read.
-pub fn list(directory: &Path) -> Result<Vec<(u64, PathBuf)>> {
+pub(crate) fn list(directory: &Path) -> Result<Vec<(u64, PathBuf)>> {
     let failed = |error| Failure::storage(directory, &error);
     let mut found = Vec::new();
     for entry in fs::read_dir(directory).map_err(failed)? {

@@ -10,10 +10,10 @@
 //! | [`checkpoint`] | saved jobs |
 //! | [`log`] | append-only files |
 
-pub mod checkpoint;
+pub(crate) mod checkpoint;
 pub mod handle;
 pub mod job;
-pub mod log;
-pub mod queue;
+pub(crate) mod log;
+pub(crate) mod queue;
 pub mod scheduler;
 pub mod watcher;

@@ -35,7 +35,7 @@
 pub mod beacon;
 mod format;
 pub mod key;
-pub mod limits;
+pub(crate) mod limits;
 mod rates;
 mod replay;
 #[cfg(test)]

@@ -7,8 +7,7 @@ use oneiro::differential::{Build, Feature, Sensor};
 use oneiro::parameter::Invalid;
 use oneiro::world::{Gene, World};
 use oneiro_base::console::counted;
-use oneiro_evolve::registry::Surroundings;
-use oneiro_evolve::settings as optimiser;
+use oneiro_evolve::settings::{self as optimiser, Surroundings};
 
 use super::settings::{ArenaSize, Finalists, Settings, Transfer};
 use crate::lives::measures;

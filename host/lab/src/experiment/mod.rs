@@ -3,6 +3,7 @@
 mod check;
 pub mod examples;
 mod inputs;
+pub mod kinds;
 mod needs;
 pub mod reference;
 pub mod robots;
@@ -20,13 +21,13 @@ use oneiro::parameter::{Field, Invalid};
 use oneiro::world::World;
 use toml::{Table, Value};
 
-use crate::kinds::FileKind;
 use crate::reality::site::Site;
 use crate::reality::wired::Time;
 
 pub use inputs::DIRECTORY as INPUTS;
 use inputs::Inputs;
 pub use inputs::{Content, Files, Input};
+use kinds::FileKind;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_evolve as evolve;
 use oneiro_evolve::settings::Kind;
@@ -436,6 +437,17 @@ pub fn allows(key: &str, value: &dyn Field) -> (bool, String) {
     let single = values::alone::<Settings>(key, value);
     let found = single.or_else(|| values::alone::<swarm::File>(key, value));
     found.expect("the key has a row")
+}
+
+/// Checks a seed that another program gives.
+///
+/// # Errors
+/// Exit 3: the seed, and the allowed ones.
+pub fn check_seed(seed: u64) -> Result {
+    match allows(SEED, &seed) {
+        (true, _) => Ok(()),
+        (false, allowed) => Err(Failure::input(format_args!("{SEED}: is {seed}; allowed: {allowed}"))),
+    }
 }
 
 /// Checks a name of an experiment or a sweep, which becomes part of directory names; the error says what is wrong.

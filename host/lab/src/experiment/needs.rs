@@ -7,7 +7,7 @@ use oneiro::reference::Model;
 use oneiro::surrogate::Difference;
 use oneiro::world::{Controller, Gene, Task, World};
 use oneiro_base::exit::Result;
-pub(super) use oneiro_evolve::registry::Need;
+pub(super) use oneiro_evolve::settings::Need;
 use toml::Table;
 
 use super::settings::Settings;

@@ -45,12 +45,10 @@ pub const SPEEDS_MM_S: [f64; 2] = [1.0, 1100.0];
 pub const LONGEST_WALK_S: f64 = 600.0;
 
 /// How the starts of lives are chosen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Starts {
-    /// The robot drives about at random before each life
     #[default]
     Walk,
-    /// Somebody puts the robot where the simulator would start, and presses Enter
     Hand,
 }
 

@@ -24,7 +24,7 @@ pub struct Done {
 }
 
 /// Hash of a run's results, as in its `DONE`, from the contents of its files.
-pub fn result_of(experiment: blake3::Hash, results: &[&str], files: &[(&str, &[u8])]) -> String {
+pub(crate) fn result_of(experiment: blake3::Hash, results: &[&str], files: &[(&str, &[u8])]) -> String {
     result(&experiment.to_hex(), results, |name| {
         let (_, bytes) = files.iter().find(|(own, _)| *own == name)?;
         Some(blake3::hash(bytes).to_hex())

@@ -11,13 +11,15 @@ mod single;
 mod tests;
 
 pub use directories::{Directories, RunPlace};
-pub use done::{Done, result_of, verify};
+pub(crate) use done::result_of;
+pub use done::{Done, verify};
 pub use meta::{Meta, Session, Status};
 pub use recorder::{Recorder, Standing, standing};
-pub use saved::{SavedRun, State, is_locked, is_run};
+pub use saved::{SavedRun, State, is_locked};
 pub use single::SingleRun;
 
 use crate::experiment::INPUTS;
+use crate::experiment::kinds::CONFIG;
 use oneiro_base::contents::Entry;
 use oneiro_base::disk::LOCK;
 use oneiro_base::files::directory::Form;
@@ -29,7 +31,6 @@ pub const FORM: Form<'_> = Form {
     option: "--out",
 };
 
-const CONFIG: &str = "config.toml";
 const META: &str = "meta.json";
 const DONE: &str = "DONE";
 

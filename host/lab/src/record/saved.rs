@@ -10,12 +10,8 @@ use oneiro_base::files::directory::Holds;
 use oneiro_base::files::plain;
 
 use super::{CONFIG, Done, FORM, Meta, Status};
+use crate::experiment::kinds::is_run;
 use crate::runs::{self, Experiment, Recorded};
-
-/// Whether a directory is a run's, readable or not.
-pub fn is_run(directory: &Path) -> bool {
-    directory.join(CONFIG).symlink_metadata().is_ok()
-}
 
 /// A run on disk.
 #[derive(Debug)]

@@ -23,10 +23,10 @@ use serde_json::Value;
 
 use crate::engine::handle::Engine;
 use crate::engine::job::Job;
+use crate::experiment::kinds::FileKind;
 use crate::experiment::source::{LeftOut, Parsed, Setting};
 use crate::experiment::swarm::SwarmExperiment;
 use crate::experiment::{self, Files, Identities, Input};
-use crate::kinds::FileKind;
 use crate::reality::site::Site;
 use crate::reality::wired::Time;
 

@@ -1,12 +1,11 @@
 //! Cases and controls of swarms' runs, and the record that a run gives.
 
-use clap::ValueEnum;
 use oneiro::foraging::Light;
 use oneiro::swarm::Lamp;
 use serde::{Deserialize, Serialize};
 
 /// The experiment cases of section 4.1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Case {
     /// 1. No light source.
@@ -65,7 +64,7 @@ impl Case {
 }
 
 /// The paper's distributed evolution, or a control in which the experimenter intervenes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// The paper's evolution.
@@ -112,23 +111,13 @@ impl Kind {
 }
 
 /// The simulator that a robot's fitness is credited to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Credit {
     /// The one that the robot has while it earns the fitness, as the paper says.
     Lagged,
     /// The one in which the controller was chosen that earns it.
     Matched,
-}
-
-impl Credit {
-    /// The name in reports.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Lagged => "lagged",
-            Self::Matched => "matched",
-        }
-    }
 }
 
 /// The record of a swarm's run.

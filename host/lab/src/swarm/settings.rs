@@ -186,7 +186,7 @@ impl Choice for Credit {
         (
             "lagged",
             Self::Lagged,
-            "the one that the robot has while it earns it, as the paper says",
+            "the one that the robot has while it earns the fitness, as the paper says",
         ),
         (
             "matched",

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use oneiro::backend::Specialise;
+use oneiro::backend::Options;
 use oneiro::batch::{Rollout, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
@@ -48,9 +48,10 @@ pub fn estimates(
     for name in names {
         let backend = Backend {
             name: name.clone(),
-            threads,
-            recheck: 0.0,
-            specialise: Specialise::default(),
+            options: Options {
+                threads: threads.map(usize::from),
+                ..Options::default()
+            },
         };
         let mut evaluator = match device::open(&backend) {
             Ok(evaluator) => evaluator,

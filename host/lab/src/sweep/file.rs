@@ -38,9 +38,9 @@ use rand::distr::Distribution;
 use serde::Deserialize;
 use toml::{Table, Value};
 
+use crate::experiment::kinds::FileKind;
 use crate::experiment::source::{Parsed, Setting, Source};
 use crate::experiment::{GREATEST_SEED, check_name};
-use crate::kinds::FileKind;
 use crate::reality::site::SEVERITY;
 use crate::threads;
 

@@ -34,9 +34,9 @@ use oneiro_base::contents::Column;
 use oneiro_base::exit::{Failure, Result};
 use rayon::prelude::*;
 
+use crate::experiment::kinds::FileKind;
 use crate::experiment::source::{Parsed, Setting};
 use crate::experiment::{self, Content, Files};
-use crate::kinds::FileKind;
 use crate::reality::site::Site;
 use crate::reality::wired::Time;
 use crate::runs::{self, Experiment, Reality, Recording, Robots, Shown, Table};

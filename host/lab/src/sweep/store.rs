@@ -25,9 +25,8 @@ use serde::{Deserialize, Serialize};
 use super::file::{Reality, Robots};
 use super::journal::{Line, Logged};
 use super::{Plan, RunIndex, Sweep};
-use crate::record;
+use crate::experiment::kinds::{MADE, is_run};
 
-const MADE: &str = "sweep.json";
 const SWEEP: &str = "sweep.toml";
 const NAMED: &str = "sweep";
 const EXPERIMENT: &str = "experiment";
@@ -290,11 +289,6 @@ impl Store {
         disk::sync_directory(directory)
     }
 
-    /// Whether a directory is a sweep's.
-    pub fn is_at(directory: &Path) -> bool {
-        directory.join(MADE).symlink_metadata().is_ok()
-    }
-
     /// Opens a sweep's directory.
     ///
     /// # Errors
@@ -307,7 +301,7 @@ impl Store {
         if directory.is_file() {
             return refused("is a file; allowed: the directory of a sweep");
         }
-        if record::is_run(directory) {
+        if is_run(directory) {
             return refused("is a run's directory, not a sweep's; allowed: one that `oneiro sweep run` wrote");
         }
         let Some(made) = Self::made(directory)? else {

@@ -54,7 +54,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
             numbers: None,
         },
     };
-    let mut evaluator = device::open(&arguments.backend)?;
+    let mut evaluator = arguments.backend.open()?;
     console.say(format!(
         "{}, {lives} lives each, seed {seed}, on {}",
         counted(subjects.genomes.len(), "genome", "genomes"),

@@ -27,7 +27,7 @@ pub(super) fn lived(arguments: &Evaluate, lives: &Lives<'_>, console: Console) -
     if let Some(time) = site.time(all.len() as u64, spec.cycles) {
         console.say(time);
     }
-    let engine = device::engine(&arguments.backend)?;
+    let engine = arguments.backend.engine()?;
     let mut robot = site.open(&engine, spec)?;
     console.say(format!("on {}", robot.describe()));
     let ended = AtomicUsize::new(0);

@@ -59,7 +59,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         }
         runs.push(run);
     }
-    let mut evaluator = device::open(&arguments.backend)?;
+    let mut evaluator = arguments.backend.open()?;
     let mut values = Vec::new();
     for run in &runs {
         let played = Played::of(run, contests, arguments, evaluator.as_mut(), console)?;

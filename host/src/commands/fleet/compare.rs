@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &FleetCompare, console: Console) -> Result {
         .clone()
         .map(|seed| fleet.experiment.plan(seed))
         .collect();
-    let engine = device::engine(&arguments.backend)?;
+    let engine = arguments.backend.engine()?;
     let runs = batched(&plans, &engine)?;
     device::close(engine, console);
     let compared = compare(&records, &runs);

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use clap::{Args, ValueHint};
 use oneiro::acting::Readings;
 use oneiro::cpu::Cpu;
 use oneiro::random::Key;
@@ -24,33 +23,11 @@ use oneiro_fleet::fleet::twin::faults::Faults;
 use oneiro_lab::engine::watcher::stop_signal;
 use oneiro_lab::exchange::radio::key::Key as Secret;
 use oneiro_lab::exchange::radio::{OPERATOR, Packet, Radio};
-use oneiro_lab::numbers::{number, seed};
 use oneiro_lab::swarm::clock::Clock;
 use oneiro_robots::guard::values::Values;
 use toml::Table;
 
-/// `oneiro fleet twin`
-#[derive(Args, Debug)]
-pub(crate) struct Twin {
-    /// The fleet's TOML file
-    #[arg(value_hint = ValueHint::FilePath)]
-    pub(crate) fleet: PathBuf,
-    /// A script of faults: packets lost, daemons killed, lines that hang, clocks that drift, full disks
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub(crate) faults: Option<PathBuf>,
-    /// Another seed than the fleet's
-    #[arg(long, value_name = "N", value_parser = seed())]
-    pub(crate) seed: Option<u64>,
-    /// The twin's directory, which must be empty or new
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub(crate) out: PathBuf,
-    /// How many times faster than in reality time passes at most, 0.1 to 10000 [default: as fast as possible]
-    #[arg(long, value_name = "X", value_parser = number::<f64>(0.1..=10_000.0))]
-    pub(crate) speed: Option<f64>,
-    /// What daemons run instead of this program: one for robots, or a script that runs that under an emulator
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::ExecutablePath)]
-    pub(crate) program: Option<PathBuf>,
-}
+use crate::cli::Twin;
 
 /// Daemons that are processes: `oneiro on-board robot.toml --conductor SOCKET`.
 pub(crate) struct Processes {

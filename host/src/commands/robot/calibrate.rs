@@ -55,7 +55,7 @@ pub(crate) fn run(arguments: &RobotCalibrate, console: Console) -> Result {
             "--lives: there is no complete life; allowed: one and more",
         ));
     }
-    let engine = device::engine(&arguments.backend)?;
+    let engine = arguments.backend.engine()?;
     let calibration = Calibration::of(world, &lives, &engine)?;
     device::close(engine, console);
     let settings = calibration.settings(world);

@@ -64,7 +64,7 @@ pub(crate) fn run(arguments: &RobotSample, console: Console) -> Result {
     };
     let site = Site::drawn(seed, arguments.severity.unwrap_or(SEVERITY));
     let objects = objects(&arguments.objects)?;
-    let evaluations = device::engine(&arguments.backend)?;
+    let evaluations = arguments.backend.engine()?;
     let mut robot = site
         .sampled(&evaluations, &WorldSpec::miglino1995())
         .map_err(|trouble| Failure::input(format_args!("--robot {}: {trouble}", arguments.robot)))?;
@@ -85,7 +85,7 @@ fn described(path: &Path, arguments: &RobotSample, console: Console) -> Result {
     let robot = Described::new(experiment.world().spec())
         .map_err(|problem| Failure::input(format_args!("--robot {}: {problem}", path.display())))?;
     let objects = objects(&arguments.objects)?;
-    let engine = device::engine(&arguments.backend)?;
+    let engine = arguments.backend.engine()?;
     Notebook::open(&arguments.out, &robot.describe())?;
     let sensors = robot.sensors(&engine, &objects)?;
     let motors = robot.motors(&engine)?;

@@ -13,7 +13,7 @@ use crate::cli::Verify;
 /// Checks the files of finished runs, and recomputes a fraction of the individuals of all; fails if anything differs. What is damaged
 /// is recomputed too, which tells where.
 pub(super) fn run(arguments: &Verify, directories: &[PathBuf], console: Console) -> Result {
-    let engine = device::engine(&arguments.backend)?;
+    let engine = arguments.backend.engine()?;
     let mut values = Vec::new();
     let mut problems = Vec::new();
     let mut damaged = false;

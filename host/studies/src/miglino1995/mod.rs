@@ -1,7 +1,6 @@
 //! The study of Miglino, Lund and Nolfi (1995): sample a robot, evolve in a simulator made from the samples, transfer
 //! to reality, continue evolving there, and test every claim of the paper.
 
-mod arguments;
 mod calibration;
 mod evolving;
 mod full;
@@ -23,9 +22,9 @@ use oneiro::tables::{MotorSamples, MotorStates, MotorTable, SensorTables};
 use oneiro::world::Robot;
 use oneiro_report::numbers::fixed;
 
-pub use self::arguments::Arguments;
 #[cfg(any(test, feature = "testing"))]
 pub(super) use self::second::contents as contents_of_second;
+pub use self::second::judge_sweeps;
 use crate::Findings;
 use crate::assumptions::Assumption;
 use crate::claims::Claim;
@@ -36,11 +35,11 @@ use oneiro_base::console::{Console, columns};
 use oneiro_base::contents::Entry;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::progress;
-use oneiro_lab::device;
+use oneiro_lab::device::{self, Backend};
 use oneiro_lab::engine::handle::Engine;
 use oneiro_lab::reality::Object;
 use oneiro_lab::reality::sampling::{self, Averaged};
-use oneiro_lab::reality::site::{self, LIVES, Site};
+use oneiro_lab::reality::site::{LIVES, Site};
 use oneiro_robots::address::{Address, Wire};
 use oneiro_statistics::mean;
 use results::{Results, Run, Variant};
@@ -52,79 +51,54 @@ const GREATEST_RUNS: u32 = 1000;
 /// Runs of a condition that advance, and are saved, together, where reality is a simulation.
 const COHORT: u32 = 5;
 
-/// Runs or resumes the whole study.
-pub fn run(arguments: &Arguments, console: Console) -> Result<Findings> {
-    if !arguments.sweeps.is_empty() {
-        return second::judge(&arguments.sweeps, arguments.out.as_deref()).map(Findings::Table);
-    }
-    let evaluations = device::engine(&arguments.backend)?;
-    let file = StudyFile::open(&MIGLINO1995, arguments.study.as_deref())?;
-    let found = if arguments.calibrate {
-        Findings::Table(calibrate(&file, arguments.seed, &evaluations, console)?)
-    } else {
-        whole(arguments, &file, &evaluations, console)?
-    };
-    device::close(evaluations, console);
-    Ok(found)
-}
-
-/// The requested study, and with `--sensitivity` also the study under every other arm.
-fn whole(arguments: &Arguments, file: &StudyFile, evaluations: &Engine, console: Console) -> Result<Findings> {
-    let robot = site::address(&arguments.robot)?;
-    let least = match &robot {
+/// Runs or resumes the whole study, with the files of a recorded robot's tables, if there are any.
+pub fn run(asked: &Asked, tables: &[PathBuf], request: &Request<'_>, console: Console) -> Result<Findings> {
+    let evaluations = device::engine(request.backend)?;
+    let file = StudyFile::open(&MIGLINO1995, request.file)?;
+    let least = match &asked.robot {
         Address::Surrogate(_) => 2,
         Address::Wire(wire) => {
-            check_connected(arguments, wire)?;
+            check_connected(wire, asked, tables, request)?;
             1
         }
     };
     let allowed = least..=GREATEST_RUNS;
-    if let Some(runs) = arguments.runs {
+    if let Some(runs) = asked.runs {
         directory::check_runs(runs, &allowed)?;
     }
     let under = |arm: &str| -> Result<Whole<'_>> {
-        let mut asked = Asked {
-            seed: arguments.seed,
-            runs: arguments.runs,
-            robot: robot.clone(),
-            severity: arguments.severity,
-            full: arguments.full,
-            tables: Vec::new(),
+        let states = Settings::new(&file, arm, asked.clone())?.states();
+        let recordings = recordings(tables, states, console)?;
+        let asked = Asked {
+            tables: recordings.as_ref().map(hashes).unwrap_or_default(),
+            ..asked.clone()
         };
-        let states = Settings::new(file, arm, asked.clone())?.states();
-        let recordings = recordings(&arguments.tables, states, console)?;
-        asked.tables = recordings.as_ref().map(hashes).unwrap_or_default();
-        let settings = Settings::new(file, arm, asked)?;
+        let settings = Settings::new(&file, arm, asked)?;
         directory::check_runs(settings.runs, &allowed)?;
         Ok(Whole {
             settings,
             recordings,
-            evaluations,
+            evaluations: &evaluations,
         })
     };
-    let request = Request {
-        name: "miglino1995",
-        seed: arguments.seed,
-        arm: &arguments.arm,
-        sensitivity: arguments.sensitivity,
-        out: arguments.out.as_deref(),
-    };
-    directory::reproduce(&request, file, under, console)
+    let found = directory::reproduce(request, &file, under, console)?;
+    device::close(evaluations, console);
+    Ok(found)
 }
 
 /// Refuses options that only a surrogate has, and a connected robot without samples, which need a person to be taken.
-fn check_connected(arguments: &Arguments, wire: &Wire) -> Result {
+fn check_connected(wire: &Wire, asked: &Asked, tables: &[PathBuf], request: &Request<'_>) -> Result {
     let options = [
-        ("--severity", arguments.severity.is_some()),
-        ("--full", arguments.full),
-        ("--sensitivity", arguments.sensitivity),
+        ("--severity", asked.severity.is_some()),
+        ("--full", asked.full),
+        ("--sensitivity", request.sensitivity),
     ];
     if let Some((option, _)) = options.iter().find(|(_, is_given)| *is_given) {
         return Err(Failure::input(format_args!(
             "{option}: is given with --robot {wire}; allowed: with a surrogate"
         )));
     }
-    if arguments.tables.is_empty() {
+    if tables.is_empty() {
         return Err(Failure::input(format_args!(
             "--robot {wire}: lacks --tables, the samples that its simulator is made from; take them with `oneiro robot sample \
              --robot {wire} --objects wall,round --out samples`, and add --tables \
@@ -179,8 +153,14 @@ impl Whole<'_> {
 }
 
 impl Reproduction for Whole<'_> {
+    const NAME: &'static str = "miglino1995";
+
     /// The sampled sensors, and the results of the study that used them.
     type Found = (Arc<SensorTables>, Results);
+
+    fn seed(&self) -> u64 {
+        self.settings.seed()
+    }
 
     fn record(&self) -> String {
         self.settings.record()
@@ -221,7 +201,7 @@ impl Reproduction for Whole<'_> {
             arena: &world.arena,
             body_radius: world.robot.body_radius,
             robot: &self.settings.describe(),
-            seed: self.settings.seed(),
+            seed: self.seed(),
             arms,
         })
     }
@@ -352,7 +332,9 @@ fn cohorts(
 }
 
 /// Measures the gap between simulation and reality without noise by severity; the severity was chosen from it.
-fn calibrate(file: &StudyFile, seed: u64, evaluations: &Engine, console: Console) -> Result<String> {
+pub fn calibrate(file: Option<&Path>, seed: u64, backend: &Backend, console: Console) -> Result<String> {
+    let evaluations = device::engine(backend)?;
+    let file = StudyFile::open(&MIGLINO1995, file)?;
     let of = |robot: u64, severity: Option<f32>| {
         let asked = Asked {
             seed,
@@ -362,7 +344,7 @@ fn calibrate(file: &StudyFile, seed: u64, evaluations: &Engine, console: Console
             full: false,
             tables: Vec::new(),
         };
-        Settings::new(file, Arm::MAIN, asked)
+        Settings::new(&file, Arm::MAIN, asked)
     };
     let Calibration {
         runs,
@@ -374,8 +356,8 @@ fn calibrate(file: &StudyFile, seed: u64, evaluations: &Engine, console: Console
         let mut gaps = Vec::new();
         for &robot in &robots {
             let settings = of(robot, Some(severity))?;
-            let robot = sampled_unkept(&settings, &settings.site(), evaluations)?;
-            let study = Study::new(&settings, robot, settings.site(), evaluations, console)?;
+            let robot = sampled_unkept(&settings, &settings.site(), &evaluations)?;
+            let study = Study::new(&settings, robot, settings.site(), &evaluations, console)?;
             gaps.push(study.gap_without_noise(runs)?);
         }
         let mean = mean(&gaps);
@@ -392,6 +374,7 @@ fn calibrate(file: &StudyFile, seed: u64, evaluations: &Engine, console: Console
         .into_iter()
         .chain(robots.iter().map(String::as_str))
         .collect();
+    device::close(evaluations, console);
     Ok(columns(&head, &rows))
 }
 

@@ -302,7 +302,7 @@ pub(crate) fn contents() -> Vec<Entry> {
 }
 
 /// Judges the runs of finished sweeps, and writes all tables to a directory if one is given. Returns the claims.
-pub(super) fn judge(sweeps: &[PathBuf], out: Option<&Path>) -> Result<String> {
+pub fn judge_sweeps(sweeps: &[PathBuf], out: Option<&Path>) -> Result<String> {
     let mut found = Found::default();
     sweep_results::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
     let mut files = Vec::new();

@@ -1,7 +1,6 @@
 //! The study of O'Dowd, Studley and Winfield (2014): swarms whose on-board simulators evolve with their controllers, in
 //! six cases, with nulls and interventions. Every claim of the paper is tested against the results.
 
-mod arguments;
 mod judge;
 mod measures;
 mod report;
@@ -15,9 +14,11 @@ use oneiro::batch::{Rollout, Worlds};
 use oneiro::cpu::Cpu;
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::foraging::{Foraging, Light};
+use oneiro::parameter::Choice;
 use oneiro::random::Key;
 
-pub use self::arguments::Arguments;
+pub use self::second::judge_sweeps;
+pub use self::study::Asked;
 use crate::Findings;
 use crate::assumptions::Assumption;
 use crate::claims::Claim;
@@ -34,7 +35,7 @@ pub(super) use report::contents;
 use results::Results;
 #[cfg(any(test, feature = "testing"))]
 pub(super) use second::contents as contents_of_second;
-use study::{Asked, Study, combine};
+use study::{Study, combine};
 
 /// Most runs of each case and kind: their figures take two gigabytes of memory.
 const GREATEST_RUNS: u32 = 400;
@@ -44,50 +45,36 @@ const COHORT: u32 = 10;
 const PAPERS_SECONDS: f64 = 34.0;
 
 /// Runs or resumes the whole study.
-pub fn run(arguments: &Arguments, console: Console) -> Result<Findings> {
-    if !arguments.sweeps.is_empty() {
-        return second::judge(&arguments.sweeps, arguments.out.as_deref()).map(Findings::Table);
-    }
-    if let Some(runs) = arguments.runs {
+pub fn run(asked: &Asked, request: &Request<'_>, console: Console) -> Result<Findings> {
+    if let Some(runs) = asked.runs {
         directory::check_runs(runs, &(2..=GREATEST_RUNS))?;
     }
-    if let Some(scale) = arguments.scale.iter().find(|scale| !(**scale > 0.0 && **scale <= 10.0)) {
+    if let Some(scale) = asked.scales.iter().find(|scale| !(**scale > 0.0 && **scale <= 10.0)) {
         return Err(Failure::input(format_args!(
             "--scale {scale}: allowed: above 0, up to 10"
         )));
     }
     let twice = |words: &str| Failure::input(format_args!("{words} is given twice; allowed: each once"));
-    if let Some(scale) = again(&arguments.scale) {
+    if let Some(scale) = again(&asked.scales) {
         return Err(twice(&format!("--scale {scale}")));
     }
-    if let Some(credit) = again(&arguments.credit) {
-        return Err(twice(&format!("--credit {}", credit.title())));
+    if let Some(credit) = again(&asked.credits) {
+        return Err(twice(&format!("--credit {}", credit.word())));
     }
-    let file = StudyFile::open(&ODOWD2014, arguments.study.as_deref())?;
-    let evaluations = device::engine(&arguments.backend)?;
+    let file = StudyFile::open(&ODOWD2014, request.file)?;
+    let evaluations = device::engine(request.backend)?;
     let under = |arm: &str| -> Result<Whole<'_>> {
         let asked = Asked {
-            seed: arguments.seed,
-            runs: arguments.runs,
-            scales: arguments.scale.clone(),
-            credits: arguments.credit.clone(),
-            only_cases: arguments.only_cases,
             // Open questions aren't repeated under other arms.
-            questions: arguments.questions && arm == arguments.arm,
+            questions: asked.questions && arm == request.arm,
+            ..asked.clone()
         };
         let study = Study::new(&file, arm, &asked)?;
         directory::check_runs(study.runs(), &(2..=GREATEST_RUNS))?;
         let evaluations = &evaluations;
         Ok(Whole { study, evaluations })
     };
-    let request = Request {
-        name: "odowd2014",
-        seed: arguments.seed,
-        arm: &arguments.arm,
-        sensitivity: arguments.sensitivity,
-        out: arguments.out.as_deref(),
-    };
-    let found = directory::reproduce(&request, &file, under, console)?;
+    let found = directory::reproduce(request, &file, under, console)?;
     device::close(evaluations, console);
     Ok(found)
 }
@@ -107,7 +94,13 @@ struct Whole<'a> {
 }
 
 impl Reproduction for Whole<'_> {
+    const NAME: &'static str = "odowd2014";
+
     type Found = Results;
+
+    fn seed(&self) -> u64 {
+        self.study.seed()
+    }
 
     fn record(&self) -> String {
         self.study.record()
@@ -167,7 +160,7 @@ impl Reproduction for Whole<'_> {
             claims,
             foragers: &self.study.settings().swarm(),
             assumptions: &self.study.assumptions(),
-            seed: self.study.seed(),
+            seed: self.seed(),
             arms,
         })
     }

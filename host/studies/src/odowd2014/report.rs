@@ -1,11 +1,12 @@
 //! The study as a page: an abstract, methods, results by question, limits and a glossary in one file, and the underlying
 //! numbers as CSV. Both depend only on their input, byte for byte.
 
-use clap::ValueEnum;
 use oneiro::swarm::Swarm;
 use oneiro_report::figures::escaped;
 use oneiro_report::numbers::shown;
 use oneiro_report::page::{self, Cell, joined};
+use serde::Serialize;
+use serde_json::Value;
 
 use super::results::{Case, Combination, Credit, Kind, Results};
 use crate::ODOWD2014_CLAIMS;
@@ -108,10 +109,11 @@ fn named(what: &str, combination: &Combination) -> String {
 const DIGITS: usize = 4;
 
 /// Name of a case, a kind or a rule of credit in files and arguments.
-pub(super) fn name(value: &impl ValueEnum) -> String {
-    value
-        .to_possible_value()
-        .map_or_else(String::new, |value| value.get_name().to_owned())
+pub(super) fn name(value: &impl Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(Value::String(name)) => name,
+        other => unreachable!("{other:?} is no name"),
+    }
 }
 
 /// A case's name where space is short.

@@ -1,5 +1,6 @@
 //! Results of the study of 2014: plain numbers from which claims are judged and reports are drawn.
 
+use oneiro::parameter::Choice;
 use serde::{Deserialize, Serialize};
 
 pub use oneiro_lab::swarm::record::{Case, Credit, Kind, RobotInterval, Run};
@@ -51,7 +52,7 @@ pub struct Combination {
 impl Combination {
     /// Name for readers, such as `0.2, matched`.
     pub(crate) fn title(&self) -> String {
-        format!("{}, {}", self.scale, self.credit.title())
+        format!("{}, {}", self.scale, self.credit.word())
     }
 
     /// The runs of a case and kind.

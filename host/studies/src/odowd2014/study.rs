@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use oneiro::parameter::Choice;
 use oneiro_base::exit::Result;
 use oneiro_lab::engine::handle::Engine;
 use oneiro_lab::experiment;
@@ -19,16 +20,16 @@ use crate::file::{self, Arm, StudyFile};
 
 /// Values from the command line.
 #[derive(Clone, Debug)]
-pub(crate) struct Asked {
+pub struct Asked {
     /// Seed of everything random.
     pub seed: u64,
     /// Runs of each case and kind; `None` takes the file's number.
     pub runs: Option<u32>,
     /// Mutation scales and rules of credit; empty takes the file's.
     pub scales: Vec<f64>,
-    pub(crate) credits: Vec<Credit>,
+    pub credits: Vec<Credit>,
     /// Whether to run only the paper's six cases, without the null and the interventions.
-    pub(crate) only_cases: bool,
+    pub only_cases: bool,
     /// Whether to run the open questions.
     pub questions: bool,
 }
@@ -122,7 +123,7 @@ impl Cohort<'_> {
     /// Name under which the cohort's runs are saved.
     pub(crate) fn name(&self) -> String {
         let Foragers { scale, credit, .. } = self.foragers;
-        format!("{scale}-{}-{:04}", credit.title(), self.first)
+        format!("{scale}-{}-{:04}", credit.word(), self.first)
     }
 }
 
@@ -238,7 +239,7 @@ impl Study {
     pub(crate) fn assumptions(&self) -> Vec<Assumption> {
         let join = |words: Vec<String>| words.join(", ");
         let scales = join(self.record.scales.iter().map(f64::to_string).collect());
-        let credits = join(self.record.credits.iter().map(|credit| credit.title().into()).collect());
+        let credits = join(self.record.credits.iter().map(|credit| credit.word().into()).collect());
         let listed = self.settings().listed();
         let runs = ("runs".to_owned(), format!("{} of each case", self.record.runs));
         let rows = listed.iter().map(|(key, value, _)| {

@@ -20,7 +20,7 @@ use oneiro_report::csv::{Csv, known};
 use oneiro_robots::vehicle::late::Late;
 
 /// The table of all lives.
-pub const INDEX: &str = "lives.csv";
+pub(crate) const INDEX: &str = "lives.csv";
 /// The status there of a life that was lived to its end.
 pub const COMPLETE: &str = "complete";
 const UNDER_WAY: &str = "under way";

@@ -1,6 +1,5 @@
 //! From the readings of a robot's sensors to the activations that a world's controller gets.
 
-use clap::ValueEnum;
 use oneiro::differential::{Build, Scale, Sensor, SensorKind};
 use oneiro::parameter::Choice;
 use oneiro::tables::{GREATEST_READING, SENSOR_NAMES};
@@ -82,7 +81,10 @@ fn wanted(spec: &WorldSpec) -> Vec<Wanted<'_>> {
 
 /// The kind of a real sensor that reads what one of a world does.
 fn kind_of(wanted: &Wanted<'_>) -> Result<Kind, String> {
-    let kind = |own: SensorKind| Kind::from_str(own.entry().counterpart?.kind, false).ok();
+    let kind = |kind: SensorKind| {
+        let name = kind.entry().counterpart?.kind;
+        Kind::CHOICES.iter().find(|choice| choice.0 == name).map(|choice| choice.1)
+    };
     kind(wanted.kind).ok_or_else(|| {
         let all = SensorKind::CHOICES.iter();
         let allowed: Vec<&str> = all.filter(|own| kind(own.1).is_some()).map(|own| own.0).collect();

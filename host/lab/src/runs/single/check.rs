@@ -14,8 +14,7 @@ use oneiro_base::console::{counted, decimal};
 use oneiro_base::exit::Result;
 use oneiro_base::files;
 use oneiro_evolve::coevolution::OpponentKind;
-use oneiro_evolve::genetic::SelectionKind;
-use oneiro_evolve::settings::{Kind as Optimiser, Settings};
+use oneiro_evolve::settings::{Kind as Optimiser, SelectionKind, Settings};
 use oneiro_report::figures;
 use serde_json::{Value, json};
 

@@ -10,7 +10,7 @@ use oneiro_base::console::counted;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
-use oneiro_evolve::descriptors::Descriptor;
+use oneiro_evolve::settings::Descriptor;
 use oneiro_report::figures::{self, escaped, packed, turns};
 use oneiro_report::numbers::significant;
 use oneiro_report::page::{Section, document};

@@ -4,8 +4,7 @@ use oneiro::parameter::Allowed::{Any, Text, Whole};
 use oneiro::parameter::{Parameter, row};
 use serde::Serialize;
 
-use crate::registry::{Checked, Feature, refused};
-use crate::settings::Settings;
+use super::{Checked, Feature, Settings, refused};
 
 const OURS: &str = "ours";
 

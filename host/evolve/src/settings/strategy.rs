@@ -4,8 +4,7 @@ use oneiro::parameter::Allowed::{Any, Number};
 use oneiro::parameter::{Parameter, row};
 use serde::Serialize;
 
-use crate::registry::Feature;
-use crate::settings::Settings;
+use super::{Feature, Settings};
 
 /// Values of evolution strategies.
 #[derive(Clone, Debug, PartialEq, Serialize)]

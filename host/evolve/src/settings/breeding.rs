@@ -5,8 +5,7 @@ use oneiro::parameter::Allowed::{Any, Number, Whole};
 use oneiro::parameter::{Choice, Choices, Parameter, row};
 use serde::Serialize;
 
-use crate::registry::{Checked, Feature, Need, refused};
-use crate::settings::Settings;
+use super::{Checked, Feature, Need, Settings, refused};
 
 const OURS: &str = "ours";
 

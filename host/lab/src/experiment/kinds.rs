@@ -1,4 +1,5 @@
-//! Kinds of TOML files that users write. A file of another kind than a command takes is refused by its kind, with what to type.
+//! Kinds of TOML files that users write, and of directories that the program writes. A file of another kind than a command takes is
+//! refused by its kind, with what to type.
 
 use std::fs;
 use std::io;
@@ -8,9 +9,22 @@ use oneiro::parameter::nearest;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 
-use crate::experiment::source::Parsed;
-use crate::record;
-use crate::sweep::store::Store;
+use super::source::Parsed;
+
+/// The file by which a run's directory is known: its experiment.
+pub(crate) const CONFIG: &str = "config.toml";
+/// The file by which a sweep's directory is known.
+pub(crate) const MADE: &str = "sweep.json";
+
+/// Whether a directory is a run's, readable or not.
+pub fn is_run(directory: &Path) -> bool {
+    directory.join(CONFIG).symlink_metadata().is_ok()
+}
+
+/// Whether a directory is a sweep's.
+pub fn is_sweep(directory: &Path) -> bool {
+    directory.join(MADE).symlink_metadata().is_ok()
+}
 
 /// A kind of TOML file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,13 +169,13 @@ impl FileKind {
         let shown = directory.display();
         let typed = files::for_shell(&shown.to_string());
         let words = self.words();
-        if record::is_run(directory) {
+        if is_run(directory) {
             return Failure::input(format_args!(
-                "{shown}: is a run's directory, not {words}; its experiment is {shown}/config.toml, and `oneiro resume {typed}` finishes \
+                "{shown}: is a run's directory, not {words}; its experiment is {shown}/{CONFIG}, and `oneiro resume {typed}` finishes \
                  the run"
             ));
         }
-        if Store::is_at(directory) {
+        if is_sweep(directory) {
             return Failure::input(format_args!(
                 "{shown}: is a sweep's directory, not {words}; `oneiro sweep status {typed}` shows how far it is"
             ));
