@@ -363,13 +363,13 @@ mod tests {
         };
         let groups = StudyFile::open(&MIGLINO1995, None).unwrap().groups().unwrap();
         let arms = Sensitivity {
-            main: row_of_arm(Arm::main(), Holds),
+            main: assumed(Arm::main(), Holds),
             groups: groups
                 .into_iter()
                 .map(|group| {
                     let shown = ["ten-readings", "interpolated", "only-read-noise"];
                     let arms = group.arms.into_iter().filter(|arm| shown.contains(&arm.name.as_str()));
-                    (group.about, arms.map(|arm| row_of_arm(arm, Opposed)).collect())
+                    (group.about, arms.map(|arm| assumed(arm, Opposed)).collect())
                 })
                 .collect(),
         };

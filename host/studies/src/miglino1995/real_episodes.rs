@@ -246,16 +246,16 @@ mod tests {
             expected.push(lived.fitness);
         }
         assert!(continued > 50, "{continued} of 99 episodes go on from the last");
-        let (fitness, places) = lived("real-starts-continuing", &[0, 1]);
+        let (fitness, places) = run_real_episodes("real-starts-continuing", &[0, 1]);
         assert_eq!(fitness[1], expected);
         assert_eq!(places[1], start);
     }
 
     #[test]
     fn only_the_first_episode_is_the_one_from_a_fresh_start() {
-        let fresh = lived("main", &[0]);
-        let continuing = lived("real-starts-continuing", &[0]);
-        let walk = lived("real-starts-walk", &[0]);
+        let fresh = run_real_episodes("main", &[0]);
+        let continuing = run_real_episodes("real-starts-continuing", &[0]);
+        let walk = run_real_episodes("real-starts-walk", &[0]);
         assert_eq!(fresh.1, []);
         let others = [
             (&fresh.0[0], &continuing.0[0]),
@@ -272,7 +272,7 @@ mod tests {
     /// Interpolating the simulator's tables does not change reality, whose grid is that of the samples.
     #[test]
     fn interpolated_tables_leave_reality_as_it_is() {
-        assert_eq!(lived("interpolated", &[0]), lived("main", &[0]));
+        assert_eq!(run_real_episodes("interpolated", &[0]), run_real_episodes("main", &[0]));
     }
 
     /// Parallel runs don't affect one another.
