@@ -25,7 +25,7 @@ pub(crate) use text::{Each, Text};
 
 // The registry, in the order of documents and messages.
 kinds! {
-    /// Distance to the nearest object along a ray, as a share of the range: 1 if nothing is in range.
+    /// Distance to the nearest object along a ray, as a fraction of the range: 1 if nothing is in range.
     Distance: ray::DISTANCE;
     /// One minus that: 0 if nothing is in range.
     Proximity: ray::PROXIMITY;
@@ -92,6 +92,15 @@ impl Default for Sensor {
 }
 
 field_of_pairs!(Response);
+
+impl SensorKind {
+    /// Names of the kinds that have a key of a sensor's table; none for a key that all have.
+    pub fn with(key: &str) -> Vec<&'static str> {
+        let kinds = Self::CHOICES.iter().map(|(_, kind, _)| kind.entry());
+        let kinds = kinds.filter(|entry| entry.keys.contains(&key));
+        kinds.map(|entry| entry.name).collect()
+    }
+}
 
 impl Sensor {
     /// Checks conditions that involve several of its values; errors have keys without the sensor's place.
