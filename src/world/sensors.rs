@@ -25,7 +25,7 @@ pub(crate) use text::{Each, Text};
 
 // The registry, in the order of documents and messages.
 kinds! {
-    /// Distance to the nearest object along a ray, as a share of the range: 1 if nothing is in range.
+    /// Distance to the nearest object along a ray, as a fraction of the range: 1 if nothing is in range.
     Distance: ray::DISTANCE;
     /// One minus that: 0 if nothing is in range.
     Proximity: ray::PROXIMITY;
@@ -57,7 +57,7 @@ pub struct Sensor {
     pub bearing: Option<f32>,
     /// Distance from the body's centre, mm; none of a bumper's and a battery's. `None`: the body's radius.
     pub offset: Option<f32>,
-    /// Range of all but ground and battery sensors, mm. Of a bumper: the gap between body and object below which it is pressed.
+    /// Range of all except ground and battery sensors, mm. Of a bumper: the gap between body and object below which it is pressed.
     pub range: Option<f32>,
     /// Width of a bumper, turns. `None`: half a turn.
     pub width: Option<f32>,
@@ -92,6 +92,15 @@ impl Default for Sensor {
 }
 
 field_of_pairs!(Response);
+
+impl SensorKind {
+    /// Names of the kinds that have a key of a sensor's table; none for a key that all have.
+    pub fn with(key: &str) -> Vec<&'static str> {
+        let kinds = Self::CHOICES.iter().map(|(_, kind, _)| kind.entry());
+        let kinds = kinds.filter(|entry| entry.keys.contains(&key));
+        kinds.map(|entry| entry.name).collect()
+    }
+}
 
 impl Sensor {
     /// Checks conditions that involve several of its values; errors have keys without the sensor's place.
@@ -161,6 +170,6 @@ impl Response {
     }
 }
 
-/// Most points of a sensor's response, and their least distance from each other, mm.
+/// Most points of a sensor's response, and their minimum distance from each other, mm.
 pub const GREATEST_POINTS: usize = 32;
 const LEAST_STEP: f32 = 0.01;

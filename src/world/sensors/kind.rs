@@ -114,11 +114,11 @@ pub struct Counterpart {
 pub enum Scale {
     /// As samples do.
     Samples,
-    /// As a share of the sensor's range.
+    /// As a fraction of the sensor's range.
     Range,
-    /// As a share of its greatest reading.
+    /// As a fraction of its maximum reading.
     Greatest,
-    /// As what is left to its greatest reading.
+    /// As what is left to its maximum reading.
     Rest,
 }
 

@@ -23,7 +23,7 @@ pub(super) const DISTANCE: Entry = Entry {
     ..Entry::new(
         [
             "distance",
-            "distance to the nearest object along a ray, as a share of the range: 1 if there is none",
+            "distance to the nearest object along a ray, as a fraction of the range: 1 if there is none",
         ],
         |text, each| {
             let free = free(text, each, false);
@@ -111,7 +111,7 @@ fn free(text: &mut Text, each: &Each<'_>, seems: bool) -> String {
     format!("seemingly_free(s{index}, free{index}, {share})")
 }
 
-/// How far an object leaves rays from the body's centre free. What the rays of one kind of object share is computed once.
+/// How far an object leaves rays from the body's centre free. Common values of the rays of one kind of object are computed once.
 pub(crate) fn of_an_object(rays: &[usize]) -> String {
     if rays.is_empty() {
         return String::new();

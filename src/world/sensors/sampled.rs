@@ -25,7 +25,7 @@ pub(super) const ENTRY: Entry = Entry {
     })
 };
 
-/// The planes of eight sensors that a described robot's tables have, and those of them that its sensors read.
+/// The planes of eight sensors that a parametric robot's tables have, and those of them that its sensors read.
 pub(crate) struct Planes {
     pub(crate) count: usize,
     pub(crate) read: Vec<usize>,
@@ -51,7 +51,7 @@ impl Planes {
         format!("    var seen = Sighted();\n    let plane = worlds[world].rows * worlds[world].bearings;\n{sums}")
     }
 
-    /// What is done for each object: as in `sensor/sampled.wgsl`, one object of each layer is looked up. `sensor` is a sampled one.
+    /// The code for each object: as in `sensor/sampled.wgsl`, one object of each layer is looked up. `sensor` is a sampled one.
     pub(crate) fn of_an_object(&self, sensor: usize) -> String {
         let sum = |plane: &usize| {
             let table = format!("seen.table + {plane}u * plane");

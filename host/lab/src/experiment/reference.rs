@@ -2,6 +2,7 @@
 //! `docs/configuration.md`.
 
 use oneiro::compose;
+use oneiro::differential::SensorKind;
 use oneiro::foraging::Forager;
 use oneiro::parameter::Parameter;
 use oneiro::world::WorldSpec;
@@ -27,7 +28,7 @@ pub struct Entry {
     #[serde(skip)]
     kind: &'static str,
     pub source: &'static str,
-    pub about: &'static str,
+    pub about: String,
 }
 
 /// All keys of an experiment with single robots.
@@ -121,7 +122,17 @@ fn entry<T: Described>(row: &Parameter<T>, mut own: T) -> Entry {
         only_with,
         kind,
         source: row.source,
-        about: row.about,
+        about: about(row.key, row.about),
+    }
+}
+
+/// What a key means, and which kinds of sensors have it.
+fn about(key: &str, words: &str) -> String {
+    let kinds = key.strip_prefix("robot.sensors[].").map(SensorKind::with);
+    match kinds.unwrap_or_default().split_last() {
+        None => words.to_owned(),
+        Some((kind, [])) => format!("{words} Only of the kind {kind}."),
+        Some((last, kinds)) => format!("{words} Only of the kinds {} and {last}.", kinds.join(", ")),
     }
 }
 
