@@ -809,7 +809,7 @@ fn mistakes_are_refused_with_their_place() {
         ),
         (
             first("let other = episode.world + 1u;"),
-            "own.wgsl:3:22: `.world` of an episode is only for the kernel",
+            "own.wgsl:3:25: `.world` of an episode is only for the kernel",
         ),
         (
             first("let cell = cell_at(0u, vec2f(0.0f, 0.0f));"),
@@ -994,7 +994,7 @@ fn mistakes_are_refused_with_their_place() {
         ),
         (
             NAMED.replace("reading(readings, i);\n        sums.y", "readings[i];\n        sums.y"),
-            "own.wgsl:11:45: readings have names, and no index; write `reading(readings, i)` [indexed-arrays]",
+            "own.wgsl:11:48: readings have names, and no index; write `reading(readings, i)` [indexed-arrays]",
         ),
     ];
     let controller = controller.into_iter().chain(of_genes).chain([
@@ -1138,7 +1138,7 @@ fn within() {}
     assert_eq!(
         places(&refused),
         [
-            "2:5", "3:5", "5:20", "5:30", "7:17", "7:30", "7:39", "7:52", "7:61", "8:19", "8:33", "10:4"
+            "2:5", "3:5", "5:20", "5:30", "7:17", "7:33", "7:42", "7:58", "7:67", "8:19", "8:33", "10:4"
         ],
         "{refused}"
     );
@@ -1351,7 +1351,7 @@ fn task_ends(episode: Episode, own: TaskState) -> bool {{ return false; }}"
         ),
         (
             task("energy: f32", "}").trim_end_matches('}').to_owned(),
-            "own.wgsl:6:65: a `}` is missing before this: a `{` of line 6 or below is still open [valid-wgsl]",
+            "own.wgsl:6:71: a `}` is missing before this: a `{` of line 6 or below is still open [valid-wgsl]",
         ),
     ] {
         assert_eq!(refusal(Kind::Task, &text), message);
