@@ -342,7 +342,7 @@ fn each_part_runs_as_it_is_written() {
     assert!(genes.contains(range), "{genes}");
     place.good(&[&["new", "again"], &parts[..]].concat());
     let new = place.text("again.toml");
-    let goal = "# goal = 250.0 # 10 to 10000 mm: distance from the start at which the life is over\n";
+    let goal = "# goal = 250.0 # 10 to 10000 mm: distance from the start at which the episode is over\n";
     assert!(new.contains("\n[task.values]\n") && new.contains(goal), "{new}");
     // A value's line can be taken as it stands.
     place.write("set.toml", new.replace(goal, &goal[2..]).replace("250.0", "40.0"));
