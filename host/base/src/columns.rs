@@ -19,9 +19,9 @@ pub struct Columns {
     pub word: Option<String>,
 }
 
-/// Reads the named columns. A first line without any number has the columns' names, in any order and in upper or lower case, and all
-/// wanted names must be among them; other columns are ignored. Without names, the file must have exactly the wanted columns in their
-/// order. `check` converts a column's number, or says why it isn't allowed.
+/// Reads the named columns. A first line without any number has the columns' names, in any order and in upper or lower
+/// case, and all wanted names must be among them; other columns are ignored. Without names, the file must have exactly
+/// the wanted columns in their order. `check` converts a column's number, or returns why it isn't allowed.
 ///
 /// # Errors
 /// The line and the column, the value found, and the allowed values.
@@ -72,17 +72,18 @@ pub fn read<S: AsRef<str>>(
     Ok(Columns { values, lines, word })
 }
 
-/// Finds each wanted name among others: the same letters first, else the only name that differs only in upper and lower case.
+/// Finds each wanted name among others: the same letters first, else the only name that differs only in upper and lower
+/// case.
 ///
 /// # Errors
-/// A wanted name stands there twice.
+/// A wanted name occurs twice.
 pub fn places<S: AsRef<str>, T: AsRef<str>>(found: &[S], wanted: &[T]) -> Result<Vec<Option<usize>>, String> {
     let folded = |name: &str| name.to_lowercase();
     let mut known = HashMap::<&str, Vec<usize>>::new();
     for (name, place) in found.iter().zip(0..) {
         known.entry(name.as_ref()).or_default().push(place);
     }
-    // Names that differ in case alone are only found by their own letters.
+    // Names that differ only in case are only found by exactly their letters.
     let (mut alike, mut twice) = (HashMap::<String, Vec<usize>>::new(), HashMap::<String, u32>::new());
     for name in wanted {
         *twice.entry(folded(name.as_ref())).or_default() += 1;
@@ -158,7 +159,7 @@ impl Layout {
     /// Finds columns by a line of names.
     ///
     /// # Errors
-    /// A wanted name is missing there, or stands there twice.
+    /// A wanted name is missing, or occurs twice.
     pub fn named<S: AsRef<str>>(head: &[&str], names: &[S]) -> Result<Self, String> {
         let places = places(head, names)?;
         let mut others = head.to_vec();

@@ -239,9 +239,15 @@ mod tests {
         // Each character is shown either unchanged, or as plain letters that name it.
         for c in (0..=0x0010_ffff).filter_map(char::from_u32) {
             let text = c.to_string();
-            let (own, json) = (shown(&text), shown_in_json(&text));
-            assert!(own == text || own.chars().all(|c| c.is_ascii_graphic()), "{own}");
-            assert!(own.chars().all(|c| "\n\t".contains(c) || !is_hidden(c)), "{own}");
+            let (escaped, json) = (shown(&text), shown_in_json(&text));
+            assert!(
+                escaped == text || escaped.chars().all(|c| c.is_ascii_graphic()),
+                "{escaped}"
+            );
+            assert!(
+                escaped.chars().all(|c| "\n\t".contains(c) || !is_hidden(c)),
+                "{escaped}"
+            );
             let escaped = serde_json::to_string(&text).unwrap();
             assert_eq!(serde_json::from_str::<String>(&shown_in_json(&escaped)).unwrap(), text);
             assert!(json.chars().all(|c| "\n\t".contains(c) || !is_hidden(c)), "{json}");

@@ -1,5 +1,6 @@
-//! What is in the directories that the program writes. Each file and each column of a table is described once, beside what
-//! writes it. From that come the first lines of the tables, the `README.md` in each directory, and `docs/files.md`.
+//! Contents of the directories that the program writes. Each file and each column of a table is described once, next to
+//! the code that writes it. The first lines of the tables, the `README.md` in each directory, and `docs/files.md` are
+//! made from that.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -7,7 +8,7 @@ use std::path::Path;
 use crate::disk;
 use crate::exit::Result;
 
-/// The file that says what is in a directory.
+/// The file that describes a directory.
 pub const README: &str = "README.md";
 
 /// Type of a column's cells. An empty cell is a missing value.
@@ -137,8 +138,8 @@ impl Entry {
 /// # Errors
 /// Exit 6 when writing fails.
 pub fn describe(directory: &Path, what: &str, entries: &[Entry]) -> Result {
-    let own = Entry::file(README, "this description");
-    let all = [&[own], entries].concat();
+    let readme = Entry::file(README, "this description");
+    let all = [&[readme], entries].concat();
     let text = format!("{what}\n{}\n{}", "=".repeat(what.chars().count()), tables(&all, "---"));
     disk::note(&directory.join(README), text.as_bytes())
 }
@@ -170,7 +171,7 @@ pub fn table<const COLUMNS: usize>(head: [&str; COLUMNS], rows: &[[String; COLUM
     let head = head.map(str::to_owned);
     let width = |column: usize| {
         let cells = rows.iter().chain([&head]).map(|row| row[column].chars().count());
-        // What comes last has no end to line up with.
+        // The last column has nothing to line up with.
         if column + 1 == COLUMNS {
             0
         } else {

@@ -57,11 +57,11 @@ fn replace(path: &Path, fill: impl FnOnce(&mut File) -> Result, sync: fn(&File) 
     })
 }
 
-/// Does tasks that wait for the disk, each on a thread of its own: together they wait hardly longer than one. Returns their
+/// Does tasks that wait for the disk, each in a thread: together they wait hardly longer than one. Returns their
 /// results in order.
 ///
 /// # Errors
-/// The error of the first task that has one; the others are done all the same.
+/// The error of the first task that has one; the others are still done.
 pub fn at_once<T: Send>(tasks: impl Iterator<Item = impl FnOnce() -> Result<T> + Send>) -> Result<Vec<T>> {
     thread::scope(|scope| {
         let threads: Vec<_> = tasks.map(|task| scope.spawn(task)).collect();
@@ -74,10 +74,10 @@ pub fn at_once<T: Send>(tasks: impl Iterator<Item = impl FnOnce() -> Result<T> +
     })
 }
 
-/// The bytes of a JSON file that people read too.
+/// The bytes of a JSON file that people also read.
 pub fn json(value: &impl Serialize) -> Vec<u8> {
     let mut text = Vec::with_capacity(1024);
-    serde_json::to_writer_pretty(&mut text, value).expect("the program's own values are numbers, words and lists");
+    serde_json::to_writer_pretty(&mut text, value).expect("the program's values are numbers, words and lists");
     text.push(b'\n');
     text
 }

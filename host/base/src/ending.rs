@@ -1,5 +1,6 @@
-//! How the program ends when it can't go on: too little memory, too few threads, a panic, a crash in a library. It always says a
-//! sentence and ends with an exit code of the README's. Earlier records are complete, as after any kill.
+//! How the program ends when it can't continue: too little memory, too few threads, a panic, a crash in a library. It
+//! always prints a sentence and ends with an exit code of the README's. Earlier records are complete, as after any
+//! kill.
 
 use std::alloc::{GlobalAlloc, Layout};
 use std::io::Write as _;
@@ -82,14 +83,15 @@ unsafe impl<A: GlobalAlloc> GlobalAlloc for Ending<A> {
     }
 }
 
-/// From now on, a panic says where it was, and what ends the program from within says why. Call before starting any thread.
+/// From now on, a panic reports its place, and endings from within report their reason. Call before starting any
+/// thread.
 pub fn prepare() {
     panic::set_hook(Box::new(panicked));
     #[cfg(unix)]
     unix::prepare();
 }
 
-/// Reports a panic, and ends the program if it is for want of memory or of threads: unwinding may want more of them.
+/// Reports a panic, and ends the program if memory or threads are missing: unwinding may need more of them.
 fn panicked(panic: &PanicHookInfo<'_>) {
     let message = panic.payload_as_str().unwrap_or("no reason given");
     if is_want(message) {
@@ -105,8 +107,8 @@ fn panicked(panic: &PanicHookInfo<'_>) {
     }
 }
 
-/// Whether a panic with this message is for want of memory or threads. The standard library and rayon panic with these words where no
-/// thread can be started.
+/// Whether a panic with this message means missing memory or threads. The standard library and rayon panic with these
+/// words where no thread can be started.
 fn is_want(message: &str) -> bool {
     const THREADS: [&str; 2] = ["failed to spawn thread", "ThreadPoolBuildError"];
     THREADS.iter().any(|words| message.contains(words)) || is_short()
@@ -129,8 +131,8 @@ pub fn code_of(console: Console, command: impl FnOnce() -> Result + UnwindSafe) 
     failure.code()
 }
 
-/// Ends the program with an exit code. It ends at once where the user stopped it, and where what still works in the background, as
-/// `settles` says, is of no use to anyone: a driver can't be stopped.
+/// Ends the program with an exit code. It ends at once if the user stopped it, or if `settles` returns that nobody needs the
+/// background work: a driver can't be stopped.
 #[cfg_attr(
     not(test),
     expect(clippy::disallowed_methods, reason = "it flushes earlier output, and shows nothing")
@@ -200,7 +202,7 @@ mod unix {
         end_at_once(CRASHED, Code::Broken as u8);
     }
 
-    /// Whether memory has run out or is about to, or the stack may not grow as far as the program needs.
+    /// Whether memory has run out or is about to, or the stack can't grow as far as the program needs.
     pub(super) fn is_short() -> bool {
         let mut stack = libc::rlimit {
             rlim_cur: 0,
@@ -247,8 +249,8 @@ mod tests {
     /// Set where this test's own process is to end.
     const WAY: &str = "ONEIRO_ENDING";
 
-    /// A panic of the command, one of another thread that it waits for, one for want of threads, a crash and an abort each end with
-    /// their code and their sentence. Each happens in another process.
+    /// A panic of the command, one of another thread that it waits for, one by a missing thread, a crash and an abort
+    /// each end with their code and their sentence. Each happens in another process.
     #[test]
     fn whatever_happens_ends_with_a_code_and_a_sentence() {
         if let Ok(way) = std::env::var(WAY) {

@@ -55,7 +55,7 @@ pub enum Failure {
     BrokenPipe,
 }
 
-/// What is said where work was stopped of which nothing was recorded.
+/// Message for stopped work of which nothing was recorded.
 const NOT_RECORDED: &str = "stopped; nothing of this was recorded, and the same command begins it anew";
 
 /// The result of a command.
@@ -115,8 +115,8 @@ impl Failure {
         Self::new(Code::Stopped, message)
     }
 
-    /// Exit 6, for a file that the program failed to write or to read back: the path and the system's message. Exit 7 if that is for
-    /// want of memory; exit 3 if it is a pipe, a device, a link or the like, which are refused.
+    /// Exit 6, for a file that the program failed to write or to read back: the path and the system's message. Exit 7
+    /// if memory was missing; exit 3 for a pipe, a device, a link or the like, which are refused.
     pub fn storage(path: &Path, error: &io::Error) -> Self {
         if plain::is_refusal(error) {
             return Self::input(format_args!("{}: {error}", path.display()));
@@ -139,7 +139,7 @@ impl Failure {
 
     /// For a file that the user named as input: exit 3 if it is missing or of the wrong kind, else exit 6.
     pub fn unreadable(path: &Path, error: &io::Error) -> Self {
-        // Not all of a name that nobody can have meant.
+        // Only a part of an impossibly long name.
         const LONGEST: usize = 1_000;
         let mut name = path.display().to_string();
         if name.len() > LONGEST {
@@ -257,7 +257,7 @@ fn unnumbered(message: &str) -> String {
     text
 }
 
-/// Whether it is for want of descriptors.
+/// Whether descriptors are missing.
 fn is_file_limit(error: &io::Error) -> bool {
     #[cfg(unix)]
     let limits = [nix::libc::EMFILE, nix::libc::ENFILE];

@@ -12,8 +12,7 @@ use std::path::{Path, PathBuf};
 use crate::disk::TEMPORARY;
 use crate::exit::{Failure, Result};
 
-/// Most bytes of a file that a user writes: an experiment, a sweep, or a part. Reading one takes up to 300 times as much
-/// memory.
+/// Maximum bytes of a user's file: an experiment, a sweep, or a part. Reading one takes up to 300 times as much memory.
 pub const GREATEST_TEXT: usize = 1 << 20;
 
 /// Reads the text of a file that a user writes.
@@ -75,7 +74,7 @@ fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     })
 }
 
-/// Says that a directory was named instead of a file, and which of its files could be meant.
+/// Explains that a directory was named instead of a file, and which of its files could be meant.
 fn instead_of_directory(directory: &Path) -> String {
     /// Extensions that commands read, except for TOML's: genomes, tables.
     const READ: [&str; 5] = ["npy", "csv", "json", "sam", "sample"];
@@ -89,7 +88,7 @@ fn instead_of_directory(directory: &Path) -> String {
     files.sort_by(|a, b| {
         let kind = |path: &Path| {
             READ.iter()
-                .position(|read| path.extension().is_some_and(|own| own == *read))
+                .position(|read| path.extension().is_some_and(|ending| ending == *read))
         };
         kind(a).cmp(&kind(b)).then_with(|| by_numbers(a, b))
     });
@@ -161,12 +160,12 @@ pub fn must_be_svg(option: &str, path: &Path) -> Result {
     must_end_in(option, path, "svg", "the picture is an SVG")
 }
 
-/// Refuses an option's value, a file's name, with another extension; `written` says what is written.
+/// Refuses a file's name with another extension; `written` names the content.
 ///
 /// # Errors
 /// Exit 3.
 pub fn must_end_in(option: &str, path: &Path, extension: &str, written: &str) -> Result {
-    let is_it = |own: &std::ffi::OsStr| own.eq_ignore_ascii_case(extension);
+    let is_it = |ending: &std::ffi::OsStr| ending.eq_ignore_ascii_case(extension);
     if path.extension().is_some_and(is_it) {
         return Ok(());
     }
@@ -208,7 +207,7 @@ pub fn must_not_be_file(directory: &Path) -> Result {
 /// # Errors
 /// Exit 3 if the path exists or its directory doesn't, exit 6 if writing fails.
 pub fn write_new(path: &Path, bytes: &[u8]) -> Result {
-    // A command that was killed when its file was complete goes on.
+    // A command that was killed when its file was complete continues.
     if is_already(path, bytes) {
         tidy(path);
         return Ok(());

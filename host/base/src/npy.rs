@@ -9,7 +9,7 @@ pub fn header(shape: &[usize]) -> Vec<u8> {
     }
     // A single length keeps its comma.
     text += if shape.len() == 1 { ",), }" } else { "), }" };
-    // The format wants the numbers to start at a multiple of 64 bytes, after a line end.
+    // In this format the numbers start at a multiple of 64 bytes, after a line end.
     let start = MAGIC.len() + 2;
     let end = (start + text.len() + 1).next_multiple_of(64);
     let mut bytes = [MAGIC, &((end - start) as u16).to_le_bytes(), text.as_bytes()].concat();

@@ -13,7 +13,7 @@ use std::path::Path;
 
 /// Maximum size of a file that is read into memory, bytes: the genes of large populations.
 pub const MAXIMUM: u64 = 16 << 30;
-/// Maximum size of a file of JSON that says what a directory is, bytes.
+/// Maximum size of a JSON file that describes a directory, bytes.
 pub const MAXIMUM_NOTE: u64 = 64 << 20;
 /// Maximum size of a table that is read piece by piece, bytes.
 pub(crate) const MAXIMUM_TABLE: u64 = 1 << 40;
@@ -34,7 +34,7 @@ pub(crate) fn is_refusal(error: &io::Error) -> bool {
         .is_some_and(<dyn std::error::Error + Send + Sync>::is::<Refused>)
 }
 
-/// What a file is if it is not a plain one.
+/// The kind of a file that is not a plain one.
 fn other_kind(kind: FileType) -> Option<&'static str> {
     #[cfg(unix)]
     {
@@ -102,7 +102,7 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     bytes
         .try_reserve_exact(length as usize + 1)
         .map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
-    // It may grow meanwhile.
+    // The file may grow at the same time.
     file.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
         return Err(too_large(bytes.len() as u64));
@@ -141,7 +141,7 @@ pub fn create(path: &Path) -> io::Result<File> {
     OpenOptions::new().write(true).create_new(true).open(path)
 }
 
-/// Makes a new file instead of the one that has its name; of a link, only the link goes.
+/// Makes a new file instead of an existing one; of a link, only the link is removed.
 ///
 /// # Errors
 /// A directory has the name ([`is_refusal`]), or the system's error.
@@ -174,13 +174,13 @@ fn anew(options: &OpenOptions, path: &Path) -> io::Result<File> {
     })
 }
 
-/// Opens a file that exists to go on writing it.
+/// Opens an existing file to append to it.
 fn go_on(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     let file = open_plain(options.write(true), path, false)?;
     #[cfg(unix)]
     if std::os::unix::fs::MetadataExt::nlink(&file.metadata()?) > 1 {
         return Err(refused(
-            "has another name (a hard link), where it would be changed too; allowed: a copy of it",
+            "has another name (a hard link), under which it would also change; allowed: a copy of it",
         ));
     }
     Ok(file)

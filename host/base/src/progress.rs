@@ -42,7 +42,7 @@ fn rate(state: &indicatif::ProgressState, text: &mut dyn std::fmt::Write) {
     let _ = write!(text, "{:.1} M steps/s", state.per_sec() / 1e6);
 }
 
-/// Runs `work`, and shows the steps that `control` counts meanwhile.
+/// Runs `work`, and shows the steps that `control` counts.
 pub fn watched<T>(steps: u64, label: &str, console: Console, control: &Control, work: impl FnOnce() -> T) -> T {
     let bar = bar(steps, label, console);
     if bar.is_hidden() {
@@ -64,9 +64,10 @@ pub fn watched<T>(steps: u64, label: &str, console: Console, control: &Control, 
     })
 }
 
-/// Does work whose end is not known, and says from time to time how long it has taken: in place on a terminal, else in lines.
+/// Does work of unknown length, and shows from time to time how long it has taken: in place on a terminal, else in
+/// lines.
 pub fn meanwhile<T>(label: &str, console: Console, work: impl FnOnce() -> T) -> T {
-    /// Before it is said for the first time, and between two times in lines.
+    /// Time before the first line, and between two.
     const SHORT: Duration = Duration::from_secs(2);
     const LINES: Duration = Duration::from_secs(30);
     if console.quiet() {

@@ -2,8 +2,8 @@
 //!
 //! It is fitted by restricted maximum likelihood (Patterson and Thompson, "Recovery of inter-block information when
 //! block sizes are unequal", Biometrika 58(3), 1971). With λ = var(u) / var(e), a group of n values enters by its
-//! deviations from its own means, and by those means with the weight w = n / (1 + n λ). All else follows from λ in
-//! closed form, so that minus twice the log-likelihood is, but for a constant, a function of λ alone:
+//! deviations from its mean, and by its mean with the weight w = n / (1 + n λ). All else follows from λ in closed form,
+//! so that minus twice the log-likelihood is, up to a constant, a function of λ only:
 //!
 //! (N - 2) ln R + Σ ln(1 + n λ) + ln Σ w + ln S,
 //!
@@ -27,8 +27,8 @@ pub struct RandomIntercept {
     pub standard_error: f64,
     /// The slope over its standard error.
     pub z: f64,
-    /// Probability of a z at least as far from 0, by the normal distribution: too small where groups are few and x is
-    /// the same within each.
+    /// Probability of a z at least as far from 0, by the normal distribution: too small with few groups and with x that
+    /// is the same within each.
     pub p: Probability,
     /// The variance of the groups' effects.
     pub(crate) between_variance: f64,
@@ -202,15 +202,14 @@ impl Data {
         }
     }
 
-    /// Minus twice the restricted log-likelihood of a ratio, but for a constant.
+    /// Minus twice the restricted log-likelihood of a ratio, up to a constant.
     fn deviance(&self, ratio: f64) -> f64 {
         let fit = self.fit(ratio);
         let sizes: f64 = self.groups.iter().map(|group| (group.n * ratio).ln_1p()).sum();
         (self.values - 2.0) * fit.residual.ln() + sizes + fit.weight.ln() + fit.xx.ln()
     }
 
-    /// The derivative of the deviance. Means and slope are those that make S and R least, so that only the weights'
-    /// derivatives, -w^2, enter.
+    /// The derivative of the deviance. Means and slope minimise S and R, so only the weights' derivatives, -w^2, enter.
     fn deviance_slope(&self, ratio: f64) -> f64 {
         let fit = self.fit(ratio);
         let terms = self.groups.iter().map(|group| {
@@ -223,9 +222,8 @@ impl Data {
         terms.sum()
     }
 
-    /// The ratio of greatest likelihood, found by where the derivative of the deviance changes its sign: between the
-    /// points of a grid, then by bisection. Not by the deviance itself, which is flat at the bottom and tells a ratio
-    /// to half of the digits only.
+    /// The maximum-likelihood ratio, from the change of sign of the deviance's derivative: between the points of a
+    /// grid, then by bisection. The deviance itself is flat at the bottom and gives only half of the digits.
     fn likeliest_ratio(&self) -> Result<f64> {
         // 0, then 1e-12 to 1e12 by halves of powers of ten.
         let powers = (-24..=24).map(|half| 10_f64.powf(f64::from(half) / 2.0));

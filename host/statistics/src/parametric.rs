@@ -14,7 +14,7 @@ pub struct Anova {
     pub df_between: f64,
     /// Degrees of freedom within groups: N - k.
     pub df_within: f64,
-    /// Probability of an F at least as great.
+    /// Probability of an F at least as large.
     pub p: Probability,
 }
 
@@ -174,7 +174,9 @@ pub fn contrast_interval(samples: &[(f64, &[f64])], confidence: f64) -> Result<I
             high: value,
         });
     }
-    let parts = samples.iter().map(|own| square(own).powi(2) / (own.1.len() - 1) as f64);
+    let parts = samples
+        .iter()
+        .map(|sample| square(sample).powi(2) / (sample.1.len() - 1) as f64);
     let reach = t_within(confidence, whole * whole / parts.sum::<f64>()) * whole.sqrt();
     Ok(Interval {
         low: value - reach,
@@ -182,7 +184,7 @@ pub fn contrast_interval(samples: &[(f64, &[f64])], confidence: f64) -> Result<I
     })
 }
 
-/// The t between whose two sides a share of Student's distribution lies, below 1000: such as 1.96 for 0.95 and many
+/// The t with this fraction of Student's distribution between -t and t, below 1000: such as 1.96 for 0.95 and many
 /// degrees of freedom.
 pub fn t_within(share: f64, df: f64) -> f64 {
     let (mut low, mut high) = (0.0, 1e3);

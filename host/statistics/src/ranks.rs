@@ -112,7 +112,8 @@ pub fn kendall(a: &[f64], b: &[f64]) -> Result<f64> {
     let (mut agreement, mut untied) = (0.0, [0.0, 0.0]);
     for second in 1..a.len() {
         for first in 0..second {
-            let sign = |own: &[f64]| f64::from(own[second] > own[first]) - f64::from(own[second] < own[first]);
+            let sign =
+                |values: &[f64]| f64::from(values[second] > values[first]) - f64::from(values[second] < values[first]);
             let [a, b] = [sign(a), sign(b)];
             agreement += a * b;
             untied[0] += a * a;
@@ -129,7 +130,7 @@ pub struct KruskalWallis {
     pub h: f64,
     /// Degrees of freedom: k - 1.
     pub df: f64,
-    /// Probability of an H at least as great, by the chi-squared distribution that it tends to.
+    /// Probability of an H at least as large, by the chi-squared distribution that it tends to.
     pub p: Probability,
 }
 
@@ -150,9 +151,9 @@ pub fn kruskal_wallis(groups: &[&[f64]]) -> Result<KruskalWallis> {
     let mut rest = ranks.as_slice();
     let mut between = 0.0;
     for group in groups {
-        let (own, others) = rest.split_at(group.len());
-        let n = own.len() as f64;
-        let distance = own.iter().sum::<f64>() / n - f64::midpoint(total, 1.0);
+        let (ranks_of_group, others) = rest.split_at(group.len());
+        let n = ranks_of_group.len() as f64;
+        let distance = ranks_of_group.iter().sum::<f64>() / n - f64::midpoint(total, 1.0);
         between += n * distance * distance;
         rest = others;
     }
@@ -207,17 +208,17 @@ fn check_exact(figure: &'static str, ties: f64, count: usize, most: usize, unit:
     Ok(())
 }
 
-/// Orders of m and n values for each U, 0 to m n, by Mann and Whitney's recurrence: the greatest value is either one of
-/// the m, and above n others, or one of the n. Sums of positive numbers, so that each is right to the last places.
+/// Orders of m and n values for each U, 0 to m n, by Mann and Whitney's recurrence: the maximum is either one of the m,
+/// and above n others, or one of the n. Sums of positive numbers, so that each is right to the last places.
 fn mann_whitney_counts(m: usize, n: usize) -> Vec<f64> {
     let mut counts = vec![vec![0.0; m * n + 1]; m + 1];
     for counts_of in &mut counts {
         counts_of[0] = 1.0;
     }
     for others in 1..=n {
-        for own in 1..=m {
-            let (fewer, rest) = counts.split_at_mut(own);
-            for (count, &before) in rest[0][others..].iter_mut().zip(&fewer[own - 1]) {
+        for size in 1..=m {
+            let (fewer, rest) = counts.split_at_mut(size);
+            for (count, &before) in rest[0][others..].iter_mut().zip(&fewer[size - 1]) {
                 *count += before;
             }
         }
@@ -225,7 +226,7 @@ fn mann_whitney_counts(m: usize, n: usize) -> Vec<f64> {
     counts.swap_remove(m)
 }
 
-/// The share of the counts that stand at a value or above it.
+/// The fraction of the counts at a value or above it.
 fn upper_tail(counts: &[f64], value: f64) -> Probability {
     let tail: f64 = counts[value as usize..].iter().sum();
     Probability::new(tail / counts.iter().sum::<f64>())

@@ -14,8 +14,8 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// The bootstrap's percentile interval of a statistic of one or more samples, each resampled on its own (Efron,
-/// "Bootstrap methods: another look at the jackknife", Annals of Statistics 7(1), 1979). `level` is the share of the
+/// The bootstrap's percentile interval of a statistic of one or more samples, each resampled separately (Efron,
+/// "Bootstrap methods: another look at the jackknife", Annals of Statistics 7(1), 1979). `level` is the fraction of the
 /// resampled statistics that lie in it, such as 0.95. One generator's state gives one interval.
 ///
 /// # Errors

@@ -10,7 +10,7 @@ use statrs::function::gamma::{gamma_lr, ln_gamma};
 /// Probability of a statistic at least as extreme under the null hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Probability {
-    /// The p value, 0 to 1; 0 where it is below the least positive number.
+    /// The p value, 0 to 1; 0 below the smallest positive number.
     pub value: f64,
     /// Its natural logarithm, finite also where the value is 0 for being small.
     pub ln: f64,

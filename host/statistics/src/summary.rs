@@ -35,9 +35,9 @@ pub fn median(sample: &[f64]) -> f64 {
     quantile(sample, 0.5)
 }
 
-/// The value below which a share of the sample lies, 0 to 1: linear between the order statistics, of which the first is
-/// at 0 and the last at 1 (type 7 of Hyndman and Fan, "Sample quantiles in statistical packages", The American
-/// Statistician 50(4), 1996). NaN without values, or for another share.
+/// The value below which a fraction of the sample lies, 0 to 1: linear between the order statistics, the first at 0 and
+/// the last at 1 (type 7 of Hyndman and Fan, "Sample quantiles in statistical packages", The American Statistician
+/// 50(4), 1996). NaN without values, or for another fraction.
 pub fn quantile(sample: &[f64], share: f64) -> f64 {
     let mut sorted = sample.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -1,6 +1,6 @@
-//! The figures of `tests/statistics/cases.json`, which `make_cases.py` beside it made with `SciPy`, mpmath and
-//! statsmodels. All agree to a relative 1e-9, but for the mixed models that statsmodels fits: these do to 1e-8, which is
-//! how near its optimiser comes where the likelihood is flat.
+//! The figures of `tests/statistics/cases.json`, which `make_cases.py` in the same folder made with `SciPy`, mpmath and
+//! statsmodels. All agree to a relative 1e-9, except the mixed models that statsmodels fits: these agree to 1e-8, the
+//! precision of its optimiser where the likelihood is flat.
 
 use std::collections::BTreeMap;
 
@@ -288,7 +288,7 @@ fn groups_may_be_named_anything() {
     assert_eq!(random_intercept(&x, &y, &group), random_intercept(&x, &y, &other));
 }
 
-/// The greatest sample that the exact method takes: all of one above all of the other is one order of C(200, 100).
+/// The maximum sample that the exact method takes: all of one above all of the other is one order of C(200, 100).
 #[test]
 fn exact_tail_of_the_greatest_samples() {
     let low: Vec<f64> = (0..100).map(f64::from).collect();
@@ -455,8 +455,8 @@ fn bootstrap_interval_holds_the_true_mean_as_often_as_it_says() {
     assert!(held(|s| mean(&s[0]) + 1.0) < 3);
 }
 
-/// Of the ten pairs out of five each comes about as often; what is drawn are different numbers, and all where fewer
-/// are there than asked for.
+/// Each of the ten pairs out of five comes about as often. Drawn numbers differ, and all are drawn if fewer are there
+/// than asked for.
 #[test]
 fn each_subset_is_as_likely() {
     const DRAWS: usize = 10_000;
@@ -484,12 +484,12 @@ fn each_subset_is_as_likely() {
 fn means_of_nested_values_are_those_of_the_mixed_model() {
     let groups = |size: usize, values: &[f64]| -> Vec<Vec<f64>> { values.chunks(size).map(<[f64]>::to_vec).collect() };
     let differing = [1.5, 2.0, 0.5, 4.0, 5.5, 3.0, 2.0, 1.0, 2.5, 7.0, 5.0, 6.5];
-    let own = nested_mean(&groups(3, &differing)).unwrap();
+    let nested = nested_mean(&groups(3, &differing)).unwrap();
     assert!(
-        (own.mean - 3.375).abs() < 1e-12 && (own.standard_error - 1.116_739_2).abs() < 1e-6,
-        "{own:?}"
+        (nested.mean - 3.375).abs() < 1e-12 && (nested.standard_error - 1.116_739_2).abs() < 1e-6,
+        "{nested:?}"
     );
-    assert_eq!(own.df, 3.0);
+    assert_eq!(nested.df, 3.0);
     let alike = nested_mean(&groups(2, &[1.0, 5.0, 3.0, 2.0, 4.0, 3.5])).unwrap();
     assert!(
         (alike.mean - 37.0 / 12.0).abs() < 1e-12 && (alike.standard_error - 7.0 / 12.0).abs() < 1e-12,
@@ -568,8 +568,8 @@ fn medians_have_intervals_between_values() {
 fn pseudo_values_are_the_shares_of_the_units() {
     let sample = [1.0, 4.0, 2.0];
     let values = pseudo_values(3, |kept| mean(kept.iter().map(|&unit| sample[unit])));
-    for (value, own) in values.iter().zip(sample) {
-        assert!((value - own).abs() < 1e-12);
+    for (value, unit) in values.iter().zip(sample) {
+        assert!((value - unit).abs() < 1e-12);
     }
     assert_eq!(pseudo_values(1, |kept| kept.len() as f64), [1.0]);
     assert!(pseudo_values(0, |_| f64::NAN).is_empty());

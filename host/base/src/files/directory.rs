@@ -1,5 +1,5 @@
-//! Directories of the program: one way to begin one, to take up one that was begun, and to tell what stands in one before it is
-//! complete, so that whatever a kill leaves can be continued.
+//! The program's directories: one way to begin one, to continue one, and to recognise one before it is complete, so
+//! that any killed command can be continued.
 
 use std::fs::{self, File};
 use std::io::{Read, Seek, Write};
@@ -44,7 +44,7 @@ impl Form<'_> {
         if self.is_at(directory)? {
             return Ok(Holds::Mark);
         }
-        // Whoever begins a directory locks it first.
+        // Every command locks a directory before it fills it.
         let is_begun = plain::open(&directory.join(LOCK)).is_ok();
         let is_own = |name: &str| {
             let whole = name.strip_suffix(TEMPORARY).unwrap_or(name);
@@ -68,8 +68,7 @@ impl Form<'_> {
         }
     }
 
-    /// Takes up a directory that holds nothing or the mark, or makes one. Nobody else can as long as the file is open that it
-    /// returns.
+    /// Locks a directory that is empty or has the mark, or makes one. It stays locked while the returned file is open.
     ///
     /// # Errors
     /// Exit 3 as [`Form::look`], or if it holds something else; `busy` if another process has it; exit 6.
@@ -128,11 +127,11 @@ pub struct Filling {
 impl Filling {
     const FILE: &str = "unfinished";
 
-    /// Begins to fill a directory: one that is new or empty, or that this command has begun before. What it has of the names that
-    /// `is_own` accepts is removed then. `option` is how the user named it.
+    /// Begins to fill a directory: a new or empty one, or one that this command has begun before. Its files whose names
+    /// `is_own` accepts are then removed. `option` is the user's name for it.
     ///
     /// # Errors
-    /// Exit 3 if it holds anything else, or what another command or a running one has begun; exit 6.
+    /// Exit 3 if it holds anything else, or another command's or a running one's files; exit 6.
     pub fn begin(option: &str, directory: &Path, is_own: impl Fn(&str) -> bool) -> Result<Self> {
         let words = std::env::args_os().skip(1);
         let command: Vec<String> = words.map(|word| files::for_shell(&word.to_string_lossy())).collect();
@@ -208,7 +207,7 @@ impl Drop for Filling {
     /// Leaves nothing of a command that has failed before it wrote anything: another may be right.
     fn drop(&mut self) {
         if names(&self.directory).is_ok_and(|names| names == [Self::FILE]) {
-            // A directory that stays says what began it.
+            // A directory that stays names its command.
             let removed = fs::remove_file(self.directory.join(Self::FILE));
             if self.is_new && removed.is_ok() {
                 let _ = fs::remove_dir(&self.directory);
@@ -229,7 +228,7 @@ mod tests {
         option: "--out",
     };
 
-    /// Shards of a sweep begin at the same time, so one may look while another makes the directory.
+    /// Shards of a sweep begin at the same time: one may look while another makes the directory.
     #[test]
     fn a_directory_that_is_being_made_is_never_somebody_elses() {
         let root = std::env::temp_dir().join(format!("oneiro-directory-{}", std::process::id()));
