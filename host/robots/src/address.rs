@@ -203,7 +203,7 @@ fn tcp(text: &str) -> Result<Transport, String> {
     match bare.unwrap_or(host) {
         "" => Err("names no host; allowed: a name or an address, IPv6 in brackets".into()),
         host if host.contains(['[', ']']) => Err(format!(
-            "`{host}` has a bracket of its own; allowed: a name or an address, IPv6 in brackets"
+            "`{host}` has an extra bracket; allowed: a name or an address, IPv6 in brackets"
         )),
         host if bare.is_none() && host.contains(':') => Err(format!(
             "`{host}` has colons; allowed: a name or an address, IPv6 in brackets"
@@ -334,8 +334,8 @@ mod tests {
             ("tcp:robot:0", "`0` is no port; allowed: whole numbers from 1 to 65535"),
             ("tcp:robot:99999999999999999999", "is no port"),
             ("tcp:fe80::1:1000", "`fe80::1` has colons"),
-            ("tcp:[[fe80::1]]:1000", "`[fe80::1]` has a bracket of its own"),
-            ("tcp:[robot:1000", "`[robot` has a bracket of its own"),
+            ("tcp:[[fe80::1]]:1000", "`[fe80::1]` has an extra bracket"),
+            ("tcp:[robot:1000", "`[robot` has an extra bracket"),
             ("aseba:robot", "`robot` has no port"),
             (
                 "aseba:robot:33333#x",

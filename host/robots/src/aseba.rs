@@ -80,7 +80,7 @@ impl Message {
         }
     }
 
-    /// The message as it is sent.
+    /// The message's bytes.
     fn frame(&self) -> Vec<u8> {
         let head = [self.payload.len() as u16, self.source, self.kind].map(u16::to_le_bytes);
         [&head.concat(), &self.payload[..]].concat()
@@ -393,7 +393,7 @@ impl Network {
         })
     }
 
-    /// Gives a node a program in place of its own, and runs it. Its variables are 0 then, or as before.
+    /// Replaces a node's program, and runs it. Its variables are then 0, or unchanged.
     ///
     /// # Errors
     /// The node does not confirm that it runs, or the link fails.

@@ -31,7 +31,7 @@ pub struct Line<B> {
     outwards: Change<Vec<u8>>,
     /// Changes what the robot sends.
     inwards: Change<Timed>,
-    /// Whether the program hears what it sends, as where both share a wire.
+    /// Whether the program receives its own bytes, as on a shared wire.
     echoes: bool,
     is_open: bool,
     can_open: bool,
@@ -40,7 +40,7 @@ pub struct Line<B> {
 }
 
 impl<B: Body> Line<B> {
-    /// Lets the robot live until now, and takes what it says.
+    /// Runs the robot until now, and takes its bytes.
     fn collect(&mut self) {
         self.robot.live(self.now);
         let said = self.robot.timed();
@@ -58,7 +58,7 @@ impl<B: Body> Line<B> {
         }
     }
 
-    /// Lets the robot restart. What it is saying ends in the middle.
+    /// Restarts the robot. Its message is cut off.
     fn restart(&mut self) {
         self.collect();
         let now = self.now;

@@ -64,7 +64,7 @@ pub(super) const ROTATION: Group = Group {
     unit: "",
     range: (-32_768.0, 32_767.0),
 };
-/// The greatest of some samples less the least: of 12 bits in an e-puck, of 16 in an e-puck2.
+/// The maximum of some samples minus the minimum: of 12 bits in an e-puck, of 16 in an e-puck2.
 pub(super) const SOUND: Group = Group {
     kind: Kind::Sound,
     names: &["sound_0", "sound_1", "sound_2"],
@@ -107,7 +107,7 @@ const fn source(group: Group, letter: Option<char>, code: u8, words: usize) -> S
     }
 }
 
-/// What has no letter is the e-puck2's own. Of the floor's values the last is a cliff sensor's.
+/// Sources without a letter are the e-puck2's. The floor's last value is a cliff sensor's.
 const SOURCES: [Source; 7] = [
     source(PROXIMITY, Some('N'), b'N', 8),
     source(LIGHT, Some('O'), b'O', 8),
@@ -456,7 +456,7 @@ enum Charge {
     Raw { raw: u16, percent: u8 },
 }
 
-/// What a line says about the battery.
+/// The battery's charge in a line.
 fn battery(line: &str) -> Result<Charge> {
     let bad = || garbage("b", line);
     let fields = talk::fields("b", line)?;

@@ -2,7 +2,7 @@
 //!
 //! A command has 21 bytes and sets everything: speeds, lights, sound, and what is wanted back. From the first one on, the
 //! radio passes the last command to the main processor and sends an answer, again and again, up to 50 times a second. When
-//! it can't get rid of its answers it takes no commands, and the wheels turn on: so all that has come is read before each
+//! it can't get rid of its answers it takes no commands, and the wheels turn on: so all received bytes are read before each
 //! command. What a computer's TCP holds back is enough for half a minute; whoever drives calls more often.
 //!
 //! An answer has the readings from before the command was passed on. After an error between its two processors the radio
@@ -186,7 +186,7 @@ struct Arrival {
     at: Duration,
     /// The earliest time at which it can have come: that of the last look, unless it was waited for.
     earliest: Duration,
-    /// Greatest age of its readings, but for the time that the network takes.
+    /// Maximum age of its readings, without the time that the network takes.
     age: Duration,
 }
 
@@ -428,7 +428,7 @@ impl Robot for EPuck2 {
         self.send()
     }
 
-    /// A command has no answer of its own, so the step counters must stand still.
+    /// A command has no separate answer, so the step counters must stand still.
     fn stop(&mut self) -> Result {
         self.stand(STANDSTILL, EQUAL)
     }

@@ -1,4 +1,4 @@
-//! Reasons why a robot can't be used. Each message says what to do.
+//! Reasons why a robot can't be used. Each message has the remedy.
 
 use std::borrow::Cow;
 use std::io;
@@ -36,7 +36,7 @@ pub enum Error {
         /// How long the link had.
         limit: Duration,
     },
-    /// What the robot sent is no answer to what was asked.
+    /// The robot's answer does not fit the command.
     #[error("unexpected answer to {command}: \"{received}\"; check the cable, the baud rate and the kind of robot")]
     Garbage {
         /// What was asked.
@@ -49,11 +49,10 @@ pub enum Error {
     Refused {
         /// What was asked.
         command: String,
-        /// What it said.
+        /// Its answer.
         answer: String,
     },
-    /// The robot has restarted: its counters have begun at 0 again, and so have its speeds, unless a program of its own
-    /// drives it.
+    /// The robot has restarted: its counters and its speeds are 0 again, unless a program on it drives.
     #[error("the robot has restarted, and may drive by itself; stop it and check its battery before you continue")]
     Restarted,
     /// The robot answers, but its wheels have not stopped.
@@ -80,7 +79,7 @@ pub enum Error {
         /// What to do.
         advice: Cow<'static, str>,
     },
-    /// No robot answers, none that is known, or several.
+    /// No robot answers, no known one, or several.
     #[error("{link}: {problem}")]
     Unknown {
         /// The link's address.
@@ -96,7 +95,7 @@ pub enum Error {
     Unsupported {
         /// The robot's name.
         robot: String,
-        /// What was asked for.
+        /// The request.
         what: String,
         /// What it has instead.
         allowed: String,

@@ -21,7 +21,7 @@ use super::tracker::{Seen, lines};
 use super::{Kind, Robot, epuck, epuck2, recognise, thymio};
 use crate::mutations::for_seeds;
 
-/// What a robot answers to bytes that it has heard at a time.
+/// A robot's answer to bytes received at a time.
 pub(super) type Answer = Box<dyn FnMut(&[u8], Duration) -> Vec<Vec<u8>> + Send>;
 
 /// What a working robot sends: its answers to the bytes that it receives, and what it sends unasked every 20 ms.
@@ -395,8 +395,8 @@ fn used(robot: &mut dyn Robot, air: &Hostile, random: &mut Random, has_check: bo
                 if let Ok(reading) = robot.sense(&kinds) {
                     let mut rest = &reading.values[..];
                     for group in chosen {
-                        let (own, next) = rest.split_at(group.names.len());
-                        assert!(!has_check || group.accepts(own), "{reading:?}");
+                        let (of_group, next) = rest.split_at(group.names.len());
+                        assert!(!has_check || group.accepts(of_group), "{reading:?}");
                         rest = next;
                     }
                     assert!(rest.is_empty(), "{reading:?}");
@@ -441,7 +441,7 @@ fn fuzzed(seeds: u64, open: Open, has_check: bool, valid: impl Fn(u64) -> Valid)
     assert!(found > seeds as usize / 2 && readings > 0, "{found} {readings}");
 }
 
-/// What was taken for another robot is not found again.
+/// A link that was taken for another robot's is not found again.
 fn is_other(error: Option<&Error>) -> bool {
     matches!(error, Some(Error::Unknown { .. }))
 }
@@ -472,7 +472,7 @@ fn an_e_puck2_on_wifi_may_send_anything() {
     fuzzed(SEEDS, open, true, |_| wifi());
 }
 
-/// The readings are a node's variables, which may have any value: cables and TCP have checks of their own.
+/// The readings are a node's variables, which may have any value: cables and TCP have checks.
 #[test]
 fn a_thymio_may_send_anything() {
     let open: Open = |link| Ok(Some(Box::new(thymio::Thymio::connect(link, None)?)));
@@ -521,7 +521,7 @@ fn a_description_without_an_end_is_given_up() {
     );
 }
 
-/// Addresses that are valid are shown as they were meant.
+/// Valid addresses are shown unchanged in meaning.
 #[test]
 fn an_address_may_be_anything() {
     let known = [
@@ -556,7 +556,7 @@ fn an_address_may_be_anything() {
     assert!(accepted > 1000, "{accepted}");
 }
 
-/// A message to the guard that is accepted has numbers only, and is written as it was meant.
+/// A message that the guard accepts has numbers only, and is written unchanged in meaning.
 #[test]
 fn a_message_to_the_guard_may_be_anything() {
     let valid = [

@@ -1,11 +1,11 @@
-//! The guard: what stops the wheels when a program that drives hangs, dies or misses something.
+//! The guard: stops the wheels when a program that drives hangs, dies or misses something.
 //!
-//! Firmware keeps the last speed for ever, and a process that is killed does nothing more. So a process of its own owns the
-//! link (`process.rs`), and this decides for it: a state machine without clock, input or output, whose whole table is
+//! Firmware keeps the last speed for ever, and a killed process does nothing more. So another process owns the link
+//! (`process.rs`), and this decides for it: a state machine without clock, input or output, whose whole table is
 //! tested.
 //!
-//! One step makes of any state and any stop condition a stop. After it the wheels turn only by a command that came after
-//! the robot had confirmed the stop and the condition had ended; most conditions need a `resume` before that as well.
+//! A stop condition takes any state to a stop in one step. After it the wheels turn only by a command that came after
+//! the robot had confirmed the stop and the condition had ended; most conditions also need a `resume` before that.
 
 use std::time::Duration;
 
@@ -75,7 +75,7 @@ impl Condition {
         Self::Late,
     ];
 
-    /// Whether there is nobody left who could resume.
+    /// Whether nobody is left to resume.
     pub fn is_final(self) -> bool {
         matches!(self, Self::Closed | Self::Terminated)
     }
@@ -189,7 +189,7 @@ pub struct Inputs {
     pub quiet: Duration,
 }
 
-/// What the robot is to do.
+/// The robot's next action.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Order {
     /// Stop, and confirm it under this number.
@@ -202,7 +202,7 @@ pub enum Order {
 #[derive(Clone, Debug)]
 pub struct Guard {
     values: Values,
-    /// Greatest speed of a wheel, mm/s.
+    /// Maximum speed of a wheel, mm/s.
     greatest: f64,
     state: State,
     /// Number of the last stop.
@@ -211,7 +211,7 @@ pub struct Guard {
     waited: Duration,
     /// Of the newest command.
     age: Duration,
-    /// What the newest command wants, mm/s.
+    /// The newest command's speeds, mm/s.
     target: [f64; 2],
     /// Commanded speeds of the wheels, mm/s.
     speeds: [f64; 2],
@@ -267,7 +267,8 @@ impl Guard {
         self.state == State::Stopping && (self.waited >= limit || self.quiet >= limit)
     }
 
-    /// Whether the guard may end: the wheels stand and nobody can drive them any more, or it has tried for long enough.
+    /// Whether the guard may end: the wheels stand still and nobody can drive them any more, or it has tried for long
+    /// enough.
     pub fn is_over(&self) -> bool {
         let is_final = self.latched.iter().any(Condition::is_final);
         is_final && (self.state == State::Standing || self.waited >= self.values.give_up())

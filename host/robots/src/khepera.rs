@@ -312,8 +312,8 @@ impl Robot for Khepera {
         self.command(&Command::Drive(self.speeds)).map(|_| ())
     }
 
-    /// The measured speeds must be 0 as well: the protocol has no check, so a command in which a digit has become another is
-    /// answered like the right one.
+    /// The measured speeds must also be 0: the protocol has no check, so a command with a wrong digit is answered like
+    /// the right one.
     fn stop(&mut self) -> Result {
         let until = self.talk.now() + STANDSTILL;
         loop {

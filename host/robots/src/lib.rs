@@ -1,4 +1,4 @@
-//! Robots on a wire: a driver for each protocol, behind one trait. Only a driver knows how many sensors its robot has.
+//! Connected robots: a driver for each protocol, behind one trait. Only a driver knows how many sensors its robot has.
 //!
 //! Firmware keeps the last speed for ever when its link falls silent, and a driver can't change that: so a program that drives
 //! does it through the guard, which stops the wheels.
@@ -21,7 +21,7 @@
 pub mod address;
 mod aseba;
 #[cfg(any(test, feature = "testing"))]
-#[cfg_attr(not(test), allow(dead_code, reason = "its own tests use the rest"))]
+#[cfg_attr(not(test), allow(dead_code, reason = "its tests use the rest"))]
 pub mod emulated;
 mod epuck;
 mod epuck2;
@@ -100,7 +100,7 @@ pub struct Group {
     pub names: &'static [&'static str],
     /// Unit of a reading; empty for the converter's own.
     pub unit: &'static str,
-    /// Least and greatest reading. Where a link has no other check, any other is an error.
+    /// Minimum and maximum reading. Where a link has no other check, any other is an error.
     pub range: (f64, f64),
 }
 
@@ -117,7 +117,7 @@ impl Group {
 pub struct Wheels {
     /// Unit of a commanded speed.
     pub unit: &'static str,
-    /// Greatest speed, either way, in that unit.
+    /// Maximum speed, either way, in that unit.
     pub greatest: i32,
     /// One unit in mm/s.
     pub mm_s: f64,
@@ -220,7 +220,7 @@ impl Description {
 pub struct Reading {
     /// When it arrived.
     pub at: Duration,
-    /// Greatest age of its oldest value then.
+    /// Maximum age of its oldest value then.
     pub age: Duration,
     /// One value a sensor, in the order of the kinds asked for and of the names in each.
     pub values: Vec<f64>,
@@ -231,7 +231,7 @@ pub struct Reading {
 pub struct Odometry {
     /// When it arrived.
     pub at: Duration,
-    /// Its greatest age then.
+    /// Its maximum age then.
     pub age: Duration,
     /// Counts of the left and of the right wheel by the robot's own counters, continued where these wrap. They
     /// start over when the robot restarts and when the link is reopened.
@@ -250,7 +250,7 @@ pub struct Battery {
 /// A robot with two wheels. A call returns once the robot has answered, where its protocol has answers, and never waits for
 /// ever. [`Error::Restarted`] is returned once by the first call after a restart that was noticed.
 pub trait Robot: Send {
-    /// What it is and has.
+    /// The robot's description.
     fn description(&self) -> &Description;
 
     /// Reads all sensors of some kinds.
@@ -333,7 +333,7 @@ pub trait Robot: Send {
         self.stop()
     }
 
-    /// Sets the speeds of the wheels in mm/s, to the nearest of the robot's own speeds. What is no number is 0.
+    /// Sets the speeds of the wheels in mm/s, each to the robot's nearest speed. NaN is 0.
     ///
     /// # Errors
     /// As [`Robot::drive`].
@@ -344,8 +344,9 @@ pub trait Robot: Send {
     }
 }
 
-/// Whether gravity, measured along three axes, points away from the third one by more than 30 degrees: the robot is tilted,
-/// as it is when somebody takes it up. Our own limit; no floor that these robots can climb is as steep.
+/// Whether gravity, measured along three axes, points away from the third one by more than 30 degrees: the robot is
+/// tilted, for example because a person picks it up. The limit is ours; no floor that these robots can climb is as
+/// steep.
 fn is_tilted(gravity: &[f64]) -> bool {
     let length = gravity.iter().map(|part| part * part).sum::<f64>().sqrt();
     // Without any acceleration it falls.

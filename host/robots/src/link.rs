@@ -1,5 +1,5 @@
-//! Links that carry bytes to a robot: serial ports and TCP. All waiting in drivers happens here, so that a driver runs as
-//! well on a virtual clock, over a link that has one.
+//! Links that carry bytes to a robot: serial ports and TCP. All waiting in drivers happens here, so a driver also runs
+//! on a virtual clock, over a link that has one.
 
 use std::fs;
 use std::io::{self, ErrorKind, Read, Write};
@@ -55,8 +55,8 @@ pub trait Link: Clock + Send {
 
 /// TCP sends a lost packet again after 1 s at first (RFC 6298).
 const NETWORK_DELAY: Duration = Duration::from_secs(1);
-/// Most answers come within some 100 ms over Bluetooth, but GCtronic's driver for ROS waits for 10 s. Who drives can't wait
-/// as long: this is our own limit.
+/// Most answers come within about 100 ms over Bluetooth, but GCtronic's driver for ROS waits for 10 s. A driving
+/// program can't wait as long: this limit is ours.
 const BLUETOOTH_DELAY: Duration = Duration::from_secs(2);
 /// Of a serial port whose address gives none, where it doesn't matter.
 const BAUD_RATE: u32 = 115_200;
@@ -86,7 +86,7 @@ pub fn open(transport: &Transport) -> Result<Box<dyn Link>> {
     Ok(link)
 }
 
-/// Sends bytes of which a part alone would put the other end out of step: then the link is lost.
+/// Sends bytes whose parts would put the other end out of step: then the link is lost.
 ///
 /// # Errors
 /// The link is lost.
@@ -105,7 +105,7 @@ pub(crate) fn send_whole(link: &mut dyn Link, bytes: &[u8], limit: Duration) -> 
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Port {
     pub path: String,
-    /// What the system knows of it, if anything.
+    /// The system's description of it, if any.
     pub about: String,
     /// Whether a Thymio II or its dongle is there, by the vendor's number.
     pub is_thymio: bool,
@@ -152,7 +152,7 @@ pub fn ports() -> Vec<Port> {
     ports
 }
 
-/// Whether a path leads to a Bluetooth channel, as far as the system reports it.
+/// Whether a path leads to a Bluetooth channel, if the system reports it.
 pub(crate) fn is_bluetooth(path: &str) -> bool {
     let real = fs::canonicalize(path).map_or(path.into(), |path| path.display().to_string());
     ports().iter().any(|port| port.is_bluetooth && port.path == real)
@@ -430,7 +430,7 @@ mod tests {
         peer.read_exact(&mut buffer[..4]).unwrap();
         assert_eq!(&buffer[..4], b"defg");
 
-        // What has not come before the time given is left for later.
+        // Bytes that come after the time given are left for later.
         peer.write_all(b"h").unwrap();
         assert_eq!(link.read(&mut buffer, Duration::ZERO).unwrap(), 0);
         assert_eq!(link.read(&mut buffer, until).unwrap(), 1);

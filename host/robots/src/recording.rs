@@ -1,5 +1,5 @@
 //! Recordings of links: all bytes with their time and direction, as text. A bug report carries one, and a test replays
-//! it: a driver decides by nothing but what its link returns, so it does the same again.
+//! it: a driver decides only by its link's data, so it does the same again.
 //!
 //! A line for each link says its address, `=`; then there is one for each call to it: seconds, what happened, and the bytes
 //! in hexadecimal. `>` bytes sent, `<` bytes received (none: waited in vain), `o` opened again, `x` failed, with the error in
@@ -21,7 +21,7 @@ use super::link::{Clock, Link};
 
 const TITLE: &str = "oneiro link recording 1";
 
-/// A file that links are recorded to. It is written by a thread of its own: a slow or full disk must not hold a robot.
+/// A file that links are recorded to. A thread writes it: a slow or full disk must not hold a robot.
 #[derive(Debug)]
 pub struct Recording {
     lines: Option<SyncSender<String>>,
@@ -45,7 +45,7 @@ impl Recording {
         Ok(Self::to(file, path, Self::LONGEST))
     }
 
-    /// Starts a recording of so many bytes in a file that has its title.
+    /// Starts a recording of at most so many bytes in a file that has its title.
     fn to(mut file: File, path: &Path, longest: u64) -> Self {
         let (lines, queue) = mpsc::sync_channel::<String>(Self::MOST);
         let problem = Arc::default();

@@ -109,7 +109,7 @@ impl Scripted {
         }
     }
 
-    /// The same, with a peer that goes mad after the script, when it hears something.
+    /// The same, with a peer that sends nonsense after the script, when it receives something.
     pub fn then_noise(mut self, seed: u64, answers: Vec<Vec<u8>>) -> Self {
         let random = Random(seed);
         self.noise = Some(Noise {
@@ -146,7 +146,7 @@ impl Scripted {
 }
 
 impl Drop for Scripted {
-    /// A script that was not played to its end is a failure as well.
+    /// A script that was not played to its end is also a failure.
     fn drop(&mut self) {
         if !std::thread::panicking() {
             assert!(self.steps.is_empty(), "left in the script: {:?}", self.steps);

@@ -8,14 +8,14 @@ use super::link::Link;
 
 /// How long a link may take to accept a command.
 const SEND: Duration = Duration::from_millis(200);
-/// Answers that can be missing when a robot is met anew: that to the command before, that to its end, and that to a stop.
+/// Answers that can be missing at a new meeting: those to the command before, to its end, and to a stop.
 const MISSING: usize = 3;
 /// The answer to a stop, and to any other speeds.
 const STOPPED: &str = "d";
 /// Longest wait for a silence.
 const BABBLE: Duration = Duration::from_millis(800);
 
-/// Bytes received, until they are taken as lines or as they are. Holds a bounded number of bytes.
+/// Received bytes, until they are taken as lines or as bytes. Holds a bounded number of bytes.
 #[derive(Debug, Default)]
 pub(crate) struct Received {
     bytes: Vec<u8>,
@@ -216,7 +216,7 @@ impl Talk {
         Ok(count > 0)
     }
 
-    /// Sends bytes, unasked: what came before is discarded.
+    /// Sends bytes; bytes that came before are discarded.
     ///
     /// # Errors
     /// The robot has restarted, or the link fails.
@@ -319,7 +319,7 @@ impl Talk {
         }
     }
 
-    /// Discards what comes until nothing has come for as long as `silence`.
+    /// Discards bytes until none has come for `silence`.
     ///
     /// # Errors
     /// It does not end, or the link fails.
@@ -358,7 +358,7 @@ fn restore(robot: &mut impl Stepped) -> Result {
     Ok(())
 }
 
-/// Gets in step with a robot that may have said anything before, its banner included: tries twice.
+/// Gets in step with a robot that may have sent anything before, including its banner: tries twice.
 ///
 /// # Errors
 /// That of the second attempt, or one that does not pass.

@@ -5,7 +5,7 @@ use std::thread;
 use super::script::{Random, Scripted, Step, hear, say};
 use super::*;
 
-/// What an e-puck is asked first, twice.
+/// The first two questions to an e-puck.
 fn asked_as_an_e_puck(answer: Option<&str>) -> Vec<Step> {
     let asked = [hear([&[0; 21][..], b"\rD,0,0\r"].concat()), hear("V\r")];
     let once: Vec<Step> = asked.into_iter().chain(answer.map(say)).collect();
@@ -47,7 +47,7 @@ fn what_says_nothing_known_is_not_recognised() {
     assert!(matches!(recognised(lost), Err(Error::Disconnected { .. })));
 }
 
-/// What has said what it is, and does not stop, is not asked whether it is something else.
+/// A robot that has named itself, and does not stop, is not asked whether it is something else.
 #[test]
 fn a_robot_that_does_not_stop_is_an_error() {
     let epuck = epuck::tests::opening_that_keeps("e,5,5\r\n");
@@ -266,7 +266,7 @@ fn kinds_and_lights_that_a_robot_lacks_are_named() {
     assert_eq!(words, "thing has no light 2; allowed: 0 to 1");
 }
 
-/// What is recorded over a real link plays back to the same readings, the stop at the end included. The robot sends less
+/// A recording of a real link plays back to the same readings, including the stop at the end. The robot sends less
 /// often than a real one: its answers are then far from the limits in time by which the driver decides.
 #[test]
 fn a_recording_over_tcp_plays_back() {

@@ -1,6 +1,6 @@
-//! Thymio II, and what else drives on an Aseba network.
+//! Thymio II, and other robots on an Aseba network.
 //!
-//! The robot runs a program of its own and shares its variables; to drive is to set the motors' targets. It has no
+//! The robot runs its program and shares its variables; driving sets the motors' targets. It has no
 //! time-out: it keeps them. So where it can, it gets a program that stops it (`fuse.rs`).
 
 mod fuse;
@@ -145,7 +145,7 @@ impl Thymio {
     /// Finds the robot on a network, ends its program and stops it. `node` is its number, if there are several.
     ///
     /// # Errors
-    /// There is no robot that is known, there are several, or the link fails.
+    /// There is no known robot, there are several, or the link fails.
     pub(crate) fn connect(link: Box<dyn Link>, node: Option<u16>) -> Result<Self> {
         let mut network = Network::new(link);
         let (node, body) = find(&mut network, node)?;
@@ -255,7 +255,7 @@ fn find(network: &mut Network, wanted: Option<u16>) -> Result<(Node, &'static Bo
             "no robot has the number {id}, but there are {}{advice}",
             others.join(", ")
         ),
-        (true, None) => format!("has no robot that is known, but {}{advice}", others.join(", ")),
+        (true, None) => format!("has no known robot, but {}{advice}", others.join(", ")),
     };
     Err(Error::Unknown {
         link: network.name().into(),

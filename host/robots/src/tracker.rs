@@ -1,7 +1,8 @@
-//! A tracker: a program with a camera that says where robots are, one line of JSON for each sighting, over UDP:
-//! `{"id":1,"t":12.3,"x":350.0,"y":200.0,"heading":0.25}`, with the tracker's time in s, mm, and turns counter-clockwise from the x axis.
-//! In a swarm that forages, a line also says `"carries":true,"brought":4,"heard":[0,7]`: whether the robot carries virtual food, how many
-//! items it has brought to the nest since the experiment began, and the robots that it can hear now.
+//! A tracker: a program with a camera that sends robots' places, one line of JSON for each sighting, over UDP:
+//! `{"id":1,"t":12.3,"x":350.0,"y":200.0,"heading":0.25}`, with the tracker's time in s, mm, and turns
+//! counter-clockwise from the x axis. For a forager, a line also has `"carries":true,"brought":4,"heard":[0,7]`:
+//! whether the robot carries virtual food, how many items it has brought to the nest since the experiment began, and
+//! the robots that it can hear now.
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
@@ -55,7 +56,7 @@ impl Values {
     }
 }
 
-/// A line of a tracker. Other keys are left alone.
+/// A line of a tracker. Other keys are ignored.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct Sighting {
     id: u64,
@@ -69,7 +70,7 @@ pub struct Sighting {
     /// Items of it that the robot has brought to the nest since the experiment began.
     #[serde(default)]
     pub brought: Option<u32>,
-    /// Robots that it can hear, a bit each, if the tracker knows.
+    /// Robots that it can hear, a bit each, if the tracker reports it.
     #[serde(default, deserialize_with = "mask")]
     pub heard: Option<u128>,
 }
@@ -135,8 +136,8 @@ impl Ignored {
     }
 }
 
-/// How many lines are looked at: as many in 100 ms as a camera sends of ten robots in ten times as long. So a flood of them takes
-/// little time of whoever listens.
+/// Maximum number of lines read: as many in 100 ms as a camera sends of ten robots in ten times as long. So a flood
+/// takes little of the reader's time.
 #[derive(Debug, Default)]
 pub struct Budget {
     ends: Duration,
@@ -162,7 +163,7 @@ impl Budget {
 #[derive(Debug)]
 pub struct Seen {
     id: u64,
-    /// Greatest speed of the robot, mm/s.
+    /// Maximum speed of the robot, mm/s.
     speed: f64,
     /// Age of the last sighting from which the robot counts as lost.
     limit: Duration,
@@ -174,7 +175,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// Farthest that noise and the rounding of times let a sighting be from the last one, beside what the robot drives, mm.
+    /// Maximum distance between two sightings by noise and the rounding of times, in addition to the robot's drive, mm.
     const NOISE: f64 = 20.0;
     /// A time that goes back by more than this is that of a tracker that has started again, s.
     const RESTART: f64 = 1.0;
@@ -239,7 +240,7 @@ impl Seen {
         None
     }
 
-    /// Counts a sighting that says what can't be, though the robot may be where it says.
+    /// Counts a sighting with impossible data, whose place may still be right.
     pub fn disbelieve(&mut self) {
         self.ignored.impossible += 1;
     }
@@ -276,7 +277,7 @@ impl Place {
     }
 }
 
-/// Listens to a tracker as long as this is alive.
+/// Listens to a tracker until this is dropped.
 #[derive(Debug)]
 pub struct Tracker {
     seen: Arc<Mutex<Seen>>,
@@ -349,7 +350,7 @@ fn hear(socket: &UdpSocket, listen: &str) {
                     }
                 }
                 if !is_taken {
-                    // A flood must not take a whole processor: the system drops what comes meanwhile.
+                    // A flood must not take a whole processor: the system drops the rest.
                     thread::sleep(Budget::TIME / 10);
                 }
             }
@@ -483,7 +484,7 @@ mod tests {
         assert_eq!(at(&[&FIRST, &[NEAR], &FAR]), Some(3003.0));
     }
 
-    /// Of a swarm's robot, only sightings that count say what it carries, has brought and hears.
+    /// Only a forager's sightings that count have its food, carried and brought, and the robots that it hears.
     #[test]
     fn a_swarm_s_tracker_says_more() {
         let mut seen = Seen::new(1, 200.0, LIMIT);
@@ -517,7 +518,7 @@ mod tests {
         assert_eq!(take(7, 0.0, r#","carries":false"#), Some((Some(false), None, None)));
     }
 
-    /// A local sender: what it sends is seen, and lost when it has been silent for the limit.
+    /// A local sender: its sightings arrive, and are lost when it has been silent for the limit.
     #[test]
     fn a_robot_is_lost_when_nobody_has_seen_it_for_long() {
         let free = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
@@ -541,7 +542,7 @@ mod tests {
         assert!(error.contains(&format!("--tracker udp:{}: ", values.listen)), "{error}");
     }
 
-    /// A tracker sends what it sees of all robots to one address, which is free once nobody listens for any of them.
+    /// A tracker sends its sightings of all robots to one address, which is free once nobody listens for any of them.
     #[test]
     fn robots_share_a_tracker() {
         let free = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();

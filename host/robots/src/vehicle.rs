@@ -1,5 +1,5 @@
-//! A robot as lives and sampling need it: it looks, drives, and keeps time. Behind it is the guard's process, or in tests a
-//! driver on a virtual clock.
+//! A robot for episodes and sampling: it senses, drives, and keeps time. Behind it is the guard's process, or in tests
+//! a driver on a virtual clock.
 
 #[cfg(any(test, feature = "testing"))]
 pub mod direct;
@@ -13,7 +13,7 @@ use std::time::Duration;
 use super::guard::message::Sensors;
 use trouble::Trouble;
 
-/// What a robot is, as far as lives and sampling have to know.
+/// A robot's description for episodes and sampling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     /// Its kind.
@@ -22,7 +22,7 @@ pub struct Profile {
     pub firmware: String,
     /// The sensors that are read, in the order of [`Moment::readings`].
     pub sensors: Vec<Sensors>,
-    /// Greatest speed of a wheel that is allowed, mm/s.
+    /// Maximum allowed speed of a wheel, mm/s.
     pub greatest_mm_s: f64,
     /// One of the robot's own units of speed, mm/s.
     pub unit_mm_s: f64,
@@ -37,7 +37,7 @@ pub struct Profile {
 pub struct Moment {
     /// When the last of it arrived.
     pub at: Duration,
-    /// Greatest age of a reading then.
+    /// Maximum age of a reading then.
     pub age: Duration,
     /// One value per sensor, in the sensors' own units.
     pub readings: Vec<f64>,
@@ -45,8 +45,8 @@ pub struct Moment {
     pub travel: Option<[f64; 2]>,
 }
 
-/// A robot with two wheels that is looked at and driven, cycle by cycle. After a [`Trouble`] its wheels stand, or its guard is
-/// stopping them; [`Vehicle::recover`] goes on.
+/// A robot with two wheels that is read and driven, cycle by cycle. After a [`Trouble`] its wheels stand still, or its
+/// guard is stopping them; [`Vehicle::recover`] continues.
 pub trait Vehicle {
     /// What it is.
     fn profile(&self) -> &Profile;
@@ -88,7 +88,7 @@ pub trait Vehicle {
         None
     }
 
-    /// Asks a person to do something with the robot, whose wheels stand, and waits until it is done.
+    /// Asks a person to do something with the robot, whose wheels stand still, and waits until it is done.
     ///
     /// # Errors
     /// See [`Trouble`]; nobody is there.
@@ -96,8 +96,8 @@ pub trait Vehicle {
         Err(Trouble::Broken(format!("nobody is there to do this: {what}")))
     }
 
-    /// After a trouble that may pass, waits until the robot can be driven again; its wheels stand then. A person may have to put
-    /// it back, charge it or say so.
+    /// After a trouble that may pass, waits until the robot can be driven again; its wheels then stand still. A person
+    /// may have to put it back, charge it or confirm.
     ///
     /// # Errors
     /// See [`Trouble`].

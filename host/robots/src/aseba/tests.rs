@@ -1,7 +1,7 @@
 use super::super::script::{Random, Scripted, Step, hear, say, say_after};
 use super::*;
 
-/// A message of a node, as it is sent.
+/// The bytes of a node's message.
 pub(crate) fn from(source: u16, kind: u16, payload: &[u8]) -> Vec<u8> {
     Message {
         source,
@@ -277,7 +277,7 @@ fn events_do_not_hold_a_request() {
     let ask = || hear(Message::new(GET_VARIABLES, [1, 5, 1]).frame());
     let event = || say(from(1, 0, &[]));
     let events = |count: usize| (0..count).map(|_| event());
-    // 300 ms for the answer and 50 ms of silence but for events.
+    // 300 ms for the answer and 50 ms of silence, except for events.
     let lost = [ask()].into_iter().chain(events(34));
     let answered = [ask(), event(), say(from(1, VARIABLES, &words(&[5, 42])))];
     assert_eq!(network(lost.chain(answered)).get(1, &[5]), Ok(vec![42]));

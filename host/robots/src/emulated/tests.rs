@@ -98,7 +98,7 @@ fn the_emulator_answers_as_the_protocol_says() {
         ] {
             for end in ["\n", "\r", "\r\n", "\n\r\n\n"] {
                 let said = say(&mut robot, &format!("{command}{end}"));
-                // What is done twice is as if done once, but for these.
+                // Commands have the same effect twice as once, except these.
                 if command != "L,1,2" {
                     assert_eq!(said, format!("{answer}{}", firmware.end), "{command}");
                 }
@@ -115,11 +115,11 @@ fn the_emulator_counts_and_goes_to_positions() {
     let mut robot = Khepera::new(Rolling::default(), Firmware::ALL[0], 115_200);
     let at = Duration::from_millis;
     robot.receive(b"G,2147483647,0\nD,3,-2\n", at(0));
-    let begun = robot.counters();
+    let first_counters = robot.counters();
     robot.live(at(2000));
     let [left, right] = robot.counters();
     // 2 s less the time on the line, a pulse to each 10 ms and unit.
-    assert_eq!(begun[0], i32::MAX);
+    assert_eq!(first_counters[0], i32::MAX);
     assert!((598..=600).contains(&(left.wrapping_sub(i32::MAX))), "{left}");
     assert!((-400..=-398).contains(&right), "{right}");
     robot.receive(b"G,0,0\nC,100,-37\nK\n", at(2000));
@@ -151,7 +151,7 @@ fn bytes_take_their_time_on_the_line() {
     assert!((last - 45.0 * 11.0 / 9600.0).abs() < 1e-6, "{last}");
 }
 
-/// A receiver at the sender's rate hears what is said, at another something else.
+/// A receiver at the sender's rate receives the same bytes, at another rate different ones.
 #[test]
 fn a_port_at_another_rate_hears_something_else() {
     let text = b"B\rD,0,0\rN\rb,5.01,5.00\r\n";
@@ -324,7 +324,7 @@ fn a_restart_is_reported_once() {
                     // By now the banner has arrived.
                     bench.pass(500);
                 }
-                // It may restart after its answer, so what it does then is not looked at.
+                // It may restart after its answer, which makes its later actions meaningless.
                 match call(&mut *robot, &bench, &seen) {
                     Ok(_) => {}
                     Err(Error::Restarted) => restarts += 1,
@@ -376,7 +376,7 @@ fn used(what: &str, spoil: impl Fn(&mut Line<Rolling>)) -> usize {
 /// All calls with a spoilt line.
 const ALL: usize = 3 * CALLS.len();
 
-/// An answer is the same wherever it is cut, as long as it comes in time.
+/// An answer is the same wherever it is cut, if it comes in time.
 #[test]
 fn answers_may_come_in_parts() {
     for cut in 0..45 {
@@ -453,7 +453,7 @@ fn silence_is_noticed_in_time() {
     }
 }
 
-/// What is sent and heard again is no answer.
+/// An echo of the command is no answer.
 #[test]
 fn an_echo_is_no_answer() {
     used("an echo", |line| line.echoes = true);
@@ -463,7 +463,7 @@ fn an_echo_is_no_answer() {
     assert!(recognise(Box::new(bench.clone())).is_ok_and(|robot| robot.is_none()));
 }
 
-/// Nonsense, parts of answers, and whole answers that nobody has asked for, before an answer or where none was due.
+/// Nonsense, parts of answers, and unrequested whole answers, before an answer or where none was due.
 #[test]
 fn what_was_not_asked_for_is_no_answer() {
     let lines: [&[u8]; 12] = [
@@ -536,8 +536,8 @@ fn a_lost_byte_is_noticed() {
     }
 }
 
-/// Each byte of a stop may be lost or become another, be it a digit, of which the protocol has no check: the wheels stand if the
-/// driver says so.
+/// Each byte of a stop may be lost or changed, even a digit, for which the protocol has no check: if the driver
+/// confirms the stop, the wheels stand still.
 #[test]
 fn a_stop_that_was_not_heard_is_not_confirmed() {
     for damaged in 0..6 {
@@ -579,7 +579,7 @@ fn a_link_that_was_lost_is_opened_again() {
     let seen = fresh(&bench, &mut Random(3));
     assert_eq!(robot.sense(&BOTH).unwrap().values, seen);
 
-    // The robot has restarted meanwhile, and its banner is gone: that is no news after opening the link.
+    // The robot has restarted, and its banner is gone: after opening the link that is no news.
     robot.drive(40, 40).unwrap();
     bench.line().is_open = false;
     bench.line().restart();
@@ -592,7 +592,7 @@ fn walled() -> oneiro::arena::Arena {
     oneiro::arena::Arena::miglino1995()
 }
 
-/// The emulated robot's body is a life of the library, bit for bit.
+/// The emulated robot's body is an episode of the library, with the same bits.
 #[test]
 fn a_simulated_body_lives_as_in_the_library() {
     use std::sync::Arc;
@@ -647,7 +647,7 @@ fn a_simulated_body_lives_as_in_the_library() {
     }
 }
 
-/// The driver drives a simulated robot until it sees a wall; a person takes it up and puts it before an obstacle.
+/// The driver drives a simulated robot until it senses a wall; a person picks it up and puts it before an obstacle.
 #[test]
 fn a_simulated_robot_is_driven_over_the_wire() {
     let pose = [300.0, 80.0, 0.75];

@@ -36,7 +36,7 @@ fn chain(commands: &[u8], answer: &[i16], speeds: [i16; 2]) -> Vec<Step> {
     vec![hear([commands, &[0xbb, 0]].concat()), say(bytes)]
 }
 
-/// What is said until the robot has begun.
+/// The dialogue until the robot is ready.
 pub(crate) fn opening(version: &str, infrared: &str, is_binary: bool) -> Vec<Step> {
     let text = vec![hear("N\r"), say(infrared)];
     // 0xaf is -'Q'.
@@ -55,18 +55,18 @@ pub(crate) fn opening_that_keeps(speeds: &str) -> Vec<Step> {
     [resynchronised(VERSION_1), vec![kept; TRIES as usize].concat()].concat()
 }
 
-fn begun(opening: Vec<Step>, steps: Vec<Step>) -> EPuck {
+fn start(opening: Vec<Step>, steps: Vec<Step>) -> EPuck {
     let mut robot = EPuck::new(Box::new(Scripted::new([opening, steps].concat())));
     robot.begin().unwrap();
     robot
 }
 
 fn binary(steps: Vec<Step>) -> EPuck {
-    begun(opening(VERSION_1, EIGHT, true), steps)
+    start(opening(VERSION_1, EIGHT, true), steps)
 }
 
 fn text(steps: Vec<Step>) -> EPuck {
-    begun(opening(VERSION_1, EIGHT, false), steps)
+    start(opening(VERSION_1, EIGHT, false), steps)
 }
 
 fn kinds(robot: &EPuck) -> Vec<Kind> {
@@ -139,7 +139,7 @@ fn binary_chains_are_as_the_firmware_reads_them() {
 fn an_e_puck2_has_more_sensors() {
     let answer = [-1, 2, 3, 1023, 500, 0, 77, -1];
     let opening = opening(VERSION_2, EIGHT, true);
-    let mut robot = begun(opening, chain(&[0x99, 0xb3, 0xf3], &answer, [0, 0]));
+    let mut robot = start(opening, chain(&[0x99, 0xb3, 0xf3], &answer, [0, 0]));
     assert_eq!(robot.description().robot, "e-puck2");
     let reading = robot.sense(&[Kind::Rotation, Kind::Ground, Kind::Distance]).unwrap();
     assert_eq!(reading.values, [-1., 2., 3., 1023., 500., 0., 65_535.]);
@@ -150,21 +150,21 @@ fn an_e_puck2_has_more_sensors() {
 fn ten_values_are_understood_in_both_dialects() {
     let words = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 9, 9, 9, 9, 9, 9, 9, 9, 0, 0, -1, -2, -3];
     let opening_in_binary = opening(VERSION_1, TEN, true);
-    let mut robot = begun(opening_in_binary, chain(&[0xb2, 0xb1, 0x9f], &words, [0, 0]));
+    let mut robot = start(opening_in_binary, chain(&[0xb2, 0xb1, 0x9f], &words, [0, 0]));
     let values = robot
         .sense(&[Kind::Proximity, Kind::Light, Kind::Acceleration])
         .unwrap()
         .values;
     assert_eq!(values[..9], [1., 2., 3., 4., 5., 6., 7., 8., 9.]);
     assert_eq!(values[16..], [-1., -2., -3.]);
-    let mut robot = begun(opening(VERSION_1, TEN, false), vec![hear("N\r"), say(TEN)]);
+    let mut robot = start(opening(VERSION_1, TEN, false), vec![hear("N\r"), say(TEN)]);
     assert_eq!(
         robot.sense(&[Kind::Proximity]).unwrap().values,
         [1., 2., 3., 4., 5., 6., 7., 8.]
     );
     // Eight would be another robot's answer.
     let bad = [vec![hear("N\r"), say(EIGHT)], resynchronised(VERSION_1)].concat();
-    let mut robot = begun(opening(VERSION_1, TEN, false), [bad.clone(), bad.clone(), bad].concat());
+    let mut robot = start(opening(VERSION_1, TEN, false), [bad.clone(), bad.clone(), bad].concat());
     assert!(matches!(robot.sense(&[Kind::Proximity]), Err(Error::Garbage { .. })));
 }
 
@@ -181,7 +181,7 @@ fn batteries_of_all_versions() {
     assert_eq!(charge(binary(asked("b,0\r\n"))), flat);
     assert_eq!(charge(text(asked("b,2100 (88%)\r\n"))), full);
     assert_eq!(charge(text(asked("b,1800 (9%)\r\n"))), flat);
-    let on_2 = |line: &str| charge(begun(opening(VERSION_2, EIGHT, true), asked(line)));
+    let on_2 = |line: &str| charge(start(opening(VERSION_2, EIGHT, true), asked(line)));
     assert_eq!(
         on_2("b,2900 (5%)\r\n"),
         Battery {
@@ -232,8 +232,8 @@ fn answers_out_of_step(speeds: [i16; 2], drive: &[Step], resynchronised: &[Step]
     }
 }
 
-/// Where nothing is near, proximity sensors answer 0, and so does a robot that stands: what comes late of such an answer
-/// must not pass for that to a stop.
+/// With nothing near, proximity sensors answer 0, and so does a stopped robot: the late part of such an answer must not
+/// pass for the answer to a stop.
 #[test]
 fn zeros_of_sensors_do_not_confirm_a_stop() {
     let zeros = [vec![hear("D,0,0\r"), say([0; 4])], resynchronised(VERSION_1)].concat();
@@ -263,7 +263,7 @@ fn silence_ends_in_time() {
 fn a_robot_that_keeps_its_speeds_has_not_stopped() {
     let kept = [stopped("e,0,300\r\n"), resynchronised(VERSION_1)].concat();
     for opening in [opening(VERSION_1, EIGHT, true), opening(VERSION_1, EIGHT, false)] {
-        let mut robot = begun(opening, vec![kept.clone(); TRIES as usize].concat());
+        let mut robot = start(opening, vec![kept.clone(); TRIES as usize].concat());
         assert!(matches!(robot.stop(), Err(Error::StillTurning { seen }) if seen == "its speeds are [0, 300]"));
     }
 }
@@ -274,7 +274,7 @@ fn the_question_for_binary_is_repeated() {
     let opening = opening(VERSION_2, EIGHT, true);
     let (before, probe) = opening.split_at(opening.len() - 2);
     let lost = vec![probe[0].clone(), say([0; 7])];
-    let robot = begun([before, &lost, &resynchronised(VERSION_2), probe].concat(), vec![]);
+    let robot = start([before, &lost, &resynchronised(VERSION_2), probe].concat(), vec![]);
     assert_eq!(robot.dialect, Dialect::Binary);
     // No answer even in text is no sign of old firmware.
     let silent = vec![probe[0].clone(), hear([FLUSH, b"\rD,0,0\r"].concat()), hear("V\r")];
@@ -311,7 +311,7 @@ fn readings_out_of_range_are_asked_again() {
     assert!(matches!(error, Error::Garbage { command, .. } if command == "proximity sensors"));
 }
 
-/// An answer that makes no sense is asked for again in text as well.
+/// An answer that makes no sense is also asked for again in text.
 #[test]
 fn lines_out_of_range_are_asked_again() {
     let bad = [
@@ -326,7 +326,7 @@ fn lines_out_of_range_are_asked_again() {
     assert!(!robot.battery().unwrap().low);
 }
 
-/// After a restart the step counters are 0, and so are the speeds.
+/// After a restart the step counters and the speeds are 0.
 #[test]
 fn a_restart_is_reported_and_counters_begin_anew() {
     let before = vec![say_after(0, BOOT)];

@@ -14,7 +14,7 @@ pub(crate) fn answer(steps: [i16; 2]) -> Vec<u8> {
     [&[2], &block(steps)[..]].concat()
 }
 
-/// A command that sets nothing but speeds.
+/// A command that only sets speeds.
 fn command(left: i16, right: i16) -> Vec<u8> {
     let mut command = vec![0x80, 2, 0];
     command.extend(left.to_le_bytes());
@@ -28,7 +28,7 @@ fn standing(steps: [i16; 2]) -> Vec<Step> {
     (0..26).map(|_| say_after(20, answer(steps))).collect()
 }
 
-/// What is said until the robot has begun.
+/// The dialogue until the robot is ready.
 pub(crate) fn opening() -> Vec<Step> {
     [vec![hear(command(0, 0))], standing([0, 0])].concat()
 }
@@ -41,7 +41,7 @@ fn robot(steps: impl IntoIterator<Item = Step>) -> EPuck2 {
     connect(Scripted::new(opening().into_iter().chain(steps)))
 }
 
-/// The table of the block, filled with a number of its own at each place.
+/// The table of the block, with a different number at each place.
 #[test]
 fn every_sensor_is_read_from_its_place() {
     let mut bytes = block([-1000, 1500]);
@@ -189,7 +189,7 @@ fn blocks_that_can_not_be_are_left_out() {
     assert!(!Block(not_a_number).is_sane());
 }
 
-/// What has come while nobody called is read before a command, and is not taken for new.
+/// Data that came while nobody called are read before a command, and are not taken for new.
 #[test]
 fn the_stream_is_read_before_each_command_and_what_came_earlier_is_not_current() {
     let backlog = (1..50).map(|step| say_after(20, answer([step, step])));
@@ -218,15 +218,15 @@ fn a_reading_says_how_old_it_is() {
     hand.advance(29);
     assert_eq!(robot.sense(&[Kind::Button]).unwrap(), before, "while it is new");
     hand.advance(60);
-    // One has come, but when? After the last look, and for all that is known at once after it. The next comes after the
-    // radio's pause, and its readings may be from before that.
+    // One has come at an unknown time: after the last look, perhaps at once after it. The next comes after the radio's
+    // pause, and its readings may be from before that.
     let late = robot.sense(&[Kind::Button]).unwrap();
     assert_eq!(late.at, before.at + Duration::from_millis(1030));
     assert_eq!(late.age, Duration::from_millis(1030 - 29));
     robot.next().unwrap();
 }
 
-/// What the network held back is older than the time since the block before.
+/// Data held back by the network are older than the time since the block before.
 #[test]
 fn readings_that_come_together_are_as_old_as_the_first_may_be() {
     let late = [answer([1, 1]), answer([2, 2])].concat();
@@ -248,7 +248,7 @@ fn a_stop_is_proved_by_the_counters() {
     assert_eq!(obedient.link.now(), start + Duration::from_millis(580));
 }
 
-/// What the counters do after a stop that is not confirmed.
+/// The counters after an unconfirmed stop.
 fn unstopped(answers: impl IntoIterator<Item = Step>) {
     let mut robot = robot([hear(command(0, 0))].into_iter().chain(answers));
     let start = robot.link.now();
@@ -408,7 +408,7 @@ fn what_does_not_answer_is_no_e_puck2() {
     assert!(connected(&[hear(command(0, 0))]).unwrap().is_none());
     let talks = [hear(command(0, 0)), say("z,Command not found\r\n")];
     assert!(connected(&talks).unwrap().is_none());
-    // What has answered is one, even if it falls silent then.
+    // A robot that has answered is one, even if it then falls silent.
     let falls_silent = [hear(command(0, 0)), say(answer([0, 0]))];
     assert!(matches!(connected(&falls_silent), Err(Error::StillTurning { .. })));
     let nonsense = [hear(command(0, 0)), say(answer([0, 0])), say([9])];

@@ -1,4 +1,4 @@
-//! A guard that shares one thread with the calls to its robot, on a clock of its own: for emulated robots on virtual time. It makes
+//! A guard in the same thread as the calls to its robot, with its clock: for emulated robots on virtual time. It makes
 //! the decisions and the calls of the guard's process, and between two calls decides again.
 
 use std::cell::Cell;
@@ -60,7 +60,8 @@ impl<P: Pipe> Pace for Turns<P> {
     }
 }
 
-/// Connects to the robot at the end of a link, and guards it until its program is gone and the wheels stand, or can't be stopped.
+/// Connects to the robot at the end of a link, and guards it until its program is gone and the wheels stand still, or
+/// can't be stopped.
 pub fn guard(link: Box<dyn Link>, pipe: &(impl Pipe + 'static), wanted: &Wanted, values: &Values) {
     pipe.report(&Report::Hello { version: VERSION });
     let brake = Brake::default();
@@ -79,7 +80,7 @@ pub fn guard(link: Box<dyn Link>, pipe: &(impl Pipe + 'static), wanted: &Wanted,
         kinds,
         odometry: wanted.odometry,
     };
-    // The receiver lives as long as the hands.
+    // The receiver exists as long as the hands.
     let tell = move |event: Event| drop(tell.send(event));
     let decides = Rc::new(Cell::new(Duration::ZERO));
     let turns = Turns {
@@ -108,8 +109,8 @@ pub fn guard(link: Box<dyn Link>, pipe: &(impl Pipe + 'static), wanted: &Wanted,
             return hands.leave();
         }
         decides.set(now + keeper.patience());
-        // A speed that is gained in the meantime can wait for an answer, and all else can not; a stop is repeated meanwhile, and this
-        // guard has to report.
+        // A gain of speed can wait for an answer, and all else can not; a stop is repeated in that time, and this guard
+        // has to report.
         let limit = keeper.validity().unwrap_or(ATTEMPT);
         brake.release(Some(now + limit));
         hands.turn(order);
@@ -124,7 +125,7 @@ impl Guard {
         (self.state == State::Moving).then_some(expires.min(is_late))
     }
 
-    /// Whether wheels have not the speeds yet that the newest command wants.
+    /// Whether the wheels have not yet reached the newest command's speeds.
     fn is_speeding_up(&self) -> bool {
         self.state == State::Moving && self.speeds != self.target
     }

@@ -1,8 +1,9 @@
-//! The brake ends a driver's waiting, so that a stop comes at once, and repeats the stop until the robot has confirmed it.
+//! The brake ends a driver's waiting, so that a stop comes at once, and repeats the stop until the robot has confirmed
+//! it.
 //!
 //! A driver waits up to 1.5 s for an answer, and longer while it gets back in step. A stop can't wait for that, and a
-//! driver begins each stop by sending it; so the guard ends the call in progress and calls again. From then on a separate timer
-//! repeats the stop, whatever the driver waits for: all its waiting is here.
+//! driver begins each stop by sending it; so the guard ends the call in progress and calls again. From then on a
+//! separate timer repeats the stop, even while the driver waits: all its waiting is here.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -37,7 +38,7 @@ impl Default for Brake {
 impl Brake {
     /// How long the brake may take to act.
     const GLANCE: Duration = Duration::from_millis(20);
-    /// Between two stops, of which the robot has confirmed none: with a margin for a busy computer, no more than 250 ms.
+    /// Time between two stops without a confirmation: at most 250 ms with a margin for a busy computer.
     const REPEAT: Duration = Duration::from_millis(150);
     /// How long the link may take for a stop.
     const SEND: Duration = Duration::from_millis(200);
@@ -58,7 +59,7 @@ impl Brake {
         *repeated = Some((stop, since));
     }
 
-    /// Repeats it no more.
+    /// Stops repeating it.
     pub(super) fn rest(&self) {
         *self.repeated() = None;
     }

@@ -1,4 +1,4 @@
-//! A program's side of the guard: starts it, sends it commands, and hears what it says.
+//! A program's side of the guard: starts it, sends it commands, and receives its reports.
 
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::Path;
@@ -23,7 +23,7 @@ use crate::{stopped, unstopped};
 pub struct Client {
     child: Child,
     requests: Option<ChildStdin>,
-    /// What the guard has said, and when, on the links' clock.
+    /// The guard's reports, each with its time on the links' clock.
     reports: Receiver<(Duration, Report)>,
     sequence: u64,
     /// Waiting in a row in which nothing was heard. Not the time since then, since this process may be held up itself.
@@ -39,13 +39,13 @@ pub enum Lost {
     /// Its process is gone.
     #[error("the guard is gone")]
     Ended,
-    /// Its process is there, and says nothing.
+    /// Its process exists, and sends nothing.
     #[error("the guard hangs")]
     Hangs,
 }
 
 impl Lost {
-    /// Stops the robot without its guard. Returns the failure to report, which says whether the robot has stopped.
+    /// Stops the robot without its guard. Returns the failure to report, with whether the robot has stopped.
     pub fn stopped(self, wire: &Wire, console: Console) -> Failure {
         console.say(format!(
             "{self}, and the wheels may be turning: stopping them without it"
@@ -196,8 +196,8 @@ impl Client {
         }
     }
 
-    /// Lets the guard stop the robot and end, and waits for that; `hear` gets each state meanwhile. Returns the exit code
-    /// and the message with which it failed, if it did.
+    /// Lets the guard stop the robot and end, and waits for that; `hear` gets each state until then. Returns the exit
+    /// code and the message with which it failed, if it did.
     ///
     /// # Errors
     /// It was killed, or hangs.

@@ -12,7 +12,7 @@ pub const VERSION: u32 = 1;
 /// The longest line, in bytes.
 pub const LONGEST: u64 = 4096;
 
-/// What a program wants.
+/// A program's request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Request {
@@ -43,7 +43,7 @@ pub enum Request {
     End,
 }
 
-/// What the guard says.
+/// A report of the guard.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Report {
@@ -58,7 +58,7 @@ pub enum Report {
         robot: String,
         /// Its firmware.
         firmware: String,
-        /// Greatest speed of a wheel that is allowed, mm/s.
+        /// Maximum allowed speed of a wheel, mm/s.
         greatest_mm_s: f64,
         /// One of the robot's own units of speed, mm/s.
         unit_mm_s: f64,
@@ -75,7 +75,7 @@ pub enum Report {
         kind: String,
         /// When they arrived, s since the guard began.
         time_s: f64,
-        /// Greatest age of a value then, ms.
+        /// Maximum age of a value then, ms.
         age_ms: f64,
         /// The readings.
         values: Vec<f64>,
@@ -89,7 +89,7 @@ pub enum Report {
         right_mm: f64,
         /// When it arrived, s since the guard began.
         time_s: f64,
-        /// Its greatest age then, ms.
+        /// Its maximum age then, ms.
         age_ms: f64,
     },
     /// The state of the battery, if the robot reports it.
@@ -119,7 +119,7 @@ pub struct Sensors {
     pub names: Vec<String>,
     /// Unit of a reading; empty for the converter's own.
     pub unit: String,
-    /// Least and greatest reading that is usual.
+    /// Usual minimum and maximum reading.
     pub range: (f64, f64),
 }
 
@@ -140,7 +140,7 @@ pub struct Status {
     pub needs_resume: bool,
     /// Whether the robot does not confirm a stop: the wheels may be turning.
     pub cannot_stop: bool,
-    /// What the link's last problem was, since the robot has answered.
+    /// The link's last problem since the robot has answered.
     pub problem: Option<String>,
 }
 

@@ -30,7 +30,7 @@ pub(super) const PULSE: Duration = Duration::from_millis(100);
 /// How long to wait for other threads at the end.
 const FAREWELL: Duration = Duration::from_secs(1);
 
-/// What a guard is for.
+/// A guard's task.
 pub struct Options {
     /// The robot.
     pub wire: Wire,
@@ -52,11 +52,11 @@ enum Input {
     Robot(Event),
 }
 
-/// Guards a robot until the program is gone or a signal comes, and the wheels stand. Returns the exit code; what it means
-/// has been reported.
+/// Guards a robot until the program is gone or a signal comes, and the wheels stand still. Returns the exit code; its
+/// reason has been reported.
 ///
 /// # Errors
-/// Signals can't be listened to.
+/// Signals can't be received.
 pub fn run(options: Options) -> io::Result<u8> {
     leave_session();
     if options.values.realtime() {
@@ -99,7 +99,7 @@ pub fn refuse(refusal: &Failure) -> u8 {
 
 /// Leaves the terminal's session: what it sends to the program's group, a Ctrl-C among it, must not reach the guard.
 fn leave_session() {
-    // Fails for the leader of a group, which is one that a shell has started by itself.
+    // Fails for the leader of a group, such as one that a shell has started itself.
     #[cfg(unix)]
     let _ = nix::unistd::setsid();
 }
@@ -114,7 +114,7 @@ fn signals() -> Vec<i32> {
     [SIGTERM, SIGINT].into_iter().chain(more).collect()
 }
 
-/// Reads lines of standard input, on a thread of its own.
+/// Reads lines of standard input, in a thread.
 fn listen(inbox: Sender<Input>) {
     thread::spawn(move || {
         let mut input = BufReader::new(io::stdin());
@@ -123,7 +123,7 @@ fn listen(inbox: Sender<Input>) {
             let came = input.by_ref().take(LONGEST).read_until(b'\n', &mut line);
             let input = match came {
                 Ok(0) | Err(_) => Input::Closed,
-                // The rest of a line that is too long is taken for lines, none of which makes sense.
+                // The rest of a line that is too long is taken for other lines, which make no sense.
                 Ok(_) => Input::Line(String::from_utf8(line).ok().filter(|line| line.ends_with('\n'))),
             };
             let is_over = matches!(input, Input::Closed);
@@ -134,7 +134,7 @@ fn listen(inbox: Sender<Input>) {
     });
 }
 
-/// Writes reports to standard output, on a thread of its own: a program that does not read must not hold the guard.
+/// Writes reports to standard output, in a thread: a program that does not read must not hold the guard.
 struct Reports {
     queue: Option<SyncSender<Report>>,
     thread: JoinHandle<()>,
@@ -204,7 +204,7 @@ impl Twice {
 /// What has come, and what follows from it.
 struct Heard {
     values: Values,
-    /// For the next step alone.
+    /// Only for the next step.
     next: Inputs,
     has_greeted: bool,
     /// Sequence number of the newest command.
@@ -317,7 +317,7 @@ impl Heard {
     }
 }
 
-/// What a guard hears, decides and reports, whatever its clock is and however it reads and writes.
+/// The guard's messages, decisions and reports, independent of its clock and of how it reads and writes.
 pub(super) struct Keeper {
     heard: Heard,
     values: Values,
@@ -367,7 +367,8 @@ impl Keeper {
         Some(guard.step(&self.heard.take(passed, now)))
     }
 
-    /// Whether the guard may end: the wheels stand and nobody can drive them any more, or it has tried for long enough.
+    /// Whether the guard may end: the wheels stand still and nobody can drive them any more, or it has tried for long
+    /// enough.
     pub(super) fn is_over(&self) -> bool {
         self.guard.as_ref().is_some_and(Guard::is_over)
     }
@@ -386,7 +387,7 @@ impl Keeper {
             cannot_stop: guard.cannot_stop(),
             problem: self.heard.problem.clone(),
         };
-        // What changes all the time is reported with the rest.
+        // Values that change all the time are reported with the rest.
         let same = |last: &Status| {
             (last.state, &last.reasons, last.needs_resume, last.cannot_stop)
                 == (status.state, &status.reasons, status.needs_resume, status.cannot_stop)
@@ -402,7 +403,7 @@ impl Keeper {
         Some(status)
     }
 
-    /// What to pass on of what the robot says.
+    /// A robot's event as a report, if it is passed on.
     fn robot(&mut self, event: &Event) -> Option<Report> {
         let start = self.start;
         let seconds = |at: Duration| at.saturating_sub(start).as_secs_f64();
@@ -451,7 +452,7 @@ impl Keeper {
             .unwrap_or("it does not confirm that its wheels stand")
     }
 
-    /// The failure of a guard that has not stopped the robot; none if that stands.
+    /// The failure of a guard that has not stopped the robot; none if it has.
     fn unstopped(&self) -> Option<Failure> {
         let stands = self.guard.as_ref().is_none_or(|guard| guard.state() == State::Standing);
         (!stands).then(|| {
@@ -473,7 +474,7 @@ struct Process {
 }
 
 impl Process {
-    /// The most that is taken between two steps.
+    /// Maximum number taken between two steps.
     const MOST: usize = 1000;
 
     /// Works until the end. Returns the exit code.

@@ -1,4 +1,5 @@
-//! Stops that a robot does not confirm: how far apart they are, for each driver, whatever its robot answers. On a virtual clock.
+//! Stops that a robot does not confirm: the time between them, for each driver and all answers of its robot. On a
+//! virtual clock.
 
 use std::collections::VecDeque;
 use std::fmt::Write;
@@ -16,7 +17,7 @@ use crate::{Kind, Robot, epuck, epuck2, recognise, thymio};
 
 /// What is promised.
 const MOST: Duration = Duration::from_millis(250);
-/// How long a robot goes on as it does.
+/// How long a robot continues.
 const LONG: Duration = Duration::from_secs(5);
 
 /// What a robot does from a moment on.
@@ -24,13 +25,13 @@ const LONG: Duration = Duration::from_secs(5);
 enum Mode {
     /// It answers.
     Well,
-    /// It hears, and says nothing.
+    /// It receives, and sends nothing.
     Silent,
     /// It answers after a time.
     Slow(Duration),
-    /// It says random bytes.
+    /// It sends random bytes.
     Mad,
-    /// It says the same without a pause.
+    /// It sends the same without a pause.
     Endless(&'static [u8]),
     /// It reads nothing: the link takes no bytes.
     Full,
@@ -72,10 +73,10 @@ struct Line {
     mode: Mode,
     valid: Valid,
     random: Random,
-    /// When it says something unasked.
+    /// When it next sends something unasked.
     next: Option<Duration>,
     coming: VecDeque<(Duration, u8)>,
-    /// Whether bytes are a stop, and when it was told to stop.
+    /// Whether bytes are a stop, and when it received a stop.
     is_stop: fn(&[u8]) -> bool,
     stops: Vec<Duration>,
     is_open: bool,
@@ -241,7 +242,7 @@ struct Case {
     open: Open,
     valid: fn() -> Valid,
     is_stop: fn(&[u8]) -> bool,
-    /// How late its answers may be for a stop to be confirmed, ms: the guard repeats it meanwhile.
+    /// Maximum delay of its answers for a confirmed stop, ms: the guard repeats it in that time.
     patience: u64,
 }
 
@@ -386,8 +387,8 @@ fn widest(ordered: Duration, stops: &[Duration]) -> Duration {
         .unwrap()
 }
 
-/// For each driver and each thing that its robot may do instead of confirming the stop: the stops go on, at most 250 ms apart, and once
-/// the robot is well again it is confirmed.
+/// For each driver and each way in which its robot may fail to confirm the stop: the stops continue, at most 250 ms
+/// apart, and the stop is confirmed once the robot works again.
 #[test]
 fn stops_are_repeated_whatever_the_robot_answers() {
     let mut table = String::from("milliseconds between two stops, at most, and what the robot did\n");

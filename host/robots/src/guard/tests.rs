@@ -28,7 +28,7 @@ fn with(conditions: &[Condition]) -> Conditions {
     conditions.iter().copied().collect()
 }
 
-/// A guard whose robot stands.
+/// A guard whose robot stands still.
 fn standing() -> Guard {
     let mut guard = Guard::new(values(), GREATEST);
     assert_eq!(guard.step(&nothing()), Order::Stop(1));
@@ -138,8 +138,8 @@ fn every_set() -> impl Iterator<Item = (Inputs, Conditions)> {
     })
 }
 
-/// From every state that can move, each stop condition, alone or with others, gives zero in one step, whatever else comes
-/// with it.
+/// From every state that can move, each stop condition, by itself or with others, gives zero in one step, whatever else
+/// comes with it.
 #[test]
 fn every_condition_stops_every_state_in_one_step() {
     let commands = [
@@ -174,7 +174,7 @@ fn every_condition_stops_every_state_in_one_step() {
                         assert!(guard.reasons().has(condition), "{case}");
                     }
                     if before.state() == State::Moving {
-                        // The stop is a new one: what the robot has confirmed before does not count for it.
+                        // The stop is a new one: earlier confirmations do not count for it.
                         assert_eq!(
                             (guard.state(), guard.stop),
                             (State::Stopping, before.stop + 1),
@@ -209,8 +209,8 @@ fn without_a_condition_they_move() {
     }
 }
 
-/// After a stop the wheels stand until the condition has ended, the robot has confirmed the stop, somebody has resumed
-/// where that is needed, and then a fresh command has come: in this order.
+/// After a stop the wheels stand still until the condition has ended, the robot has confirmed the stop, somebody has
+/// resumed if needed, and then a fresh command has come: in this order.
 #[test]
 fn there_is_no_other_way_back() {
     for (inputs, set) in every_set().filter(|(_, set)| !set.is_empty()) {
@@ -255,7 +255,7 @@ fn there_is_no_other_way_back() {
             stands(&mut unconfirmed, &go, "unconfirmed");
             stands(&mut unconfirmed, &Inputs { resume: true, ..go }, "unconfirmed, resumed");
         }
-        // Confirmed; commands alone do it where nothing latches, and those from before do not.
+        // Confirmed; if nothing latches, commands suffice, and earlier ones don't.
         let mut guard = moving([100.0, 100.0], 50);
         guard.step(&inputs);
         let confirmed = guard.stop;
@@ -295,7 +295,7 @@ fn a_command_counts_until_it_expires() {
     assert!(matches!(guard.step(&nothing()), Order::Stop(_)));
     assert_eq!(guard.reasons(), with(&[Condition::Expired]));
     assert!(!guard.needs_resume());
-    // After a longer silence, a fresh command alone is not enough.
+    // After a longer silence, a fresh command is not enough.
     for _ in 0..170 {
         guard.step(&nothing());
     }
@@ -381,7 +381,7 @@ fn speeds_and_accelerations_are_limited() {
     assert_eq!(guard.speeds(), [100.0, 2.0]);
     // It may slow down at once, and turns the other way from zero.
     assert_eq!(guard.step(&command([10.0, -30.0])), Order::Drive([10.0, -4.0]));
-    // Both wheels are limited alike, so that the curve stays the same.
+    // Both wheels are limited alike, which keeps the curve.
     for _ in 0..100 {
         guard.step(&command([-600.0, 300.0]));
     }

@@ -8,9 +8,9 @@ pub struct Row {
     pub key: &'static str,
     /// Unit; empty for a number.
     pub unit: &'static str,
-    /// What it is unless it is set.
+    /// The default.
     pub default: f64,
-    /// Least and greatest value allowed.
+    /// Minimum and maximum.
     pub range: (f64, f64),
     /// What it does.
     #[cfg_attr(not(test), expect(dead_code, reason = "a test holds the documents to it"))]
@@ -64,8 +64,8 @@ pub const ROWS: [Row; 11] = [
         unit: "mm/s",
         default: 200.0,
         range: (1.0, 1100.0),
-        meaning: "Greatest speed of a wheel, unless the robot's own is lower. Both wheels slow down alike",
-        source: "ours; a Khepera's greatest is 1041 mm/s",
+        meaning: "Maximum speed of a wheel, unless the robot's is lower. Both wheels slow down alike",
+        source: "ours; a Khepera's maximum is 1041 mm/s",
         field: |values| &mut values.speed_mm_s,
     },
     Row {
@@ -100,7 +100,7 @@ pub const ROWS: [Row; 11] = [
         unit: "",
         default: 1.0,
         range: (0.0, 1.0),
-        meaning: "1 gives a Thymio II a program that stops its wheels when no command has come for 0.5 s of its own clock. 0 is for simulators that run faster",
+        meaning: "1 gives a Thymio II a program that stops its wheels when no command has come for 0.5 s by its clock. 0 is for simulators that run faster",
         source: "ours",
         field: |values| &mut values.fuse,
     },
@@ -118,7 +118,7 @@ pub const ROWS: [Row; 11] = [
         unit: "",
         default: 1.0,
         range: (0.0, 1.0),
-        meaning: "1 gives the guard, and the thread that drives while the wheels may turn, real-time priority where the system allows it. 0 leaves them as they are",
+        meaning: "1 gives the guard, and the thread that drives while the wheels may turn, real-time priority where the system allows it. 0 leaves their priority unchanged",
         source: "ours",
         field: |values| &mut values.realtime,
     },
@@ -131,9 +131,9 @@ pub struct Values {
     silence_ms: f64,
     link_ms: f64,
     unconfirmed_ms: f64,
-    /// Greatest speed of a wheel, mm/s.
+    /// Maximum speed of a wheel, mm/s.
     pub speed_mm_s: f64,
-    /// Greatest change of a wheel's speed, mm/s^2.
+    /// Maximum change of a wheel's speed, mm/s^2.
     pub acceleration_mm_s2: f64,
     errors: f64,
     lifted: f64,

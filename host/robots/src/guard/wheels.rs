@@ -50,7 +50,7 @@ pub(super) enum News {
 pub(super) struct Travel {
     /// When it was read.
     pub(super) at: Duration,
-    /// Its greatest age then.
+    /// Its maximum age then.
     pub(super) age: Duration,
     /// Of the left and of the right wheel, mm.
     pub(super) mm: [f64; 2],
@@ -161,7 +161,7 @@ impl Shared {
 
     /// The order, with the brake released; none at the end.
     fn take(&self) -> Option<Order> {
-        // Locked until the brake is released, so that the guard presses it before that or after.
+        // Locked until the brake is released: the guard presses it either before that or after.
         let order = self.lock();
         order.is_some().then(|| self.brake.release(None));
         *order
@@ -265,7 +265,7 @@ pub(super) struct Hands<P, T> {
 }
 
 impl<T: Fn(Event)> Hands<Arc<Shared>, T> {
-    /// Works until the end is ordered. One call for each order that is taken: a new one is never kept waiting by two.
+    /// Works until the end is ordered. One call for each order: two calls never keep a new order waiting.
     fn work(mut self, shared: &Shared) {
         loop {
             let Some(order) = shared.take() else {
@@ -279,8 +279,7 @@ impl<T: Fn(Event)> Hands<Arc<Shared>, T> {
 impl<P: Pace, T: Fn(Event)> Hands<P, T> {
     /// Time after which a command is repeated, in case something else has changed it.
     const REPEAT: Duration = Duration::from_millis(100);
-    /// Time after which a wheel that gains speed is told so: a command at every moment of it would leave the link no time for
-    /// sensors.
+    /// Interval between two commands while a wheel gains speed: more would leave the link no time for sensors.
     const GAIN: Duration = Duration::from_millis(20);
     /// How much farther wheels may have turned than by their speed, mm.
     const SLIP: f64 = 20.0;
@@ -341,7 +340,7 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
         }
     }
 
-    /// Closes the robot, if its wheels stand.
+    /// Closes the robot, if its wheels stand still.
     pub(super) fn leave(self) {
         if !self.is_stopping {
             self.brake.release(Some(self.pace.now() + Self::FAREWELL));
@@ -377,7 +376,7 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
         }
     }
 
-    /// Opens the link again, which stops the wheels too.
+    /// Opens the link again, which also stops the wheels.
     fn reconnect(&mut self) {
         let began = self.pace.now();
         self.brake.release(None);
@@ -415,7 +414,7 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
             _ if must_tell => {
                 self.was_order = true;
                 self.told = Some((speeds, now));
-                // That it was sent says nothing of the robot: some links have no answer to it.
+                // Sending proves nothing about the robot: some links have no answer to it.
                 if let Err(error) = self.robot.drive_mm_s(speeds[0], speeds[1]) {
                     self.failed(error);
                 }
@@ -455,8 +454,8 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
         }
     }
 
-    /// How far the wheels have turned, if they can have turned as far since the last reading: three times as fast as they are driven,
-    /// since somebody may push the robot.
+    /// The distance that the wheels have turned, if they can have turned as far since the last reading: three times as
+    /// fast as they are driven, since a person may push the robot.
     fn travelled(&mut self, Odometry { at, age, counts }: Odometry) -> Result<News> {
         let wheels = self.robot.description().wheels;
         let mm = wheels.mm_per_count.unwrap_or_default();
@@ -471,7 +470,7 @@ impl<P: Pace, T: Fn(Event)> Hands<P, T> {
         Ok(News::Travelled(Travel { at, age, mm }))
     }
 
-    /// Handles a failed call: the robot may be doing anything, so no command counts as sent.
+    /// Handles a failed call: the robot's state is unknown, so no command counts as sent.
     fn failed(&mut self, error: Error) {
         self.told = None;
         if error == Error::Restarted {
@@ -495,7 +494,7 @@ mod tests {
         let mut add = |counts| odometer.add(counts, 70.0);
         assert_eq!(add([100, -7]), Some([0, 0]));
         assert_eq!(add([160, -17]), Some([60, -10]));
-        // Farther than wheels can have turned: it goes on from there.
+        // Farther than wheels can have turned: counting continues from there.
         assert_eq!(add([160, 54]), None);
         assert_eq!(add([160, 44]), Some([60, -20]));
         assert_eq!(add([i64::MAX, i64::MIN]), None);

@@ -20,7 +20,7 @@ fn resynchronised() -> Vec<Step> {
     [vec![hear("\rD,0,0\r"), say("d\r\n")], exchanges([VERSION])].concat()
 }
 
-/// What is said until the robot has begun.
+/// The dialogue until the robot is ready.
 pub(crate) fn opening() -> Vec<Step> {
     [resynchronised(), exchanges(STOP)].concat()
 }

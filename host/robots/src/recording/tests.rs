@@ -214,7 +214,7 @@ fn a_recording_has_an_end() {
     fs::remove_file(&path).unwrap();
 }
 
-/// `/dev/full` takes nothing. The robot is driven all the same.
+/// `/dev/full` takes nothing. The robot is still driven.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk_does_not_hold_the_robot() {

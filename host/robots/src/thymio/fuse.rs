@@ -44,7 +44,7 @@ impl Fuse {
     }
 }
 
-/// Least word that is too large for an operand.
+/// Smallest word that is too large for an operand.
 const OPERAND: u16 = 1 << 12;
 const STOP: u16 = 0;
 const CONSTANT: u16 = 1 << 12;

@@ -47,16 +47,16 @@ fn halted(nodes: &[u16]) -> Vec<Step> {
 }
 
 /// The program is ended, and the wheels stop.
-fn begun(id: u16) -> Vec<Step> {
+fn start(id: u16) -> Vec<Step> {
     let halted = [to(0xa006, &[id]), to(0xa007, &[id])].concat();
     let state = from(id, 0x900a, &words(&[0, 2]));
     [vec![hear(halted), say(state)], driven(id, 0, 0)].concat()
 }
 
-/// What is said until the robot has begun.
+/// The dialogue until the robot is ready.
 pub(crate) fn opening(id: u16) -> Vec<Step> {
     let described = described(id, "thymio-II", &NAMES);
-    [listed(&[id]), halted(&[id]), described, begun(id)].concat()
+    [listed(&[id]), halted(&[id]), described, start(id)].concat()
 }
 
 fn connect(steps: Vec<Step>, node: Option<u16>) -> Result<Thymio> {
@@ -108,7 +108,7 @@ fn it_is_lifted_where_there_is_no_ground() {
         vec![hear(to(0xa00b, &[1, 14, 2])), say(ground)]
     };
     let steps = [
-        [listed(&[1]), halted(&[1]), described(1, "thymio-II", &names), begun(1)].concat(),
+        [listed(&[1]), halted(&[1]), described(1, "thymio-II", &names), start(1)].concat(),
         asked(130, 20),
         asked(129, 20),
     ];
@@ -120,7 +120,7 @@ fn it_is_lifted_where_there_is_no_ground() {
 #[test]
 fn the_playground_s_e_puck_is_another_body() {
     let names = [("id", 1), ("x", 2), ("speed.left", 1), ("speed.right", 1), ("prox", 8)];
-    let steps = [listed(&[2]), halted(&[2]), described(2, "e-puck0", &names), begun(2)];
+    let steps = [listed(&[2]), halted(&[2]), described(2, "e-puck0", &names), start(2)];
     let robot = connect(steps.concat(), None).unwrap();
     assert_eq!(robot.description().robot, "e-puck (Aseba)");
     assert_eq!(robot.description().sensors.len(), 1);
@@ -135,7 +135,7 @@ fn of_several_robots_one_has_to_be_named() {
         words.contains("add one of these to the address: #1 (thymio-II), #2 (thymio-II)"),
         "{words}"
     );
-    let steps = [listed(&[1, 2]), halted(&[2]), described(2), begun(2)];
+    let steps = [listed(&[1, 2]), halted(&[2]), described(2), start(2)];
     assert!(connect(steps.concat(), Some(2)).is_ok());
     let words = connect(listed(&[1, 2]), Some(3)).err().unwrap().to_string();
     assert!(
@@ -149,7 +149,7 @@ fn what_can_not_drive_is_no_robot() {
     let steps = [listed(&[1]), halted(&[1]), described(1, "dummynode", &[("a", 1)])];
     let words = connect(steps.concat(), None).err().unwrap().to_string();
     assert!(
-        words.contains("has no robot that is known, but node 1, \"dummynode\""),
+        words.contains("has no known robot, but node 1, \"dummynode\""),
         "{words}"
     );
     let steps = [listed(&[1]), halted(&[1]), described(1, "thymio-II", &NAMES[..3])];
@@ -181,7 +181,7 @@ fn a_stop_is_sent_before_order_is_restored() {
     robot.network.resynchronise().unwrap();
 }
 
-/// What a Thymio says that has the event `buttons`, the second of three.
+/// Messages of a Thymio that has the event `buttons`, the second of three.
 fn with_events() -> Vec<Step> {
     let variables = NAMES.iter().flat_map(|(name, size)| named(1, *size, name));
     let event = |name: &str| from(1, 0x9002, &[&[name.len() as u8], name.as_bytes(), &[0]].concat());
@@ -193,7 +193,7 @@ fn with_events() -> Vec<Step> {
         .chain(events)
         .collect::<Vec<_>>();
     let described = vec![hear(to(0xa010, &[1, 5])), say(all)];
-    [listed(&[1]), halted(&[1]), described, begun(1)].concat()
+    [listed(&[1]), halted(&[1]), described, start(1)].concat()
 }
 
 /// The fuse is uploaded, and runs. Behind the variables there are free words from 14 on.
@@ -248,7 +248,7 @@ fn a_fuse_that_does_not_burn_is_a_restart() {
     let mut broken = lit(5, 5, 2);
     broken[1] = say([from(1, VARIABLES, &words(&[14, 5, 5])), failed].concat());
     for broken in [lit(5, 5, 2), broken] {
-        let steps = [with_events(), loaded(), broken, begun(1), loaded(), lit(6, 6, 0)];
+        let steps = [with_events(), loaded(), broken, start(1), loaded(), lit(6, 6, 0)];
         let mut robot = connect(steps.concat(), None).unwrap();
         robot.arm().unwrap();
         assert_eq!(robot.drive(5, 5), Err(Error::Restarted));
@@ -272,7 +272,7 @@ fn another_kind_of_robot_is_not_taken_for_the_one_before() {
         listed(&[1]),
         halted(&[1]),
         described(1, "e-puck0", &names),
-        begun(1),
+        start(1),
     ];
     let words = robot(steps.concat()).reconnect().unwrap_err().to_string();
     assert!(

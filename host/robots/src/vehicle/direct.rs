@@ -46,7 +46,7 @@ impl<H: Hand> Direct<H> {
     }
 }
 
-/// What a failure of the driver means for the life or the sampling.
+/// A driver's failure as trouble for the episode or the sampling.
 fn trouble(error: &Error) -> Trouble {
     match error {
         Error::Restarted => Trouble::Displaced(error.to_string()),

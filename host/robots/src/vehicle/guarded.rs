@@ -59,8 +59,8 @@ pub trait Connection: Send {
     /// The guard is gone, or has been silent for too long; until the robot is connected it may be silent.
     fn report_within(&mut self, limit: Duration) -> Result<Option<(Duration, Report)>, Lost>;
 
-    /// Ends a guard that is lost, and stops the robot without it if possible. Returns the failure to report, which says whether
-    /// the robot has stopped.
+    /// Ends a lost guard, and stops the robot without it if possible. Returns the failure to report, with whether the
+    /// robot has stopped.
     fn without(self: Box<Self>, lost: Lost, console: Console) -> Failure;
 
     /// Lets the guard stop the robot and end, and waits for that. Returns what there is to report, if anything.
@@ -139,7 +139,7 @@ pub struct Guarded {
     is_realtime: bool,
     raised: Option<RealTime>,
     tracker: Option<Tracker>,
-    /// Whether the guard knows that the tracker has lost the robot.
+    /// Whether the tracker has lost the robot, by the guard.
     is_lost: bool,
     stop: Arc<AtomicBool>,
     person: Option<Person>,
@@ -162,7 +162,7 @@ impl Guarded {
     const PATIENCE: Duration = Duration::from_mins(10);
     /// Between two attempts to resume without a terminal.
     const PAUSE: Duration = Duration::from_secs(1);
-    /// How long a robot that was put back stands still, so that a hand can be taken away.
+    /// How long a robot that was put back stands still, for the hand to be taken away.
     const HANDS_OFF: Duration = Duration::from_secs(2);
 
     /// Connects to a robot. Everything that waits ends when `stop` is set.
@@ -191,15 +191,15 @@ impl Guarded {
         let client = Client::start(&wire.to_string(), wanted, settings, record.as_deref())?;
         let label = number.map_or_else(String::new, |_| format!("{wire}: "));
         let wire = wire.clone();
-        let mut own = Self::behind(Box::new(Process { client, wire }), wanted.odometry, stop, console)?;
-        (own.number, own.label) = (*number, label);
-        own.is_realtime = is_realtime(settings);
+        let mut vehicle = Self::behind(Box::new(Process { client, wire }), wanted.odometry, stop, console)?;
+        (vehicle.number, vehicle.label) = (*number, label);
+        vehicle.is_realtime = is_realtime(settings);
         if let Some((values, tracker)) = tracker {
-            tracker.limit(own.profile.greatest_mm_s);
-            seeing(values, &tracker, &own.stop)?;
-            own.tracker = Some(tracker);
+            tracker.limit(vehicle.profile.greatest_mm_s);
+            seeing(values, &tracker, &vehicle.stop)?;
+            vehicle.tracker = Some(tracker);
         }
-        Ok(own)
+        Ok(vehicle)
     }
 
     /// Waits until a guard has connected to its robot. Everything that waits ends when `stop` is set.
@@ -291,7 +291,7 @@ impl Guarded {
         }
     }
 
-    /// Lets the wheels stand. The guard stops them.
+    /// Stops the wheels, by the guard.
     fn rest(&mut self) {
         (self.speeds, self.is_ready) = ([0.0; 2], false);
         self.send_speeds();
@@ -368,7 +368,7 @@ impl Guarded {
         Ok(())
     }
 
-    /// Waits until the guard lets the robot move. It does so again by itself where only this program or the link was late.
+    /// Waits until the guard lets the robot move. That needs no person where only this program or the link was late.
     fn get_ready(&mut self) -> Result<(), Trouble> {
         self.rest();
         let until = self.time() + Self::ANSWER;
@@ -428,7 +428,7 @@ impl Guarded {
         Ok(())
     }
 
-    /// The person beside the robot.
+    /// The person next to the robot.
     fn person(&mut self) -> &mut Person {
         self.person.get_or_insert_with(|| Person::at_terminal(self.number))
     }
@@ -497,7 +497,7 @@ impl Vehicle for Guarded {
     }
 
     fn keep_until(&mut self, until: Duration) -> Result<(), Trouble> {
-        // Reports that have arrived already are read too.
+        // Reports that have already arrived are also read.
         loop {
             self.attend(until)?;
             if self.time() >= until {
@@ -633,12 +633,12 @@ fn seeing(values: &tracker::Values, tracker: &Tracker, stop: &AtomicBool) -> Res
     Ok(())
 }
 
-/// Whether the guard lets a robot move that stands.
+/// Whether the guard lets a stopped robot move.
 fn may_move(status: &Status) -> bool {
     status.state == State::Standing && status.reasons.is_empty() && !status.needs_resume
 }
 
-/// Whether only this program or the link was late or garbled, so that no person is needed.
+/// Whether only this program or the link was late or garbled, which needs no person.
 fn passes(status: &Status) -> bool {
     let may_pass = |reason: &Condition| {
         matches!(
@@ -691,7 +691,7 @@ mod tests {
         }
     }
 
-    /// Each reason for a stop, and all of them together, become the trouble that says what to do; only the lateness of this
+    /// Each reason for a stop, and all of them together, become the trouble with the remedy; only lateness of this
     /// program and of the link passes by itself.
     #[test]
     fn every_stop_of_the_guard_is_a_trouble() {

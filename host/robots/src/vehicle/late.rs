@@ -1,6 +1,6 @@
 //! How late the cycles of a robot that drives began.
 
-/// How late cycles began, ms. Not a number as long as there are none.
+/// Delays of cycles' starts, ms. NaN while there are none.
 #[derive(Clone, Copy, Debug)]
 pub struct Late([f64; 4]);
 
@@ -17,7 +17,7 @@ impl PartialEq for Late {
 }
 
 impl Late {
-    /// Least, median, the time that 99 % were not later than, and the greatest.
+    /// Minimum, median, 99th percentile, and maximum.
     pub fn of(quantiles: [f64; 4]) -> Self {
         Self(quantiles)
     }
@@ -32,7 +32,7 @@ impl Late {
         Self([at(0.0), at(0.5), at(0.99), at(1.0)])
     }
 
-    /// Least, median, the time that 99 % were not later than, and the greatest, ms.
+    /// Minimum, median, 99th percentile, and maximum, ms.
     pub fn quantiles(self) -> [f64; 4] {
         self.0
     }

@@ -1,4 +1,4 @@
-//! The person beside the robots, at the program's terminal.
+//! The person next to the robots, at the program's terminal.
 
 use std::io::{self, BufRead, IsTerminal};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
@@ -10,7 +10,7 @@ pub struct Person {
     lines: Option<&'static Mutex<Vec<String>>>,
     /// How many of them have been heard.
     heard: usize,
-    /// What is typed before Enter where there are several robots: this one's number.
+    /// With several robots, this one's number, to be typed before Enter.
     number: Option<usize>,
 }
 
@@ -43,7 +43,7 @@ impl Person {
         self.lines.is_some()
     }
 
-    /// What to do once it is done, in words.
+    /// The next action once it is done, in words.
     pub fn confirms(&self) -> String {
         match self.number {
             Some(number) => format!("type {number} and press Enter"),

@@ -4,7 +4,7 @@ use oneiro::evaluator;
 use oneiro::parameter::Invalid;
 use oneiro_base::exit::{Code, Failure};
 
-/// The reason why a call to a robot, or to what stands in for it, failed.
+/// The reason why a call to a robot, or to its substitute, failed.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum Trouble {
     /// The sensors could not be read, or not in time. A retry may work.
@@ -28,7 +28,7 @@ pub enum Trouble {
     /// It fails for good.
     #[error("{0}")]
     Broken(String),
-    /// What it does can't be recorded, or what it has done can't be read.
+    /// Its actions can't be recorded, or their record can't be read.
     #[error("{1}")]
     Unrecorded(Code, String),
 }
