@@ -1,23 +1,23 @@
-//! Appraisal of genomes by the mean of many lives, with its confidence interval. Appraisals are results, so they use
-//! only operations that are equal on all machines: sums in a fixed order, and square roots.
+//! Means of genomes' fitness over many episodes, with their confidence intervals. They are results, so they use only
+//! operations that are equal on all machines: sums in a fixed order, and square roots.
 
 use std::cmp::Ordering;
 
 /// A genome's mean fitness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Appraisal {
-    /// Number of lives.
+    /// Number of episodes.
     pub lives: u32,
-    /// The mean; NaN if one of the lives is.
+    /// The mean; NaN if an episode's fitness is.
     pub mean: f64,
     /// Half the width of its 95 % confidence interval: Student's t times the standard error.
     pub reach: f64,
-    /// The standard deviation of the lives.
+    /// The standard deviation over episodes.
     pub deviation: f64,
 }
 
 impl Appraisal {
-    /// Appraises the fitness of two or more lives.
+    /// The mean fitness of two or more episodes, and its interval.
     pub fn of(fitness: &[f32]) -> Self {
         let count = fitness.len() as f64;
         let mean = fitness.iter().map(|&life| f64::from(life)).sum::<f64>() / count;

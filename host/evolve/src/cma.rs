@@ -3,7 +3,7 @@
 //! time and space complexity", PPSN X, 2008) with a diagonal one. Constants and updates are those of the Python package `cma` 4.5.0
 //! where the two differ; the diagonal is updated as the full matrix is.
 //!
-//! Places count from the middle of the initial range of each gene, in halves of that range. Genes beyond their bounds live at the
+//! Places count from the middle of the initial range of each gene, in halves of that range. Genes beyond their bounds are evaluated at the
 //! bound; the strategy learns from the samples as they were drawn, and its mean stays within the bounds.
 
 mod jacobi;
@@ -45,21 +45,23 @@ pub(crate) const DIAGONAL: Entry = entry([
     "more than 100 genes",
 ]);
 
-/// What both have in common.
+/// The common values of both.
 const fn entry(words: [&'static str; 3]) -> Entry {
     Entry {
         features: &[Feature::AdaptsCovariances, Feature::SetsFirstGenes],
         population: "4 + 3 ln(genes), rounded down",
         complete,
         check,
-        ..Entry::new(words, |own| Box::new(Cma::new(own.settings, own.seed, &own.ranges())))
+        ..Entry::new(words, |beginning| {
+            Box::new(Cma::new(beginning.settings, beginning.seed, &beginning.ranges()))
+        })
     }
 }
 
 /// The most genes that a full matrix is for.
 const MOST_GENES: usize = 100;
 
-/// The least population: two of them are better than the others.
+/// Minimum population: two of them are better than the others.
 const LEAST_POPULATION: u32 = 4;
 
 fn complete(settings: &mut Settings, given: Given) {
@@ -85,7 +87,7 @@ struct Constants {
     is_full: bool,
     /// Weights of the samples from the best to the worst; negative ones of the worse half.
     weights: Vec<f64>,
-    /// How many samples the positive weights stand for: 1 over the sum of their squares.
+    /// Effective number of samples by the positive weights: 1 over the sum of their squares.
     mass: f64,
     /// Rates at which the path of the step size, and that step size, change.
     path_sigma: f64,
@@ -169,8 +171,8 @@ struct Distribution {
     /// Paths of the step size and of the mean.
     path_sigma: Vec<f64>,
     path: Vec<f64>,
-    /// What of the first path is still that of the beginning: a power of 1 less its rate.
-    begun: f64,
+    /// The remaining weight of the first path's initial value: a power of 1 minus its rate.
+    initial_weight: f64,
 }
 
 /// Square roots of covariances, and their inverse: axes and the deviations along them.
@@ -197,7 +199,7 @@ impl Distribution {
             mean,
             sigma,
             covariances,
-            begun: 1.0,
+            initial_weight: 1.0,
         }
     }
 
@@ -255,23 +257,23 @@ impl Distribution {
             *mean += self.sigma * step;
         }
         let pull = (path_sigma * (2.0 - path_sigma) * mass).sqrt();
-        for (own, white) in self.path_sigma.iter_mut().zip(axes.whitened(&step)) {
-            *own = (1.0 - path_sigma) * *own + pull * white;
+        for (of_path, white) in self.path_sigma.iter_mut().zip(axes.whitened(&step)) {
+            *of_path = (1.0 - path_sigma) * *of_path + pull * white;
         }
-        self.begun *= (1.0 - path_sigma) * (1.0 - path_sigma);
+        self.initial_weight *= (1.0 - path_sigma) * (1.0 - path_sigma);
         let square = dot(&self.path_sigma, &self.path_sigma);
-        let is_slow = square / n / (1.0 - self.begun) < 2.0 + 4.0 / (n + 1.0);
+        let is_slow = square / n / (1.0 - self.initial_weight) < 2.0 + 4.0 / (n + 1.0);
         let pull = if is_slow {
             (path * (2.0 - path) * mass).sqrt()
         } else {
             0.0
         };
-        for (own, step) in self.path.iter_mut().zip(&step) {
-            *own = (1.0 - path) * *own + pull * step;
+        for (of_path, step) in self.path.iter_mut().zip(&step) {
+            *of_path = (1.0 - path) * *of_path + pull * step;
         }
         let lost = if is_slow { 0.0 } else { path * (2.0 - path) };
         let kept = 1.0 - rank_one * (1.0 - lost) - rank_mu * constants.weights.iter().sum::<f64>();
-        // A sample of a negative weight counts as if it were as long as they are on average.
+        // A sample with a negative weight is scaled to the average length.
         let scaled: Vec<f64> = ranked
             .iter()
             .zip(&constants.weights)
@@ -285,22 +287,22 @@ impl Distribution {
             })
             .collect();
         if self.covariances.len() == genes {
-            for (gene, own) in self.covariances.iter_mut().enumerate() {
-                *own = kept * *own + rank_one * (self.path[gene] * self.path[gene]);
+            for (gene, variance) in self.covariances.iter_mut().enumerate() {
+                *variance = kept * *variance + rank_one * (self.path[gene] * self.path[gene]);
                 for (sample, weight) in ranked.iter().zip(&scaled) {
-                    *own += weight * (sample[gene] * sample[gene]);
+                    *variance += weight * (sample[gene] * sample[gene]);
                 }
             }
         } else {
             for row in 0..genes {
                 for column in 0..=row {
-                    let mut own = kept * self.covariances[row * genes + column];
-                    own += rank_one * (self.path[row] * self.path[column]);
+                    let mut covariance = kept * self.covariances[row * genes + column];
+                    covariance += rank_one * (self.path[row] * self.path[column]);
                     for (sample, weight) in ranked.iter().zip(&scaled) {
-                        own += weight * (sample[row] * sample[column]);
+                        covariance += weight * (sample[row] * sample[column]);
                     }
-                    self.covariances[row * genes + column] = own;
-                    self.covariances[column * genes + row] = own;
+                    self.covariances[row * genes + column] = covariance;
+                    self.covariances[column * genes + row] = covariance;
                 }
             }
         }
@@ -358,7 +360,7 @@ pub(super) struct Cma {
     constants: Constants,
     seed: u64,
     space: Space,
-    state: State,
+    state: CmaState,
     axes: Axes,
     /// Deviations of the samples, one after the other.
     samples: Vec<f64>,
@@ -366,7 +368,7 @@ pub(super) struct Cma {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct State {
+struct CmaState {
     generation: u32,
     distribution: Distribution,
     /// The best and the median fitness of the last generations since the strategy began, the last one at the end.
@@ -383,7 +385,7 @@ impl Cma {
         let size = settings.population as usize;
         let sigma = settings.strategy.sigma.unwrap_or_default();
         let distribution = Distribution::new(vec![0.0; genes], sigma, is_full);
-        let mut own = Self {
+        let mut strategy = Self {
             owner: saved::owner(settings, seed, ranges),
             size,
             sigma,
@@ -392,7 +394,7 @@ impl Cma {
             seed,
             space,
             axes: distribution.axes(),
-            state: State {
+            state: CmaState {
                 generation: 0,
                 distribution,
                 bests: Vec::new(),
@@ -401,8 +403,8 @@ impl Cma {
             samples: Vec::new(),
             population: Population::new(genes, Vec::new()),
         };
-        own.sample();
-        own
+        strategy.sample();
+        strategy
     }
 
     /// Samples the generation's genomes.
@@ -430,7 +432,7 @@ impl Cma {
             .iter()
             .map(|&individual| &self.samples[individual as usize * genes..][..genes])
             .collect();
-        let State {
+        let CmaState {
             distribution,
             bests,
             medians,
@@ -461,7 +463,7 @@ impl Cma {
     fn is_stalled(&self) -> bool {
         const STEP: f64 = 1e-12;
         const SHAPE: f64 = 1e7;
-        let State {
+        let CmaState {
             distribution,
             bests,
             medians,
@@ -495,7 +497,7 @@ impl Cma {
         let mut random = stream(self.seed, Stream::Beginning, self.state.generation);
         let uniform = Uniform { low: -1.0, high: 1.0 };
         let mean = (0..self.space.len()).map(|_| uniform.sample(&mut random)).collect();
-        let State {
+        let CmaState {
             distribution,
             bests,
             medians,
@@ -561,8 +563,8 @@ impl Optimizer for Cma {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result {
-        let state: State = saved::open(self.name(), VERSION, &self.owner, bytes)?;
-        let own = &self.state.distribution;
+        let state: CmaState = saved::open(self.name(), VERSION, &self.owner, bytes)?;
+        let distribution = &self.state.distribution;
         let lengths = |distribution: &Distribution| {
             let Distribution {
                 mean,
@@ -573,7 +575,7 @@ impl Optimizer for Cma {
             } = distribution;
             [mean, covariances, path_sigma, path].map(Vec::len)
         };
-        if lengths(&state.distribution) != lengths(own) {
+        if lengths(&state.distribution) != lengths(distribution) {
             return Err(saved::corrupt());
         }
         self.axes = state.distribution.axes();

@@ -1,8 +1,8 @@
-//! Competitive coevolution: two populations, of which each is scored by contests with the other's best of earlier generations
-//! (Floreano and Nolfi 1997). Both breed as the genetic algorithm does.
+//! Competitive coevolution: each of two populations is scored by episodes against the other's best of earlier
+//! generations (Floreano and Nolfi 1997). Both breed as the genetic algorithm does.
 //!
-//! A contest is a genome: the first population's genes, then the second's. So worlds, batches and records need not know that there
-//! are two populations. Its fitness is the first one's score, and the second's is what is left of the total.
+//! A contest's genome is the first population's genes, then the second's. So worlds, batches and records need no notion
+//! of two populations. Its fitness is the first one's score, and the second's is the rest of the total.
 
 use oneiro::parameter::Allowed::{Any, Number, Text, Whole};
 use oneiro::parameter::{Choice, Choices, Parameter, row};
@@ -27,24 +27,31 @@ pub(crate) const ENTRY: Entry = Entry {
     ..Entry::new(
         [
             NAME,
-            "two populations that the genetic algorithm breeds by contests with each other: Floreano and Nolfi 1997",
-            "when there is no score but against an opponent",
+            "two populations, bred by the genetic algorithm, that are scored against each other: Floreano and Nolfi 1997",
+            "when only an opponent gives a score",
         ],
-        |own| Box::new(Coevolution::new(own.settings, own.seed, own.genes, own.init.as_ref())),
+        |beginning| {
+            Box::new(Coevolution::new(
+                beginning.settings,
+                beginning.seed,
+                beginning.genes,
+                beginning.init.as_ref(),
+            ))
+        },
     )
 };
 
-/// Who the individuals of two populations meet.
+/// The opponents of two populations' individuals.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Values {
     pub kind: OpponentKind,
     /// Of recent ones: of how many generations.
     pub generations: u32,
-    /// Contests of each individual in a generation.
+    /// Episodes of each individual in a generation.
     pub contests: u32,
     /// Name of the first gene of the second population's genomes.
     pub first_gene: String,
-    /// What the scores of both sides of a contest add up to.
+    /// The sum of both sides' scores of an episode.
     pub total: f64,
 }
 
@@ -68,7 +75,7 @@ impl Values {
     }
 }
 
-/// Which of the other population's best an individual meets.
+/// The opponents, among the other population's best.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum OpponentKind {
     Recent,
@@ -85,7 +92,7 @@ impl Choice for OpponentKind {
         (
             "hall-of-fame",
             Self::HallOfFame,
-            "the best of generations that are drawn from all earlier ones, anew in each generation",
+            "the best of randomly drawn earlier generations, drawn again in each generation",
         ),
     ];
 }
@@ -95,15 +102,15 @@ impl Table for Values {
     fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         vec![
             row("evolution.opponents.first_gene", "", Text("the name of a gene"), "",
-                "With coevolution: the first gene of the second population's genomes; the genes before it are the first population's.", |own, _| Some(&mut own.as_mut().opponents()?.first_gene)),
+                "With coevolution: the first gene of the second population's genomes; the genes before it are the first population's.", |values, _| Some(&mut values.as_mut().opponents()?.first_gene)),
             row("evolution.opponents.kind", "", Any, "Floreano and Nolfi 1997",
-                "Which of the other population's best an individual meets.", |own, _| Some(&mut own.as_mut().opponents()?.kind)),
+                "The opponents, among the other population's best.", |values, _| Some(&mut values.as_mut().opponents()?.kind)),
             row("evolution.opponents.generations", "", Whole(1, 1_000_000), "Floreano and Nolfi 1997",
-                "Of recent opponents: of how many of the last generations they are the best; a hall of fame has those of all.", |own, _| Some(&mut own.as_mut().opponents()?.generations)),
+                "Of recent opponents: of how many of the last generations they are the best; a hall of fame has those of all.", |values, _| Some(&mut values.as_mut().opponents()?.generations)),
             row("evolution.opponents.contests", "", Whole(1, 10_000), "Floreano and Nolfi 1997",
-                "Contests of each individual in a generation, each with another opponent as long as there are enough.", |own, _| Some(&mut own.as_mut().opponents()?.contests)),
+                "Episodes of each individual in a generation, each against another opponent while there are enough.", |values, _| Some(&mut values.as_mut().opponents()?.contests)),
             row("evolution.opponents.total", "", Number(-1e6, 1e6), "Floreano and Nolfi 1997",
-                "What the scores of a contest add up to: the first population's is the fitness, and the second's the rest.", |own, _| Some(&mut own.as_mut().opponents()?.total)),
+                "The sum of both scores of an episode: the first population's is the fitness, and the second's the rest.", |values, _| Some(&mut values.as_mut().opponents()?.total)),
         ]
     }
 }
@@ -171,29 +178,29 @@ impl Coevolution {
         let ranges: Ranges = genes.iter().map(|gene| gene.range).collect();
         let split = settings.tables.opponents.split(genes).unwrap_or(1);
         let side = |from: usize, to: usize, seed: u64| {
-            let mut own = settings.clone();
+            let mut of_side = settings.clone();
             let shares = &settings.initial_shares.0;
-            own.initial_shares = Shares(shares.get(from..to).unwrap_or_default().to_vec());
+            of_side.initial_shares = Shares(shares.get(from..to).unwrap_or_default().to_vec());
             let init = init.map(|all| {
                 let values = all.genomes().flat_map(|genome| &genome[from..to]).copied().collect();
                 Population::new(to - from, values)
             });
             Side {
-                evolution: Genetic::new(&own, seed, ranges[from..to].to_vec(), init),
+                evolution: Genetic::new(&of_side, seed, ranges[from..to].to_vec(), init),
                 hall: Vec::new(),
                 scores: Scores::default(),
             }
         };
         let second = stream(seed, Stream::SecondPopulation, 0).next_u64();
-        let mut own = Self {
+        let mut coevolution = Self {
             owner: saved::owner(settings, seed, &ranges),
             seed,
             opponents: settings.tables.opponents.clone(),
             sides: [side(0, split, seed), side(split, genes.len(), second)],
             contests: Population::new(genes.len(), Vec::new()),
         };
-        own.meet();
-        own
+        coevolution.meet();
+        coevolution
     }
 
     /// Scores of both populations in the generation that was evaluated last.
@@ -201,15 +208,15 @@ impl Coevolution {
         [&self.sides[0].scores, &self.sides[1].scores]
     }
 
-    /// The best of both populations of each generation so far, as contests.
+    /// The best of both populations of each generation so far, as pairs.
     pub fn hall(&self) -> Population {
         let [first, second] = [0, 1].map(|side| self.best(side));
         let values = first.zip(second).flat_map(|(first, second)| [first, second].concat());
         Population::new(self.contests.genes(), values.collect())
     }
 
-    /// The best of both populations in the generation that was evaluated last, as a contest that comes after all others of it; with
-    /// the score of the first one.
+    /// The best of both populations in the last evaluated generation, as a pair numbered after its other episodes; with
+    /// the first one's score.
     pub(super) fn pair(&self) -> Champion {
         let hall = self.hall();
         let Scores { fitness, ranking } = &self.sides[0].scores;
@@ -227,7 +234,7 @@ impl Coevolution {
         self.sides[side].hall.chunks_exact(genes)
     }
 
-    /// The generations whose best are the opponents of this generation, one for each contest of an individual.
+    /// The generations whose best are this generation's opponents, one for each episode of an individual.
     fn met(&self) -> Vec<usize> {
         let (generation, contests) = (self.generation() as usize, self.opponents.contests as usize);
         let (first, order) = match self.opponents.kind {
@@ -248,8 +255,8 @@ impl Coevolution {
             .collect()
     }
 
-    /// Makes the contests of this generation: those of the first population's individuals, then those of the second's. In generation
-    /// 0, which has no earlier ones, the opponents are the first individuals of the other population.
+    /// Makes the episodes of this generation: those of the first population's individuals, then those of the second's.
+    /// In generation 0, which has no earlier ones, the opponents are the first individuals of the other population.
     fn meet(&mut self) {
         let met = self.met();
         let count = self.opponents.contests as usize;
@@ -262,14 +269,14 @@ impl Coevolution {
             }
         });
         let [first, second] = [0, 1].map(|side| self.sides[side].evolution.ask().genomes());
-        let ours = first.flat_map(|own| opponents[1].iter().map(move |other| [own, other]));
-        let theirs = second.flat_map(|own| opponents[0].iter().map(move |other| [other, own]));
+        let ours = first.flat_map(|individual| opponents[1].iter().map(move |other| [individual, other]));
+        let theirs = second.flat_map(|individual| opponents[0].iter().map(move |other| [other, individual]));
         let values = ours.chain(theirs).flat_map(|pair| pair.concat()).collect();
         self.contests = Population::new(self.contests.genes(), values);
     }
 }
 
-/// An individual's score: the mean of its contests; NaN if one of them is.
+/// An individual's score: the mean of its episodes; NaN if one of them is.
 fn score(contests: impl Iterator<Item = f64>, count: usize) -> f32 {
     (contests.sum::<f64>() / count as f64) as f32
 }
@@ -299,10 +306,10 @@ impl Optimizer for Coevolution {
     fn advance(&mut self, fitness: &[f32], _: &[u32], _: &[f64]) -> Population {
         let (count, total) = (self.opponents.contests as usize, self.opponents.total);
         let (first, second) = fitness.split_at(fitness.len() / 2);
-        let scored = |lives: &[f32], own: &dyn Fn(f64) -> f64| -> Vec<f32> {
+        let scored = |lives: &[f32], of_side: &dyn Fn(f64) -> f64| -> Vec<f32> {
             let contests = lives.chunks_exact(count);
             contests
-                .map(|lives| score(lives.iter().map(|&life| own(life.into())), count))
+                .map(|lives| score(lives.iter().map(|&life| of_side(life.into())), count))
                 .collect()
         };
         let scores = [scored(first, &|life| life), scored(second, &|life| total - life)];

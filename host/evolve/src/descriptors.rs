@@ -33,7 +33,7 @@ impl Default for Descriptor {
 }
 
 impl Descriptor {
-    /// A value as a share of the range.
+    /// A value as a fraction of the range.
     pub fn share(&self, value: f64) -> f64 {
         let [least, greatest] = [self.least, self.greatest].map(f64::from);
         (value - least) / (greatest - least)
@@ -52,7 +52,7 @@ impl Descriptor {
 
 impl Settings {
     /// With an optimiser that uses behaviour.
-    fn behaving(&mut self) -> Option<&mut Self> {
+    fn if_uses_behaviour(&mut self) -> Option<&mut Self> {
         self.is(Feature::Behaviour).then_some(self)
     }
 }
@@ -62,15 +62,15 @@ impl Settings {
 pub(crate) fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
     vec![
         row("evolution.descriptors", "", Any, OURS,
-            "Measures that describe behaviour: 1 to 6.", |own, _| Some(&mut own.as_mut().behaving()?.descriptors)),
+            "Measures that describe behaviour: 1 to 6.", |values, _| Some(&mut values.as_mut().if_uses_behaviour()?.descriptors)),
         row("evolution.descriptors[].measure", "", Text("a measure of docs/measures.md"), "",
-            "Name of a measure; of several lives their mean counts.", |own, index| Some(&mut own.as_mut().behaving()?.descriptors.get_mut(index)?.measure)),
+            "Name of a measure; of several episodes the mean counts.", |values, index| Some(&mut values.as_mut().if_uses_behaviour()?.descriptors.get_mut(index)?.measure)),
         row("evolution.descriptors[].least", "", Any, "",
-            "The least value of its range, in the measure's unit; values outside count as those at the end.", |own, index| Some(&mut own.as_mut().behaving()?.descriptors.get_mut(index)?.least)),
+            "The minimum of its range, in the measure's unit; values outside count as those at the end.", |values, index| Some(&mut values.as_mut().if_uses_behaviour()?.descriptors.get_mut(index)?.least)),
         row("evolution.descriptors[].greatest", "", Any, "",
-            "The greatest.", |own, index| Some(&mut own.as_mut().behaving()?.descriptors.get_mut(index)?.greatest)),
+            "The maximum.", |values, index| Some(&mut values.as_mut().if_uses_behaviour()?.descriptors.get_mut(index)?.greatest)),
         row("evolution.descriptors[].cells", "", Whole(1, 100_000), "",
-            "Cells that a grid divides the range into.", |own, index| Some(&mut own.as_mut().behaving()?.descriptors.get_mut(index)?.cells)),
+            "Cells that a grid divides the range into.", |values, index| Some(&mut values.as_mut().if_uses_behaviour()?.descriptors.get_mut(index)?.cells)),
     ]
 }
 

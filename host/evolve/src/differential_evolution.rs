@@ -35,7 +35,7 @@ pub(crate) const ENTRY: Entry = Entry {
             "differential evolution, whose steps are differences between individuals: Storn and Price 1997",
             "genes that are numbers, with scores that are hardly noisy; it has few values to choose",
         ],
-        |own| Box::new(DifferentialEvolution::new(own)),
+        |beginning| Box::new(DifferentialEvolution::new(beginning)),
     )
 };
 
@@ -65,11 +65,11 @@ impl Table for Values {
         const SOURCE: &str = "Storn and Price 1997";
         vec![
             row("evolution.differential.strategy", "", Any, SOURCE,
-                "The individual that the difference is added to.", |own, _| Some(&mut own.as_mut().differential()?.strategy)),
+                "The individual that the difference is added to.", |values, _| Some(&mut values.as_mut().differential()?.strategy)),
             row("evolution.differential.weight", "", Number(0.0, 2.0), SOURCE,
-                "The factor F of differences.", |own, _| Some(&mut own.as_mut().differential()?.weight)),
+                "The factor F of differences.", |values, _| Some(&mut values.as_mut().differential()?.weight)),
             row("evolution.differential.crossover_rate", "", Number(0.0, 1.0), SOURCE,
-                "The chance CR of each gene of a trial vector to be changed; one is in any case.", |own, _| Some(&mut own.as_mut().differential()?.crossover_rate)),
+                "The chance CR of each gene of a trial vector to be changed; one is in any case.", |values, _| Some(&mut values.as_mut().differential()?.crossover_rate)),
         ]
     }
 }
@@ -112,11 +112,11 @@ struct Members {
 
 impl DifferentialEvolution {
     /// Begins at random genes, or at given ones.
-    fn new(own: Beginning<'_>) -> Self {
-        let ranges = own.ranges();
+    fn new(beginning: Beginning<'_>) -> Self {
+        let ranges = beginning.ranges();
         let Beginning {
             settings, seed, init, ..
-        } = own;
+        } = beginning;
         let space = Space::new(settings, &ranges);
         let mut random = stream(seed, Stream::InitialGenes, 0);
         let drawn = || Population::new(space.len(), space.drawn(settings.population, &mut random));
@@ -160,11 +160,11 @@ impl DifferentialEvolution {
                 Strategy::Best => best,
             };
             let certain = below(self.space.len(), &mut crossing);
-            for (gene, &own) in member.iter().enumerate() {
+            for (gene, &value) in member.iter().enumerate() {
                 let is_changed = changed.sample(&mut crossing) || gene == certain;
                 let [base, plus, minus] = [base, plus, minus].map(|other| f64::from(members.genome(other)[gene]));
                 let mutant = self.space.kept(gene, base + self.values.weight * (plus - minus));
-                trials.push(if is_changed { mutant } else { own });
+                trials.push(if is_changed { mutant } else { value });
             }
         }
         Population::new(self.space.len(), trials)
@@ -211,7 +211,7 @@ impl Optimizer for DifferentialEvolution {
                 genome: self.members.genes[number * genes..][..genes].to_vec(),
             }
         });
-        Box::new(members.filter(|own| !own.is_individual(luckiest)))
+        Box::new(members.filter(|champion| !champion.is_individual(luckiest)))
     }
 
     fn advance(&mut self, fitness: &[f32], _: &[u32], _: &[f64]) -> Population {
@@ -291,13 +291,13 @@ mod tests {
             (Strategy::Rand, 1.0),
             (Strategy::Rand, 0.0),
         ] {
-            let settings = settings(5, |own| {
-                (own.strategy, own.crossover_rate, own.weight) = (strategy, rate, 0.7);
+            let settings = settings(5, |values| {
+                (values.strategy, values.crossover_rate, values.weight) = (strategy, rate, 0.7);
             });
-            let mut own = evolution(&settings, 2);
-            let members = own.tell(scores.to_vec(), &[]).unwrap().population;
+            let mut evolution_of_two = evolution(&settings, 2);
+            let members = evolution_of_two.tell(scores.to_vec(), &[]).unwrap().population;
             let mut changed = Vec::new();
-            for (number, trial) in own.ask().genomes().enumerate() {
+            for (number, trial) in evolution_of_two.ask().genomes().enumerate() {
                 let member = members.genome(number);
                 let is_made_of = |[base, plus, minus]: [usize; 3]| {
                     (0..GENES).all(|gene| {
@@ -357,22 +357,31 @@ mod tests {
     /// The worse stay out, equals come in, and NaN is worse than all numbers. Finalists are the best members, where they were made.
     #[test]
     fn trial_vectors_replace_members_that_are_not_better() {
-        let mut own = evolution(&settings(4, |_| ()), 1);
-        let first = own.tell(vec![5.0, 4.0, f32::NAN, f32::NAN], &[]).unwrap().population;
-        let trials = own.tell(vec![4.9, 4.0, f32::NAN, -9.0], &[]).unwrap().population;
+        let mut differential = evolution(&settings(4, |_| ()), 1);
+        let first = differential
+            .tell(vec![5.0, 4.0, f32::NAN, f32::NAN], &[])
+            .unwrap()
+            .population;
+        let trials = differential
+            .tell(vec![4.9, 4.0, f32::NAN, -9.0], &[])
+            .unwrap()
+            .population;
         let expected = [first.genome(0), trials.genome(1), trials.genome(2), trials.genome(3)].concat();
-        assert_eq!(own.members.genes, expected);
-        assert_eq!(own.members.generations, [0, 1, 1, 1]);
-        own.tell(vec![f32::NAN; 4], &[]).unwrap();
-        assert_eq!(own.members.generations, [0, 1, 2, 1]);
+        assert_eq!(differential.members.genes, expected);
+        assert_eq!(differential.members.generations, [0, 1, 1, 1]);
+        differential.tell(vec![f32::NAN; 4], &[]).unwrap();
+        assert_eq!(differential.members.generations, [0, 1, 2, 1]);
         let luckiest = Champion {
             generation: 0,
             individual: 0,
             fitness: 5.0,
             genome: first.genome(0).to_vec(),
         };
-        let finalists: Vec<_> = own.finalists(&luckiest, &[], &[]).collect();
-        let places: Vec<_> = finalists.iter().map(|own| (own.generation, own.individual)).collect();
+        let finalists: Vec<_> = differential.finalists(&luckiest, &[], &[]).collect();
+        let places: Vec<_> = finalists
+            .iter()
+            .map(|champion| (champion.generation, champion.individual))
+            .collect();
         assert_eq!(places, [(1, 1), (1, 3), (2, 2)]);
         assert_eq!(finalists[0].genome, trials.genome(1));
     }
@@ -381,10 +390,10 @@ mod tests {
     #[test]
     fn it_finds_the_optimum_of_a_sphere() {
         let best = |strategy| {
-            let mut own = evolution(&settings(30, |own| own.strategy = strategy), 5);
+            let mut differential = evolution(&settings(30, |values| values.strategy = strategy), 5);
             (0..150).fold(f32::MIN, |best, _| {
-                let scores = fitness(own.ask());
-                let generation = own.tell(scores, &[]).unwrap();
+                let scores = fitness(differential.ask());
+                let generation = differential.tell(scores, &[]).unwrap();
                 best.max(generation.fitness[generation.ranking[0] as usize])
             })
         };
@@ -397,10 +406,10 @@ mod tests {
     fn median(values: &Values, factor: fn(i32) -> f64) -> f64 {
         let settings = Settings {
             initial: [-1.0, 3.0],
-            ..settings(50, |own| *own = values.clone())
+            ..settings(50, |table| *table = values.clone())
         };
         let evaluations = |seed| {
-            let mut own = DifferentialEvolution::new(Beginning {
+            let mut differential = DifferentialEvolution::new(Beginning {
                 settings: &settings,
                 seed,
                 genes: &vec![number(None); 10],
@@ -408,12 +417,13 @@ mod tests {
             });
             for generation in 0..2000 {
                 let square = |(gene, at): (&f32, i32)| factor(at) * f64::from(*gene) * f64::from(*gene);
-                let genomes = own.ask().genomes();
+                let genomes = differential.ask().genomes();
                 let found: Vec<f64> = genomes.map(|genes| genes.iter().zip(0..).map(square).sum()).collect();
                 if let Some(first) = found.iter().position(|value| *value <= 1e-9) {
                     return 50 * generation + first as u32 + 1;
                 }
-                own.tell(found.iter().map(|value| -*value as f32).collect(), &[])
+                differential
+                    .tell(found.iter().map(|value| -*value as f32).collect(), &[])
                     .unwrap();
             }
             panic!("{values:?}, seed {seed}: not found")
@@ -462,15 +472,21 @@ mod tests {
     fn genes_stay_within_their_bounds() {
         let settings = Settings {
             limits: Some([-1.0, 0.25]),
-            ..settings(10, |own| own.weight = 2.0)
+            ..settings(10, |values| values.weight = 2.0)
         };
-        let mut own = evolution(&settings, 3);
+        let mut differential = evolution(&settings, 3);
         let mut at_bounds = 0;
         for _ in 0..20 {
-            let scores = fitness(own.ask());
-            own.tell(scores, &[]).unwrap();
-            assert!(own.ask().values().iter().all(|gene| (-1.0..=0.25).contains(gene)));
-            at_bounds += own.ask().values().iter().filter(|gene| **gene == 0.25).count();
+            let scores = fitness(differential.ask());
+            differential.tell(scores, &[]).unwrap();
+            assert!(
+                differential
+                    .ask()
+                    .values()
+                    .iter()
+                    .all(|gene| (-1.0..=0.25).contains(gene))
+            );
+            at_bounds += differential.ask().values().iter().filter(|gene| **gene == 0.25).count();
         }
         assert!(at_bounds > 20, "{at_bounds}");
     }
@@ -493,8 +509,8 @@ mod tests {
     #[test]
     fn a_state_of_other_lengths_is_refused() {
         let settings = settings(4, |_| ());
-        let mut own = evolution(&settings, 1);
-        own.members.fitness.push(1.0);
-        assert!(evolution(&settings, 1).restore(&own.save()).is_err());
+        let mut differential = evolution(&settings, 1);
+        differential.members.fitness.push(1.0);
+        assert!(evolution(&settings, 1).restore(&differential.save()).is_err());
     }
 }

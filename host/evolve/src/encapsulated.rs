@@ -1,5 +1,5 @@
 //! The evolution on board of each robot (section 4.2 of O'Dowd, Studley and Winfield, 2014): a small population of
-//! controllers, all evaluated anew in each interval, since the simulator has changed. Mutated copies of the best replace
+//! controllers, all re-evaluated in each interval, since the simulator has changed. Mutated copies of the best replace
 //! the others.
 
 use oneiro::parameter::{Choice, Choices};
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::by_fitness;
 use super::random::{Chance, Normal, Stream, Uniform, shuffled, stream};
 
-/// The greatest gene; the least is 0.
+/// The maximum gene; the minimum is 0.
 pub const GREATEST: f64 = 0.99;
 /// A controller: what it does with food, and without.
 pub type Genome = [f32; 2];
@@ -188,10 +188,10 @@ mod tests {
         };
         for boundary in [Boundary::Wrap, Boundary::Reflect, Boundary::Resample] {
             for gene in [0.1, 0.9] {
-                let own = mutants(gene, literal(boundary));
-                assert!(own.iter().all(|gene| (0.0..=0.99).contains(gene)));
+                let mutated = mutants(gene, literal(boundary));
+                assert!(mutated.iter().all(|gene| (0.0..=0.99).contains(gene)));
                 for (low, high) in [(0.0, 0.33), (0.33, 0.66), (0.66, 1.0)] {
-                    let third = share(&own, low, high);
+                    let third = share(&mutated, low, high);
                     assert!((third - 1.0 / 3.0).abs() < 0.02, "{boundary:?} of {gene}: {third}");
                 }
             }

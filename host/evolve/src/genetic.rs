@@ -29,7 +29,14 @@ pub(crate) const ENTRY: Entry = Entry {
             "a genetic algorithm; by default that of Miglino et al. 1995",
             "to reproduce published evolutions; when scores are rough or noisy",
         ],
-        |own| Box::new(Genetic::new(own.settings, own.seed, own.ranges(), own.init)),
+        |beginning| {
+            Box::new(Genetic::new(
+                beginning.settings,
+                beginning.seed,
+                beginning.ranges(),
+                beginning.init,
+            ))
+        },
     )
 };
 
@@ -53,7 +60,7 @@ impl Genetic {
         }
     }
 
-    /// Starts from a generation of this number, of genes without ranges of their own.
+    /// Starts from a generation of this number, of genes without separate ranges.
     pub fn at(settings: &Settings, seed: u64, generation: u32, population: Population) -> Self {
         debug_assert_eq!(population.len(), settings.population as usize, "a whole population");
         Self {
@@ -71,7 +78,7 @@ impl Genetic {
     }
 
     /// Breeds the next generation. With truncation it has equally many copies of each parent, the best parent's first, and the
-    /// first copy of each of the elite stays as it is. With other selections the elite comes first.
+    /// first copy of each of the elite is unchanged. With other selections the elite comes first.
     fn bred(&self, ranking: &[u32], fitness: &[f32]) -> Population {
         let Settings { population, elite, .. } = self.settings;
         let mut random = stream(self.seed, Stream::Mutation, self.generation + 1);
@@ -89,7 +96,7 @@ impl Genetic {
             .iter()
             .map(|&range| Change::of(&self.settings, range))
             .collect();
-        // Families of the elite, whose first child stays as it is.
+        // Families of the elite, whose first child is unchanged.
         let (families, family) = match self.settings.selection.kind {
             SelectionKind::Truncation => (elite, population / self.settings.parents),
             _ => (elite, 1),
@@ -103,7 +110,7 @@ impl Genetic {
         Population::new(genes, values)
     }
 
-    /// Selects the first parent of each child, and says how a second one is selected.
+    /// Selects the first parent of each child, and how a second one is selected.
     fn parents(&self, ranking: &[u32], fitness: &[f32]) -> Parents {
         let Settings {
             population,
@@ -133,7 +140,7 @@ impl Genetic {
         Parents { chosen, kept, wheel }
     }
 
-    /// Gives children that don't stay as they are genes of a second parent, each with the chance that the settings say.
+    /// Gives changed children genes of a second parent, each with the settings' chance.
     fn cross(&self, children: &mut [f32], parents: &Parents) {
         let Crossover { kind, rate, share } = self.settings.crossover;
         let mut random = stream(self.seed, Stream::Crossover, self.generation + 1);
@@ -144,7 +151,7 @@ impl Genetic {
             }
             let second = self.population.genome(parents.wheel.drawn(&mut random) as usize);
             let [from, to] = match kind {
-                // Each parent gives at least one gene, if there are two.
+                // Each parent gives one gene or more, if there are two.
                 CrossoverKind::OnePoint => [(1 + below((genes - 1).max(1), &mut random)).min(genes - 1), genes],
                 CrossoverKind::TwoPoint => {
                     let places = [below(genes + 1, &mut random), below(genes + 1, &mut random)];
@@ -211,16 +218,16 @@ impl Genetic {
 
 /// Changes each gene of genomes by this chance, with one random word for the chance and one for the change.
 ///
-/// No processor predicts which genes change, and each that it mispredicts costs as much as some twenty that it doesn't. So
-/// words are drawn first without a branch on them, noting which ones say yes, and then only the genes are visited that change.
+/// Processors can't predict which genes change, and a misprediction costs as much as about twenty unchanged genes. So
+/// words are first drawn and noted without a branch, and then only the changing genes are visited.
 fn mutate_each(genomes: &mut [f32], changes: &[Change], chance: Chance, random: &mut Pcg64) {
     /// Genes at a time: their words stay in the processor's nearest memory.
     const PIECE: usize = 512;
     let bound = chance.bound();
-    // What most experiments have: no division to find a gene's own.
+    // Most experiments: no division to find a gene's kind of change.
     let is_one = changes.iter().all(|change| *change == changes[0]);
     let mut words = [0_u64; 2 * PIECE];
-    // Places of the words that said yes.
+    // Places of the words that decide for a change.
     let mut said = [0_u16; 2 * PIECE];
     for (number, piece) in genomes.chunks_mut(PIECE).enumerate() {
         let (mut drawn, mut yes, mut is_yes) = (0, 0, 0);
@@ -237,12 +244,12 @@ fn mutate_each(genomes: &mut [f32], changes: &[Change], chance: Chance, random: 
         for (before, &place) in said[..yes].iter().enumerate() {
             // Each change before it took a word more.
             let index = usize::from(place) - before;
-            let own = if is_one {
+            let kind = if is_one {
                 0
             } else {
                 (number * PIECE + index) % changes.len()
             };
-            piece[index] = changes[own].at(piece[index], unit_of(words[usize::from(place) + 1]));
+            piece[index] = changes[kind].at(piece[index], unit_of(words[usize::from(place) + 1]));
         }
     }
 }
@@ -284,7 +291,7 @@ fn mutate_as_evostick(genome: &mut [f32], changes: &[Change], is_severe: bool, r
     }
 }
 
-/// The first parent of each child, whether that child is a copy that stays as it is, and how second parents are drawn.
+/// The first parent of each child, whether that child is an unchanged copy, and how second parents are drawn.
 struct Parents {
     chosen: Vec<u32>,
     kept: Vec<bool>,
@@ -297,7 +304,7 @@ enum Wheel {
     Even(Vec<u32>),
     /// By sums of weights: the last is that of all.
     Weighted(Vec<u32>, Vec<f64>),
-    /// The best-ranked of a number of individuals that are drawn.
+    /// The best-ranked of a number of randomly drawn individuals.
     Tournament(Vec<u32>, u32),
 }
 
@@ -309,8 +316,9 @@ impl Wheel {
         Self::weighted(ranking, (0..ranking.len()).map(weight))
     }
 
-    /// Weights that rise linearly with fitness: the best has `scaling` times the mean, or less where the least would fall below 0
-    /// (linear scaling, Goldberg 1989). NaN and minus infinity have none. Fitness below 0 is shifted first, so that the least is 0.
+    /// Weights that rise linearly with fitness: the best has `scaling` times the mean, or less where the worst would
+    /// fall below 0 (linear scaling, Goldberg 1989). NaN and minus infinity have none. Negative fitness is shifted
+    /// first, so that the minimum is 0.
     fn of_fitness(ranking: &[u32], fitness: &[f32], scaling: f64) -> Self {
         let score = |&individual: &u32| f64::from(fitness[individual as usize].min(f32::MAX));
         let fit: Vec<u32> = ranking
@@ -326,7 +334,7 @@ impl Wheel {
         }
         let shift = least.min(0.0);
         let [best, least] = [best, least].map(|score| score - shift);
-        let mean = fit.iter().map(|own| score(own) - shift).sum::<f64>() / fit.len() as f64;
+        let mean = fit.iter().map(|individual| score(individual) - shift).sum::<f64>() / fit.len() as f64;
         let slope = if least * (scaling - 1.0) > scaling * mean - best {
             (scaling - 1.0) * mean / (best - mean)
         } else {
@@ -334,7 +342,7 @@ impl Wheel {
         };
         let weights: Vec<f64> = fit
             .iter()
-            .map(|own| (mean + slope * (score(own) - shift - mean)).max(0.0))
+            .map(|individual| (mean + slope * (score(individual) - shift - mean)).max(0.0))
             .collect();
         Self::weighted(&fit, weights.into_iter())
     }
@@ -372,16 +380,16 @@ struct Change {
     amount: f64,
     /// Bits, of a gene that is a word.
     bits: u32,
-    /// The least and the greatest that it may become.
+    /// Minimum and maximum after the change.
     bounds: [f64; 2],
 }
 
 impl Change {
-    /// The change of a gene, with the range of its own if it has one.
-    fn of(settings: &Settings, own: Option<[f32; 2]>) -> Self {
+    /// The change of a gene, with the gene's range if it has one.
+    fn of(settings: &Settings, range: Option<[f32; 2]>) -> Self {
         let mutation = &settings.mutation;
-        let initial = initial_range(settings, own);
-        let amount = match own {
+        let initial = initial_range(settings, range);
+        let amount = match range {
             Some(_) => mutation.amount * (initial[1] - initial[0]) / (settings.initial[1] - settings.initial[0]),
             None => mutation.amount,
         };
@@ -390,7 +398,7 @@ impl Change {
             initial,
             amount,
             bits: mutation.bits,
-            bounds: bounds(settings, own),
+            bounds: bounds(settings, range),
         }
     }
 
@@ -399,12 +407,12 @@ impl Change {
         0.5 * (self.initial[0] + self.initial[1])
     }
 
-    /// The greatest word.
+    /// The maximum word.
     fn greatest(&self) -> u32 {
         (1 << self.bits) - 1
     }
 
-    /// The gene that a word stands for: words are spread evenly over the initial range, both ends included.
+    /// A word's gene: words are spread evenly over the initial range, both ends included.
     fn of_word(&self, word: u32) -> f32 {
         let [low, high] = self.initial;
         kept(
@@ -445,7 +453,7 @@ impl Change {
         }
     }
 
-    /// The changed gene, if a uniform number decides: that at a share of its range.
+    /// The changed gene, if a uniform number decides: the one at a fraction of its range.
     fn at(&self, gene: f32, share: f64) -> f32 {
         let [low, high] = match self.kind {
             MutationKind::Replace => self.initial,
@@ -562,7 +570,7 @@ mod tests {
         }
     }
 
-    /// Genes that change one after the other, as the definition says.
+    /// Genes that change one after the other, as defined.
     fn changed_one_by_one(genes: &mut [f32], changes: &[Change], chance: Chance, random: &mut Pcg64) {
         for (gene, change) in genes.iter_mut().zip(changes.iter().cycle()) {
             if chance.sample(random) {
@@ -571,15 +579,16 @@ mod tests {
         }
     }
 
-    /// The words that are drawn in advance change the same genes in the same way, and leave the generator where one by one does.
+    /// Words drawn in advance change the same genes in the same way as words drawn one by one, and leave the generator
+    /// in the same state.
     #[test]
     fn genes_change_as_one_by_one() {
-        let own: Ranges = vec![None, Some([10.0, 18.0]), None, Some([-1.0, 0.5]), None];
+        let ranged: Ranges = vec![None, Some([10.0, 18.0]), None, Some([-1.0, 0.5]), None];
         for kind in [MutationKind::AddUniform, MutationKind::Replace] {
             for rate in [0.0, 1e-12, 0.01, 0.25, 0.5, 0.999, 1.0] {
                 let mut settings = settings();
                 (settings.mutation.kind, settings.mutation.rate) = (kind, rate);
-                for ranges in [&vec![None; 5], &own] {
+                for ranges in [&vec![None; 5], &ranged] {
                     let changes: Vec<Change> = ranges.iter().map(|&range| Change::of(&settings, range)).collect();
                     for count in [0, 5, 510, 515, 2560] {
                         let (mut random, mut other) = (stream(9, Stream::Mutation, 1), stream(9, Stream::Mutation, 1));
@@ -634,7 +643,7 @@ mod tests {
         counts
     }
 
-    /// Children of the first and the last tenth of the individuals, as shares of all.
+    /// Children of the first and the last tenth of the individuals, as fractions of all.
     fn tenths(counts: &[f64]) -> [f64; 2] {
         [&counts[..200], &counts[1800..]].map(|part| part.iter().sum::<f64>() / 2000.0)
     }
@@ -643,29 +652,29 @@ mod tests {
     #[test]
     fn parents_are_drawn_as_the_selection_says() {
         let rising: Vec<f32> = (0..2000_u16).map(f32::from).collect();
-        let by = |kind| move |own: &mut Settings| own.selection.kind = kind;
+        let by = |kind| move |settings: &mut Settings| settings.selection.kind = kind;
         let near = |[first, last]: [f64; 2], [least, greatest]: [f64; 2]| {
             assert!((first - least).abs() < 0.02, "{first} for {least}");
             assert!((last - greatest).abs() < 0.036, "{last} for {greatest}");
         };
         // Linear from 2 for the best to 0 for the last: the mean of the last tenth is 0.1, and a tenth are there.
         near(tenths(&children(rising.clone(), by(SelectionKind::Rank))), [0.01, 0.19]);
-        let gentle = |own: &mut Settings| {
-            (own.selection.kind, own.selection.pressure) = (SelectionKind::Rank, 1.1);
+        let gentle = |settings: &mut Settings| {
+            (settings.selection.kind, settings.selection.pressure) = (SelectionKind::Rank, 1.1);
         };
         near(tenths(&children(rising.clone(), gentle)), [0.091, 0.109]);
-        // Fitness from 0 to twice the mean: scaled to twice the mean, that is itself; shifted by a constant below 0, too.
+        // Fitness from 0 to twice the mean: scaling to twice the mean changes nothing, also after a shift below 0.
         near(
             tenths(&children(rising.clone(), by(SelectionKind::Roulette))),
             [0.01, 0.19],
         );
         let shifted = rising.iter().map(|fitness| fitness - 5000.0).collect();
         near(tenths(&children(shifted, by(SelectionKind::Roulette))), [0.01, 0.19]);
-        // A constant above 0 alone changes nothing either: the worst still have 0.
+        // A positive constant changes nothing either: the worst still have 0.
         let raised = rising.iter().map(|fitness| fitness + 1000.0).collect();
         near(tenths(&children(raised, by(SelectionKind::Roulette))), [0.01, 0.19]);
-        let halved = |own: &mut Settings| {
-            (own.selection.kind, own.selection.scaling) = (SelectionKind::Roulette, 1.5);
+        let halved = |settings: &mut Settings| {
+            (settings.selection.kind, settings.selection.scaling) = (SelectionKind::Roulette, 1.5);
         };
         near(tenths(&children(rising.clone(), halved)), [0.055, 0.145]);
         // The best of two is of the last tenth unless neither is.
@@ -673,12 +682,12 @@ mod tests {
             tenths(&children(rising.clone(), by(SelectionKind::Tournament))),
             [0.01, 0.19],
         );
-        let larger = |own: &mut Settings| {
-            (own.selection.kind, own.selection.size) = (SelectionKind::Tournament, 7);
+        let larger = |settings: &mut Settings| {
+            (settings.selection.kind, settings.selection.size) = (SelectionKind::Tournament, 7);
         };
         near(tenths(&children(rising.clone(), larger)), [0.0, 1.0 - 0.9_f64.powi(7)]);
-        let uniform = |own: &mut Settings| {
-            (own.selection.kind, own.parents, own.elite) = (SelectionKind::Uniform, 400, 100);
+        let uniform = |settings: &mut Settings| {
+            (settings.selection.kind, settings.parents, settings.elite) = (SelectionKind::Uniform, 400, 100);
         };
         let counts = children(rising, uniform);
         assert!(counts[..1600].iter().all(|count| *count == 0.0));
@@ -686,10 +695,10 @@ mod tests {
         near(tenths(&counts), [0.0, 0.5 * 1900.0 / 2000.0 + 100.0 / 2000.0]);
     }
 
-    /// Equal, infinite and missing scores leave nobody out who may have children, and nobody in who may not.
+    /// Equal, infinite and missing scores exclude no possible parent, and include no other.
     #[test]
     fn a_roulette_wheel_takes_any_score() {
-        let by = |own: &mut Settings| own.selection.kind = SelectionKind::Roulette;
+        let by = |settings: &mut Settings| settings.selection.kind = SelectionKind::Roulette;
         let counts = children(vec![-3.0; 2000], by);
         assert!(tenths(&counts).iter().all(|share| (share - 0.1).abs() < 0.03));
         let mut odd = vec![1.0; 2000];
@@ -773,7 +782,8 @@ mod tests {
             evolution.mutate(&mut genomes, &changes, &mut stream(5, Stream::Mutation, 1));
             genomes
         };
-        // Shares of genes that are changed, and that are replaced by a number from -1 to 1, of the first 41 and of the last 9.
+        // Fractions of genes that are changed, and that are replaced by a number from -1 to 1, of the first 41 and of
+        // the last 9.
         let shares = |genomes: &[f32], from, to| {
             let genes = || genomes.chunks_exact(50).flat_map(|genome| &genome[from..to]);
             let count = (COUNT * (to - from)) as f64;
@@ -782,9 +792,9 @@ mod tests {
         };
         for (rate, expected) in [(1.0, [[0.7, 0.2], [0.7, 0.2]]), (0.0, [[1.0, 0.0], [0.5, 0.2]])] {
             let genomes = changed(MutationKind::EvoStick, rate);
-            for (own, expected) in [shares(&genomes, 0, 41), shares(&genomes, 41, 50)].iter().zip(expected) {
-                for (own, expected) in own.iter().zip(expected) {
-                    assert!((own - expected).abs() < 0.015, "{rate}: {own} for {expected}");
+            for (measured, expected) in [shares(&genomes, 0, 41), shares(&genomes, 41, 50)].iter().zip(expected) {
+                for (value, expected) in measured.iter().zip(expected) {
+                    assert!((value - expected).abs() < 0.015, "{rate}: {value} for {expected}");
                 }
             }
         }
@@ -800,7 +810,7 @@ mod tests {
         assert!((mean - 1.0).abs() < 0.1, "{mean}");
     }
 
-    /// The share of genes that change, by how much, and how changes fall on individuals.
+    /// The fraction of genes that change, by how much, and how changes fall on individuals.
     #[test]
     fn mutations_are_those_asked_for() {
         for (kind, per) in [
@@ -860,7 +870,8 @@ mod tests {
         }
     }
 
-    /// Words of three bits from -1 to 6 are whole numbers: each begins equally often, and bits flip by their chance alone.
+    /// Words of three bits from -1 to 6 are whole numbers: each begins equally often, and bits flip only by their
+    /// chance.
     #[test]
     fn bits_flip_by_their_chance() {
         let mut settings = Settings {
@@ -913,7 +924,7 @@ mod tests {
         assert_eq!(kept(-1e-60, unlimited).to_bits(), 0);
     }
 
-    /// A gene with a range of its own covers it, and mutations change it as much in proportion as others.
+    /// A gene with its range covers it, and mutations change it as much in proportion as others.
     #[test]
     fn genes_have_ranges_of_their_own() {
         let ranges: Ranges = (0..GENES).map(|gene| (gene % 2 == 1).then_some([10.0, 18.0])).collect();

@@ -21,9 +21,9 @@ pub(crate) const ENTRY: Entry = Entry {
         [
             NAME,
             "every combination of evenly spaced genes once: an exhaustive search",
-            "up to some five genes: what the whole landscape looks like, and where its best place is",
+            "up to about five genes: a map of the whole landscape and its best place",
         ],
-        |own| Box::new(Grid::new(own.settings, own.seed, &own.ranges())),
+        |beginning| Box::new(Grid::new(beginning.settings, beginning.seed, &beginning.ranges())),
     )
 };
 
@@ -59,7 +59,7 @@ impl Table for Values {
     fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         vec![
             row("evolution.grid.levels", "", Whole(2, 10_000), "ours",
-                "Values of each gene, evenly spaced from one end of its initial range to the other.", |own, _| Some(&mut own.as_mut().grid()?.levels)),
+                "Values of each gene, evenly spaced from one end of its initial range to the other.", |values, _| Some(&mut values.as_mut().grid()?.levels)),
         ]
     }
 }
@@ -100,12 +100,12 @@ struct Grid {
     size: u32,
     levels: u32,
     space: Space,
-    state: State,
+    state: GridState,
     population: Population,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct State {
+struct GridState {
     generation: u32,
     /// The best so far, as many as a generation has individuals: number on the grid and fitness, the best first.
     best: Vec<(u64, f32)>,
@@ -114,19 +114,19 @@ struct State {
 impl Grid {
     fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
         let space = Space::new(settings, ranges);
-        let mut own = Self {
+        let mut grid = Self {
             owner: saved::owner(settings, seed, ranges),
             size: settings.population,
             levels: settings.tables.grid.levels,
             population: Population::new(space.len(), Vec::new()),
             space,
-            state: State {
+            state: GridState {
                 generation: 0,
                 best: Vec::new(),
             },
         };
-        own.populate();
-        own
+        grid.populate();
+        grid
     }
 
     /// The genome with a number on the grid.
@@ -175,7 +175,7 @@ impl Optimizer for Grid {
             fitness,
             genome: self.genome(number).collect(),
         });
-        Box::new(best.filter(|own| !own.is_individual(luckiest)))
+        Box::new(best.filter(|champion| !champion.is_individual(luckiest)))
     }
 
     fn advance(&mut self, fitness: &[f32], _: &[u32], _: &[f64]) -> Population {
@@ -200,7 +200,7 @@ impl Optimizer for Grid {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result {
-        let state: State = saved::open(NAME, VERSION, &self.owner, bytes)?;
+        let state: GridState = saved::open(NAME, VERSION, &self.owner, bytes)?;
         let told = u64::from(state.generation) * u64::from(self.size);
         let count = told.min(self.size.into()) as usize;
         if state.best.len() != count || state.best.iter().any(|&(number, _)| number >= told) {
@@ -234,15 +234,15 @@ mod tests {
 
     #[test]
     fn each_combination_lives_once_and_the_best_of_all_are_finalists() {
-        let mut own = grid();
+        let mut tested = grid();
         let fitness = [[1.0, f32::NAN, 4.0], [4.0, 9.0, 0.0], [4.0, -1.0, 8.0]];
         let mut genomes = Vec::new();
         for scores in fitness {
-            genomes.extend(own.ask().genomes().map(<[f32]>::to_vec));
+            genomes.extend(tested.ask().genomes().map(<[f32]>::to_vec));
             let mut resumed = grid();
-            resumed.restore(&own.save()).unwrap();
-            assert_eq!(resumed.ask(), own.ask());
-            own.tell(scores.into(), &[]).unwrap();
+            resumed.restore(&tested.save()).unwrap();
+            assert_eq!(resumed.ask(), tested.ask());
+            tested.tell(scores.into(), &[]).unwrap();
         }
         let levels = [-2.0, -0.5, 1.0].map(|a| [0.0, 5.0, 10.0].map(|b| vec![a, b]));
         assert_eq!(genomes, levels.concat());
@@ -252,10 +252,10 @@ mod tests {
             fitness: 9.0,
             genome: vec![-0.5, 5.0],
         };
-        let finalists: Vec<_> = own.finalists(&luckiest, &[], &[]).collect();
+        let finalists: Vec<_> = tested.finalists(&luckiest, &[], &[]).collect();
         let places: Vec<_> = finalists
             .iter()
-            .map(|own| (own.generation, own.individual, own.fitness))
+            .map(|champion| (champion.generation, champion.individual, champion.fitness))
             .collect();
         assert_eq!(places, [(2, 2, 8.0), (0, 2, 4.0)]);
         assert_eq!(finalists[1].genome, [-2.0, 10.0]);
@@ -263,10 +263,10 @@ mod tests {
 
     #[test]
     fn a_state_with_numbers_that_have_not_lived_is_refused() {
-        let mut own = grid();
-        own.tell(vec![1.0, 2.0, 3.0], &[]).unwrap();
-        own.state.best[0].0 = 3;
-        let saved = own.save();
+        let mut tested = grid();
+        tested.tell(vec![1.0, 2.0, 3.0], &[]).unwrap();
+        tested.state.best[0].0 = 3;
+        let saved = tested.save();
         assert!(grid().restore(&saved).is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! Evolution: optimisers that name the genomes to evaluate next and take their fitness. It knows nothing of robots,
+//! Evolution: optimisers that name the genomes to evaluate next and take their fitness. Nothing here depends on robots,
 //! devices or files.
 
 // Only this workspace uses it.
@@ -115,8 +115,8 @@ impl Population {
     }
 }
 
-/// The luckiest life of a run so far: the best score of any individual in any generation. With noise or random starts,
-/// it says less about a controller than the mean of many lives.
+/// The luckiest episode of a run so far: the best score of any individual in any generation. With noise or random
+/// starts, it says less about a controller than the mean of many episodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Champion {
     /// Generation.
@@ -175,8 +175,8 @@ pub trait Optimizer: Debug + Send + Sync {
     /// Number of the generation that is to be evaluated next, from 0.
     fn generation(&self) -> u32;
 
-    /// The genomes to evaluate next. A function of the state alone: asked again, also after [`Optimizer::restore`], it
-    /// names the same.
+    /// The genomes to evaluate next. They depend only on the state: another call, also after [`Optimizer::restore`],
+    /// returns the same.
     fn ask(&self) -> &Population;
 
     /// Numbers that describe the behaviour of each individual, which [`Optimizer::tell`] takes.
@@ -194,13 +194,13 @@ pub trait Optimizer: Debug + Send + Sync {
         None
     }
 
-    /// Whether it has spent a budget of its own.
+    /// Whether its budget is spent.
     fn is_over(&self) -> bool {
         false
     }
 
-    /// Individuals to appraise after the last generation, the best first, without the run's luckiest: those of that generation, whose
-    /// genomes and fitness are given, unless the optimiser knows better ones.
+    /// Individuals to re-evaluate after the last generation, the best first, without the run's luckiest: those of that
+    /// generation, whose genomes and fitness are given, unless the optimiser has better ones.
     fn finalists<'a>(&'a self, luckiest: &'a Champion, genomes: &'a [f32], fitness: &'a [f32]) -> Finalists<'a> {
         let generation = self.generation() - 1;
         let genes = genomes.len() / fitness.len();
@@ -210,7 +210,7 @@ pub trait Optimizer: Debug + Send + Sync {
             fitness: fitness[individual as usize],
             genome: genomes[individual as usize * genes..][..genes].to_vec(),
         });
-        Box::new(others.filter(|own| !own.is_individual(luckiest)))
+        Box::new(others.filter(|champion| !champion.is_individual(luckiest)))
     }
 
     /// Takes the fitness of [`Optimizer::ask`]'s genomes, in their order, and what describes the behaviour of each, and makes the
@@ -242,7 +242,7 @@ pub trait Optimizer: Debug + Send + Sync {
         })
     }
 
-    /// Makes the next generation, as [`Optimizer::tell`] says, and returns the one that was evaluated. All counts are right, and
+    /// Makes the next generation, like [`Optimizer::tell`], and returns the evaluated one. All counts are right, and
     /// `ranking` is that of [`ranked`].
     fn advance(&mut self, fitness: &[f32], ranking: &[u32], behaviour: &[f64]) -> Population;
 
@@ -267,7 +267,7 @@ pub fn optimizer(settings: &Settings, seed: u64, genes: &[Gene], init: Option<Po
     })
 }
 
-/// One run's evolution: an optimiser, for a number of generations, and the luckiest life so far.
+/// One run's evolution: an optimiser, for a number of generations, and the luckiest episode so far.
 #[derive(Debug)]
 pub struct Evolution {
     optimizer: Box<dyn Optimizer>,
@@ -305,7 +305,7 @@ impl Evolution {
         self.optimizer.ask()
     }
 
-    /// The luckiest life so far; none before the first generation was evaluated.
+    /// The luckiest episode so far; none before the first generation was evaluated.
     pub fn champion(&self) -> Option<&Champion> {
         self.champion.as_ref()
     }
@@ -319,9 +319,9 @@ impl Evolution {
         let best = generation.ranking[0];
         let fitness = generation.fitness[best as usize];
         let is_better = |champion: &Champion| by_fitness(fitness, champion.fitness).is_lt();
-        if let Some(own) = self.optimizer.coevolution() {
+        if let Some(coevolution) = self.optimizer.coevolution() {
             // Scores of different generations can't be compared.
-            self.champion = Some(own.pair());
+            self.champion = Some(coevolution.pair());
         } else if self.champion.as_ref().is_none_or(is_better) {
             self.champion = Some(Champion {
                 generation: generation.number,
@@ -333,14 +333,14 @@ impl Evolution {
         Ok(generation)
     }
 
-    /// Gives the champion the fitness of lives of its own, where none of its generation were.
+    /// Gives the champion the fitness of extra episodes, where its generation had none.
     pub fn exhibit(&mut self, fitness: f32) {
         if let Some(champion) = &mut self.champion {
             champion.fitness = fitness;
         }
     }
 
-    /// Begins the search for the luckiest life anew: what counted so far can't be compared with what follows.
+    /// Restarts the search for the luckiest episode: earlier ones can't be compared with later ones.
     pub fn forget_champion(&mut self) {
         self.champion = None;
     }
@@ -379,7 +379,7 @@ pub fn by_fitness(a: f32, b: f32) -> Ordering {
 /// What [`Optimizer::finalists`] returns.
 pub type Finalists<'a> = Box<dyn Iterator<Item = Champion> + 'a>;
 
-/// Indices from the best to the worst, as [`by_fitness`] says; of equals, the lower index first.
+/// Indices from the best to the worst, by [`by_fitness`]; of equals, the lower index first.
 pub fn ranked(fitness: &[f32]) -> Vec<u32> {
     // Whole numbers of the same order are sorted several times as fast: the place of a score, then its index.
     let mut places: Vec<u64> = fitness

@@ -33,7 +33,14 @@ pub(crate) const ENTRY: Entry = Entry {
             "an archive of the best of each kind of behaviour: Mouret and Clune 2015",
             "to see what behaviours there are, and when the best is reached by detours",
         ],
-        |own| Box::new(MapElites::new(own.settings, own.seed, &own.ranges(), own.init)),
+        |beginning| {
+            Box::new(MapElites::new(
+                beginning.settings,
+                beginning.seed,
+                &beginning.ranges(),
+                beginning.init,
+            ))
+        },
     )
 };
 
@@ -64,7 +71,7 @@ pub struct Archive {
 #[derive(Clone, Debug)]
 enum Cells {
     Grid(Vec<Descriptor>),
-    /// Centroids, one after the other, as shares of the descriptors' ranges.
+    /// Centroids, one after the other, as fractions of the descriptors' ranges.
     Centroids(Vec<Descriptor>, Vec<f64>),
 }
 
@@ -82,7 +89,7 @@ impl Cells {
 
     fn count(&self) -> usize {
         match self {
-            Self::Grid(descriptors) => descriptors.iter().map(|own| own.cells as usize).product(),
+            Self::Grid(descriptors) => descriptors.iter().map(|descriptor| descriptor.cells as usize).product(),
             Self::Centroids(descriptors, centroids) => centroids.len() / descriptors.len(),
         }
     }
@@ -94,15 +101,15 @@ impl Cells {
             return None;
         }
         Some(match self {
-            Self::Grid(descriptors) => descriptors.iter().zip(behaviour).fold(0, |cell, (own, &value)| {
-                let place = (f64::from(own.cells) * own.share(value)).floor();
-                cell * own.cells + place.clamp(0.0, f64::from(own.cells - 1)) as u32
+            Self::Grid(descriptors) => descriptors.iter().zip(behaviour).fold(0, |cell, (descriptor, &value)| {
+                let place = (f64::from(descriptor.cells) * descriptor.share(value)).floor();
+                cell * descriptor.cells + place.clamp(0.0, f64::from(descriptor.cells - 1)) as u32
             }),
             Self::Centroids(descriptors, centroids) => {
                 let shares = descriptors
                     .iter()
                     .zip(behaviour)
-                    .map(|(own, &value)| own.share(value).clamp(0.0, 1.0));
+                    .map(|(descriptor, &value)| descriptor.share(value).clamp(0.0, 1.0));
                 nearest(&shares.collect::<Vec<_>>(), centroids) as u32
             }
         })
@@ -133,14 +140,14 @@ fn centroids(dimensions: usize, count: usize) -> Vec<f64> {
         let mut sums = vec![0.0; count * dimensions];
         let mut counts = vec![0.0_f64; count];
         for sample in samples.chunks_exact(dimensions) {
-            let own = nearest(sample, &centroids);
-            counts[own] += 1.0;
-            for (sum, value) in sums[own * dimensions..].iter_mut().zip(sample) {
+            let nearest_one = nearest(sample, &centroids);
+            counts[nearest_one] += 1.0;
+            for (sum, value) in sums[nearest_one * dimensions..].iter_mut().zip(sample) {
                 *sum += value;
             }
         }
-        for (own, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0.0) {
-            for place in own * dimensions..(own + 1) * dimensions {
+        for (cell, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0.0) {
+            for place in cell * dimensions..(cell + 1) * dimensions {
                 centroids[place] = sums[place] / count;
             }
         }
@@ -159,7 +166,7 @@ impl Archive {
         self.cells.count()
     }
 
-    /// The share of all cells that have an elite.
+    /// The fraction of all cells that have an elite.
     pub fn coverage(&self) -> f64 {
         self.elites.len() as f64 / self.cells() as f64
     }
@@ -172,7 +179,7 @@ impl Archive {
             .fold(0.0, |sum, elite| sum + (elite.fitness - offset))
     }
 
-    /// Puts a genome into its cell if that is empty or its elite is worse; of equals, who is there stays.
+    /// Puts a genome into its cell if that is empty or its elite is worse; of equals, the older one stays.
     fn add(&mut self, elite: Elite) {
         let Some(cell) = self.cells.of(&elite.behaviour).filter(|_| !elite.fitness.is_nan()) else {
             return;
@@ -202,7 +209,7 @@ struct MapElites {
 impl MapElites {
     fn new(settings: &Settings, seed: u64, ranges: &Ranges, init: Option<Population>) -> Self {
         let space = Space::new(settings, ranges);
-        let mut own = Self {
+        let mut map_elites = Self {
             owner: saved::owner(settings, seed, ranges),
             size: settings.population,
             values: settings.tables.archive.clone(),
@@ -216,11 +223,11 @@ impl MapElites {
             },
             again: Vec::new(),
         };
-        own.breed();
+        map_elites.breed();
         if let Some(init) = init {
-            own.population = init;
+            map_elites.population = init;
         }
-        own
+        map_elites
     }
 
     /// Makes the generation's genomes: elites that are evaluated again, then children.
@@ -240,8 +247,8 @@ impl MapElites {
         let mut values: Vec<f32> = self.again.iter().flat_map(|&cell| genome(cell)).copied().collect();
         let (kept, genes) = (values.len(), self.space.len());
         values.resize(self.size as usize * genes, 0.0);
-        // What children take from the generator, one after the other: their parents, and their normal numbers, that along the line
-        // first.
+        // Children's random numbers, in order: their parents, then their normal numbers, starting with that along the
+        // line.
         let children = self.size as usize - again;
         let mut drawn = Vec::with_capacity(children * (1 + genes));
         let parent = |random: &mut _| genome(filled[below(filled.len(), random)]);
@@ -253,15 +260,15 @@ impl MapElites {
             })
             .collect();
         let normal = Normal { deviation: 1.0 };
-        let (space, own) = (&self.space, &self.values);
+        let (space, spread) = (&self.space, &self.values);
         values[kept..]
             .par_chunks_exact_mut(genes)
             .zip(parents.par_iter().zip(drawn.par_chunks_exact(1 + genes)))
             .for_each(|(child, ([first, second], drawn))| {
-                let along = own.line * normal.of(drawn[0]);
+                let along = spread.line * normal.of(drawn[0]);
                 for (gene, value) in child.iter_mut().enumerate() {
                     let (first, second) = (f64::from(first[gene]), f64::from(second[gene]));
-                    let apart = own.iso * space.half(gene) * normal.of(drawn[1 + gene]);
+                    let apart = spread.iso * space.half(gene) * normal.of(drawn[1 + gene]);
                     *value = space.kept(gene, first + apart + along * (second - first));
                 }
             });
@@ -353,7 +360,7 @@ impl Optimizer for MapElites {
             fitness: elite.score,
             genome: elite.genome.clone(),
         });
-        Box::new(others.filter(|own| !own.is_individual(luckiest)))
+        Box::new(others.filter(|champion| !champion.is_individual(luckiest)))
     }
 
     fn advance(&mut self, fitness: &[f32], _: &[u32], behaviour: &[f64]) -> Population {

@@ -1,6 +1,6 @@
-//! Novelty search (Lehman and Stanley, "Abandoning objectives: evolution through the search for novelty alone", Evolutionary
-//! Computation 19(2), 2011): a genetic algorithm that selects who behaves unlike the others of its generation and unlike those whose
-//! behaviour an archive has kept. Fitness is recorded and chooses the champion, and decides nothing else.
+//! Novelty search (Lehman and Stanley, "Abandoning objectives: evolution through the search for novelty alone",
+//! Evolutionary Computation 19(2), 2011): a genetic algorithm that selects individuals whose behaviour differs from the
+//! rest of the generation and from the archive. Fitness is recorded and chooses the champion, and decides nothing else.
 
 use oneiro::parameter::Allowed::{Whole, WholeUpTo};
 use oneiro::parameter::{Parameter, row};
@@ -29,7 +29,14 @@ pub(crate) const ENTRY: Entry = Entry {
             "the genetic algorithm, selecting by how new a behaviour is: Lehman and Stanley 2011",
             "when fitness misleads",
         ],
-        |own| Box::new(Novelty::new(own.settings, own.seed, own.ranges(), own.init)),
+        |beginning| {
+            Box::new(Novelty::new(
+                beginning.settings,
+                beginning.seed,
+                beginning.ranges(),
+                beginning.init,
+            ))
+        },
     )
 };
 
@@ -56,13 +63,13 @@ impl Table for Values {
     fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         vec![
             row("evolution.novelty.neighbours", "", Whole(1, 100_000), "Lehman and Stanley 2011",
-                "Nearest behaviours whose mean distance is an individual's novelty.", |own, _| Some(&mut own.as_mut().novelty()?.neighbours)),
+                "Nearest behaviours whose mean distance is an individual's novelty.", |values, _| Some(&mut values.as_mut().novelty()?.neighbours)),
             row("evolution.novelty.added", "", WholeUpTo(0, "evolution.population"), "ours",
-                "Behaviours of each generation, drawn at random, that the archive keeps.", |own, _| Some(&mut own.as_mut().novelty()?.added)),
+                "Behaviours of each generation, drawn at random, that the archive keeps.", |values, _| Some(&mut values.as_mut().novelty()?.added)),
         ]
     }
 
-    // Experiments of other optimisers had them too.
+    // Experiments of other optimisers had these values from the start.
     fn is_left_out(&self) -> bool {
         false
     }
@@ -76,7 +83,7 @@ struct Novelty {
     descriptors: Vec<Descriptor>,
     seed: u64,
     genetic: Genetic,
-    /// Kept behaviours, one after the other, as shares of the descriptors' ranges.
+    /// Kept behaviours, one after the other, as fractions of the descriptors' ranges.
     archive: Vec<f64>,
 }
 
@@ -95,12 +102,12 @@ impl Novelty {
     /// How far each behaviour is from its nearest neighbours, on average; NaN of a behaviour that has one.
     fn novelty(&self, behaviours: &[f64]) -> Vec<f32> {
         let dimensions = self.descriptors.len();
-        let of = |(own, behaviour): (usize, &[f64])| {
+        let of = |(index, behaviour): (usize, &[f64])| {
             if behaviour.iter().any(|value| value.is_nan()) {
                 return f32::NAN;
             }
             let others = behaviours.chunks_exact(dimensions).enumerate();
-            let others = others.filter(|(other, _)| *other != own).map(|(_, other)| other);
+            let others = others.filter(|(other, _)| *other != index).map(|(_, other)| other);
             let all = others.chain(self.archive.chunks_exact(dimensions));
             let square = |other: &[f64]| -> f64 { behaviour.iter().zip(other).map(|(a, b)| (a - b) * (a - b)).sum() };
             let mut squares: Vec<f64> = all.map(square).filter(|square| !square.is_nan()).collect();
@@ -136,7 +143,7 @@ impl Optimizer for Novelty {
 
     fn advance(&mut self, fitness: &[f32], _: &[u32], behaviour: &[f64]) -> Population {
         let shares = behaviour.iter().zip(self.descriptors.iter().cycle());
-        let behaviours: Vec<f64> = shares.map(|(value, own)| own.share(*value)).collect();
+        let behaviours: Vec<f64> = shares.map(|(value, descriptor)| descriptor.share(*value)).collect();
         let novelty = self.novelty(&behaviours);
         let mut random = stream(self.seed, Stream::Archive, self.generation());
         let evaluated = self.genetic.advance(&novelty, &ranked(&novelty), &[]);
@@ -187,14 +194,15 @@ mod tests {
         Novelty::new(&settings, 1, vec![None; 3], None)
     }
 
-    /// Distances in shares of the ranges, worked out by hand: places (0, 0), (0.3, 0), (0, 0.4) and one without a place.
+    /// Distances in fractions of the ranges, worked out by hand: places (0, 0), (0.3, 0), (0, 0.4) and one without a
+    /// place.
     #[test]
     fn novelty_is_the_mean_distance_from_neighbours() {
-        let own = search(2, 0);
-        let novelty = own.novelty(&[0.0, 0.0, 0.3, 0.0, 0.0, 0.4, f64::NAN, 0.0]);
+        let of_two = search(2, 0);
+        let novelty = of_two.novelty(&[0.0, 0.0, 0.3, 0.0, 0.0, 0.4, f64::NAN, 0.0]);
         let expected = [0.35_f32, 0.4, 0.45];
-        for (own, expected) in novelty.iter().zip(expected) {
-            assert!((own - expected).abs() < 1e-7, "{novelty:?}");
+        for (value, expected) in novelty.iter().zip(expected) {
+            assert!((value - expected).abs() < 1e-7, "{novelty:?}");
         }
         assert!(novelty[3].is_nan());
         let nearest = search(1, 0).novelty(&[0.0, 0.0, 0.3, 0.0, 0.0, 0.4]);
@@ -205,26 +213,26 @@ mod tests {
         assert_eq!(search(9, 0).novelty(&[0.5, 0.5]), [0.0], "alone");
     }
 
-    /// Who behaves like the archive is not new, whatever its fitness; fitness is what is recorded.
+    /// Behaviour like the archive's is not new, whatever its fitness; fitness is recorded.
     #[test]
     fn fitness_decides_nothing_but_the_record() {
-        let mut own = search(1, 4);
+        let mut of_one = search(1, 4);
         let behaviour = [0.0, 0.0, 0.1, 0.0, 0.2, 0.0, 10.0, 1.0];
-        let asked = own.ask().clone();
-        let generation = own.tell(vec![9.0, 8.0, 7.0, -1.0], &behaviour).unwrap();
+        let asked = of_one.ask().clone();
+        let generation = of_one.tell(vec![9.0, 8.0, 7.0, -1.0], &behaviour).unwrap();
         assert_eq!(
             (generation.ranking[0], &generation.fitness[..]),
             (0, &[9.0, 8.0, 7.0, -1.0][..])
         );
-        assert_eq!(own.archive.len(), 8);
+        assert_eq!(of_one.archive.len(), 8);
         // The last individual is the parent of the first family: most of its genes are still there.
         let shared = |child: usize, parent| {
-            let genes = own.ask().genome(child).iter().zip(asked.genome(parent));
+            let genes = of_one.ask().genome(child).iter().zip(asked.genome(parent));
             genes.filter(|(a, b)| a == b).count()
         };
         assert!(shared(0, 3) + shared(1, 3) >= 2);
-        // All four places are known now: who goes elsewhere is the newest.
-        let novelty = own.novelty(&[0.0, 0.5, 0.01, 0.5, 0.02, 0.5, 0.5, 0.9]);
+        // All four places are in the archive now: another one is the newest.
+        let novelty = of_one.novelty(&[0.0, 0.5, 0.01, 0.5, 0.02, 0.5, 0.5, 0.9]);
         assert!(novelty[3] > 10.0 * novelty[0], "{novelty:?}");
     }
 }

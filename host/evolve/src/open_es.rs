@@ -25,9 +25,9 @@ pub(crate) const ENTRY: Entry = Entry {
         [
             NAME,
             "evolution strategy with mirrored samples, ranks and Adam: Salimans et al. 2017",
-            "networks of hundreds of genes and more, with several lives each",
+            "networks of hundreds of genes and more, with several episodes each",
         ],
-        |own| Box::new(OpenEs::new(own.settings, own.seed, &own.ranges())),
+        |beginning| Box::new(OpenEs::new(beginning.settings, beginning.seed, &beginning.ranges())),
     )
 };
 
@@ -62,21 +62,21 @@ struct OpenEs {
     strategy: Strategy,
     seed: u64,
     space: Space,
-    state: State,
+    state: OpenEsState,
     /// The direction of each pair's first sample, one after the other.
     directions: Vec<f64>,
     population: Population,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct State {
+struct OpenEsState {
     generation: u32,
     centre: Vec<f64>,
     /// Adam's means of gradients, and of their squares.
     gradients: Vec<f64>,
     squares: Vec<f64>,
-    /// The shares of these means that are still those of the beginning.
-    begun: [f64; 2],
+    /// The fractions of these means that are still the initial values.
+    initial_weights: [f64; 2],
 }
 
 impl OpenEs {
@@ -86,16 +86,16 @@ impl OpenEs {
         let mut random = stream(seed, Stream::Beginning, 0);
         let uniform = Uniform { low: -1.0, high: 1.0 };
         let genes = space.len();
-        let state = State {
+        let state = OpenEsState {
             generation: 0,
             centre: (0..genes)
                 .map(|gene| space.share(gene) * uniform.sample(&mut random))
                 .collect(),
             gradients: vec![0.0; genes],
             squares: vec![0.0; genes],
-            begun: [1.0; 2],
+            initial_weights: [1.0; 2],
         };
-        let mut own = Self {
+        let mut strategy = Self {
             owner: saved::owner(settings, seed, ranges),
             pairs: settings.population as usize / 2,
             sigma: settings.strategy.sigma.unwrap_or_default(),
@@ -106,8 +106,8 @@ impl OpenEs {
             directions: Vec::new(),
             population: Population::new(genes, Vec::new()),
         };
-        own.sample();
-        own
+        strategy.sample();
+        strategy
     }
 
     /// Samples the generation's genomes, in pairs at opposite sides of the centre.
@@ -128,11 +128,11 @@ impl OpenEs {
 
     /// Moves the centre.
     fn step(&mut self, ranking: &[u32]) {
-        let State {
+        let OpenEsState {
             centre,
             gradients,
             squares,
-            begun,
+            initial_weights,
             ..
         } = &mut self.state;
         let count = ranking.len() as f64;
@@ -147,10 +147,10 @@ impl OpenEs {
                 *sum += weight * along;
             }
         }
-        for (share, kept) in begun.iter_mut().zip(KEPT) {
+        for (share, kept) in initial_weights.iter_mut().zip(KEPT) {
             *share *= kept;
         }
-        let rate = self.strategy.learning_rate * (1.0 - begun[1]).sqrt() / (1.0 - begun[0]);
+        let rate = self.strategy.learning_rate * (1.0 - initial_weights[1]).sqrt() / (1.0 - initial_weights[0]);
         let adam = gradients.iter_mut().zip(squares);
         for (gene, ((centre, sum), (mean, square))) in centre.iter_mut().zip(gradient).zip(adam).enumerate() {
             let slope = sum / count - self.strategy.weight_decay * *centre;
@@ -188,7 +188,7 @@ impl Optimizer for OpenEs {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result {
-        let state: State = saved::open(NAME, VERSION, &self.owner, bytes)?;
+        let state: OpenEsState = saved::open(NAME, VERSION, &self.owner, bytes)?;
         if [&state.centre, &state.gradients, &state.squares].map(Vec::len) != [self.space.len(); 3] {
             return Err(saved::corrupt());
         }
@@ -247,8 +247,8 @@ mod tests {
                 centre[gene] += rate * *mean / (square.sqrt() + 1e-8);
             }
             strategy.tell(fitness.to_vec(), &[]).unwrap();
-            for (own, expected) in strategy.state.centre.iter().zip(&centre) {
-                assert!((own - expected).abs() < 1e-14, "step {step}: {own} {expected}");
+            for (gene, expected) in strategy.state.centre.iter().zip(&centre) {
+                assert!((gene - expected).abs() < 1e-14, "step {step}: {gene} {expected}");
             }
         }
     }

@@ -1,7 +1,7 @@
-//! An iterated race, by the principle of irace (López-Ibáñez, Dubois-Lacoste, Pérez Cáceres, Birattari and Stützle, "The irace
-//! package: iterated racing for automatic algorithm configuration", Operations Research Perspectives 3, 2016), without its elitist
-//! variant: candidates live the same lives, one generation after another, and those that are worse by a test on ranks drop out; new
-//! ones are sampled around the survivors, ever closer to them.
+//! An iterated race, by the principle of irace (López-Ibáñez, Dubois-Lacoste, Pérez Cáceres, Birattari and Stützle,
+//! "The irace package: iterated racing for automatic algorithm configuration", Operations Research Perspectives 3,
+//! 2016), without its elitist variant. Candidates run the same episodes, one generation after another, and those that
+//! are worse by a test on ranks drop out. New ones are sampled around the survivors, ever closer to them.
 
 mod friedman;
 mod sampling;
@@ -34,16 +34,16 @@ pub(crate) const ENTRY: Entry = Entry {
             "an iterated race, in which candidates drop out by a test on ranks: López-Ibáñez et al. 2016 (irace)",
             "genomes with choices, such as [state machines](controllers.md#state-machines), with rough or noisy scores",
         ],
-        |own| Box::new(Race::new(own.settings, own.seed, own.genes)),
+        |beginning| Box::new(Race::new(beginning.settings, beginning.seed, beginning.genes)),
     )
 };
 
 /// Values of a race.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Values {
-    /// Lives of all candidates.
+    /// Episodes of all candidates.
     pub lives: u64,
-    /// Lives of a candidate in a generation: those of the experiment.
+    /// Episodes of a candidate in a generation: those of the experiment.
     pub trials: u32,
     /// Generations before the first test.
     pub first_test: u32,
@@ -83,11 +83,11 @@ impl Table for Values {
     fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         vec![
             row("evolution.race.lives", "", Whole(1, 1_000_000_000), "the budget of EvoStick and AutoMoDe in Francesca et al. 2014",
-                "Lives of all candidates, after which the race is over; those of finalists are not among them.", |own, _| Some(&mut own.as_mut().race()?.lives)),
+                "Episodes of all candidates, after which the race is over; those of finalists don't count.", |values, _| Some(&mut values.as_mut().race()?.lives)),
             row("evolution.race.first_test", "", Whole(2, 100), "irace (López-Ibáñez et al. 2016)",
-                "Generations before the first test of a race.", |own, _| Some(&mut own.as_mut().race()?.first_test)),
+                "Generations before the first test of a race.", |values, _| Some(&mut values.as_mut().race()?.first_test)),
             row("evolution.race.confidence", "", Number(0.5, 0.999_999), "irace (López-Ibáñez et al. 2016)",
-                "Confidence of the test by which candidates drop out.", |own, _| Some(&mut own.as_mut().race()?.confidence)),
+                "Confidence of the test by which candidates drop out.", |values, _| Some(&mut values.as_mut().race()?.confidence)),
         ]
     }
 }
@@ -112,7 +112,7 @@ fn check(settings: &Settings, surroundings: &Surroundings<'_>) -> Checked {
         return refused("evolution.population", problem);
     }
     if !settings.has_common_numbers() {
-        let problem = "is false; allowed: true with race, whose candidates live the same lives";
+        let problem = "is false; allowed: true with race, whose candidates run the same episodes";
         return refused("evolution.common_random_numbers", problem);
     }
     if surroundings.records_individuals {
@@ -137,7 +137,7 @@ struct Race {
     most: u64,
     seed: u64,
     model: Model,
-    state: State,
+    state: RaceState,
     population: Population,
 }
 
@@ -151,7 +151,7 @@ struct Elite {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct State {
+struct RaceState {
     generation: u32,
     /// Evaluations so far, and when this race has to end.
     used: u64,
@@ -171,14 +171,14 @@ struct State {
 impl Race {
     fn new(settings: &Settings, seed: u64, genes: &[Gene]) -> Self {
         let ranges = genes.iter().map(|gene| gene.range).collect();
-        let mut own = Self {
+        let mut race = Self {
             owner: saved::owner(settings, seed, &ranges),
             values: settings.tables.race.clone(),
             budget: settings.tables.race.evaluations(),
             most: settings.population.into(),
             seed,
             model: Model::new(settings, genes),
-            state: State {
+            state: RaceState {
                 generation: 0,
                 used: 0,
                 until: 0,
@@ -191,9 +191,9 @@ impl Race {
             },
             population: Population::new(genes.len(), Vec::new()),
         };
-        own.begin();
-        own.populate();
-        own
+        race.begin();
+        race.populate();
+        race
     }
 
     /// The number of candidates and of evaluations of a race. Each race to come gets an equal share of what is left of the budget; there
@@ -238,7 +238,7 @@ impl Race {
         let sharpness = f64::from(iteration - 1) / self.iterations(iteration) as f64;
         let elites = self.state.elites.iter();
         let elites: Vec<_> = elites
-            .map(|own| self.model.sharpened(&own.candidate, sharpness))
+            .map(|candidate| self.model.sharpened(&candidate.candidate, sharpness))
             .collect();
         let new = count - elites.len();
         self.state.spread *= root(1.0 / new as f64, self.model.genes());
@@ -253,7 +253,7 @@ impl Race {
 
     /// The genomes of all candidates.
     fn populate(&mut self) {
-        let genomes = self.state.candidates.iter().flat_map(|own| &own.genome);
+        let genomes = self.state.candidates.iter().flat_map(|candidate| &candidate.genome);
         self.population = Population::new(self.model.genes(), genomes.copied().collect());
     }
 
@@ -310,7 +310,7 @@ fn places(fitness: &[f32], ranking: &[u32]) -> Vec<u32> {
 }
 
 /// The best survivors of a race, as many as `few`, by the sums of their ranks.
-fn elites(state: &State, fitness: &[f32], kept: &[bool], few: usize) -> Vec<Elite> {
+fn elites(state: &RaceState, fitness: &[f32], kept: &[bool], few: usize) -> Vec<Elite> {
     let sums = friedman::sums(&state.places);
     let mut order: Vec<usize> = (0..fitness.len()).filter(|&index| kept[index]).collect();
     order.sort_by(|&a, &b| sums[a].total_cmp(&sums[b]));
@@ -361,13 +361,13 @@ impl Optimizer for Race {
 
     /// The survivors of the last race, without the luckiest's genome: it may have lived in many generations.
     fn finalists<'a>(&'a self, luckiest: &'a Champion, _: &'a [f32], _: &'a [f32]) -> Finalists<'a> {
-        let survivors = self.state.elites.iter().map(|own| Champion {
-            generation: own.generation,
-            individual: own.individual,
-            fitness: own.fitness,
-            genome: own.candidate.genome.clone(),
+        let survivors = self.state.elites.iter().map(|elite| Champion {
+            generation: elite.generation,
+            individual: elite.individual,
+            fitness: elite.fitness,
+            genome: elite.candidate.genome.clone(),
         });
-        Box::new(survivors.filter(|own| own.genome != luckiest.genome))
+        Box::new(survivors.filter(|champion| champion.genome != luckiest.genome))
     }
 
     fn advance(&mut self, fitness: &[f32], ranking: &[u32], _: &[f64]) -> Population {
@@ -382,12 +382,12 @@ impl Optimizer for Race {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result {
-        let state: State = saved::open(NAME, VERSION, &self.owner, bytes)?;
+        let state: RaceState = saved::open(NAME, VERSION, &self.owner, bytes)?;
         let all = state
             .candidates
             .iter()
-            .chain(state.elites.iter().map(|own| &own.candidate));
-        let is_whole = all.clone().all(|own| self.model.fits(own)) && !state.candidates.is_empty();
+            .chain(state.elites.iter().map(|candidate| &candidate.candidate));
+        let is_whole = all.clone().all(|candidate| self.model.fits(candidate)) && !state.candidates.is_empty();
         let count = state.candidates.len();
         if !is_whole || state.places.iter().any(|places| places.len() != count) {
             return Err(saved::corrupt());

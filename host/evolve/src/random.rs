@@ -1,4 +1,4 @@
-//! The host's random numbers: named streams by counter, and distributions made of `+ - * /` and `sqrt` alone, so that
+//! The host's random numbers: named streams by counter, and distributions made only of `+ - * /` and `sqrt`, so that
 //! every host draws the same bits.
 
 use oneiro::random::pcg4d;
@@ -21,7 +21,7 @@ pub enum Stream {
     Ties = 4,
     /// Interventions of the experimenter, a stream for each interval.
     Intervention = 5,
-    /// Values of a sweep that are drawn from ranges.
+    /// A sweep's values drawn from ranges.
     Samples = 6,
     /// Parents, a stream for each generation that they lead to.
     Selection = 7,
@@ -41,7 +41,7 @@ pub enum Stream {
     Opponents = 14,
 }
 
-/// The stream of a run for a purpose and a generation: a function of these three alone, so that no generator's state is
+/// The stream of a run for a purpose and a generation. It depends only on these three, so no generator's state is
 /// saved. Different arguments give different streams: pcg4d is a bijection.
 pub fn stream(seed: u64, purpose: Stream, generation: u32) -> Pcg64 {
     let [a, b, c, d] = pcg4d([seed as u32, (seed >> 32) as u32, generation, purpose as u32]).map(u128::from);
@@ -86,7 +86,8 @@ pub struct Chance(pub f64);
 impl Chance {
     /// The bound below which a random word's first 53 bits say yes: they are compared as whole numbers then, not as units.
     pub fn bound(self) -> u64 {
-        // Exact: a power of two scales, and the least whole number that is not below has the same numbers below it.
+        // Exact: multiplying by a power of two only scales, and the smallest whole number that is not below has the
+        // same numbers below it.
         (self.0 * UNITS as f64).ceil() as u64
     }
 }
@@ -100,14 +101,14 @@ impl Distribution<bool> for Chance {
 /// Uniform numbers from `low` up to `high`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uniform {
-    /// The least.
+    /// The minimum.
     pub low: f64,
-    /// The greatest.
+    /// The maximum.
     pub high: f64,
 }
 
 impl Uniform {
-    /// The number at a share of the range, from 0 up to 1.
+    /// The number at a fraction of the range, from 0 up to 1.
     pub fn at(&self, share: f64) -> f64 {
         self.low + (self.high - self.low) * share
     }
@@ -129,8 +130,8 @@ pub struct Normal {
 }
 
 impl Normal {
-    /// All that a number takes from the generator, which is the lesser part of the work: [`Normal::of`] makes the number of it, on any
-    /// thread.
+    /// A number's draws from the generator, the smaller part of the work: [`Normal::of`] makes the number from them, on
+    /// any thread.
     pub fn drawn(random: &mut (impl Rng + ?Sized)) -> [f64; 2] {
         loop {
             let x = 2.0 * unit(random) - 1.0;
@@ -238,12 +239,12 @@ mod tests {
             values
         };
         let mut random = stream(4, Stream::Mutation, 0);
-        let own = sorted(
+        let samples = sorted(
             (0..SAMPLES)
                 .map(|_| Normal { deviation: 2.0 }.sample(&mut random))
                 .collect(),
         );
-        let shifted = own.iter().map(|x| x * 1.02 + 0.1).collect::<Vec<_>>();
+        let shifted = samples.iter().map(|x| x * 1.02 + 0.1).collect::<Vec<_>>();
         let reference = rand_distr::Normal::new(0.0, 2.0).expect("a normal");
         let mut random = stream(5, Stream::Mutation, 0);
         let reference = sorted((0..SAMPLES).map(|_| reference.sample(&mut random)).collect());
@@ -255,10 +256,10 @@ mod tests {
                 })
                 .fold(0.0, f64::max)
         };
-        assert!(distance(&own) < 0.0087, "{}", distance(&own));
+        assert!(distance(&samples) < 0.0087, "{}", distance(&samples));
         assert!(distance(&shifted) > 0.0087, "{}", distance(&shifted));
-        let mean = own.iter().sum::<f64>() / SAMPLES as f64;
-        let variance = own.iter().map(|x| x * x).sum::<f64>() / SAMPLES as f64;
+        let mean = samples.iter().sum::<f64>() / SAMPLES as f64;
+        let variance = samples.iter().map(|x| x * x).sum::<f64>() / SAMPLES as f64;
         assert!(
             mean.abs() < 0.02 && (variance - 4.0).abs() < 0.06,
             "mean {mean}, variance {variance}"

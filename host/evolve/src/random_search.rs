@@ -1,5 +1,5 @@
-//! Random search, a control: every generation has new genomes, drawn as those of generation 0 are. What selection adds is what an
-//! optimiser does better than this at equal evaluations.
+//! Random search, a control: every generation has new random genomes, drawn like generation 0. Compared at equal
+//! evaluations, it shows what an optimiser's selection adds.
 
 use oneiro_base::exit::Result;
 
@@ -17,7 +17,13 @@ pub(crate) const ENTRY: Entry = Entry::new(
         "random genomes in every generation: a control",
         "to see what another optimiser adds",
     ],
-    |own| Box::new(RandomSearch::new(own.settings, own.seed, &own.ranges())),
+    |beginning| {
+        Box::new(RandomSearch::new(
+            beginning.settings,
+            beginning.seed,
+            &beginning.ranges(),
+        ))
+    },
 );
 
 /// The search at one generation.
@@ -34,7 +40,7 @@ struct RandomSearch {
 impl RandomSearch {
     fn new(settings: &Settings, seed: u64, ranges: &Ranges) -> Self {
         let space = Space::new(settings, ranges);
-        let mut own = Self {
+        let mut search = Self {
             owner: saved::owner(settings, seed, ranges),
             size: settings.population,
             seed,
@@ -42,8 +48,8 @@ impl RandomSearch {
             space,
             generation: 0,
         };
-        own.population = own.drawn();
-        own
+        search.population = search.drawn();
+        search
     }
 
     /// The genomes of a generation.

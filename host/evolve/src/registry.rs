@@ -34,7 +34,8 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// An optimiser that begins at random genes, runs for the generations that an experiment says, and has nothing to check.
+    /// An optimiser that begins at random genes, runs for the experiment's number of generations, and has nothing to
+    /// check.
     pub(crate) const fn new(
         [name, about, suits]: [&'static str; 3],
         begin: fn(Beginning<'_>) -> Box<dyn Optimizer>,
@@ -49,7 +50,7 @@ impl Entry {
             complete: |_, _| (),
             check: |_, _| Ok(()),
             needs: |_| Vec::new(),
-            evaluations: |settings| u64::from(settings.lived()) * u64::from(settings.generations),
+            evaluations: |settings| u64::from(settings.genomes_per_generation()) * u64::from(settings.generations),
         }
     }
 }
@@ -69,7 +70,7 @@ pub(crate) enum Feature {
     AdaptsCovariances,
     /// It follows a gradient.
     FollowsGradient,
-    /// It is told measures of behaviour.
+    /// It needs measures of behaviour.
     Behaviour,
     /// Its individuals are recorded only if an experiment asks for it.
     Unrecorded,
@@ -100,7 +101,7 @@ pub(crate) struct Given {
     pub(crate) genes: usize,
     /// Episodes of each individual.
     pub(crate) trials: u32,
-    /// Whether the experiment says how many individuals there are.
+    /// Whether the experiment gives the number of individuals.
     pub(crate) has_population: bool,
 }
 

@@ -37,8 +37,8 @@ mod tests {
     use super::super::descriptors::Descriptor;
     use super::*;
 
-    /// States of earlier versions are continued: these hashes are theirs. Values of optimisers that came later are no part of them
-    /// as long as they are the defaults.
+    /// States of earlier versions are continued: these hashes are theirs. Later optimisers' values are no part of them
+    /// while they have their defaults.
     #[test]
     fn hashes_of_settings_stay() {
         for (kind, expected) in [

@@ -25,13 +25,13 @@ pub struct Settings {
     pub parents: u32,
     /// Generations that are evaluated.
     pub generations: u32,
-    /// How many of the best also keep one copy as they are.
+    /// How many of the best also keep one unchanged copy.
     pub elite: u32,
     /// Whether all individuals of a generation live with the same random numbers; each has its own where nothing is given.
     pub common: Option<bool>,
     /// Range of the uniform initial genes.
     pub initial: [f64; 2],
-    /// The share of that range, around its middle, that random genes begin in, gene by gene; all of it where nothing is given.
+    /// The central fraction of that range for random genes, gene by gene; all of it where nothing is given.
     #[serde(skip_serializing_if = "Shares::is_empty")]
     pub initial_shares: Shares,
     /// A file of initial genes instead.
@@ -81,17 +81,17 @@ impl Settings {
     }
 
     /// With an optimiser whose first individuals may be given.
-    fn begun(&mut self) -> Option<&mut Self> {
+    fn if_takes_genomes(&mut self) -> Option<&mut Self> {
         self.is(Feature::TakesGenomes).then_some(self)
     }
 
     /// With an optimiser that begins at random genes.
-    fn drawing(&mut self) -> Option<&mut Self> {
+    fn if_draws_genes(&mut self) -> Option<&mut Self> {
         (!self.is(Feature::SetsFirstGenes)).then_some(self)
     }
 
     /// With an optimiser whose generations are counted.
-    fn counted(&mut self) -> Option<&mut Self> {
+    fn if_counts_generations(&mut self) -> Option<&mut Self> {
         (!self.is(Feature::SetsGenerations)).then_some(self)
     }
 
@@ -163,8 +163,8 @@ impl Settings {
         (self.kind.entry().evaluations)(self)
     }
 
-    /// Genomes that live in each generation: the individuals, or the contests of two populations' individuals.
-    pub fn lived(&self) -> u32 {
+    /// Genomes evaluated in each generation: the individuals, or the pairs of two populations' individuals.
+    pub fn genomes_per_generation(&self) -> u32 {
         if self.is_coevolution() {
             return self
                 .population
@@ -174,8 +174,8 @@ impl Settings {
         self.population
     }
 
-    /// Number of the random numbers of a genome in its generation: its own, or where they are common, that of its contest among those
-    /// of an individual.
+    /// Number of a genome's random numbers in its generation: its index, or where they are common, its episode's among
+    /// those of an individual.
     pub fn lot(&self, index: u32) -> u32 {
         match (self.has_common_numbers(), self.is_coevolution()) {
             (false, _) => index,
@@ -237,25 +237,25 @@ pub fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
     let gene = Number(-f64::from(GREATEST_GENE), GREATEST_GENE.into());
     let mut rows: Vec<Parameter<T>> = vec![
         row("evolution.kind", "", Any, OURS,
-            "The optimiser: see docs/optimisers.md; default: genetic.", |own, _| Some(&mut own.as_mut().kind)),
+            "The optimiser: see docs/optimisers.md; default: genetic.", |values, _| Some(&mut values.as_mut().kind)),
         row("evolution.population", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
-            format!("Individuals. Where it is not given, {}.", populations()).leak(), |own, _| Some(&mut own.as_mut().population)),
+            format!("Individuals. Where it is not given, {}.", populations()).leak(), |values, _| Some(&mut values.as_mut().population)),
         row("evolution.parents", "", WholeUpTo(1, "evolution.population"), "Miglino et al. 1995, section 3.4",
-            "How many of the best have children, with a selection by truncation or uniform.", |own, _| Some(&mut own.as_mut().truncated()?.parents)),
+            "How many of the best have children, with a selection by truncation or uniform.", |values, _| Some(&mut values.as_mut().if_has_parents()?.parents)),
         row("evolution.generations", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
-            "Generations that are evaluated.", |own, _| Some(&mut own.as_mut().counted()?.generations)),
+            "Generations that are evaluated.", |values, _| Some(&mut values.as_mut().if_counts_generations()?.generations)),
         row("evolution.elite", "", WholeUpTo(0, "evolution.population"), "ours: none mentioned in Miglino et al. 1995, section 3.4",
-            "How many of the best also keep one copy without mutation; with truncation up to evolution.parents.", |own, _| Some(&mut own.as_mut().genetic()?.elite)),
+            "How many of the best also keep one copy without mutation; with truncation up to evolution.parents.", |values, _| Some(&mut values.as_mut().genetic()?.elite)),
         row("evolution.common_random_numbers", "", Any, OURS,
-            "Whether all individuals of a generation live with the same random numbers, and so from the same starts; default: false, but true with open-es, and always with race.", |own, _| Some(&mut own.as_mut().common)),
+            "Whether all individuals of a generation have the same random numbers, and so from the same starts; default: false, but true with open-es, and always with race.", |values, _| Some(&mut values.as_mut().common)),
         row("evolution.initial", "", gene, "ours: no range in Miglino et al. 1995, section 3.4",
-            "Range of the uniform initial genes.", |own, _| Some(&mut own.as_mut().initial)),
+            "Range of the uniform initial genes.", |values, _| Some(&mut values.as_mut().initial)),
         row("evolution.initial_shares", "", Number(0.0, 1e6), OURS,
-            "The share of that range, around its middle, that random genes begin in: a number for each gene, if they differ.", |own, _| Some(&mut own.as_mut().drawing()?.initial_shares)),
+            "The central fraction of that range for random genes: a number for each gene, if they differ.", |values, _| Some(&mut values.as_mut().if_draws_genes()?.initial_shares)),
         row("evolution.init", "", Text("a file, .npy or .csv, individuals x genes"), OURS,
-            "Instead of random genes, those of this file.", |own, _| Some(&mut own.as_mut().begun()?.init)),
+            "Instead of random genes, those of this file.", |values, _| Some(&mut values.as_mut().if_takes_genomes()?.init)),
         row("evolution.limits", "", gene, OURS,
-            "Range that genes are kept within, if any.", |own, _| Some(&mut own.as_mut().limits)),
+            "Range that genes are kept within, if any.", |values, _| Some(&mut values.as_mut().limits)),
     ];
     rows.extend(genetic::rows());
     rows.extend(strategy::rows());
@@ -288,13 +288,13 @@ impl Field for Shares {
             let mut number = 0.0_f64;
             number.set(datum).then_some(number)
         };
-        let own = match datum {
+        let numbers = match datum {
             Datum::List(list) => list.iter().map(number).collect::<Option<_>>(),
             _ => None,
         };
-        let is_set = own.is_some();
-        if let Some(own) = own {
-            self.0 = own;
+        let is_set = numbers.is_some();
+        if let Some(numbers) = numbers {
+            self.0 = numbers;
         }
         is_set
     }
@@ -304,19 +304,19 @@ impl Field for Shares {
     }
 }
 
-/// The range of each gene that has one of its own. It replaces the initial range and the limits, and the amount of a mutation
-/// is as large in it as in the initial range.
+/// The range of each gene that has one. It replaces the initial range and the limits, and the amount of a mutation is
+/// as large in it as in the initial range.
 pub type Ranges = Vec<Option<[f32; 2]>>;
 
 /// Where genes may be.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Space(Vec<Place>);
 
-/// Where a gene begins, and its least and greatest value.
+/// Where a gene begins, and its minimum and maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Place {
     initial: [f64; 2],
-    /// The share of that, around its middle, in which random genes begin.
+    /// The central fraction of that for random genes.
     share: f64,
     bounds: [f64; 2],
 }
@@ -336,10 +336,10 @@ impl Place {
 
 impl Space {
     pub(crate) fn new(settings: &Settings, ranges: &Ranges) -> Self {
-        let place = |(gene, &own): (usize, &_)| Place {
-            initial: initial_range(settings, own),
+        let place = |(gene, &range): (usize, &_)| Place {
+            initial: initial_range(settings, range),
             share: settings.initial_shares.of(gene),
-            bounds: bounds(settings, own),
+            bounds: bounds(settings, range),
         };
         Self(ranges.iter().enumerate().map(place).collect())
     }
@@ -357,7 +357,7 @@ impl Space {
             .collect()
     }
 
-    /// The share of a gene's initial range, around its middle, in which it begins if it is random.
+    /// The central fraction of a gene's initial range, in which it begins if it is random.
     pub(crate) fn share(&self, gene: usize) -> f64 {
         self.0[gene].share
     }
@@ -395,13 +395,14 @@ impl Space {
 }
 
 /// The range of a gene's initial values.
-pub(crate) fn initial_range(settings: &Settings, own: Option<[f32; 2]>) -> [f64; 2] {
-    own.map_or(settings.initial, |range| range.map(f64::from))
+pub(crate) fn initial_range(settings: &Settings, range: Option<[f32; 2]>) -> [f64; 2] {
+    range.map_or(settings.initial, |ends| ends.map(f64::from))
 }
 
-/// The least and the greatest value of a gene: those of its range or the limits.
-pub(crate) fn bounds(settings: &Settings, own: Option<[f32; 2]>) -> [f64; 2] {
-    own.map(|range| range.map(f64::from))
+/// The minimum and the maximum of a gene: those of its range or the limits.
+pub(crate) fn bounds(settings: &Settings, range: Option<[f32; 2]>) -> [f64; 2] {
+    range
+        .map(|ends| ends.map(f64::from))
         .or(settings.limits)
         .unwrap_or([-f64::from(GREATEST_GENE), f64::from(GREATEST_GENE)])
 }

@@ -42,12 +42,12 @@ impl Settings {
     }
 
     /// With an evolution strategy that adapts covariances.
-    pub(crate) fn adapting(&mut self) -> Option<&mut Strategy> {
+    pub(crate) fn if_adapts_covariances(&mut self) -> Option<&mut Strategy> {
         self.is(Feature::AdaptsCovariances).then_some(&mut self.strategy)
     }
 
     /// With an evolution strategy that follows a gradient.
-    pub(crate) fn climbing(&mut self) -> Option<&mut Strategy> {
+    pub(crate) fn if_follows_gradient(&mut self) -> Option<&mut Strategy> {
         self.is(Feature::FollowsGradient).then_some(&mut self.strategy)
     }
 }
@@ -57,14 +57,14 @@ impl Settings {
 pub(crate) fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
     vec![
         row("evolution.strategy.sigma", "", Number(1e-6, 1e6), "ours; 0.02 in evorobotpy2 with open-es",
-            "Standard deviation of the samples, of cma-es and sep-cma-es in the beginning, in halves of the initial range; default: 0.5, but 0.02 with open-es.", |own, _| Some(&mut own.as_mut().strategy()?.sigma)),
+            "Standard deviation of the samples, of cma-es and sep-cma-es in the beginning, in halves of the initial range; default: 0.5, but 0.02 with open-es.", |values, _| Some(&mut values.as_mut().strategy()?.sigma)),
         row("evolution.strategy.active", "", Any, "Hansen 2016, and the package cma 4.5.0",
-            "Whether the worse half of the samples takes from the covariances.", |own, _| Some(&mut own.as_mut().adapting()?.active)),
+            "Whether the worse half of the samples takes from the covariances.", |values, _| Some(&mut values.as_mut().if_adapts_covariances()?.active)),
         row("evolution.strategy.restarts", "", Any, "Hansen 2016, appendix B.3",
-            "Whether a strategy that can't go on or has not risen for long begins again elsewhere, with as many individuals.", |own, _| Some(&mut own.as_mut().adapting()?.restarts)),
+            "Whether a strategy that can't go on or has not risen for long begins again elsewhere, with as many individuals.", |values, _| Some(&mut values.as_mut().if_adapts_covariances()?.restarts)),
         row("evolution.strategy.learning_rate", "", Number(1e-9, 1e3), "evorobotpy2",
-            "Adam's step, in halves of the initial range.", |own, _| Some(&mut own.as_mut().climbing()?.learning_rate)),
+            "Adam's step, in halves of the initial range.", |values, _| Some(&mut values.as_mut().if_follows_gradient()?.learning_rate)),
         row("evolution.strategy.weight_decay", "", Number(0.0, 1e3), "Salimans et al. 2017",
-            "Pull to the middle of the initial range: this share of the distance is taken from the gradient.", |own, _| Some(&mut own.as_mut().climbing()?.weight_decay)),
+            "Pull to the middle of the initial range: this fraction of the distance is subtracted from the gradient.", |values, _| Some(&mut values.as_mut().if_follows_gradient()?.weight_decay)),
     ]
 }

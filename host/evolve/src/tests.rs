@@ -75,8 +75,8 @@ fn made(settings: Settings, seed: u64) -> Box<dyn Optimizer> {
     optimizer(&settings, seed, &vec![number(None); GENES], None)
 }
 
-/// Random genes fill their shares of the initial range, around its middle, and no more; nothing else is drawn differently. Of mirrored
-/// samples that is true of their mean.
+/// Random genes fill their fraction of the initial range, around its middle, and no more; nothing else is drawn
+/// differently. With mirrored samples that is true of their mean.
 #[test]
 fn random_genes_begin_in_their_shares() {
     let shares: Vec<f64> = (0..GENES).map(|gene| [0.0, 0.25, 2.0][gene % 3]).collect();
@@ -90,12 +90,12 @@ fn random_genes_begin_in_their_shares() {
         let optimizer = made(settings, 3);
         let genomes = optimizer.ask().genomes();
         let genomes: Vec<Vec<f64>> = genomes
-            .map(|own| own.iter().copied().map(f64::from).collect())
+            .map(|genome| genome.iter().copied().map(f64::from).collect())
             .collect();
         if kind != Kind::OpenEs {
             return genomes;
         }
-        let mean = |gene: usize| genomes.iter().map(|own| own[gene]).sum::<f64>() / genomes.len() as f64;
+        let mean = |gene: usize| genomes.iter().map(|genome| genome[gene]).sum::<f64>() / genomes.len() as f64;
         vec![(0..GENES).map(mean).collect()]
     };
     for &(_, kind, _) in Kind::CHOICES {
@@ -103,10 +103,10 @@ fn random_genes_begin_in_their_shares() {
         if kind.entry().features.contains(&Feature::SetsFirstGenes) || kind == Kind::Coevolution {
             continue;
         }
-        for (own, whole) in drawn(kind, &shares).iter().zip(drawn(kind, &[])) {
-            for (gene, (own, whole)) in own.iter().zip(whole).enumerate() {
+        for (ours, whole) in drawn(kind, &shares).iter().zip(drawn(kind, &[])) {
+            for (gene, (ours, whole)) in ours.iter().zip(whole).enumerate() {
                 let expected = 3.0 + shares[gene] * (whole - 3.0);
-                assert!((own - expected).abs() < 1e-5, "{kind:?}: {own}, {expected}");
+                assert!((ours - expected).abs() < 1e-5, "{kind:?}: {ours}, {expected}");
             }
         }
     }
@@ -195,8 +195,8 @@ fn another_number_of_scores_is_refused_without_a_change() {
     }
 }
 
-/// A NaN counts as the worst, whatever its sign: an optimiser continues as if that individual had the least score of all. A
-/// roulette wheel is by scores, not by ranks: there a NaN has no chance.
+/// A NaN counts as the worst, whatever its sign: an optimiser continues as if that individual had the worst score of
+/// all. A roulette wheel is by scores, not by ranks: there a NaN has no chance.
 #[test]
 fn nan_is_the_worst_and_is_counted() {
     let is_by_ranks = |(kind, _): &(usize, _)| *kind != Kind::CHOICES.len() + 3;
@@ -248,12 +248,12 @@ fn optimisers_are_as_pinned() {
     let names = kinds.chain(SelectionKind::CHOICES.iter().map(|&(name, ..)| name));
     let mut rows = Rows::default();
     for (index, name) in names.enumerate() {
-        let begun = || all(9).swap_remove(index);
-        let (mut straight, mut resumed) = (begun(), begun());
+        let start = || all(9).swap_remove(index);
+        let (mut straight, mut resumed) = (start(), start());
         let mut genomes = Vec::new();
         for _ in 0..12 {
             let state = resumed.save();
-            resumed = begun();
+            resumed = start();
             resumed.restore(&state).unwrap();
             for optimizer in [&mut straight, &mut resumed] {
                 let scores = fitness(optimizer.ask());

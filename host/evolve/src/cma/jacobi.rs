@@ -1,7 +1,7 @@
 //! Axes of a symmetric matrix by Jacobi's rotations in a fixed order (Golub and Van Loan, "Matrix computations", 4th edition,
 //! 8.5): only additions, products, quotients and square roots, so every processor finds the same bits.
 
-/// The eigenvalues of a symmetric matrix that is given row after row, and the eigenvectors: one in each column, row after row.
+/// The eigenvalues of a symmetric matrix, row after row, and its eigenvectors: one in each column, row after row.
 pub(super) fn axes(matrix: &[f64], size: usize) -> (Vec<f64>, Vec<f64>) {
     /// Six to ten sweeps suffice for matrices of this size; more only for what is no number.
     const SWEEPS: usize = 60;
@@ -18,12 +18,12 @@ pub(super) fn axes(matrix: &[f64], size: usize) -> (Vec<f64>, Vec<f64>) {
         for p in 0..size {
             for q in p + 1..size {
                 let off = a[p * size + q];
-                let (own, other) = (a[p * size + p], a[q * size + q]);
-                if off * off <= NEGLIGIBLE * (own * other).abs() {
+                let (one, other) = (a[p * size + p], a[q * size + q]);
+                if off * off <= NEGLIGIBLE * (one * other).abs() {
                     continue;
                 }
                 is_diagonal = false;
-                let theta = (other - own) / (2.0 * off);
+                let theta = (other - one) / (2.0 * off);
                 let size_of = 1.0 / (theta.abs() + (theta * theta + 1.0).sqrt());
                 let tangent = if theta < 0.0 { -size_of } else { size_of };
                 let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();

@@ -1,5 +1,5 @@
-//! Against the Python package `cma` 4.5.0. What it computed is in `oracles/`; `tests/optimisers.sh` has it computed anew, with more
-//! genes, and sets `ONEIRO_OPTIMISERS` to where that is.
+//! Compares with the Python package `cma` 4.5.0. Its results are in `oracles/`; `tests/optimisers.sh` computes them
+//! anew with more genes, and sets `ONEIRO_OPTIMISERS` to their folder.
 
 use std::path::PathBuf;
 
@@ -14,15 +14,15 @@ fn numbers(line: &str) -> Vec<f64> {
     line.split(' ').map(|word| word.parse().unwrap()).collect()
 }
 
-/// The greatest difference as a share of the greatest number.
-fn difference(own: &[f64], other: &[f64]) -> f64 {
-    assert_eq!(own.len(), other.len());
+/// The maximum difference as a fraction of the maximum number.
+fn difference(ours: &[f64], other: &[f64]) -> f64 {
+    assert_eq!(ours.len(), other.len());
     let greatest = other.iter().fold(0.0_f64, |most, number| most.max(number.abs()));
-    let differences = own.iter().zip(other).map(|(own, other)| (own - other).abs());
+    let differences = ours.iter().zip(other).map(|(a, other)| (a - other).abs());
     differences.fold(0.0, f64::max) / greatest
 }
 
-/// Follows the steps of a file, of which `change` changes the constants, and returns the greatest difference.
+/// Follows a file's steps with constants changed by `change`, and returns the maximum difference.
 fn followed(text: &str, change: fn(&mut Constants)) -> f64 {
     let mut lines = text.lines();
     let mut next = || numbers(lines.next().expect("a line"));
@@ -32,23 +32,26 @@ fn followed(text: &str, change: fn(&mut Constants)) -> f64 {
     let genes = genes as usize;
     let mut constants = Constants::new(genes, population as usize, true, active != 0.0);
     change(&mut constants);
-    let mut own = Distribution::new(next(), next()[0], true);
-    own.covariances = next();
+    let mut distribution = Distribution::new(next(), next()[0], true);
+    distribution.covariances = next();
     let mut worst = 0.0_f64;
     for _ in 0..steps as usize {
         let (places, values) = (next(), next());
         let fitness: Vec<f64> = values.iter().map(|value| -value).collect();
         let mut ranking: Vec<usize> = (0..fitness.len()).collect();
         ranking.sort_by(|&a, &b| fitness[b].total_cmp(&fitness[a]));
-        let deviation = |index: usize| (places[index] - own.mean[index % genes]) / own.sigma;
+        let deviation = |index: usize| (places[index] - distribution.mean[index % genes]) / distribution.sigma;
         let deviations: Vec<f64> = (0..places.len()).map(deviation).collect();
-        let samples: Vec<&[f64]> = ranking.iter().map(|&own| &deviations[own * genes..][..genes]).collect();
-        let axes = own.axes();
-        own.update(&constants, &axes, &samples);
+        let samples: Vec<&[f64]> = ranking
+            .iter()
+            .map(|&index| &deviations[index * genes..][..genes])
+            .collect();
+        let axes = distribution.axes();
+        distribution.update(&constants, &axes, &samples);
         worst = worst
-            .max(difference(&own.mean, &next()))
-            .max(difference(&[own.sigma], &next()))
-            .max(difference(&own.covariances, &next()));
+            .max(difference(&distribution.mean, &next()))
+            .max(difference(&[distribution.sigma], &next()))
+            .max(difference(&distribution.covariances, &next()));
     }
     worst
 }
@@ -119,23 +122,23 @@ fn it_needs_as_many_evaluations_as_cma() {
         };
         let value = if function == "sphere" { sphere } else { ellipsoid };
         let kind = if kind == FULL.name { Kind::CmaEs } else { Kind::SepCmaEs };
-        let mut own: Vec<u32> = (1..=21).map(|seed| evaluations(kind, seed, value)).collect();
-        own.sort_unstable();
-        let (median, expected) = (f64::from(own[10]), expected.parse::<f64>().unwrap());
+        let mut counts: Vec<u32> = (1..=21).map(|seed| evaluations(kind, seed, value)).collect();
+        counts.sort_unstable();
+        let (median, expected) = (f64::from(counts[10]), expected.parse::<f64>().unwrap());
         println!("{line}: {median}");
         assert!((median / expected - 1.0).abs() < 0.1, "{line}: {median}");
     }
 }
 
-/// Ten lines of the formulas for a diagonal, beside one update.
+/// Ten lines of the formulas for a diagonal, compared with one update.
 #[test]
 fn a_diagonal_is_updated_as_the_formulas_say() {
     let constants = Constants::new(2, 4, false, false);
-    let mut own = Distribution::new(vec![0.5, -0.25], 0.3, false);
-    own.covariances = vec![4.0, 0.25];
+    let mut distribution = Distribution::new(vec![0.5, -0.25], 0.3, false);
+    distribution.covariances = vec![4.0, 0.25];
     let samples: [&[f64]; 4] = [&[1.0, 0.2], &[-0.5, 0.4], &[3.0, -1.0], &[0.0, 0.1]];
-    let axes = own.axes();
-    own.update(&constants, &axes, &samples);
+    let axes = distribution.axes();
+    distribution.update(&constants, &axes, &samples);
     let half = 2.5_f64.ln();
     let (one, two) = (half, half - 2.0_f64.ln());
     let [one, two] = [one / (one + two), two / (one + two)];
@@ -153,14 +156,15 @@ fn a_diagonal_is_updated_as_the_formulas_say() {
         let expected = (1.0 - c1 - cmu) * before
             + c1 * path * path
             + cmu * (one * samples[0][gene].powi(2) + two * samples[1][gene].powi(2));
-        assert!((own.covariances[gene] - expected).abs() < 1e-14, "{gene}");
+        assert!((distribution.covariances[gene] - expected).abs() < 1e-14, "{gene}");
         let white = (cs * (2.0 - cs) * mass).sqrt() * step / before.sqrt();
-        assert!((own.path_sigma[gene] - white).abs() < 1e-14);
-        assert!((own.mean[gene] - [0.5, -0.25][gene] - 0.3 * step).abs() < 1e-15);
+        assert!((distribution.path_sigma[gene] - white).abs() < 1e-14);
+        assert!((distribution.mean[gene] - [0.5, -0.25][gene] - 0.3 * step).abs() < 1e-15);
     }
 }
 
-/// A strategy whose fitness never rises begins again elsewhere, unless restarts are off, and goes on as after a pause.
+/// A strategy whose fitness never rises begins again elsewhere, unless restarts are off, and continues as after a
+/// pause.
 #[test]
 fn it_begins_again_where_it_can_not_go_on() {
     for (restarts, kind) in [(true, Kind::CmaEs), (true, Kind::SepCmaEs), (false, Kind::CmaEs)] {
@@ -203,11 +207,11 @@ fn samples_have_their_covariances() {
         {
             *sum += product / COUNT as f64;
         }
-        // A deviation by the inverse root is as long as what it was made of.
+        // A deviation whitened by the inverse root has its original length.
         let again = axes.whitened(&drawn);
         assert!((dot(&again, &again) - dot(&white, &white)).abs() < 1e-12 * (1.0 + dot(&white, &white)));
     }
-    for (own, expected) in sums.iter().zip([2.0, 1.2, 1.0]) {
-        assert!((own - expected).abs() < 0.06, "{sums:?}");
+    for (sum, expected) in sums.iter().zip([2.0, 1.2, 1.0]) {
+        assert!((sum - expected).abs() < 0.06, "{sums:?}");
     }
 }

@@ -71,7 +71,7 @@ impl Choice for SelectionKind {
         (
             "tournament",
             Self::Tournament,
-            "the best of some that are drawn from all",
+            "the best of some randomly drawn individuals",
         ),
     ];
 
@@ -184,7 +184,7 @@ pub enum MutationKind {
 }
 
 impl MutationKind {
-    /// Whether the chance is of a gene or of an individual, as the experiment says; else it is of an individual.
+    /// Whether the experiment chooses if the chance is per gene or per individual; else it is per individual.
     pub(crate) fn has_unit(self) -> bool {
         !matches!(self, Self::AddVector | Self::EvoStick | Self::FlipBits)
     }
@@ -250,30 +250,30 @@ impl Settings {
     }
 
     /// With the genetic algorithm, if only the best become parents.
-    pub(crate) fn truncated(&mut self) -> Option<&mut Self> {
+    pub(crate) fn if_has_parents(&mut self) -> Option<&mut Self> {
         self.has_parents().then_some(self)
     }
 
     /// With the genetic algorithm, if there is crossover.
-    pub(crate) fn crossed(&mut self) -> Option<&mut Crossover> {
+    pub(crate) fn if_has_crossover(&mut self) -> Option<&mut Crossover> {
         let crossover = &mut self.genetic()?.crossover;
         (crossover.kind != CrossoverKind::None).then_some(crossover)
     }
 
     /// With the genetic algorithm, if the chance of a mutation has a unit to choose.
-    pub(crate) fn mutated_by_unit(&mut self) -> Option<&mut Mutation> {
+    pub(crate) fn if_mutates_by_unit(&mut self) -> Option<&mut Mutation> {
         let mutation = &mut self.genetic()?.mutation;
         mutation.kind.has_unit().then_some(mutation)
     }
 
     /// With the genetic algorithm, if genes change by an amount.
-    pub(crate) fn mutated_by_amount(&mut self) -> Option<&mut Mutation> {
+    pub(crate) fn if_mutates_by_amount(&mut self) -> Option<&mut Mutation> {
         let mutation = &mut self.genetic()?.mutation;
         (mutation.kind != MutationKind::FlipBits).then_some(mutation)
     }
 
     /// With the genetic algorithm, if genes are words of bits.
-    pub(crate) fn mutated_by_bits(&mut self) -> Option<&mut Mutation> {
+    pub(crate) fn if_mutates_by_bits(&mut self) -> Option<&mut Mutation> {
         let mutation = &mut self.genetic()?.mutation;
         (mutation.kind == MutationKind::FlipBits).then_some(mutation)
     }
@@ -289,41 +289,41 @@ impl Settings {
 pub(crate) fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
     vec![
         row("evolution.selection.kind", "", Any, OURS,
-            "How parents are selected; default: truncation.", |own, _| Some(&mut own.as_mut().genetic()?.selection.kind)),
+            "How parents are selected; default: truncation.", |values, _| Some(&mut values.as_mut().genetic()?.selection.kind)),
         row("evolution.selection.pressure", "", Number(1.0, 2.0), "Baker 1985",
-            "How many children the best has for each of an average individual; the last has 2 less this.", |own, _| {
-                let selection = &mut own.as_mut().genetic()?.selection;
+            "How many children the best has for each of an average individual; the last has 2 less this.", |values, _| {
+                let selection = &mut values.as_mut().genetic()?.selection;
                 (selection.kind == SelectionKind::Rank).then_some(&mut selection.pressure)
             }),
         row("evolution.selection.scaling", "", Number(1.0, 10.0), "Goldberg 1989, linear scaling",
-            "How many children the best has for each of an average individual; fewer where the worst would have less than none.", |own, _| {
-                let selection = &mut own.as_mut().genetic()?.selection;
+            "How many children the best has for each of an average individual; fewer where the worst would have less than none.", |values, _| {
+                let selection = &mut values.as_mut().genetic()?.selection;
                 (selection.kind == SelectionKind::Roulette).then_some(&mut selection.scaling)
             }),
         row("evolution.selection.size", "", Whole(1, 1_000_000), OURS,
-            "Individuals in a tournament.", |own, _| {
-                let selection = &mut own.as_mut().genetic()?.selection;
+            "Individuals in a tournament.", |values, _| {
+                let selection = &mut values.as_mut().genetic()?.selection;
                 (selection.kind == SelectionKind::Tournament).then_some(&mut selection.size)
             }),
         row("evolution.crossover.kind", "", Any, "ours: none mentioned in Miglino et al. 1995, section 3.4",
-            "How a child's genes come from two parents, before they are mutated; default: none.", |own, _| Some(&mut own.as_mut().genetic()?.crossover.kind)),
+            "How a child's genes come from two parents, before they are mutated; default: none.", |values, _| Some(&mut values.as_mut().genetic()?.crossover.kind)),
         row("evolution.crossover.rate", "", Number(0.0, 1.0), OURS,
-            "Chance of a child to have two parents.", |own, _| Some(&mut own.as_mut().crossed()?.rate)),
+            "Chance of a child to have two parents.", |values, _| Some(&mut values.as_mut().if_has_crossover()?.rate)),
         row("evolution.crossover.share", "", Number(0.0, 1.0), OURS,
-            "Chance of each gene of such a child to be the second parent's.", |own, _| {
-                let crossover = own.as_mut().crossed()?;
+            "Chance of each gene of such a child to be the second parent's.", |values, _| {
+                let crossover = values.as_mut().if_has_crossover()?;
                 (crossover.kind == CrossoverKind::Uniform).then_some(&mut crossover.share)
             }),
         row("evolution.mutation.kind", "", Any, OURS,
-            "What mutation does to a gene.", |own, _| Some(&mut own.as_mut().genetic()?.mutation.kind)),
+            "How mutation changes a gene.", |values, _| Some(&mut values.as_mut().genetic()?.mutation.kind)),
         row("evolution.mutation.rate", "", Number(0.0, 1.0), "Miglino et al. 1995, section 3.4",
-            "Chance of a change.", |own, _| Some(&mut own.as_mut().genetic()?.mutation.rate)),
+            "Chance of a change.", |values, _| Some(&mut values.as_mut().genetic()?.mutation.rate)),
         row("evolution.mutation.per", "", Any, "ours: \"25%\", and not of what, in Miglino et al. 1995, section 3.4",
-            "What that chance is drawn for.", |own, _| Some(&mut own.as_mut().mutated_by_unit()?.per)),
+            "Whether that chance is per gene or per individual.", |values, _| Some(&mut values.as_mut().if_mutates_by_unit()?.per)),
         row("evolution.mutation.amount", "", Number(0.0, GREATEST_GENE.into()), "ours: no size in Miglino et al. 1995, section 3.4",
-            "Size of the change: the maximum that is added, or its standard deviation; not with replace.", |own, _| Some(&mut own.as_mut().mutated_by_amount()?.amount)),
+            "Size of the change: the maximum that is added, or its standard deviation; not with replace.", |values, _| Some(&mut values.as_mut().if_mutates_by_amount()?.amount)),
         row("evolution.mutation.bits", "bits", Whole(1, 16), "Floreano and Nolfi 1997",
-            "Bits of a gene, where mutation flips them.", |own, _| Some(&mut own.as_mut().mutated_by_bits()?.bits)),
+            "Bits of a gene, where mutation flips them.", |values, _| Some(&mut values.as_mut().if_mutates_by_bits()?.bits)),
     ]
 }
 

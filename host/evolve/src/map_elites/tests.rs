@@ -1,4 +1,5 @@
-//! Against the Python package `ribs` 0.12.0: what its archive does is in `oracle.txt`. `tests/optimisers.sh` has it computed anew.
+//! Compares with the Python package `ribs` 0.12.0, whose archive is in `oracle.txt`. `tests/optimisers.sh` computes it
+//! anew.
 
 use std::path::PathBuf;
 
@@ -27,14 +28,14 @@ fn numbers(line: &str) -> Vec<f64> {
 #[test]
 fn its_archive_is_that_of_ribs() {
     let committed = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("src/map_elites/oracle.txt");
-    let path =
-        std::env::var_os("ONEIRO_OPTIMISERS").map_or_else(committed, |own| PathBuf::from(own).join("archive.txt"));
+    let path = std::env::var_os("ONEIRO_OPTIMISERS")
+        .map_or_else(committed, |folder| PathBuf::from(folder).join("archive.txt"));
     let text = std::fs::read_to_string(path).unwrap();
     let mut lines = text.lines();
     let [batch, batches, offset] = numbers(lines.next().unwrap())[..] else {
         panic!("three numbers")
     };
-    let mut own = MapElites::new(&settings(Acceptance::Optimistic, 0), 1, &vec![None; 1], None);
+    let mut map_elites = MapElites::new(&settings(Acceptance::Optimistic, 0), 1, &vec![None; 1], None);
     for _ in 0..batches as usize {
         let scores: Vec<f32> = numbers(lines.next().unwrap())
             .iter()
@@ -42,12 +43,12 @@ fn its_archive_is_that_of_ribs() {
             .collect();
         let behaviour = numbers(lines.next().unwrap());
         let status = numbers(lines.next().unwrap());
-        let before = own.archive.clone();
+        let before = map_elites.archive.clone();
         let cells: Vec<u32> = behaviour
             .chunks_exact(2)
-            .map(|own_place| own.archive.cells.of(own_place).unwrap())
+            .map(|place| map_elites.archive.cells.of(place).unwrap())
             .collect();
-        own.tell(scores.clone(), &behaviour).unwrap();
+        map_elites.tell(scores.clone(), &behaviour).unwrap();
         for (individual, (&cell, status)) in cells.iter().zip(status).enumerate() {
             // 0: not added, 1: better than the elite before the batch, 2: the first of its cell.
             let expected = match before.elites.get(&cell) {
@@ -59,22 +60,22 @@ fn its_archive_is_that_of_ribs() {
                 status,
                 expected,
                 "generation {}, individual {individual}",
-                own.generation - 1
+                map_elites.generation - 1
             );
         }
         let [elites, coverage, quality] = numbers(lines.next().unwrap())[..] else {
             panic!("three numbers")
         };
-        assert_eq!(own.archive.elites.len() as f64, elites);
-        assert_eq!(elites / own.archive.cells() as f64, coverage);
-        assert!((own.archive.quality(offset) - quality).abs() < 1e-11 * quality.abs());
+        assert_eq!(map_elites.archive.elites.len() as f64, elites);
+        assert_eq!(elites / map_elites.archive.cells() as f64, coverage);
+        assert!((map_elites.archive.quality(offset) - quality).abs() < 1e-11 * quality.abs());
     }
     let mut left = 0;
     for line in lines {
         let [cell, fitness, solution] = numbers(line)[..] else {
             panic!("three numbers")
         };
-        let elite = &own.archive.elites[&(cell as u32)];
+        let elite = &map_elites.archive.elites[&(cell as u32)];
         assert_eq!(elite.fitness, fitness);
         assert_eq!(
             f64::from(elite.generation) * batch + f64::from(elite.individual),
@@ -83,7 +84,7 @@ fn its_archive_is_that_of_ribs() {
         );
         left += 1;
     }
-    assert_eq!(left, own.archive.elites.len());
+    assert_eq!(left, map_elites.archive.elites.len());
 }
 
 /// Cells at the ends hold what is outside, and NaN belongs to none.
@@ -106,7 +107,7 @@ fn centroids_divide_evenly() {
     let mut settings = settings(Acceptance::Optimistic, 0);
     (settings.tables.archive.cells, settings.tables.archive.centroids) = (Kind::Centroidal, 50);
     let cells = Cells::new(&settings);
-    // The standard deviation of the regions' sizes, as a share of their mean.
+    // The standard deviation of the regions' sizes, as a fraction of their mean.
     let unevenness = |cells: &Cells| {
         let mut counts = [0.0_f64; 50];
         let mut random = stream(9, Stream::Sampling, 0);
@@ -120,9 +121,9 @@ fn centroids_divide_evenly() {
     let mut random = stream(8, Stream::Sampling, 0);
     let places = (0..100).map(|_| unit(&mut random)).collect();
     let at_random = Cells::Centroids(settings.descriptors.clone(), places);
-    let [own, other] = [&cells, &at_random].map(unevenness);
-    println!("{own} and {other}");
-    assert!(own < 0.35 && other > 0.4, "{own} and {other}");
+    let [evenly, other] = [&cells, &at_random].map(unevenness);
+    println!("{evenly} and {other}");
+    assert!(evenly < 0.35 && other > 0.4, "{evenly} and {other}");
     let Cells::Centroids(_, centroids) = &cells else {
         panic!("centroids")
     };
@@ -133,33 +134,39 @@ fn centroids_divide_evenly() {
     assert_eq!(*centroids, super::centroids(2, 50));
 }
 
-/// An elite that lives again: its best score, or its mean in the cell of its mean behaviour.
+/// A re-evaluated elite: its best score, or its mean in the cell of its mean behaviour.
 #[test]
 fn elites_that_live_again_are_accepted_as_asked() {
     for acceptance in [Acceptance::Optimistic, Acceptance::Mean] {
-        let mut own = MapElites::new(&settings(acceptance, 1), 1, &vec![None; 2], None);
+        let mut map_elites = MapElites::new(&settings(acceptance, 1), 1, &vec![None; 2], None);
         let nowhere = [f64::NAN; 2];
-        let told = |own: &mut MapElites, score: f32, place: [f64; 2]| {
+        let told = |map_elites: &mut MapElites, score: f32, place: [f64; 2]| {
             let mut fitness = vec![f32::NAN; 16];
             let mut behaviour = nowhere.repeat(16);
             fitness[0] = score;
             behaviour[..2].copy_from_slice(&place);
-            own.tell(fitness, &behaviour).unwrap();
+            map_elites.tell(fitness, &behaviour).unwrap();
         };
-        told(&mut own, 4.0, [-0.9, 1.0]);
-        let genome = own.archive.elites[&0].genome.clone();
-        assert_eq!((own.again.clone(), own.ask().genome(0)), (vec![0], &genome[..]));
-        told(&mut own, 1.0, [0.9, 1.0]);
-        let (&cell, elite) = own.archive.elites.first_key_value().unwrap();
-        assert_eq!((own.archive.elites.len(), elite.evaluations, elite.score), (1, 2, 4.0));
+        told(&mut map_elites, 4.0, [-0.9, 1.0]);
+        let genome = map_elites.archive.elites[&0].genome.clone();
+        assert_eq!(
+            (map_elites.again.clone(), map_elites.ask().genome(0)),
+            (vec![0], &genome[..])
+        );
+        told(&mut map_elites, 1.0, [0.9, 1.0]);
+        let (&cell, elite) = map_elites.archive.elites.first_key_value().unwrap();
+        assert_eq!(
+            (map_elites.archive.elites.len(), elite.evaluations, elite.score),
+            (1, 2, 4.0)
+        );
         assert_eq!((elite.generation, elite.individual, &elite.genome), (0, 0, &genome));
         match acceptance {
             Acceptance::Optimistic => assert_eq!((cell, elite.fitness), (0, 4.0)),
             // The middle of the third descriptor's range.
             Acceptance::Mean => assert_eq!((cell, elite.fitness, elite.behaviour[0]), (15, 2.5, 0.0)),
         }
-        told(&mut own, 7.0, [0.9, 1.0]);
-        let (&cell, elite) = own.archive.elites.first_key_value().unwrap();
+        told(&mut map_elites, 7.0, [0.9, 1.0]);
+        let (&cell, elite) = map_elites.archive.elites.first_key_value().unwrap();
         match acceptance {
             Acceptance::Optimistic => assert_eq!((cell, elite.fitness, elite.generation), (30, 7.0, 2)),
             Acceptance::Mean => assert!((elite.fitness - 4.0).abs() < 1e-12 && elite.score == 4.0),
@@ -167,25 +174,26 @@ fn elites_that_live_again_are_accepted_as_asked() {
     }
 }
 
-/// Children are their first parent, plus normal numbers, plus a share of the way to the second that is the same for all genes.
+/// Children are their first parent, plus normal numbers, plus a part of the way to the second that is the same for all
+/// genes.
 #[test]
 fn children_vary_along_lines() {
     let mut settings = settings(Acceptance::Optimistic, 0);
     settings.population = 2000;
     for (iso, line) in [(0.0, 0.5), (0.25, 0.0)] {
         (settings.tables.archive.iso, settings.tables.archive.line) = (iso, line);
-        let mut own = MapElites::new(&settings, 3, &vec![None; 3], None);
-        let first = own.ask().clone();
+        let mut map_elites = MapElites::new(&settings, 3, &vec![None; 3], None);
+        let first = map_elites.ask().clone();
         let mut fitness = vec![f32::NAN; 2000];
         let mut behaviour = vec![f64::NAN; 4000];
         for individual in 0..2_u8 {
             fitness[usize::from(individual)] = 1.0;
             behaviour[2 * usize::from(individual)..][..2].copy_from_slice(&[f64::from(individual), 0.0]);
         }
-        own.tell(fitness, &behaviour).unwrap();
+        map_elites.tell(fitness, &behaviour).unwrap();
         let parents = [0, 1].map(|parent| first.genome(parent));
         let mut squares = 0.0;
-        for child in own.ask().genomes() {
+        for child in map_elites.ask().genomes() {
             let share = |gene: usize| (child[gene] - parents[0][gene]) / (parents[1][gene] - parents[0][gene]);
             if line > 0.0 {
                 assert!((share(0) - share(1)).abs() < 1e-3 && (share(1) - share(2)).abs() < 1e-3);

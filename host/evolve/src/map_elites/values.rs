@@ -58,7 +58,7 @@ impl Choice for Cells {
     ];
 }
 
-/// What elites are compared by.
+/// The fitness that compares elites.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Acceptance {
     Optimistic,
@@ -70,7 +70,7 @@ impl Choice for Acceptance {
         (
             "optimistic",
             Self::Optimistic,
-            "the best score that they ever had, in the cell of that life",
+            "their best score so far, in the cell of that episode",
         ),
         (
             "mean",
@@ -85,23 +85,23 @@ impl Table for Values {
     fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         vec![
             row("evolution.archive.cells", "", Any, OURS,
-                "How an archive divides behaviour.", |own, _| Some(&mut own.as_mut().archive()?.cells)),
+                "How an archive divides behaviour.", |values, _| Some(&mut values.as_mut().archive()?.cells)),
             row("evolution.archive.centroids", "", Whole(1, 10_000), "Vassiliades et al. 2018, whose archives have up to 10,000",
-                "Cells of a centroidal archive; a grid has those of its descriptors.", |own, _| Some(&mut own.as_mut().archive()?.centroids)),
+                "Cells of a centroidal archive; a grid has those of its descriptors.", |values, _| Some(&mut values.as_mut().archive()?.centroids)),
             row("evolution.archive.iso", "", Number(0.0, 1e6), "Vassiliades and Mouret 2018; pyribs",
-                "Standard deviation of what is added to each gene of a child, in halves of the initial range.", |own, _| Some(&mut own.as_mut().archive()?.iso)),
+                "Standard deviation of what is added to each gene of a child, in halves of the initial range.", |values, _| Some(&mut values.as_mut().archive()?.iso)),
             row("evolution.archive.line", "", Number(0.0, 1e6), "Vassiliades and Mouret 2018; pyribs",
-                "Standard deviation of how far a child is on the way to a second elite, as a share of that way.", |own, _| Some(&mut own.as_mut().archive()?.line)),
+                "Standard deviation of a child's move towards a second elite, as a fraction of the distance.", |values, _| Some(&mut values.as_mut().archive()?.line)),
             row("evolution.archive.reevaluated", "", WholeUpTo(0, "evolution.population"), OURS,
-                "Elites of each generation that live again, as part of its population.", |own, _| Some(&mut own.as_mut().archive()?.reevaluated)),
+                "Re-evaluated elites in each generation, as part of its population.", |values, _| Some(&mut values.as_mut().archive()?.reevaluated)),
             row("evolution.archive.acceptance", "", Any, OURS,
-                "What elites are compared by.", |own, _| Some(&mut own.as_mut().archive()?.acceptance)),
+                "The fitness that compares elites.", |values, _| Some(&mut values.as_mut().archive()?.acceptance)),
             row("evolution.archive.offset", "", Number(-1e6, 1e6), OURS,
-                "Fitness that counts as nothing in the QD score, the sum over all elites.", |own, _| Some(&mut own.as_mut().archive()?.offset)),
+                "Fitness that counts as nothing in the QD score, the sum over all elites.", |values, _| Some(&mut values.as_mut().archive()?.offset)),
         ]
     }
 
-    // Experiments of other optimisers had them too.
+    // Experiments of other optimisers had these values from the start.
     fn is_left_out(&self) -> bool {
         false
     }
@@ -112,7 +112,11 @@ impl Settings {
     pub fn cells(&self) -> usize {
         let Values { cells, centroids, .. } = self.tables.archive;
         match cells {
-            Cells::Grid => self.descriptors.iter().map(|own| own.cells as usize).product(),
+            Cells::Grid => self
+                .descriptors
+                .iter()
+                .map(|descriptor| descriptor.cells as usize)
+                .product(),
             Cells::Centroidal => centroids as usize,
         }
     }
@@ -125,7 +129,7 @@ pub(super) fn check(settings: &Settings, _: &Surroundings<'_>) -> Checked {
     let cells = settings
         .descriptors
         .iter()
-        .try_fold(1_u64, |all, own| all.checked_mul(own.cells.into()));
+        .try_fold(1_u64, |all, descriptor| all.checked_mul(descriptor.cells.into()));
     if settings.tables.archive.cells == Cells::Grid && cells.is_none_or(|cells| cells > MOST_CELLS) {
         let problem = format!("have more than {MOST_CELLS} cells in all; allowed: up to that, or a centroidal archive");
         return refused("evolution.descriptors", problem);

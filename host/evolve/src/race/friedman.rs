@@ -94,7 +94,7 @@ mod tests {
 
     fn places() -> Vec<Vec<u32>> {
         let each = TIMES.iter().map(|times| {
-            let place = |own: &f64| times.iter().filter(|other| *other < own).count() as u32;
+            let place = |time: &f64| times.iter().filter(|other| *other < time).count() as u32;
             times.iter().map(place).collect()
         });
         each.collect()

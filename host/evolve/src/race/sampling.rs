@@ -37,7 +37,7 @@ impl Place {
         ((f64::from(gene) - self.low) as usize).min(most)
     }
 
-    /// A value as it is kept: in the middle between whole numbers, if it is one.
+    /// A value as stored: in the middle between whole numbers, if it is one.
     fn kept(&self, value: f64) -> f32 {
         match self.kind {
             GeneKind::Number => {
@@ -132,24 +132,24 @@ impl Model {
 
     /// A candidate with more of its chances on its own choices.
     pub(super) fn sharpened(&self, candidate: &Candidate, share: f64) -> Candidate {
-        let mut own = candidate.clone();
+        let mut sharper = candidate.clone();
         for (gene, place) in self.0.iter().enumerate() {
             // A choice without an effect has nothing for it.
-            if place.kind == GeneKind::Choice && self.is_active(&own.genome, gene) {
-                let chances = &mut own.chances[place.choice];
+            if place.kind == GeneKind::Choice && self.is_active(&sharper.genome, gene) {
+                let chances = &mut sharper.chances[place.choice];
                 for chance in chances.iter_mut() {
                     *chance *= 1.0 - share;
                 }
-                chances[place.index(own.genome[gene])] += share;
+                chances[place.index(sharper.genome[gene])] += share;
             }
         }
-        own
+        sharper
     }
 
     /// A child of a candidate.
     pub(super) fn around(&self, parent: &Candidate, spread: f64, random: &mut impl Rng) -> Candidate {
         let mut child = parent.clone();
-        // What decides whether a gene has an effect comes before it.
+        // The genes that decide whether a gene has an effect come before it.
         for (gene, place) in self.0.iter().enumerate() {
             if !self.is_active(&child.genome, gene) {
                 continue;

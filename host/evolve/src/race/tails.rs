@@ -1,6 +1,6 @@
-//! Tail probabilities of the tests of a race, made of `+ - * /` and square roots alone, so that every host drops the same
-//! candidates; those of [`oneiro_statistics`] are the platform's. Formulas: Abramowitz and Stegun, "Handbook of Mathematical
-//! Functions" (1964), 7.1.6, 26.4.4, 26.4.5, 26.4.17, 26.7.3 and 26.7.4.
+//! Tail probabilities of the tests of a race, made only of `+ - * /` and square roots, so that every host drops the
+//! same candidates; those of [`oneiro_statistics`] are the platform's. Formulas: Abramowitz and Stegun, "Handbook of
+//! Mathematical Functions" (1964), 7.1.6, 26.4.4, 26.4.5, 26.4.17, 26.7.3 and 26.7.4.
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_PI, FRAC_2_SQRT_PI};
 

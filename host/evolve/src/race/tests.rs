@@ -8,8 +8,8 @@ use super::*;
 
 const RANGES: [[f32; 2]; 4] = [[0.0, 3.0], [1.0, 5.0], [-2.0, 2.0], [0.0, 1.0]];
 
-/// A choice of three, a whole number from 1 to 4 that has an effect with the first two choices, a number that has one with the
-/// greatest of those, and a number.
+/// A choice of three, a whole number from 1 to 4 that has an effect with the first two choices, a number that has one
+/// with the number's maximum, and a number.
 fn genes() -> [Gene; 4] {
     let [mut choice, mut whole, mut conditional, other] = RANGES.map(|range| number(Some(range)));
     choice.kind = GeneKind::Choice;
@@ -75,7 +75,7 @@ fn a_race_finds_choices_and_numbers_within_its_budget() {
         let all = finalists(&race, Vec::new());
         let best = &all[0].genome;
         assert_eq!([best[0], best[1]], [1.5, 4.5]);
-        // The luckiest is none of them, in whichever generation it was.
+        // The luckiest is not among them, in whichever generation it was.
         let others = finalists(&race, best.clone());
         assert!(all.len() > 1 && others == all[1..]);
         found[0] += (best[2] - 1.5).abs() / 5.0;
@@ -151,8 +151,8 @@ fn parents_are_drawn_by_their_place() {
     }
 }
 
-/// Children of a candidate: choices follow its chances, numbers that have an effect stay close to its own, those that had none are
-/// drawn anew, and those that have none stay.
+/// Children of a candidate: choices follow its chances, numbers with an effect stay close to its numbers, those that
+/// had none are drawn again, and those that have none are unchanged.
 #[test]
 fn children_are_sampled_around_their_parent() {
     let model = Model::new(&Settings::default(), &genes());
@@ -175,7 +175,7 @@ fn children_are_sampled_around_their_parent() {
     for whole in [1.5, 2.5, 3.5, 4.5] {
         assert!((shares(&others, 1, whole) - 0.25).abs() < 0.12, "{whole}");
     }
-    // With all chances on its own choice, the whole number is close to its own, and so is the last.
+    // With all chances on the parent's choice, the whole number is close to the parent's, and so is the last.
     parent.genome = vec![1.5, 2.5, 1.0, 0.5];
     let all = children(&model.sharpened(&parent, 1.0), &mut random);
     assert!(all.iter().all(|genome| genome[..3] == [1.5, 2.5, 1.0]));
@@ -183,7 +183,7 @@ fn children_are_sampled_around_their_parent() {
         all.iter()
             .all(|genome| (genome[3] - 0.5).abs() < 0.05 && genome[3] != 0.5)
     );
-    // With half of them a third of the other half is its own, too.
+    // With half of the chances, a third of the other half also has the parent's choice.
     let all = children(&model.sharpened(&parent, 0.5), &mut random);
     assert!((shares(&all, 0, 1.5) - 2.0 / 3.0).abs() < 0.1);
 }

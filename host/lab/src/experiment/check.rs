@@ -42,7 +42,7 @@ fn reality(transfer: &Transfer) -> Checked {
 /// An optimiser that uses behaviour also needs each life's trace, with one record of about `RECORD` bytes a cycle, and a full archive.
 pub(super) fn bytes(settings: &Settings, genes: usize) -> u64 {
     const RECORD: u64 = 160;
-    let (genes, population) = (genes as u64, u64::from(settings.evolution.lived()));
+    let (genes, population) = (genes as u64, u64::from(settings.evolution.genomes_per_generation()));
     let lives = population * u64::from(settings.trials);
     let behaviour = if settings.evolution.uses_behaviour() {
         lives.saturating_mul(RECORD * u64::from(settings.world.cycles))

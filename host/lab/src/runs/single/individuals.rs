@@ -24,7 +24,7 @@ impl Individuals {
         let evolution = &experiment.settings().evolution;
         npy::header(&[
             evolution.generations as usize,
-            evolution.lived() as usize,
+            evolution.genomes_per_generation() as usize,
             experiment.world().genes() + 1,
         ])
     }
@@ -48,7 +48,7 @@ impl Individuals {
         };
         Ok(Self {
             genes: experiment.world().genes(),
-            population: experiment.settings().evolution.lived() as usize,
+            population: experiment.settings().evolution.genomes_per_generation() as usize,
             values: npy::floats(values),
         })
     }
