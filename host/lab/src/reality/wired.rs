@@ -121,7 +121,7 @@ impl Values {
             Starts::Hand => ", and the time to put it at each start".to_owned(),
         };
         let time = Time::new(lives, 1, cycles + self.walk(), robots);
-        let noun = if lives == 1 { "life" } else { "lives" };
+        let noun = if lives == 1 { "episode" } else { "episodes" };
         let seconds = f64::from(cycles) / 10.0;
         format!("{lives} {noun} of {seconds} s{before}: {time}, less for those that are on record")
     }
