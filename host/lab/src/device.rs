@@ -19,7 +19,7 @@ use crate::threads;
 /// The device that evaluates.
 #[derive(Clone, Debug)]
 pub struct Backend {
-    /// As `--backend` has it.
+    /// As given by `--backend`.
     pub name: String,
     pub options: Options,
 }
@@ -27,7 +27,7 @@ pub struct Backend {
 /// The name of the device that answers at once, with which `oneiro device bench` measures the host.
 pub const NULL: &str = "null";
 
-/// Refuses it: nothing lives on it, so what it answers must not be recorded or reported as fitness.
+/// Refuses it: it simulates nothing, so its answers must not be recorded or reported as fitness.
 ///
 /// # Errors
 /// Exit 3.
@@ -50,20 +50,20 @@ pub fn open(backend: &Backend) -> Result<Box<dyn Evaluator>> {
     Ok(backend::open(&backend.name, backend.options)?)
 }
 
-/// Like [`open`], shared by all jobs of a command until the user stops it.
+/// Like [`open`], and shared by all jobs of a command until the user stops it.
 ///
 /// # Errors
 /// As [`open`], and exit 75 if the user stops it before it is open.
 pub fn engine(backend: &Backend) -> Result<Engine> {
     let (stop, backend) = (stop_signal()?, backend.clone());
-    // A driver compiles for some time.
+    // A driver may take some time to compile.
     let opened = background::wait(|| stop.load(Ordering::Relaxed), move || open(&backend));
     let stopped = || Failure::stopped("stopped while the device was being opened; run the same command again");
     let evaluator = opened.unwrap_or_else(|| Err(stopped()))?;
     Ok(Engine::new(evaluator, stop))
 }
 
-/// Ends an engine, and prints its evaluator's warnings. Returns the share of the robot-steps that kernels specialised to their
+/// Ends an engine, and prints its evaluator's warnings. Returns the fraction of the robot-steps that kernels specialised to their
 /// worlds have simulated.
 pub fn close(engine: Engine, console: Console) -> f64 {
     let Closed { warnings, specialised } = engine.close();
@@ -179,8 +179,7 @@ impl Candidate {
         }
     }
 
-    /// Opens it without audits and without a fallback if it is lost. `chunk` is the greatest number of cycles in one
-    /// dispatch.
+    /// Opens it without audits and without a fallback if it is lost. `chunk` is the maximum number of cycles in one dispatch.
     ///
     /// # Errors
     /// Exit 4: it can't run the kernels.
@@ -329,7 +328,7 @@ fn adapter(name: &str) -> Result<Candidate> {
     Ok(gpu(oneiro::gpu::find(&oneiro::gpu::Choice::Named(name.to_owned()))?))
 }
 
-/// The indices of the adapters that are no software.
+/// The indices of the hardware adapters.
 #[cfg(feature = "gpu")]
 pub(crate) fn gpus_here() -> Vec<usize> {
     let here = oneiro::gpu::adapters().into_iter();
@@ -337,7 +336,7 @@ pub(crate) fn gpus_here() -> Vec<usize> {
     gpus.map(|adapter| adapter.index()).collect()
 }
 
-/// Without GPUs' code there are none.
+/// There are none without the GPU feature.
 #[cfg(not(feature = "gpu"))]
 pub(crate) fn gpus_here() -> Vec<usize> {
     Vec::new()

@@ -1,4 +1,4 @@
-//! Experiments, runs, sweeps, calibrations, episodes in reality, and the swarms of the 2014 study.
+//! Experiments, runs, sweeps, calibrations, episodes in reality, and the foraging study of 2014.
 
 // Only this workspace uses it.
 #![allow(
@@ -9,7 +9,7 @@
     rustdoc::private_intra_doc_links,
     reason = "items whose names do not say everything are documented"
 )]
-// `clippy.toml` says what has one place only.
+// `clippy.toml` lists functions that only one place may call.
 #![cfg_attr(
     not(test),
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)

@@ -1,4 +1,4 @@
-//! The threads that the host's own work is spread over: rayon's, of which every process has one set.
+//! The threads for the host's work: rayon's, of which every process has one set.
 
 use std::sync::Once;
 use std::thread;
@@ -13,11 +13,11 @@ pub(crate) fn prepare() {
         let wanted = thread::available_parallelism().map_or(1, usize::from);
         let mut builder = rayon::ThreadPoolBuilder::new();
         let count = startable(wanted);
-        // Otherwise it has as many as its own variable says.
+        // Otherwise rayon takes the number from its environment variable.
         if count < wanted {
             builder = builder.num_threads(count);
         }
-        // Where rayon has been used before, its threads are there.
+        // If rayon has already been used, its threads exist.
         let _ = builder.build_global();
     });
 }

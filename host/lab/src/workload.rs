@@ -1,4 +1,4 @@
-//! Lives for comparing and timing devices: worlds of every kind and random genomes, the same on every machine.
+//! Episodes for comparing and timing devices: worlds of every kind and random genomes, the same on every machine.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use oneiro::swarm::{self, Lamp, Order, Swarm};
 use oneiro::tables::SensorTable;
 use oneiro::world::{Activation, Controller, Difference, Noise, Robot, Speed, Start, Task, World, WorldSpec};
 
-/// Cycles of a life, as in the 1995 paper.
+/// Cycles of an episode, as in the 1995 paper.
 pub const CYCLES: u32 = 500;
 
 /// The controllers of the catalogue.
@@ -47,8 +47,8 @@ pub fn noises() -> [(&'static str, Noise); 4] {
     ]
 }
 
-/// A robot that knows the class of every arena's objects. If it has no table for blocks, it gets one with random
-/// readings for each of four points of view: here only bits are compared, not behaviour.
+/// A robot with tables for the objects of all arenas. If it has no table for blocks, it gets one with random readings for each of four
+/// points of view: here only bits are compared, not behaviour.
 fn knowing_blocks(robot: &Robot) -> Robot {
     const CLASS: &str = "block";
     let mut sensors = (*robot.sensors).clone();
@@ -62,7 +62,7 @@ fn knowing_blocks(robot: &Robot) -> Robot {
         };
         let reading = |cell: usize, sensor: usize| {
             let [word, ..] = pcg4d([cell as u32, sensor as u32, 0, 0x626c_6f63]);
-            // Readings up to the greatest, few of them large.
+            // Readings up to the maximum, few of them large.
             (word >> 22 & word >> 12 & 1023) as u16
         };
         let count = table.sensors as usize;
@@ -130,8 +130,8 @@ pub fn worlds(controller: &Controller, robot: &Robot) -> Result<Vec<World>, Inva
     Ok(worlds)
 }
 
-/// Worlds of one controller in which a surrogate lives: each arena of the catalogue, without any difference from the
-/// simulator, with them as they are drawn, and with twice as much.
+/// Worlds of one controller with a surrogate: each arena of the catalogue, without any difference from the simulator, with the drawn
+/// differences, and with twice as much.
 ///
 /// # Errors
 /// None, as the tests show.
@@ -169,7 +169,7 @@ pub fn foragers() -> Vec<Foraging> {
         .collect()
 }
 
-/// Worlds of robots that meet: as the 2014 study has them, and a crowd without differences.
+/// Worlds of swarms: that of the 2014 study, and a crowd without differences.
 pub fn swarms() -> Vec<Swarm> {
     let short = |swarm: Swarm| Swarm {
         forager: Foraging {
@@ -187,10 +187,10 @@ pub fn swarms() -> Vec<Swarm> {
     [Swarm::odowd2014(10), crowd].map(short).into()
 }
 
-/// A batch of worlds of robots with random controllers and lights, half of the robots switched on on the way.
+/// A batch of swarms with random controllers and lights. Half of the robots are switched on later.
 ///
 /// # Errors
-/// More rollouts than a batch can hold.
+/// More episodes than a batch can hold.
 pub fn swarm_batch(worlds: &Worlds, rollouts: u32, seed: u32, trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
     let swarms = swarms();
     let scenarios = [Light::OverNest, Light::Nowhere, Light::OppositeNest];
@@ -226,7 +226,7 @@ pub fn swarm_batch(worlds: &Worlds, rollouts: u32, seed: u32, trace: Option<Trac
     worlds.batch(&rollouts, trace)
 }
 
-/// A life of each genome in the first of some worlds.
+/// An episode of each genome in the first of some worlds.
 pub fn rollouts(genomes: &[Vec<f32>]) -> Vec<Rollout<'_>> {
     let lives = (0..).zip(genomes).map(|(index, genes)| Rollout {
         world: 0,
@@ -248,10 +248,10 @@ pub fn genome(genes: usize, size: f32, seed: u32, index: u32) -> Vec<f32> {
         .collect()
 }
 
-/// A batch of `rollouts` lives shared out over the worlds in turn, with small and large genes in turn.
+/// A batch of `rollouts` episodes that take turns over the worlds, with small and large genes in turn.
 ///
 /// # Errors
-/// More rollouts than a batch can hold.
+/// More episodes than a batch can hold.
 pub fn batch(worlds: &Worlds, rollouts: u32, seed: u32, trace: Option<TraceRequest>) -> Result<Batch, Invalid> {
     let genes = worlds.genes();
     let count = genes.len() as u32;

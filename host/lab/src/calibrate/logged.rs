@@ -1,4 +1,4 @@
-//! Lives as they are read from the directory where they were recorded.
+//! Reads episodes from the directory where they were recorded.
 
 use std::path::Path;
 
@@ -9,10 +9,10 @@ use oneiro_base::exit::{Failure, Result};
 use super::{Cycle, Logged};
 use crate::reality::wired::logbook::{COMPLETE, INDEX, table};
 
-/// Reads the complete lives of a directory. `sensors` are the names of the robot's own sensors in the experiment.
+/// Reads the complete episodes of a directory. `sensors` are the names of the robot's sensors in the experiment.
 ///
 /// # Errors
-/// Exit 3 for a directory without lives, or with those of other sensors; exit 5 for files that aren't what was written.
+/// Exit 3 for a directory without episodes, or with those of other sensors; exit 5 for files that aren't what was written.
 pub fn lives(directory: &Path, sensors: &[String]) -> Result<Vec<Logged>> {
     let index = directory.join(INDEX);
     if !index.is_file() {
@@ -37,7 +37,7 @@ pub fn lives(directory: &Path, sensors: &[String]) -> Result<Vec<Logged>> {
     Ok(lives)
 }
 
-/// A life, which began at a pose.
+/// Reads an episode that began at the pose `start`.
 fn life(path: &Path, start: [f64; 3], sensors: &[String]) -> Result<Logged> {
     const OTHERS: [&str; 8] = [
         "time_s",
@@ -111,7 +111,7 @@ impl Table {
         Ok(Self { path, records, columns })
     }
 
-    /// Takes each row; none stands for a cell that is no number.
+    /// Takes each row; `take` returns `None` for a cell that is no number.
     fn each(&self, mut take: impl FnMut(Cells<'_>) -> Option<Result>) -> Result {
         for (record, line) in self.records.iter().zip(2..) {
             let corrupt = || Failure::corrupt(format_args!("{}: line {line} isn't what was written", self.path));

@@ -1,9 +1,9 @@
-//! How well a simulator predicts a robot: its readings where the robot was, and its moves under the robot's commands, compared with
-//! logged lives of the robot. Gives the noise and the motor settings that follow. Nothing is changed.
+//! Measures how well a simulator predicts a robot. Compares readings and moves in logged episodes of the robot with those of the
+//! simulator at the same poses and with the same commands. Returns noise and motor settings that fit; changes nothing.
 //!
 //! | file | contents |
 //! |---|---|
-//! | [`logged`] | the lives, as they were recorded |
+//! | [`logged`] | reads recorded episodes |
 //! | [`readings`] | errors of readings, by sensor and distance, and their age |
 //! | [`moves`] | gains of the wheels, the latency of commands, errors of moves |
 //! | [`page`] | the page with figures |
@@ -24,43 +24,43 @@ use crate::engine::handle::Engine;
 use moves::Moves;
 use readings::Readings;
 
-/// A logged life of a robot.
+/// A logged episode of a robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Logged {
     /// Its cycles, in order of time.
     pub cycles: Vec<Cycle>,
 }
 
-/// What was logged at the beginning of a cycle, and the command that followed.
+/// Values logged at the beginning of a cycle, and the command that followed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cycle {
-    /// s since the life began.
+    /// Time since the episode began, s.
     pub time: f64,
-    /// Activations, as the controller had them; one for each of the robot's own sensors.
+    /// Activations that the controller received; one for each of the robot's sensors.
     pub activations: Vec<f64>,
-    /// Commanded speeds of the left and of the right wheel, mm/s.
+    /// Commanded speeds of the left and the right wheel, mm/s.
     pub commanded: [f64; 2],
-    /// Travel of both wheels since the life began, mm; none without odometers.
+    /// Travel of both wheels since the episode began, mm; `None` without odometers.
     pub travel: Option<[f64; 2]>,
     /// x and y in mm, heading in turns.
     pub pose: [f64; 3],
 }
 
-/// What follows from a comparison.
+/// Results of a comparison.
 #[derive(Clone, Debug)]
 pub struct Calibration {
     pub readings: Readings,
-    /// None without odometers.
+    /// `None` without odometers.
     pub moves: Option<Moves>,
-    /// Lives and cycles that were compared.
+    /// Number of episodes, and of cycles, that were compared.
     pub lives: usize,
     pub cycles: usize,
 }
 
 impl Calibration {
-    /// Compares a simulator's world with lives of the robot.
+    /// Compares a simulator's world with episodes of the robot.
     ///
-    /// # Errors
+    /// Errors of the device.
     /// Those of the device.
     pub fn of(world: &World, lives: &[Logged], engine: &Engine) -> Result<Self> {
         Ok(Self {
@@ -71,7 +71,7 @@ impl Calibration {
         })
     }
 
-    /// Settings for an experiment, as TOML with comments: what is known of the robot, where the simulator has a value for it.
+    /// Settings for an experiment, as TOML with comments: what was measured of the robot, where the simulator has a value for it.
     pub fn settings(&self, world: &World) -> String {
         let [low, high] = self.readings.noise();
         let mut text = format!(

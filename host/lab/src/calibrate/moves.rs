@@ -1,29 +1,29 @@
-//! Moves: how far each wheel travels for what is commanded, and how late.
+//! Moves: how far each wheel travels for a command, and how late.
 
 use oneiro_statistics::{mean, variance};
 
 use super::{Logged, half_width};
 
-/// Wheels as they were measured.
+/// Measured behaviour of the wheels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moves {
-    /// Measured speed of each wheel as a share of the commanded one.
+    /// Measured speed of each wheel as a fraction of the commanded one.
     pub gains: [f64; 2],
     /// Time from a command to its effect, s.
     pub latency: f64,
-    /// Standard deviation of each wheel's way in a cycle around gain times command, mm.
+    /// Standard deviation of each wheel's travel in a cycle around gain times command, mm.
     pub deviation: [f64; 2],
-    /// Standard deviation of a moving wheel's way, as a share of what was expected.
+    /// Standard deviation of a moving wheel's travel, as a fraction of the expected travel.
     pub relative: f64,
     /// Number of cycles with a wheel that moves.
     pub moving: usize,
 }
 
-/// Longest latency that is looked for, s, and between two that are tried.
+/// Maximum latency that is tried, and the step between two, s.
 const LATENCIES: (f64, f64) = (0.5, 0.005);
-/// Least expected way of a wheel in a cycle that counts as moving, mm: roundings of odometers are far below.
+/// Minimum expected travel of a wheel in a cycle that counts as moving, mm: roundings of odometers are far below.
 const LEAST_WAY: f64 = 1.0;
-/// Difference of a gain from 1 that is worth another sampling of motors.
+/// Difference of a gain from 1 above which motors should be sampled again.
 const FAR_OFF: f64 = 0.03;
 
 /// Commanded and measured travel of each wheel in each cycle, mm.
@@ -53,7 +53,7 @@ impl Ways {
         ways
     }
 
-    /// The gain of a wheel with the least squared error; NaN if it was never commanded to move.
+    /// The gain of a wheel by least squares; NaN if it was never commanded to move.
     fn gain(&self, wheel: usize) -> f64 {
         let (commanded, travelled) = (&self.commanded[wheel], &self.travelled[wheel]);
         let both: f64 = commanded
@@ -99,7 +99,7 @@ fn commanded(life: &Logged, wheel: usize, near: usize, [from, to]: [f64; 2]) -> 
 }
 
 impl Moves {
-    /// The wheels of some lives; none without odometers, or if nothing moved.
+    /// Measures the wheels in some episodes; `None` without odometers, or if nothing moved.
     pub fn of(lives: &[Logged]) -> Option<Self> {
         let (longest, step) = LATENCIES;
         let latencies = (0..=(longest / step) as u32).map(|tried| f64::from(tried) * step);
@@ -128,7 +128,7 @@ impl Moves {
         })
     }
 
-    /// The gain of both wheels.
+    /// The mean gain of both wheels.
     pub(crate) fn mean_gain(&self) -> f64 {
         mean(self.gains)
     }
@@ -138,7 +138,7 @@ impl Moves {
         self.gains.iter().any(|gain| (gain - 1.0).abs() > FAR_OFF)
     }
 
-    /// Motor noise that spreads moves alike, as a share, 0 to 1.
+    /// Motor noise that spreads moves alike, as a fraction, 0 to 1.
     pub fn noise(&self) -> f64 {
         half_width(self.relative).clamp(0.0, 1.0)
     }
@@ -149,8 +149,8 @@ mod tests {
     use super::super::Cycle;
     use super::*;
 
-    /// Lives in which commands change every few cycles, of wheels that obey after `latency`, with these gains, and whose way
-    /// varies by a uniform share.
+    /// Episodes in which commands change every few cycles. The wheels obey after `latency`, with these gains, and their travel varies
+    /// by a uniform fraction.
     fn lives(latency: f64, gains: [f64; 2], spread: f64) -> Vec<Logged> {
         let word = |life: u32, cycle: u32, number: u32| {
             let [word, ..] = oneiro::random::pcg4d([life, cycle, number, 7]);
@@ -158,7 +158,7 @@ mod tests {
         };
         let life = |life: u32| {
             let speed = |cycle: u32, wheel: u32| (160.0 * word(life, cycle / 3, wheel) - 80.0).round();
-            // Time of each cycle, a little late at times.
+            // Time of each cycle, sometimes a little late.
             let time = |cycle: u32| 0.1 * f64::from(cycle) + 0.01 * word(life, cycle, 9);
             let mut logged = Logged::default();
             let mut travel = [0.0; 2];
@@ -171,7 +171,7 @@ mod tests {
                     pose: [0.0; 3],
                 });
                 for wheel in 0..2 {
-                    // By steps of half a millisecond.
+                    // In steps of half a millisecond.
                     let mut way = 0.0;
                     let (from, to) = (time(cycle), time(cycle + 1));
                     let steps = ((to - from) * 2e3).round() as u32;

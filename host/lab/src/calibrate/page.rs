@@ -15,7 +15,7 @@ const BINS: usize = 10;
 const ABREAST: usize = 4;
 const COLOUR: &str = "#2b3a8f";
 
-/// The page as HTML. `settings` is what [`Calibration::settings`] gives.
+/// The page as HTML. `settings` is the text of [`Calibration::settings`].
 pub fn page(name: &str, calibration: &Calibration, settings: &str) -> String {
     let Calibration {
         readings,

@@ -1,4 +1,4 @@
-//! Readings: what the simulator reads where the robot was, and what the robot read there.
+//! Readings: the simulator's at the robot's poses, compared with the robot's there.
 
 use oneiro::batch::{Batch, Rollout, TraceRequest};
 use oneiro::compose::DetailKind;
@@ -14,9 +14,9 @@ use crate::lives::measures::free_distance;
 /// Errors of readings.
 #[derive(Clone, Debug)]
 pub struct Readings {
-    /// One for each of the robot's own sensors, in their order.
+    /// One for each of the robot's sensors, in their order.
     pub sensors: Vec<SensorErrors>,
-    /// Age of readings with the least squared error, s.
+    /// Age of readings with the smallest squared error, s.
     pub age: f64,
     /// Cycles compared, and cycles left out because the body would touch something at the recorded pose.
     pub compared: usize,
@@ -27,7 +27,7 @@ pub struct Readings {
 #[derive(Clone, Debug)]
 pub struct SensorErrors {
     pub name: String,
-    /// At each range of [`RANGES`], then at all.
+    /// In each range of [`RANGES`], then in all of them.
     pub at: Vec<Errors>,
     /// Pairs of predicted and read activations.
     pub pairs: Vec<[f64; 2]>,
@@ -65,12 +65,12 @@ pub const RANGES: [(f64, &str); 4] = [
     (f64::INFINITY, "more than 50 mm"),
 ];
 
-/// Most cycles that are compared: enough for a per cent of any error, and a few seconds.
+/// Maximum number of compared cycles: enough to estimate errors to about one percent, in a few seconds.
 const MOST: usize = 5000;
-/// Oldest age that is looked for, s, and between two that are tried.
+/// Maximum age that is tried, and the step between two, s.
 const AGES: (f64, f64) = (0.5, 0.01);
 
-/// A cycle's free distance, and readings of the simulator where the robot was, if it can be there.
+/// A cycle's free distance, and the simulator's readings at the robot's pose, if the robot fits there.
 struct Predicted {
     distance: f64,
     readings: Option<Vec<f64>>,
@@ -116,7 +116,7 @@ impl Readings {
         })
     }
 
-    /// Limits of uniform noise with the mean and the deviation of all errors where there is something to read.
+    /// Limits of uniform noise with the mean and the deviation of all errors, without pairs in which both activations are 0.
     pub fn noise(&self) -> [f64; 2] {
         let all: Vec<[f64; 2]> = self
             .sensors
@@ -148,14 +148,14 @@ impl SensorErrors {
     }
 }
 
-/// Whole lives, evenly chosen, of about as many cycles as are compared.
+/// Whole episodes, evenly chosen, with about as many cycles as are compared.
 fn chosen(lives: &[Logged]) -> Vec<&Logged> {
     let cycles: usize = lives.iter().map(|life| life.cycles.len()).sum();
     let every = cycles.div_ceil(MOST).max(1);
     lives.iter().step_by(every).collect()
 }
 
-/// For each sensor, the free distance and a pair of predicted and read activations in each cycle: what the robot read is as old as
+/// For each sensor, the free distance and a pair of predicted and read activations in each cycle. The robot's readings are as old as
 /// `age`.
 fn pairs(lives: &[&Logged], predicted: &[Vec<Predicted>], age: f64, sensors: usize) -> Vec<Vec<(f64, [f64; 2])>> {
     let mut pairs = vec![Vec::new(); sensors];
@@ -187,7 +187,7 @@ fn pairs(lives: &[&Logged], predicted: &[Vec<Predicted>], age: f64, sensors: usi
     pairs
 }
 
-/// What the simulator reads at each place of a life.
+/// The simulator's readings at each pose of an episode.
 fn predicted(world: &World, life: &Logged, engine: &Engine) -> Result<Vec<Predicted>> {
     let spec = world.spec();
     let standing = |[x, y, heading]: [f64; 3]| {
@@ -260,7 +260,7 @@ mod tests {
         Engine::new(Box::new(Cpu::new(Some(1)).unwrap()), Arc::new(AtomicBool::new(false)))
     }
 
-    /// Lives in the simulator itself, with noise, and readings as old as `late` cycles.
+    /// Episodes in the simulator itself, with noise, and readings as old as `late` cycles.
     fn lives(world: &World, noise: Noise, late: usize) -> Vec<Logged> {
         let noisy = World::new(WorldSpec {
             noise,
@@ -336,13 +336,13 @@ mod tests {
         for late in [0, 2] {
             let readings = Readings::of(&world, &lives(&world, noise, late), &engine()).unwrap();
             assert!((readings.age - 0.1 * late as f64).abs() < 0.015, "{}", readings.age);
-            // Of readings of 0 only what is above is left.
+            // Negative noise on readings of 0 is cut off.
             let [low, high] = readings.noise();
             assert!(low < -0.02 && high > 0.06 && high < 0.14, "{low} to {high}");
         }
     }
 
-    /// Where the robot can't stand there is nothing to compare.
+    /// A pose at which the robot can't stand is not compared.
     #[test]
     fn impossible_places_are_left_out_and_counted() {
         let world = world();

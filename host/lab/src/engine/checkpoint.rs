@@ -1,5 +1,5 @@
-//! Checkpoints: everything that jobs need in order to resume, in a file that never loads if a bit of it is wrong. Run
-//! directories and shards of sweeps use the same files, [sealed]: `checkpoint-N`, the two newest of them.
+//! Checkpoints: everything that jobs need in order to resume, in a [sealed] file, which never loads if a bit of it is wrong. Run
+//! directories and shards of sweeps use the same files, `checkpoint-N`, and keep the two newest.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -44,7 +44,7 @@ pub(crate) fn write(
     prune(directory, kept)
 }
 
-/// Removes all checkpoints but the newest `kept`.
+/// Removes all checkpoints except the newest `kept`.
 ///
 /// # Errors
 /// Exit 6.

@@ -13,11 +13,11 @@ use super::queue::{Interruption, Queue, Work};
 use super::scheduler::{self, InMemory, Runs, Waiting};
 use super::watcher::Watch;
 
-/// What an engine says in the end.
+/// An engine's report when it is closed.
 pub struct Closed {
     /// Warnings of its evaluator.
     pub warnings: Vec<String>,
-    /// Share of all robot-steps that kernels specialised to their worlds have simulated; 0 on CPUs.
+    /// Fraction of all robot-steps that kernels specialised to their worlds have simulated; 0 on CPUs.
     pub specialised: f64,
 }
 
@@ -53,7 +53,7 @@ impl Engine {
         format!("{name} ({detail}{exact})")
     }
 
-    /// Does runs, in the given order as far as batches allow; `most` limits the number in progress at once.
+    /// Executes runs, in the given order as far as batches allow; `most` limits the number in progress at once.
     ///
     /// # Errors
     /// Exit 75 if the work was stopped, and errors of the evaluator, in both cases with all jobs in progress saved;

@@ -1,19 +1,19 @@
-//! Jobs: the engine's unit of work. A job is a state machine: it names what it wants evaluated next, takes the results,
-//! and eventually finishes. It knows nothing of devices, files, or the jobs that share its batches.
+//! Jobs: the engine's unit of work. A job is a state machine: it requests evaluations, takes the results, and eventually finishes. It
+//! doesn't depend on devices, files, or the jobs that share its batches.
 //!
 //! The protocol:
 //!
 //! 1. A job's maker gives it to the [scheduler](super::scheduler), new or restored from the output of [`Job::save`].
-//! 2. The scheduler calls [`Job::ask`]. It puts the [rollouts](Job::rollouts) of jobs with equal [`Stage`]s into one batch and
+//! 2. The scheduler calls [`Job::ask`]. It puts the [episodes](Job::rollouts) of jobs with equal [`Stage`]s into one batch and
 //!    hands that to the device. While the device works, jobs aren't changed, but may be saved.
-//! 3. The scheduler calls [`Job::tell`] with the job's share of the results, on any thread. The job takes a complete
+//! 3. The scheduler calls [`Job::tell`] with the job's part of the results, on any thread. The job takes a complete
 //!    step: it advances, or it fails and the run ends. The step's additions to the job's tables go to the recorder at
 //!    once, before the next step.
 //! 4. Steps 2 and 3 repeat until `ask` returns nothing. Then [`Job::finish`] is called once.
 //!
 //! [`Job::save`] may be called between any two steps: before the first `ask`, while a request is being evaluated (its
 //! results are lost, and a restored job asks for them again), and after the last step, before `finish`. A restored job
-//! asks for exactly what the saved one would have asked for. The recorder's tables are saved beside the job, so a job
+//! asks for exactly what the saved one would have asked for. The recorder's tables are saved with the job, so a job
 //! doesn't save them.
 //!
 //! A job's results depend only on its experiment and its seed: never on the batches it shared, the number of threads,
@@ -38,11 +38,10 @@ pub trait Job: Send + Sync {
     /// step.
     fn ask(&self) -> Option<Request<'_>>;
 
-    /// Appends the rollouts of the next request, in the order in which results are expected. Called once per step, on any
-    /// thread.
+    /// Appends the episodes of the next request, in the order in which results are expected. Called once per step, on any thread.
     fn rollouts<'a>(&'a self, into: &mut Vec<Rollout<'a>>);
 
-    /// Takes the results of the last request, in the order of its rollouts, and advances by one step.
+    /// Takes the results of the last request, in the order of its episodes, and advances by one step.
     ///
     /// # Errors
     /// Impossible results: they leave the job unchanged and end its run.
@@ -86,15 +85,15 @@ impl Job for Box<dyn Job> {
 pub struct Request<'a> {
     /// Requests with equal stages may share a batch.
     pub stage: Stage,
-    /// Worlds of its rollouts; a rollout's `world` is an index into these.
+    /// Worlds of its episodes; an episode's `world` is an index into these.
     pub worlds: &'a [Place],
-    /// Where the rollouts are lived in place of their worlds, at [`Stage::OUTSIDE`].
+    /// Where the episodes run instead of in their worlds, at [`Stage::OUTSIDE`].
     pub outside: Option<&'a Arc<dyn Outside>>,
-    /// To continue lives: each rollout's [`Results::states`] after the previous stretch.
+    /// To continue episodes: the [`Results::states`] of each after the previous stretch.
     pub states: &'a [Vec<u32>],
-    /// Number of its rollouts.
+    /// Number of its episodes.
     pub lives: usize,
-    /// Total robot-steps of the rollouts: the room that the request takes in a batch.
+    /// Total robot-steps of the episodes: the room that the request takes in a batch.
     pub steps: u64,
 }
 
@@ -106,14 +105,14 @@ pub struct Stage {
     /// Progress of jobs that advance together only if they are equally far: the cycle that a swarm has reached. 0 for
     /// jobs whose steps are all alike, such as generations.
     pub reached: u32,
-    /// Range of cycles to live, in worlds whose lives are cut into stretches; `None` for whole lives.
+    /// Range of cycles to simulate, in worlds whose episodes are cut into stretches; `None` for whole episodes.
     pub cycles: Option<[u32; 2]>,
     /// Cycles between records of a trace; `None` for no trace.
     pub(crate) trace_every: Option<u32>,
 }
 
 impl Stage {
-    /// Lives outside of the device.
+    /// Episodes outside of the device.
     pub(crate) const OUTSIDE: Self = Self {
         kernel: "outside",
         reached: 0,
@@ -121,7 +120,7 @@ impl Stage {
         trace_every: None,
     };
 
-    /// Whole lives without a trace, for jobs whose steps are all alike.
+    /// Whole episodes without a trace, for jobs whose steps are all alike.
     pub(crate) fn lives(kernel: &'static str) -> Self {
         Self {
             kernel,
@@ -131,7 +130,7 @@ impl Stage {
         }
     }
 
-    /// The stretch of cycles, if lives are cut.
+    /// The stretch of cycles, if episodes are cut.
     pub(super) fn stretch(&self) -> Option<Range<u32>> {
         self.cycles.map(|[first, end]| first..end)
     }
@@ -142,9 +141,9 @@ impl Stage {
     }
 }
 
-/// A place outside of the device where lives take their own time, such as a robot.
+/// A place outside of the device where episodes run, such as a robot.
 pub trait Outside: fmt::Debug + Send + Sync {
-    /// Lives rollouts one after the other, and returns the fitness of each. Their `world` has no meaning. Lives that a stopped call
+    /// Runs episodes one after the other, and returns the fitness of each. Their `world` has no meaning. Episodes that a stopped call
     /// has completed are not repeated by the next.
     ///
     /// # Errors
@@ -152,11 +151,11 @@ pub trait Outside: fmt::Debug + Send + Sync {
     fn live(&self, rollouts: &[Rollout<'_>], stop: &Arc<AtomicBool>) -> std::result::Result<Vec<f32>, Interruption>;
 }
 
-/// A world of a request. Places with equal keys are one world: it is packed once, and rollouts of several jobs share
-/// the device's groups of lanes.
+/// A world of a request. Places with equal keys are one world: it is packed once, and episodes of several jobs share the device's
+/// groups of lanes.
 #[derive(Clone)]
 pub struct Place {
-    /// Hash of everything that decides how rollouts live in it.
+    /// Hash of everything that affects episodes in it.
     pub key: blake3::Hash,
     pub world: Arc<dyn WorldKind + Send + Sync>,
 }
@@ -167,18 +166,18 @@ impl fmt::Debug for Place {
     }
 }
 
-/// Results of a request, with one value for each rollout, in the order of the rollouts.
+/// Results of a request, with one value for each episode, in the order of the episodes.
 #[derive(Clone, Copy, Debug)]
 pub struct Results<'a> {
     pub fitness: &'a [f32],
-    /// Traces of single lives; empty unless requested.
+    /// Traces of worlds of one robot; empty unless requested.
     pub traces: &'a [Trace],
     /// Traces of worlds of several robots, as words of lines; empty unless requested.
     pub logs: &'a [Vec<u32>],
     /// Words per line of a log; at least as many as the lines of the world have.
     pub(crate) log_words: usize,
-    /// State from which each rollout continues; empty for whole lives. It may be longer than the world's own state: the
-    /// engine cuts and pads the states that come back in [`Request::states`].
+    /// State from which each episode continues; empty for whole episodes. It may be longer than the world's own state: the engine cuts
+    /// and pads the states that come back in [`Request::states`].
     pub states: &'a [Vec<u32>],
 }
 
@@ -219,7 +218,7 @@ pub type Named = BTreeMap<Cow<'static, str>, String>;
 /// Results of a finished job.
 #[derive(Debug, Default)]
 pub struct Finished {
-    /// Files that are written once, with their contents; tables aren't among them.
+    /// Files to write once, with their contents; tables aren't among them.
     pub files: Vec<(&'static str, Vec<u8>)>,
     /// Its values in a sweep's table of results, by the names of the columns.
     pub outcomes: Named,

@@ -1,10 +1,10 @@
-//! The engine: jobs of all kinds share the devices. It knows no kind of job by name.
+//! The engine: jobs of all kinds share the devices. It doesn't depend on any kind of job.
 //!
 //! | file | contents |
 //! |---|---|
 //! | [`job`] | jobs, and their exchange with the engine |
 //! | [`scheduler`] | the loop: which jobs share a batch, and when they take their steps |
-//! | [`handle`] | the engine's interface: an evaluator on a thread of its own, or on the loop's for short batches |
+//! | [`handle`] | the engine's interface: an evaluator on a separate thread, or on the loop's for short batches |
 //! | [`queue`] | batches on their way to the device and back |
 //! | [`watcher`] | shows the progress of jobs, and stops them |
 //! | [`checkpoint`] | saved jobs |

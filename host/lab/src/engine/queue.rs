@@ -45,7 +45,7 @@ impl From<Invalid> for Interruption {
     }
 }
 
-/// What is evaluated at once.
+/// Work that is evaluated at once.
 pub(super) enum Work {
     /// By the device.
     Batch(Batch),
@@ -53,7 +53,7 @@ pub(super) enum Work {
     Outside(Vec<Lives>),
 }
 
-/// Rollouts that are lived outside of the device.
+/// Episodes that run outside of the device.
 pub(super) struct Lives {
     outside: Arc<dyn Outside>,
     /// Genes and key of each.
@@ -69,12 +69,12 @@ impl Lives {
         }
     }
 
-    /// Number of rollouts.
+    /// Number of episodes.
     pub(super) fn len(&self) -> usize {
         self.rollouts.len()
     }
 
-    /// The fitness of each.
+    /// Runs them, and returns the fitness of each.
     pub(super) fn live(&self, stop: &Arc<AtomicBool>) -> Result<Vec<f32>, Interruption> {
         let rollouts: Vec<_> = self
             .rollouts
@@ -89,7 +89,7 @@ impl Lives {
     }
 }
 
-/// Work on its way to where it is done and back, so that jobs advance meanwhile.
+/// Work on its way to the device or another place and back, so that jobs advance meanwhile.
 pub(super) struct Queue<'a> {
     work: Sender<Work>,
     outcomes: Receiver<Result<Outcome, Interruption>>,
@@ -141,7 +141,7 @@ impl<'a> Queue<'a> {
             let outcome = match self.held.take() {
                 Some(work) => {
                     self.waiting += 1;
-                    // Reported as a panic of the other thread is. The engine is not used again after one.
+                    // Reported like a panic of the other thread. The engine is not used again after one.
                     panic::catch_unwind(AssertUnwindSafe(|| self.engine.done(&work)))
                         .map_err(|_| RecvTimeoutError::Disconnected)
                 }

@@ -18,14 +18,14 @@ use super::watcher::Watch;
 const BATCH: Duration = Duration::from_millis(30);
 /// Batches expected to take less than this are evaluated on the scheduler's own thread.
 const SHORT: Duration = Duration::from_millis(5);
-/// Robot-steps of a batch before the device's speed is known, and the fewest and most.
+/// Robot-steps of a batch before the device's speed is known, and their minimum and maximum.
 const FIRST_ROOM: f64 = 4e6;
 const ROOM: [f64; 2] = [1e6, 4e9];
-/// Most rollouts of a batch, unless a single job has more: of 18 genes they take some 120 MB, and fill any device.
+/// Maximum number of episodes in a batch, unless a single job has more: with 18 genes they take about 120 MB, and fill any device.
 const MOST_LIVES: usize = 1 << 20;
 /// Number of jobs that are worth waking a thread for.
 const FEW: usize = 16;
-/// Most groups: two keep the device busy, others are remainders at other stages.
+/// Maximum number of groups: two keep the device busy, others are remainders at other stages.
 const GROUPS: usize = 4;
 
 /// Index of a run given to the scheduler.
@@ -189,7 +189,7 @@ pub(super) fn run<R: Runs>(
     }
 }
 
-/// A run in progress, and what is to be done with it.
+/// A run in progress, with its next request and its latest step.
 struct Entry<R: Runs> {
     own: UnderWay<R>,
     /// Its next request; `None` once it is finished.
@@ -255,7 +255,7 @@ impl<R: Runs> Entry<R> {
     }
 }
 
-/// What the next requests of some jobs take of a batch.
+/// The room in a batch that the next requests of some jobs need.
 #[derive(Clone, Copy, Debug, Default)]
 struct Load {
     jobs: usize,
@@ -283,7 +283,7 @@ impl Load {
 struct Group<R: Runs> {
     stage: Stage,
     entries: Vec<Entry<R>>,
-    /// Number of rollouts of each entry.
+    /// Number of episodes of each entry.
     counts: Vec<usize>,
     load: Load,
     /// Words per line of a log.
@@ -320,7 +320,7 @@ impl Packed {
         self.indices.get(place.key.as_bytes()).copied()
     }
 
-    /// The rollouts of the next requests of some jobs.
+    /// The episodes of the next requests of some jobs.
     fn rollouts<'a, R: Runs>(&self, entries: &'a [Entry<R>]) -> Vec<Rollout<'a>> {
         let mut rollouts = Vec::with_capacity(entries.iter().map(Entry::lives).sum());
         let mut indices: Vec<usize> = Vec::new();
@@ -383,7 +383,7 @@ impl<R: Runs> Group<R> {
         Ok((group, Work::Batch(batch)))
     }
 
-    /// The next requests of jobs that are lived outside of the device.
+    /// The next requests of jobs whose episodes run outside of the device.
     fn outside(entries: Vec<Entry<R>>, packed: Vec<Packed>) -> (Self, Work) {
         let mut lives: Vec<Lives> = Vec::new();
         for job in entries.iter().map(|entry| &entry.own.job) {
@@ -475,7 +475,7 @@ impl Queues {
 struct Room {
     /// Robot-steps of a batch.
     steps: f64,
-    /// Most jobs of a group, and of all groups together.
+    /// Maximum number of jobs of a group, and of all groups together.
     jobs: usize,
     all: usize,
     last: Instant,
@@ -494,7 +494,7 @@ impl Room {
         }
     }
 
-    /// Learns the device's speed from a returned batch of `steps` robot-steps.
+    /// Measures the device's speed by a returned batch of `steps` robot-steps.
     fn learn(&mut self, steps: f64) {
         let took = self.last.elapsed().as_secs_f64();
         self.last = Instant::now();
@@ -547,8 +547,7 @@ impl<R: Runs> Scheduler<'_, R> {
         }
     }
 
-    /// Sends a group off again, without the jobs that are finished or have come to another stage, and with others in
-    /// their place.
+    /// Sends a group off again, without the jobs that are finished or have come to another stage, and with others instead.
     fn go_on(&mut self, group: Group<R>) -> Result {
         let mut entries = group.entries;
         self.finished.extend(entries.extract_if(.., |own| own.next.is_none()));
@@ -558,7 +557,7 @@ impl<R: Runs> Scheduler<'_, R> {
             return Ok(());
         };
         self.ready.extend(entries.extract_if(.., |own| !own.is_at(&stage)));
-        // Jobs may ask for more lives than before.
+        // Jobs may ask for more episodes than before.
         while entries.len() > 1 && Load::of(&entries).lives > MOST_LIVES {
             let half = entries.split_off(entries.len() / 2);
             self.ready.extend(half);

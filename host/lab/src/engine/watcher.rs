@@ -45,7 +45,7 @@ pub fn stop_signal() -> Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-/// What ends the program at a signal until [`stop_signal`] is called.
+/// The handlers that end the program at a signal until [`stop_signal`] is called.
 static EARLY: Mutex<Vec<SigId>> = Mutex::new(Vec::new());
 
 /// From now until [`stop_signal`] is called, Ctrl-C and SIGTERM end the program at once, exit 75: nothing has begun.

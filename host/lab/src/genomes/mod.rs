@@ -124,7 +124,7 @@ fn order(names: &[String], layout: &GeneLayout) -> std::result::Result<Vec<usize
     ))
 }
 
-/// Says that a file has no names.
+/// The message that a file has no names.
 fn in_order(layout: &GeneLayout) -> String {
     let names = columns::listed(&layout.names(), columns::LISTED);
     format!("names no genes; they are taken in the controller's order: {names}")
@@ -140,7 +140,7 @@ fn checked(gene: f32, shown: &dyn std::fmt::Display) -> std::result::Result<f32,
     ))
 }
 
-/// Values of genomes, and what the user should hear of them.
+/// Values of genomes, and a message to the user.
 type Found = std::result::Result<(Vec<f32>, Option<String>), String>;
 
 /// The genome in a champion's file, or in another file with such a list.
