@@ -71,7 +71,7 @@ impl Calibration {
         })
     }
 
-    /// Settings for an experiment, as TOML with comments: what was measured of the robot, where the simulator has a value for it.
+    /// Settings for an experiment, as TOML with comments: the measured values that the simulator has a setting for.
     pub fn settings(&self, world: &World) -> String {
         let [low, high] = self.readings.noise();
         let mut text = format!(

@@ -1,4 +1,4 @@
-//! Pairs that a robot hears by radio: of robots that it is in contact with, one a second of each.
+//! Pairs that a robot receives by radio: from robots in contact with it, one a second from each.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -11,19 +11,19 @@ use super::{Exchange, Message};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Contact {
-    /// Robots of which the tracker says so, or what reads their infra-red receivers: see [`Heard::meet`].
+    /// Robots in contact by the tracker or the infra-red receivers: see [`Heard::meet`].
     #[default]
     Tracker,
-    /// Everybody whose datagrams arrive: the radio's own range decides.
+    /// Everybody whose datagrams arrive: the radio's range decides.
     Range,
 }
 
-/// What a robot has heard of late. Which pairs it takes follows from who said what in which second, and whom it was in contact
-/// with in that second: not from the order in which datagrams and sightings have come.
+/// Recent messages to a robot. Which pairs it takes depends on who sent what in which second, and on its contacts in that second, not
+/// on the order in which datagrams and sightings arrive.
 #[derive(Clone, Debug)]
 pub struct Heard {
     contact: Contact,
-    /// The seconds that are kept. Nothing is taken of others.
+    /// The seconds that are kept. Messages of other seconds are dropped.
     kept: Range<u32>,
     /// By second and sender.
     said: BTreeMap<(u32, usize), Message>,
@@ -32,7 +32,7 @@ pub struct Heard {
 }
 
 impl Heard {
-    /// Nothing was heard yet. Of the seconds from the experiment's first on `seconds` are kept: some more than an interval has.
+    /// An empty record. It keeps `seconds` seconds from the experiment's first on: a few more than an interval has.
     pub fn new(contact: Contact, seconds: u32) -> Self {
         Self {
             contact,
@@ -42,7 +42,7 @@ impl Heard {
         }
     }
 
-    /// Hears what a robot said in a second. Returns whether that is the first of it in that second.
+    /// Receives a robot's message in a second. Returns whether it is stored: the second is kept, and it is the robot's first in it.
     pub fn hear(&mut self, second: u32, message: Message) -> bool {
         let key = (second, message.sender);
         let is_first = self.kept.contains(&second) && !self.said.contains_key(&key);
@@ -52,14 +52,14 @@ impl Heard {
         is_first
     }
 
-    /// Is in contact with robots in a second, a bit each: those of a sighting that came then.
+    /// Adds contacts in a second, one bit for each robot, from a sighting in that second.
     pub fn meet(&mut self, second: u32, robots: u128) {
         if self.kept.contains(&second) {
             *self.met.entry(second).or_default() |= robots;
         }
     }
 
-    /// Forgets the seconds before one, in which an interval has begun.
+    /// Drops the seconds before `second`, in which an interval has begun.
     pub fn forget_before(&mut self, second: u32) {
         let seconds = self.kept.len() as u32;
         self.kept = second..second.saturating_add(seconds);
@@ -76,7 +76,7 @@ impl Heard {
     }
 }
 
-/// What the robot itself heard, whichever is asked for: by second, and of a second by sender, as in the batched study.
+/// The messages that this robot received, whichever robot is asked for: by second, then by sender, as in the batched study.
 impl Exchange for Heard {
     fn heard(&self, _: usize, seconds: Range<u32>) -> Vec<Message> {
         let end = seconds.end.max(seconds.start);
@@ -100,7 +100,7 @@ mod tests {
         }
     }
 
-    /// One message a second of each sender, by second and sender.
+    /// One message a second from each sender, by second, then by sender.
     #[test]
     fn one_message_a_second_is_taken_of_each_robot() {
         let mut heard = Heard::new(Contact::Range, 10);

@@ -28,7 +28,7 @@ pub enum Leaves {
 /// Rules for the store of pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Rules {
-    /// The most pairs: 10 in the paper.
+    /// Maximum number of pairs: 10 in the paper.
     pub room: usize,
     /// When a message updates a pair.
     pub key: Key,
@@ -83,7 +83,7 @@ impl Pairs {
         }
     }
 
-    /// The pair of the highest fitness, if that is above the robot's own; of equals the first received.
+    /// The pair with the highest fitness, if that is above `own`, the robot's fitness; of equals the first received.
     pub(crate) fn better_than(&self, own: f32) -> Option<&Message> {
         self.kept
             .iter()
@@ -129,7 +129,7 @@ mod tests {
             pairs.hear(said(3, interval, fitness));
         }
         assert_eq!(fitness(&pairs), [55.0, 30.0]);
-        // Keyed by the robot alone, what it earned in the interval that has ended is lost.
+        // With the robot alone as the key, its fitness in the ended interval is lost.
         let mut pairs = Pairs::new(rules(10, Key::Robot, Leaves::Lowest));
         for (interval, fitness) in [(4, 10.0), (4, 55.0), (5, 0.0)] {
             pairs.hear(said(3, interval, fitness));

@@ -1,36 +1,37 @@
-//! The radio between robots and their operator: datagrams that only those who hold the experiment's key can make, each of which
-//! counts once. It has no sockets or clocks: the daemon carries
-//! sealed datagrams, and passes the time to what opens them.
+//! The radio between robots and their operator: datagrams that only holders of the experiment's key can make, each of which counts
+//! once. It has no sockets or clocks: the daemon carries sealed datagrams, and passes the time when it opens one.
 //!
-//! A datagram is refused that has another format, version or experiment, was not made with the key, has come before, comes
-//! too often, or has a value that is out of range: see [`Refusal`]. Nothing is encrypted.
+//! A datagram is refused if it has another format, version or experiment, was not made with the key, has come before, comes too often,
+//! or has a value out of range: see [`Refusal`]. Nothing is encrypted.
 //!
 //! # What an attacker can do
 //!
-//! **Without the key**: read everything; jam the radio; delay datagrams, or hold some back. A flood that is also
-//! well-formed keeps robots busy with at most [`rates::ALL`] authentications a second, but real datagrams are lost in it, so that
-//! the robots stand. No value can be made or changed.
+//! **Without the key**: read everything; jam the radio; delay datagrams, or hold some back. A flood of well-formed datagrams keeps
+//! robots busy with at most [`rates::ALL`] authentications a second, but real datagrams are lost in it, so that the robots stand. No
+//! value can be made or changed.
 //!
 //! **With a recorded datagram**, and without the key:
 //!
 //! - While the receiver runs: nothing, if the receiver has taken it, or has taken one of the same sender that is newer by 64
-//!   or more. One that was held back is taken once. A pair counts then only within [`limits::TOLERANCE`] seconds of
-//!   its own second, and a beacon lets a robot move only until [`Beacons`](beacon::Beacons)' limit after it was sent, by the least delay
-//!   of beacons so far: an attacker who has delayed all beacons from the first one on can keep robots going that much longer.
-//! - After a restart of the receiver that has restored its [`Windows`]: what it had taken since they were saved is taken once
-//!   more, until a datagram of the same sender has come that is newer by 64. Pairs are too old by then. Beacons let it move
-//!   only if the operator's real ones are kept from it at the same time, and for no longer than those recorded since then last.
-//! - After a restart of the receiver without its windows: the same, for all that was recorded since the key was made. So a
+//!   or more. A datagram that was held back is taken once. A pair then counts only within [`limits::TOLERANCE`] seconds of
+//!   its second. A beacon lets a robot move only until [`Beacons`](beacon::Beacons)' limit after it was sent, measured by the
+//!   minimum delay of beacons so far: an attacker who has delayed all beacons from the first one on can keep robots going that
+//!   much longer.
+//! - After a restart of the receiver that has restored its [`Windows`]: datagrams that it took after they were saved are taken
+//!   once more, until a datagram of the same sender has come that is newer by 64. Pairs are too old by then. Beacons let the
+//!   robot move only while the operator's real ones are kept from it, and only for the time that the recorded ones cover.
+//! - After a restart of the receiver without its windows: the same, for all datagrams recorded since the key was made. So a
 //!   robot that has lost its directory needs an experiment with a new key.
-//! - After a new start of the operator: nothing. The operator keeps its windows, and counts only what has the number of its
-//!   start, which is drawn anew each time: robots repeat it in each [`Status`] and [`Packet::Hello`]. A hello of another experiment
-//!   under the same key, and a datagram of another version, show a person what may be wrong with a robot that says nothing else.
+//! - After a new start of the operator: nothing. The operator keeps its windows, and counts only datagrams with the number of
+//!   its start. The number is drawn anew at each start; robots repeat it in each [`Status`] and [`Packet::Hello`]. A hello of
+//!   another experiment under the same key, or a datagram of another version, can show a person what is wrong with a robot that
+//!   sends nothing else.
 //! - After a restart of the sender: no more than before. Its numbers begin with the count of its starts, so they are never used
-//!   again, and all of the earlier ones are old once one of the new has been taken. A sender that has lost
-//!   count is refused as replayed by everybody who has heard it, until its count is as high as before.
+//!   again, and all earlier ones are old once a new one has been taken. A sender that has lost its count is refused as replayed
+//!   by every receiver that has taken its datagrams, until its count is as high as before.
 //!
-//! **With the key**: be any robot, or the operator. Pairs within the limits are then believed, beacons let robots move, and a
-//! number far ahead keeps the real sender from being heard. All robots have the same key, so one stolen robot is enough.
+//! **With the key**: be any robot, or the operator. Pairs within the limits are then accepted, beacons let robots move, and a number
+//! far ahead blocks the real sender. All robots have the same key, so one stolen robot is enough.
 
 pub mod beacon;
 mod format;
@@ -58,7 +59,7 @@ pub const OPERATOR: u16 = 0xffff;
 /// Version of the datagrams. All robots and the operator must have the same.
 pub const VERSION: u16 = 2;
 
-/// What a datagram says.
+/// The content of a datagram.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Packet {
     /// A robot's simulator and fitness, in a second of the experiment.
@@ -72,19 +73,19 @@ pub enum Packet {
     Beacon {
         /// The experiment's time, ms.
         milliseconds: i64,
-        /// Whether robots live; otherwise they stand.
+        /// Whether robots may move; otherwise they stand.
         go: bool,
         /// The number of the operator's start.
         start: u64,
     },
-    /// The operator has started, and asks who is there. It says no time yet, and lets nobody move.
+    /// The operator has started, and asks who is there. It contains no time yet, and lets no robot move.
     Call {
         /// The number of the operator's start.
         start: u64,
     },
-    /// How a robot is.
+    /// A robot's state.
     Status(Status),
-    /// Who is there.
+    /// The sender's program and experiment.
     Hello {
         /// Version of the program, up to 32 bytes.
         program: String,
@@ -95,15 +96,15 @@ pub enum Packet {
     },
 }
 
-/// How a robot is, for the operator.
+/// A robot's state, for the operator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
-    /// The number of the operator's start that the robot has heard last; 0 if it has heard none. It is drawn anew at each start, so a
-    /// status recorded before a start is not valid after it.
+    /// The number of the operator's latest start that the robot has received; 0 if none. It is drawn anew at each start, so a status
+    /// recorded before a start is not valid after it.
     pub start: u64,
     /// The experiment's time, ms.
     pub milliseconds: i64,
-    /// What the robot does, by the daemon's numbers.
+    /// The robot's activity, by the daemon's numbers.
     pub state: u8,
     /// The interval that it is in.
     pub interval: u32,
@@ -134,9 +135,9 @@ pub struct Status {
 pub struct Received {
     /// Who sealed it.
     pub sender: u16,
-    /// The sender's number of it: its starts in the high 32 bits, which datagram of that start in the low ones.
+    /// The datagram's number: the sender's starts in the high 32 bits, its datagrams since the start in the low ones.
     pub sequence: u64,
-    /// What it says.
+    /// Its content.
     pub packet: Packet,
 }
 
@@ -171,7 +172,7 @@ pub enum Refusal {
     /// This value is not one that the sender may send.
     #[error("{0} is out of range")]
     OutOfRange(&'static str),
-    /// It is one's own.
+    /// This radio has sent it.
     #[error("is one's own")]
     Own,
 }
@@ -275,7 +276,7 @@ impl Radio {
     /// known.
     ///
     /// # Errors
-    /// Why it is refused. That is counted.
+    /// Why it is refused. Refusals are counted.
     pub fn open(&mut self, datagram: &[u8], now: Duration, second: Option<u32>) -> Result<Received, Refusal> {
         let opened = self.opened(datagram, now, second);
         if let Err(refusal) = &opened {
@@ -284,7 +285,7 @@ impl Radio {
         opened
     }
 
-    /// Checks what costs least first. Nothing that an attacker without the key sends changes more than the budget of all.
+    /// Does the cheapest checks first. Datagrams from an attacker without the key change nothing except the budget of [`rates::ALL`].
     fn opened(&mut self, datagram: &[u8], now: Duration, second: Option<u32>) -> Result<Received, Refusal> {
         let datagram = Datagram::of(datagram)?;
         let Datagram { sender, sequence, .. } = datagram;
@@ -295,7 +296,7 @@ impl Radio {
             program,
         };
         if is_other {
-            // Only who says hello says which program it is.
+            // Only a hello contains the sender's program.
             if datagram.kind != HELLO {
                 return Err(other(None));
             }
@@ -312,7 +313,7 @@ impl Radio {
         if !is_same(self.tag(datagram.sealed), datagram.tag) {
             return Err(if is_other { other(None) } else { Refusal::Forged });
         }
-        // Another experiment's numbers say nothing about the robots of this one.
+        // Numbers of another experiment don't concern the robots of this one.
         if !is_other {
             self.windows.take(sender, sequence);
             if !self.each.entry(sender).or_default().take(rates::of(sender), now) {
@@ -340,17 +341,17 @@ impl Radio {
         &self.refused
     }
 
-    /// Which datagrams were taken, to be saved.
+    /// The windows of accepted datagrams, to be saved.
     pub fn windows(&self) -> &Windows {
         &self.windows
     }
 
-    /// Takes none again that was taken before these windows were saved.
+    /// Restores saved windows: no datagram accepted before they were saved is accepted again.
     pub fn restore(&mut self, windows: Windows) {
         self.windows = windows;
     }
 
-    /// What the header has of the experiment's hash.
+    /// The first bytes of the experiment's hash, as in a header.
     fn prefix(&self) -> [u8; 8] {
         format::prefix(&self.experiment)
     }
@@ -362,7 +363,7 @@ impl Radio {
     }
 }
 
-/// Compares tags in a time that does not depend on where they differ, as hashes are.
+/// Compares tags like hashes, in a time that does not depend on where they differ.
 fn is_same(a: [u8; TAG], b: [u8; TAG]) -> bool {
     let hash = |tag: [u8; TAG]| {
         let mut all = [0; blake3::OUT_LEN];

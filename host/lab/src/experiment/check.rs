@@ -36,9 +36,9 @@ fn reality(transfer: &Transfer) -> Checked {
     }
 }
 
-/// Approximate memory of a run in progress, bytes: parents and offspring, each life's genes and what a batch adds to them, and a
-/// row for each generation.
-/// An optimiser that uses behaviour also needs each life's trace, with one record of about `RECORD` bytes a cycle, and a full archive.
+/// Approximate memory of a run in progress, bytes: parents and offspring, each episode's genes and what a batch adds to them, and a row
+/// for each generation. An optimiser that uses behaviour also needs each episode's trace, with one record of about `RECORD` bytes a
+/// cycle, and a full archive.
 pub(super) fn bytes(settings: &Settings, genes: usize) -> u64 {
     const RECORD: u64 = 160;
     let (genes, population) = (genes as u64, u64::from(settings.evolution.genomes_per_generation()));
@@ -128,7 +128,7 @@ pub(super) fn memory(settings: &Settings, genes: usize) -> Checked {
     invalid("evolution.population", problem)
 }
 
-/// Keys of values of a world that are allowed but hardly meant, with the reason.
+/// Keys of values of a world that are allowed but probably not intended, with the reason.
 pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)> {
     let spec = world.spec();
     let mut doubts = Vec::new();
@@ -157,7 +157,7 @@ pub(super) fn doubts(settings: &Settings, world: &World) -> Vec<(String, String)
     doubts
 }
 
-/// What no robot notices, and starts outside of the arena.
+/// Objects that no robot notices, and starts outside of the arena.
 fn outside(settings: &Settings, world: &World) -> Vec<(String, String)> {
     let arena = &world.spec().arena;
     let within = arena.within_walls();
@@ -219,12 +219,12 @@ pub(super) fn name(name: &str) -> Checked {
     )
 }
 
-/// Whether an experiment is of a forager, which has an arena of its own.
+/// Whether an experiment has a forager, which brings its arena.
 pub(super) fn is_forager(settings: &Settings) -> bool {
     matches!(settings.world.robot.build, Build::Forager(_))
 }
 
-/// Whether an experiment defines any part of an arena of its own.
+/// Whether an experiment defines any part of a custom arena.
 pub(super) fn is_own_arena(settings: &Settings) -> bool {
     let ArenaSize {
         preset: _,

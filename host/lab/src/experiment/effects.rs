@@ -318,7 +318,7 @@ fn stated<T: Described>(row: &Parameter<T>) -> Option<Value> {
     table.get("x").cloned().filter(|value| value.as_str() != Some("none"))
 }
 
-/// What a changed value of a key does.
+/// The effect of a changed value of a key.
 #[derive(Clone, Debug)]
 enum Found {
     /// No other value was tried.
@@ -422,7 +422,8 @@ fn reason(key: &str, base: &str) -> Option<&'static str> {
     never.or(here.map(|(.., reason)| *reason))
 }
 
-/// Does the same with all items, on as many threads as there are processors. Those of a pool would do other items' work while they wait.
+/// Does the same with all items, on as many threads as there are processors. A pool's threads would do other items' work while they
+/// wait.
 fn each<I: Sync, O: Send>(items: &[I], work: impl Fn(&I) -> O + Sync) -> Vec<O> {
     let next = AtomicUsize::new(0);
     let done = Mutex::new(Vec::new());
@@ -511,7 +512,7 @@ fn absolute(value: &Value) -> Value {
 /// `--set` does.
 #[test]
 fn each_place_takes_a_key_alike() {
-    /// What an experiment becomes: all its values, or the key that its refusal names.
+    /// The result of reading an experiment: all its values, or the key that its refusal names.
     fn told(read: Result<Arc<dyn Experiment>>) -> std::result::Result<String, String> {
         read.map(|own| own.resolved_toml(0))
             .map_err(|failure| failure.to_string())

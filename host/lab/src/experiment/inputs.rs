@@ -59,11 +59,11 @@ pub struct Files {
     sensors: Mutex<BTreeMap<Vec<PathBuf>, Tables<SensorTables>>>,
     motors: Mutex<BTreeMap<(PathBuf, MotorStates), Tables<MotorTable>>>,
     parts: Mutex<BTreeMap<(Kind, PathBuf), Arc<Part>>>,
-    /// Samples of surrogates, by what they are and by the classes of objects.
+    /// Samples of surrogates, by surrogate and by classes of objects.
     samples: Mutex<BTreeMap<Sampling, Arc<OnceLock<Taken>>>>,
     /// Their tables as files, by the names in [`made`].
     made: Mutex<BTreeMap<String, Arc<Content>>>,
-    /// The same files by whether a setting names them rather than the experiment, and by their names there.
+    /// The same files, by whether a setting or the experiment names them, and by their names there.
     named: Mutex<BTreeMap<(bool, String), Arc<Content>>>,
 }
 
@@ -109,9 +109,9 @@ fn known<K: Ord, V: Clone, E>(
     Ok(value)
 }
 
-/// What is sampled: the hash of a surrogate, and whether before blocks too.
+/// Key of samples: the hash of a surrogate, and whether blocks are also sampled.
 type Sampling = ([u8; 32], bool);
-/// Samples, or why there are none.
+/// Samples, or the reason why there are none.
 type Taken = std::result::Result<Arc<Samples>, String>;
 
 /// Reader of the files that an experiment names.
@@ -220,14 +220,13 @@ impl<'a> Inputs<'a> {
         self.samples(key, site)
     }
 
-    /// Samples of a surrogate. They are always taken on the CPU, which is there before any device is chosen; every exact device would
-    /// give the same.
+    /// Samples of a surrogate, always taken on the CPU, since no device has been chosen yet. Every exact device would give the same.
     fn samples(&self, key: &str, site: &Site) -> Result<Arc<Samples>> {
         let sampling = (*site.hash().as_bytes(), self.has_blocks);
         let none = |_: &Sampling| Ok::<_, Failure>(Arc::default());
         // Not under the lock, so that several cells of a sweep can be sampled at once.
         let own: Arc<OnceLock<Taken>> = known(&self.files.samples, sampling, none)?;
-        // On a thread of its own: one of a pool's would do other cells' work while it waits, and might come to wait for itself.
+        // On a separate thread: one of a pool's would do other cells' work while it waits, and might come to wait for itself.
         let has_blocks = self.has_blocks;
         let sampled = || thread::scope(|scope| scope.spawn(|| take(site, has_blocks)).join());
         let taken = own.get_or_init(|| match sampled() {
@@ -237,7 +236,7 @@ impl<'a> Inputs<'a> {
         taken.clone().map_err(|problem| self.source.invalid(key, problem))
     }
 
-    /// Reads a user's part.
+    /// Reads a custom part.
     pub(super) fn part(&mut self, kind: Kind, file: &PartFile) -> Result<Arc<OwnPart>> {
         let word = kind.word();
         let Some(name) = &file.part else {
@@ -367,10 +366,10 @@ impl<'a> Inputs<'a> {
     }
 }
 
-/// Name of the table of motors among those made of a surrogate.
+/// Name of a surrogate's motor table.
 const MOTORS: &str = "motor";
 
-/// Name of a table that is made of a surrogate.
+/// Name of a table sampled from a surrogate.
 fn made(seed: u64, table: &str) -> String {
     format!("surrogate:{seed}/{table}.sam")
 }
@@ -379,7 +378,7 @@ fn motor_table(samples: &Samples, states: MotorStates) -> Arc<MotorTable> {
     Arc::new(MotorTable::new(&samples.motors, states).expect("all speeds were sampled"))
 }
 
-/// Samples a surrogate before all objects that there are, on one thread.
+/// Samples a surrogate before all objects, on one thread.
 fn take(site: &Site, has_blocks: bool) -> Result<Samples> {
     let cpu = backend::open(
         "cpu",

@@ -1,5 +1,5 @@
-//! Kinds of TOML files that users write, and of directories that the program writes. A file of another kind than a command takes is
-//! refused by its kind, with what to type.
+//! Kinds of TOML files that users write, and of directories that the program writes. A file of a kind that a command doesn't take is
+//! refused, with its kind and what to type.
 
 use std::fs;
 use std::io;
@@ -86,8 +86,7 @@ impl FileKind {
         }
     }
 
-    /// Whether a file has what this kind has. An experiment is the only kind that names no experiment; a fleet's file also has keys of
-    /// its robots' files.
+    /// Whether a file has this kind's keys. Only an experiment names no experiment; a fleet's file also has keys of its robots' files.
     fn is_of(self, values: &Parsed<'_>) -> bool {
         let names_one = values.has("experiment");
         let has_keys = || self.keys().iter().any(|key| values.has(key));
@@ -98,7 +97,7 @@ impl FileKind {
         }
     }
 
-    /// The other kind that a file is of, given as one of this kind; none if it may be of this kind.
+    /// The kind of a file given as one of this kind, if it is another; `None` if it may be of this kind.
     fn mistaken(self, values: &Parsed<'_>) -> Option<Self> {
         if self.is_of(values) {
             return None;
@@ -202,7 +201,7 @@ impl FileKind {
             _ => Path::new("."),
         };
         let files = toml_files(folder);
-        // Their extension is no likeness.
+        // Equal extensions don't make files similar.
         let stem = |path: &Path| {
             path.file_stem()
                 .and_then(|stem| stem.to_str())
@@ -235,7 +234,7 @@ fn toml_files(directory: &Path) -> Vec<PathBuf> {
 mod tests {
     use super::*;
 
-    /// Each shipped file is recognised as what it is, and taken as nothing else.
+    /// Each shipped file is recognised as its kind, and accepted as no other.
     #[test]
     fn shipped_files_are_recognised() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

@@ -50,10 +50,10 @@ pub struct Experiment {
     left_out: LeftOut,
 }
 
-/// What is made of an experiment's values.
+/// What an experiment's values make.
 enum Made {
     Whole(Box<Experiment>),
-    /// Nothing: values at these paths are to be left out first.
+    /// Nothing: values at these paths must be left out first.
     Without(Vec<String>),
 }
 
@@ -91,8 +91,8 @@ impl Experiment {
         }
     }
 
-    /// The same of an experiment that is a part of something else, which uses some of its keys. Its name, its seed and what it
-    /// records may stand in its file.
+    /// Like [`Experiment::of`], for an experiment that is a part of something else, which uses only some of its keys. Its file may also
+    /// have a name, a seed and what to record.
     ///
     /// # Errors
     /// As [`Experiment::read`], and for a value of another key.
@@ -111,7 +111,7 @@ impl Experiment {
         Ok(own)
     }
 
-    /// Makes it of all its values.
+    /// Makes an experiment from all its values.
     ///
     /// # Errors
     /// As [`Experiment::read`].
@@ -212,7 +212,7 @@ impl Experiment {
         Evolution::new(optimizer, settings.generations, None)
     }
 
-    /// Random genomes, drawn as the first generation of a genetic algorithm with this seed and of this size is.
+    /// Random genomes, as in the first generation of a genetic algorithm with this seed and size.
     pub fn random_genomes(&self, count: u32, seed: u64) -> Population {
         let settings = evolve::settings::Settings {
             kind: Kind::Random,
@@ -255,9 +255,9 @@ impl Experiment {
         values
     }
 
-    /// Number of individuals that live again after the last generation: the luckiest of the run and the best others.
+    /// Number of individuals that are re-evaluated after the last generation: the luckiest of the run and the best others.
     pub fn finalists(&self) -> u32 {
-        // On a robot they would take days.
+        // On a connected robot they would take days.
         let is_wired = self.site().is_some_and(|site| site.is_wired());
         match self.settings.finalists.count {
             _ if is_wired => 0,
@@ -268,14 +268,14 @@ impl Experiment {
         }
     }
 
-    /// The first generation that lives on the robot of [`settings::Transfer`], if there is one.
+    /// The first generation that is evaluated on the robot of [`settings::Transfer`], if there is one.
     pub fn first_real(&self) -> Option<u32> {
         let Settings { reality, evolution, .. } = &self.settings;
         let generations = reality.generations.filter(|_| !reality.robot.0.is_empty())?;
         Some(evolution.generations - generations)
     }
 
-    /// Time of all lives on that robot, if it is on a wire, or on those robots.
+    /// Time of all episodes on that robot, if it is connected, or on those robots.
     pub fn robot_time(&self) -> Option<Time> {
         let Settings {
             reality,
@@ -288,7 +288,7 @@ impl Experiment {
             .generations(reality.generations?, lives, self.world.cycles())
     }
 
-    /// That robot.
+    /// The robot of [`settings::Transfer`], if there is one.
     pub fn site(&self) -> Option<Site> {
         self.settings.reality.site().ok().flatten()
     }
@@ -316,18 +316,18 @@ impl Experiment {
         check::bytes(&self.settings, self.world.genes())
     }
 
-    /// Hash of everything that decides how its robots live. Experiments that differ only in their evolution share it.
+    /// Hash of everything that affects episodes of its robots. Experiments that differ only in their evolution have the same hash.
     pub(crate) fn world_identity(&self) -> blake3::Hash {
         blake3::hash(text(&self.world_values()).as_bytes())
     }
 
-    /// The values that decide how its robots live.
+    /// The values that affect episodes of its robots.
     fn world_values(&self) -> Table {
         let mut world = self.values.clone();
         for key in [&SCORE[..], &["name", "evolution", "record"]].concat() {
             world.remove(key);
         }
-        // Where the simulator is made from samples of that robot, it decides how robots live in the simulator.
+        // Where the simulator is made from samples of that robot, the robot affects episodes in the simulator.
         let reality = world
             .remove("reality")
             .filter(|_| Transfer::is_sampled(&self.settings.robot));
@@ -338,8 +338,8 @@ impl Experiment {
         world
     }
 
-    /// The first key in which the lives of two experiments differ, with both values; `None` if their robots live alike.
-    /// With `scores`, the ways to combine several lives are compared too.
+    /// The first key that makes the episodes of two experiments differ, with both values; `None` if there is none. With `scores`, it
+    /// also compares the ways to combine several episodes.
     pub fn difference(&self, other: &Self, scores: bool) -> Option<Difference> {
         let values = |own: &Self| {
             let mut values = own.world_values();
@@ -367,7 +367,7 @@ impl Experiment {
     }
 }
 
-/// Keys that decide how the fitness of an individual's several lives is combined.
+/// Keys that decide how the fitness of an individual's several episodes is combined.
 const SCORE: [&str; 2] = ["trials", "trial_score"];
 
 /// A key in which two experiments differ.
@@ -432,7 +432,7 @@ impl Identities {
 /// The key of a run's seed.
 pub const SEED: &str = "seed";
 
-/// Whether a key allows a value from elsewhere, and in words what it allows.
+/// Whether a key allows a value from elsewhere, and a description of the allowed values.
 pub fn allows(key: &str, value: &dyn Field) -> (bool, String) {
     let single = values::alone::<Settings>(key, value);
     let found = single.or_else(|| values::alone::<swarm::File>(key, value));

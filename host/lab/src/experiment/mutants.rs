@@ -1,5 +1,5 @@
-//! Experiments and sweeps as nobody would write them: those that ship, with mistakes in their files and odd values for their
-//! keys. Each is refused with its place and what is allowed, or read, packed, and lived in for some cycles.
+//! Unusual experiments and sweeps: those that ship, with mistakes in their files and odd values for their keys. Each is refused with
+//! its place and the allowed values, or is read, packed, and simulated for some cycles.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -76,14 +76,14 @@ const LONG: [[&str; 3]; 14] = [
     ["experiment = 'homing.toml'\nseeds = [", "1,", "]"],
 ];
 
-/// How long one may take; the slowest take a second, in which EvoStick's exploration is compiled.
+/// Maximum time for one; the slowest take a second, to compile EvoStick's exploration.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// Most memory of the process that reads them all one after the other, KB: twice what it was seen to take, of which 370 MB are the
-/// process itself, and 450 MB are for compiling EvoStick's exploration, which has no mistake but remembers a hundred cells.
+/// Maximum memory of the process that reads them all one after the other, KB: twice the measured amount, of which 370 MB are the
+/// process itself. 450 MB are for compiling EvoStick's exploration, which has no mistake but remembers a hundred cells.
 const MEMORY: u64 = 1640 << 10;
 /// Longest message, bytes.
 const MESSAGE: usize = 4_000;
-/// Mutants that are tried however long it takes.
+/// Minimum number of mutants, however long they take.
 const LEAST: u32 = 200;
 
 /// A folder with all files that ship, and the text of each experiment and sweep with the folder of its mutants.
@@ -101,7 +101,7 @@ fn shipped(scratch: &Scratch) -> Vec<(PathBuf, String)> {
             }
             let content = fs::read(&path).unwrap();
             scratch.write(name.to_str().unwrap(), &content);
-            // The studies' own files are not experiments.
+            // The studies' files are not experiments.
             let is_experiment = to.as_os_str().is_empty() || to.ends_with("sweeps");
             if is_experiment && path.extension().is_some_and(|extension| extension == "toml") {
                 texts.push((to.clone(), String::from_utf8(content).unwrap()));
@@ -133,7 +133,7 @@ fn odd_setting(seed: u32) -> String {
     format!("{}={}", key.replace("[]", ""), ODD[value as usize % ODD.len()])
 }
 
-/// Reads an experiment, or the first cell of a sweep; packs its worlds, and lets some live there.
+/// Reads an experiment, or the first cell of a sweep; packs its worlds, and simulates some episodes there.
 fn read(path: &Path, set: &[String]) -> Result {
     let text = fs::read_to_string(path).unwrap();
     let is_sweep = Parsed::new("mutant.toml".into(), &text).is_ok_and(|file| file.has("experiment"));
@@ -146,7 +146,7 @@ fn read(path: &Path, set: &[String]) -> Result {
     live(&*experiment, &experiment.sample()?);
     let resolved = experiment.resolved_toml(1);
     if experiment.inputs().is_empty() {
-        // A name that the file doesn't give is the file's.
+        // Without a name in it, the experiment is named after its file.
         let again = path.with_file_name("again.toml");
         fs::write(&again, &resolved).unwrap();
         assert_eq!(runs::read(&again, &[])?.resolved_toml(1), resolved);
@@ -166,7 +166,7 @@ fn live(experiment: &dyn Experiment, worlds: &Worlds) {
     assert_eq!(outcome.fitness.len(), 2, "{}", experiment.name());
 }
 
-/// What is wrong with a refusal.
+/// The flaw of a refusal, if it has one.
 fn flaw(code: u8, message: &str, is_toml: bool) -> Option<&'static str> {
     let has_place = ["mutant.toml:", "--set ", ".toml:", ".wgsl:"]
         .iter()

@@ -77,7 +77,7 @@ fn no_default<T: Described>(path: &str, settings: &mut T) -> Option<String> {
     }
 }
 
-/// Needs that show before there is a world.
+/// Needs that can be checked before there is a world.
 pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
     const TRIALS: &[&str] = &["trials"];
     const NOISE: &[&str] = &[
@@ -169,7 +169,7 @@ pub(super) fn of_settings(settings: &Settings) -> Vec<Need> {
     needs
 }
 
-/// What depends on the robot.
+/// Needs that depend on the robot.
 fn of_robot(settings: &Settings) -> Vec<Need> {
     const KIND: &[&str] = &["robot.kind", "robot.preset"];
     const MODEL: &[&str] = &["robot.model", "robot.preset"];

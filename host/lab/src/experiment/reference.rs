@@ -44,7 +44,7 @@ fn forager() -> Vec<Entry> {
         own.world = WorldSpec::foraging(Forager::ODOWD2014);
         own
     };
-    // It brings its own body, noise and arena.
+    // A forager brings its body, noise and arena.
     let is_its = |row: &Parameter<Settings>| {
         let is_in = |mut own: Settings| (row.field)(&mut own, 0).is_some();
         match row.key.split_once('.') {
@@ -65,7 +65,7 @@ fn with_parts(mut entries: Vec<Entry>, parts: &[(compose::Kind, String)]) -> Vec
         let [chosen, part] = ["kind", "part"].map(|key| format!("{word}.{key}"));
         let is_shipped = |entry: &Entry| entry.place().0 == word && entry.only_with.as_deref() != Some("\"own\"");
         entries.retain(|entry| !is_shipped(entry) || *kind == compose::Kind::Sensor || entry.key == chosen);
-        // The values have a table of their own.
+        // The values have a separate table.
         let values = format!("{word}.values");
         entries.retain(|entry| entry.key != values);
         for entry in &mut entries {
@@ -79,7 +79,7 @@ fn with_parts(mut entries: Vec<Entry>, parts: &[(compose::Kind, String)]) -> Vec
     entries
 }
 
-/// All keys of an experiment with a swarm.
+/// All keys of an experiment of the foraging study.
 pub fn swarm() -> Vec<Entry> {
     entries::<swarm::File>()
 }
@@ -126,7 +126,7 @@ fn entry<T: Described>(row: &Parameter<T>, mut own: T) -> Entry {
     }
 }
 
-/// What a key means, and which kinds of sensors have it.
+/// The meaning of a key, and the kinds of sensors that have it.
 fn about(key: &str, words: &str) -> String {
     let kinds = key.strip_prefix("robot.sensors[].").map(SensorKind::with);
     match kinds.unwrap_or_default().split_last() {
@@ -200,7 +200,7 @@ pub enum Template<'a> {
     Own(&'a [(compose::Kind, String)]),
     /// A forager, and user-defined parts, in these files.
     Forager(&'a [(compose::Kind, String)]),
-    /// A swarm.
+    /// The foraging study.
     Swarm,
 }
 
@@ -279,7 +279,7 @@ pub fn example(name: &str, template: Template<'_>) -> String {
     text + &values_of(table, template)
 }
 
-/// An experiment with a robot that is described in full, here by the text of one that ships, in an arena of its own.
+/// An experiment with a parametric robot, given in full by the text of one that ships, in a custom arena.
 pub fn described(name: &str, robot: &str, parts: &[(compose::Kind, String)]) -> String {
     let with = if parts.is_empty() {
         String::new()
@@ -310,7 +310,7 @@ pub fn described(name: &str, robot: &str, parts: &[(compose::Kind, String)]) -> 
     )
 }
 
-/// The table of the values that the part of a table declares, as comments; nothing for a table without a part of its own.
+/// The table of the values that a table's custom part declares, as comments; nothing for a table without a custom part.
 fn values_of(table: &str, template: Template<'_>) -> String {
     let is_foragers = matches!(template, Template::Forager(_));
     let parts = match template {

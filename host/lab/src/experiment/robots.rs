@@ -7,7 +7,7 @@ use toml::{Table, Value};
 use super::source::Source;
 use super::values::instead;
 
-/// Names of robots, and what describes them: an experiment that has a robot only.
+/// Names of robots, and their descriptions: experiments with a robot only.
 const ROBOTS: [(&str, &str); 6] = [
     ("khepera", include_str!("robots/khepera.toml")),
     ("epuck", include_str!("robots/epuck.toml")),
@@ -17,7 +17,7 @@ const ROBOTS: [(&str, &str); 6] = [
     ("epuck-rm1.2", include_str!("robots/epuck-rm1.2.toml")),
 ];
 
-/// Keys of wheels that are described.
+/// Keys of a parametric robot's wheels.
 const WHEELS: [&str; 5] = [
     "wheel_base_mm",
     "greatest_speed_mm_s",
@@ -31,7 +31,7 @@ pub(super) fn names() -> String {
     ROBOTS.map(|(name, _)| name).join(", ")
 }
 
-/// The names of robots that live alone.
+/// The names of single robots: those without a `model`.
 fn single() -> impl Iterator<Item = &'static str> {
     let lives_alone = |text: &str| !values(text).contains_key("model");
     ROBOTS
@@ -40,7 +40,7 @@ fn single() -> impl Iterator<Item = &'static str> {
         .map(|(name, _)| *name)
 }
 
-/// What describes a robot that lives alone, with its comments.
+/// The description of a single robot, with its comments.
 ///
 /// # Errors
 /// Exit 3: the name, and the allowed names.
@@ -55,8 +55,8 @@ pub fn text(name: &str) -> Result<&'static str> {
     })
 }
 
-/// Name of the robot that an experiment changes. Experiments with all their values have those of the robot in its place, so that
-/// they stay as they are whatever becomes of the robot that ships.
+/// Name of the robot that an experiment changes. Experiments with all their values have the robot's values instead of its name, so that
+/// a change of the robot that ships doesn't affect them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Preset(pub Option<String>);
 
@@ -78,8 +78,8 @@ impl Field for Preset {
     }
 }
 
-/// The values of an experiment, with those of the robot that it names wherever it has none of its own. Lists are taken whole, unless
-/// their elements are named by number.
+/// The values of an experiment, completed with those of the robot that it names. Lists are taken whole, unless their elements are named
+/// by number.
 ///
 /// # Errors
 /// Exit 3: the place, the name, and the allowed names.
@@ -104,9 +104,9 @@ pub(super) fn described(mut given: Table, source: &Source<'_>) -> Result<Table> 
         );
         return Err(source.invalid("robot.kind", problem));
     }
-    // Sampled motors are in the place of wheels.
+    // Sampled motors replace wheels.
     let has_motors = robot.contains_key("motors");
-    // What bodies do that meet, robots that live together have in the place of what one does alone.
+    // Swarms have a different rule for bodies that meet, so they leave out a single robot's `collision`.
     let has_count = robot.contains_key("count");
     for (key, value) in preset {
         if !(has_motors && WHEELS.contains(&key.as_str()) || has_count && key == "collision") {
@@ -121,7 +121,7 @@ pub(super) fn described(mut given: Table, source: &Source<'_>) -> Result<Table> 
     Ok(given)
 }
 
-/// A list of a robot's with an experiment's values of some of its elements, by their number.
+/// A robot's list, with an experiment's values of some of its elements, by their number.
 fn with_elements(mut list: Vec<Value>, own: &Table, key: &str, source: &Source<'_>) -> Result<Value> {
     let count = list.len();
     for (number, value) in own {
@@ -190,7 +190,7 @@ mod tests {
         );
     }
 
-    /// Where the sources have sensors, mm from the middle between the wheels, and where they look, degrees.
+    /// Positions of sensors in the sources, mm from the middle between the wheels, and their directions, degrees.
     #[test]
     fn sensors_are_where_the_sources_have_them() {
         let [(_, khepera), (_, epuck), (_, thymio), (_, kheperax), ..] = ROBOTS;
@@ -246,7 +246,7 @@ mod tests {
         }
     }
 
-    /// What a robot's first sensor reads at a distance, mm, by the points of its response.
+    /// A reading of a robot's first sensor at a distance, mm, by the points of its response.
     fn read(text: &str, at: f64) -> f64 {
         let robot = values(text);
         let points = robot["sensors"][0]["response"].as_array().unwrap().iter();
@@ -263,7 +263,7 @@ mod tests {
         }
     }
 
-    /// The greatest difference between that and a formula, up to a range in steps of 0.1 mm.
+    /// The maximum difference between that and a formula, up to a range in steps of 0.1 mm.
     fn off(text: &str, range: u32, formula: impl Fn(f64) -> f64) -> f64 {
         let distances = (0..=10 * range).map(|step| 0.1 * f64::from(step));
         let off = distances.map(|at| (read(text, at) - formula(at).clamp(0.0, 1.0)).abs());
@@ -287,7 +287,7 @@ mod tests {
         assert!(off(epuck, 50, enki) > 0.1);
     }
 
-    /// What the middle sensor of a Thymio II in Aseba's playground 1.6.99 read of a wall: mm, and of 4505.
+    /// Readings of the middle sensor of a Thymio II at a wall in Aseba's playground 1.6.99: distance in mm, and reading out of 4505.
     #[test]
     fn a_thymio_reads_what_the_playground_shows() {
         let seen = [

@@ -31,9 +31,9 @@ pub struct Settings {
     pub name: String,
     /// Seed of the run; the command line's takes precedence.
     pub seed: Option<u64>,
-    /// Lives of each individual in each generation.
+    /// Episodes of each individual in each generation.
     pub trials: u32,
-    /// How the fitness of several lives is combined.
+    /// How the fitness of several episodes is combined.
     pub trial_score: TrialScore,
     /// The robot's name, or the samples that it is made from.
     pub robot: Robot,
@@ -41,15 +41,15 @@ pub struct Settings {
     pub arena: ArenaSize,
     /// Everything else about the world; its arena has only the objects that the experiment lists.
     pub world: WorldSpec,
-    /// Sensors that the user wrote, and the controller and the task if the world's are user-defined.
+    /// Custom sensors, and the controller and the task if the world's are custom.
     pub sensor: PartFile,
     pub controller: PartFile,
     pub task: PartFile,
     /// The optimiser.
     pub evolution: evolution::Settings,
-    /// Individuals that live again after the last generation.
+    /// Individuals that are re-evaluated after the last generation.
     pub finalists: Finalists,
-    /// The robot on which the last generations live.
+    /// The robot that evaluates the last generations.
     pub reality: Transfer,
     /// Files that a run writes, and when.
     pub record: Record,
@@ -103,7 +103,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The user's part of a kind.
+    /// The custom part of a kind.
     pub(super) fn part_mut(&mut self, kind: Kind) -> &mut PartFile {
         match kind {
             Kind::Sensor => &mut self.sensor,
@@ -131,7 +131,7 @@ impl AsForaging for Settings {
     }
 }
 
-/// Integers in TOML are signed.
+/// TOML has only signed integers.
 pub const GREATEST_SEED: u64 = i64::MAX as u64;
 
 impl Described for Settings {
@@ -285,7 +285,7 @@ fn insert<const N: usize>(rows: &mut Vec<Parameter<Settings>>, key: &str, more: 
     rows.splice(at + 1..=at, more);
 }
 
-/// How the fitness of an individual's several lives is combined.
+/// How the fitness of an individual's several episodes is combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrialScore {
     Mean,
@@ -307,11 +307,11 @@ pub struct Robot {
     pub tables: SensorFiles,
     pub motors: String,
     pub states: MotorStates,
-    /// Samples that a described robot has.
+    /// Samples of a parametric robot.
     pub described: Samples,
 }
 
-/// Samples that a described robot has, each if it is given.
+/// Samples of a parametric robot, each if the experiment has it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Samples {
     pub tables: Option<SensorFiles>,
@@ -321,10 +321,10 @@ pub struct Samples {
 
 /// Name of the compiled-in tables.
 pub(crate) const BUILT_IN: &str = "khepera";
-/// Name of tables that are sampled from the surrogate of `[reality]`.
+/// Name of tables sampled from the surrogate of `[reality]`.
 pub(crate) const FROM_REALITY: &str = "reality";
 
-/// The seed of tables that are sampled from a surrogate, `surrogate:SEED`.
+/// The seed of tables sampled from a surrogate, `surrogate:SEED`.
 pub(super) fn surrogate(word: &str) -> Option<u64> {
     match word.parse() {
         Ok(Address::Surrogate(seed)) => Some(seed),
@@ -380,7 +380,7 @@ impl Field for SensorFiles {
     }
 }
 
-/// A user's part.
+/// A custom part.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PartFile {
     /// Its file.
@@ -389,7 +389,7 @@ pub struct PartFile {
     pub values: BTreeMap<String, f64>,
 }
 
-/// An arena of the catalogue by name, or the size of an arena of the experiment's own.
+/// An arena of the catalogue by name, or the size of a custom arena.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArenaSize {
     pub preset: Option<String>,
@@ -403,13 +403,13 @@ pub struct ArenaSize {
     pub(crate) start_radius: Option<f32>,
 }
 
-/// Individuals that live again after the last generation, so that the champion is chosen by the mean of many lives.
+/// Individuals that are re-evaluated after the last generation, so that the champion is chosen by the mean of many episodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finalists {
     /// Number of the last generation's best to take, besides the luckiest individual of the run. 0 switches finalists
     /// off.
     pub count: u32,
-    /// Lives of each finalist.
+    /// Episodes of each finalist.
     pub lives: u32,
 }
 
@@ -445,7 +445,7 @@ impl Field for Addresses {
     }
 }
 
-/// The robot on which the last generations of an evolution live.
+/// The robot that evaluates the last generations of an evolution.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Transfer {
     /// Its address, if there is one, or those of several.
@@ -454,18 +454,19 @@ pub struct Transfer {
     pub generations: Option<u32>,
     /// How much a surrogate differs from its simulator; given if there is one.
     pub severity: Option<f32>,
-    /// How much it differs in motion and in the age of its readings, if that is not the same.
+    /// How much it differs in motion and in the age of its readings, if not by the same severity.
     pub motion_severity: Option<f32>,
-    /// How much it differs in single ways, in the order of [`Difference::ALL`], if that is not the same.
+    /// How much it differs in single ways, in the order of [`Difference::ALL`], if not by the same severity.
     pub differences: [Option<f32>; Difference::ALL.len()],
-    /// How lives on a wire get their starts, and speed of its wheels at the controller's greatest output, mm/s; if they are given.
+    /// How episodes on a connected robot get their starts, and the speed of its wheels at the controller's maximum output, mm/s; if
+    /// they are given.
     pub starts: Option<wired::Starts>,
     pub speed: Option<f32>,
-    /// How long it drives about before a life, s.
+    /// Time that it drives about before an episode, s.
     pub walk: Option<f32>,
     /// Names of its sensors, by the experiment's, where they differ.
     pub sensors: BTreeMap<String, String>,
-    /// Where a tracker is listened to, one for each robot, and the age of its last sighting from which a robot counts as lost, ms.
+    /// Addresses of trackers, one for each robot, and the age of the last sighting from which a robot counts as lost, ms.
     pub tracker: Addresses,
     pub tracker_age: Option<f32>,
     /// Values of its guard.
@@ -473,7 +474,7 @@ pub struct Transfer {
 }
 
 impl Transfer {
-    /// Gives what is not given its default, if there is a robot.
+    /// Sets missing values to their defaults, if there is a robot.
     pub(super) fn complete(&mut self, generations: u32) {
         /// As in Miglino et al. 1995.
         const GENERATIONS: u32 = 20;
@@ -485,7 +486,7 @@ impl Transfer {
         }
     }
 
-    /// Values of lives on a robot on a wire. The run says where they are recorded.
+    /// Values of episodes on a connected robot. The run says where they are recorded.
     pub fn values(&self) -> Result<wired::Values, String> {
         let age = self.tracker_age.map_or(tracker::AGE_MS as f64, f64::from);
         let limit = Duration::from_secs_f64(age / 1000.0);

@@ -287,7 +287,7 @@ impl<'a> Source<'a> {
         self.set.iter().rfind(|text| text.start <= at)
     }
 
-    /// Leaves out a value that only another `kind` of its table, or of one around it, has, or another selection of parents.
+    /// Leaves out a value that only another `kind` of its table, or of one around it, or another selection of parents has.
     ///
     /// # Errors
     /// Exit 3 if the kind doesn't outrank the value: its place, its key and `problem`.
@@ -350,7 +350,7 @@ impl<'a> Source<'a> {
         self.file.is_recorded && self.set.iter().all(|text| text.rank == 0)
     }
 
-    /// Error for a key that is given in two places.
+    /// Error for a key with two values.
     pub(crate) fn conflict(key: &str, place: &str, other: &str, first: &str) -> Failure {
         let problem = format!("{key}: is already given, as {other} ({first}); allowed: each key once");
         refused(place, problem)
@@ -379,7 +379,7 @@ impl<'a> Source<'a> {
         let Some(span) = error.span() else {
             return refused(&self.file.name, plain(error.message()));
         };
-        // What the file as a whole lacks, no key does, also not the one that stands first.
+        // The file as a whole lacks something, so no key is at fault, not even the first one.
         if span.is_empty() && span.start == 0 {
             return refused(&self.place(0), plain(error.message()));
         }
@@ -500,7 +500,7 @@ fn repeated(text: &str, at: &Range<usize>) -> String {
     format!("duplicate key `{own}`{first}; allowed: each key once")
 }
 
-/// The parser's message for what stands at a byte, with what to write instead where that shows.
+/// The parser's message for the text at a byte, with a correction if there is an obvious one.
 fn unparsed(message: &str, text: &str, at: usize) -> String {
     let rest = text.get(at..).unwrap_or_default().lines().next().unwrap_or_default();
     let line = text
@@ -541,7 +541,7 @@ fn unparsed(message: &str, text: &str, at: usize) -> String {
     }
 }
 
-/// Error for what stands at a place. Of a long problem the middle is left out: a value or a key, which may be of any length.
+/// Error for the text at a place. The middle of a long problem is left out: a value or a key may be of any length.
 fn refused(place: &str, problem: impl Display) -> Failure {
     const HALF: usize = 1_000;
     let problem = problem.to_string();
@@ -628,7 +628,7 @@ fn merge<'a>(under: &mut DeTable<'a>, over: DeTable<'a>) -> std::result::Result<
     Ok(())
 }
 
-/// The same for a value that a table changes. What is wrong follows the name of `under`.
+/// The same for a value that a table changes. The error follows the name of `under`.
 fn merge_value<'a>(under: &mut DeValue<'a>, over: DeValue<'a>) -> std::result::Result<(), String> {
     match (under, over) {
         (DeValue::Table(under), DeValue::Table(over)) => merge(under, over).map_err(|problem| format!(".{problem}")),

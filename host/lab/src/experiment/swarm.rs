@@ -1,4 +1,4 @@
-//! An experiment with a swarm: a file with a table `swarm`.
+//! An experiment of the foraging study: a file with a table `swarm`.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -22,7 +22,7 @@ use crate::swarm::settings::{self, Clock, Settings};
 /// The key of the control.
 const CONTROL: &str = "swarm.control";
 
-/// A checked experiment with a swarm.
+/// A checked experiment of the foraging study.
 #[derive(Clone, Debug)]
 pub struct SwarmExperiment {
     file: File,
@@ -110,7 +110,7 @@ impl Described for File {
     }
 }
 
-/// Moves a row's keys below the table `swarm`. Rows are made once and live as long as the program.
+/// Moves a row's keys below the table `swarm`. Rows are made once and exist as long as the program.
 fn below_swarm(row: &Parameter<File>) -> Parameter<File> {
     let below = |key: &str| -> &'static str { format!("swarm.{key}").leak() };
     Parameter {
@@ -125,7 +125,7 @@ fn below_swarm(row: &Parameter<File>) -> Parameter<File> {
 }
 
 impl SwarmExperiment {
-    /// As [`SwarmExperiment::of`], for robots of their own, whose evolution nobody can control from outside.
+    /// Like [`SwarmExperiment::of`], for a fleet, where no program controls the evolution of all robots.
     ///
     /// # Errors
     /// As there, and for a control.
@@ -134,7 +134,7 @@ impl SwarmExperiment {
         Self::without_control(path, text, &[], WHY)
     }
 
-    /// As [`SwarmExperiment::of`], without a control, for this reason.
+    /// Like [`SwarmExperiment::of`], without a control, for the reason `why`.
     ///
     /// # Errors
     /// As there, and for a control.
@@ -283,7 +283,7 @@ fn needs(File { swarm, control, .. }: &File) -> Vec<Need> {
     ]
 }
 
-/// Checks that a light that is to move does so before the end.
+/// Checks that a moving light moves before the end.
 fn light(swarm: &Settings) -> Checked {
     let (minute, minutes) = (swarm.light_moves_minute, swarm.minutes);
     if is_moving(swarm.case) && minute >= minutes {

@@ -97,7 +97,7 @@ fn a_resolved_experiment_is_itself_again() {
 /// An arena that is large enough for a Thymio II.
 const ROOM: &str = "\narena.width_mm = 1000\narena.height_mm = 1000\n";
 
-/// A robot by name is its values: the same experiment as one that has them all, whatever becomes of the robot that ships.
+/// A robot by name equals its values: an experiment with all of them is the same, even if the robot that ships changes.
 #[test]
 fn a_robot_by_name_is_its_values() {
     let scratch = Scratch::new("preset");
@@ -142,7 +142,7 @@ fn a_robot_by_name_is_changed_key_by_key_and_its_sensors_as_a_whole() {
     assert_eq!(other.world().spec().robot.body_radius, 80.0);
 }
 
-/// The key `collision` is of robots alone, so one by name leaves it out.
+/// The key `collision` exists only for single robots, so a robot by name leaves it out.
 #[test]
 fn a_robot_by_name_lives_with_others() {
     let scratch = Scratch::new("preset-swarm");
@@ -157,7 +157,7 @@ fn a_robot_by_name_lives_with_others() {
     );
 }
 
-/// Sampled motors take the place of a robot's own wheels, and tables that of its sensors if it lists sampled ones.
+/// Sampled motors replace a robot's wheels, and tables replace its sensors if it lists sampled ones.
 #[test]
 fn a_robot_by_name_takes_samples() {
     let scratch = Scratch::new("sampled-preset");
@@ -173,7 +173,7 @@ fn a_robot_by_name_takes_samples() {
     assert!(described.sampled_motors && described.columns() == [Some(2)]);
     assert_eq!((described.wheel_base, described.greatest_speed), (None, None));
     assert_eq!((robot.body_radius, robot.motors.states), (35.0, 21));
-    // A run's file has what makes it, and is the same experiment.
+    // A run's file has everything that makes the robot, and is the same experiment.
     let resolved = own.resolved_toml(1);
     assert!(
         resolved.contains("tables = \"khepera\"") && !resolved.contains("wheel_base_mm"),
@@ -183,7 +183,7 @@ fn a_robot_by_name_takes_samples() {
     assert_eq!(again.resolved_toml(1), resolved);
 }
 
-/// Walls that are listed take the place of the four sides.
+/// Listed walls replace the four sides.
 #[test]
 fn arenas_that_a_robot_can_leave_are_warned_of() {
     let scratch = Scratch::new("open");
@@ -218,7 +218,7 @@ fn arenas_that_a_robot_can_leave_are_warned_of() {
     assert!(warnings(&arena(&format!("{inner}; {sides}; {}", last(340)), "")).is_empty());
 }
 
-/// Each thing that no robot gets near, and each start that is outside, is named, with what the arena's origin is.
+/// A warning names each object that no robot gets near, each start outside of the arena, and the arena's origin.
 #[test]
 fn things_that_no_robot_reaches_are_warned_of() {
     let scratch = Scratch::new("unreached");
@@ -808,7 +808,7 @@ fn refusals_say_where_and_what_is_allowed() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// A value of any length is shown in part, between its place and what is allowed.
+/// A value of any length is shown in part, between its place and the allowed values.
 #[test]
 fn long_values_are_shown_in_part() {
     let scratch = Scratch::new("long");
@@ -824,7 +824,7 @@ fn long_values_are_shown_in_part() {
     assert!(read(&scratch, &"#".repeat(oneiro_base::files::GREATEST_TEXT), &[]).is_ok());
 }
 
-/// What only the file's optimiser has is left out where a setting has another one.
+/// Values that only the file's optimiser has are left out if a setting chooses another one.
 #[test]
 fn a_setting_of_the_optimiser_replaces_its_values() {
     let scratch = Scratch::new("replaced-optimiser");
@@ -840,7 +840,7 @@ fn a_setting_of_the_optimiser_replaces_its_values() {
     );
     let text = ranked.resolved_toml(1);
     assert!(text.contains("elite = 2") && !text.contains("parents"), "{text}");
-    // Given with it, it is refused.
+    // Given as a setting with it, such a value is refused.
     let message = refusal(&scratch, "", &["evolution.kind=cma-es", "evolution.elite=1"]);
     assert!(
         message.contains("evolution.elite: is given; allowed: only with"),
@@ -996,8 +996,8 @@ fn values_of_worlds_are_refused_by_their_keys() {
     }
 }
 
-/// Names of run directories and hashes of results depend on these bytes: changing them changes the identity of every
-/// run. The new ones are written beside the old.
+/// Names of run directories and hashes of results depend on these bytes: changing them changes the identity of every run. The new files
+/// are written next to the old.
 #[test]
 fn resolved_experiments_keep_their_bytes() {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -1256,14 +1256,14 @@ fn documents_name_keys_that_there_are() {
         .unwrap()
         .map(|entry| entry.unwrap().path());
     for path in documents.chain([root.join("README.md")]) {
-        // The keys of a fleet's file are others; `fleet/file.rs` holds that page to them.
+        // A fleet's file has other keys; `fleet/file.rs` checks that page against them.
         if path.extension().is_none_or(|extension| extension != "md") || path.ends_with("fleet.md") {
             continue;
         }
         let text = fs::read_to_string(&path).unwrap();
         for quoted in text.split('`').skip(1).step_by(2) {
             let key = quoted.split([' ', '=']).next().unwrap_or_default();
-            // Numbers are those of lists' elements.
+            // Numbers are indices of lists' elements.
             let parts: Vec<&str> = key.split('.').filter(|part| part.parse::<u32>().is_err()).collect();
             let is_plain = key
                 .chars()
@@ -1329,7 +1329,7 @@ fn typed_files_are_looked_for_from_the_working_directory() {
     );
 }
 
-/// Tables made of a surrogate are the files that `oneiro robot sample` would have written: a run's copies of them make the same run.
+/// Tables made from a surrogate are the files that `oneiro robot sample` would have written: a run's copies of them make the same run.
 #[test]
 fn a_surrogates_tables_are_inputs_of_its_runs() {
     let scratch = Scratch::new("surrogate");
@@ -1348,7 +1348,7 @@ fn a_surrogates_tables_are_inputs_of_its_runs() {
     let robot = |of: &Experiment| of.world().spec().robot.clone();
     assert_eq!(robot(&again), robot(&made));
     assert_eq!(robot(&real), robot(&made));
-    // Only what is made of a surrogate is.
+    // A built-in table is no input.
     let built_in = read(&scratch, text, &["robot.motors=khepera"]).unwrap();
     assert_eq!(built_in.inputs().len(), 2);
     let block = read(&scratch, text, &["arena.preset=miglino1995-block"]).unwrap();
@@ -1360,7 +1360,7 @@ fn a_surrogates_tables_are_inputs_of_its_runs() {
     );
 }
 
-/// The simulator that is made from reality is the one that the files of `oneiro robot sample` make, and both severities tell in it.
+/// The simulator made from reality is the same as from the files of `oneiro robot sample`, and both severities affect it.
 #[test]
 fn simulators_are_sampled_from_reality() {
     use crate::reality::Object;
@@ -1386,16 +1386,16 @@ fn simulators_are_sampled_from_reality() {
     assert_eq!(made.sensors, samples.sensors);
     let motors = oneiro::tables::MotorTable::new(&samples.motors, oneiro::tables::MotorStates::Symmetric20).unwrap();
     assert_eq!(made.motors.cells, motors.cells);
-    // It is part of what the world is.
+    // It is part of the world's identity.
     assert_ne!(own.world_identity(), of("severity = 1.0").world_identity());
-    // Sensors differ by one severity, motors by the other; that of motion is the same unless it is given.
+    // One severity changes sensors, the other one motors. The severity of motion is the same unless it is given.
     let [apart, alike] = [
         "severity = 1.5\nmotion_severity = 0.5",
         "severity = 1.5\nmotion_severity = 1.5",
     ]
     .map(of);
     assert_ne!(apart.world().spec().robot.motors.cells, motors.cells);
-    // So does one difference.
+    // One difference also changes the motors.
     let wheels = of("severity = 1.5\ndifferences.wheels = 0.5");
     assert_ne!(wheels.world().spec().robot.motors.cells, motors.cells);
     assert_eq!(alike.world().spec().robot.motors.cells, motors.cells);

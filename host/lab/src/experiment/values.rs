@@ -140,7 +140,7 @@ fn unknown_key<T: Described>(path: &str, source: &Source<'_>) -> Failure {
     source.invalid_key(path, problem)
 }
 
-/// What may stand in the place of an unknown name: first what was probably meant, then all that is allowed.
+/// Suggestions for an unknown name: first the one that was probably meant, then all allowed ones.
 pub fn instead(meant: Option<&str>, allowed: &str) -> String {
     match meant {
         Some(meant) => format!("; did you mean {meant}? (allowed: {allowed})"),
@@ -166,7 +166,7 @@ fn set<T: Described>(leaf: &Leaf<T>, kinds: bool, own: &mut T, source: &Source<'
         return Ok(());
     }
     if let Datum::Table(table) = &leaf.datum {
-        // A table by names is refused for one of its values.
+        // A refusal of a table by names is for one of its values.
         let is_refused =
             |(name, datum): &&(String, Datum)| !field.set(&Datum::Table(vec![(name.clone(), datum.clone())]));
         if let Some((name, datum)) = table.iter().find(is_refused)

@@ -51,7 +51,7 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
         ..own
     })
     .map_err(|Invalid { field, problem }| {
-        // What is wrong in a part has its own place.
+        // A mistake in a part has a place in that part.
         if paths.iter().any(|path| problem.starts_with(path)) {
             return Failure::input(problem);
         }
@@ -59,7 +59,7 @@ pub(super) fn world(settings: &Settings, source: &Source<'_>, inputs: &mut Input
     })
 }
 
-/// The robot with the samples that it is made from. Of a described one some sensors and the motors may be sampled.
+/// The robot with the samples that it is made from. A parametric one may have sampled motors and some sampled sensors.
 fn robot(settings: &Settings, mut own: Robot, source: &Source<'_>, inputs: &mut Inputs<'_>) -> Result<Robot> {
     let files = &settings.robot;
     let Build::Differential(described) = &mut own.build else {

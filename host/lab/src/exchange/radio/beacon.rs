@@ -1,4 +1,4 @@
-//! The operator's beacons: what time it is in the experiment, and the dead man's switch.
+//! The operator's beacons: the experiment's time, and the dead man's switch.
 
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -6,31 +6,31 @@ use std::time::Duration;
 /// Default time after a beacon was sent for which robots may move, ms. A daemon acts once in 100 ms, so wheels stand 0.5 s after
 /// the last beacon.
 pub const LIMIT_MS: u64 = 400;
-/// What it may be, ms: at least the time from one beacon to the next.
+/// Allowed limits, ms: at least the time from one beacon to the next.
 pub const LIMITS_MS: RangeInclusive<u64> = 100..=450;
 
-/// Most microseconds that a clock may gain or lose against the operator's in a second: 500 ppm, five times what quartz crystals
-/// are sold with.
+/// Maximum that a clock may gain or lose against the operator's in a second, us: 500 ppm, five times the usual tolerance of quartz
+/// crystals.
 const DRIFT: i64 = 500;
 const SECOND: i64 = 1_000_000;
 
-/// What a robot knows of the operator. Its own clock is any that never goes back.
+/// What a robot derives from the operator's beacons. The robot's clock may be any that never goes back.
 ///
-/// The time at which a beacon arrives is that of its sending and a delay, so the least difference of the two clocks that any beacon has
-/// shown is the best. It counts as [`DRIFT`] more with each second that passes: a late beacon does not shift the time, and a
-/// clock that drifts is followed. So the time is never ahead of the operator's.
+/// A beacon arrives at the time of its sending plus a delay, so the minimum difference of the two clocks over all beacons is the best
+/// estimate. The difference counts as [`DRIFT`] more with each second that passes: a late beacon does not shift the time, and a
+/// drifting clock is followed. So the time is never ahead of the operator's.
 #[derive(Clone, Debug)]
 pub struct Beacons {
     limit: Duration,
     latest: Option<Latest>,
-    /// The experiment's time is never less, us: where it was when the operator's program started again.
+    /// Minimum of the experiment's time, us: where it was when the operator's program started again.
     floor: i64,
 }
 
 /// What follows from the beacons of one start of the operator's program.
 #[derive(Clone, Copy, Debug)]
 struct Latest {
-    /// The own clock's lead on the experiment's, us, by the beacon heard at `at`, on the own clock, and those before.
+    /// Lead of the robot's clock on the experiment's, us, by the beacon received at `at` on the robot's clock, and those before.
     lead: i64,
     at: i64,
     /// The newest beacon's number, which begins with that of the operator's start.
@@ -42,7 +42,7 @@ struct Latest {
 }
 
 impl Latest {
-    /// The most that the own clock can lead by now.
+    /// The maximum lead of the robot's clock by now.
     fn lead_at(&self, now: i64) -> i64 {
         self.lead + (now - self.at).max(0) * DRIFT / SECOND
     }
@@ -58,10 +58,10 @@ impl Beacons {
         }
     }
 
-    /// Hears a beacon: its number, the experiment's time that it tells, ms, and whether robots may move.
+    /// Receives a beacon: its number, its time of the experiment, ms, and whether robots may move.
     ///
-    /// A clock of the operator's that jumps back makes its beacons look late, so robots stand until its program has
-    /// started again. Then the experiment's time goes on from the new beacons, and stands where it would go back.
+    /// If the operator's clock jumps back, its beacons count as late, so robots stand until its program has started again. Then the
+    /// experiment's time goes on from the new beacons, and stands where it would go back.
     pub fn hear(&mut self, sequence: u64, milliseconds: i64, go: bool, now: Duration) {
         let (at, sent) = (micros(now), milliseconds.saturating_mul(1000));
         let lead = at.saturating_sub(sent);
@@ -88,8 +88,8 @@ impl Beacons {
         });
     }
 
-    /// The experiment's time, ms: that of the beacons, and between them by the own clock. It never goes back. None before the first
-    /// beacon.
+    /// The experiment's time, ms: that of the beacons, and between them by the robot's clock. It never goes back. `None` before the
+    /// first beacon.
     pub fn time(&self, now: Duration) -> Option<i64> {
         Some(self.micros(now)?.div_euclid(1000))
     }
@@ -126,18 +126,18 @@ mod tests {
 
     const LIMIT: Duration = Duration::from_millis(LIMIT_MS);
 
-    /// A robot whose clock drifts, and the operator's beacons on their way to it. Times are true ones, ms.
+    /// A robot whose clock drifts, and the operator's beacons on their way to it. Times are without drift, ms.
     struct Trial {
         random: Random,
         beacons: Beacons,
         /// How much faster the robot's clock is, ppm.
         drift: i64,
-        /// Chance that a beacon is lost, percent, and its greatest delay.
+        /// Chance that a beacon is lost, percent, and its maximum extra delay, ms.
         loss: usize,
         jitter: usize,
         boots: u64,
         counter: u64,
-        /// What the operator's clock is ahead.
+        /// Lead of the operator's clock, ms.
         ahead: i64,
         now: i64,
         coming: Vec<(i64, u64, i64, bool)>,
@@ -147,7 +147,7 @@ mod tests {
     }
 
     impl Trial {
-        /// The least delay, ms.
+        /// The minimum delay, ms.
         const DELAY: i64 = 2;
 
         fn new(drift: i64, loss: usize, jitter: usize) -> Self {
@@ -172,8 +172,8 @@ mod tests {
             Duration::from_micros(micros as u64)
         }
 
-        /// Lets time pass while the operator says go, or nothing. Returns how much of it the robot may move, and the greatest
-        /// error of its time at the end of each millisecond, ms.
+        /// Lets time pass while the operator sends beacons with `go`, or none. Returns the fraction of it in which the robot may move,
+        /// and the maximum error of its time at the end of each millisecond, ms.
         fn pass(&mut self, milliseconds: i64, go: Option<bool>) -> (f64, i64) {
             let (mut moves, mut error) = (0, 0);
             for _ in 0..milliseconds {
@@ -210,7 +210,7 @@ mod tests {
         }
     }
 
-    /// Never ahead, hardly behind, and on the way most of the time: the share of lost and late beacons is what is left.
+    /// Never ahead, hardly behind, and moving most of the time: lost and late beacons explain the rest.
     #[test]
     fn time_follows_a_drifting_clock_through_loss_jitter_and_reordering() {
         for drift in [-500, -20, 0, 20, 500] {
@@ -220,7 +220,7 @@ mod tests {
             let (moves, error) = trial.pass(90_000, Some(true));
             assert!(trial.error() >= -1 && error <= 35, "{drift} ppm: {error} ms");
             assert!((0.93..0.99).contains(&moves), "{drift} ppm: {moves}");
-            // Without any beacon for an hour the clock runs on by itself, and the first one mends it.
+            // Without any beacon for an hour the clock runs on, and the first beacon corrects it.
             trial.now += 3_600_000;
             let (moves, error) = trial.pass(1000, None);
             assert!(
@@ -233,7 +233,7 @@ mod tests {
         }
     }
 
-    /// On a good network robots always move, and the time is right to the delay.
+    /// On a good network robots may always move, and the time is right except for the delay.
     #[test]
     fn without_faults_nothing_is_late() {
         let mut trial = Trial::new(100, 0, 0);
@@ -242,8 +242,8 @@ mod tests {
         assert!(moves == 1.0 && error <= Trial::DELAY + 1, "{moves} {error}");
     }
 
-    /// Wheels may turn for the limit after the last beacon was sent, however late that came, and after a beacon that says stand
-    /// not at all, also if an older one comes after it.
+    /// Wheels may turn for the limit after the last beacon was sent, however late it came. They may not turn after a beacon without go,
+    /// even if an older one comes after it.
     #[test]
     fn robots_move_only_while_they_hear_beacons() {
         for (loss, jitter, drift) in [(0, 0, 0), (30, 198, 500), (30, 198, -500)] {
@@ -275,14 +275,14 @@ mod tests {
         assert!(!beacons.may_move(ms(1310)), "an older go");
         beacons.hear(5, 400, true, ms(1400));
         assert!(beacons.may_move(ms(1800)) && !beacons.may_move(ms(1801)));
-        // Held back by a second, one after the other: they say what time it was, and let nothing move.
+        // Held back by a second, one after the other: they contain their old time, and let nothing move.
         for late in 6..100 {
             beacons.hear(late, 100 * late as i64 - 100, true, ms(900 + 100 * late + 1000));
             assert!(!beacons.may_move(ms(900 + 100 * late + 1000)), "{late}");
         }
     }
 
-    /// A new start of the operator's program may tell another time. Robots take it, and their own never goes back.
+    /// A new start of the operator's program may bring another time. Robots take it, but the experiment's time never goes back.
     #[test]
     fn a_clock_that_jumps_is_followed_once_it_has_been_announced() {
         for jump in [-3000, 7000] {
@@ -300,7 +300,7 @@ mod tests {
                 "{jump} ms: {moves} {}",
                 trial.error()
             );
-            // A beacon of the start before comes late.
+            // A beacon of the previous start comes late.
             let (own, boots) = (trial.own(), trial.boots - 1);
             trial.beacons.hear(boots << 32 | 0xffff, 1 << 40, true, own);
             trial.pass(1, Some(true));

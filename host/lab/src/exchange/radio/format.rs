@@ -20,14 +20,14 @@ const STATUS: u8 = 3;
 pub(super) const HELLO: u8 = 4;
 const CALL: u8 = 5;
 
-/// What a header has of an experiment's hash.
+/// The part of an experiment's hash that a header has.
 pub(super) fn prefix(experiment: &[u8; 32]) -> [u8; 8] {
     let mut prefix = [0; 8];
     prefix.copy_from_slice(&experiment[..8]);
     prefix
 }
 
-/// All of a datagram but its tag.
+/// All of a datagram except its tag.
 pub(super) fn sealed(packet: &Packet, sender: u16, experiment: [u8; 8], sequence: u64) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(LONGEST);
     let mut put = |field: &[u8]| bytes.extend_from_slice(field);
@@ -99,7 +99,7 @@ fn kind(packet: &Packet) -> u8 {
     }
 }
 
-/// The parts of a datagram, which nobody has authenticated.
+/// The parts of a datagram that is not authenticated yet.
 #[derive(Clone, Copy)]
 pub(super) struct Datagram<'a> {
     pub(super) kind: u8,
@@ -107,7 +107,7 @@ pub(super) struct Datagram<'a> {
     pub(super) experiment: [u8; 8],
     pub(super) sequence: u64,
     body: &'a [u8],
-    /// All that the tag is of.
+    /// All bytes that the tag covers.
     pub(super) sealed: &'a [u8],
     pub(super) tag: [u8; TAG],
 }
@@ -118,7 +118,7 @@ impl<'a> Datagram<'a> {
     /// # Errors
     /// It is not ours, or of another version.
     pub(super) fn of(datagram: &'a [u8]) -> Result<Self, Refusal> {
-        // What is the same in all versions comes first.
+        // The fields that all versions have come first.
         let rest = datagram.strip_prefix(&MAGIC).ok_or(Refusal::NotOurs)?;
         let (version, _) = rest.split_first_chunk().ok_or(Refusal::NotOurs)?;
         match u16::from_le_bytes(*version) {
@@ -144,10 +144,10 @@ impl<'a> Datagram<'a> {
         header().map_err(|_: Refusal| Refusal::NotOurs)
     }
 
-    /// What it says, whatever its values are.
+    /// The content, whatever its values are.
     ///
     /// # Errors
-    /// What of it can't be read.
+    /// The part that can't be read.
     pub(super) fn packet(&self) -> Result<Packet, Refusal> {
         let mut body = Fields(self.body);
         let packet = match self.kind {

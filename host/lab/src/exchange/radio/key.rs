@@ -12,7 +12,7 @@ use rand::rngs::SysRng;
 #[derive(Clone, PartialEq, Eq)]
 pub struct Key([u8; blake3::KEY_LEN]);
 
-/// What a key's file has.
+/// The content of a key's file.
 const ALLOWED: &str = "allowed: one line of 64 hexadecimal digits, as `oneiro fleet key FILE` makes it";
 
 impl Key {

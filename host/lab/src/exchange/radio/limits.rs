@@ -1,25 +1,25 @@
-//! What the values of a packet may be.
+//! Limits of the values of packets.
 
 use oneiro_evolve::encapsulated::GREATEST;
 
 use super::{OPERATOR, Packet, Refusal, Status};
 use crate::exchange::Message;
 
-/// How many seconds a pair may be from the receiver's own second. Robots that hear no beacon for half a second stand, and a pair is
-/// said when its second begins.
+/// Maximum difference of a pair's second from the receiver's. Robots that receive no beacon for half a second stand, and a pair is sent
+/// when its second begins.
 pub(crate) const TOLERANCE: u32 = 2;
 
 /// The earliest time of an experiment before it begins, and the latest after its end, ms: a day, and an hour.
 const EARLIEST: i64 = -86_400_000;
 const AFTERWARDS: i64 = 3_600_000;
-/// Farthest position from the origin, mm, and the highest voltage of a battery.
+/// Maximum distance from the origin, mm, and maximum voltage of a battery.
 const FARTHEST: f32 = 1e5;
 const VOLTS: f32 = 100.0;
 
-/// What follows from an experiment for the values of packets.
+/// Limits of packets' values that follow from an experiment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Robots, which have numbers below that.
+    /// Number of robots; their numbers are below it.
     pub robots: u16,
     /// Seconds of an interval.
     pub interval: u32,
@@ -27,11 +27,11 @@ pub struct Limits {
     pub offset: u32,
     /// How many intervals before the present one is the one whose fitness robots report: 0 or 1.
     pub lag: u32,
-    /// The greatest fitness that can be earned in an interval.
+    /// The maximum fitness that can be earned in an interval.
     pub fitness: f32,
     /// Seconds of the experiment.
     pub seconds: u32,
-    /// The most items that a robot can bring in them.
+    /// The maximum number of items that a robot can bring in them.
     pub food: u32,
 }
 
@@ -41,10 +41,10 @@ impl Limits {
         sender < self.robots || sender == OPERATOR
     }
 
-    /// Checks all values of what a sender says, in this second of the receiver's, if it is known.
+    /// Checks all values of a packet, in this second of the receiver's, if it is known.
     ///
     /// # Errors
-    /// The name of the first that is not allowed.
+    /// The name of the first value that is not allowed.
     pub(super) fn check(&self, packet: &Packet, sender: u16, second: Option<u32>) -> Result<(), Refusal> {
         let is_operator = sender == OPERATOR;
         let checks = match packet {
@@ -122,7 +122,7 @@ impl Limits {
     }
 }
 
-/// A status' value that is not known.
+/// Marks an unknown value of a status.
 const UNKNOWN: f32 = -1.0;
 
 /// Whether a number is a gene that kernels take: 0, or normal and up to 0.99.

@@ -1,4 +1,4 @@
-//! How many datagrams are taken: token buckets.
+//! How many datagrams are accepted: token buckets.
 
 use std::time::Duration;
 
@@ -12,8 +12,8 @@ pub(super) struct Rate {
     burst: u32,
 }
 
-/// A robot's: it says a pair and a status a second, and a hello until it has heard a beacon. What it has said in 2 s may come at
-/// once, after the radio was jammed.
+/// A robot's: it sends a pair and a status a second, and a hello until it has received a beacon. Its datagrams of 2 s may come at once,
+/// after the radio was jammed.
 const ROBOT: Rate = Rate {
     period: Duration::from_millis(200),
     burst: 10,
@@ -25,14 +25,14 @@ const BEACONS: Rate = Rate {
     burst: 50,
 };
 
-/// Datagrams that are authenticated, whoever sent them: 128 robots, the most that a swarm can have, and the operator may send
-/// some 700 a second. At 10 us each, on a slow processor, 2000 take 2 % of its time.
+/// Datagrams that are authenticated, whoever sent them: 128 robots, the maximum of a swarm, and the operator may send about 700 a
+/// second. At 10 us each, on a slow processor, 2000 take 2 % of its time.
 pub(super) const ALL: Rate = Rate {
     period: Duration::from_micros(500),
     burst: 500,
 };
 
-/// That of a sender.
+/// The rate of a sender.
 pub(super) fn of(sender: u16) -> &'static Rate {
     if sender == OPERATOR { &BEACONS } else { &ROBOT }
 }

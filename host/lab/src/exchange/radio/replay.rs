@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Windows(BTreeMap<u16, Window>);
 
-/// The newest number of a sender, and which of the 64 up to it were taken: a bit each, the newest in the lowest.
+/// The newest number of a sender, and a bit for each of the 64 up to it, set if it was taken; the newest is the lowest bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Window {
     newest: u64,
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
     use oneiro_robots::script::Random;
 
-    /// Against a set of all numbers that were taken.
+    /// Compared with a set of all numbers taken so far.
     #[test]
     fn each_of_the_last_64_numbers_is_taken_once_in_any_order() {
         let mut random = Random(1);

@@ -1,4 +1,4 @@
-//! Datagrams that are good, and those that somebody has damaged, repeated, delayed or made.
+//! Datagrams that are good, and those that were damaged, repeated, delayed or forged.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
@@ -126,7 +126,7 @@ fn in_hex(bytes: &[u8]) -> String {
     digits.concat()
 }
 
-/// The bytes are those of the description, written out by hand.
+/// The bytes match the description, written out by hand.
 #[test]
 fn bytes_are_as_described() {
     let datagram = radio(OPERATOR, 2).seal(&beacon(0x0102_0304));
@@ -169,7 +169,7 @@ fn each_refusal_names_its_reason() {
         experiment: [0xe2; 32],
         start: 0,
     };
-    // Their own header says this experiment's, and only the rest of the hash shows that it is another.
+    // Their header has this experiment's bytes, and only the rest of the hash shows that it is another.
     let mut twin = EXPERIMENT;
     twin[31] = 0;
     let twin_hello = Packet::Hello {
@@ -218,7 +218,7 @@ fn each_refusal_names_its_reason() {
     );
 }
 
-/// Packets that a robot or the operator may not send, each with the name of what is wrong, in second 200 of the receiver.
+/// Packets that a robot or the operator may not send, each with the name of the bad value, in second 200 of the receiver.
 fn out_of_range() -> Vec<(u16, Packet, &'static str)> {
     const GENES: [f32; 8] = [
         f32::NAN,
@@ -311,7 +311,7 @@ fn values_out_of_range_are_refused_by_their_names() {
         let opened = radio(5, 0).open(&datagram, NOW, Some(200));
         assert_eq!(opened, Err(Refusal::OutOfRange(name)), "{packet:?}");
     }
-    // What is just within, and what is no more checked where the second is not known.
+    // Values just within the limits, and values that are not checked if the second is unknown.
     let mut sender = radio(3, 1);
     let mut receiver = radio(5, 0);
     for (second, interval) in [(202, 3), (198, 3)] {
@@ -359,7 +359,7 @@ fn values_out_of_range_are_refused_by_their_names() {
     }
 }
 
-/// What was taken is never taken again: not while the receiver runs, and not after a restart for which its windows were saved.
+/// A datagram is never taken twice: not while the receiver runs, and not after a restart with saved windows.
 #[test]
 fn restarts_let_nothing_be_taken_twice() {
     let mut sender = radio(3, 1);
@@ -375,7 +375,7 @@ fn restarts_let_nothing_be_taken_twice() {
     }
     let saved = serde_json::to_string(receiver.windows()).unwrap();
     assert_eq!(open(&mut receiver, &old[4], 1), Ok(()));
-    // The receiver restarts: what it has heard since its windows were saved is taken once more, as the module says.
+    // The receiver restarts: datagrams received after its windows were saved are taken once more, as the module says.
     let mut receiver = radio(5, 1);
     receiver.restore(serde_json::from_str(&saved).unwrap());
     for datagram in &old[..4] {
@@ -383,7 +383,7 @@ fn restarts_let_nothing_be_taken_twice() {
     }
     assert_eq!(open(&mut receiver, &old[4], 2), Ok(()));
     assert_eq!(open(&mut receiver, &old[4], 2), Err(Refusal::Replayed));
-    // The sender restarts. Its numbers go on, and what it had said before is old.
+    // The sender restarts. Its numbers go on, and its earlier datagrams are old.
     let mut sender = radio(3, 2);
     assert_eq!(open(&mut receiver, &old[5], 3), Ok(()));
     assert_eq!(open(&mut receiver, &sender.seal(&hello()), 4), Ok(()));
@@ -400,12 +400,12 @@ fn restarts_let_nothing_be_taken_twice() {
         Err(Refusal::OtherExperiment { program: Some(_), .. })
     ));
     assert_eq!(open(&mut receiver, &sender.seal(&hello()), 8), Ok(()));
-    // Without its windows a receiver takes what was recorded.
+    // Without its windows a receiver takes recorded datagrams.
     assert_eq!(open(&mut radio(5, 2), &old[0], 9), Ok(()));
 }
 
-/// A robot that says too much is cut short, and no other; a flood of forged datagrams costs no more than its limit, and uses up
-/// nothing that is a robot's.
+/// A robot that sends too much is limited, and no other; a flood of forged datagrams costs no more than its limit, and uses up nothing
+/// of a robot's budget.
 #[test]
 fn floods_are_cut_short() {
     let mut receiver = radio(5, 0);
@@ -614,7 +614,7 @@ impl Attack {
         self.good.insert(good.clone(), (sender, packet.clone()));
         let old = self.recorded[self.random.below(self.recorded.len())].clone();
         let number = self.senders[index].sequence();
-        // What was not sealed by those who hold the key.
+        // Datagrams that were not sealed by holders of the key.
         self.forgers[index].sequence = number + self.random.below(3) as u64;
         let forged = self.forgers[index].seal(&packet);
         self.refuse("other key", &forged, "forged");
@@ -632,7 +632,7 @@ impl Attack {
         let elsewhere = self.elsewhere[index].seal(&packet);
         self.refuse("other experiment", &elsewhere, "other_experiment");
         self.refuse("no datagram", &body, "not_ours");
-        // What is damaged.
+        // Damaged datagrams.
         for datagram in [&good, &old] {
             let mut flipped = datagram.clone();
             for _ in 0..=self.random.below(3) {
@@ -677,7 +677,7 @@ impl Attack {
     }
 }
 
-/// A hundred thousand bad datagrams, or with `ONEIRO_LONG` more than a million: none is taken, and of the good ones all are, once.
+/// A hundred thousand bad datagrams, or with `ONEIRO_LONG` more than a million: none is taken, and all good ones are taken, once.
 #[test]
 fn no_bad_datagram_is_taken_and_all_good_ones_are() {
     let bad = if std::env::var_os("ONEIRO_LONG").is_some() {
@@ -708,7 +708,7 @@ fn no_bad_datagram_is_taken_and_all_good_ones_are() {
     assert_eq!(counts["too_many"], 0, "a limit would hide what is refused for itself");
 }
 
-/// Ten minutes of a processor with `ONEIRO_LONG`. What is taken is written as it came, and within its limits.
+/// Ten minutes of processor time with `ONEIRO_LONG`. An accepted datagram is within its limits, and sealed again it has the same bytes.
 #[test]
 fn anything_may_come_by_radio() {
     let mut senders = [3, OPERATOR].map(|own| radio(own, 1));
@@ -726,7 +726,7 @@ fn anything_may_come_by_radio() {
         let datagram = match random.below(4) {
             0 => random.bytes(200),
             1 => random.mutated(&sealed),
-            // What only somebody with the key could make.
+            // Datagrams that only somebody with the key could make.
             2 => retagged(&senders[sender], &sealed, |bytes| {
                 let body = random.mutated(&bytes[25..]);
                 bytes.truncate(25);

@@ -1,4 +1,4 @@
-//! Whatever a run writes, it reads again: both ends of every range, and odd texts.
+//! A run reads again everything that it writes: both ends of every range, and odd texts.
 
 use std::cell::RefCell;
 use std::fs;
@@ -49,7 +49,7 @@ clock = { interval_s = 20, offset_s = 0, installed_s = 1 }
 ",
 );
 
-/// Writes what a run's directory has of an experiment, reads it, and returns whether it is the same.
+/// Writes an experiment as a run's directory has it, reads it, and returns whether it is the same.
 fn is_read_again(experiment: &Arc<dyn Experiment>, seed: u64, scratch: &Scratch) -> Result<(), String> {
     let text = experiment.resolved_toml(seed);
     for input in experiment.single().iter().flat_map(|own| own.inputs()) {
