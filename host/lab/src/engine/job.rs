@@ -192,9 +192,9 @@ pub struct Step {
     pub(crate) is_checkpoint: bool,
 }
 
-/// Bytes to append to one of a job's tables, which only grow. One of them is the table of steps that [`Job::finish`]
-/// gets: the generations of an evolution, the intervals of a swarm. The kind of experiment says which one it is, and
-/// how each table begins.
+/// Bytes to append to one of a job's tables, which only grow. One of them is the table of steps that [`Job::finish`] gets: the
+/// generations of an evolution, the intervals of the foraging study. The kind of experiment defines which one it is, and how each table
+/// begins.
 #[derive(Debug)]
 pub struct Added {
     /// File name in a run's directory.
@@ -206,9 +206,9 @@ pub struct Added {
 /// Progress of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// Finished steps in the user's units: generations of an evolution, minutes of a swarm.
+    /// Finished steps in the user's units: generations of an evolution, minutes of the foraging study.
     pub done: u32,
-    /// Best so far: the champion's fitness, the swarm's food.
+    /// Best so far: the champion's fitness, the foragers' food.
     pub best: f32,
 }
 

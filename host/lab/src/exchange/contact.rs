@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Exchange, Message};
 
-/// Who can hear whom.
+/// Who can receive messages from whom.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Contact {
@@ -27,7 +27,7 @@ pub struct Heard {
     kept: Range<u32>,
     /// By second and sender.
     said: BTreeMap<(u32, usize), Message>,
-    /// The robots that could be heard in a second, a bit each.
+    /// The robots in contact in a second, one bit each.
     met: BTreeMap<u32, u128>,
 }
 

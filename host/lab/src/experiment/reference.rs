@@ -58,7 +58,7 @@ fn forager() -> Vec<Entry> {
     by_table(rows.map(|row| entry(row, forager())).collect())
 }
 
-/// The keys of an experiment with user-defined parts, in these files.
+/// The keys of an experiment with custom parts, in these files.
 fn with_parts(mut entries: Vec<Entry>, parts: &[(compose::Kind, String)]) -> Vec<Entry> {
     for (kind, file) in parts {
         let word = kind.word();
@@ -196,9 +196,9 @@ pub fn part(kind: compose::Kind, is_foragers: bool) -> &'static str {
 pub enum Template<'a> {
     /// Single robots and a task that ships.
     Single,
-    /// Single robots and user-defined parts, in these files.
+    /// Single robots and custom parts, in these files.
     Own(&'a [(compose::Kind, String)]),
-    /// A forager, and user-defined parts, in these files.
+    /// A forager, and custom parts, in these files.
     Forager(&'a [(compose::Kind, String)]),
     /// The foraging study.
     Swarm,

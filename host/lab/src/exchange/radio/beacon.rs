@@ -49,7 +49,7 @@ impl Latest {
 }
 
 impl Beacons {
-    /// No beacon has been heard yet. `limit` is within [`LIMITS_MS`].
+    /// No beacon has been received yet. `limit` is within [`LIMITS_MS`].
     pub fn new(limit: Duration) -> Self {
         Self {
             limit,
@@ -99,8 +99,8 @@ impl Beacons {
         self.time(now)?.div_euclid(1000).try_into().ok()
     }
 
-    /// Whether wheels may turn: the newest beacon says so, and was sent no longer ago than the limit. That it has come late, or was
-    /// held back, gives no more time.
+    /// Whether wheels may turn: the newest beacon allows it, and was sent no longer ago than the limit. A beacon that arrives late
+    /// gives no more time.
     pub fn may_move(&self, now: Duration) -> bool {
         self.latest.is_some_and(|latest| {
             let age = micros(now) - latest.lead - latest.sent;
