@@ -1,4 +1,4 @@
-//! Starts of lives, from a file.
+//! Starts of episodes, from a file.
 
 use std::path::Path;
 

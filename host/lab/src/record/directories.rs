@@ -47,7 +47,7 @@ pub struct Directories {
 }
 
 impl Directories {
-    /// Most runs in progress: each holds a lock file open, and systems allow some thousand open files.
+    /// Maximum number of runs in progress: each holds a lock file open, and systems allow a few thousand open files.
     pub const MOST: usize = 256;
 
     /// Prepares runs and their places.

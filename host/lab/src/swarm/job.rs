@@ -26,7 +26,7 @@ use crate::exchange::Exchange;
 /// The name of saved states, and their version.
 const NAME: &str = "swarm";
 const VERSION: u32 = 1;
-/// Intervals from one checkpoint of a run with a directory of its own to the next.
+/// Intervals between two checkpoints of a run with a directory.
 const CHECKPOINT_EVERY: usize = 10;
 /// A controller that searches at random, with and without food.
 const RANDOM: Genome = [0.495; 2];
@@ -53,7 +53,7 @@ struct State {
     /// Empty where nothing evolves.
     robots: Vec<OnBoard>,
     seconds: Seconds,
-    /// Seconds that were simulated, and the words of the arena's state after them; none at the beginning.
+    /// Simulated seconds, and the words of the arena's state after them; none at the beginning.
     now: u32,
     arena: Option<Vec<u32>>,
     /// Each robot's fitness so far in its interval.

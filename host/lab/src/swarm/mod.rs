@@ -60,7 +60,7 @@ impl Plan {
         (0..self.settings.world.robots).map(clock).collect()
     }
 
-    /// The seed of a robot's own random numbers.
+    /// The seed of a robot's random numbers.
     pub fn robot_seed(&self, robot: usize) -> u64 {
         let Key([low, high]) = Key::rollout(self.seed, u64::MAX, robot as u64, 0);
         u64::from(low) | u64::from(high) << 32

@@ -138,7 +138,7 @@ pub struct Run {
     pub intervals: Vec<Vec<RobotInterval>>,
 }
 
-/// One robot in one interval of 60 s of its own clock.
+/// One robot in one interval of 60 s of that robot's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotInterval {
     /// The gene of its simulator, 0 to 0.99.

@@ -320,7 +320,7 @@ impl Settings {
         }
     }
 
-    /// What robots may say. An item earns the seconds that are left of the interval.
+    /// Limits of what robots may broadcast. An item earns the rest of the interval in seconds.
     pub fn limits(&self) -> Limits {
         let interval = self.clock.interval_s;
         Limits {

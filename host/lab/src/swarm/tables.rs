@@ -11,7 +11,7 @@ use super::record::{RobotInterval, Run};
 use super::settings::Settings;
 use crate::engine::job::Named;
 
-/// Columns of an interval that the table of a robot's own daemon has as well.
+/// Columns of an interval that the table of a robot's daemon also has.
 pub const ROBOT: Column = Column::whole("robot", "", "its number, from 0");
 pub const SIMULATOR: Column = Column::number("s0", "0 to 0.99", "the gene of its simulator");
 pub const CHOSEN_UNDER: Column = Column::number(

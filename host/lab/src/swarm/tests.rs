@@ -61,7 +61,7 @@ fn run_traced(plan: Plan) -> (Run, Vec<Line>) {
     (job.run(), job.lines().to_vec())
 }
 
-/// Lets a swarm take its next step alone. Returns whether there was one.
+/// Lets a swarm take its next step only. Returns whether there was one.
 fn step(job: &mut SwarmJob, engine: &Engine) -> bool {
     let Some(Request {
         stage, worlds, states, ..
@@ -466,7 +466,7 @@ fn guests_are_tested_in_the_robots_own_simulator() {
     assert_ne!(robot.controllers()[8], [0.25, 0.75]);
 }
 
-/// A message has the fitness when the second began, in the sender's own interval; under the null another robot's.
+/// A message has the fitness at the beginning of the second, in the sender's interval; under the null another robot's.
 #[test]
 fn messages_are_looked_up_by_the_senders_clock() {
     let settings = exact();
@@ -511,7 +511,7 @@ fn messages_are_looked_up_by_the_senders_clock() {
     );
 }
 
-/// What robots say by radio, and a tracker's lines, in any order and more than once: a robot has heard what it hears in the study.
+/// Robots receive the same messages as in the study if radio messages and a tracker's lines come in any order and more than once.
 #[test]
 fn by_radio_robots_hear_what_they_hear_in_the_study() {
     const ROBOTS: usize = 5;
@@ -624,7 +624,7 @@ fn encounters_link_over_others() {
     assert_eq!(reached(&all), [128; 128]);
 }
 
-/// Robots that are switched on a whole interval apart still have all that they heard in their own interval.
+/// Robots that are switched on a whole interval apart still have all messages of their interval.
 #[test]
 fn messages_of_a_whole_interval_are_kept() {
     let mut settings = small(Case::Over);

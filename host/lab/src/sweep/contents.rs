@@ -53,7 +53,7 @@ fn columns_of_results(swept: Vec<Column>, outcomes: Vec<Column>) -> Vec<Column> 
     .concat()
 }
 
-/// The run, and the columns of its own table.
+/// The run, and the columns of its kind's table.
 pub(super) fn columns_of_generations(own: &[Column]) -> Vec<Column> {
     [std::slice::from_ref(&RUN), own].concat()
 }

@@ -24,7 +24,7 @@
 //! evolution.mutation.rate = { from = 0.0, to = 0.5 }
 //! evolution.mutation.amount = { from = 0.01, to = 10.0, scale = "log" }
 //!
-//! [reality]                                   # lives of each run's last offspring in surrogates of the robot
+//! [reality]                                   # episodes of each run's last offspring in surrogates of the robot
 //! robots = [1]
 //! severity = 1.75
 //! ```
@@ -84,7 +84,7 @@ struct WrittenRandom {
 pub struct Reality {
     /// The robots.
     pub robots: Robots,
-    /// How much surrogates differ from the simulator, if that is given.
+    /// How much surrogates differ from the simulator, if given.
     severity: Option<f32>,
 }
 
@@ -104,7 +104,7 @@ impl Reality {
 pub enum Robots {
     /// Numbers of surrogates, each of them another robot in other surroundings.
     Numbered(Vec<u64>),
-    /// `"own"`: of each run that on which its last generations live.
+    /// `"own"`: for each run, the robot of its last generations.
     Own(Own),
 }
 
@@ -142,7 +142,7 @@ pub struct SweepFile {
     pub(crate) experiment_place: String,
     pub seeds: Vec<u64>,
     pub seeds_place: String,
-    /// The axis whose levels have seeds of their own, which of them each level has, and by how much these are apart.
+    /// The axis whose levels have different seeds, and what is added to each level's seeds.
     seeds_by: Option<(usize, Vec<u64>)>,
     /// Values that all runs share.
     set: Vec<Setting>,
@@ -366,7 +366,7 @@ fn seeds(seeds: &Value, source: &Source<'_>) -> Result<Vec<u64>> {
     }
 }
 
-/// The axis of a key whose values have seeds of their own, and what each level's are greater by.
+/// The axis of a key whose values have different seeds, and what is added to each level's seeds.
 fn blocks(key: &str, axes: &[Axis], seeds: &[u64], source: &Source<'_>) -> Result<(usize, Vec<u64>)> {
     let place = |axis: &Axis| axis.keys.iter().position(|own| own == key);
     let Some((axis, index)) = axes
@@ -578,7 +578,7 @@ fn drawn(random: &WrittenRandom, source: &Source<'_>) -> Result<Axis> {
     })
 }
 
-/// Refuses keys that are given twice, or together with a part of them.
+/// Refuses keys that occur twice, or together with a part of them.
 fn conflicts(set: &[Leaf], axes: &[Axis]) -> Result {
     let swept = axes.iter().flat_map(|axis| {
         axis.keys

@@ -76,7 +76,7 @@ pub struct Plan {
     pub(crate) layouts: Vec<Option<GeneLayout>>,
     /// Columns that reports show.
     pub shown: Shown,
-    /// Time that all runs take robots on wires, if any end there.
+    /// Time that all runs take connected robots, if any end there.
     pub robot_time: Option<Time>,
 }
 
@@ -100,7 +100,8 @@ impl Sweep {
         Self::of(path, file, experiment)
     }
 
-    /// Reads a sweep whose file had another name, whose experiment has moved, and the files that it names to a folder.
+    /// Reads a moved sweep: `name` is its former name, `experiment` its experiment's path, and `folder` has the other files that
+    /// it names.
     ///
     /// # Errors
     /// As [`Sweep::read`].
@@ -176,7 +177,7 @@ impl Sweep {
         self.cell_of_file(&self.parsed()?, cell)
     }
 
-    /// Loads the experiment of a cell as for a run of its own: without reality.
+    /// Loads the experiment of a cell as for a single run: without reality.
     ///
     /// # Errors
     /// As [`Sweep::cell`].
@@ -232,7 +233,7 @@ impl Sweep {
         self.plan_of(|own| own.check_sweep())
     }
 
-    /// The same also for runs that end on robots on wires, which can't be done as a sweep.
+    /// As [`Self::plan`], but also for runs that end on connected robots, which can't run as a sweep.
     ///
     /// # Errors
     /// As [`Sweep::plan`].

@@ -39,7 +39,7 @@ const FORM: Form<'_> = Form {
     option: "--out",
 };
 
-/// The share of a sweep's runs that one process does: every `of`-th run, beginning with number `index`.
+/// The part of a sweep's runs that one process does: every `of`-th run, beginning with number `index`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shard {
     /// From 1.

@@ -34,7 +34,7 @@ pub struct Written {
 }
 
 impl Sweep {
-    /// A cell's values as they stand in the table of results.
+    /// A cell's values as written in the table of results.
     pub fn levels(&self, cell: usize) -> Vec<String> {
         self.file()
             .values(cell)
@@ -44,7 +44,7 @@ impl Sweep {
     }
 }
 
-/// A value as it stands in a table: strings without quotes.
+/// A value as written in a table: strings without quotes.
 fn text(value: &Value) -> String {
     match value {
         Value::String(word) => word.clone(),
@@ -262,7 +262,7 @@ fn write_results(table: &mut Table<'_>, sweep: &Sweep, plan: &Plan, finished: &A
                 .iter()
                 .try_for_each(|level| rows.write_field(cell(level.as_bytes())))?;
             rows.write_field(sweep.seed_of(run).to_string())?;
-            // What only runs of other cells have is empty.
+            // Outcomes that only runs of other cells have are empty.
             let outcome = |column: &Column| line.outcomes.get(&column.name).map_or("", String::as_str);
             plan.outcomes
                 .iter()
@@ -335,7 +335,7 @@ struct Table<'a> {
     rows: BufWriter<Hashed<'a>>,
 }
 
-/// A file that is hashed as it is written.
+/// A file that is hashed while it is written.
 struct Hashed<'a> {
     file: &'a mut File,
     hasher: &'a mut blake3::Hasher,

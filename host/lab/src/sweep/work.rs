@@ -18,7 +18,7 @@ use crate::runs::{Experiment, Recording};
 /// Most bytes that all runs in progress may need.
 const MEMORY: u64 = 512 << 20;
 
-/// A shard's runs as they are done.
+/// A shard's runs in their order of completion.
 pub struct Work<'a> {
     sweep: &'a Sweep,
     plan: &'a Plan,

@@ -335,7 +335,7 @@ fn arena(spec: &WorldSpec) -> String {
     )
 }
 
-/// The noise that a forager has of its own.
+/// The noise of one forager.
 fn foragers_noise(robot: &Robot) -> Option<String> {
     let Build::Forager(Forager { foraging, .. }) = &robot.build else {
         return None;
@@ -473,7 +473,7 @@ fn sensors(robot: &Robot, own: Option<&OwnPart>) -> String {
     }
 }
 
-/// The noise of a life, and whether the user's parts may draw more.
+/// The noise of an episode, and whether the user's parts may draw more.
 fn noise(noise: Noise, robot: &Robot, own: &OwnParts) -> String {
     let mut parts = Vec::new();
     let (low, high) = noise.sensor;

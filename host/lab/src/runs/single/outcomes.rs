@@ -25,7 +25,7 @@ pub(super) struct Ended<'a> {
     pub(super) nan: u64,
     /// Number of individuals that have a measure that is NaN, in all generations.
     pub(super) unmeasured: u64,
-    /// Fitness of the last offspring in the simulator, and of each of their lives in reality.
+    /// Fitness of the last offspring in the simulator, and of each of their episodes in reality.
     pub(super) simulated: &'a [f32],
     pub(super) real: &'a [f32],
     /// The first generation on the robot, if it is compared.

@@ -1,4 +1,4 @@
-//! `oneiro replay` of robots that live together: a page that plays the life, and a table with a row for each robot.
+//! `oneiro replay` of swarms: a page that plays the episode, and a table with a row for each robot.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -42,7 +42,7 @@ pub(super) static COLUMNS: [Column; 6] = [
     ),
 ];
 
-/// A life that was watched.
+/// An observed episode.
 pub(super) struct Watched {
     /// Its world, observed.
     world: World,
@@ -88,7 +88,7 @@ pub(super) fn watch(
         Err(invalid) => return Ok(none(&invalid)),
     };
     let mut watched = Watched::new(observed, life, every);
-    // The code that the user asks for may exist of the world alone, and not of the observed one; the bits are the same.
+    // The code requested by the user may exist only for unobserved worlds; the bits are the same.
     let processor = Engine::new(Box::new(Cpu::new(Some(1))?), Arc::clone(engine.stop()));
     let lived = watched.live(life, &processor)?;
     if lived.to_bits() != fitness.to_bits() {
@@ -127,7 +127,7 @@ impl Watched {
         }
     }
 
-    /// Lives, in stretches whose traces fit in memory; returns the fitness.
+    /// Simulates an episode in stretches whose traces fit in memory; returns the fitness.
     fn live(&mut self, life: &Rollout<'_>, engine: &Engine) -> Result<f32> {
         let worlds = Worlds::new(std::slice::from_ref(&self.world))?;
         let lives = [Rollout { world: 0, ..*life }];
@@ -151,7 +151,7 @@ impl Watched {
         Ok(fitness)
     }
 
-    /// Writes the page and the table beside the files of the life; returns their paths.
+    /// Writes the page and the table next to the episode's files; returns their paths.
     pub(super) fn write(&self, directory: &Path, stem: &str, title: &str) -> Result<[PathBuf; 2]> {
         let (page, table) = (
             directory.join(format!("{stem}.html")),

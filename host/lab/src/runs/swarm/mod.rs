@@ -244,7 +244,7 @@ impl Experiment for SwarmExperiment {
         replay::run(self, run, replay, engine, bars)
     }
 
-    /// Audits the whole run, whatever the share.
+    /// Audits the whole run, whatever the fraction.
     fn audit(&self, run: &Recorded<'_>, _: f64, engine: &Engine, bars: Bars) -> Result<Audit> {
         let directory = run.directory.display();
         if !run.is_done {

@@ -27,7 +27,7 @@ pub(super) enum Place {
     HighEnd,
 }
 
-/// The group with the greatest mean outcome.
+/// The group with the maximum mean outcome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Best {
     pub(super) group: usize,

@@ -20,7 +20,7 @@ pub(super) enum Kind {
     Words,
 }
 
-/// A level as it stands in the table.
+/// A level as written in the table.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Level {
     pub(super) text: String,
