@@ -15,7 +15,7 @@ use oneiro_report::csv::number;
 
 /// Cycles per second.
 const CYCLES_A_SECOND: f64 = 10.0;
-/// Number of successive places, 9.9 s, over which a stuck robot goes less than [`STUCK`].
+/// Number of successive places, 9.9 s, over which a stuck robot's path is shorter than [`STUCK`].
 pub const PLACES: usize = 100;
 /// Distance in mm.
 const STUCK: f64 = 50.0;
@@ -31,17 +31,16 @@ pub struct Measures {
     pub distance: f64,
     /// `distance` over the duration, mm/s.
     pub speed: f64,
-    /// Time stuck, s: the union of all stretches of [`PLACES`] successive places in which the robot goes less than 50
-    /// mm.
+    /// Time stuck, s: the union of all stretches of [`PLACES`] successive places in which the robot's path is shorter than 50 mm.
     pub stuck: f64,
-    /// Turning on the way, mean of its size, turns/s.
+    /// Mean size of its turning on the way, turns/s.
     pub turning: f64,
     /// Position at the end of the episode, mm.
     pub end: [f32; 2],
     /// Free distance from the body's rim to the nearest wall, block or round obstacle at the beginning of a cycle, mean over
     /// the cycles, mm; 0 where the body touches it.
     pub wall_distance: f64,
-    /// What the task remembers after the last cycle: the words of its memory's scalars, in their order.
+    /// The task's memory after the last cycle: the words of its scalars, in their order.
     pub memory: Vec<u32>,
     /// Score of each robot in a world of several; empty if not requested.
     pub scores: Vec<f32>,
@@ -113,7 +112,7 @@ impl Descriptor {
         }
     }
 
-    /// Its value as a cell of a table: measures to six digits, what a task remembers in full.
+    /// Its value as a cell of a table: measures to six digits, scalars of a task's memory in full.
     pub fn cell(&self, measures: &Measures) -> String {
         let value = self.value(measures);
         match self.source {
@@ -290,7 +289,7 @@ pub(crate) struct Meter {
     stuck: u32,
     /// All earlier moves that can count have been counted.
     counted: u32,
-    /// Cycles so far, the sum of their free distances, and what the task remembers after the last.
+    /// Cycles so far, the sum of their free distances, and the task's memory after the last.
     lived: u32,
     room: f64,
     memory: Vec<u32>,

@@ -26,7 +26,7 @@ use measures::{Descriptor, Frame, Measures, Meter};
 
 /// Groups of lanes per batch: enough for any device, and a few hundred megabytes at most.
 const GROUPS: usize = 1 << 12;
-/// Records of traces in memory at once: 117 MB, and more with parts that a user wrote.
+/// Records of traces in memory at once: 117 MB, and more with custom parts.
 const RECORDS: usize = 1 << 20;
 
 /// The same number of episodes of each genome.

@@ -36,7 +36,7 @@ pub fn by_robot(lives: &Lives<'_>, cycles: u32, threads: Option<usize>, control:
     let mut all = vec![Vec::new(); lives.genomes.len() * lives.count];
     for chunk in lives.chunks(groups) {
         let rollouts: Vec<Rollout<'_>> = lives.rollouts(&chunk);
-        // A robot's line has what it has earned since the line before: only the last cycle has one.
+        // A robot's record has its earnings since the record before: only the last cycle has one.
         let mut states = Vec::new();
         if cycles > 1 {
             let batch = worlds.stretch(&rollouts, 0..cycles - 1, &states, None)?;

@@ -42,7 +42,7 @@ pub struct Directories {
     session: Session,
     console: Console,
     done: Vec<(PathBuf, Done)>,
-    /// How each run that was stopped continues.
+    /// How each stopped run continues.
     stopped: Vec<String>,
 }
 

@@ -44,7 +44,7 @@ pub trait Experiment: Debug + Send + Sync {
     fn seed(&self) -> Option<u64>;
     /// Warnings about its files.
     fn warnings(&self) -> &[String];
-    /// The settings that others left without effect.
+    /// Settings that have no effect because of others.
     fn left_out(&self) -> &LeftOut;
     /// The files that it names, for a run's directory.
     fn inputs(&self) -> &[Input];
@@ -68,7 +68,7 @@ pub trait Experiment: Debug + Send + Sync {
     /// Checks that its runs can be those of a sweep.
     ///
     /// # Errors
-    /// Exit 3 with what is in the way.
+    /// Exit 3 with the obstacle.
     fn check_sweep(&self) -> Result {
         Ok(())
     }
@@ -157,9 +157,9 @@ pub struct Replay<'a> {
     pub start: Option<[f32; 3]>,
     /// A seed for random numbers other than the champion's.
     pub seed: Option<u64>,
-    /// The cell of an elite that takes the champion's place.
+    /// The cell of an elite that replaces the champion.
     pub elite: Option<u32>,
-    /// Whether all elites take its place, on a page.
+    /// Whether to replay all elites instead, on a page.
     pub elites: bool,
     /// The file of a genome other than the champion's.
     pub genome: Option<&'a Path>,

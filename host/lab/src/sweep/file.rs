@@ -44,9 +44,9 @@ use crate::experiment::{GREATEST_SEED, check_name};
 use crate::reality::site::SEVERITY;
 use crate::threads;
 
-/// The most runs of a sweep.
+/// Maximum number of runs in a sweep.
 pub const GREATEST_RUNS: u64 = 10_000_000;
-/// Most seeds, and most draws from ranges.
+/// Maximum number of seeds, and of draws from ranges.
 const GREATEST_COUNT: u64 = 1_000_000;
 
 /// Keys of a sweep file.
@@ -150,17 +150,17 @@ pub struct SweepFile {
     pub axes: Vec<Axis>,
     pub reality: Option<Reality>,
     pub(crate) reality_place: String,
-    /// Folder from which the files that its values name are looked for.
+    /// Folder of the files that its values name.
     folder: PathBuf,
 }
 
 impl SweepFile {
-    /// Reads and checks a sweep file. The files that its values name are looked for from `folder`.
+    /// Reads and checks a sweep file. The files that its values name are in `folder`.
     ///
     /// # Errors
     /// Exit 3: the file, the line and column in it, the problem and the allowed values.
     pub(crate) fn read(path: &Path, folder: &Path) -> Result<Self> {
-        // All are at work on the cells.
+        // All threads will work on the cells.
         threads::prepare();
         let text = FileKind::Sweep.text(path)?;
         let file = FileKind::Sweep.parsed(path, &text)?;
@@ -318,7 +318,7 @@ fn leaves(table: &str, values: &Table, source: &Source<'_>) -> Result<Vec<Leaf>>
     Ok(leaves.into_iter().map(|(_, leaf)| leaf).collect())
 }
 
-/// Keys of experiments that stand elsewhere in a sweep file.
+/// Keys of experiments that have another place in a sweep file.
 const RESERVED: [(&str, &str); 2] = [
     (
         "seed",

@@ -371,7 +371,7 @@ struct Writer {
     identity: blake3::Hash,
     /// Number of the next checkpoint.
     next: u64,
-    /// Everything in the table of results.
+    /// Contents of the table of results.
     lines: Vec<Line>,
 }
 

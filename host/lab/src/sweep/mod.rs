@@ -63,9 +63,9 @@ pub struct Plan {
     pub ids: Vec<blake3::Hash>,
     /// Robot-steps of one run of each cell.
     pub steps: Vec<u64>,
-    /// Kernel with which each cell's runs begin.
+    /// First kernel of each cell's runs.
     pub kernels: Vec<&'static str>,
-    /// Most bytes that a run of any cell needs.
+    /// Maximum memory of a run of any cell, in bytes.
     pub bytes: u64,
     /// Columns of the results of runs: those of the first cell, then those that only others have.
     pub outcomes: Vec<Column>,
@@ -311,7 +311,7 @@ impl Sweep {
         Ok(plan)
     }
 
-    /// Refuses cells that come out equal, such as those of 20 and 20.0.
+    /// Refuses equal cells, such as those of 20 and 20.0.
     fn refuse_twins(&self, plan: &Plan) -> Result {
         let mut order: Vec<RunIndex> = (0..plan.ids.len() as RunIndex).collect();
         order.par_sort_unstable_by_key(|&run| (*plan.ids[run as usize].as_bytes(), run));

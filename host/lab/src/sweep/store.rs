@@ -268,7 +268,7 @@ impl Store {
 
     /// Shards may begin at the same time: the first one makes the directory.
     fn make(directory: &Path, sweep: &Sweep, plan: &Plan, made: Made) -> Result {
-        // Other people's directories don't even get a lock file.
+        // Directories of something else don't even get a lock file.
         if FORM.refuse_others(directory)? == Holds::Mark {
             return Ok(());
         }

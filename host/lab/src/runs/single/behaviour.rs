@@ -42,7 +42,7 @@ impl Behaviour {
         let wanted = evolution.descriptors.iter();
         let descriptors: Vec<_> = wanted.filter_map(|wanted| own(&wanted.measure)).collect();
         let frame = Frame::new(world, world.cycles(), &descriptors);
-        // Then those of the first cycle and the last.
+        // If only the end is needed, the first and the last cycle have a record.
         let last = world.cycles() - 1;
         let every = if frame.needs_only_the_end() { last.max(1) } else { 1 };
         Some(Self {

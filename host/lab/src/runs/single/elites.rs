@@ -32,7 +32,7 @@ const CHUNK: usize = 1024;
 /// The episode of an elite that the page plays.
 struct Lived {
     fitness: f32,
-    /// Where its robot was: x and y in mm, and the heading in turns.
+    /// The robot's poses: x and y in mm, and the heading in turns.
     poses: Vec<[f32; 3]>,
 }
 
@@ -69,7 +69,7 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
     let cycles = settings.world.cycles as usize;
     let least = (cycles.div_ceil(POSES_OF_LIFE)).max((elites.len() * cycles).div_ceil(POSES)) as u32;
     let every = replay.every.max(least).min(settings.world.cycles);
-    // That of the simulator, and that of the robot which takes its place in the last generations.
+    // The simulator's, and that of the robot which replaces it in the last generations.
     let real = experiment.first_real();
     let mut lives = BTreeMap::new();
     for (index, generation) in std::iter::once(0).chain(real).enumerate() {
@@ -166,7 +166,7 @@ fn compare(settings: &Settings, run: &Recorded<'_>, elite: &RecordedElite, lives
     )))
 }
 
-/// The range of the elites' fitness, with some room if all is equal.
+/// The range of the elites' fitness, with a margin if all are equal.
 fn span(elites: &[RecordedElite]) -> [f64; 2] {
     let fitness = || elites.iter().map(|elite| elite.fitness).filter(|own| own.is_finite());
     let (low, high) = (
@@ -247,7 +247,7 @@ impl Page<'_> {
             "radius": place[2] / f64::from(bounds.width) * f64::from(self.body_radius),
             "poses": packed(poses),
         });
-        // Nothing in it may end the element.
+        // Its text must not end the element.
         let data = data.to_string().replace('<', "\\u003c");
         let body = format!(
             "<p>Click a square, or a row of the table below: the elite's life plays beside. <button type=\"button\" \

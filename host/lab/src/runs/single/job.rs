@@ -37,7 +37,7 @@ pub(super) struct Evolving {
     /// The connected robot that evaluates the last generations.
     outside: Option<Arc<dyn Outside>>,
     evolution: Evolution,
-    /// What measures the behaviour of individuals, if the optimiser uses it.
+    /// Measures the behaviour of individuals, if the optimiser uses it.
     behaviour: Option<Behaviour>,
     /// Genomes and scores of the last generation, after all have been evaluated.
     last: Option<Generation>,
@@ -362,7 +362,7 @@ impl Evolving {
                     let unmeasured = own.unmeasured(&behaviour);
                     (behaviour, Some(unmeasured))
                 }
-                // The generation is asked for again.
+                // The next request is the same generation.
                 None => return Ok(Step::default()),
             },
             None => (Vec::new(), None),
@@ -452,7 +452,7 @@ impl Evolving {
     }
 }
 
-/// What an evolution on board needs besides.
+/// For an evolution on a robot's computer only.
 #[cfg(all(unix, feature = "compose"))]
 impl Evolving {
     /// Number of generations that have been evaluated.
@@ -460,12 +460,12 @@ impl Evolving {
         self.evolution.generation()
     }
 
-    /// Whether those are all.
+    /// Whether all generations have been evaluated.
     pub(super) fn is_over(&self) -> bool {
         self.evolution.is_finished()
     }
 
-    /// Takes the fitness of a generation. The luckiest of those before are forgotten.
+    /// Takes the fitness of a generation. The luckiest individual of earlier ones is forgotten.
     pub(super) fn bred_anew(&mut self, results: &Results<'_>) -> Result<Step> {
         self.evolution.forget_champion();
         self.bred(results)
@@ -518,7 +518,7 @@ impl Job for Evolving {
 
     fn rollouts<'a>(&'a self, into: &mut Vec<Rollout<'a>>) {
         match self.purpose() {
-            // One after the other from within is faster than to be asked for each.
+            // Internal iteration is faster here than `extend`.
             Some(
                 Purpose::Generation | Purpose::Simulated | Purpose::Compared(Elsewhere::Simulated | Elsewhere::Quiet),
             ) => self.lives().for_each(|life| into.push(life)),

@@ -3,7 +3,7 @@
 //! | file | contents |
 //! |---|---|
 //! | [`job`] | the state machine: generations, reality, the champion's trace |
-//! | [`mod@outcomes`] | what a run gives in a sweep's table |
+//! | [`mod@outcomes`] | a run's values in a sweep's table |
 //! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
 //! | [`on_board`] | the same evolution on a robot's computer, while the robot runs |
 //! | [`check`], [`replay`] with [`elites`], [`audit`] | `oneiro check`, `replay` and `verify --recompute` for such runs |
@@ -252,7 +252,7 @@ pub fn all_steps() -> &'static [Column] {
     &rows::COLUMNS
 }
 
-/// The columns of what runs give in a sweep's table of results, of any sweep.
+/// The columns of runs' values in a sweep's table of results, for any sweep.
 #[cfg(any(test, feature = "testing"))]
 pub fn all_outcomes() -> Vec<Column> {
     outcomes::all()
@@ -738,7 +738,7 @@ impl super::Experiment for Single {
         let rows = if run.is_done {
             rows(run.directory)?
         } else {
-            // A run that was killed may be without its table, or without the end of its last line.
+            // A killed run may lack its table, or the end of the table's last line.
             let text = disk::read_text(&run.directory.join(GENERATIONS)).unwrap_or_default();
             Row::parse(files::whole_lines(&text)).unwrap_or_default()
         };

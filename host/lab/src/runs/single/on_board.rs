@@ -132,7 +132,7 @@ mod tests {
         assert!(whole.breed(&mut cpu, &mut || ()).is_err());
     }
 
-    /// Any optimiser goes, also one that needs to see how individuals behave.
+    /// Any optimiser is possible, also one that uses individuals' behaviour.
     #[test]
     fn optimisers_that_use_behaviour_evolve_on_board() {
         let more =

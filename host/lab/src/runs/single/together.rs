@@ -18,7 +18,7 @@ use oneiro_report::numbers::significant;
 
 use crate::engine::handle::Engine;
 
-/// Words of a trace that is in memory at a time, 64 MB, and bytes of a page.
+/// Words of a trace in memory at a time, 64 MB, and bytes of a page.
 const WORDS: usize = 16 << 20;
 const PAGE: usize = 4_900_000;
 
@@ -47,7 +47,7 @@ pub(super) struct Watched {
     /// Its world, observed.
     world: World,
     robots: Vec<Lived>,
-    /// Cycles between the records that the page has.
+    /// Cycles between the page's records.
     every: u32,
     /// What each robot does in each state of its machine; empty without machines.
     states: Vec<Vec<String>>,
@@ -56,7 +56,7 @@ pub(super) struct Watched {
 /// What a robot did.
 #[derive(Default)]
 struct Lived {
-    /// The records that the page has, and what the robot had earned by then.
+    /// The page's records, and the robot's earnings by then.
     trace: Trace,
     earned: Vec<f32>,
     cycles: u32,
@@ -66,12 +66,11 @@ struct Lived {
     heard: u64,
     /// Cycles after which its machine was in each state.
     states: Vec<u32>,
-    /// Where the last cycle began.
+    /// The position at the start of the last cycle.
     at: Option<[f32; 2]>,
 }
 
-/// Re-simulates an episode of a swarm, with all robots watched; none for a single robot, or if its world can't be watched, for which there
-/// is a warning.
+/// Re-simulates and observes an episode of a swarm. None for a single robot; none with a warning if the world can't be observed.
 pub(super) fn watch(
     world: &World,
     life: &Rollout<'_>,
@@ -207,7 +206,7 @@ impl Lived {
             self.contacts += u32::from(record.collided > 0.0);
             for (detail, &word) in world.details().iter().zip(details) {
                 match detail.kind {
-                    // As the kernel adds what it earns.
+                    // Adds in the kernel's order of operations.
                     DetailKind::Earned => self.score += f32::from_bits(word),
                     DetailKind::Heard => self.heard += u64::from(word.count_ones()),
                     DetailKind::Memory(Kind::Controller) if Some(detail.name.as_str()) == acting => {

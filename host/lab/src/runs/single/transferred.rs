@@ -11,10 +11,10 @@ use super::rows::Row;
 
 /// Cycles between the moments at which paths are compared (Miglino et al. 1995, equation 2).
 pub(super) const TERM: u32 = 5;
-/// The start of the compared paths: x and y in mm, heading in turns. The one of the 1995 study, which leaves it open.
+/// The start of the compared paths: x and y in mm, heading in turns. The 1995 study leaves it open; this one is ours.
 pub(super) const START: [f32; 3] = [100.0, 90.0, 0.125];
 
-/// Results of the robot's first generation elsewhere, as far as they are complete.
+/// The complete results of the robot's first generation elsewhere.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Transferred {
     /// Fitness in the simulator, and there without its noise.

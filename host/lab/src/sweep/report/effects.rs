@@ -11,11 +11,11 @@ use super::cells::Cells;
 use super::runs::Runs;
 use super::sample::{CONFIDENCE, Sample};
 
-/// Fewest runs that a sample needs to be tested.
+/// Minimum number of runs for a sample to be tested.
 pub(super) const LEAST: usize = 3;
 /// Maximum number of samples whose pairs are all compared; if there are more, each is compared only with the best.
 pub(super) const FEW: usize = 12;
-/// Most runs per sample for exact tests, if there are no ties.
+/// Maximum number of runs per sample for exact tests, if there are no ties.
 pub(super) const EXACT: usize = 20;
 /// Resamples of a bootstrap, and size of a sample that needs fewer of them.
 pub(super) const RESAMPLES: usize = 1000;
@@ -72,7 +72,7 @@ pub(super) struct Comparison {
 /// Variance explained by a factor.
 pub(super) struct FactorEffect {
     pub(super) factor: usize,
-    /// Share of the ranks' variance that is between groups, 0 to 1; NaN if unknown.
+    /// Fraction of the ranks' variance that is between groups, 0 to 1; NaN if unknown.
     pub(super) explained: f64,
     /// Test for more than two groups.
     pub(super) test: Option<OmnibusTest>,

@@ -13,12 +13,12 @@ use super::sample::Sample;
 
 /// Maximum number of runs drawn as points; the outcomes of more are drawn as boxes.
 const MOST_POINTS: usize = 600;
-/// Most lines and columns in a picture of levels without an order, which can't be grouped in bins.
+/// Maximum number of lines and columns in a picture of levels without an order, which can't be grouped in bins.
 const MOST_LINES: usize = 10;
 pub(super) const MOST_COLUMNS: usize = 40;
 /// Ratio of the maximum to the minimum level from which a logarithmic axis is considered.
 const RATIO: f64 = 10.0;
-/// Most letters of a level's name in a picture.
+/// Maximum number of letters of a level's name in a picture.
 const LETTERS: usize = 24;
 
 /// Draws the lines over time and the outcomes for the levels of one factor.
