@@ -172,7 +172,7 @@ pub static LIFE: [(Column, Part, Measured); 9] = [
     (Column::number("wall_distance_mm", "mm", "the free distance from the body's rim to the nearest wall, block or round obstacle, 0 where it touches: mean over the cycles, at the start of each"), Part::Room, |own| own.wall_distance),
 ];
 
-/// What is measured in a world's episodes.
+/// The reference for measuring a world's episodes: squares, arena, and the measures.
 #[derive(Debug)]
 pub(crate) struct Frame {
     grid: Grid,

@@ -11,7 +11,7 @@ use super::rows::Row;
 
 /// Cycles between the moments at which paths are compared (Miglino et al. 1995, equation 2).
 pub(super) const TERM: u32 = 5;
-/// The start of the compared paths: x and y in mm, heading in turns. The 1995 study leaves it open; this one is ours.
+/// The start of the compared paths: x and y in mm, heading in turns. The 1995 paper does not give one; this is the 1995 study's.
 pub(super) const START: [f32; 3] = [100.0, 90.0, 0.125];
 
 /// The complete results of the robot's first generation elsewhere.
