@@ -1,7 +1,7 @@
-//! Measures of a robot's behaviour, from the trace of its life.
+//! Measures of a robot's behaviour in an episode, computed from its trace.
 //!
-//! The places of a life are the positions of the robot's centre at the beginning of each cycle, and at the end of the
-//! last. All numbers are made by operations that every processor rounds alike.
+//! The places of an episode are the positions of the robot's centre at the beginning of each cycle and at the end of the last.
+//! All numbers are computed by operations that every processor rounds alike.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use oneiro_report::csv::number;
 
 /// Cycles per second.
 const CYCLES_A_SECOND: f64 = 10.0;
-/// Number of successive places, 9.9 s, over which a stuck robot goes less than [`STUCK`].
+/// Number of successive places, 9.9 s, over which a stuck robot's path is shorter than [`STUCK`].
 pub const PLACES: usize = 100;
 /// Distance in mm.
 const STUCK: f64 = 50.0;
@@ -31,19 +31,18 @@ pub struct Measures {
     pub distance: f64,
     /// `distance` over the duration, mm/s.
     pub speed: f64,
-    /// Time stuck, s: the union of all stretches of [`PLACES`] successive places in which the robot goes less than 50
-    /// mm.
+    /// Time stuck, s: the union of all stretches of [`PLACES`] successive places in which the robot's path is shorter than 50 mm.
     pub stuck: f64,
-    /// Turning on the way, mean of its size, turns/s.
+    /// Mean size of its turning on the way, turns/s.
     pub turning: f64,
-    /// Position where the life ends, mm.
+    /// Position at the end of the episode, mm.
     pub end: [f32; 2],
     /// Free distance from the body's rim to the nearest wall, block or round obstacle at the beginning of a cycle, mean over
     /// the cycles, mm; 0 where the body touches it.
     pub wall_distance: f64,
-    /// What the task remembers after the last cycle: the words of its memory's scalars, in their order.
+    /// The task's memory after the last cycle: the words of its scalars, in their order.
     pub memory: Vec<u32>,
-    /// What the task has given each robot of several, where that was asked for.
+    /// Score of each robot in a world of several; empty if not requested.
     pub scores: Vec<f32>,
 }
 
@@ -55,7 +54,7 @@ pub struct Descriptor {
     source: Source,
 }
 
-/// Selects a measure of a life.
+/// Selects a measure of an episode.
 type Measured = fn(&Measures) -> f64;
 
 /// What a measure needs of each cycle.
@@ -67,7 +66,7 @@ pub enum Part {
     Stuck,
     Turning,
     Room,
-    /// Nothing but the last cycle.
+    /// The last cycle only.
     End,
 }
 
@@ -77,7 +76,7 @@ enum Source {
     Life(Part, Measured),
     /// A scalar of the task's memory.
     Memory(usize, Scalar),
-    /// A robot's own score.
+    /// The score of the robot with this number.
     Score(u32),
 }
 
@@ -90,7 +89,7 @@ impl Descriptor {
         }
     }
 
-    /// Its value in a life.
+    /// Its value in an episode.
     pub fn value(&self, measures: &Measures) -> f64 {
         match self.source {
             Source::Life(_, value) => value(measures),
@@ -113,7 +112,7 @@ impl Descriptor {
         }
     }
 
-    /// Its value as a cell of a table: measures to six digits, what a task remembers in full.
+    /// Its value as a cell of a table: measures to six digits, scalars of a task's memory in full.
     pub fn cell(&self, measures: &Measures) -> String {
         let value = self.value(measures);
         match self.source {
@@ -124,7 +123,7 @@ impl Descriptor {
     }
 }
 
-/// The measures of lives in a world: those of every life, and what its task remembers.
+/// The measures of episodes in a world: those in [`LIFE`], and the scalars that its task remembers.
 pub fn descriptors(world: &World) -> Vec<Descriptor> {
     let own = LIFE.iter().map(|(column, part, value)| Descriptor {
         column: column.clone(),
@@ -138,7 +137,7 @@ pub fn descriptors(world: &World) -> Vec<Descriptor> {
     own.chain(remembered).collect()
 }
 
-/// Trace details that are measures at the end of a life.
+/// Trace details that are measures at the end of an episode.
 const MEMORY: DetailKind = DetailKind::Memory(Kind::Task);
 
 /// The column of a scalar that a task remembers.
@@ -159,7 +158,7 @@ pub fn score_of(robot: &str) -> Column {
     ))
 }
 
-/// Measures of every life.
+/// Measures that every episode has.
 #[rustfmt::skip]
 pub static LIFE: [(Column, Part, Measured); 9] = [
     (Column::whole("collisions", "cycles", "those that end in a collision"), Part::Collisions, |own| own.collisions.into()),
@@ -173,7 +172,7 @@ pub static LIFE: [(Column, Part, Measured); 9] = [
     (Column::number("wall_distance_mm", "mm", "the free distance from the body's rim to the nearest wall, block or round obstacle, 0 where it touches: mean over the cycles, at the start of each"), Part::Room, |own| own.wall_distance),
 ];
 
-/// What the lives of a world are measured against.
+/// The reference for measuring a world's episodes: squares, arena, and the measures.
 #[derive(Debug)]
 pub(crate) struct Frame {
     grid: Grid,
@@ -181,15 +180,15 @@ pub(crate) struct Frame {
     body_radius: f64,
     /// Indices of the task's memory among the trace's details.
     memory: Vec<usize>,
-    /// Cycles of a life.
+    /// Cycles of an episode.
     cycles: u32,
     /// What is measured: the bits of parts.
     parts: u32,
 }
 
 impl Frame {
-    /// Measures lives of `cycles` cycles by some descriptors; others have no meaning then, but take no time. Records of later cycles
-    /// only count as places: the first of them is where the life ends.
+    /// Measures episodes of `cycles` cycles by some descriptors; other measures are then meaningless, but take no time. Records
+    /// of later cycles only count as places: the first of them is where the episode ends.
     pub(crate) fn new(world: &World, cycles: u32, wanted: &[Descriptor]) -> Self {
         let details = world.details().iter().enumerate();
         let spec = world.spec();
@@ -251,7 +250,7 @@ fn to_obstacle(obstacle: &Obstacle, at: [f64; 2]) -> f64 {
     (size(apart(at, centre)) - f64::from(obstacle.radius)).max(0.0)
 }
 
-/// Distance of a point from a block, 0 inside. Its axis is that of the simulated lives, in f32.
+/// Distance of a point from a block, 0 inside. The block's axis is computed in f32, as in simulated episodes.
 fn to_block(block: &Block, at: [f64; 2]) -> f64 {
     let axis = block.axis().to_array().map(f64::from);
     let own = apart(at, [block.x, block.y].map(f64::from));
@@ -274,7 +273,7 @@ fn size(a: [f64; 2]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// Takes the records of a life, one after another. Its memory doesn't grow with the life's length.
+/// Takes an episode's records in order. Memory doesn't grow with the episode's length.
 #[derive(Debug)]
 pub(crate) struct Meter {
     frame: Arc<Frame>,
@@ -290,14 +289,14 @@ pub(crate) struct Meter {
     stuck: u32,
     /// All earlier moves that can count have been counted.
     counted: u32,
-    /// Cycles so far, the sum of their free distances, and what the task remembers after the last.
+    /// Cycles so far, the sum of their free distances, and the task's memory after the last.
     lived: u32,
     room: f64,
     memory: Vec<u32>,
 }
 
 impl Meter {
-    /// Measures a life.
+    /// Measures an episode.
     pub(crate) fn new(frame: Arc<Frame>) -> Self {
         Self {
             frame,
@@ -367,7 +366,7 @@ impl Meter {
         }
     }
 
-    /// Measures of the life.
+    /// Measures of the episode.
     pub(crate) fn finish(&self) -> Measures {
         let seconds = |moves: u32| f64::from(moves) / CYCLES_A_SECOND;
         let duration = seconds(self.moved.max(1));
@@ -464,7 +463,7 @@ mod tests {
         })
     }
 
-    /// Measures of a life with the given places.
+    /// Measures of an episode with the given places.
     fn measured(places: &[[f32; 2]]) -> Measures {
         let mut meter = Meter::new(frame(Arena::default(), places.len() as u32 - 1));
         for &[x, y] in places {
@@ -509,8 +508,8 @@ mod tests {
         assert_eq!((measures.collisions, measures.cells), (2, 2));
     }
 
-    /// The robot drives for 20 s, stands for 30 s, and drives on for 10 s. It is stuck while it stands, and before and
-    /// after that as long as some 100 places contain less than 50 mm of its path.
+    /// The robot drives for 20 s, stands for 30 s, and drives on for 10 s. It is stuck while it stands, and before and after that
+    /// for as long as about 100 places contain less than 50 mm of its path.
     #[test]
     fn time_stuck_counts_each_moment_once() {
         let mut x = 0.0;
@@ -603,7 +602,7 @@ mod tests {
         assert!((30..300).contains(&touching), "{touching}");
     }
 
-    /// What is asked for is the same, whatever else is measured.
+    /// A requested measure does not depend on what else is measured.
     #[test]
     fn a_measure_alone_is_the_same() {
         let world = World::new(WorldSpec::miglino1995()).unwrap();
@@ -647,7 +646,7 @@ mod tests {
         assert!(only("end_x_mm") && only("end_y_mm") && !only("collisions") && !only("mean_speed_mm_s"));
     }
 
-    /// The record after the last cycle is only the place where the life ends.
+    /// The record after the last cycle only gives the place where the episode ends.
     #[test]
     fn distances_and_memory_are_those_of_the_cycles() {
         let wall = Wall {

@@ -1,11 +1,11 @@
-//! Lives of given genomes in one experiment's world: evaluated in batches of bounded memory, whatever the number and
-//! length of the lives, and with or without their traces.
+//! Episodes of given genomes in one experiment's world, with or without their traces. They are evaluated in batches of bounded
+//! memory, whatever their number and length.
 //!
 //! | file | contents |
 //! |---|---|
 //! | [`measures`] | measures of a robot's behaviour, from its trace |
-//! | [`scores`] | scores of robots that live together |
-//! | [`starts`] | starts of lives, from a file |
+//! | [`scores`] | scores of robots in a swarm |
+//! | [`starts`] | starts of episodes, from a file |
 
 pub mod measures;
 pub mod scores;
@@ -26,35 +26,35 @@ use measures::{Descriptor, Frame, Measures, Meter};
 
 /// Groups of lanes per batch: enough for any device, and a few hundred megabytes at most.
 const GROUPS: usize = 1 << 12;
-/// Records of traces in memory at once: 117 MB, and more with parts that a user wrote.
+/// Records of traces in memory at once: 117 MB, and more with custom parts.
 const RECORDS: usize = 1 << 20;
 
-/// Some lives of each of some genomes.
+/// The same number of episodes of each genome.
 pub struct Lives<'a> {
-    /// The world of all lives, or one world for each of a genome's lives. They differ only in the start.
+    /// One world for all episodes, or one for each of a genome's episodes. They differ only in the start.
     pub worlds: &'a [World],
     pub genomes: &'a Population,
-    /// Lives of each genome.
+    /// Episodes of each genome.
     pub count: usize,
     /// Keys of their random numbers.
     pub keys: Keys<'a>,
 }
 
-/// Choice of the lives' random numbers.
+/// Choice of the episodes' random numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Keys<'a> {
     pub seed: u64,
     /// Keys with different numbers are independent; those of evolution are below 2^32.
     pub generation: u64,
-    /// Whether all genomes' lives have the random numbers of the first genome's: common random numbers. Random starts
-    /// are then the same, too.
+    /// Common random numbers: the episodes of all genomes use the random numbers of the first genome's. Random starts are then
+    /// also the same.
     pub common: bool,
-    /// Each genome's generation and number, in place of that generation and its index.
+    /// Each genome's generation and number, instead of `generation` and its index.
     pub numbers: Option<&'a [[u64; 2]]>,
 }
 
 impl Keys<'_> {
-    /// Keys of the lives that commands make from a seed.
+    /// Keys of episodes for commands with a seed.
     pub fn of_seed(seed: u64) -> Self {
         Self {
             seed,
@@ -64,7 +64,7 @@ impl Keys<'_> {
         }
     }
 
-    /// Key of a genome's life.
+    /// Key of a genome's episode.
     pub fn of(self, genome: usize, life: usize) -> Key {
         let genome = if self.common { 0 } else { genome };
         let [generation, number] = self
@@ -74,11 +74,11 @@ impl Keys<'_> {
     }
 }
 
-/// Identifies one of the lives.
+/// Identifies one of the episodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LifeIndex {
     pub genome: usize,
-    /// Number among the genome's lives.
+    /// Number among the genome's episodes.
     pub number: usize,
 }
 
@@ -90,7 +90,7 @@ impl Lives<'_> {
             * u64::from(self.worlds[0].robots())
     }
 
-    /// Fitness of each life, by genome.
+    /// Fitness of each episode, by genome.
     ///
     /// # Errors
     /// As the evaluator's.
@@ -107,9 +107,9 @@ impl Lives<'_> {
         Ok(all)
     }
 
-    /// Simulates and measures episodes of `cycles` cycles. Worlds may last one cycle more, which shows where each episode ends. `trace`
-    /// is called with consecutive pieces of each life's records and the cycle at which a piece starts; `ended` once for each life,
-    /// with its fitness and measures.
+    /// Simulates and measures episodes of `cycles` cycles. Worlds may last one cycle more, which shows where each episode ends.
+    /// `trace` is called with consecutive pieces of each episode's records and the cycle at which a piece starts; `ended` once
+    /// for each episode, with its fitness and measures.
     ///
     /// # Errors
     /// As the evaluator's, and as `trace`.
@@ -146,9 +146,9 @@ impl Lives<'_> {
         })
     }
 
-    /// Passes all traces to an observer, with a record for each cycle, in pieces of which one ends with the cycle `cut`: the records
-    /// of a life's next cycles, and its fitness if it ended with the last of them. There are fewer records than cycles if the life
-    /// ended before. Lives come in any order, the pieces of a life in theirs.
+    /// Passes all traces to an observer, with a record for each cycle, in pieces, one of which ends at the cycle `cut`. Each call
+    /// has an episode, its next cycles, their records, and its fitness if it ended with the last of them. There are fewer records
+    /// than cycles if the episode ended early. Episodes come in any order, the pieces of an episode in theirs.
     ///
     /// # Errors
     /// As the evaluator's and the observer's.
@@ -181,7 +181,7 @@ impl Lives<'_> {
         Ok(())
     }
 
-    /// Lives are numbered by genome if all have one world, else by world, so that lives of one world are contiguous.
+    /// Episodes are numbered by genome if all have one world, otherwise by world, so that the episodes of a world are contiguous.
     fn at(&self, index: usize) -> LifeIndex {
         let (genomes, count) = (self.genomes.len(), self.count);
         if self.worlds.len() == 1 {
@@ -197,13 +197,13 @@ impl Lives<'_> {
         }
     }
 
-    /// Index of a life's result, by genome.
+    /// Index of an episode's result, by genome.
     fn place(&self, index: usize) -> usize {
         let LifeIndex { genome, number } = self.at(index);
         genome * self.count + number
     }
 
-    /// Divides all lives into chunks that fill at most `groups` groups of lanes.
+    /// Divides all episodes into chunks that fill at most `groups` groups of lanes.
     fn chunks(&self, groups: usize) -> Vec<Chunk> {
         let each = self.genomes.len() * self.count / self.worlds.len();
         let groups_of_world = each.div_ceil(LANES);
@@ -251,7 +251,7 @@ impl Lives<'_> {
     }
 }
 
-/// Lives that share a batch, and their worlds.
+/// Episodes in one batch, and their worlds.
 #[derive(Clone, Debug, PartialEq)]
 struct Chunk {
     worlds: Range<usize>,
@@ -294,7 +294,7 @@ mod tests {
         numbers: None,
     };
 
-    /// Each life is in one chunk, in its own world, with its own genome and key, wherever chunks are cut.
+    /// Each episode is in one chunk, with its world, genome and key, wherever chunks are cut.
     #[test]
     fn chunks_take_each_life_once() {
         for (genome_count, world_count) in [(200, 1), (3, 1), (3, 5), (200, 3)] {
@@ -332,7 +332,7 @@ mod tests {
         assert_ne!(KEYS.of(5, 3), KEYS.of(0, 3));
     }
 
-    /// Traces are complete, and their last fitness is the fitness, also if lives are cut into stretches.
+    /// Traces are complete, and their last fitness is the fitness, also if episodes are cut into stretches.
     #[test]
     fn traces_are_complete_however_lives_are_cut() {
         let genomes = genomes(70);

@@ -1,4 +1,4 @@
-//! What the task gives each robot of lives in which robots live together.
+//! The task's score of each robot in episodes of swarms.
 
 use oneiro::batch::{LANES, Rollout, TraceRequest, Worlds};
 use oneiro::compose::DetailKind;
@@ -12,7 +12,7 @@ use super::{Chunk, GROUPS, Lives};
 /// Words of states in memory at a time, 256 MB.
 const WORDS: usize = 64 << 20;
 
-/// The measures that are the robots' own scores; none of robots that live alone, or that only a mission scores, all together.
+/// The measures with the robots' scores; none for single robots, or if only a mission scores the swarm as a whole.
 pub fn descriptors(lives: &Lives<'_>) -> Vec<Descriptor> {
     let world = &lives.worlds[0];
     let is_scored = world.robots() > 1 && world.spec().own.scores_each();
@@ -20,12 +20,12 @@ pub fn descriptors(lives: &Lives<'_>) -> Vec<Descriptor> {
     (0..robots).map(Descriptor::score).collect()
 }
 
-/// The score of each robot in each life of `cycles` cycles, by genome.
+/// The score of each robot in each episode of `cycles` cycles, by genome.
 ///
 /// # Errors
 /// A world whose robots can't be observed; the processor's.
 pub fn by_robot(lives: &Lives<'_>, cycles: u32, threads: Option<usize>, control: &Control) -> Result<Vec<Vec<f32>>> {
-    // Every device gives the same scores. The code that the user asks for may exist of the world alone, and not of the observed one.
+    // Every device gives the same scores. The code requested by the user may exist only for unobserved worlds.
     let mut cpu = Cpu::new(threads)?;
     let world = lives.worlds[0].observed()?;
     let details = world.details();
@@ -36,7 +36,7 @@ pub fn by_robot(lives: &Lives<'_>, cycles: u32, threads: Option<usize>, control:
     let mut all = vec![Vec::new(); lives.genomes.len() * lives.count];
     for chunk in lives.chunks(groups) {
         let rollouts: Vec<Rollout<'_>> = lives.rollouts(&chunk);
-        // A robot's line has what it has earned since the line before: only the last cycle has one.
+        // A robot's record has its earnings since the record before: only the last cycle has one.
         let mut states = Vec::new();
         if cycles > 1 {
             let batch = worlds.stretch(&rollouts, 0..cycles - 1, &states, None)?;

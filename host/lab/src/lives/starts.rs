@@ -1,4 +1,4 @@
-//! Starts of lives, from a file.
+//! Starts of episodes, from a file.
 
 use std::path::Path;
 
@@ -10,9 +10,9 @@ use oneiro_base::files;
 /// Columns of a file of starts.
 const COLUMNS: [&str; 3] = ["x_mm", "y_mm", "heading_turns"];
 
-/// Reads starts from a `.csv` file, one per line: x and y in mm, heading in turns. With a header, columns are in
-/// any order, and others are ignored, so that a trace can be read; without one they are in this order. `say` hears of both. Returns the
-/// world of each start.
+/// Reads starts from a `.csv` file, one per line: x and y in mm, heading in turns. With a header, columns are in any order, and
+/// others are ignored, so that a trace can be read; without one they are in this order. `say` is told both. Returns the world of
+/// each start.
 ///
 /// # Errors
 /// Exit 3: there is no such file, no start in it, a value that isn't a number, or a start that the world doesn't allow,

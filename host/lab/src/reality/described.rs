@@ -1,7 +1,7 @@
-//! Sampling of a described robot: its sensors of proximity before an object, at each distance and bearing, and its motion under each
-//! pair of speeds. All of it is simulated.
+//! Sampling of a parametric robot: its proximity sensors before an object, at each distance and bearing, and its motion under
+//! each pair of speeds. All of it is simulated.
 //!
-//! A simulator takes a cell of a table for all distances and bearings within it, so each is sampled in its middle.
+//! A simulator uses a table's cell for all distances and bearings within it, so each is sampled in its middle.
 
 use std::f32::consts::TAU;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use super::sampling::{self, BEARINGS, SPACING, SPEEDS};
 use super::{Driven, Object, Trouble};
 use crate::engine::handle::Engine;
 
-/// A controller without genes that count, whose outputs are values.
+/// A controller with unused genes, whose outputs are values.
 const HELD: &str = "\
 const CONTROLLER_GENES: u32 = 1u;
 struct ControllerValues {
@@ -33,21 +33,21 @@ fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: Con
 }
 ";
 
-/// Farthest that a sensor may reach, mm.
+/// Maximum range of a sensor, mm.
 const MOST_SIGHT: f32 = 10_000.0;
-/// Least motion in a cycle, mm and turns: what is smaller is 0.
+/// Minimum motion in a cycle, mm and turns: smaller ones count as 0.
 const LEAST_WAY: f64 = 2e-6;
-/// Most rows of a table.
+/// Maximum number of a table's rows.
 const MOST_ROWS: f32 = 1000.0;
 
-/// A described robot.
+/// A parametric robot.
 #[derive(Debug)]
 pub struct Described {
     /// Radius of its body, mm.
     body_radius: f32,
-    /// Its sensors of proximity and its wheels.
+    /// Its proximity sensors and its wheels.
     robot: Differential,
-    /// Farthest from its centre that those sensors reach, mm.
+    /// Maximum range of those sensors, from the body's centre, mm.
     sight: f32,
 }
 
@@ -55,7 +55,7 @@ impl Described {
     /// The robot of a world.
     ///
     /// # Errors
-    /// What it lacks for sampling, and what is allowed.
+    /// The values that it lacks for sampling, and what is allowed.
     pub fn new(spec: &WorldSpec) -> std::result::Result<Self, String> {
         let Build::Differential(own) = &spec.robot.build else {
             return Err("its robot.kind is `sampled`; allowed: an experiment with a described robot".into());
@@ -97,7 +97,7 @@ impl Described {
         self.robot.sensors.iter().map(|sensor| sensor.name.as_str()).collect()
     }
 
-    /// A world for one rollout from the point (0, 0) mm, with both outputs held.
+    /// A world for one episode from the point (0, 0) mm, with both outputs held.
     fn held(&self, robot: Differential, arena: Arena, heading: f32, outputs: [f64; 2], cycles: u32) -> Result<World> {
         let part = Part::new(Kind::Controller, "held", HELD).map_err(Failure::failed)?;
         let values = [("left", outputs[0]), ("right", outputs[1])];
@@ -122,8 +122,8 @@ impl Described {
         World::new(spec).map_err(Failure::failed)
     }
 
-    /// Samples its sensors before each object, from the rim as far as they reach: rows of 2 mm, or of as many whole mm as make
-    /// 1000 of them.
+    /// Samples its sensors before each object, from the rim to their range: rows of 2 mm, or of the fewest whole mm that need at
+    /// most 1000 rows.
     ///
     /// # Errors
     /// Those of the device.
@@ -136,7 +136,7 @@ impl Described {
     }
 
     fn table(&self, engine: &Engine, object: &Object, rows: u32, spacing: f32) -> Result<SensorTable> {
-        // It turns on the spot by a bearing a cycle, whatever its own wheels are.
+        // It turns on the spot by a bearing a cycle, whatever wheels the robot has.
         const BASE: f32 = 10.0;
         let turning = Differential {
             sensors: self.robot.sensors.clone(),
@@ -175,11 +175,11 @@ impl Described {
         })
     }
 
-    /// Samples the motion under each pair of speeds, tenths of the greatest, once wheels have reached them; none if the motors are
-    /// sampled already. The displacement is the distance from start to end.
+    /// Samples the motion under each pair of speeds, tenths of the maximum, once wheels have reached them; none if the motors are
+    /// already sampled. The displacement is the distance from start to end.
     ///
     /// # Errors
-    /// Exit 3 if it can turn by half a turn and more in a cycle; those of the device.
+    /// Exit 3 if it can turn by half a turn or more in a cycle; those of the device.
     pub fn motors(&self, engine: &Engine) -> Result<Option<MotorSamples>> {
         let (Some(base), Some(speed)) = (self.robot.wheel_base, self.robot.greatest_speed) else {
             return Ok(None);
@@ -222,7 +222,7 @@ fn driven(trace: &Trace) -> Driven {
     Driven { displacement, turn }
 }
 
-/// A traced rollout in each world.
+/// A traced episode in each world.
 fn lived(engine: &Engine, worlds: &[World]) -> Result<Vec<Trace>> {
     let rollout = |(world, index)| Rollout {
         world,

@@ -1,4 +1,4 @@
-//! Reality: the place where a robot is sampled, and where transferred controllers are evaluated: a surrogate, or a robot on a wire.
+//! Reality, where a robot is sampled and transferred controllers are evaluated: a surrogate, or a connected robot.
 
 pub mod described;
 mod place;
@@ -70,8 +70,8 @@ impl Object {
         ["wall", "round"].into_iter().filter_map(Self::named).collect()
     }
 
-    /// The number of directions it is sampled from: one if it looks the same from all. A box looks the same from behind, so
-    /// half a turn is enough.
+    /// The number of directions it is sampled from: one if it looks the same from all sides. A box is symmetric, so half a turn
+    /// is enough.
     pub fn views(&self) -> u32 {
         match self.shape {
             Shape::Wall | Shape::Round { .. } => 1,
@@ -98,7 +98,7 @@ pub struct Driven {
     pub turn: f64,
 }
 
-/// A rollout in reality.
+/// An episode in reality.
 #[derive(Clone, Copy, Debug)]
 pub struct Life<'a> {
     /// The controller's genes.
@@ -109,7 +109,7 @@ pub struct Life<'a> {
     pub start: Option<[f32; 3]>,
 }
 
-/// The result of a rollout in reality.
+/// The result of an episode in reality.
 #[derive(Clone, Debug)]
 pub struct Lived {
     /// Its fitness.
@@ -118,19 +118,19 @@ pub struct Lived {
     pub trace: Trace,
 }
 
-/// A robot in its surroundings, where controllers live: a real one, or a simulation that stands in for it. Every call takes time and
-/// can fail; a call repeated after a [`Trouble`] starts over.
+/// A robot in its surroundings, for the evaluation of controllers: a real one, or a simulation that represents it. Every call
+/// takes time and can fail; a call repeated after a [`Trouble`] starts over.
 pub trait Reality {
     /// One line that says which robot this is.
     fn describe(&self) -> String;
 
-    /// Whether a life is on record, so that it takes no time.
+    /// Whether an episode is on record, so that it takes no time.
     fn has_lived(&self, _life: &Life<'_>) -> bool {
         false
     }
 
-    /// Evaluates rollouts, each from its own start: one after the other on one robot, several at once on several. `on_lived` is called
-    /// with the number of each when it ends.
+    /// Evaluates episodes, each from its start: one after the other on one robot, several at once on several. `on_lived` is
+    /// called with the number of each when it ends.
     ///
     /// # Errors
     /// See [`Trouble`].
@@ -150,28 +150,30 @@ pub trait Reality {
     }
 }
 
-/// A robot that is sampled without a person. A robot on a wire is sampled row by row, see [`turning`], since somebody has to place it.
+/// A robot that is sampled without a person. A connected robot is sampled row by row, see [`turning`], since a person has to
+/// place it.
 pub trait Sampled {
     /// One line that says which robot this is.
     fn describe(&self) -> String;
 
-    /// Places the robot before an object that stands alone, `gap` mm from its rim, and lets it turn on the spot once without
-    /// stopping. Returns its readings in order of time. `view` is the direction from the object's centre to the robot's, in
-    /// turns counter-clockwise from the object's length; it matters for a box alone.
+    /// Places the robot before a single object, `gap` mm from its rim, and lets it turn on the spot once without stopping.
+    /// Returns its readings in order of time. `view` is the direction from the object's centre to the robot's, in turns
+    /// counter-clockwise from the object's length; it only matters for a box.
     ///
     /// # Errors
     /// See [`Trouble`].
     fn turn_before(&mut self, object: &Object, view: f64, gap: f32) -> std::result::Result<Vec<Turned>, Trouble>;
 
-    /// Drives in the open with a pair of wheel speeds, left and right, in the robot's own unit.
+    /// Drives in the open with a pair of wheel speeds, left and right, in the robot's unit.
     ///
     /// # Errors
     /// See [`Trouble`].
     fn drive(&mut self, speeds: (i32, i32)) -> std::result::Result<Driven, Trouble>;
 
-    /// Leaves out so many turns before objects and drives, which were measured before: later measurements are those that would follow them.
+    /// Skips turns before objects and drives that were measured earlier: later measurements are the same as if they had taken
+    /// place.
     fn leave_out(&mut self, turns: u32, drives: u32) {
-        // A real robot remembers nothing of them.
+        // A real robot has no state of them.
         let _ = (turns, drives);
     }
 }

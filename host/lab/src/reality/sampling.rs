@@ -17,7 +17,7 @@ use serde::de::DeserializeOwned;
 
 use super::{Driven, Object, Sampled, Trouble, Turned, patiently};
 
-/// Bearings of a turn.
+/// Number of bearings in a turn.
 pub const BEARINGS: u32 = 180;
 /// From one row to the next, mm.
 pub(super) const SPACING: f32 = Grid::USUAL.spacing;
@@ -93,7 +93,7 @@ impl Notebook {
         Ok(notebook)
     }
 
-    /// The notebook of a directory, whatever robot's it is.
+    /// The notebook of a directory, whichever robot it belongs to.
     ///
     /// # Errors
     /// Exit 6 if it can't be written.
@@ -137,7 +137,7 @@ impl Notebook {
         }
     }
 
-    /// Reads a row that was saved before, or measures and saves it. It takes so many turns before an object and drives.
+    /// Reads a row that was saved before, or measures and saves it. Measuring takes this many turns before an object and drives.
     fn row<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
@@ -200,7 +200,7 @@ pub fn sample(robot: &mut dyn Sampled, objects: &[Object], notebook: &Notebook, 
     })
 }
 
-/// Takes the samples that are missing, and writes `CLASS.sam` and `CLASS.svg` for each object, and `motor.sam`.
+/// Measures the missing samples, and writes `CLASS.sam` and `CLASS.svg` for each object, and `motor.sam`.
 ///
 /// # Errors
 /// The robot's troubles; exit 3 if the directory holds rows of another robot; exit 6 if a file can't be written.
@@ -281,7 +281,7 @@ pub struct Averaged<'a> {
 }
 
 impl<'a> Averaged<'a> {
-    /// Averages over this number of turns, at least one.
+    /// Averages over this number of turns, which is at least one.
     pub fn new(robot: &'a mut dyn Sampled, turns: u32) -> Self {
         Self {
             robot,
@@ -361,7 +361,7 @@ mod tests {
     use super::super::Shape;
     use super::*;
 
-    /// A mock of a robot on a wire: it reads the bearing in degrees and the gap, and fails on request.
+    /// A mock of a connected robot: it reads the bearing in degrees and the gap, and fails on request.
     struct Wired {
         degrees_a_cycle: f64,
         troubles: Vec<Trouble>,
@@ -435,7 +435,7 @@ mod tests {
 
     #[test]
     fn the_mean_of_several_turns_is_rounded() {
-        /// Reads how often it has turned, each time at every bearing but those that `blind` names.
+        /// Its reading is the number of its turns so far, at every bearing except those that `blind` selects.
         struct Counting {
             turns: u16,
             blind: fn(turn: u16, bearing: u16) -> bool,
@@ -472,7 +472,7 @@ mod tests {
             // The mean of 1 to 10 is 5.5, and of one reading of 1 among ten 0.1.
             assert_eq!(cell, [bearing + 6, 1023, 0, 0, 0, 0, 0, 0], "bearing {bearing}");
         }
-        // Once not seen is not sampled.
+        // A bearing without a reading in one turn is not sampled.
         let mut robot = seeing(|turn, bearing| turn == 7 && bearing == 3);
         let failure = row(&mut Averaged::new(&mut robot, 10), &wall(), 0)
             .unwrap_err()

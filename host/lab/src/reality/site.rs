@@ -36,18 +36,18 @@ pub const SEVERITY: f32 = 1.75;
 /// A robot in its surroundings.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Site {
-    /// A simulation that stands in for it.
+    /// A simulation that represents it.
     Surrogate {
         /// Draws the randomness of sampling.
         seed: u64,
         /// The simulation.
         surrogate: Arc<Surrogate>,
     },
-    /// Robots on wires.
+    /// Connected robots.
     Wired(Wired),
 }
 
-/// One robot on a wire, or several that share lives. All clones share their connections, which are opened when they are first needed.
+/// One connected robot, or several that share the episodes. All clones share their connections, which are opened at first use.
 #[derive(Clone)]
 pub struct Wired {
     wires: Vec<Wire>,
@@ -55,7 +55,7 @@ pub struct Wired {
     /// Settings of the guards.
     guard: Vec<String>,
     console: Console,
-    /// One for each wire.
+    /// One for each address.
     robots: Vec<Shared>,
 }
 
@@ -63,7 +63,7 @@ impl Wired {
     /// Robots that are not connected yet. Their guards have these settings, each written `KEY=VALUE`.
     ///
     /// # Errors
-    /// A robot that is named twice, or another number of trackers.
+    /// A robot that occurs twice, or another number of trackers.
     pub fn new(wires: Vec<Wire>, values: wired::Values, guard: &[String], console: Console) -> Result<Self, String> {
         let is_twice = |(at, wire): (usize, &Wire)| wires[..at].contains(wire).then(|| wire.clone());
         if let Some(twice) = wires.iter().enumerate().find_map(is_twice) {
@@ -84,7 +84,7 @@ impl Wired {
         })
     }
 
-    /// The same robot, with its lives recorded in a directory, and messages on a console.
+    /// The same robots, with episodes recorded in a directory, and messages on a console.
     fn recorded(&self, directory: PathBuf, console: Console) -> Self {
         Self {
             console,
@@ -96,7 +96,7 @@ impl Wired {
         }
     }
 
-    /// Connects to all robots, each unless somebody has already, and prepares their lives. Several may lack some that fail.
+    /// Connects to all robots that are not connected yet, and prepares their episodes. Of several, some may fail.
     fn open(&self, stop: &Arc<AtomicBool>, spec: &WorldSpec) -> Result<WiredRobots, Failure> {
         let kinds = wired::check(spec, &self.values, &self.guard)?;
         let outcomes: Vec<Result<(), Failure>> = thread::scope(|scope| {
@@ -134,7 +134,7 @@ impl Wired {
         Ok(robots)
     }
 
-    /// Connects to a robot, unless somebody has already.
+    /// Connects to a robot that is not connected yet.
     fn connect(&self, robot: usize, kinds: Vec<Kind>, stop: &Arc<AtomicBool>) -> Result<(), Failure> {
         let mut connected = self.robots[robot].lock();
         if connected.is_none() {
@@ -170,14 +170,14 @@ impl PartialEq for Wired {
     }
 }
 
-/// The folder of a run's directory that has its lives on a robot.
+/// The folder of a run's directory with its episodes on a robot.
 pub const LIVES: &str = "lives";
 
-/// A run's lives on robots on wires.
+/// A run's episodes on connected robots.
 struct OnWire {
     wired: Wired,
     spec: WorldSpec,
-    /// Opened for the first life.
+    /// Opened for the first episode.
     robots: Mutex<Option<WiredRobots>>,
 }
 
@@ -211,9 +211,9 @@ impl Outside for OnWire {
 }
 
 impl Site {
-    /// The robot at an address, or several on wires. Of a surrogate, the differences from its simulator are scaled by two severities,
-    /// what sensors see by the first, motion and the age of readings by the second; robots on wires have values for their lives and for
-    /// their guards.
+    /// The robot at an address, or several connected robots. Two severities scale a surrogate's differences from its simulator:
+    /// the first what sensors read, the second motion and the age of readings. Connected robots have values for their episodes
+    /// and for their guards.
     ///
     /// # Errors
     /// The problem of the addresses, or of the guard's values.
@@ -245,12 +245,12 @@ impl Site {
         }
     }
 
-    /// Whether lives take the time that they take, and can't be lived again.
+    /// Whether episodes take real time and can't be repeated.
     pub fn is_wired(&self) -> bool {
         matches!(self, Self::Wired(_))
     }
 
-    /// The longest time that generations of `lives` lives of `cycles` cycles each can take; `None` for a simulated robot.
+    /// The maximum time of generations with `lives` episodes of `cycles` cycles each; `None` for a simulated robot.
     pub fn generations(&self, generations: u32, lives: u64, cycles: u32) -> Option<Time> {
         match self {
             Self::Wired(wired) => {
@@ -261,7 +261,7 @@ impl Site {
         }
     }
 
-    /// The longest time that `lives` lives of `cycles` cycles each can take, in words; `None` for a simulated robot.
+    /// The maximum time of `lives` episodes of `cycles` cycles each, in words; `None` for a simulated robot.
     pub fn time(&self, lives: u64, cycles: u32) -> Option<String> {
         match self {
             Self::Wired(wired) => Some(wired.values.time(lives, cycles, wired.wires.len())),
@@ -269,7 +269,7 @@ impl Site {
         }
     }
 
-    /// The same site, with the lives on a wire recorded in a directory, and messages on a console.
+    /// The same site, with a connected robot's episodes recorded in a directory, and messages on a console.
     pub fn recorded(&self, directory: PathBuf, console: Console) -> Self {
         match self {
             Self::Wired(wired) => Self::Wired(wired.recorded(directory, console)),
@@ -277,7 +277,7 @@ impl Site {
         }
     }
 
-    /// The same site with a robot that is connected, if it is on a wire.
+    /// The same site with this vehicle as its connected robot, unless it is a surrogate.
     #[cfg(any(test, feature = "testing"))]
     pub fn connected(&self, vehicle: impl Vehicle + Send + 'static) -> Self {
         match self {
@@ -289,8 +289,8 @@ impl Site {
         }
     }
 
-    /// The robot as a place of a run's lives, recorded in the run's directory, with messages on the run's console; none for a
-    /// surrogate, whose lives are rollouts in [`Site::world`].
+    /// The robot as a place of a run's episodes, recorded in the run's directory, with messages on the run's console; none for a
+    /// surrogate, whose episodes are simulated in [`Site::world`].
     pub fn outside(&self, spec: &WorldSpec, directory: &Path, console: Console) -> Option<Arc<dyn Outside>> {
         let Self::Wired(wired) = self else { return None };
         Some(Arc::new(OnWire {
@@ -308,7 +308,7 @@ impl Site {
         }
     }
 
-    /// Whether lives of this specification are possible there, as far as that is known before a robot on a wire is connected.
+    /// Whether episodes of this specification are possible there, as far as this can be checked before a robot is connected.
     ///
     /// # Errors
     /// The problem.
@@ -321,11 +321,11 @@ impl Site {
         }
     }
 
-    /// The world of its rollouts, for batches shared with others, if reality is a simulation. `spec` has everything
-    /// except its noise and the effect of a Khepera's collisions.
+    /// The world of its episodes, for batches shared with others, if reality is a simulation. `spec` has everything except its
+    /// noise and the effect of a Khepera's collisions.
     ///
     /// # Errors
-    /// Exit 3: the first value that the world doesn't allow; a robot on a wire, always.
+    /// Exit 3: the first value that the world doesn't allow; a connected robot, always.
     pub fn world(&self, spec: &WorldSpec) -> Result<World, Failure> {
         let (_, surrogate) = self.surrogate_of()?;
         let collision = match spec.robot.build {
@@ -344,10 +344,10 @@ impl Site {
         Ok(world)
     }
 
-    /// The robot, ready for lives. `spec` says how it is evaluated, except for its noise and the effect of collisions.
+    /// The robot, ready for episodes. `spec` says how it is evaluated, except for its noise and the effect of collisions.
     ///
     /// # Errors
-    /// Exit 3 with the value that the world doesn't allow; as the connection and the record of a robot on a wire.
+    /// Exit 3 with the value that the world doesn't allow; as a connected robot's connection and record.
     pub fn open<'a>(&self, engine: &'a Engine, spec: &WorldSpec) -> Result<Box<dyn Reality + 'a>, Failure> {
         match self {
             Self::Surrogate { .. } => Ok(Box::new(self.simulated(engine, spec)?)),
@@ -358,7 +358,7 @@ impl Site {
     /// The robot, ready to be sampled without a person.
     ///
     /// # Errors
-    /// Exit 3 with the value that the world doesn't allow; for a robot on a wire, always.
+    /// Exit 3 with the value that the world doesn't allow; for a connected robot, always.
     pub fn sampled<'a>(&self, engine: &'a Engine, spec: &WorldSpec) -> Result<Box<dyn Sampled + 'a>, Failure> {
         Ok(Box::new(self.simulated(engine, spec)?))
     }
@@ -388,7 +388,7 @@ impl Site {
 pub enum Robots {
     /// A surrogate, by its seed.
     Surrogate(u64),
-    /// On wires, at least one.
+    /// One or more connected robots.
     Wired(Vec<Wire>),
 }
 

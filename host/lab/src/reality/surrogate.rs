@@ -13,16 +13,16 @@ use super::place::{arena, direction, turned};
 use super::{Driven, Life, Lived, Object, Reality, Sampled, Shape, Trouble, Turned};
 use crate::engine::handle::Engine;
 
-/// A surrogate, in an arena of its own and on the sampling table.
+/// A surrogate in its world, and on the sampling table.
 pub(super) struct SurrogateRobot<'a> {
     engine: &'a Engine,
     surrogate: Arc<Surrogate>,
     seed: u64,
-    /// The world of its lives.
+    /// The world of its episodes.
     world: World,
     /// Position in the light field where objects are sampled.
     place: [f32; 2],
-    /// Number of rollouts that sampling has taken so far: their keys continue from it.
+    /// Number of episodes that sampling has taken so far: their keys continue from it.
     sampled: u64,
 }
 
@@ -42,7 +42,7 @@ impl<'a> SurrogateRobot<'a> {
         }
     }
 
-    /// The world of rollouts of this length from a given start, or from a random one.
+    /// The world of episodes of this length from a given start, or from a random one.
     fn started(&self, start: Option<[f32; 3]>, cycles: u32) -> Result<World, Trouble> {
         let spec = self.world.spec();
         if start.is_none() && cycles == spec.cycles {
@@ -56,7 +56,7 @@ impl<'a> SurrogateRobot<'a> {
         .map_err(|invalid| Trouble::Broken(invalid.to_string()))
     }
 
-    /// The grid on which an object is sampled, in place of its future table.
+    /// The grid on which an object is sampled, instead of its future table.
     fn grid(&self, object: &Object) -> Arc<SensorTables> {
         let mut grid = SensorTable {
             class: object.class.clone(),
@@ -67,7 +67,7 @@ impl<'a> SurrogateRobot<'a> {
         Arc::new(SensorTables::new(vec![grid]))
     }
 
-    /// Runs one rollout from a pose, the wheels held at two speeds.
+    /// Runs one episode from a pose, the wheels held at two speeds.
     fn held(
         &mut self,
         sensors: Arc<SensorTables>,
@@ -105,7 +105,7 @@ impl<'a> SurrogateRobot<'a> {
     }
 }
 
-/// Makes a batch of valid rollouts, which can only be too large.
+/// Makes a batch of valid episodes, which can only be too large.
 fn one_batch(worlds: &[World], rollouts: &[Rollout<'_>], traced: bool) -> Result<Batch, Trouble> {
     let trace = traced.then_some(TraceRequest { every: 1 });
     Batch::new(worlds, rollouts, trace).map_err(|invalid| Trouble::Broken(invalid.to_string()))

@@ -1,8 +1,9 @@
-//! Sampling of a robot on a wire: it turns on the spot before an object, and drives in the open.
+//! Sampling of a connected robot: it turns on the spot before an object, and drives in the open.
 //!
-//! How far it has turned is known from its wheels, or without odometers from its commanded speeds and the clock. Neither is
-//! exact: wheels slip, and their distance is known to some per cent. But after a whole turn a robot reads the same again, so one
-//! measurement before an object shows how far its wheels travel in a whole turn, and each turn continues beyond its beginning as a check.
+//! Its turning angle is computed from its wheels, or without odometers from its commanded speeds and the clock. Neither is exact:
+//! wheels slip, and their distance has an error of a few per cent. But after a whole turn a robot reads the same again, so one
+//! measurement before an object shows how far its wheels travel in a whole turn, and each turn continues beyond its beginning as
+//! a check.
 
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,11 +25,11 @@ type Result<T = ()> = std::result::Result<T, Trouble>;
 
 /// A turn is continued past a full revolution by this part of one.
 const OVERLAP: f64 = 72.0 / 360.0;
-/// Of which this may be the error of a whole turn.
+/// Maximum error of a whole turn, within that part.
 const MOST_DRIFT: f64 = 12.0 / 360.0;
-/// Most turns that are added to read the bearings without a reading.
+/// Maximum number of turns added for bearings without a reading.
 const MORE_TURNS: u32 = 2;
-/// Turns, by the wheels, in which a whole one is found.
+/// Turns, by the wheels, that are searched for a whole one.
 const MEASURED: f64 = 3.3;
 
 /// How a robot turns on the spot.
@@ -65,7 +66,7 @@ pub enum Overlap {
     Blank,
     /// Readings do not recur.
     Unlike,
-    /// Whole turns end late by `drift`; the readings of any sensor then differ by `difference` at most, in the mean.
+    /// Whole turns end late by `drift`; the mean difference of any sensor's readings is then at most `difference`.
     Late {
         /// Turns.
         drift: f64,
@@ -169,7 +170,7 @@ impl Compass {
         Ok(())
     }
 
-    /// Turns back until it has turned by no more than this.
+    /// Turns back until its angle is at most this.
     fn back(&mut self, vehicle: &mut dyn Vehicle, to: f64, mm_s: f64, stop: &AtomicBool) -> Result {
         self.sweep(vehicle, -mm_s, 1.0, stop, |_, turned| turned <= to)
     }
@@ -184,7 +185,7 @@ fn heed(vehicle: &mut dyn Vehicle, stop: &AtomicBool) -> Result {
     Ok(())
 }
 
-/// Readings as integers from 0 to 1023: shares of each sensor's range.
+/// Readings as integers from 0 to 1023: fractions of each sensor's range.
 fn scaled(profile: &Profile, moment: &Moment) -> Vec<u16> {
     let ranges = profile
         .sensors
@@ -197,8 +198,8 @@ fn scaled(profile: &Profile, moment: &Moment) -> Vec<u16> {
         .collect()
 }
 
-/// Speed of the wheels in mm/s at which a robot can be read twice in each bearing's interval, as far as its link and its
-/// slowest speed allow: it is looked at for a while.
+/// Speed of the wheels in mm/s at which a robot can be read twice in each bearing's interval, as far as its link and its minimum
+/// speed allow. The robot's looks are timed for a while.
 ///
 /// # Errors
 /// Those of the robot.
@@ -220,8 +221,8 @@ pub fn pace(vehicle: &mut dyn Vehicle) -> Result<f64> {
     Ok(units * profile.unit_mm_s)
 }
 
-/// Finds out how a robot turns, from somewhat more than three turns with these speeds of its wheels before an object that it
-/// senses well. It has its heading again at the end.
+/// Measures how a robot turns, from a little over three turns with these speeds of its wheels before an object that it senses
+/// well. It has its heading again at the end.
 ///
 /// # Errors
 /// Those of the robot; it senses nothing in which a whole turn can be recognised.
@@ -258,8 +259,8 @@ fn swept(
     Ok(signal)
 }
 
-/// Turns a robot counter-clockwise before an object straight ahead of it that stands alone: as many times as wanted, a part of a
-/// turn beyond that, and up to two turns more if there are bearings without a reading. It has its heading again at the end.
+/// Turns a robot counter-clockwise before a single object straight ahead of it: as many times as requested, a part of a turn
+/// beyond that, and up to two turns more if there are bearings without a reading. It has its heading again at the end.
 ///
 /// # Errors
 /// Those of the robot; it can't be read at each bearing.
@@ -343,7 +344,7 @@ pub fn drive(
 
 /// After this time the wheels have their commanded speeds, also within the guard's acceleration.
 const REACHED: Duration = Duration::from_millis(600);
-/// For how long a motion is measured.
+/// Duration of a motion's measurement.
 const DRIVEN: Duration = Duration::from_secs(1);
 
 /// Duration of a pair of speeds there and back, s.
@@ -351,7 +352,7 @@ pub fn seconds_a_pair() -> f64 {
     2.0 * (REACHED + DRIVEN).as_secs_f64()
 }
 
-/// Farthest that a robot drives from its place with a pair of speeds up to `full_mm_s`, mm.
+/// Maximum distance of a robot from its place when it drives with a pair of speeds up to `full_mm_s`, mm.
 pub fn reach_mm(full_mm_s: f64) -> f64 {
     full_mm_s * (REACHED + DRIVEN).as_secs_f64()
 }

@@ -1,12 +1,12 @@
-//! Driving about at random between two lives, so that the next one starts elsewhere.
+//! Driving about at random between two episodes, so that the next one starts elsewhere.
 
 use oneiro::random::{Key, pcg4d};
 
-/// Cycles of 100 ms for which a robot drives about between two lives.
+/// Cycles of 100 ms for which a robot drives about between two episodes.
 pub const WALK: u32 = 100;
 
-/// Genes of a perceptron with this many inputs, from its key alone: weights U(-5, 5), which turn in either direction before an
-/// object, and biases U(0, 5), which drive ahead in the open.
+/// Genes of a perceptron with this many inputs, which depend on its key only: weights U(-5, 5), which turn in either direction
+/// before an object, and biases U(0, 5), which drive ahead in the open.
 pub fn wanderer(key: Key, inputs: usize, genes: usize) -> Vec<f32> {
     let gene = |gene: usize| {
         let [word, ..] = pcg4d([key.0[0], key.0[1], gene as u32, 1995]);

@@ -1,6 +1,6 @@
-//! Lives on a robot on a wire. Every 100 ms its sensors are read, the controller decides, and the wheels get their commands; the pose
-//! is computed from its odometers, or a tracker reports it. Controller and task run with the simulator's bits, so that a fitness can be
-//! computed again from the record of the life.
+//! Episodes of a connected robot. Every 100 ms its sensors are read, the controller computes speeds, and the wheels get them as
+//! commands. The pose is computed from its odometers, or a tracker reports it. Controller and task give the same bits as in the
+//! simulator, so the episode's record is enough to compute its fitness again.
 
 pub mod logbook;
 mod senses;
@@ -32,19 +32,19 @@ use self::sharing::{OnLived, Standing, Taker, shared};
 use super::wander::{WALK, wanderer};
 use super::{Life, Lived, Reality, Trouble};
 
-/// A cycle of a life.
+/// A cycle of an episode.
 const CYCLE: Duration = Duration::from_millis(100);
-/// Greatest speed of a robot with sampled motors, mm/s: 10 of the Khepera's units of 8 mm/s.
+/// Maximum speed of a robot with sampled motors, mm/s: 10 of the Khepera's units of 8 mm/s.
 const SAMPLED_SPEED: f64 = 80.0;
 
-/// Default time for which a robot drives about before each life, s.
+/// Default time for which a robot drives about before each episode, s.
 pub const WALK_S: f64 = WALK as f64 / 10.0;
-/// Speeds that a wheel may have at the controller's greatest output, mm/s: those that a guard allows.
+/// Speeds that a wheel may have at the controller's maximum output, mm/s: those that a guard allows.
 pub const SPEEDS_MM_S: [f64; 2] = [1.0, 1100.0];
-/// The longest that a robot drives about before a life, s.
+/// Maximum time for which a robot drives about before an episode, s.
 pub const LONGEST_WALK_S: f64 = 600.0;
 
-/// How the starts of lives are chosen.
+/// How the starts of episodes are chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Starts {
     #[default]
@@ -63,18 +63,18 @@ impl Choice for Starts {
     ];
 }
 
-/// Values of lives on a robot.
+/// Values of episodes on a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Values {
-    /// How lives get their starts.
+    /// How episodes get their starts.
     pub starts: Starts,
     /// Cycles of 100 ms for which it drives about.
     pub walk: u32,
-    /// Speed of a wheel at the controller's greatest output, mm/s; the experiment's if none.
+    /// Speed of a wheel at the controller's maximum output, mm/s; the experiment's if none.
     pub speed_mm_s: Option<f64>,
     /// Names of the world's sensors and of the robot's, where they differ.
     pub sensors: Vec<(String, String)>,
-    /// Where lives are recorded.
+    /// Directory of the episodes' record.
     pub directory: PathBuf,
     /// The trackers that measure the poses, one for each robot; without any, poses come from the odometers.
     pub trackers: Vec<tracker::Values>,
@@ -86,7 +86,7 @@ impl Values {
         (10.0 * seconds).round() as u32
     }
 
-    /// Cycles of 100 ms for which it drives about before each life.
+    /// Cycles of 100 ms for which it drives about before each episode.
     pub(super) fn walk(&self) -> u32 {
         match self.starts {
             Starts::Walk => self.walk,
@@ -94,10 +94,10 @@ impl Values {
         }
     }
 
-    /// Speed of a wheel at the controller's greatest output, mm/s. `greatest` is the most that there is, and `whose` says where.
+    /// Speed of a wheel at the controller's maximum output, mm/s. `greatest` is the limit, and `whose` says where it is from.
     ///
     /// # Errors
-    /// Exit 3: it is more.
+    /// Exit 3: it exceeds the limit.
     fn speed(&self, spec: &WorldSpec, greatest: f64, whose: &str) -> Result<f64> {
         let own = match &spec.robot.build {
             Build::Differential(own) => own.greatest_speed.map_or(SAMPLED_SPEED, f64::from),
@@ -114,7 +114,7 @@ impl Values {
         Ok(speed)
     }
 
-    /// The longest time that `lives` lives of `cycles` cycles each can take some robots, in words.
+    /// The maximum time for `lives` episodes of `cycles` cycles each on some robots, in words.
     pub(super) fn time(&self, lives: u64, cycles: u32, robots: usize) -> String {
         let before = match self.starts {
             Starts::Walk => format!(", each after {} s of driving about", f64::from(self.walk) / 10.0),
@@ -127,7 +127,7 @@ impl Values {
     }
 }
 
-/// Time that robots take for lives.
+/// Time that episodes take on robots.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Time {
     /// Of all robots together, min.
@@ -138,7 +138,8 @@ pub struct Time {
 }
 
 impl Time {
-    /// Of generations of `lives` lives each. A life takes `cycles` cycles, and a generation begins when the one before is complete.
+    /// The time of generations with `lives` episodes each. An episode takes `cycles` cycles, and a generation begins when the one
+    /// before is complete.
     pub fn new(lives: u64, generations: u32, cycles: u32, robots: usize) -> Self {
         let minutes = |lives: u64| lives as f64 * f64::from(generations) * f64::from(cycles) / 600.0;
         Self {
@@ -148,7 +149,7 @@ impl Time {
         }
     }
 
-    /// Of these lives, and then of as many others `times` over.
+    /// The time of these episodes, and then of the other ones, repeated `times` times.
     pub fn and(self, times: usize, other: Self) -> Self {
         Self {
             robot_minutes: self.robot_minutes + times as f64 * other.robot_minutes,
@@ -172,16 +173,16 @@ impl Display for Time {
     }
 }
 
-/// Settings of a guard for lives: those that are given, and wheels that obey as soon as simulated ones.
+/// Settings of a guard for episodes: the given ones, and wheels that respond as fast as simulated ones.
 pub fn guarded(guard: &[String]) -> Vec<String> {
     // A later setting replaces this one.
     [&["acceleration_mm_s2=10000".to_owned()], guard].concat()
 }
 
-/// Kinds of sensors that lives in a world need.
+/// Kinds of sensors that episodes in a world need.
 ///
 /// # Errors
-/// A sensor of a kind that no robot on a wire has.
+/// A sensor of a kind that no connected robot has.
 pub fn kinds(spec: &WorldSpec) -> std::result::Result<Vec<Kind>, String> {
     senses::kinds(spec)
 }
@@ -198,7 +199,7 @@ pub fn possible(spec: &WorldSpec, values: &Values, guard: &[String]) -> Result<V
     Ok(kinds)
 }
 
-/// Whether lives in a world are possible, and can be recorded. Returns the kinds of sensors that they need.
+/// Whether episodes in a world are possible, and can be recorded. Returns the kinds of sensors that they need.
 ///
 /// # Errors
 /// As [`possible`], and as the record's.
@@ -208,7 +209,7 @@ pub fn check(spec: &WorldSpec, values: &Values, guard: &[String]) -> Result<Vec<
     Ok(kinds)
 }
 
-/// Lives of a robot in a world. Those of several robots share one record.
+/// Episodes of a robot in a world. Those of several robots share one record.
 #[derive(Debug)]
 pub struct Lives {
     /// Address of the robot, and what its messages begin with: nothing if it is the only one.
@@ -216,14 +217,14 @@ pub struct Lives {
     label: String,
     spec: WorldSpec,
     reported: Reported,
-    /// Hash of everything except chance in which lives of the same genes and key may differ.
+    /// Hash of everything except chance that can make episodes with the same genes and key differ.
     world: String,
     cpu: Cpu,
     senses: Senses,
     starts: Starts,
-    /// Cycles for which it drives about before a life.
+    /// Cycles for which it drives about before an episode.
     walk: u32,
-    /// Greatest speed, mm/s.
+    /// Maximum speed, mm/s.
     speed: f64,
     /// Distance between the wheels, mm.
     base: f64,
@@ -233,14 +234,15 @@ pub struct Lives {
     console: Console,
 }
 
-/// The outcome of a life.
+/// The outcome of an episode.
 struct Done {
     fitness: f32,
     cycles: Vec<Cycle>,
 }
 
 impl Lives {
-    /// Prepares lives of a robot at an address, and opens their record, or shares that of another robot, which must sense alike.
+    /// Prepares episodes of a robot at an address, and opens their record, or shares another robot's, which must have the same
+    /// sensors.
     ///
     /// # Errors
     /// Exit 3: a sensor that the robot lacks, a speed that it can't have, a robot without odometers or unlike the other one, or a world
@@ -305,7 +307,7 @@ impl Lives {
         })
     }
 
-    /// Whether a life is recorded as complete.
+    /// Whether an episode is recorded as complete.
     pub fn has_lived(&self, life: &Life<'_>) -> bool {
         let identity = Identity::new(life.key, life.genes, &self.world);
         lock(&self.logbook).complete(&identity).is_some()
@@ -321,7 +323,7 @@ impl Lives {
         self.console.ask(format!("{}{words}", self.label));
     }
 
-    /// Lives a life, unless it is recorded as complete.
+    /// Runs an episode, unless it is recorded as complete.
     fn attempt(
         &mut self,
         vehicle: &mut dyn Vehicle,
@@ -343,7 +345,7 @@ impl Lives {
             Ok(done) => done,
             Err(trouble) => {
                 let ended = lock(&self.logbook).end(&begun, Err(trouble.to_string()), late);
-                // On a full disk it is the first failure that says what was lost.
+                // On a full disk the first failure names what was lost.
                 return Err(match ended {
                     Err(unrecorded) if trouble.may_pass() => unrecorded.into(),
                     _ => trouble,
@@ -363,7 +365,7 @@ impl Lives {
         self.lived(life, start, &done, traced)
     }
 
-    /// A life that is on record, with its fitness computed again.
+    /// A recorded episode, with its fitness computed again.
     fn recorded(&mut self, row: &Row, life: &Life<'_>, traced: bool) -> std::result::Result<Lived, Trouble> {
         let cycles = lock(&self.logbook).cycles(row)?;
         let (fitness, _) = replayed(&self.reported, &mut self.cpu, life, row.start, &cycles)?;
@@ -377,7 +379,7 @@ impl Lives {
         self.lived(life, row.start, &Done { fitness, cycles }, traced)
     }
 
-    /// The result of a life, with a trace if it is wanted: a record more than cycles, with the pose at the end.
+    /// The result of an episode, with a trace if requested: one record more than cycles, for the pose at the end.
     fn lived(
         &mut self,
         life: &Life<'_>,
@@ -400,7 +402,7 @@ impl Lives {
         })
     }
 
-    /// Moves the robot to a life's start, and returns that.
+    /// Moves the robot to an episode's start, and returns that.
     fn place(&mut self, vehicle: &mut dyn Vehicle, life: &Life<'_>) -> std::result::Result<[f32; 3], Trouble> {
         self.pose = vehicle.seen().unwrap_or(self.pose);
         let here = self.pose.map(|number| number as f32);
@@ -426,7 +428,7 @@ impl Lives {
         Ok(self.pose.map(|number| number as f32))
     }
 
-    /// Where the simulator would start a life.
+    /// The simulator's start for an episode.
     fn drawn(&mut self, life: &Life<'_>) -> std::result::Result<[f32; 3], Trouble> {
         let world = World::new(WorldSpec {
             cycles: 1,
@@ -473,7 +475,7 @@ impl Lives {
         vehicle.stop()
     }
 
-    /// Lives the cycles of a life, and records them.
+    /// Runs the cycles of an episode, and records them.
     fn cycles(
         &mut self,
         vehicle: &mut dyn Vehicle,
@@ -533,7 +535,7 @@ fn warm_up(world: &Reported, cpu: &mut Cpu) -> Result {
     Ok(())
 }
 
-/// A recorded life, computed again: its fitness and its trace.
+/// Fitness and trace of a recorded episode, computed again.
 fn replayed(
     world: &Reported,
     cpu: &mut Cpu,
@@ -552,7 +554,7 @@ fn replayed(
     Ok((reported.fitness(), trace))
 }
 
-/// When a cycle ends that began on time or late. One that is missed altogether is not made up for.
+/// End of a cycle that began on time or late. A missed cycle is not made up for.
 fn next(tick: Duration, now: Duration) -> Duration {
     let next = tick + CYCLE;
     if now < next { next } else { now + CYCLE }
@@ -564,7 +566,7 @@ fn way(from: &Moment, to: &Moment) -> [f64; 2] {
     [to[0] - from[0], to[1] - from[1]]
 }
 
-/// The pose that a tracker reports, or without one the pose at the end of the arc that the odometers have measured.
+/// The pose that a tracker reports, or without one the pose at the end of the arc measured by the odometers.
 fn place(vehicle: &dyn Vehicle, pose: [f64; 3], way: [f64; 2], base: f64) -> [f64; 3] {
     vehicle.seen().unwrap_or_else(|| moved(pose, way, base))
 }
@@ -597,11 +599,11 @@ fn failed(error: reported::Error) -> Trouble {
     }
 }
 
-/// A robot on a wire that everything of a command shares.
+/// A connected robot that everything in a command shares.
 #[derive(Clone, Default)]
 pub struct Shared(Arc<Mutex<Connected>>);
 
-/// A robot, once somebody has connected to it.
+/// A robot, once it is connected.
 pub type Connected = Option<Box<dyn Vehicle + Send>>;
 
 impl Shared {
@@ -616,7 +618,7 @@ impl Shared {
     }
 }
 
-/// A robot on a wire that takes lives.
+/// A connected robot that runs episodes.
 struct Wired {
     robot: Shared,
     lives: Lives,
@@ -624,7 +626,7 @@ struct Wired {
     name: String,
 }
 
-/// Robots on wires as a reality: all that have the same lives to live.
+/// Connected robots as a reality: they share the episodes to run.
 #[derive(Default)]
 pub struct WiredRobots(Vec<Wired>);
 

@@ -42,12 +42,12 @@ pub struct Directories {
     session: Session,
     console: Console,
     done: Vec<(PathBuf, Done)>,
-    /// How each run that was stopped continues.
+    /// How each stopped run continues.
     stopped: Vec<String>,
 }
 
 impl Directories {
-    /// Most runs in progress: each holds a lock file open, and systems allow some thousand open files.
+    /// Maximum number of runs in progress: each holds a lock file open, and systems allow a few thousand open files.
     pub const MOST: usize = 256;
 
     /// Prepares runs and their places.

@@ -92,7 +92,7 @@ pub fn verify(directory: &Path) -> Result<Done> {
 }
 
 impl Done {
-    /// Checks that it is true of a run: of the files that `is_checked` accepts, the configuration and the results among them.
+    /// Checks it against a run: the files that `is_checked` accepts, including the configuration and the results.
     ///
     /// # Errors
     /// Exit 5 with everything that differs.

@@ -1,5 +1,5 @@
-//! A run's directory: what is in it, how it gets there, and how it is read again. [`contents`] lists what is there of every
-//! run; besides it has the tables and the results of its kind of experiment, see [`crate::runs`].
+//! A run's directory: its contents, how they are written, and how they are read again. [`contents`] lists the files of every run;
+//! each kind of experiment adds its tables and results, see [`crate::runs`].
 
 mod directories;
 mod done;

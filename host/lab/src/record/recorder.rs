@@ -271,7 +271,7 @@ impl Recorder {
     /// Writes the results, and `DONE` once all of them are on disk.
     pub(super) fn finish(&mut self, job: &mut dyn Job) -> Result<Done> {
         self.sync()?;
-        // A kill may have left one more.
+        // A killed process may have left one more.
         checkpoint::prune(&self.directory, KEPT)?;
         let mut files = vec![CONFIG];
         files.extend(self.tables.iter().map(|(file, _)| *file));

@@ -30,7 +30,7 @@ pub enum State {
     Running,
     /// Stopped by the user.
     Stopped,
-    /// Its process ended without saying so.
+    /// Its process ended without recording that.
     Interrupted,
 }
 
@@ -96,7 +96,7 @@ impl SavedRun {
         self.experiment.identities().of(self.seed)
     }
 
-    /// Progress of the run, of which is known whether it is finished.
+    /// Progress of the run, given whether it is finished.
     pub fn state(&self, is_done: bool) -> State {
         match Meta::read(&self.directory) {
             _ if is_done => State::Done,
@@ -106,7 +106,7 @@ impl SavedRun {
         }
     }
 
-    /// The record that it is finished. Its hash of the results is that of the files that are there now.
+    /// The record that it is finished. Its hash of the results agrees with the present files.
     ///
     /// # Errors
     /// Exit 5 if the configuration or a result was changed since, with everything that differs.
@@ -134,7 +134,7 @@ impl SavedRun {
         Ok(recorded)
     }
 
-    /// Returns the run as far as it is recorded.
+    /// Returns the recorded part of the run.
     ///
     /// # Errors
     /// Exit 5 if the record that it is finished is damaged.
@@ -142,7 +142,7 @@ impl SavedRun {
         Ok(self.known(Done::read(&self.directory)?.is_some()))
     }
 
-    /// The run, of which is known whether it is finished.
+    /// The run, given whether it is finished.
     pub fn known(&self, is_done: bool) -> Recorded<'_> {
         Recorded {
             directory: &self.directory,

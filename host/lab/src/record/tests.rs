@@ -258,7 +258,7 @@ fn a_broken_device_costs_no_generation() {
     assert!(scratch.path.join("run/checkpoint-5").is_file());
 }
 
-/// A device that gives a life another fitness in its trace is detected.
+/// A device whose trace gives an episode another fitness is detected.
 #[test]
 fn a_device_that_contradicts_itself_is_detected() {
     let mut scratch = Scratch::new("lies");

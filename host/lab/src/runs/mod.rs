@@ -1,5 +1,5 @@
-//! Kinds of runs. All differences between kinds of experiments are behind one trait, [`Experiment`]: what the engine
-//! runs, what a run's directory and a sweep's tables hold, and what commands report.
+//! Kinds of runs. All differences between kinds of experiments are behind one trait, [`Experiment`]: what the engine runs, what a
+//! run's directory and a sweep's tables hold, and what commands report.
 //!
 //! | folder | contents |
 //! |---|---|
@@ -34,7 +34,7 @@ use crate::reality::wired::Time;
 pub trait Experiment: Debug + Send + Sync {
     /// Name of the experiment.
     fn name(&self) -> &str;
-    /// Its values, if it has single robots, whose controllers can be evaluated alone.
+    /// Its values if it has single robots, whose controllers can be evaluated one by one.
     fn single(&self) -> Option<&experiment::Experiment>;
     /// Itself, if it has a swarm.
     fn swarm(&self) -> Option<&SwarmExperiment> {
@@ -44,7 +44,7 @@ pub trait Experiment: Debug + Send + Sync {
     fn seed(&self) -> Option<u64>;
     /// Warnings about its files.
     fn warnings(&self) -> &[String];
-    /// The settings that others left without effect.
+    /// Settings that have no effect because of others.
     fn left_out(&self) -> &LeftOut;
     /// The files that it names, for a run's directory.
     fn inputs(&self) -> &[Input];
@@ -61,14 +61,14 @@ pub trait Experiment: Debug + Send + Sync {
     fn kernel(&self) -> &'static str;
     /// Approximate memory of a run in progress, in bytes.
     fn bytes(&self) -> u64;
-    /// Time that a run takes robots on wires, if it ends on any.
+    /// Time that a run takes connected robots, if it ends on any.
     fn robot_time(&self) -> Option<Time> {
         None
     }
     /// Checks that its runs can be those of a sweep.
     ///
     /// # Errors
-    /// Exit 3 with what is in the way.
+    /// Exit 3 with the obstacle.
     fn check_sweep(&self) -> Result {
         Ok(())
     }
@@ -149,17 +149,17 @@ pub struct Recorded<'a> {
 pub struct Replay<'a> {
     /// Output directory.
     pub out: &'a Path,
-    /// Number of the champion's life, from 0.
+    /// Number of the champion's episode, from 0.
     pub trial: u32,
     /// Cycles between records.
     pub every: u32,
-    /// A start other than the champion's own: x and y in mm, heading in turns.
+    /// A start other than the champion's: x and y in mm, heading in turns.
     pub start: Option<[f32; 3]>,
-    /// A seed for random numbers other than the champion's own.
+    /// A seed for random numbers other than the champion's.
     pub seed: Option<u64>,
-    /// The cell of an elite that takes the champion's place.
+    /// The cell of an elite that replaces the champion.
     pub elite: Option<u32>,
-    /// Whether all elites take its place, on a page.
+    /// Whether to replay all elites instead, on a page.
     pub elites: bool,
     /// The file of a genome other than the champion's.
     pub genome: Option<&'a Path>,
@@ -168,11 +168,11 @@ pub struct Replay<'a> {
 /// Where a run is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Recording<'a> {
-    /// In a directory of its own, with every individual, a trace and pictures.
+    /// In a directory, with every individual, a trace and pictures.
     Directory {
         /// The directory.
         path: &'a Path,
-        /// Where a robot on a wire says what it does, and what a person has to do.
+        /// Where a connected robot reports what it does and what a person has to do.
         console: Console,
     },
     /// In a sweep's tables.
@@ -198,7 +198,7 @@ pub struct Shown {
     pub value: (&'static str, &'static str),
 }
 
-/// The outcome that runs with finalists are compared by: the mean of lives that no selection has seen.
+/// The outcome that compares runs with finalists: the mean of the champion's new episodes, which selection has not used.
 pub(crate) const CHAMPION_MEAN: &str = "champion_mean";
 
 impl Shown {
@@ -243,7 +243,7 @@ pub struct Reality<'a> {
 pub enum Robots {
     /// Some that evaluate the last offspring, in addition to their simulator.
     Others(Vec<Site>),
-    /// Of each run that on which its last generations live. The first of them lives in the simulator, too.
+    /// For each run, the robot of its last generations. The first of them is also simulated.
     Own,
 }
 

@@ -26,7 +26,7 @@ use crate::exchange::Exchange;
 /// The name of saved states, and their version.
 const NAME: &str = "swarm";
 const VERSION: u32 = 1;
-/// Intervals from one checkpoint of a run with a directory of its own to the next.
+/// Intervals between two checkpoints of a run with a directory.
 const CHECKPOINT_EVERY: usize = 10;
 /// A controller that searches at random, with and without food.
 const RANDOM: Genome = [0.495; 2];
@@ -40,9 +40,9 @@ pub struct SwarmJob {
     arena: [Place; 1],
     simulators: [Place; SCENARIOS.len()],
     state: State,
-    /// The arena's input in the stretch to come: a function of the rest.
+    /// The arena's input in the next stretch, which follows from the other fields.
     input: Vec<f32>,
-    /// The trace so far, if it is kept.
+    /// The trace so far, if requested.
     lines: Option<Vec<Line>>,
 }
 
@@ -50,10 +50,10 @@ pub struct SwarmJob {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct State {
     clocks: Vec<Clock>,
-    /// Empty where nothing evolves.
+    /// Empty if nothing evolves.
     robots: Vec<OnBoard>,
     seconds: Seconds,
-    /// Seconds that were simulated, and the words of the arena's state after them; none at the beginning.
+    /// Simulated seconds, and the words of the arena's state after them; none at the beginning.
     now: u32,
     arena: Option<Vec<u32>>,
     /// Each robot's fitness so far in its interval.
@@ -121,7 +121,7 @@ impl SwarmJob {
         self
     }
 
-    /// The trace that was kept, a line for each second.
+    /// The kept trace, a line for each second.
     pub fn lines(&self) -> &[Line] {
         self.lines.as_deref().unwrap_or_default()
     }
@@ -485,7 +485,7 @@ fn middle(light: Light) -> f32 {
     }
 }
 
-/// Where the light is not.
+/// The light's other place.
 fn other(light: Light) -> Light {
     match light {
         Light::OverNest | Light::Nowhere => Light::OppositeNest,
@@ -493,8 +493,8 @@ fn other(light: Light) -> Light {
     }
 }
 
-/// For each robot the number of robots it is linked to, directly or over others, itself included. `heard` are the robots
-/// that each heard.
+/// For each robot the number of robots it is linked to, directly or over others, itself included. `heard` has the robots whose
+/// messages each robot received.
 pub(super) fn reached(heard: &[u128]) -> Vec<u16> {
     let mut linked: Vec<u128> = heard
         .iter()

@@ -37,7 +37,7 @@ impl Run {
             .flatten()
     }
 
-    /// Share of simulators that have the light at `light`.
+    /// Fraction of simulators that have the light at `light`.
     pub fn share(&self, light: Light, intervals: Range<usize>) -> f64 {
         let there = |own: &RobotInterval| if Light::of_gene(own.s0) == light { 1.0 } else { 0.0 };
         mean(self.robots(intervals).map(there))

@@ -1,4 +1,5 @@
-//! Exchange of messages within one process: the arena says who heard whom, and the contents of messages are looked up.
+//! Exchange of messages within one process: the arena says which robots received a message from which, and the contents are
+//! looked up.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -10,10 +11,10 @@ use super::record::Credit;
 use super::settings::Says;
 use crate::exchange::{Exchange, Message};
 
-/// Messages heard in one second, and the fitness that they reported.
+/// Messages received in one second, and the fitness that they reported.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Second {
-    /// The robots that each robot heard, a bit each.
+    /// The robots that each robot received a message from, a bit each.
     pub heard: Vec<u128>,
     /// Each robot's fitness in its interval so far, when the second began.
     pub earned: Vec<f32>,
@@ -59,7 +60,7 @@ impl Seconds {
 pub(crate) struct Memory<'a> {
     /// The last seconds of the world.
     pub seconds: &'a Seconds,
-    /// The robots that spoke.
+    /// The robots that sent messages.
     pub robots: &'a [OnBoard],
     /// The fitness that robots report.
     pub says: Says,

@@ -3,7 +3,7 @@
 //! | file | content |
 //! |---|---|
 //! | [`job`] | a run: asks for evaluations, takes their results |
-//! | [`on_board`] | the evolution on board of one robot |
+//! | [`on_board`] | the evolution on one robot |
 //! | [`clock`] | a robot's intervals |
 //! | [`memory`] | the exchange of messages within one process |
 //! | [`record`], [`tables`] | the record of a run, and its tables |
@@ -60,13 +60,13 @@ impl Plan {
         (0..self.settings.world.robots).map(clock).collect()
     }
 
-    /// The seed of a robot's own random numbers.
+    /// The seed of a robot's random numbers.
     pub fn robot_seed(&self, robot: usize) -> u64 {
         let Key([low, high]) = Key::rollout(self.seed, u64::MAX, robot as u64, 0);
         u64::from(low) | u64::from(high) << 32
     }
 
-    /// A hash of all that decides the run.
+    /// A hash of everything that decides the run.
     fn hash(&self) -> blake3::Hash {
         blake3::hash(&serde_json::to_vec(self).expect("plans are numbers and words"))
     }

@@ -1,5 +1,5 @@
-//! The program on board of one robot: its simulator, its controllers, and its decisions at the end of each interval. It
-//! needs only its own fitness, the results of its simulations and the messages it heard.
+//! The program on one robot: its simulator, its controllers, and its decisions at the end of each interval. It needs only the
+//! robot's fitness, the results of its simulations and the received messages.
 
 use oneiro::batch::Rollout;
 use oneiro::foraging::Light;
@@ -72,12 +72,13 @@ impl OnBoard {
         Light::of_gene(self.simulator())
     }
 
-    /// The controllers that are simulated in this interval.
+    /// The controllers to simulate in this interval.
     pub fn controllers(&self) -> &[Genome] {
         self.controllers.genomes()
     }
 
-    /// Their lives in its simulator, which is world number `world` of a batch. `robot` is its number in the run with this seed.
+    /// Their episodes in its simulator, which is world number `world` of a batch. `robot` is its number in the run with this
+    /// seed.
     pub fn rollouts(&self, world: usize, seed: u64, robot: u64) -> impl Iterator<Item = Rollout<'_>> {
         let generation = u64::from(self.interval()) + 1;
         self.controllers().iter().zip(0..).map(move |(genes, index)| Rollout {
@@ -122,8 +123,8 @@ impl OnBoard {
         chosen.last().copied().unwrap_or(self.first)
     }
 
-    /// What it broadcasts in a second; none before it is switched on. `so_far` is its fitness in this interval until then, and
-    /// `whole` gives that of an interval that has ended.
+    /// The message that it broadcasts in a second; none before it is switched on. `so_far` is its fitness in this interval until
+    /// then, and `whole` gives that of an interval that has ended.
     pub fn message(
         &self,
         sender: usize,
@@ -149,8 +150,8 @@ impl OnBoard {
         })
     }
 
-    /// Ends an interval that it has not lived through, or whose controllers were not simulated in time: its controllers and its
-    /// simulator stay as they are.
+    /// Ends an interval that it has missed in part, or whose controllers were not simulated in time: its controllers and its
+    /// simulator remain unchanged.
     pub fn miss_interval(&mut self, real: f32) {
         if self.is_to_simulate() {
             let acting = self.chosen.last().copied().unwrap_or(self.first);
@@ -161,8 +162,8 @@ impl OnBoard {
         self.simulators.push(self.simulator());
     }
 
-    /// Ends an interval in which its real fitness was `real`: breeds its controllers, and takes over the best simulator
-    /// that it knows of, mutated. Returns whether that came from another robot.
+    /// Ends an interval in which its real fitness was `real`: breeds its controllers, and takes over the best simulator among its
+    /// own and the received ones, mutated. Returns whether that came from another robot.
     pub fn end_interval(&mut self, settings: &Settings, real: f32, heard: &[Message]) -> bool {
         let interval = self.interval();
         let mut pairs = Pairs::new(settings.pair_rules());

@@ -1,4 +1,4 @@
-//! Cases and controls of swarms' runs, and the record that a run gives.
+//! Cases and controls of swarms' runs, and a run's record.
 
 use oneiro::foraging::Light;
 use oneiro::swarm::Lamp;
@@ -80,7 +80,7 @@ pub enum Kind {
     SimulatorWrong,
     /// Each simulator is drawn anew each interval.
     SimulatorRandom,
-    /// One robot alone.
+    /// A single robot.
     Alone,
 }
 
@@ -138,13 +138,13 @@ pub struct Run {
     pub intervals: Vec<Vec<RobotInterval>>,
 }
 
-/// One robot in one interval of 60 s of its own clock.
+/// One robot in one interval of 60 s of that robot's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotInterval {
     /// The gene of its simulator, 0 to 0.99.
     pub s0: f32,
-    /// The gene of the simulator in which the controller was chosen that acts: that of the interval before, unless
-    /// controllers are installed within their interval.
+    /// The gene of the simulator in which the acting controller was chosen: that of the interval before, unless controllers are
+    /// installed within their interval.
     pub chosen_under: f32,
     /// Gene of the acting controller for behaviour with food, 0 to 0.99.
     pub g0: f32,
@@ -154,7 +154,7 @@ pub struct RobotInterval {
     pub real: f32,
     /// The fitness of the same controller in the simulator in which it was chosen; none in the first interval.
     pub simulated: Option<f32>,
-    /// How many robots it heard.
+    /// Number of robots whose messages it received.
     pub heard: u16,
     /// How many robots it can reach by the encounters of this interval, itself among them.
     pub reached: u16,

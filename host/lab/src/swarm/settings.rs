@@ -24,9 +24,9 @@ pub struct Settings {
     /// Robots, arena, messages, and how the arena differs from the robots' simulators. Its times follow from `minutes`
     /// and `clock`.
     pub world: Swarm,
-    /// The evolution of controllers on board of each.
+    /// The evolution of controllers on each robot.
     pub controllers: Controllers,
-    /// The evolution of simulators among them.
+    /// The evolution of simulators among robots.
     pub simulators: Simulators,
     /// Times of events.
     pub clock: Clock,
@@ -103,7 +103,7 @@ pub struct Clock {
     pub installed_s: u32,
 }
 
-/// Most minutes of a run: a kernel counts up to a million cycles.
+/// Maximum duration of a run in minutes: a kernel counts up to a million cycles.
 const GREATEST_MINUTES: u64 = 1_666;
 
 /// Rows of all values, for any type that holds them.
@@ -157,7 +157,7 @@ fn own_parameters<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
     ]
 }
 
-/// The most items that a robot can bring in some cycles: one every other cycle, since it has to take each before.
+/// Maximum number of items that a robot can bring in some cycles: one every other cycle, since it has to take each before.
 pub fn most_items(cycles: u32) -> u32 {
     cycles.div_ceil(2)
 }
@@ -278,7 +278,7 @@ impl Settings {
         60 * self.light_moves_minute
     }
 
-    /// The simulator that a robot has on board.
+    /// The robot's simulator.
     pub fn simulator(&self, light: Light) -> Foraging {
         Foraging {
             light,
@@ -320,7 +320,7 @@ impl Settings {
         }
     }
 
-    /// What robots may say. An item earns the seconds that are left of the interval.
+    /// Limits of what robots may broadcast. An item earns the rest of the interval in seconds.
     pub fn limits(&self) -> Limits {
         let interval = self.clock.interval_s;
         Limits {

@@ -11,7 +11,7 @@ use super::record::{RobotInterval, Run};
 use super::settings::Settings;
 use crate::engine::job::Named;
 
-/// Columns of an interval that the table of a robot's own daemon has as well.
+/// Columns of an interval that the table of a robot's daemon also has.
 pub const ROBOT: Column = Column::whole("robot", "", "its number, from 0");
 pub const SIMULATOR: Column = Column::number("s0", "0 to 0.99", "the gene of its simulator");
 pub const CHOSEN_UNDER: Column = Column::number(
@@ -69,7 +69,7 @@ pub(crate) static FOOD_COLUMNS: [Column; 2] = [
 /// A column of a sweep's table of results, and its value.
 type Outcome = OutcomeColumn<fn(&Lived<'_>) -> String>;
 
-/// What a run gives in a sweep's table of results. "Before the move" is before the light may move (`swarm.light_moves_minute`).
+/// A run's values in a sweep's table of results. "Before the move" is before the light may move (`swarm.light_moves_minute`).
 static OUTCOMES: [Outcome; 21] = [
     OutcomeColumn::new(
         Column::whole("brought", "items", "food that all robots brought"),
@@ -215,7 +215,7 @@ static OUTCOMES: [Outcome; 21] = [
     ),
 ];
 
-/// The columns of what runs give in a sweep's table of results.
+/// The columns of a run's values in a sweep's table of results.
 pub fn outcomes() -> Vec<Column> {
     OUTCOMES.iter().map(|outcome| outcome.column.clone()).collect()
 }
@@ -246,7 +246,7 @@ pub(crate) fn interval_rows(interval: usize, robots: &[RobotInterval]) -> String
 }
 
 impl Run {
-    /// All lines of the table of intervals but the first.
+    /// All lines of the table of intervals except the first.
     pub(crate) fn interval_rows(&self) -> String {
         let robots = self.intervals.iter().enumerate();
         robots

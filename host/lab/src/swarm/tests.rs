@@ -61,7 +61,7 @@ fn run_traced(plan: Plan) -> (Run, Vec<Line>) {
     (job.run(), job.lines().to_vec())
 }
 
-/// Lets a swarm take its next step alone. Returns whether there was one.
+/// Lets a swarm take its next step only. Returns whether there was one.
 fn step(job: &mut SwarmJob, engine: &Engine) -> bool {
     let Some(Request {
         stage, worlds, states, ..
@@ -138,7 +138,7 @@ fn all_kinds() -> Vec<Plan> {
         plans.push(plan);
     }
     for plan in &mut plans {
-        // Most are then heard.
+        // Most messages are then received.
         plan.settings.world.range = 600.0;
         plan.settings.minutes = 4;
         plan.settings.light_moves_minute = 2;
@@ -251,7 +251,7 @@ fn results_that_do_not_fit_are_refused_without_a_change() {
     }
 }
 
-/// Until the light moves, two cases that differ in where it goes are the same.
+/// Two cases that differ in the light's second place are the same until the light moves.
 #[test]
 fn cases_are_the_same_until_the_light_moves() {
     let runs = runs(&[
@@ -303,7 +303,7 @@ fn interventions_set_what_they_say() {
     genes.sort_by(f32::total_cmp);
     genes.dedup();
     assert_eq!(genes.len(), 25, "all are drawn anew");
-    // Shuffled ones are somebody's.
+    // Each shuffled gene is a robot's.
     let evolved = run_alone(plan(Case::Over, Kind::Evolved));
     let shuffled = run_alone(plan(Case::Over, Kind::SimulatorShuffled));
     let sorted = |robots: &[RobotInterval]| {
@@ -337,7 +337,7 @@ fn credit_makes_no_difference_where_the_study_says_so() {
     }
 }
 
-/// Alone, a simulator wanders by itself, wherever the light is.
+/// A single robot's simulator drifts at random, wherever the light is.
 #[test]
 fn nothing_selects_the_simulator_of_one_robot() {
     let alone = |case| {
@@ -466,7 +466,7 @@ fn guests_are_tested_in_the_robots_own_simulator() {
     assert_ne!(robot.controllers()[8], [0.25, 0.75]);
 }
 
-/// A message has the fitness when the second began, in the sender's own interval; under the null another robot's.
+/// A message has the fitness at the beginning of the second, in the sender's interval; under the null another robot's.
 #[test]
 fn messages_are_looked_up_by_the_senders_clock() {
     let settings = exact();
@@ -511,7 +511,7 @@ fn messages_are_looked_up_by_the_senders_clock() {
     );
 }
 
-/// What robots say by radio, and a tracker's lines, in any order and more than once: a robot has heard what it hears in the study.
+/// Robots receive the same messages as in the study if radio messages and a tracker's lines come in any order and more than once.
 #[test]
 fn by_radio_robots_hear_what_they_hear_in_the_study() {
     const ROBOTS: usize = 5;
@@ -556,7 +556,7 @@ fn by_radio_robots_hear_what_they_hear_in_the_study() {
         let mut seen = Seen::new(receiver as u64, 200.0, Duration::from_millis(300));
         let mut coming: Vec<(u32, Vec<u8>)> = Vec::new();
         for at in interval.start - 3..interval.end {
-            // All that others say, some of it late or twice, and some of it among the tracker's lines.
+            // All messages of the others, some of them late or twice, and some among the tracker's lines.
             for message in memory(&whole).heard(receiver, at..at + 1) {
                 let datagram = radios[message.sender].seal(&Packet::Pair { second: at, message });
                 for _ in 0..=random.below(2) {
@@ -616,7 +616,7 @@ fn shuffled_fitness_is_all_there() {
 
 #[test]
 fn encounters_link_over_others() {
-    // 0 hears 1, 2 hears 1, 3 is alone, 4 and 5 hear each other.
+    // 0 receives from 1, 2 from 1, 3 from none, 4 and 5 from each other.
     assert_eq!(reached(&[0b10, 0, 0b10, 0, 1 << 5, 1 << 4]), [3, 3, 3, 1, 2, 2]);
     let all: Vec<u128> = (0..128)
         .map(|robot| if robot == 127 { 0 } else { 1 << (robot + 1) })
@@ -624,7 +624,7 @@ fn encounters_link_over_others() {
     assert_eq!(reached(&all), [128; 128]);
 }
 
-/// Robots that are switched on a whole interval apart still have all that they heard in their own interval.
+/// Robots that are switched on a whole interval apart still have all messages of their interval.
 #[test]
 fn messages_of_a_whole_interval_are_kept() {
     let mut settings = small(Case::Over);

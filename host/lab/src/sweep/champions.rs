@@ -23,7 +23,7 @@ impl Champions {
     /// Opens a sweep's directory.
     ///
     /// # Errors
-    /// Exit 3 when it is none that this program can read, when its runs are of swarms, or when it has no tables yet.
+    /// Exit 3 if this program can't read it, if its runs are of swarms, or if it has no tables yet.
     pub fn open(directory: &Path) -> Result<Self> {
         let (sweep, plan) = Store::open(directory)?.sweep()?;
         let refused = |problem: &str| Err(Failure::input(format_args!("{}: {problem}", directory.display())));
@@ -42,7 +42,7 @@ impl Champions {
     /// All of them, for a controller.
     ///
     /// # Errors
-    /// Exit 3 when a run's controller has other genes, and when the file is not what was written.
+    /// Exit 3 if a run's controller has other genes, or if the file isn't what was written.
     pub fn genomes(&self, layout: &GeneLayout) -> Result<Population> {
         for own in self.plan.layouts.iter().flatten() {
             genomes::check_names(&self.path, own, layout)?;

@@ -30,7 +30,7 @@ impl Sweep {
     }
 }
 
-/// What a column of a swept key holds.
+/// Description of a swept key's column.
 const SWEPT: &str = "the value of this key of the experiment";
 pub(super) static RUN: Column = Column::whole(
     "run",
@@ -38,7 +38,7 @@ pub(super) static RUN: Column = Column::whole(
     "its number, from 0: cell by cell, and seed by seed within a cell",
 );
 
-/// The run and its id, the swept keys, the seed, what the run gave, and the hash of its results.
+/// The run and its id, the swept keys, the seed, the run's values, and the hash of its results.
 fn columns_of_results(swept: Vec<Column>, outcomes: Vec<Column>) -> Vec<Column> {
     let id = Column::text("id", "the hash of the run's experiment and seed");
     let seed = Column::whole("seed", "", "the run's seed");
@@ -53,12 +53,12 @@ fn columns_of_results(swept: Vec<Column>, outcomes: Vec<Column>) -> Vec<Column> 
     .concat()
 }
 
-/// The run, and the columns of its own table.
+/// The run, and the columns of its kind's table.
 pub(super) fn columns_of_generations(own: &[Column]) -> Vec<Column> {
     [std::slice::from_ref(&RUN), own].concat()
 }
 
-/// The run, and the genes of all cells' controllers by their names. Nothing of runs without champions.
+/// The run, and the genes of all cells' controllers by name. Empty for runs without champions.
 pub(super) fn columns_of_champions(layouts: &[Option<GeneLayout>]) -> Vec<Column> {
     let mut kinds: Vec<&GeneLayout> = Vec::new();
     for layout in layouts.iter().flatten() {
@@ -85,7 +85,7 @@ static GENE: Column = Column::number(
     "a gene of the run's champion; empty if its controller has no such gene",
 );
 
-/// The files of a sweep's directory but its tables.
+/// The files of a sweep's directory except its tables.
 fn other_entries() -> Vec<Entry> {
     vec![
         Entry::file("sweep.toml", "the sweep's file"),
@@ -184,7 +184,7 @@ pub(super) fn describe(directory: &Path, sweep: &Sweep, plan: &Plan) -> Result {
     contents::describe(directory, &format!("{}: a sweep of oneiro", sweep.name()), &entries)
 }
 
-/// The files of the directory of any sweep, whose runs give this and have these steps and controllers.
+/// The files of any sweep's directory, given its runs' values, steps and controllers.
 #[cfg(any(test, feature = "testing"))]
 pub fn all_entries(outcomes: Vec<Column>, steps: &[Column], champions: bool) -> Vec<Entry> {
     let key = Column::text("KEY", "the value of a swept key, one column per key");

@@ -24,7 +24,7 @@ pub struct Estimate {
     pub steps_per_second: f64,
 }
 
-/// Estimates for the device that is named, or else for the CPU and for each exact GPU that can be opened.
+/// Estimates for the named device, or else for the CPU and for each exact GPU that can be opened.
 ///
 /// # Errors
 /// Exit 3 if the first cell is invalid, exit 4 if the named device can't be opened.

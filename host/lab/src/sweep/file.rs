@@ -24,7 +24,7 @@
 //! evolution.mutation.rate = { from = 0.0, to = 0.5 }
 //! evolution.mutation.amount = { from = 0.01, to = 10.0, scale = "log" }
 //!
-//! [reality]                                   # lives of each run's last offspring in surrogates of the robot
+//! [reality]                                   # episodes of each run's last offspring in surrogates of the robot
 //! robots = [1]
 //! severity = 1.75
 //! ```
@@ -44,9 +44,9 @@ use crate::experiment::{GREATEST_SEED, check_name};
 use crate::reality::site::SEVERITY;
 use crate::threads;
 
-/// The most runs of a sweep.
+/// Maximum number of runs in a sweep.
 pub const GREATEST_RUNS: u64 = 10_000_000;
-/// Most seeds, and most draws from ranges.
+/// Maximum number of seeds, and of draws from ranges.
 const GREATEST_COUNT: u64 = 1_000_000;
 
 /// Keys of a sweep file.
@@ -84,7 +84,7 @@ struct WrittenRandom {
 pub struct Reality {
     /// The robots.
     pub robots: Robots,
-    /// How much surrogates differ from the simulator, if that is given.
+    /// How much surrogates differ from the simulator, if given.
     severity: Option<f32>,
 }
 
@@ -104,7 +104,7 @@ impl Reality {
 pub enum Robots {
     /// Numbers of surrogates, each of them another robot in other surroundings.
     Numbered(Vec<u64>),
-    /// `"own"`: of each run that on which its last generations live.
+    /// `"own"`: for each run, the robot of its last generations.
     Own(Own),
 }
 
@@ -142,7 +142,7 @@ pub struct SweepFile {
     pub(crate) experiment_place: String,
     pub seeds: Vec<u64>,
     pub seeds_place: String,
-    /// The axis whose levels have seeds of their own, which of them each level has, and by how much these are apart.
+    /// The axis whose levels have different seeds, and what is added to each level's seeds.
     seeds_by: Option<(usize, Vec<u64>)>,
     /// Values that all runs share.
     set: Vec<Setting>,
@@ -150,17 +150,17 @@ pub struct SweepFile {
     pub axes: Vec<Axis>,
     pub reality: Option<Reality>,
     pub(crate) reality_place: String,
-    /// Folder from which the files that its values name are looked for.
+    /// Folder of the files that its values name.
     folder: PathBuf,
 }
 
 impl SweepFile {
-    /// Reads and checks a sweep file. The files that its values name are looked for from `folder`.
+    /// Reads and checks a sweep file. The files that its values name are in `folder`.
     ///
     /// # Errors
     /// Exit 3: the file, the line and column in it, the problem and the allowed values.
     pub(crate) fn read(path: &Path, folder: &Path) -> Result<Self> {
-        // All are at work on the cells.
+        // All threads will work on the cells.
         threads::prepare();
         let text = FileKind::Sweep.text(path)?;
         let file = FileKind::Sweep.parsed(path, &text)?;
@@ -318,7 +318,7 @@ fn leaves(table: &str, values: &Table, source: &Source<'_>) -> Result<Vec<Leaf>>
     Ok(leaves.into_iter().map(|(_, leaf)| leaf).collect())
 }
 
-/// Keys of experiments that stand elsewhere in a sweep file.
+/// Keys of experiments that have another place in a sweep file.
 const RESERVED: [(&str, &str); 2] = [
     (
         "seed",
@@ -366,7 +366,7 @@ fn seeds(seeds: &Value, source: &Source<'_>) -> Result<Vec<u64>> {
     }
 }
 
-/// The axis of a key whose values have seeds of their own, and what each level's are greater by.
+/// The axis of a key whose values have different seeds, and what is added to each level's seeds.
 fn blocks(key: &str, axes: &[Axis], seeds: &[u64], source: &Source<'_>) -> Result<(usize, Vec<u64>)> {
     let place = |axis: &Axis| axis.keys.iter().position(|own| own == key);
     let Some((axis, index)) = axes
@@ -578,7 +578,7 @@ fn drawn(random: &WrittenRandom, source: &Source<'_>) -> Result<Axis> {
     })
 }
 
-/// Refuses keys that are given twice, or together with a part of them.
+/// Refuses keys that occur twice, or together with a part of them.
 fn conflicts(set: &[Leaf], axes: &[Axis]) -> Result {
     let swept = axes.iter().flat_map(|axis| {
         axis.keys

@@ -253,7 +253,7 @@ impl Journal {
     /// # Errors
     /// Exit 75 if another process writes there, exit 6 if writing fails.
     pub fn begin(directory: &Path, identity: blake3::Hash, session: Session) -> Result<(Self, Begun)> {
-        /// Most entries that may wait for the disk; beyond that, the main loop waits too.
+        /// Maximum number of entries that may wait for the disk; beyond that, the main loop also waits.
         const WAITING: usize = 4;
         let Some(lock) = disk::try_lock(directory)? else {
             return Err(Failure::stopped(format_args!(
@@ -360,7 +360,7 @@ impl Journal {
     }
 }
 
-/// Bytes that are written at a time.
+/// Bytes written at a time.
 const PIECE: usize = 1 << 18;
 
 /// The journal's thread.
@@ -371,7 +371,7 @@ struct Writer {
     identity: blake3::Hash,
     /// Number of the next checkpoint.
     next: u64,
-    /// Everything in the table of results.
+    /// Contents of the table of results.
     lines: Vec<Line>,
 }
 
@@ -410,7 +410,7 @@ impl Writer {
                 // Runs that have left the checkpoint must be on disk before it is written.
                 self.generations.sync()?;
                 self.results.sync()?;
-                // With no run in progress, older checkpoints are useless too.
+                // With no run in progress, older checkpoints are also useless.
                 let kept = if runs.is_empty() { 1 } else { 2 };
                 checkpoint::write(&self.directory, self.next, kept, &self.identity, &runs)?;
                 self.next += 1;

@@ -63,9 +63,9 @@ pub struct Plan {
     pub ids: Vec<blake3::Hash>,
     /// Robot-steps of one run of each cell.
     pub steps: Vec<u64>,
-    /// Kernel with which each cell's runs begin.
+    /// First kernel of each cell's runs.
     pub kernels: Vec<&'static str>,
-    /// Most bytes that a run of any cell needs.
+    /// Maximum memory of a run of any cell, in bytes.
     pub bytes: u64,
     /// Columns of the results of runs: those of the first cell, then those that only others have.
     pub outcomes: Vec<Column>,
@@ -76,7 +76,7 @@ pub struct Plan {
     pub(crate) layouts: Vec<Option<GeneLayout>>,
     /// Columns that reports show.
     pub shown: Shown,
-    /// Time that all runs take robots on wires, if any end there.
+    /// Time that all runs take connected robots, if any end there.
     pub robot_time: Option<Time>,
 }
 
@@ -100,7 +100,8 @@ impl Sweep {
         Self::of(path, file, experiment)
     }
 
-    /// Reads a sweep whose file had another name, whose experiment has moved, and the files that it names to a folder.
+    /// Reads a moved sweep: `name` is its former name, `experiment` its experiment's path, and `folder` has the other files that
+    /// it names.
     ///
     /// # Errors
     /// As [`Sweep::read`].
@@ -176,7 +177,7 @@ impl Sweep {
         self.cell_of_file(&self.parsed()?, cell)
     }
 
-    /// Loads the experiment of a cell as for a run of its own: without reality.
+    /// Loads the experiment of a cell as for a single run: without reality.
     ///
     /// # Errors
     /// As [`Sweep::cell`].
@@ -232,7 +233,7 @@ impl Sweep {
         self.plan_of(|own| own.check_sweep())
     }
 
-    /// The same also for runs that end on robots on wires, which can't be done as a sweep.
+    /// As [`Self::plan`], but also for runs that end on connected robots, which can't run as a sweep.
     ///
     /// # Errors
     /// As [`Sweep::plan`].
@@ -310,7 +311,7 @@ impl Sweep {
         Ok(plan)
     }
 
-    /// Refuses cells that come out equal, such as those of 20 and 20.0.
+    /// Refuses equal cells, such as those of 20 and 20.0.
     fn refuse_twins(&self, plan: &Plan) -> Result {
         let mut order: Vec<RunIndex> = (0..plan.ids.len() as RunIndex).collect();
         order.par_sort_unstable_by_key(|&run| (*plan.ids[run as usize].as_bytes(), run));

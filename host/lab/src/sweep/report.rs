@@ -38,7 +38,7 @@ pub const PAGE: &str = "report.html";
 pub const CELLS: &str = "cells.csv";
 pub const EFFECTS: &str = "effects.csv";
 
-/// The same, described; `factors` are the columns of what was swept.
+/// The same with descriptions; `factors` are the columns of the swept keys.
 pub(super) fn contents(factors: &[Column]) -> Vec<Entry> {
     let others = Column::number(
         "mean_OUTCOME",
@@ -71,7 +71,7 @@ pub struct Tables<'a> {
     pub generations: &'a Path,
     /// Swept columns of the table of runs, in order.
     pub factors: &'a [String],
-    /// Outcome by which cells are compared, the more the better: its column, and its name with unit for readers.
+    /// Outcome by which cells are compared; higher is better: its column, and its name with unit for readers.
     pub outcome: (&'a str, &'a str),
     /// Other outcomes that tables show.
     pub others: &'a [String],

@@ -39,7 +39,7 @@ const FORM: Form<'_> = Form {
     option: "--out",
 };
 
-/// The share of a sweep's runs that one process does: every `of`-th run, beginning with number `index`.
+/// The part of a sweep's runs that one process does: every `of`-th run, beginning with number `index`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shard {
     /// From 1.
@@ -268,7 +268,7 @@ impl Store {
 
     /// Shards may begin at the same time: the first one makes the directory.
     fn make(directory: &Path, sweep: &Sweep, plan: &Plan, made: Made) -> Result {
-        // Other people's directories don't even get a lock file.
+        // Directories of something else don't even get a lock file.
         if FORM.refuse_others(directory)? == Holds::Mark {
             return Ok(());
         }

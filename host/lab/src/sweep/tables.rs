@@ -34,7 +34,7 @@ pub struct Written {
 }
 
 impl Sweep {
-    /// A cell's values as they stand in the table of results.
+    /// A cell's values as written in the table of results.
     pub fn levels(&self, cell: usize) -> Vec<String> {
         self.file()
             .values(cell)
@@ -44,7 +44,7 @@ impl Sweep {
     }
 }
 
-/// A value as it stands in a table: strings without quotes.
+/// A value as written in a table: strings without quotes.
 fn text(value: &Value) -> String {
     match value {
         Value::String(word) => word.clone(),
@@ -118,7 +118,7 @@ pub fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &AllFinishe
     })
 }
 
-/// What tables were when they were written. All hashes are BLAKE3.
+/// State of the tables when they were written. All hashes are BLAKE3.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sums {
@@ -145,7 +145,7 @@ fn hash_of_both(directory: &Path) -> Result<String> {
     Ok(hasher.finalize().to_hex().to_string())
 }
 
-/// Checks that a sweep's tables are what was written. What it returns was computed from them.
+/// Checks that a sweep's tables are what was written. Returns their hashes.
 ///
 /// # Errors
 /// Exit 1 if there are none yet, or if they have no hashes; exit 5 with each table that is another now, or missing.
@@ -166,7 +166,7 @@ pub fn verify(directory: &Path) -> Result<Sums> {
     }
     for (name, hash) in &sums.files {
         let table = directory.join(name);
-        // A name leads to nothing else than a file of the directory.
+        // A name must be that of a file in the directory.
         if Path::new(name).file_name() != Some(name.as_ref()) || !table.exists() {
             problems.push(format!("{name} is missing"));
         } else if hash_of(&table)? != *hash {
@@ -262,7 +262,7 @@ fn write_results(table: &mut Table<'_>, sweep: &Sweep, plan: &Plan, finished: &A
                 .iter()
                 .try_for_each(|level| rows.write_field(cell(level.as_bytes())))?;
             rows.write_field(sweep.seed_of(run).to_string())?;
-            // What only runs of other cells have is empty.
+            // Outcomes that only runs of other cells have are empty.
             let outcome = |column: &Column| line.outcomes.get(&column.name).map_or("", String::as_str);
             plan.outcomes
                 .iter()
@@ -329,13 +329,13 @@ fn write_champions(
     Ok(rows.flush()?)
 }
 
-/// A table under way. Long pieces are hashed and written faster.
+/// A table being written. Long pieces are hashed and written faster.
 struct Table<'a> {
     path: &'a Path,
     rows: BufWriter<Hashed<'a>>,
 }
 
-/// A file that is hashed as it is written.
+/// A file that is hashed while it is written.
 struct Hashed<'a> {
     file: &'a mut File,
     hasher: &'a mut blake3::Hasher,

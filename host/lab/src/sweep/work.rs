@@ -15,10 +15,10 @@ use crate::engine::scheduler::{Record, RunNumber, Runs, UnderWay, Waiting};
 use crate::record::result_of;
 use crate::runs::{Experiment, Recording};
 
-/// Most bytes that all runs in progress may need.
+/// Maximum memory of all runs in progress, in bytes.
 const MEMORY: u64 = 512 << 20;
 
-/// A shard's runs as they are done.
+/// A shard's runs in their order of completion.
 pub struct Work<'a> {
     sweep: &'a Sweep,
     plan: &'a Plan,
@@ -68,7 +68,7 @@ impl<'a> Work<'a> {
         runs.into_iter().map(waiting).collect()
     }
 
-    /// Most runs in progress at a time, as memory allows.
+    /// Maximum number of runs in progress at a time, as memory allows.
     pub fn most(&self) -> usize {
         (MEMORY / self.plan.bytes.max(1)).max(2) as usize
     }
@@ -188,7 +188,7 @@ impl Runs for Work<'_> {
     }
 
     fn end(&mut self, under_way: Vec<&mut UnderWay<Self>>) -> Result {
-        // Even if all runs are done: those of the last checkpoint are in the table of results now.
+        // Also if all runs are done: those of the last checkpoint are in the table of results now.
         self.checkpoint(under_way.into_iter().map(|own| &*own))
     }
 

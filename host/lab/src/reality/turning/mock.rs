@@ -11,10 +11,11 @@ use oneiro_robots::vehicle::{Moment, Profile, Vehicle};
 use super::super::Trouble;
 use super::super::sampling::Row;
 
-/// Where somebody puts the robot, and sets its odometers to 0: before an object, by its class and the row, or in the open.
+/// The place where a person puts the robot and sets its odometers to 0: before an object, by its class and the row, or in the
+/// open.
 pub type Hands = Arc<Mutex<Option<Option<(usize, usize)>>>>;
 
-/// A robot on a virtual clock that reads the built-in table of a wall, and turns as its wheels do but for what is wrong with it.
+/// A robot on a virtual clock that reads the built-in table of a wall, and turns by its wheels, except for its faults.
 pub struct Mock {
     pub profile: Profile,
     pub tables: Arc<SensorTables>,
@@ -25,7 +26,7 @@ pub struct Mock {
     pub travel: [f64; 2],
     /// Heading, turns.
     pub heading: f64,
-    /// The wheels are this many times as far apart as they are said to be.
+    /// True distance between the wheels, as a multiple of the profile's.
     pub wider: f64,
     /// Travel by a count of an odometer, mm.
     pub count_mm: f64,
@@ -40,10 +41,10 @@ pub struct Mock {
     /// Within these turns of the heading the wheels slip.
     pub slippery: [f64; 2],
     pub is_stuck: bool,
-    /// Where it is from its first place, mm, and the farthest that it ever was.
+    /// Its position relative to its first place, mm, and its maximum distance from there.
     pub farthest: f64,
     pub place: [f64; 2],
-    /// Who puts it elsewhere, and where.
+    /// The place where a person puts it.
     pub hands: Hands,
     pub class: Option<usize>,
 }
@@ -114,7 +115,7 @@ impl Mock {
         self.now += time;
     }
 
-    /// What the table has where it stands.
+    /// The table's cell at the robot's position.
     fn cell(&self, heading: f64) -> Vec<u16> {
         let bearing = ((heading.rem_euclid(1.0) * 180.0) as usize).min(179);
         match self.class {

@@ -38,7 +38,7 @@ impl Signal {
             .collect()
     }
 
-    /// Readings at equal steps of the angle from 0 on, between those that were taken.
+    /// Readings interpolated at equal steps of the angle, from 0.
     fn steps(&self) -> Vec<Vec<f64>> {
         let Some((_, first)) = self.0.first() else {
             return Vec::new();
@@ -66,7 +66,7 @@ impl Signal {
     /// Turns by the angle after which the readings repeat, from 0.85 to 1.18; none if they do not.
     pub(super) fn period(&self) -> Option<f64> {
         const PERIODS: [f64; 2] = [0.85, 1.18];
-        /// What is between readings a period apart is this share of what is between readings at any two angles, at most.
+        /// Maximum variance between readings a period apart, as a fraction of that between readings at any two angles.
         const LIKE: f64 = 0.25;
         let steps = Steps(self.steps());
         let window = at(0.0)..at(0.8);
@@ -85,8 +85,8 @@ impl Signal {
         Some(0.5 * double)
     }
 
-    /// How readings after whole turns agree with those at the beginning: for `length` turns less `most`, by which the turns may
-    /// be off.
+    /// How readings after whole turns agree with those at the beginning, over `length` turns minus `most`, the maximum error of
+    /// the turns.
     pub(super) fn overlap(&self, turns: u32, length: f64, most: f64) -> Overlap {
         let steps = Steps(self.steps());
         let window = 0..at(length - most);
@@ -127,7 +127,7 @@ impl Steps {
         })
     }
 
-    /// Mean square of what is between the readings of a window and those a shift later, summed over sensors.
+    /// Mean square difference between the readings of a window and those a shift later, summed over sensors.
     fn off(&self, window: std::ops::Range<usize>, shift: usize) -> Option<f64> {
         let later = self.0.get(window.start + shift..window.end + shift)?;
         let apart = |(one, other): (&Vec<f64>, &Vec<f64>)| -> f64 {
@@ -140,7 +140,7 @@ impl Steps {
         Some(self.0[window].iter().zip(later).map(apart).sum::<f64>() / count)
     }
 
-    /// Twice the variance of readings there, summed over sensors: what is between readings at any two angles.
+    /// Twice the variance of readings there, summed over sensors: the mean square difference between readings at any two angles.
     fn variance(&self, window: std::ops::Range<usize>) -> f64 {
         let within = &self.0[window];
         let count = within.len().max(1) as f64;
@@ -156,8 +156,7 @@ impl Steps {
         2.0 * (0..sensors).map(of).sum::<f64>()
     }
 
-    /// The shift after which readings agree best, in turns, and what is between them then. None if it is at an end of the
-    /// shifts.
+    /// The shift, in turns, after which readings agree best, and their difference then. None if it is at an end of the shifts.
     fn best(&self, window: std::ops::Range<usize>, shifts: std::ops::RangeInclusive<usize>) -> Option<(f64, f64)> {
         let first = *shifts.start();
         let off: Vec<f64> = shifts.map_while(|shift| self.off(window.clone(), shift)).collect();
@@ -173,7 +172,7 @@ impl Steps {
         Some((((first + best) as f64 + part) / STEPS, least))
     }
 
-    /// Mean difference of the readings of a window and those a shift later, of the sensor with the greatest.
+    /// Mean difference between the readings of a window and those a shift later, of the sensor with the largest.
     fn difference(&self, window: std::ops::Range<usize>, shift: usize) -> f64 {
         let Some(later) = self.0.get(window.start + shift..window.end + shift) else {
             return 0.0;

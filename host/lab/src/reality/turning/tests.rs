@@ -63,7 +63,7 @@ fn rows_are_those_of_the_table() {
     assert!((turning.apparent - 1.0).abs() < 1e-3, "{turning:?}");
 }
 
-/// The distance between its wheels is not what its description says.
+/// The distance between its wheels differs from its profile.
 #[test]
 fn whole_turns_are_found_in_readings() {
     for wider in [0.9, 0.98, 1.02, 1.1, 1.15] {
@@ -154,7 +154,7 @@ fn several_turns_are_averaged() {
     assert!(turn.turned().len() > 3 * 400);
 }
 
-/// Wheels that slip show in the readings alone.
+/// Readings are enough to detect wheels that slip.
 #[test]
 fn a_robot_that_slips_has_not_turned_once() {
     let turning = Turning {

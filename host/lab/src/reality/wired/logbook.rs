@@ -1,7 +1,7 @@
-//! The record of lives on a robot: a table of all lives, and for each a table with a row for each cycle.
+//! The record of episodes on a robot: a table of all episodes, and for each a table with a row for each cycle.
 //!
-//! A life is in the index before it begins, and complete there once its table is on disk; so whatever ends the program, no complete
-//! life is lived again, and what is left of another is marked as cut short.
+//! An episode is in the index before it begins, and complete there once its table is on disk. So whatever ends the program, no
+//! complete episode is repeated, and an unfinished one is marked as cut short.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -19,19 +19,19 @@ use oneiro_base::utc::now;
 use oneiro_report::csv::{Csv, known};
 use oneiro_robots::vehicle::late::Late;
 
-/// The table of all lives.
+/// The table of all episodes.
 pub(crate) const INDEX: &str = "lives.csv";
-/// The status there of a life that was lived to its end.
+/// The status of an episode that has run to its end.
 pub const COMPLETE: &str = "complete";
 const UNDER_WAY: &str = "under way";
-/// A directory of lives.
+/// A directory of episodes.
 const FORM: Form<'_> = Form {
     mark: INDEX,
     before: &[],
     option: "--lives",
 };
 
-/// What makes a life the same when it is asked for again.
+/// Identifies an episode that is requested again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Identity {
     key: String,
@@ -40,7 +40,7 @@ pub(super) struct Identity {
 }
 
 impl Identity {
-    /// Of a genome's life with a key, in a world with this hash.
+    /// Identity of a genome's episode with a key, in a world with this hash.
     pub(super) fn new(key: Key, genes: &[f32], world: &str) -> Self {
         let bytes: Vec<u8> = genes.iter().flat_map(|gene| gene.to_le_bytes()).collect();
         Self {
@@ -68,7 +68,7 @@ pub(super) struct Row {
     fitness: Option<f32>,
     status: String,
     late: Late,
-    /// Address of the robot that lived it.
+    /// Address of the robot that ran it.
     robot: String,
 }
 
@@ -100,7 +100,7 @@ static COLUMNS: [Column; CELLS] = [
 ];
 
 impl Row {
-    /// Whether it has been lived to its end.
+    /// Whether it has run to its end.
     pub(super) fn is_complete(&self) -> bool {
         self.status == COMPLETE
     }
@@ -160,13 +160,13 @@ impl Row {
                 bits => Some(f32::from_bits(u32::from_str_radix(bits, 16).ok()?)),
             },
             late: Late::of([late(12)?, late(13)?, late(14)?, late(15)?]),
-            // Indices that were written when there was one robot lack it.
+            // Indices written by versions for one robot lack it.
             robot: text(16).unwrap_or_default(),
         })
     }
 }
 
-/// A cycle of a life, as far as its fitness depends on it.
+/// The part of an episode's cycle that determines the fitness.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Cycle {
     pub(super) activations: Vec<f32>,
@@ -174,32 +174,32 @@ pub(super) struct Cycle {
     pub(super) end: [f32; 3],
 }
 
-/// All that is recorded of a cycle.
+/// Everything recorded of a cycle.
 pub(super) struct Lived<'a> {
     pub(super) cycle: &'a Cycle,
-    /// Since the life began, s.
+    /// Since the episode began, s.
     pub(super) time_s: f64,
     pub(super) late_ms: f64,
     pub(super) age_ms: f64,
     pub(super) readings: &'a [f64],
     /// Commanded, mm/s.
     pub(super) speeds: [f64; 2],
-    /// Since the life began, mm.
+    /// Since the episode began, mm.
     pub(super) travel: Option<[f64; 2]>,
     pub(super) reward: f32,
 }
 
-/// The table of a life in progress.
+/// The table of an episode in progress.
 #[derive(Debug)]
 pub(super) struct Begun {
-    /// The life's number.
+    /// The episode's number.
     pub(super) number: u32,
     cycles: u32,
     path: PathBuf,
     file: File,
 }
 
-/// A directory of lives. It is locked as long as this is alive.
+/// A directory of episodes, locked as long as this value exists.
 #[derive(Debug)]
 pub(super) struct Logbook {
     directory: PathBuf,
@@ -236,7 +236,7 @@ impl Begun {
 }
 
 impl Logbook {
-    /// Whether lives can be recorded in a directory, as far as this can be checked without their robot.
+    /// Whether episodes can be recorded in a directory, as far as this can be checked without their robot.
     ///
     /// # Errors
     /// As [`Logbook::open`].
@@ -244,7 +244,7 @@ impl Logbook {
         Self::taken(directory).map(drop)
     }
 
-    /// Takes a directory of lives, or makes one, and locks it. Returns its rows.
+    /// Opens or makes a directory of episodes, and locks it. Returns its rows.
     fn taken(directory: &Path) -> Result<(Vec<Row>, File)> {
         let busy = || {
             let directory = directory.display();
@@ -252,7 +252,7 @@ impl Logbook {
                 "--lives {directory}: another process records lives there; allowed: one at a time"
             ))
         };
-        // Often it is a folder of a run's directory, which may be somebody else's.
+        // Often it is a folder of a run's directory, which may belong to another run.
         if directory.is_symlink() {
             let directory = directory.display();
             return Err(Failure::input(format_args!(
@@ -268,7 +268,7 @@ impl Logbook {
         Ok((rows, lock))
     }
 
-    /// Opens a directory of lives, or makes one. Episodes that were under way when a program ended are marked as cut short.
+    /// Opens a directory of episodes, or makes one. Episodes that were under way when a program ended are marked as cut short.
     ///
     /// # Errors
     /// Exit 3 if another process has it, or it has other files and no index; exit 5 if the index is corrupt; exit 6 if it can't be
@@ -296,14 +296,14 @@ impl Logbook {
         Ok(book)
     }
 
-    /// The complete life with this identity, if there is one.
+    /// The complete episode with this identity, if there is one.
     pub(super) fn complete(&self, identity: &Identity) -> Option<&Row> {
         self.rows
             .iter()
             .find(|row| row.identity == *identity && row.is_complete())
     }
 
-    /// Begins a life of a robot at an address.
+    /// Begins an episode of a robot at an address.
     ///
     /// # Errors
     /// Exit 6.
@@ -338,7 +338,7 @@ impl Logbook {
         })
     }
 
-    /// Ends a life: with its fitness, or with the reason why it was cut short.
+    /// Ends an episode: with its fitness, or with the reason why it was cut short.
     ///
     /// # Errors
     /// Exit 6.
@@ -356,10 +356,10 @@ impl Logbook {
         self.save()
     }
 
-    /// The cycles of a complete life.
+    /// The cycles of a complete episode.
     ///
     /// # Errors
-    /// Exit 5 if its table isn't what was written.
+    /// Exit 5 if its table has changed since it was written.
     pub(super) fn cycles(&self, row: &Row) -> Result<Vec<Cycle>> {
         let path = self.table(row.number);
         let corrupt = |problem: &str| Failure::corrupt(format_args!("{}: {problem}", path.display()));
@@ -388,12 +388,12 @@ impl Logbook {
         Ok(cycles)
     }
 
-    /// Path of a life's table.
+    /// Path of an episode's table.
     fn table(&self, number: u32) -> PathBuf {
         self.directory.join(table(number))
     }
 
-    /// Columns of the lives' tables.
+    /// Columns of the episodes' tables.
     fn columns(&self) -> Vec<Column> {
         columns(&self.names)
     }
@@ -409,7 +409,7 @@ impl Logbook {
     }
 }
 
-/// The table of a life, by its number.
+/// Name of an episode's table, by number.
 pub fn table(number: impl Display) -> String {
     format!("life-{number}.csv")
 }
@@ -440,7 +440,7 @@ static AFTER: [Column; 8] = [
     Column::number("reward", "", "what the task gave for the cycle"),
 ];
 
-/// Columns of a life's table: the robot's names and the world's of what is sensed.
+/// Columns of an episode's table: the robot's and the world's names of sensors.
 fn columns([raw, own]: &[Vec<String>; 2]) -> Vec<Column> {
     let raw = raw
         .iter()
@@ -457,13 +457,13 @@ fn columns([raw, own]: &[Vec<String>; 2]) -> Vec<Column> {
         .collect()
 }
 
-/// Files of any directory of lives.
+/// Files of any directory of episodes.
 #[cfg(any(test, feature = "testing"))]
 pub fn all_contents() -> Vec<Entry> {
     contents(&columns(&[["NAME".to_owned()].into(), ["NAME".to_owned()].into()]))
 }
 
-/// Files of a directory of lives.
+/// Files of a directory of episodes.
 fn contents(columns: &[Column]) -> Vec<Entry> {
     vec![
         Entry::table(INDEX, "all lives: one row per life", &COLUMNS),

@@ -7,14 +7,14 @@ use oneiro::world::WorldSpec;
 use oneiro_robots::Kind;
 use oneiro_robots::vehicle::Profile;
 
-/// How a reading becomes an activation. Readings count up to the greatest of their range.
+/// How a reading becomes an activation. Readings have a range from 0 to a maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Law {
     /// Rounded to an integer from 0 to 1023, as tables have it, and multiplied by the tables' scale.
     Sampled { greatest: f64, scale: f32 },
-    /// The share of the greatest.
+    /// The reading as a fraction of the maximum.
     Share { greatest: f64 },
-    /// What is left of the greatest: the brighter the light, the lower robots read.
+    /// 1 minus that fraction: the brighter the light, the lower robots read.
     Rest { greatest: f64 },
 }
 
@@ -37,7 +37,7 @@ impl Law {
 struct Sense {
     /// Its name in the world.
     name: String,
-    /// Which of the robot's readings it is.
+    /// Index of the robot's reading.
     source: usize,
     law: Law,
     /// How it responds to obstacles that come nearer: 1 if it grows, -1 if it falls from 1, 0 if it does not.
@@ -52,7 +52,7 @@ pub(super) struct Senses(Vec<Sense>);
 struct Wanted<'a> {
     name: &'a str,
     kind: SensorKind,
-    /// The sensor, if the robot is described.
+    /// The sensor, if the robot is parametric.
     sensor: Option<&'a Sensor>,
 }
 
@@ -79,7 +79,7 @@ fn wanted(spec: &WorldSpec) -> Vec<Wanted<'_>> {
     }
 }
 
-/// The kind of a real sensor that reads what one of a world does.
+/// The kind of real sensor that reads the same as a world's sensor.
 fn kind_of(wanted: &Wanted<'_>) -> Result<Kind, String> {
     let kind = |kind: SensorKind| {
         let name = kind.entry().counterpart?.kind;
@@ -100,7 +100,7 @@ fn kind_of(wanted: &Wanted<'_>) -> Result<Kind, String> {
 /// Kinds of sensors that a world's robot has.
 ///
 /// # Errors
-/// A sensor of a kind that no robot on a wire has.
+/// A sensor of a kind that no connected robot has.
 pub(super) fn kinds(spec: &WorldSpec) -> Result<Vec<Kind>, String> {
     if let Build::Forager(_) = spec.robot.build {
         return Err(
@@ -118,11 +118,12 @@ pub(super) fn kinds(spec: &WorldSpec) -> Result<Vec<Kind>, String> {
 }
 
 impl Senses {
-    /// Finds each reading among a robot's: under the name in `renamed`, which has pairs of the world's and the robot's names, else
-    /// under its own, with or without its kind before it: `proximity_left_90` is the Khepera's `left_90`.
+    /// Finds each of the world's readings among a robot's: under the name in `renamed`, which has pairs of the world's and the
+    /// robot's names, otherwise under the world's name, with or without the kind before it: `proximity_left_90` is the Khepera's
+    /// `left_90`.
     ///
     /// # Errors
-    /// A sensor that the robot lacks, and those of the kind that it has; a renamed one that the world lacks.
+    /// A sensor that the robot lacks, and its sensors of that kind; a renamed one that the world lacks.
     pub(super) fn new(spec: &WorldSpec, profile: &Profile, renamed: &[(String, String)]) -> Result<Self, String> {
         let all = wanted(spec);
         if let Some((name, _)) = renamed.iter().find(|(name, _)| all.iter().all(|own| own.name != name)) {
@@ -201,7 +202,7 @@ impl Senses {
         self.0.iter().map(|sense| sense.name.as_str())
     }
 
-    /// The activations that a robot's readings give.
+    /// The activations for a robot's readings.
     pub(super) fn activations(&self, readings: &[f64]) -> Vec<f32> {
         self.0
             .iter()
@@ -209,7 +210,7 @@ impl Senses {
             .collect()
     }
 
-    /// How near obstacles are by each activation: 0 for none, 1 for the nearest. Sensors of something else give 0.
+    /// How near obstacles are by each activation: 0 for none, 1 for the nearest. Sensors that do not measure obstacles give 0.
     pub(super) fn obstacles(&self, activations: &[f32]) -> Vec<f64> {
         let near = |(sense, activation): (&Sense, &f32)| match sense.nearness {
             0.0 => 0.0,
@@ -237,7 +238,7 @@ pub(super) mod tests {
         }
     }
 
-    /// A Khepera that reads its sensors of proximity alone.
+    /// A Khepera that only reads its proximity sensors.
     pub(in super::super) fn khepera() -> Profile {
         let names = SENSOR_NAMES.map(|name| format!("proximity_{name}"));
         Profile {

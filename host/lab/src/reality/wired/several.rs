@@ -1,4 +1,4 @@
-//! Several robots that share lives.
+//! Several robots that share episodes.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
@@ -9,14 +9,14 @@ use oneiro_base::console::Output;
 use super::tests::{Mock, Place, Troubles, genes, life, spec};
 use super::*;
 
-/// For what has no limit but must happen.
+/// Time limit for events that must happen, however long they take.
 const LONG: Duration = Duration::from_secs(20);
 const QUIET: Output = Output {
     json: false,
     quiet: true,
 };
 
-/// Lives that start where the last one stopped, recorded in a place.
+/// Values of episodes that start where the last one stopped, recorded in a place.
 fn values(place: &Place) -> Values {
     Values {
         starts: Starts::Walk,
@@ -28,7 +28,7 @@ fn values(place: &Place) -> Values {
     }
 }
 
-/// Robots that share a record, and lives of five cycles there.
+/// Robots that share a record, and episodes of five cycles there.
 fn robots<const N: usize>(place: &Place, mocks: [Mock; N]) -> WiredRobots {
     let values = values(place);
     let mut robots = WiredRobots::default();
@@ -51,7 +51,7 @@ fn held(until: Receiver<()>, begun: Sender<()>) -> Mock {
     let mut is_first = true;
     mock.meanwhile = Box::new(move |look| {
         if look == 0 && std::mem::take(&mut is_first) {
-            // Nobody may be waiting.
+            // The receiver may have gone.
             let _ = begun.send(());
             assert_ne!(until.recv_timeout(LONG), Err(RecvTimeoutError::Timeout));
         }
@@ -59,7 +59,7 @@ fn held(until: Receiver<()>, begun: Sender<()>) -> Mock {
     mock
 }
 
-/// A life of each genome.
+/// An episode of each genome.
 fn lives(genomes: &[Vec<f32>]) -> Vec<Life<'_>> {
     genomes
         .iter()
@@ -72,15 +72,15 @@ fn bits(lived: &[Lived]) -> Vec<u32> {
     lived.iter().map(|life| life.fitness.to_bits()).collect()
 }
 
-/// What one robot makes of lives.
+/// The results of episodes on one robot.
 fn alone(lives: &[Life<'_>]) -> Vec<u32> {
-    // Tests that run beside each other must not share a record.
+    // Concurrent tests must not share a record.
     static CALLS: AtomicU32 = AtomicU32::new(0);
     let place = Place::new(&format!("several-alone-{}", CALLS.fetch_add(1, Ordering::Relaxed)));
     bits(&robots(&place, [robot()]).live(lives, false).unwrap())
 }
 
-/// Robots each of which waits in the middle of its first life until all others are there too.
+/// Robots that each wait in the middle of their first episode until all others have also reached it.
 fn together<const N: usize>() -> [Mock; N] {
     let gate = Arc::new((Mutex::new(0), Condvar::new()));
     [(); N].map(|()| {
@@ -99,7 +99,7 @@ fn together<const N: usize>() -> [Mock; N] {
     })
 }
 
-/// Three robots live three lives at once: each of them waits, in the middle of its first life, until the others are there too.
+/// Three robots run three episodes at once: each waits in the middle of its first episode until the others have also reached it.
 #[test]
 fn robots_live_at_the_same_time() {
     let place = Place::new("several-at-once");
@@ -115,14 +115,14 @@ fn robots_live_at_the_same_time() {
     assert_eq!(place.column("lives.csv", "status"), ["complete"; 6]);
 }
 
-/// Results are in the order of the lives: the robot that got the first one ends it last.
+/// Results are in the order of the episodes: the robot that got the first one ends it last.
 #[test]
 fn the_order_in_which_lives_end_does_not_show() {
     let place = Place::new("several-order");
     let all: Vec<Vec<f32>> = (0..6).map(genes).collect();
     let lives = lives(&all);
     let expected = alone(&lives);
-    // They differ, so that an exchange shows.
+    // They differ, so that swapped results would be noticed.
     assert!((1..6).all(|other| expected[other] != expected[0]), "{expected:?}");
     let (go, until) = mpsc::channel();
     let (begun, other_has_begun) = mpsc::channel();
@@ -140,21 +140,21 @@ fn the_order_in_which_lives_end_does_not_show() {
     let order = order.into_inner().unwrap();
     let held = order[5];
     assert!(held < 2 && order[..5].is_sorted(), "{order:?}");
-    // From the record alone they are the same again, though that has another order.
+    // The record gives the same results, though it has another order.
     drop(robots);
     let mut nobody = self::robots(&place, [held_for_ever(), held_for_ever()]);
     assert_eq!(bits(&nobody.live(&lives, false).unwrap()), expected);
     assert_eq!(place.column("lives.csv", "status").len(), 6);
 }
 
-/// A robot that must not live.
+/// A robot that must not run an episode.
 fn held_for_ever() -> Mock {
     let mut mock = robot();
     mock.meanwhile = Box::new(|_| panic!("it has lived"));
     mock
 }
 
-/// Whatever stops a robot, its life goes to another one, which ends it; the robot that was set aside comes back when it can.
+/// Whatever stops a robot, another one runs its episode; the stopped robot returns when it can.
 #[test]
 fn the_life_of_a_robot_that_stops_goes_to_another() {
     let all: Vec<Vec<f32>> = (0..4).map(genes).collect();
@@ -171,7 +171,7 @@ fn the_life_of_a_robot_that_stops_goes_to_another() {
         let place = Place::new("several-stops");
         let mut stops = robot();
         stops.troubles = Troubles::from([(2, trouble.clone())]);
-        // The other one begins once that has stopped.
+        // The other robot begins once this one has stopped.
         let (go, until) = mpsc::channel();
         stops.meanwhile = Box::new(move |look| {
             if look == 2 {
@@ -197,7 +197,7 @@ fn the_life_of_a_robot_that_stops_goes_to_another() {
         }
         let standings: Vec<Standing> = robots.0.iter().map(|own| own.standing).collect();
         assert_eq!(standings[0] == Standing::Gone, is_gone, "{standings:?}");
-        // What is gone stays so.
+        // A robot that has failed for good stays so.
         let more = [life(&all[0], 9), life(&all[1], 9)];
         assert!(robots.live(&more, false).is_ok());
         let who = place.column("lives.csv", "robot");
@@ -205,7 +205,7 @@ fn the_life_of_a_robot_that_stops_goes_to_another() {
     }
 }
 
-/// The last robot's failure is that of all; what the user stops, and what can't be recorded, ends all at once.
+/// The last robot's failure is the failure of all. A stop by the user, or a failure to record, ends all at once.
 #[test]
 fn without_a_robot_nothing_goes_on() {
     let all: Vec<Vec<f32>> = (0..4).map(genes).collect();
@@ -227,7 +227,7 @@ fn without_a_robot_nothing_goes_on() {
         );
         let status = place.column("lives.csv", "status");
         assert!(!status.iter().any(|status| status == "complete"), "{status:?}");
-        // Three in a row without readings is one too many for each.
+        // Three looks in a row without readings are one too many for each.
         assert!((2..=6).contains(&status.len()), "{status:?}");
         assert!(robots.live(&lives, false).is_err());
     }
@@ -241,7 +241,7 @@ fn without_a_robot_nothing_goes_on() {
         }
     });
     let mut robots = robots(&place, [stopped, held(until, mpsc::channel().0)]);
-    // The other robot may finish a few lives before it learns that the run has stopped.
+    // The other robot may finish a few episodes before it notices that the run has stopped.
     let all: Vec<Vec<f32>> = (0..400).map(genes).collect();
     let trouble = robots.live(&self::lives(&all), false).unwrap_err();
     assert!(matches!(trouble, Trouble::Stopped), "{trouble}");
@@ -250,7 +250,7 @@ fn without_a_robot_nothing_goes_on() {
     assert!(status.len() < 400, "{status:?}");
 }
 
-/// Clones with the same random numbers are one life, on several robots as on one.
+/// Clones with the same random numbers are one episode, on several robots as on one.
 #[test]
 fn the_same_life_is_lived_once() {
     let place = Place::new("several-twins");
@@ -262,13 +262,13 @@ fn the_same_life_is_lived_once() {
         life(&one, 1),
         life(&one, 0),
     ];
-    // While one robot has the first, the other one is free.
+    // While one robot runs the first, the other one is free.
     let lived = robots(&place, together::<2>()).live(&lives, false).unwrap();
     assert_eq!(bits(&lived), alone(&lives));
     assert_eq!(place.column("lives.csv", "status"), ["complete"; 3]);
 }
 
-/// A generation is selected by lives on all robots, so these must sense alike.
+/// A generation is selected by episodes on all robots, so these must have the same sensors.
 #[test]
 fn robots_that_differ_are_refused() {
     let place = Place::new("several-differ");

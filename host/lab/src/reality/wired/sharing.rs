@@ -1,5 +1,5 @@
-//! Lives that robots share: whoever is free takes the next one. A robot that can't go on is set aside, and its life goes to another.
-//! Results are in the order of the lives, whoever lived them and when.
+//! Episodes that robots share: a free robot takes the next one. A robot that can't go on is set aside, and another one runs its
+//! episode. Results are in the order of the episodes, whichever robot ran them and when.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -7,10 +7,10 @@ use std::thread;
 
 use super::{Life, Lived, Lives, Trouble, Vehicle};
 
-/// Whether a robot takes lives.
+/// Whether a robot takes episodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Standing {
-    /// It does.
+    /// It takes episodes.
     #[default]
     Ready,
     /// It was set aside until it has recovered.
@@ -19,20 +19,20 @@ pub(super) enum Standing {
     Gone,
 }
 
-/// A robot that takes lives.
+/// A robot that takes episodes.
 pub(super) struct Taker<'a> {
     pub(super) vehicle: &'a mut (dyn Vehicle + Send),
     pub(super) lives: &'a mut Lives,
     pub(super) standing: &'a mut Standing,
 }
 
-/// Called with the number of each life, in the order in which they end.
+/// Called with the number of each episode, in the order in which they end.
 pub(super) type OnLived<'a> = &'a (dyn Fn(usize, &Lived) + Sync);
 
-/// Runs the lives on all robots that have not failed for good, and returns the results in the order of `lives`.
+/// Runs the episodes on all robots that have not failed for good, and returns the results in the order of `lives`.
 ///
 /// # Errors
-/// See [`Trouble`]: what stops all, or that of the last robot that was left.
+/// See [`Trouble`]: the one that stops all robots, or that of the last robot that remained.
 pub(super) fn shared(
     takers: Vec<Taker<'_>>,
     lives: &[Life<'_>],
@@ -56,10 +56,10 @@ pub(super) fn shared(
 }
 
 impl Taker<'_> {
-    /// How often in a row a robot may lack readings.
+    /// Maximum number of times in a row that a robot may lack readings.
     const ATTEMPTS: u32 = 3;
 
-    /// Takes one life after the other.
+    /// Runs one episode after the other.
     fn work(mut self, board: &Board, lives: &[Life<'_>], traced: bool, on_lived: OnLived<'_>) {
         let mut unread = 0;
         loop {
@@ -103,7 +103,7 @@ impl Taker<'_> {
         Ok(())
     }
 
-    /// Takes no more lives.
+    /// Takes no more episodes.
     fn leave(self, board: &Board, trouble: Trouble) {
         if matches!(trouble, Trouble::Stopped | Trouble::Unrecorded(..)) {
             return board.fail(trouble);
@@ -120,18 +120,18 @@ impl Taker<'_> {
 struct Board {
     state: Mutex<State>,
     changed: Condvar,
-    /// For each life the first that is the same: clones with the same random numbers live once, as they do when one robot finds
-    /// the first of them on record.
+    /// For each episode the first identical one: clones with the same random numbers run once, as on one robot, which finds the
+    /// first of them on record.
     firsts: Vec<usize>,
 }
 
 struct State {
-    /// Lives that no robot has.
+    /// Episodes that no robot has.
     waiting: VecDeque<usize>,
     lived: HashMap<usize, Lived>,
-    /// How many lives there are, each counted once.
+    /// Number of different episodes.
     count: usize,
-    /// Robots that take lives, or may again.
+    /// Robots that take episodes, or may again.
     robots: usize,
     failure: Option<Trouble>,
 }
@@ -173,7 +173,7 @@ impl Board {
         self.changed.notify_all();
     }
 
-    /// The next life, once there is one; none once nothing is left to do.
+    /// The next episode, once there is one; none when all are done.
     fn take(&self) -> Option<usize> {
         let mut state = self.lock();
         loop {
@@ -183,7 +183,7 @@ impl Board {
             if let Some(number) = state.waiting.pop_front() {
                 return Some(number);
             }
-            // Another robot may give its life back.
+            // Another robot may return its episode.
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
     }
@@ -196,7 +196,7 @@ impl Board {
         self.change(|state| state.waiting.push_front(number));
     }
 
-    /// A robot leaves. What made the last one leave is the failure of all.
+    /// A robot leaves. The last robot's trouble is the failure of all.
     fn leave(&self, trouble: Trouble) {
         self.change(|state| {
             state.robots -= 1;
@@ -206,7 +206,7 @@ impl Board {
         });
     }
 
-    /// Nobody takes another life.
+    /// No robot takes another episode.
     fn fail(&self, trouble: Trouble) {
         self.change(|state| {
             state.failure.get_or_insert(trouble);
@@ -226,7 +226,7 @@ impl Board {
             lived, failure, count, ..
         } = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         match failure {
-            // A robot may have failed after the last life.
+            // A robot may have failed after the last episode.
             Some(failure) if lived.len() < count => Err(failure),
             _ => Ok(self
                 .firsts

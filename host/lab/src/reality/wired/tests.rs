@@ -1,4 +1,4 @@
-//! Lives on a vehicle with a clock of its own.
+//! Episodes on a vehicle with a virtual clock.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,25 +14,25 @@ use super::*;
 /// What goes wrong, and at which look.
 pub(super) type Troubles = BTreeMap<u32, Trouble>;
 
-/// A robot whose wheels take any speed at once and whose readings are given, on a clock that only its calls advance.
+/// A robot with given readings whose wheels take any speed at once, on a clock that only its calls advance.
 pub(super) struct Mock {
     pub(super) profile: Profile,
     now: Duration,
     /// Speeds, and travel until `now`, mm/s and mm.
     speeds: [f64; 2],
     travel: [f64; 2],
-    /// What is read at each look, in turn.
+    /// Readings of each look, in turn.
     readings: Vec<[u16; 8]>,
     pub(super) looks: u32,
-    /// How long looks take, where it is not at once.
+    /// Duration of looks that take time.
     slow: BTreeMap<u32, Duration>,
     pub(super) troubles: Troubles,
-    /// What is done at each look, besides.
+    /// Called at each look.
     pub(super) meanwhile: Box<dyn FnMut(u32) + Send>,
-    /// What the next stop ends with, if not well.
+    /// The trouble of the next stop, if it fails.
     stop: Option<Trouble>,
     pub(super) recovered: u32,
-    /// All speeds other than 0 that were commanded.
+    /// All commanded speeds other than 0.
     commands: Vec<[f64; 2]>,
 }
 
@@ -142,7 +142,7 @@ impl Drop for Place {
     }
 }
 
-/// A wide field, in which short lives touch nothing.
+/// A wide field, in which short episodes touch nothing.
 pub(super) fn spec(cycles: u32) -> WorldSpec {
     WorldSpec {
         arena: Arena::rectangle(1500.0, 1500.0),
@@ -168,7 +168,7 @@ pub(super) fn opened(spec: &WorldSpec, directory: &Path, walk: u32) -> Lives {
 }
 
 impl Lives {
-    /// Lives lives on one robot.
+    /// Runs episodes on one robot.
     pub(super) fn live(
         &mut self,
         vehicle: &mut (impl Vehicle + Send),
@@ -198,7 +198,7 @@ pub(super) fn life(genes: &[f32], number: u64) -> Life<'_> {
     }
 }
 
-/// A life of the simulator: the readings of each cycle as integers, its trace, and its fitness.
+/// A simulated episode: the readings of each cycle as integers, its trace, and its fitness.
 fn simulated(spec: &WorldSpec, life: &Life<'_>) -> (Vec<[u16; 8]>, Trace, f32) {
     let world = World::new(spec.clone()).unwrap();
     let rollout = Rollout {
@@ -217,8 +217,8 @@ fn simulated(spec: &WorldSpec, life: &Life<'_>) -> (Vec<[u16; 8]>, Trace, f32) {
     ((0..trace.len()).map(integers).collect(), trace, outcome.fitness[0])
 }
 
-/// Given the readings of a simulated robot, a robot gets the same commands and the same fitness, bit for bit, and gets them again
-/// from the record alone.
+/// Given the readings of a simulated robot, a robot gets the same commands and bit-identical fitness, also when computed again
+/// from the record only.
 #[test]
 fn the_simulators_readings_give_its_commands_and_its_fitness() {
     let spec = spec(60);
@@ -228,7 +228,7 @@ fn the_simulators_readings_give_its_commands_and_its_fitness() {
         let genes = genes(number);
         let life = life(&genes, number.into());
         let (readings, trace, fitness) = simulated(&spec, &life);
-        // Reality knows nothing of a simulated collision.
+        // A real robot does not notice a simulated collision.
         if trace.iter().any(|record| record.collided > 0.0) {
             continue;
         }
@@ -242,7 +242,7 @@ fn the_simulators_readings_give_its_commands_and_its_fitness() {
             .filter(|speeds| *speeds != [0.0; 2])
             .collect();
         assert_eq!(mock.commands, commands);
-        // The trace ends with a record of where the life has ended.
+        // The trace's last record has the pose at the end of the episode.
         assert_eq!(lived[0].trace.len(), 61);
         assert_eq!(lived[0].trace[59].fitness.to_bits(), fitness.to_bits());
         let mut nobody = Mock::new(Vec::new());
@@ -255,12 +255,12 @@ fn the_simulators_readings_give_its_commands_and_its_fitness() {
     assert_eq!(place.column("lives.csv", "status"), vec!["complete"; compared]);
 }
 
-/// Ticks are 100 ms apart; one that is late makes its own cycle shorter, and one that is missed altogether is not made up for.
+/// Ticks are 100 ms apart. A late tick shortens its cycle, and a missed tick is not made up for.
 #[test]
 fn late_ticks_are_counted_and_do_not_add_up() {
     let place = Place::new("late");
     let mut mock = Mock::new(vec![[0; 8]]);
-    // The first look is before the clock of the life.
+    // The first look is before the clock of the episode.
     for (look, ms) in [(0, 70), (3, 30), (6, 250)] {
         mock.slow.insert(look, Duration::from_millis(ms));
     }
@@ -278,7 +278,8 @@ fn late_ticks_are_counted_and_do_not_add_up() {
     assert_eq!(index, ["0", "0", "250", "250"]);
 }
 
-/// Troubles that a person ends, any number of them: the life is marked and lived again. Missing readings are borne twice in a row.
+/// Troubles that a person ends, any number of them: the episode is marked and repeated. Missing readings are tolerated twice in a
+/// row.
 #[test]
 fn a_life_that_is_cut_short_is_lived_again() {
     let place = Place::new("cut");
@@ -312,7 +313,7 @@ fn a_life_that_is_cut_short_is_lived_again() {
     assert_eq!((status.len(), &*status[5]), (6, "complete"));
     assert_eq!(place.column("lives.csv", "cycles"), ["0", "3", "3", "1", "5", "8"]);
     assert_eq!(place.column("life-2.csv", "cycle"), ["0", "1", "2"]);
-    // What does not pass, and what does not end, is left to the caller.
+    // Troubles that persist or stop the run are returned to the caller.
     let other = Life {
         key: Key([1, 2]),
         ..life
@@ -328,7 +329,7 @@ fn a_life_that_is_cut_short_is_lived_again() {
     assert_eq!(place.column("lives.csv", "status")[9], "stopped");
 }
 
-/// A robot that does not stop after its life has lived it all the same.
+/// An episode is complete even if the robot does not stop after it.
 #[test]
 fn a_complete_life_counts_also_if_the_stop_after_it_fails() {
     let place = Place::new("after");
@@ -341,7 +342,7 @@ fn a_complete_life_counts_also_if_the_stop_after_it_fails() {
     assert_eq!(place.column("lives.csv", "status"), ["complete"]);
 }
 
-/// Killed at any time: within a life, and between the index and its table.
+/// The program is killed at any time: within an episode, and between the index and its table.
 #[test]
 fn what_was_under_way_when_the_program_ended_is_cut_short() {
     let place = Place::new("killed");
@@ -350,7 +351,7 @@ fn what_was_under_way_when_the_program_ended_is_cut_short() {
     let mut mock = Mock::new(vec![[7; 8]]);
     let mut lives = opened(&spec(5), &place.0, 0);
     let first = lives.live(&mut mock, &all[..1], false).unwrap()[0].fitness;
-    // As if this process were gone.
+    // As if this process had ended.
     let identity = Identity::new(all[1].key, &genes, &lives.world);
     let begin = |identity| lock(&lives.logbook).begin(identity, &genes, [0.0; 3], "tcp:robot:1");
     begin(identity.clone()).unwrap();
@@ -374,7 +375,7 @@ fn what_was_under_way_when_the_program_ended_is_cut_short() {
         ["complete", "the program ended", "the program ended", "complete"]
     );
     assert_eq!(place.column("lives.csv", "cycles"), ["5", "4", "0", "5"]);
-    // Another world, and other genes, are other lives.
+    // Another world, and other genes, make other episodes.
     let other = self::genes(4);
     opened(&spec(6), &place.0, 0).live(&mut mock, &all[..1], false).unwrap();
     opened(&spec(5), &place.0, 0)
@@ -383,7 +384,7 @@ fn what_was_under_way_when_the_program_ended_is_cut_short() {
     assert_eq!(place.column("lives.csv", "status").len(), 6);
 }
 
-/// What was changed on disk is refused, with its place.
+/// Changes on disk are refused, with their place.
 #[test]
 fn records_that_are_not_what_was_written_are_refused() {
     let place = Place::new("changed");
@@ -431,7 +432,7 @@ fn records_that_are_not_what_was_written_are_refused() {
     );
 }
 
-/// A robot drives about for the given time, stops, and starts its life where it stands, unless the life has a given start.
+/// A robot drives about for the given time, stops, and starts its episode there, unless the episode has a given start.
 #[test]
 fn lives_start_where_the_driving_about_has_ended() {
     let place = Place::new("walk");
@@ -446,7 +447,7 @@ fn lives_start_where_the_driving_about_has_ended() {
     let starts = ["start_x_mm", "start_y_mm"].map(|name| place.column("lives.csv", name));
     assert_ne!(starts[0][0], starts[0][1]);
     assert!(starts.iter().all(|start| start[0] != "750"));
-    // Where it is, it lives at once; elsewhere somebody would have to put it.
+    // An episode from the robot's position starts at once; from another one, a person would have to place the robot.
     let here = lives.pose.map(|number| number as f32);
     let begin = mock.now;
     let at = |start, number| Life {
@@ -462,7 +463,7 @@ fn lives_start_where_the_driving_about_has_ended() {
     assert!(trouble.to_string().contains(words), "{trouble}");
 }
 
-/// The wheels of arcs by hand: a quarter to the left, straight on, a turn on the spot, and back.
+/// The wheels' travel for arcs computed by hand: a quarter to the left, straight on, a turn on the spot, and back.
 #[test]
 fn poses_follow_arcs() {
     let quarter = TAU / 4.0;

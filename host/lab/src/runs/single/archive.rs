@@ -105,7 +105,7 @@ pub(super) fn files(archive: &Archive, experiment: &Experiment) -> [(&'static st
 #[derive(Clone, Debug)]
 pub(super) struct RecordedElite {
     pub(super) cell: u32,
-    /// By which it is compared.
+    /// The score that it is compared by.
     pub(super) fitness: f64,
     pub(super) evaluations: u32,
     pub(super) behaviour: Vec<f64>,
@@ -113,7 +113,7 @@ pub(super) struct RecordedElite {
     pub(super) lived: Champion,
 }
 
-/// All elites of a finished run; `asked` is the option that asks for them.
+/// All elites of a finished run; `asked` is the option that requests them.
 ///
 /// # Errors
 /// Exit 3 for a run without an archive; exit 5 if the files aren't what was written.

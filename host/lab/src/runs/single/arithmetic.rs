@@ -1,4 +1,4 @@
-//! `oneiro check --lives`: lives that are interpreted, each operation checked.
+//! `oneiro check --lives`: interprets episodes and checks each operation.
 
 use std::collections::BTreeMap;
 
@@ -11,16 +11,16 @@ use oneiro_base::exit::{Failure, Result};
 
 use crate::experiment::Experiment;
 
-/// Lives of random genomes, each up to the first operation whose result devices may compute in different ways. Every other genome
-/// is drawn from the range of initial genes, the rest from their limits.
+/// Interprets episodes of random genomes, each up to the first operation whose result may differ between devices. Every other
+/// genome is drawn from the range of initial genes, the rest from their limits.
 ///
 /// # Errors
-/// Exit 3: each of these operations, with its place, and in how many lives it was met first.
+/// Exit 3: each of these operations, with its place, and the number of episodes in which it was the first.
 pub(super) fn check(experiment: &Experiment, lives: u32) -> Result<String> {
     let world = experiment.world();
     let evolution = &experiment.settings().evolution;
     let mut cpu = Cpu::new(Some(1))?.checking();
-    // The operation that a place was found by, and in how many lives it was the first.
+    // For each place, the operation there, and the number of episodes in which it was the first.
     let mut found: BTreeMap<String, (String, u32)> = BTreeMap::new();
     for life in 0..lives {
         let [initial, limits] = [Some(evolution.initial), evolution.limits];

@@ -19,7 +19,7 @@ const AT_ONCE: usize = 1 << 16;
 /// Differences that are listed individually.
 const LISTED: usize = 10;
 
-/// Evaluates a share of a run's individuals again.
+/// Re-evaluates a fraction of a run's individuals.
 pub(super) fn run(single: &Single, run: &Recorded<'_>, share: f64, engine: &Engine, bars: Bars) -> Result<Audit> {
     let report = Report::of(single, run, share, engine, bars)?;
     let different = report.differences.len();
@@ -62,7 +62,7 @@ impl Report {
         };
         let (mut real, simulated): (Vec<usize>, Vec<usize>) = chosen.into_iter().partition(is_real);
         if single.ends_outside() {
-            // A robot does not live the same life twice.
+            // Episodes of a robot can't be repeated.
             real.clear();
         }
         let audited = simulated.len() + real.len();

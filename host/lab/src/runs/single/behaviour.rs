@@ -26,7 +26,7 @@ pub(super) struct Behaviour {
     descriptors: Vec<Descriptor>,
     /// Cycles between the records that are needed.
     every: u32,
-    /// Records of a life that doesn't end early.
+    /// Records of an episode that doesn't end early.
     records: usize,
 }
 
@@ -42,7 +42,7 @@ impl Behaviour {
         let wanted = evolution.descriptors.iter();
         let descriptors: Vec<_> = wanted.filter_map(|wanted| own(&wanted.measure)).collect();
         let frame = Frame::new(world, world.cycles(), &descriptors);
-        // Then those of the first cycle and the last.
+        // If only the end is needed, the first and the last cycle have a record.
         let last = world.cycles() - 1;
         let every = if frame.needs_only_the_end() { last.max(1) } else { 1 };
         Some(Self {
@@ -66,9 +66,9 @@ impl Behaviour {
         self.every
     }
 
-    /// What describes each individual, one after the other: means over its lives. A life that ended before its first cycle has no
-    /// behaviour: NaN. None if a life ended early, so that its last record lies between those that were asked for: then all
-    /// are asked for from now on.
+    /// The behaviour of each individual, one after the other: means over its episodes; NaN if an episode ended before its first
+    /// cycle. None if an episode ended early, so that its last record lies between the requested ones: from then on all are
+    /// requested.
     pub(super) fn of(&mut self, traces: &[Trace], trials: u32) -> Option<Vec<f64>> {
         if self.every > 1 && traces.iter().any(|life| life.len() < self.records) {
             self.every = 1;

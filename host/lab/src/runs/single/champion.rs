@@ -23,8 +23,8 @@ pub(super) struct IndividualFile {
     pub(super) fitness: Option<f32>,
     /// The score's 32 bits in hex.
     pub(super) fitness_bits: String,
-    /// Mean of a finalist's lives, its 95 % confidence interval (Student's t), and the number of lives. Missing if
-    /// there were no finalists.
+    /// Mean of a finalist's episodes, its 95 % confidence interval (Student's t), and the number of episodes. Missing if there
+    /// were no finalists.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) mean: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -35,7 +35,7 @@ pub(super) struct IndividualFile {
     pub(super) individual: u32,
     /// Seed of the run.
     seed: u64,
-    /// Random number keys of its lives in its generation, both words in hex.
+    /// Random number keys of its episodes in its generation, both words in hex.
     keys: Vec<String>,
     /// Name of each gene; missing if there were no finalists.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -49,7 +49,7 @@ pub(super) struct Individual<'a> {
     /// Appraisal of a finalist.
     pub(super) appraisal: Option<Appraisal>,
     pub(super) seed: u64,
-    /// Keys of its lives in its generation.
+    /// Keys of its episodes in its generation.
     pub(super) keys: Vec<Key>,
     pub(super) layout: &'a GeneLayout,
 }

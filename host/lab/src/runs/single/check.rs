@@ -63,7 +63,7 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>) -> Result<Ans
     })
 }
 
-/// The file of a user's part with its functions and what it remembers, or the word for what ships.
+/// The file of a custom part with its functions and its memory, or the name of a built-in part.
 fn part(own: Option<&OwnPart>, shipped: &str) -> String {
     let Some(part) = own.map(OwnPart::part) else {
         return shipped.to_owned();
@@ -78,7 +78,7 @@ fn part(own: Option<&OwnPart>, shipped: &str) -> String {
     format!("{}: {}; remembers {memory}", part.path(), part.functions().join(", "))
 }
 
-/// The same as values by their names.
+/// The same as values by key.
 fn part_value(own: &OwnPart) -> Value {
     let part = own.part();
     json!({
@@ -89,7 +89,7 @@ fn part_value(own: &OwnPart) -> Value {
     })
 }
 
-/// The number of sensors of each kind, in the order in which the kinds are first named.
+/// The number of sensors of each kind, in order of the kinds' first occurrence.
 fn sensor_counts(robot: &Robot) -> Vec<(&'static str, usize)> {
     let mut counts: Vec<(&str, usize)> = Vec::new();
     for sensor in robot.described_sensors() {
@@ -110,7 +110,7 @@ fn sensor_counts(robot: &Robot) -> Vec<(&'static str, usize)> {
     }
 }
 
-/// The values that users' parts declare: key, value, and declaration.
+/// The values that custom parts declare: key, value, and declaration.
 fn values(parts: &OwnParts) -> Vec<(String, f64, &compose::Value)> {
     let mut values = Vec::new();
     for own in parts.iter() {
@@ -123,7 +123,7 @@ fn values(parts: &OwnParts) -> Vec<(String, f64, &compose::Value)> {
     values
 }
 
-/// A line for each value of users' parts: the value, its default, what is allowed, and its meaning.
+/// A line for each value of custom parts: the value, its default, what is allowed, and its meaning.
 fn value_lines(parts: &OwnParts) -> String {
     let line = |(key, number, value): (String, f64, &compose::Value)| {
         let compose::Value {
@@ -310,7 +310,7 @@ fn counted_if_any(count: usize, one: &str, many: &str) -> String {
     }
 }
 
-/// An arena's size, and what stands in it.
+/// An arena's size, and the objects in it.
 fn arena(spec: &WorldSpec) -> String {
     if let Build::Forager(Forager { foraging, .. }) = &spec.robot.build {
         let food = counted(foraging.food_items, "item", "items");
@@ -335,7 +335,7 @@ fn arena(spec: &WorldSpec) -> String {
     )
 }
 
-/// The noise that a forager has of its own.
+/// The noise of one forager.
 fn foragers_noise(robot: &Robot) -> Option<String> {
     let Build::Forager(Forager { foraging, .. }) = &robot.build else {
         return None;
@@ -346,7 +346,7 @@ fn foragers_noise(robot: &Robot) -> Option<String> {
     ))
 }
 
-/// A robot's body and wheels, and its battery; the name if it is one that ships.
+/// A robot's body and wheels, and its battery; the name of a built-in robot.
 fn robot(robot: &Robot, name: Option<&str>) -> String {
     let radius = format!("radius {} mm", robot.body_radius);
     let own = match &robot.build {
@@ -395,7 +395,7 @@ fn robot(robot: &Robot, name: Option<&str>) -> String {
     parts.join(", ")
 }
 
-/// The same as values by the names of their keys, null where the robot has none.
+/// The same as values by key, null where the robot has none.
 fn robot_values(robot: &Robot, preset: Option<&str>) -> Value {
     let own = match &robot.build {
         Build::Differential(own) => Some(own),
@@ -427,7 +427,7 @@ fn robot_values(robot: &Robot, preset: Option<&str>) -> Value {
     })
 }
 
-/// The robot's sensors by their kinds, with their names, and the file of those that a user wrote.
+/// The robot's sensors by their kinds, with their names, and the file of custom ones.
 fn sensors(robot: &Robot, own: Option<&OwnPart>) -> String {
     let tables = robot.tables().filter(|_| robot.build != Build::Sampled);
     let tables = tables.and_then(|tables| Some((tables, tables.classes.first()?)));
@@ -473,7 +473,7 @@ fn sensors(robot: &Robot, own: Option<&OwnPart>) -> String {
     }
 }
 
-/// The noise of a life, and whether the user's parts may draw more.
+/// The noise of an episode, and whether the user's parts may draw more.
 fn noise(noise: Noise, robot: &Robot, own: &OwnParts) -> String {
     let mut parts = Vec::new();
     let (low, high) = noise.sensor;

@@ -1,4 +1,4 @@
-//! `oneiro replay --elites`: lets all elites of an archive live again, and writes a page that shows the archive and plays their lives.
+//! `oneiro replay --elites`: replays all elites of an archive, and writes a page that shows the archive and plays their episodes.
 
 use std::collections::BTreeMap;
 
@@ -23,20 +23,20 @@ use crate::engine::handle::Engine;
 use crate::experiment::settings::Settings;
 
 const SCRIPT: &str = include_str!("elites.js");
-/// Poses on the page, about 6 MB, and of one life.
+/// Poses on the page, about 6 MB, and of one episode.
 const POSES: usize = 1_000_000;
 const POSES_OF_LIFE: usize = 500;
-/// Elites that live in one batch.
+/// Elites in one batch.
 const CHUNK: usize = 1024;
 
-/// The life of an elite that is shown.
+/// The episode of an elite that the page plays.
 struct Lived {
     fitness: f32,
-    /// Where its robot was: x and y in mm, and the heading in turns.
+    /// The robot's poses: x and y in mm, and the heading in turns.
     poses: Vec<[f32; 3]>,
 }
 
-/// What the page shows.
+/// The contents of the page.
 struct Page<'a> {
     name: &'a str,
     seed: u64,
@@ -48,13 +48,13 @@ struct Page<'a> {
     /// Cells of the archive.
     cells: usize,
     elites: &'a [RecordedElite],
-    /// A life of each.
+    /// An episode of each.
     lives: &'a [Lived],
     /// Cycles between poses.
     every: u32,
 }
 
-/// Lets all elites live again, compares their scores with the record, and writes the page.
+/// Replays all elites, compares their scores with the record, and writes the page.
 pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine) -> Result<Answer> {
     let experiment = &single.experiment;
     let settings = experiment.settings();
@@ -69,7 +69,7 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
     let cycles = settings.world.cycles as usize;
     let least = (cycles.div_ceil(POSES_OF_LIFE)).max((elites.len() * cycles).div_ceil(POSES)) as u32;
     let every = replay.every.max(least).min(settings.world.cycles);
-    // That of the simulator, and that of the robot which takes its place in the last generations.
+    // The simulator's, and that of the robot which replaces it in the last generations.
     let real = experiment.first_real();
     let mut lives = BTreeMap::new();
     for (index, generation) in std::iter::once(0).chain(real).enumerate() {
@@ -113,7 +113,7 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
     Ok(Answer::new(format!("{elites}, as recorded\n{}", path.display()), value))
 }
 
-/// Lets some elites live all their lives again, and traces one of each.
+/// Simulates all episodes of some elites again, and traces one of each.
 fn lived(
     world: &World,
     settings: &Settings,
@@ -166,7 +166,7 @@ fn compare(settings: &Settings, run: &Recorded<'_>, elite: &RecordedElite, lives
     )))
 }
 
-/// The range of the elites' fitness, with some room if all is equal.
+/// The range of the elites' fitness, with a margin if all are equal.
 fn span(elites: &[RecordedElite]) -> [f64; 2] {
     let fitness = || elites.iter().map(|elite| elite.fitness).filter(|own| own.is_finite());
     let (low, high) = (
@@ -195,7 +195,7 @@ impl Page<'_> {
             let own = &descriptors[index];
             (&*own.measure, [own.least, own.greatest].map(f64::from))
         };
-        // Of several measures the first two; beside a single one, the fitness.
+        // With several measures, the first two are shown; with one, that and the fitness.
         let up = if descriptors.len() > 1 {
             axis(1)
         } else {
@@ -247,7 +247,7 @@ impl Page<'_> {
             "radius": place[2] / f64::from(bounds.width) * f64::from(self.body_radius),
             "poses": packed(poses),
         });
-        // Nothing in it may end the element.
+        // Its text must not end the element.
         let data = data.to_string().replace('<', "\\u003c");
         let body = format!(
             "<p>Click a square, or a row of the table below: the elite's life plays beside. <button type=\"button\" \

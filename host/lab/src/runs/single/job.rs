@@ -1,5 +1,5 @@
-//! The job of a run of single robots: generations, lives of the finalists, lives of the last offspring in reality if
-//! there is one, and a repetition of the champion's life for its trace.
+//! The job of a run of single robots: generations, the finalists' episodes, the last offspring's episodes in reality if there is
+//! one, and the champion's episode again for its trace.
 
 use std::sync::Arc;
 
@@ -32,26 +32,26 @@ pub(super) struct Evolving {
     single: Arc<Single>,
     places: Arc<Places>,
     seed: u64,
-    /// Whether it is recorded in a directory of its own.
+    /// Whether it is recorded in a directory.
     has_directory: bool,
-    /// The robot on a wire on which the last generations live.
+    /// The connected robot that evaluates the last generations.
     outside: Option<Arc<dyn Outside>>,
     evolution: Evolution,
-    /// What measures the behaviour of individuals, if the optimiser uses it.
+    /// Measures the behaviour of individuals, if the optimiser uses it.
     behaviour: Option<Behaviour>,
     /// Genomes and scores of the last generation, after all have been evaluated.
     last: Option<Generation>,
-    /// Individuals that live again then, the luckiest of the run first. Empty if finalists are switched off.
+    /// Individuals that are re-evaluated at the end, the run's luckiest first. Empty if finalists are switched off.
     finalists: Vec<Champion>,
-    /// Whether the last contest is over, of two populations.
+    /// Whether the last exhibition of two populations is over.
     is_exhibited: bool,
     progressed: Progressed,
-    /// Fitness of each finalist's lives, by finalist.
+    /// Fitness of each finalist's episodes, by finalist.
     appraised: Vec<f32>,
-    /// Scores of the last generation's offspring in the simulator, and of each of their lives in reality.
+    /// Scores of the last generation's offspring in the simulator, and of each of their episodes in reality.
     simulated: Vec<f32>,
     real: Vec<f32>,
-    /// The first generation on the robot elsewhere, if it is compared.
+    /// The results of the robot's first generation elsewhere, if it is compared.
     transferred: Transferred,
     trace: Option<Trace>,
 }
@@ -60,18 +60,18 @@ pub(super) struct Evolving {
 #[derive(Clone, Copy, PartialEq)]
 enum Purpose {
     Generation,
-    /// The last contest, of the best of both populations.
+    /// The last episodes of two populations: the best of both.
     Exhibition,
     Finalists,
-    /// Lives of the last offspring, which were never selected, in the simulator and in reality.
+    /// Episodes of the last offspring, which were never selected, in the simulator and in reality.
     Simulated,
     Real,
-    /// Lives of the first generation on the robot: in the simulator, there without noise, and those of the best for its paths.
+    /// Episodes of the robot's first generation: in the simulator, there without noise, and those of the best for its paths.
     Compared(Elsewhere),
     Trace,
 }
 
-/// Where the first generation on the robot lives, too.
+/// Where the robot's first generation is also evaluated.
 #[derive(Clone, Copy, PartialEq)]
 enum Elsewhere {
     Simulated,
@@ -109,7 +109,7 @@ struct Saved {
     transferred: Transferred,
 }
 
-/// Number of the generation in the keys of finalists' lives, larger than any generation of an evolution.
+/// Number of the generation in the keys of finalists' episodes, larger than any generation of an evolution.
 const FINALISTS: u64 = 1 << 32;
 
 impl Evolving {
@@ -177,7 +177,7 @@ impl Evolving {
         })
     }
 
-    /// Chooses the individuals that live again after the last generation: the luckiest of the run, and the optimiser's best.
+    /// Chooses the individuals that are re-evaluated after the last generation: the run's luckiest, and the optimiser's best.
     fn chosen_finalists(&self) -> Result<Vec<Champion>> {
         // One of them is the luckiest.
         let count = self.single.experiment.finalists() as usize;
@@ -191,7 +191,7 @@ impl Evolving {
             .collect())
     }
 
-    /// Appraises the finalists by their lives; empty before they have lived.
+    /// The mean of each finalist's episodes; empty before they are simulated.
     fn appraisals(&self) -> Vec<Appraisal> {
         let lives = self.single.experiment.settings().finalists.lives as usize;
         self.appraised.chunks_exact(lives).map(Appraisal::of).collect()
@@ -227,7 +227,7 @@ impl Evolving {
         }
     }
 
-    /// Where the first generation on the robot still has to live before it does there, if it is compared.
+    /// Where the robot's first generation is evaluated next, before the robot; none if all is done or it is not compared.
     fn elsewhere(&self) -> Option<Elsewhere> {
         let is_now = self.single.experiment.first_real() == Some(self.evolution.generation());
         self.places.compared.as_ref().filter(|_| is_now)?;
@@ -250,23 +250,23 @@ impl Evolving {
         luckiest.ok_or_else(|| Failure::failed("a run has no generation"))
     }
 
-    /// Whether two populations live against each other.
+    /// Whether two populations compete.
     fn is_coevolution(&self) -> bool {
         self.evolution.optimizer().coevolution().is_some()
     }
 
-    /// Whether a generation lives on the robot of the experiment.
+    /// Whether a generation is evaluated on the experiment's robot.
     fn is_real(&self, generation: u32) -> bool {
         let first = self.single.experiment.first_real();
         first.is_some_and(|first| generation >= first)
     }
 
-    /// The robot outside of the device on which a generation lives, if it does.
+    /// The robot outside of the device that evaluates a generation, if there is one.
     fn outside_of(&self, generation: u32) -> Option<&Arc<dyn Outside>> {
         self.outside.as_ref().filter(|_| self.is_real(generation))
     }
 
-    /// The world in which a generation lives; of those on a robot outside of the device it is the simulator.
+    /// The world of a generation; the simulator's if a robot outside of the device evaluates it.
     fn place_of(&self, generation: u32) -> &[Place] {
         match &self.places.transfer {
             Some(place) if self.is_real(generation) => std::slice::from_ref(place),
@@ -274,13 +274,13 @@ impl Evolving {
         }
     }
 
-    /// Keys of an individual's lives in its generation.
+    /// Keys of an individual's episodes in its generation.
     fn keys(&self, individual: &Champion) -> Vec<Key> {
         let settings = self.single.experiment.settings();
         keys(settings, self.seed, individual.generation, individual.individual).collect()
     }
 
-    /// Lives of the finalists, all with the same random numbers.
+    /// Episodes of the finalists, all with the same random numbers.
     fn finalists_lives(&self) -> impl Iterator<Item = Rollout<'_>> {
         let lives = self.single.experiment.settings().finalists.lives;
         let keys = Keys::new(self.seed, FINALISTS);
@@ -293,7 +293,7 @@ impl Evolving {
         })
     }
 
-    /// Number of lives for a purpose.
+    /// Number of episodes for a purpose.
     fn count(&self, purpose: Purpose) -> u64 {
         let settings = self.single.experiment.settings();
         let individuals = self.evolution.ask().len() as u64;
@@ -309,7 +309,7 @@ impl Evolving {
         }
     }
 
-    /// Each individual's lives, in the simulator or on the robot.
+    /// Each individual's episodes, in the simulator or on the robot.
     fn lives(&self) -> impl Iterator<Item = Rollout<'_>> {
         let settings = self.single.experiment.settings();
         let (seed, generation) = (self.seed, self.evolution.generation());
@@ -320,7 +320,7 @@ impl Evolving {
         self.evolution.ask().genomes().zip(0..).flat_map(each)
     }
 
-    /// A life of each individual with each robot of reality.
+    /// An episode of each individual with each robot of reality.
     fn real_lives(&self) -> impl Iterator<Item = Rollout<'_>> {
         let keys = Keys::new(self.seed, self.evolution.generation().into());
         (0..self.places.reality.len()).flat_map(move |robot| {
@@ -334,7 +334,7 @@ impl Evolving {
         })
     }
 
-    /// Lives of the individual whose paths are compared.
+    /// Episodes of the individual whose paths are compared.
     fn paths(&self, count: u64) -> impl Iterator<Item = Rollout<'_>> {
         let best = self.transferred.best();
         let keys = Keys::new(self.seed, self.evolution.generation().into());
@@ -342,7 +342,7 @@ impl Evolving {
         (0..count).map(move |life| Rollout {
             world: 0,
             genes,
-            // Larger than the number of any life in reality.
+            // Larger than the number of any episode in reality.
             key: keys.of(best.into(), (1 << 33) + life),
         })
     }
@@ -362,7 +362,7 @@ impl Evolving {
                     let unmeasured = own.unmeasured(&behaviour);
                     (behaviour, Some(unmeasured))
                 }
-                // The generation is asked for again.
+                // The next request is the same generation.
                 None => return Ok(Step::default()),
             },
             None => (Vec::new(), None),
@@ -434,7 +434,7 @@ impl Evolving {
         })
     }
 
-    /// Takes the champion's life for its trace; its fitness must be the same as before.
+    /// Takes the trace of the champion's episode; its fitness must be the same as before.
     fn traced(&mut self, results: &Results<'_>) -> Result {
         let (champion, _) = self.champion()?;
         let (then, now) = (champion.fitness, results.fitness.first().copied().unwrap_or(f32::NAN));
@@ -452,7 +452,7 @@ impl Evolving {
     }
 }
 
-/// What an evolution on board needs besides.
+/// For an evolution on a robot's computer only.
 #[cfg(all(unix, feature = "compose"))]
 impl Evolving {
     /// Number of generations that have been evaluated.
@@ -460,12 +460,12 @@ impl Evolving {
         self.evolution.generation()
     }
 
-    /// Whether those are all.
+    /// Whether all generations have been evaluated.
     pub(super) fn is_over(&self) -> bool {
         self.evolution.is_finished()
     }
 
-    /// Takes the fitness of a generation. The luckiest of those before are forgotten.
+    /// Takes the fitness of a generation. The luckiest individual of earlier ones is forgotten.
     pub(super) fn bred_anew(&mut self, results: &Results<'_>) -> Result<Step> {
         self.evolution.forget_champion();
         self.bred(results)
@@ -518,7 +518,7 @@ impl Job for Evolving {
 
     fn rollouts<'a>(&'a self, into: &mut Vec<Rollout<'a>>) {
         match self.purpose() {
-            // One after the other from within is faster than to be asked for each.
+            // Internal iteration is faster here than `extend`.
             Some(
                 Purpose::Generation | Purpose::Simulated | Purpose::Compared(Elsewhere::Simulated | Elsewhere::Quiet),
             ) => self.lives().for_each(|life| into.push(life)),
@@ -657,14 +657,14 @@ impl Job for Evolving {
     }
 }
 
-/// Keys of an individual's lives: its own, or those of all in its generation, or of all on its grid.
+/// Keys of an individual's episodes: different for each individual, or the same for a whole generation or grid.
 pub fn keys(settings: &Settings, seed: u64, generation: u32, individual: u32) -> impl Iterator<Item = Key> + use<> {
     let own = Keys::new(seed, settings.evolution.draw(generation).into());
     let individual = settings.evolution.lot(individual);
     (0..settings.trials).map(move |trial| own.of(individual.into(), trial.into()))
 }
 
-/// An individual's score: the mean or the minimum of its lives; NaN if one of them is.
+/// An individual's score: the mean or the minimum of its episodes; NaN if one of them is.
 pub fn score(kind: TrialScore, lives: &[f32]) -> f32 {
     let nan = lives.iter().copied().find(|life| life.is_nan());
     nan.unwrap_or_else(|| match kind {

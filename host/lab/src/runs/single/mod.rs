@@ -3,9 +3,9 @@
 //! | file | contents |
 //! |---|---|
 //! | [`job`] | the state machine: generations, reality, the champion's trace |
-//! | [`mod@outcomes`] | what a run gives in a sweep's table |
+//! | [`mod@outcomes`] | a run's values in a sweep's table |
 //! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
-//! | [`on_board`] | the same evolution beside a robot |
+//! | [`on_board`] | the same evolution on a robot's computer, while the robot runs |
 //! | [`check`], [`replay`] with [`elites`], [`audit`] | `oneiro check`, `replay` and `verify --recompute` for such runs |
 
 mod archive;
@@ -82,7 +82,7 @@ const BEHAVIOUR: &str = "behaviour.csv";
 const ARCHIVE: &str = "archive.csv";
 const ARCHIVE_GENES: &str = "archive.npy";
 const ARCHIVE_PAGE: &str = "archive.html";
-/// Files of a replay, without the life's number and the extension.
+/// Files of a replay, without the episode's number and the extension.
 const REPLAY: &str = "replay";
 
 /// The files of a run's directory.
@@ -182,13 +182,13 @@ fn coevolution_files() -> [Entry; 5] {
     ]
 }
 
-/// The folder of a run that ends on a robot on a wire.
+/// The folder of a run that ends on a connected robot.
 fn lives() -> Entry {
     let about = "every life on a robot on a wire, with a `README.md` of its own; only with `reality.robot`. `oneiro verify` leaves it out";
     Entry::file(LIVES, about)
 }
 
-/// The files that `oneiro replay` adds: those of one life, or one pair for each of several lives.
+/// The files that `oneiro replay` adds: a pair for one episode, or for each of several.
 fn replays(has_several: bool) -> [Entry; 4] {
     let (name, life) = if has_several {
         (format!("{REPLAY}-K"), "life K of several, from 0")
@@ -216,7 +216,7 @@ fn replays(has_several: bool) -> [Entry; 4] {
     ]
 }
 
-/// The files that it adds for robots that live together.
+/// The files that it adds for swarms.
 fn replays_together() -> [Entry; 2] {
     let page = "written by `oneiro replay` of robots that live together: a page that plays the life, with the same numbers in its name as \
                 the other files of that life";
@@ -252,7 +252,7 @@ pub fn all_steps() -> &'static [Column] {
     &rows::COLUMNS
 }
 
-/// The columns of what runs give in a sweep's table of results, of any sweep.
+/// The columns of runs' values in a sweep's table of results, for any sweep.
 #[cfg(any(test, feature = "testing"))]
 pub fn all_outcomes() -> Vec<Column> {
     outcomes::all()
@@ -262,11 +262,11 @@ pub fn all_outcomes() -> Vec<Column> {
 #[derive(Debug)]
 pub struct Single {
     experiment: Experiment,
-    /// The robot on which the last generations live.
+    /// The robot that evaluates the last generations.
     robot: Option<Site>,
     /// Robots that evaluate the last offspring in reality.
     sites: Vec<Site>,
-    /// Whether the first generation on the robot is compared with its lives in the simulator.
+    /// Whether the robot's first generation is compared with its episodes in the simulator.
     is_compared: bool,
     /// Made when the first run begins.
     places: OnceLock<Arc<Places>>,
@@ -276,20 +276,20 @@ pub struct Single {
 #[derive(Debug)]
 struct Places {
     simulator: Place,
-    /// Where the last generations live, if that is another world.
+    /// The world of the last generations, if it is another one.
     transfer: Option<Place>,
     /// One world for each robot that evaluates the last offspring.
     reality: Vec<Place>,
-    /// What the first generation on the robot is compared by, if it is.
+    /// Worlds that the robot's first generation is compared in, if it is.
     compared: Option<Compared>,
 }
 
-/// Further worlds of the first generation on the robot.
+/// Further worlds of the robot's first generation.
 #[derive(Debug)]
 struct Compared {
     /// The simulator without noise.
     quiet: Place,
-    /// The same, and reality, where lives begin at one start.
+    /// The same, and reality, with one start for all episodes.
     quiet_path: Place,
     real_path: Place,
 }
@@ -363,7 +363,7 @@ impl Single {
         })
     }
 
-    /// The world of a generation's lives.
+    /// The world of a generation's episodes.
     ///
     /// # Errors
     /// Exit 3 for a value that the world of the robot doesn't allow.
@@ -376,7 +376,7 @@ impl Single {
         }
     }
 
-    /// Whether the last generation lives on a robot on a wire: its lives can't be lived again.
+    /// Whether a connected robot evaluates the last generation: its episodes can't be repeated.
     fn ends_outside(&self) -> bool {
         self.robot.as_ref().is_some_and(Site::is_wired)
     }
@@ -395,8 +395,8 @@ pub fn champion(run: &Recorded<'_>, experiment: &Experiment) -> Result<Champion>
     champion::read(run.directory, [CHAMPION, CHAMPION_GENES], layout)
 }
 
-/// The genomes that a finished run has recorded and the files that have them: the champion, the luckiest if there are
-/// finalists, and the last generation, or instead of it every individual that ever lived.
+/// The genomes that a finished run has recorded and the files that have them: the champion, the luckiest if there are finalists,
+/// and the last generation, or every individual instead of it.
 ///
 /// # Errors
 /// As [`champion()`]; exit 1 where individuals are wanted and were not recorded.
@@ -495,7 +495,8 @@ impl super::Experiment for Single {
     fn steps(&self) -> u64 {
         let settings = self.experiment.settings();
         let generation = u64::from(settings.evolution.population) * u64::from(settings.world.cycles);
-        // The last offspring live once more in the simulator, and in reality; or the first ones on the robot in two simulators.
+        // The last offspring's further episodes in the simulator and in reality; or those of the robot's first generation in two
+        // simulators.
         let reality = match self.sites.len() as u64 {
             0 if self.is_compared => 2,
             0 => 0,
@@ -719,7 +720,7 @@ impl super::Experiment for Single {
                 )
             }));
         }
-        // The trace of a life that ended before its first cycle has only its header.
+        // The trace of an episode that ended before its first cycle has only its header.
         let trace = plain::open(&run.directory.join(TRACE)).map(|trace| BufReader::new(trace.take(1 << 20)));
         if trace.is_ok_and(|trace| trace.lines().take(2).count() == 1) {
             let problem = "the champion's life ended before its first cycle: its task ended it at once";
@@ -737,7 +738,7 @@ impl super::Experiment for Single {
         let rows = if run.is_done {
             rows(run.directory)?
         } else {
-            // A run that was killed may be without its table, or without the end of its last line.
+            // A killed run may lack its table, or the end of the table's last line.
             let text = disk::read_text(&run.directory.join(GENERATIONS)).unwrap_or_default();
             Row::parse(files::whole_lines(&text)).unwrap_or_default()
         };

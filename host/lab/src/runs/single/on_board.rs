@@ -1,4 +1,5 @@
-//! An evolution that goes on beside a robot: one generation after the other, and the best of the last one for the robot to try.
+//! An evolution on a robot's computer while the robot runs: one generation after the other, and the best of the last one for the
+//! robot to try.
 
 use std::sync::Arc;
 
@@ -13,7 +14,7 @@ use crate::engine::job::{Job, Results};
 use crate::experiment::Experiment;
 use crate::runs::Recording;
 
-/// Lives that are evaluated before the processor rests: as many as a batch of the widest lane code.
+/// Episodes between two rests of the processor: as many as a batch of the widest lane code.
 const LIVES: usize = 64;
 
 /// The simulated part of a run, without its files and its finalists.
@@ -37,7 +38,7 @@ impl OnBoard {
         Ok(Self { job, worlds })
     }
 
-    /// Evaluates a generation and breeds the next one. `rest` is called after every few lives.
+    /// Evaluates a generation and breeds the next one. `rest` is called after every few episodes.
     ///
     /// # Errors
     /// Those of the evaluator.
@@ -114,7 +115,8 @@ mod tests {
         best
     }
 
-    /// The best of each generation is that of the generation alone, and a saved evolution goes on as if it had not been interrupted.
+    /// The best of a generation depends on that generation only, and a saved evolution continues as if it had not been
+    /// interrupted.
     #[test]
     fn an_evolution_goes_on_from_where_it_was_saved() {
         let mut whole = evolution("", None);
@@ -130,7 +132,7 @@ mod tests {
         assert!(whole.breed(&mut cpu, &mut || ()).is_err());
     }
 
-    /// Any optimiser goes, also one that needs to see how individuals behave.
+    /// Any optimiser is possible, also one that uses individuals' behaviour.
     #[test]
     fn optimisers_that_use_behaviour_evolve_on_board() {
         let more =

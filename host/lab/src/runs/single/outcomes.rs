@@ -25,7 +25,7 @@ pub(super) struct Ended<'a> {
     pub(super) nan: u64,
     /// Number of individuals that have a measure that is NaN, in all generations.
     pub(super) unmeasured: u64,
-    /// Fitness of the last offspring in the simulator, and of each of their lives in reality.
+    /// Fitness of the last offspring in the simulator, and of each of their episodes in reality.
     pub(super) simulated: &'a [f32],
     pub(super) real: &'a [f32],
     /// The first generation on the robot, if it is compared.
@@ -36,7 +36,7 @@ pub(super) struct Ended<'a> {
 
 type Outcome = OutcomeColumn<fn(&Ended<'_>) -> Option<String>>;
 
-/// What all runs give.
+/// Values of all runs.
 static OF_ALL: [Outcome; 11] = [
     OutcomeColumn::new(
         Column::number("best", "", "the highest score of any individual in its generation"),
@@ -97,7 +97,7 @@ static OF_ALL: [Outcome; 11] = [
     ),
 ];
 
-/// Of the last offspring, which nobody selected.
+/// Values of the last offspring, which nobody selected.
 static OF_REALITY: [Outcome; 3] = [
     OutcomeColumn::new(
         Column::number(
@@ -125,7 +125,7 @@ static OF_REALITY: [Outcome; 3] = [
     ),
 ];
 
-/// Of the archive after the last generation.
+/// Values of the archive after the last generation.
 static OF_ARCHIVE: [Outcome; 2] = [
     OutcomeColumn::new(
         Column::number(
@@ -145,7 +145,7 @@ static OF_ARCHIVE: [Outcome; 2] = [
     ),
 ];
 
-/// Of the second population's last generation.
+/// Values of the second population's last generation.
 static OF_COEVOLUTION: [Outcome; 2] = [
     OutcomeColumn::new(
         Column::number(
@@ -162,7 +162,7 @@ static OF_COEVOLUTION: [Outcome; 2] = [
     ),
 ];
 
-/// Of optimisers that use behaviour.
+/// Values of optimisers that use behaviour.
 static OF_BEHAVIOUR: [Outcome; 1] = [OutcomeColumn::new(
     Column::whole(
         "nan_measures",
@@ -174,7 +174,7 @@ static OF_BEHAVIOUR: [Outcome; 1] = [OutcomeColumn::new(
 )];
 
 impl Single {
-    /// What its runs give, apart from the comparison with reality.
+    /// The values of its runs, apart from the comparison with reality.
     fn own_outcomes(&self) -> [&'static [Outcome]; 5] {
         let evolution = &self.experiment.settings().evolution;
         [
@@ -190,12 +190,12 @@ impl Single {
         ]
     }
 
-    /// The columns of what its runs give.
+    /// The columns of its runs' values.
     pub(super) fn outcome_columns(&self) -> Vec<Column> {
         columns(self.own_outcomes(), self.is_compared)
     }
 
-    /// What a finished run gives.
+    /// The values of a finished run.
     pub(super) fn outcomes_of(&self, run: &Ended<'_>) -> Named {
         let own = self.own_outcomes().into_iter().flatten();
         let own = own.filter_map(|outcome| Some((outcome.column.name.clone(), (outcome.value)(run)?)));
@@ -222,7 +222,7 @@ fn columns([all, reality, archive, coevolution, behaviour]: [&[Outcome]; 5], is_
     .concat()
 }
 
-/// The columns of what runs of any experiment give.
+/// The columns that runs of any experiment have.
 #[cfg(any(test, feature = "testing"))]
 pub(super) fn all() -> Vec<Column> {
     columns(

@@ -28,7 +28,7 @@ struct Picture {
     draw: fn(&Drawn<'_>) -> Option<String>,
 }
 
-/// What pictures are drawn from: a finished run.
+/// A finished run, whose pictures are drawn.
 pub(super) struct Drawn<'a> {
     pub(super) experiment: &'a Experiment,
     pub(super) seed: u64,

@@ -1,4 +1,4 @@
-//! `oneiro replay`: repeats a champion's life, or lets it live another one.
+//! `oneiro replay`: replays a champion's episode, or simulates another one.
 
 use std::path::Path;
 
@@ -24,8 +24,8 @@ use crate::genomes;
 use crate::lives::Keys;
 use crate::reality::site::LIVES;
 
-/// Simulates the champion's lives again, compares its score with the recorded one, and writes one life's path and
-/// trace. A life from another start, with other random numbers or of another genome is also written, but not compared.
+/// Simulates the champion's episodes again, compares its score with the recorded one, and writes one episode's path and trace. An
+/// episode from another start, with other random numbers or of another genome is also written, but not compared.
 pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine) -> Result<Answer> {
     let experiment = &single.experiment;
     if single.ends_outside() {
@@ -180,8 +180,8 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     })
 }
 
-/// What a replayed life has other than the champion's recorded one, for the names of its files: they never take the place of the
-/// recorded life's.
+/// The differences of a replayed episode from the champion's recorded one, for the names of its files: they never replace the
+/// recorded episode's files.
 fn differences(replay: &Replay<'_>) -> String {
     let plain = |name: &Path| -> String {
         let stem = name.file_stem().unwrap_or_default().to_string_lossy();

@@ -1,4 +1,4 @@
-//! `oneiro replay` of robots that live together: a page that plays the life, and a table with a row for each robot.
+//! `oneiro replay` of swarms: a page that plays the episode, and a table with a row for each robot.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use oneiro_report::numbers::significant;
 
 use crate::engine::handle::Engine;
 
-/// Words of a trace that is in memory at a time, 64 MB, and bytes of a page.
+/// Words of a trace in memory at a time, 64 MB, and bytes of a page.
 const WORDS: usize = 16 << 20;
 const PAGE: usize = 4_900_000;
 
@@ -42,12 +42,12 @@ pub(super) static COLUMNS: [Column; 6] = [
     ),
 ];
 
-/// A life that was watched.
+/// An observed episode.
 pub(super) struct Watched {
     /// Its world, observed.
     world: World,
     robots: Vec<Lived>,
-    /// Cycles between the records that the page has.
+    /// Cycles between the page's records.
     every: u32,
     /// What each robot does in each state of its machine; empty without machines.
     states: Vec<Vec<String>>,
@@ -56,7 +56,7 @@ pub(super) struct Watched {
 /// What a robot did.
 #[derive(Default)]
 struct Lived {
-    /// The records that the page has, and what the robot had earned by then.
+    /// The page's records, and the robot's earnings by then.
     trace: Trace,
     earned: Vec<f32>,
     cycles: u32,
@@ -66,12 +66,11 @@ struct Lived {
     heard: u64,
     /// Cycles after which its machine was in each state.
     states: Vec<u32>,
-    /// Where the last cycle began.
+    /// The position at the start of the last cycle.
     at: Option<[f32; 2]>,
 }
 
-/// Re-simulates an episode of a swarm, with all robots watched; none for a single robot, or if its world can't be watched, for which there
-/// is a warning.
+/// Re-simulates and observes an episode of a swarm. None for a single robot; none with a warning if the world can't be observed.
 pub(super) fn watch(
     world: &World,
     life: &Rollout<'_>,
@@ -88,7 +87,7 @@ pub(super) fn watch(
         Err(invalid) => return Ok(none(&invalid)),
     };
     let mut watched = Watched::new(observed, life, every);
-    // The code that the user asks for may exist of the world alone, and not of the observed one; the bits are the same.
+    // The code requested by the user may exist only for unobserved worlds; the bits are the same.
     let processor = Engine::new(Box::new(Cpu::new(Some(1))?), Arc::clone(engine.stop()));
     let lived = watched.live(life, &processor)?;
     if lived.to_bits() != fitness.to_bits() {
@@ -127,7 +126,7 @@ impl Watched {
         }
     }
 
-    /// Lives, in stretches whose traces fit in memory; returns the fitness.
+    /// Simulates an episode in stretches whose traces fit in memory; returns the fitness.
     fn live(&mut self, life: &Rollout<'_>, engine: &Engine) -> Result<f32> {
         let worlds = Worlds::new(std::slice::from_ref(&self.world))?;
         let lives = [Rollout { world: 0, ..*life }];
@@ -151,7 +150,7 @@ impl Watched {
         Ok(fitness)
     }
 
-    /// Writes the page and the table beside the files of the life; returns their paths.
+    /// Writes the page and the table next to the episode's files; returns their paths.
     pub(super) fn write(&self, directory: &Path, stem: &str, title: &str) -> Result<[PathBuf; 2]> {
         let (page, table) = (
             directory.join(format!("{stem}.html")),
@@ -207,7 +206,7 @@ impl Lived {
             self.contacts += u32::from(record.collided > 0.0);
             for (detail, &word) in world.details().iter().zip(details) {
                 match detail.kind {
-                    // As the kernel adds what it earns.
+                    // Adds in the kernel's order of operations.
                     DetailKind::Earned => self.score += f32::from_bits(word),
                     DetailKind::Heard => self.heard += u64::from(word.count_ones()),
                     DetailKind::Memory(Kind::Controller) if Some(detail.name.as_str()) == acting => {

@@ -1,4 +1,4 @@
-//! A life as a table.
+//! An episode as a table.
 
 use std::fmt::Write;
 
@@ -13,7 +13,7 @@ use oneiro_base::contents::{Column, head};
 
 use crate::experiment::Experiment;
 
-/// Cycles from one record of a champion's trace to the next: a long life is traced less often.
+/// Cycles from one record of a champion's trace to the next: a long episode is traced less often.
 pub(super) fn trace_every(experiment: &Experiment) -> u32 {
     const LONGEST: u32 = 10_000;
     experiment.world().cycles().div_ceil(LONGEST)

@@ -1,5 +1,5 @@
-//! The first generation that lives on a robot, compared in the simulator and in reality: the fitness of its individuals, and the path
-//! of the best of them.
+//! The robot's first generation, compared in the simulator and in reality: the fitness of its individuals, and the path of the
+//! best of them.
 
 use oneiro::batch::Trace;
 use oneiro_base::contents::{Column, OutcomeColumn};
@@ -11,16 +11,16 @@ use super::rows::Row;
 
 /// Cycles between the moments at which paths are compared (Miglino et al. 1995, equation 2).
 pub(super) const TERM: u32 = 5;
-/// The start of the compared paths: x and y in mm, heading in turns. The one of the 1995 study, which leaves it open.
+/// The start of the compared paths: x and y in mm, heading in turns. The 1995 paper does not give one; this is the 1995 study's.
 pub(super) const START: [f32; 3] = [100.0, 90.0, 0.125];
 
-/// What the first generation on the robot does elsewhere, as far as it is known.
+/// The complete results of the robot's first generation elsewhere.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Transferred {
     /// Fitness in the simulator, and there without its noise.
     pub(super) simulated: Vec<f32>,
     pub(super) quiet: Vec<f32>,
-    /// Positions of the best in the simulator without noise, and in two lives in reality: x and y in mm, one after the other.
+    /// Positions of the best in the simulator without noise, and in two episodes in reality: x and y in mm, one after the other.
     pub(super) path: Vec<f32>,
     pub(super) real_paths: Vec<Vec<f32>>,
 }
@@ -141,7 +141,7 @@ impl Transferred {
     }
 }
 
-/// The positions of a life.
+/// The positions of an episode.
 pub(super) fn positions(trace: &Trace) -> Vec<f32> {
     trace.iter().flat_map(|record| [record.x, record.y]).collect()
 }

@@ -41,7 +41,7 @@ pub fn all_steps() -> &'static [Column] {
     &INTERVALS_COLUMNS
 }
 
-/// The columns of what runs give in a sweep's table of results.
+/// The columns of runs' values in a sweep's table of results.
 #[cfg(any(test, feature = "testing"))]
 pub fn all_outcomes() -> Vec<Column> {
     outcomes()
@@ -135,7 +135,7 @@ impl Experiment for SwarmExperiment {
     }
 
     fn kernel(&self) -> &'static str {
-        // If nothing evolves, there is only the arena.
+        // If nothing evolves, only the arena is simulated.
         if self.settings().case == Case::Random {
             oneiro_shaders::SWARM.name
         } else {
@@ -244,7 +244,7 @@ impl Experiment for SwarmExperiment {
         replay::run(self, run, replay, engine, bars)
     }
 
-    /// Audits the whole run, whatever the share.
+    /// Audits the whole run, whatever the fraction.
     fn audit(&self, run: &Recorded<'_>, _: f64, engine: &Engine, bars: Bars) -> Result<Audit> {
         let directory = run.directory.display();
         if !run.is_done {

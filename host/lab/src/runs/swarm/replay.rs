@@ -23,7 +23,7 @@ pub(super) fn run(
     engine: &Engine,
     bars: Bars,
 ) -> Result<Answer> {
-    // A default can't be told from what was typed.
+    // A typed value that equals the default can't be told from it.
     let given = [
         ("--start", replay.start.is_some()),
         ("--seed", replay.seed.is_some()),

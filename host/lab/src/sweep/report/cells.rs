@@ -15,7 +15,7 @@ const SHOWN: usize = 200;
 
 /// All cells.
 pub(super) struct Cells<'a> {
-    /// Cells by mean outcome, the greatest first and those without one last. Equal ones are in the order of their runs.
+    /// Cells by mean outcome in descending order, those without one last. Equal ones are in the order of their runs.
     pub(super) ranked: Vec<Ranked<'a>>,
 }
 

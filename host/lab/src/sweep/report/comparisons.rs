@@ -188,7 +188,7 @@ fn seeds(family: &Family, correlation: Option<f64>) -> String {
     )
 }
 
-/// A table of comparisons: all of them, or those with the least p.
+/// A table of comparisons: all of them, or those with the smallest p.
 fn comparisons(family: &Family, names: &[Head<'_>], cells: impl Fn(&Comparison) -> Vec<Cell>) -> String {
     let mut head = names.to_vec();
     head.extend(

@@ -10,7 +10,7 @@ use super::runs::Runs;
 use super::sample::{Critical, Moments};
 use super::table::Table;
 
-/// Most values that a line is drawn with; more couldn't be distinguished.
+/// Maximum number of a line's values; more couldn't be distinguished.
 const MOST_POINTS: usize = 300;
 
 /// A line: times with the mean and its interval at each.

@@ -11,11 +11,11 @@ use super::cells::Cells;
 use super::runs::Runs;
 use super::sample::{CONFIDENCE, Sample};
 
-/// Fewest runs that a sample needs to be tested.
+/// Minimum number of runs for a sample to be tested.
 pub(super) const LEAST: usize = 3;
-/// Most samples whose pairs are all compared; if there are more, each is compared only with the best.
+/// Maximum number of samples whose pairs are all compared; if there are more, each is compared only with the best.
 pub(super) const FEW: usize = 12;
-/// Most runs per sample for exact tests, if there are no ties.
+/// Maximum number of runs per sample for exact tests, if there are no ties.
 pub(super) const EXACT: usize = 20;
 /// Resamples of a bootstrap, and size of a sample that needs fewer of them.
 pub(super) const RESAMPLES: usize = 1000;
@@ -72,7 +72,7 @@ pub(super) struct Comparison {
 /// Variance explained by a factor.
 pub(super) struct FactorEffect {
     pub(super) factor: usize,
-    /// Share of the ranks' variance that is between groups, 0 to 1; NaN if unknown.
+    /// Fraction of the ranks' variance that is between groups, 0 to 1; NaN if unknown.
     pub(super) explained: f64,
     /// Test for more than two groups.
     pub(super) test: Option<OmnibusTest>,
@@ -150,7 +150,7 @@ impl Family {
         let (pair, [first, second]) = ([first.0, second.0], [first.1, second.1]);
         let (a, b) = (first.values.as_slice(), second.values.as_slice());
         let test = test(a, b);
-        // Each comparison has random numbers of its own, so it doesn't depend on the number of comparisons before.
+        // Each comparison has a separate random stream, so it doesn't depend on the comparisons before.
         let stream = factor.map_or(0, |factor| factor as u128 + 1);
         let mut random = Pcg64::new((pair[0] as u128) << 64 | pair[1] as u128, stream);
         self.comparisons.push(Comparison {
@@ -174,8 +174,8 @@ impl Family {
         correct(self.comparisons.iter_mut(), |one| (one.p, &mut one.p_holm));
     }
 
-    /// Least corrected p that samples of these sizes can reach, which is that of two samples without overlap; 0 if
-    /// unknown because not all tests are exact.
+    /// Smallest corrected p that samples of these sizes can reach, which is that of two samples without overlap; 0 if unknown
+    /// because not all tests are exact.
     pub(super) fn least_p(&self) -> f64 {
         let least = self.comparisons.iter().map(|one| {
             let [m, n] = one.runs;

@@ -11,7 +11,7 @@ use super::runs::Runs;
 use super::sample::Sample;
 use super::{DIGITS, Tables, cells, marked, pictures};
 
-/// Most levels that are listed individually.
+/// Maximum number of levels listed individually.
 const LISTED: usize = 12;
 /// Number of levels in a table.
 const SHOWN: usize = 200;
@@ -27,11 +27,11 @@ pub(super) enum Place {
     HighEnd,
 }
 
-/// The group with the greatest mean outcome.
+/// The group with the maximum mean outcome.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Best {
     pub(super) group: usize,
-    /// Its position, if there are at least three ordered groups.
+    /// Its position, for three or more ordered groups.
     pub(super) place: Option<Place>,
     /// Group to compare with: for an inner group the better of the ends, for an end its neighbour, otherwise the second
     /// best.

@@ -2,7 +2,7 @@
 
 use oneiro_report::numbers::significant;
 
-/// Most levels of a factor that are all shown. If there are more and they have an order, they are grouped in bins.
+/// Maximum number of a factor's levels that are all shown. If there are more and they have an order, they are grouped in bins.
 const MOST: usize = 10;
 /// Number of bins, each with about the same number of runs.
 const BINS: usize = 5;
@@ -20,7 +20,7 @@ pub(super) enum Kind {
     Words,
 }
 
-/// A level as it stands in the table.
+/// A level as written in the table.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Level {
     pub(super) text: String,

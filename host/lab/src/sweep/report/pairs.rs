@@ -9,7 +9,7 @@ use super::pictures::MOST_COLUMNS;
 use super::runs::Runs;
 use super::sample::Moments;
 
-/// Most factors of which all pairs are shown; if there are more, those that explain the most.
+/// Maximum number of factors whose pairs are all shown; if there are more, those that explain the most.
 const FACTORS: usize = 4;
 /// Shows one picture at a time; on paper, and without scripts, all are visible.
 const SCRIPT: &str = "<script>

@@ -11,14 +11,14 @@ use super::levels::{Factor, Group, Kind};
 use super::runs::Runs;
 use super::sample::Sample;
 
-/// Most runs that are drawn as points; the outcomes of more are drawn as boxes.
+/// Maximum number of runs drawn as points; the outcomes of more are drawn as boxes.
 const MOST_POINTS: usize = 600;
-/// Most lines and columns in a picture of levels without an order, which can't be grouped in bins.
+/// Maximum number of lines and columns in a picture of levels without an order, which can't be grouped in bins.
 const MOST_LINES: usize = 10;
 pub(super) const MOST_COLUMNS: usize = 40;
-/// Ratio of the greatest to the least level from which a logarithmic axis is considered.
+/// Ratio of the maximum to the minimum level from which a logarithmic axis is considered.
 const RATIO: f64 = 10.0;
-/// Most letters of a level's name in a picture.
+/// Maximum number of letters of a level's name in a picture.
 const LETTERS: usize = 24;
 
 /// Draws the lines over time and the outcomes for the levels of one factor.
@@ -47,7 +47,7 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples
         columns.push(column(&labels[group], &styles[group].0, ends, &samples[group], many));
     }
     if own.is_binned() && !many {
-        // Within a bin, runs stand at their own levels.
+        // Within a bin, runs are drawn at their levels.
         for column in &mut columns {
             column.points.clear();
         }
@@ -117,7 +117,7 @@ pub(super) fn all_runs(tables: &Tables<'_>, runs: &Runs, curves: &Curves) -> Str
     figure("Figure 1", &words, &svg)
 }
 
-/// Outcomes of runs whose levels stand at one position, or in a range of positions.
+/// Outcomes of runs whose levels are at one position, or in a range of positions.
 fn column<'a>(label: &'a str, colour: &'a str, [from, to]: [f64; 2], sample: &Sample, many: bool) -> Column<'a> {
     let values = sample.values.iter().filter(|_| !many);
     Column {
@@ -180,7 +180,7 @@ fn panel<'a>(tables: &Tables<'a>, title: &'a str, curves: &Curves, lines: &[Draw
     }
 }
 
-/// Indices of the groups with the greatest means, at most `most`, in ascending order.
+/// Indices of the groups with the largest means, at most `most`, in ascending order.
 pub(super) fn greatest(samples: &[Sample], most: usize) -> Vec<usize> {
     let mut groups: Vec<usize> = (0..samples.len()).collect();
     if groups.len() > most {

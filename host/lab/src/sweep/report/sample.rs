@@ -104,7 +104,7 @@ impl Moments {
         if self.count == 0 { f64::NAN } else { self.mean }
     }
 
-    /// Mean with its confidence interval by Student's t; a single value is its own interval. NaN if there are no
+    /// Mean with its confidence interval by Student's t; the interval of a single value is that value. NaN if there are no
     /// values.
     pub(super) fn spread(&self, critical: &mut Critical) -> Spread {
         let Self { count, mean, squares } = *self;

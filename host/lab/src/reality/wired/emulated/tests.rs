@@ -1,16 +1,17 @@
-//! Lives on an emulated Khepera, byte by byte on a virtual clock, whose body is a surrogate: the same lives as rollouts on that
-//! surrogate.
+//! Episodes on an emulated Khepera, byte by byte on a virtual clock, whose body is a surrogate: the same as that surrogate's
+//! simulated episodes.
 //!
 //! What differs between them, and what does not:
 //!
 //! - Commands: a sampled robot's motor states are -10 to 10. Ten are 80 mm/s, of which the driver makes units of 8.2 mm/s. No
 //!   rounding changes a state: the farthest from its unit is 10, at 9.76.
-//! - Readings: a surrogate's are integers from 0 to 1023, as the wire has them. None is rounded, so none may differ.
-//! - Poses: those of the odometers, which know nothing of slip, lag and collisions. The task does not ask for them.
-//! - Collisions: nobody reports them. The task gives nothing for a cycle with one, and on the wire it is a cycle like others.
-//! - Time: the robot is read first, and its wheels obey when their command has come, later by the two looks and the command on the
-//!   line. In that part of a cycle the wheels still have their last speeds. A line of 2 ns a byte leaves 0.1 us of it, which no speed
-//!   shows; lines as slow as real ones leave 5 to 90 ms, and those are other lives.
+//! - Readings: a surrogate's are integers from 0 to 1023, as on the serial line. None is rounded, so none may differ.
+//! - Poses: those of the odometers, which do not measure slip, lag and collisions. The task does not use them.
+//! - Collisions: nobody reports them. The task gives nothing for a cycle with one, but the connected robot's cycle counts as any
+//!   other.
+//! - Time: the robot is read first, and its wheels respond when their command has arrived, later by the two looks and the command
+//!   on the line. In that part of a cycle the wheels still have their last speeds. A line of 2 ns a byte leaves 0.1 us of it,
+//!   which no speed shows; lines as slow as real ones leave 5 to 90 ms, which changes the episodes.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -25,10 +26,10 @@ use super::super::*;
 use super::{INSTANT, SEED, Watched, connected};
 
 const CYCLES: u32 = 30;
-/// Directories of lives that are written at the same time: the disk takes most of the time.
+/// Directories of episodes written at the same time: the disk takes most of the time.
 const SHELVES: u64 = 20;
 
-/// The world of rollouts.
+/// The world of simulated episodes.
 fn surrogate(start: Start) -> World {
     World::new(WorldSpec {
         surrogate: Some(Arc::new(Surrogate::drawn(SEED, Differences::all(1.0)))),
@@ -61,16 +62,16 @@ fn genes(life: u64) -> Vec<f32> {
     (0..18).map(gene).collect()
 }
 
-/// A life over the wire and its rollout: the first cycle in which they differ, if there is one.
+/// An episode over the line and the simulated one: the first cycle in which they differ, if there is one.
 struct Compared {
-    /// By the pose of the body at the cycle's beginning, by what is read there, and by the command that follows.
+    /// By the body's pose at the cycle's beginning, by the readings there, and by the command that follows.
     poses: Option<usize>,
     readings: Option<usize>,
     commands: Option<usize>,
-    /// By the reward, but for cycles in which the surrogate collides and gets none.
+    /// By the reward, except for cycles in which the surrogate collides and gets none.
     rewards: Option<usize>,
     has_collided: bool,
-    /// Over the wire, and by the rollout.
+    /// Over the line, and simulated.
     fitness: [f32; 2],
 }
 
@@ -110,7 +111,7 @@ impl Compared {
     }
 }
 
-/// Lives some lives over a line, recorded in a directory of their own, and by rollouts.
+/// Runs some episodes over a line, recorded in a directory, and simulates the same ones.
 fn shelf(baud: u32, numbers: Range<u64>) -> Vec<Compared> {
     let place = Place::new(&format!("emulated-{baud}-{}", numbers.start));
     let mut robot = connected(baud);
@@ -146,7 +147,7 @@ fn count(all: &[Compared], is_it: impl Fn(&Compared) -> bool) -> usize {
     all.iter().filter(|own| is_it(own)).count()
 }
 
-/// Every pose, every reading, every command and every reward is the same, and without a collision so is the fitness, to the last bit.
+/// Every pose, reading, command and reward is the same. Without a collision the fitness is also bit-identical.
 #[test]
 fn lives_over_the_wire_are_those_of_the_surrogate() {
     let lives = if std::env::var_os("ONEIRO_LONG").is_some() {
@@ -177,8 +178,7 @@ fn lives_over_the_wire_are_those_of_the_surrogate() {
     );
 }
 
-/// Where commands come later than in the surrogate, poses differ, then what is read there, then what is commanded: never the other way
-/// round.
+/// Where commands come later than in the surrogate, first poses differ, then readings, then commands: never in another order.
 #[test]
 fn on_a_slow_line_lives_differ_because_commands_come_late() {
     const LIVES: u64 = 50;
