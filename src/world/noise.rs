@@ -53,7 +53,7 @@ impl Noise {
 
     /// Whether it has what only the part `robot/varied.wgsl` has.
     pub(crate) fn is_varied(&self) -> bool {
-        self.drawn == Some(Drawn::Episode)
+        self.drawn == Some(Drawn::Life)
             || [self.gain, self.veer, self.delay]
                 .iter()
                 .flatten()
@@ -62,7 +62,7 @@ impl Noise {
 
     /// The cell of numbers that this part reads.
     pub(super) fn cell(&self) -> [u32; 4] {
-        let per_episode = f32::from(u8::from(self.drawn == Some(Drawn::Episode)));
+        let per_episode = f32::from(u8::from(self.drawn == Some(Drawn::Life)));
         let [gain, veer, delay] = [self.gain, self.veer, self.delay].map(Option::unwrap_or_default);
         [gain, veer * 1e-3, delay, per_episode].map(|number| zero(number).to_bits())
     }
@@ -104,13 +104,13 @@ pub enum Drawn {
     /// Anew in each cycle.
     #[default]
     Cycle,
-    /// Once for a whole episode.
-    Episode,
+    /// Once for a whole episode. Hashes that identify recorded worlds contain the name `Life`.
+    Life,
 }
 
 impl Choice for Drawn {
     const CHOICES: Choices<Self> = &[
         ("cycle", Self::Cycle, "anew in each cycle"),
-        ("life", Self::Episode, "once for a whole episode"),
+        ("life", Self::Life, "once for a whole episode"),
     ];
 }

@@ -128,7 +128,8 @@ pub struct Differences {
     /// Minimum age of readings at severity 1, ms: 0 to 100. The study has 20.
     pub latency_ms: f32,
     /// Severities of single differences, in the order of [`Difference::ALL`], instead of the two above.
-    single: [Option<f32>; Difference::ALL.len()],
+    /// Hashes that identify a surrogate contain this field's name.
+    own: [Option<f32>; Difference::ALL.len()],
 }
 
 impl Differences {
@@ -138,14 +139,14 @@ impl Differences {
             severity,
             motion: severity,
             latency_ms: 20.0,
-            single: [None; Difference::ALL.len()],
+            own: [None; Difference::ALL.len()],
         }
     }
 
     /// Only one difference.
     pub fn only(severity: f32, difference: Difference) -> Self {
         let others_off = Self {
-            single: [Some(0.0); Difference::ALL.len()],
+            own: [Some(0.0); Difference::ALL.len()],
             ..Self::all(severity)
         };
         others_off.with(difference, severity)
@@ -159,7 +160,7 @@ impl Differences {
     /// Sets the severity of one difference, apart from that of the others: 0 for none.
     #[must_use]
     pub fn with(mut self, difference: Difference, severity: f32) -> Self {
-        self.single[difference as usize] = Some(severity);
+        self.own[difference as usize] = Some(severity);
         self
     }
 
@@ -182,7 +183,7 @@ impl Differences {
         } else {
             self.severity
         };
-        self.single[difference as usize].unwrap_or(shared)
+        self.own[difference as usize].unwrap_or(shared)
     }
 
     fn of(&self, difference: Difference) -> f64 {
@@ -197,7 +198,7 @@ impl fmt::Display for Differences {
             write!(f, ", of motion {}", self.motion)?;
         }
         for difference in Difference::ALL {
-            if let Some(severity) = self.single[difference as usize] {
+            if let Some(severity) = self.own[difference as usize] {
                 write!(f, ", of {} {severity}", difference.name())?;
             }
         }
@@ -363,7 +364,7 @@ impl Surrogate {
 
     /// Checks every number, and that something differs if anything is to: `acts` says which differences change anything.
     pub(crate) fn check(&self, acts: impl Fn(Difference) -> bool) -> Result<(), Invalid> {
-        let is_on = |difference: &Difference| self.differences.single[*difference as usize] != Some(0.0);
+        let is_on = |difference: &Difference| self.differences.own[*difference as usize] != Some(0.0);
         let (acts, idle): (Vec<_>, Vec<_>) = Difference::ALL.into_iter().partition(|difference| acts(*difference));
         if !acts.iter().any(is_on) && idle.iter().any(is_on) {
             let names =

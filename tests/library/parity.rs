@@ -144,7 +144,7 @@ fn noise_changed_by_one_ulp_is_seen() {
         |noise| noise.gain = noise.gain.map(f32::next_up),
         |noise| noise.veer = noise.veer.map(f32::next_up),
         |noise| noise.delay = noise.delay.map(f32::next_up),
-        |noise| noise.drawn = Some(Drawn::Episode),
+        |noise| noise.drawn = Some(Drawn::Life),
     ];
     for change in changes {
         let mut other = spec.clone();

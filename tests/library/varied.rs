@@ -58,7 +58,7 @@ fn a_life_keeps_its_gains() {
         });
         ranges.collect::<Vec<_>>()
     };
-    let of_life = spread(Drawn::Episode);
+    let of_life = spread(Drawn::Life);
     assert!(of_life.len() > 20 && of_life.iter().all(|(least, most)| most - least < 1e-5));
     // Lives and sensors differ.
     assert!(of_life.iter().any(|(least, _)| *least < 0.7) && of_life.iter().any(|(_, most)| *most > 1.3));
@@ -96,7 +96,7 @@ fn a_robot_that_veers_turns_by_its_way() {
         };
         traces(spec(noise(drawn)), 200).iter().map(of).collect()
     };
-    let all: Vec<Vec<f32>> = rates(Drawn::Episode).into_iter().filter(|own| own.len() > 1).collect();
+    let all: Vec<Vec<f32>> = rates(Drawn::Life).into_iter().filter(|own| own.len() > 1).collect();
     assert!(!all.is_empty());
     for own in &all {
         assert!(own.iter().all(|rate| rate.abs() <= 2.1), "{own:?}");
@@ -112,7 +112,7 @@ fn the_first_command_is_late_by_the_delay() {
     let lived = |noise| traces(spec(noise), LIVES);
     let late = Noise {
         delay: Some(1.0),
-        drawn: Some(Drawn::Episode),
+        drawn: Some(Drawn::Life),
         ..Noise::NONE
     };
     let way = |trace: &Trace| {
@@ -142,7 +142,7 @@ fn the_first_command_is_late_by_the_delay() {
 fn nothing_drawn_is_no_noise() {
     let quiet = words(&traces(spec(Noise::NONE), LIVES));
     let of_life = Noise {
-        drawn: Some(Drawn::Episode),
+        drawn: Some(Drawn::Life),
         ..Noise::NONE
     };
     assert!(quiet == words(&traces(spec(of_life), LIVES)));
@@ -202,7 +202,7 @@ fn only_robots_sampled_as_a_whole_have_it() {
         allowed,
     );
     let of_life = Noise {
-        drawn: Some(Drawn::Episode),
+        drawn: Some(Drawn::Life),
         ..none
     };
     refused(

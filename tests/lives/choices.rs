@@ -114,7 +114,7 @@ pub(crate) fn varied() -> Vec<(String, WorldSpec)> {
         ..Noise::CONSERVATIVE
     };
     let of_life = Noise {
-        drawn: Some(Drawn::Episode),
+        drawn: Some(Drawn::Life),
         ..all
     };
     vec![
@@ -123,11 +123,11 @@ pub(crate) fn varied() -> Vec<(String, WorldSpec)> {
         with("delay", &|spec| spec.noise.delay = Some(1.0)),
         with("sensor noise of a life", &|spec| {
             spec.noise.sensor = (0.0, 0.4);
-            spec.noise.drawn = Some(Drawn::Episode);
+            spec.noise.drawn = Some(Drawn::Life);
         }),
         with("motor noise of a life, sliding", &|spec| {
             spec.noise.motor = 0.2;
-            spec.noise.drawn = Some(Drawn::Episode);
+            spec.noise.drawn = Some(Drawn::Life);
             spec.robot.collision = Collision::Slide;
         }),
         with("all", &|spec| spec.noise = all),

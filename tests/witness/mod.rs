@@ -480,7 +480,7 @@ impl<'a> Life<'a> {
     /// The cycle whose draws count in a cycle.
     fn drawn(&self, step: u32) -> u32 {
         match self.setting.spec.noise.drawn {
-            Some(Drawn::Episode) => 0,
+            Some(Drawn::Life) => 0,
             Some(Drawn::Cycle) | None => step,
         }
     }

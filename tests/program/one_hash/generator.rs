@@ -81,7 +81,7 @@ pub(crate) struct Writer {
     /// Floats that may be read here, and unsigned numbers.
     floats: Vec<String>,
     unsigned: Vec<String>,
-    /// Whether there is a `life` here, and a controller's `readings`.
+    /// Whether there is a `episode` here, and a controller's `readings`.
     has_life: bool,
     has_readings: bool,
     helpers: u32,
@@ -182,7 +182,7 @@ impl Writer {
             21 => format!("reciprocal_root(0.01f + abs({a}))"),
             22 if self.helpers > 0 && self.has_life => {
                 let helper = self.draw.below(self.helpers);
-                format!("{}_helper_{helper}(life, {a}, {b})", self.word())
+                format!("{}_helper_{helper}(episode, {a}, {b})", self.word())
             }
             _ => format!("{0}_Pair({a}, vec2<f32>({b}, 1.0f)).far.x", self.word()),
         }

@@ -501,7 +501,7 @@ fn noise(noise: Noise, robot: &Robot, own: &OwnParts) -> String {
     if let Some(delay) = given(noise.delay) {
         parts.push(format!("commands act up to {} late", counted(delay, "cycle", "cycles")));
     }
-    if noise.drawn == Some(Drawn::Episode) {
+    if noise.drawn == Some(Drawn::Life) {
         parts.push("all but the walk is drawn once for a life".to_owned());
     }
     if let Build::Differential(Differential {
@@ -537,7 +537,7 @@ mod tests {
             gain: Some(0.5),
             veer: Some(0.06),
             delay: Some(0.6),
-            drawn: Some(Drawn::Episode),
+            drawn: Some(Drawn::Life),
         };
         assert_eq!(
             noise(all, &robot, &own),
