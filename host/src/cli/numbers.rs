@@ -75,7 +75,7 @@ pub(super) fn of_key<T>(key: &'static str) -> impl TypedValueParser<Value = T>
 where
     T: FromStr + Field + Default + Clone + Send + Sync + 'static,
 {
-    move |text: &str| -> std::result::Result<T, Box<dyn Error + Send + Sync>> {
+    move |text: &str| -> Result<T, Box<dyn Error + Send + Sync>> {
         allowed_by(key, text).map_err(|allowed| match text.parse::<f64>() {
             Ok(_) => OutOfRange(allowed).into(),
             Err(_) => allowed.into(),
@@ -83,7 +83,7 @@ where
     }
 }
 
-fn allowed_by<T: FromStr + Field + Default>(key: &str, text: &str) -> std::result::Result<T, String> {
+fn allowed_by<T: FromStr + Field + Default>(key: &str, text: &str) -> Result<T, String> {
     let number = text.parse().ok();
     let number = number.filter(|number: &T| experiment::allows(key, number).0);
     number.ok_or_else(|| format!("allowed: {}", experiment::allows(key, &T::default()).1))

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// Length of a log and its hash.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Extent {
+pub(crate) struct Extent {
     bytes: u64,
     blake3: String,
 }
@@ -39,7 +39,7 @@ impl Prefix {
 
 /// Writer of a log. Lines wait in memory: after a crash, everything beyond the last checkpoint is discarded anyway.
 #[derive(Debug)]
-pub struct Log {
+pub(crate) struct Log {
     path: PathBuf,
     /// Bytes that are not written yet.
     waiting: Vec<u8>,
@@ -51,7 +51,7 @@ pub struct Log {
 
 impl Log {
     /// Starts an empty log.
-    pub fn create(path: PathBuf) -> Result<Self> {
+    pub(crate) fn create(path: PathBuf) -> Result<Self> {
         plain::create_anew(&path).map_err(|error| Failure::storage(&path, &error))?;
         Ok(Self::new(path, 0, blake3::Hasher::new()))
     }
@@ -74,7 +74,7 @@ impl Log {
     }
 
     /// Appends bytes; they are written within a second, or earlier if there are many.
-    pub fn push(&mut self, bytes: &[u8]) -> Result {
+    pub(crate) fn push(&mut self, bytes: &[u8]) -> Result {
         const MANY: usize = 1 << 22;
         const LATE: Duration = Duration::from_secs(1);
         self.hasher.update(bytes);
@@ -86,7 +86,7 @@ impl Log {
     }
 
     /// Writes all waiting bytes and waits until they are on disk. Returns the log's extent.
-    pub fn sync(&mut self) -> Result<Extent> {
+    pub(crate) fn sync(&mut self) -> Result<Extent> {
         self.flush(true)?;
         Ok(Extent {
             bytes: self.written,

@@ -27,25 +27,25 @@ pub enum Leaves {
 
 /// Rules for the store of pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rules {
+pub(crate) struct Rules {
     /// The most pairs: 10 in the paper.
-    pub room: usize,
+    pub(crate) room: usize,
     /// When a message updates a pair.
-    pub key: Key,
+    pub(crate) key: Key,
     /// The pair that is dropped.
-    pub leaves: Leaves,
+    pub(crate) leaves: Leaves,
 }
 
 /// A robot's store of pairs in one interval.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pairs {
+pub(crate) struct Pairs {
     rules: Rules,
     kept: Vec<Message>,
 }
 
 impl Pairs {
     /// An empty store.
-    pub fn new(rules: Rules) -> Self {
+    pub(crate) fn new(rules: Rules) -> Self {
         Self {
             rules,
             kept: Vec::new(),
@@ -53,7 +53,7 @@ impl Pairs {
     }
 
     /// Stores a message.
-    pub fn hear(&mut self, message: Message) {
+    pub(crate) fn hear(&mut self, message: Message) {
         let same = |kept: &Message| {
             kept.sender == message.sender && (self.rules.key == Key::Robot || kept.interval == message.interval)
         };
@@ -92,7 +92,7 @@ impl Pairs {
     }
 
     /// All pairs, the best first.
-    pub fn ranked(&self) -> Vec<Message> {
+    pub(crate) fn ranked(&self) -> Vec<Message> {
         let mut all = self.kept.clone();
         // Stable: of equals the first received.
         all.sort_by(|a, b| b.fitness.total_cmp(&a.fitness));
