@@ -28,12 +28,12 @@ pub enum Leaves {
 /// Rules for the store of pairs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Rules {
-    /// Maximum number of pairs: 10 in the paper.
-    pub room: usize,
+    /// The most pairs: 10 in the paper.
+    pub(crate) room: usize,
     /// When a message updates a pair.
-    pub key: Key,
+    pub(crate) key: Key,
     /// The pair that is dropped.
-    pub leaves: Leaves,
+    pub(crate) leaves: Leaves,
 }
 
 /// A robot's store of pairs in one interval.
