@@ -212,7 +212,7 @@ impl Head<'_> {
     }
 }
 
-/// A table with a name and a text above it, either of which may be empty. A table without rows says so.
+/// A table with a name and a text above it, either of which may be empty. An empty table has a line that explains it.
 pub fn table(name: &str, words: &str, head: &[Head<'_>], rows: &[Row]) -> String {
     let (id, name) = if name.is_empty() {
         (String::new(), String::new())

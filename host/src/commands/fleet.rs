@@ -75,7 +75,7 @@ fn plan(arguments: &FleetFile, console: Console) -> Result {
             "service": fleet.service,
             "robots": robots.iter().map(robot).collect::<Vec<_>>(),
         });
-        if let AnyFleet::Swarm(fleet) = &any {
+        if let AnyFleet::Foragers(fleet) = &any {
             let (minutes, battery) = minutes(fleet);
             plan["experiment"] = fleet.experiment.name().into();
             plan["seed"] = fleet.seed.into();
@@ -86,7 +86,7 @@ fn plan(arguments: &FleetFile, console: Console) -> Result {
         return console.json_data(&plan);
     }
     let mut text = match &any {
-        AnyFleet::Swarm(fleet) => members(fleet, &robots),
+        AnyFleet::Foragers(fleet) => members(fleet, &robots),
         AnyFleet::Alone(_) => alone(&robots),
     };
     if let Some(first) = robots.first() {
@@ -272,7 +272,7 @@ fn collected(arguments: &FleetWork, console: Console) -> Result {
         return Err(Failure::of(Code::Device, "collect: no robot's record could be copied"));
     }
     match &any {
-        AnyFleet::Swarm(fleet) => merged(fleet, &numbers, console)?,
+        AnyFleet::Foragers(fleet) => merged(fleet, &numbers, console)?,
         AnyFleet::Alone(_) => {
             describe(
                 &fleet.directory,

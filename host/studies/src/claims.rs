@@ -37,7 +37,7 @@ pub struct Test {
     pub value: f64,
     /// Degrees of freedom; empty if the statistic has none.
     pub(crate) degrees_of_freedom: Vec<f64>,
-    /// Probability of a value at least as extreme under the null hypothesis.
+    /// Two-sided p value.
     pub p: f64,
     /// p after Holm's correction over the family of tests named in the preregistration.
     pub p_holm: Option<f64>,
@@ -80,7 +80,7 @@ pub struct Claim {
     pub verdict: Verdict,
     /// Why it doesn't hold: the figures whose intervals span or miss a bound, or what is missing. Empty if it holds.
     pub reasons: Vec<String>,
-    /// Whether the registered criterion is met, by the figures alone, without their intervals; `None` if it can't be asked.
+    /// Whether the figures alone meet the registered criterion, without their intervals; `None` if it can't be checked.
     pub registered: Option<bool>,
     /// Figures that the verdict rests on.
     pub effects: Vec<Effect>,
@@ -218,7 +218,7 @@ impl Preregistered {
         })
     }
 
-    /// The claim with its verdict: effects stand beside the paper's figures, and remarks are joined.
+    /// The claim with its verdict, its effects next to the paper's figures, and its remarks joined.
     pub(crate) fn judged(&self, (verdict, reasons): Judged, finding: Finding, remark: String) -> Claim {
         Claim {
             id: self.id.clone(),
@@ -236,7 +236,7 @@ impl Preregistered {
         }
     }
 
-    /// Remark that applies whatever was found.
+    /// Remark for any result.
     pub(crate) fn remark(&self) -> &str {
         &self.remark
     }
@@ -280,18 +280,27 @@ mod tests {
                 claims: criteria,
                 ..
             } = Table::of(table);
-            assert!(criteria.iter().all(|own| questions.contains_key(&own.question)));
+            assert!(
+                criteria
+                    .iter()
+                    .all(|criterion| questions.contains_key(&criterion.question))
+            );
             assert_eq!(Table::of(table).questions().len(), questions.len(), "each has claims");
             let ours: Vec<Vec<String>> = criteria
                 .iter()
-                .map(|own| vec![format!("{} {}", own.id, own.title), own.criterion.clone()])
+                .map(|criterion| {
+                    vec![
+                        format!("{} {}", criterion.id, criterion.title),
+                        criterion.criterion.clone(),
+                    ]
+                })
                 .collect();
             assert_eq!(ours, preregistered, "{name}");
-            for own in criteria {
+            for criterion in criteria {
                 assert!(
-                    ![own.statement, own.source, own.unit].contains(&String::new()),
+                    ![criterion.statement, criterion.source, criterion.unit].contains(&String::new()),
                     "{}",
-                    own.id
+                    criterion.id
                 );
             }
         }

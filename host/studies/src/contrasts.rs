@@ -85,7 +85,7 @@ impl Estimate {
             };
         }
         let reach = t_within(1.0 - LEVEL, df) * error;
-        // The chance of a mean as far above a bound.
+        // The probability of a mean as far above a bound.
         let above = |bound: f64| {
             let distance = value - bound;
             if error == 0.0 {
@@ -108,7 +108,7 @@ impl Estimate {
         }
     }
 
-    /// The outcome by a p that may be corrected.
+    /// The outcome by a p, corrected or not.
     fn outcome(&self, p: f64, level: f64) -> Verdict {
         let is_opposed = match self.margin {
             Some(margin) => self.low > margin || self.high < -margin,
@@ -161,11 +161,11 @@ impl Judged {
 
 /// The worst outcome of a claim's contrasts, from those of a family, and why it doesn't hold if it doesn't.
 pub(super) fn of_claim<F>(claim: &str, judged: &[Judged], contrasts: &[Contrast<F>]) -> (Verdict, Vec<String>) {
-    let own = judged
+    let pairs = judged
         .iter()
         .zip(contrasts)
-        .filter(|(_, own)| own.claims.contains(&claim));
-    of_parts(own.map(|(judged, own)| judged.part(own.name)).collect())
+        .filter(|(_, contrast)| contrast.claims.contains(&claim));
+    of_parts(pairs.map(|(judged, contrast)| judged.part(contrast.name)).collect())
 }
 
 /// The last columns of the table of claims.
@@ -181,7 +181,7 @@ pub(super) static CLAIM: [Column; 3] = [
     ),
 ];
 
-/// The columns of what a contrast gives, and of its outcomes by criteria next to the registered one.
+/// A contrast's columns: its estimate, and its outcomes by the registered and by other criteria.
 pub(super) fn estimate_columns(unit: &'static str) -> [Column; 6] {
     [
         Column::number("estimate", "", unit),
@@ -196,7 +196,7 @@ pub(super) fn estimate_columns(unit: &'static str) -> [Column; 6] {
 pub(super) fn other_criteria_columns() -> [Column; 3] {
     [
         Column::text("uncorrected", "the outcome without a correction over the family"),
-        Column::text("level_0.01", "the outcome at the level 0.01 in place of 0.05"),
+        Column::text("level_0.01", "the outcome at the level 0.01 instead of 0.05"),
         Column::text(
             "one_family",
             "the outcome if all contrasts that are judged together are one family",
@@ -206,14 +206,14 @@ pub(super) fn other_criteria_columns() -> [Column; 3] {
 
 /// A row of the table of contrasts.
 pub(super) struct Row {
-    /// What is before the estimate.
+    /// Columns before the estimate.
     pub(super) words: Vec<String>,
     pub(super) judged: Judged,
-    /// What is between the outcome and the outcomes by other criteria.
+    /// Columns between the outcome and the outcomes by other criteria.
     pub(super) firmness: Vec<String>,
     /// Whether the outcome survives what the registration names, without other criteria.
     pub(super) survives: bool,
-    /// Whether the registration names other criteria too.
+    /// Whether the registration also names other criteria.
     pub(super) is_by_criteria: bool,
 }
 

@@ -34,13 +34,13 @@ static ARM: Column = Column::text("arm", "the arm: which assumption is changed")
 static CLAIM: Column = Column::text("CLAIM", "the verdict on a claim, one column per claim");
 
 /// The files of a study's directory: its own, among those that every study has.
-pub(super) fn contents(own: Vec<Entry>, sensitivity: bool) -> Vec<Entry> {
+pub(super) fn contents(of_study: Vec<Entry>, sensitivity: bool) -> Vec<Entry> {
     let mut all = vec![
         Entry::file(REPORT, "the report: a verdict on each claim, with figures and tables"),
         Entry::file(CLAIMS, "each claim with its verdict, its figures and its tests"),
         Entry::file(RESULTS, "the study's results, before they are judged"),
     ];
-    all.extend(own);
+    all.extend(of_study);
     if sensitivity {
         let verdicts = "with `--sensitivity`: one row per arm";
         all.push(Entry::table(SENSITIVITY, verdicts, [&ARM, &CLAIM]));
@@ -106,7 +106,7 @@ pub(super) fn reproduce<S: Reproduction>(
 ) -> Result {
     let main = under(request.arm)?;
     let out = request.out.map_or_else(|| usual(request, &main), Path::to_owned);
-    let (found, claims) = studied(&main, &out, request.sensitivity, console)?;
+    let (found, claims) = run_study(&main, &out, request.sensitivity, console)?;
     if request.sensitivity {
         let mut arms = Sensitivity {
             main: Assumed {
@@ -116,14 +116,14 @@ pub(super) fn reproduce<S: Reproduction>(
             groups: Vec::new(),
         };
         for group in file.groups()? {
-            let mut own = Vec::new();
+            let mut group_arms = Vec::new();
             for arm in group.arms {
                 console.say(format!("arm {}", arm.name));
                 let folder = disk::make_folder(&out, Path::new(ARMS).join(&arm.name))?;
-                let (_, claims) = studied(&under(&arm.name)?, &folder, false, console)?;
-                own.push(Assumed { arm, claims });
+                let (_, claims) = run_study(&under(&arm.name)?, &folder, false, console)?;
+                group_arms.push(Assumed { arm, claims });
             }
-            arms.groups.push((group.about, own));
+            arms.groups.push((group.about, group_arms));
         }
         disk::write(&out.join(SENSITIVITY), sensitivity(&arms).as_bytes())?;
         write_report(&main, &out, &found, &claims, Some(&arms))?;
@@ -138,7 +138,7 @@ fn usual(request: &Request<'_>, study: &impl Reproduction) -> PathBuf {
 }
 
 /// Runs one study in its directory and writes all of its files.
-fn studied<S: Reproduction>(
+fn run_study<S: Reproduction>(
     study: &S,
     path: &Path,
     sensitivity: bool,

@@ -1,5 +1,5 @@
 //! A study's file: the values that it changes in an experiment, and its arms, which are named sets of further changes.
-//! The papers' studies are compiled in; a user's own file can replace one.
+//! The papers' studies are compiled in; a user's file can replace one.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -49,7 +49,7 @@ pub struct StudyFile {
 }
 
 impl StudyFile {
-    /// Reads a user's own file, or takes the compiled-in one.
+    /// Reads a user's file, or takes the compiled-in one.
     ///
     /// # Errors
     /// Exit 3 if the file doesn't exist or isn't text.
@@ -69,7 +69,7 @@ impl StudyFile {
         })
     }
 
-    /// Hash of a user's own file; `None` for the compiled-in one.
+    /// Hash of a user's study file; `None` for the compiled-in one.
     pub(crate) fn own_hash(&self) -> Option<String> {
         self.path
             .is_some()
@@ -145,7 +145,7 @@ impl StudyFile {
     }
 }
 
-/// Parser of an arm's name on the command line. It lists the compiled-in study's arms; a user's own file may have
+/// Parser of an arm's name on the command line. It lists the compiled-in study's arms; a user's file may have
 /// others.
 #[derive(Clone)]
 pub(crate) struct ArmParser(pub &'static Shipped);
@@ -209,7 +209,7 @@ impl Arm {
     }
 
     /// Keys of the values that it replaces.
-    pub(crate) fn changed(&self) -> Vec<String> {
+    pub(crate) fn changed_keys(&self) -> Vec<String> {
         leaves(&self.changes).into_iter().map(|(key, _)| key).collect()
     }
 
@@ -228,15 +228,15 @@ impl Arm {
         values: impl IntoIterator<Item = (String, String)>,
         source: impl Fn(&str) -> Option<&'a str>,
     ) -> Vec<Assumption> {
-        let changed = self.changed();
-        let own = format!("arm {}: {}", self.name, self.words);
+        let changed = self.changed_keys();
+        let words = format!("arm {}: {}", self.name, self.words);
         let rows = values.into_iter().map(|(name, value)| {
             // In the study's file, the values of all conditions stand under `set`.
             let is_changed = changed
                 .iter()
                 .any(|key| *key == name || key.strip_prefix("set.") == Some(&name));
             let source = if is_changed {
-                &own
+                &words
             } else {
                 source(&name).unwrap_or_default()
             };
@@ -271,7 +271,7 @@ pub fn leaves(table: &Table) -> Vec<(String, Value)> {
     all
 }
 
-/// Converts the values of a table that stands under a key of a study's file into settings that know their place.
+/// Converts the values of a table under a key of a study's file into settings with their place.
 pub fn settings(under: &str, table: &Table, source: &Source<'_>) -> Vec<Setting> {
     let values = leaves(table).into_iter();
     values
@@ -292,7 +292,7 @@ pub fn listed(resolved: &str) -> BTreeMap<String, String> {
 pub fn words(value: &Value) -> String {
     match value {
         Value::String(word) => word.clone(),
-        // In single precision, as it was written.
+        // In single precision, as written in the file.
         Value::Float(number) => (*number as f32).to_string(),
         other => other.to_string(),
     }
@@ -302,7 +302,7 @@ pub fn words(value: &Value) -> String {
 mod tests {
     use super::*;
 
-    /// Compiled-in texts are those of the repository, and studies name experiments from beside them.
+    /// Compiled-in texts equal the repository's, and studies name experiments in the same folder.
     #[test]
     fn shipped_studies_name_the_experiments_that_are_compiled_in_with_them() {
         for shipped in [&MIGLINO1995, &ODOWD2014] {

@@ -30,7 +30,7 @@ mod verdicts;
 /// The files of any directory of the 1995 study and of the 2014 study, and of their second editions.
 #[cfg(any(test, feature = "testing"))]
 pub fn all_contents() -> [Vec<oneiro_base::contents::Entry>; 4] {
-    let of = |own| directory::contents(own, true);
+    let of = |entries| directory::contents(entries, true);
     let [of_1995, of_2014] = [miglino1995::contents(true, true, true), odowd2014::contents(true)].map(of);
     [
         of_1995,

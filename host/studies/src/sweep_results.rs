@@ -23,14 +23,14 @@ pub(super) struct ResultRow<'a> {
 impl ResultRow<'_> {
     /// A cell, if the table has its column.
     pub(super) fn find(&self, column: &str) -> Option<&str> {
-        let place = self.head.iter().position(|own| own == column)?;
+        let place = self.head.iter().position(|header| header == column)?;
         Some(&self.row[place])
     }
 
     /// A cell of a column that the table must have.
     pub(super) fn cell(&self, column: &str) -> Result<&str> {
         self.find(column)
-            .ok_or_else(|| lacking(self.path, column, self.allowed))
+            .ok_or_else(|| missing_column(self.path, column, self.allowed))
     }
 
     /// A number that `is_allowed` accepts; `words` describe such numbers.
@@ -57,7 +57,7 @@ pub(super) fn bad(path: &Path, line: usize, problem: impl Display) -> Failure {
     Failure::input(format_args!("{}:{line}: {problem}", path.display()))
 }
 
-fn lacking(path: &Path, column: &str, allowed: &str) -> Failure {
+fn missing_column(path: &Path, column: &str, allowed: &str) -> Failure {
     let problem = format_args!("has no column {column}; allowed: the table of a sweep of {allowed}");
     bad(path, 1, problem)
 }
@@ -71,8 +71,11 @@ pub(super) fn each_row(
 ) -> Result {
     let mut table = Reader::from_reader(text.as_bytes());
     let head = &table.headers().map_err(|error| bad(path, 1, error))?.clone();
-    if let Some(column) = columns.iter().find(|column| head.iter().all(|own| own != **column)) {
-        return Err(lacking(path, column, allowed));
+    if let Some(column) = columns
+        .iter()
+        .find(|column| head.iter().all(|header| header != **column))
+    {
+        return Err(missing_column(path, column, allowed));
     }
     for (row, line) in table.records().zip(2..) {
         let row = row.map_err(|error| bad(path, line, error))?;

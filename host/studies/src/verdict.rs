@@ -146,17 +146,17 @@ impl Part {
 /// A verdict, and the reasons why a criterion doesn't hold; none if it does.
 pub(crate) type Judged = (Verdict, Vec<String>);
 
-/// The verdict of a criterion by its parts: the worst of them.
+/// The verdict of a criterion: its parts' worst.
 pub(crate) fn of_parts(parts: Vec<Part>) -> Judged {
     let verdict = parts
         .iter()
         .map(|part| part.verdict)
         .max()
         .unwrap_or(Verdict::Undecided);
-    let own = parts
+    let decisive = parts
         .into_iter()
         .filter(|part| part.verdict == verdict && verdict != Verdict::Holds);
-    (verdict, own.map(|part| part.reason).collect())
+    (verdict, decisive.map(|part| part.reason).collect())
 }
 
 /// The first reason, and how many others there are, for a line on a terminal.
@@ -207,7 +207,7 @@ mod tests {
                 "too few runs (0 of at least 5): x: has no interval".into()
             )
         );
-        // Four runs decide nothing, however clear they are.
+        // Four runs decide nothing, even clear ones.
         let (verdict, reason) = above(&[5.0, 5.1, 5.0, 5.1]);
         assert_eq!(
             (verdict, &*reason),

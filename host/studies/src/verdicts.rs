@@ -37,15 +37,18 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
     ];
     let (mut answers, mut rows) = (String::new(), Vec::new());
     for (key, question) in table_of.questions() {
-        let own: Vec<&Claim> = claims.iter().filter(|claim| claim.question == key).collect();
-        let answer: Vec<String> = VERDICTS.iter().filter_map(|&verdict| answer(verdict, &own)).collect();
+        let of_question: Vec<&Claim> = claims.iter().filter(|claim| claim.question == key).collect();
+        let answer: Vec<String> = VERDICTS
+            .iter()
+            .filter_map(|&verdict| answer(verdict, &of_question))
+            .collect();
         let (words, answer) = (escaped(question), answer.join("; "));
         let _ = writeln!(answers, "<li><a href=\"#{key}\">{words}</a> {answer}.</li>");
         rows.push(Row {
             cells: vec![Cell::across(head.len(), question)],
             sum: true,
         });
-        rows.extend(own.into_iter().map(|claim| Row::from(line(claim))));
+        rows.extend(of_question.into_iter().map(|claim| Row::from(line(claim))));
     }
     let introduction = paragraph(&format!(
         "Of the paper's {}, {}, {} and {}: the 95 % intervals over runs decide whether a criterion that was fixed before \
@@ -55,8 +58,8 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
         counted(count(Verdict::Opposed), "is opposed", "are opposed"),
         counted(count(Verdict::Undecided), "is undecided", "are undecided"),
     ));
-    let caption = "All claims with their main effects, beside the paper's own figure where it prints one or one follows from \
-                   what it prints. Intervals are over runs.";
+    let caption = "All claims with their main effects, next to the paper's figure where it prints one, or where one \
+                   follows from what it prints. Intervals are over runs.";
     let answers = if claims.is_empty() {
         paragraph("Nothing has been judged.")
     } else {
@@ -70,8 +73,8 @@ pub(super) fn summary(table_of: &Table, claims: &[Claim], about: &str) -> Sectio
 
 /// The claims among some that have a verdict, such as `holds: C1, C2`.
 fn answer(verdict: Verdict, claims: &[&Claim]) -> Option<String> {
-    let own = claims.iter().filter(|claim| claim.verdict == verdict);
-    let links: Vec<String> = own.map(|claim| link(claim)).collect();
+    let with_verdict = claims.iter().filter(|claim| claim.verdict == verdict);
+    let links: Vec<String> = with_verdict.map(|claim| link(claim)).collect();
     (!links.is_empty()).then(|| format!("{verdict}: {}", links.join(", ")))
 }
 
@@ -99,21 +102,22 @@ fn line(claim: &Claim) -> Vec<Cell> {
 /// A section for each question: its claims in detail, and the figures and tables that `evidence` has for its key.
 pub(super) fn by_question(table: &Table, claims: &[Claim], evidence: impl Fn(&str) -> String) -> Vec<Section> {
     let section = |(key, question): (&str, &str)| {
-        let own: Vec<&Claim> = claims.iter().filter(|claim| claim.question == key).collect();
+        let of_question: Vec<&Claim> = claims.iter().filter(|claim| claim.question == key).collect();
         Section::new(
             key.to_owned(),
             question.to_owned(),
-            joined(&own, |claim| article(claim)) + &evidence(key),
+            joined(&of_question, |claim| article(claim)) + &evidence(key),
         )
     };
     table.questions().into_iter().map(section).collect()
 }
 
 /// How claims were judged, for the methods of every study.
-pub(super) fn judging() -> String {
+pub(super) fn judging_methods() -> String {
     let paragraphs = [
-        "The criterion of each claim was fixed, word for word, before anything was evolved. A run is the unit of analysis wherever the \
-         paper's own test does not need another: individuals, robots and minutes of one run depend on each other."
+        "The criterion of each claim was fixed, word for word, before anything was evolved. A run is the unit of \
+         analysis unless the paper's test needs another: individuals, robots and minutes of one run depend on each \
+         other."
             .to_owned(),
         "A verdict rests on intervals, not on the sign of an estimate. Each part of a criterion compares a figure with a bound. It holds if \
          the figure's 95 % interval over runs lies on the asked side. It is opposed if the interval lies on the other side. It is undecided \
@@ -164,7 +168,7 @@ fn article(claim: &Claim) -> String {
         escaped(&claim.criterion),
         escaped(&claim.source),
         escaped(&claim.unit),
-        paragraph(&decided(claim)),
+        paragraph(&verdict_and_reason(claim)),
     );
     if !claim.effects.is_empty() {
         let head = [
@@ -195,8 +199,8 @@ fn article(claim: &Claim) -> String {
     text
 }
 
-/// The verdict with its reason, and what the registered criterion says by itself.
-fn decided(claim: &Claim) -> String {
+/// The verdict with its reason, and the registered criterion's result.
+fn verdict_and_reason(claim: &Claim) -> String {
     let reasons = match &claim.reasons[..] {
         [] => "all intervals lie on the asked side".to_owned(),
         reasons => reasons.join("; "),
@@ -257,14 +261,14 @@ pub struct Assumed {
 
 /// The claims under every assumption.
 pub struct Sensitivity {
-    /// The study's own arm.
+    /// The study's main arm.
     pub main: Assumed,
     /// Other arms by subject.
     pub groups: Vec<(String, Vec<Assumed>)>,
 }
 
 impl Sensitivity {
-    /// All arms, the study's own first.
+    /// All arms, the main arm first.
     pub(crate) fn all(&self) -> impl Iterator<Item = &Assumed> + Clone {
         std::iter::once(&self.main).chain(self.groups.iter().flat_map(|(_, group)| group))
     }
@@ -275,13 +279,13 @@ pub(super) fn by_assumption(arms: &Sensitivity) -> String {
     let Sensitivity { main, groups } = arms;
     let mut head = vec![Head::Text("Assumption")];
     head.extend(main.claims.iter().map(|claim| Head::Text(&claim.id)));
-    let mut rows = vec![assumed(main)];
+    let mut rows = vec![row_of_arm(main)];
     for (title, group) in groups.iter().filter(|(_, group)| !group.is_empty()) {
         rows.push(Row {
             cells: vec![Cell::across(head.len(), title)],
             sum: true,
         });
-        rows.extend(group.iter().map(assumed));
+        rows.extend(group.iter().map(row_of_arm));
     }
     let counts = (0..main.claims.len()).map(|column| {
         let asked = arms.all().filter_map(|one| one.claims.get(column));
@@ -295,16 +299,16 @@ pub(super) fn by_assumption(arms: &Sensitivity) -> String {
             .collect(),
         sum: true,
     });
-    let words = "Which claims hold under which assumption. Each row is the whole study again with one choice made \
-                 otherwise; its own report lies in the directory arms. A verdict that changes from row to row hangs on \
-                 a choice that the paper leaves open, on what reality differs in, or on the few runs.";
+    let words = "Which claims hold under which assumption. Each row repeats the whole study with one choice made \
+                 otherwise; its report is in the directory arms. A verdict that changes from row to row depends on a \
+                 choice that the paper leaves open, on reality's differences, or on the few runs.";
     format!(
         "<h3>Under other assumptions</h3>\n<div id=\"sensitivity\">\n{}</div>\n",
         table("", words, &head, &rows)
     )
 }
 
-fn assumed(one: &Assumed) -> Row {
+fn row_of_arm(one: &Assumed) -> Row {
     let what = format!(
         "<code>{}</code><br/><span class=\"small\">{}</span>",
         escaped(&one.arm.name),
@@ -364,8 +368,8 @@ mod tests {
                 .into_iter()
                 .map(|group| {
                     let shown = ["ten-readings", "interpolated", "only-read-noise"];
-                    let own = group.arms.into_iter().filter(|arm| shown.contains(&arm.name.as_str()));
-                    (group.about, own.map(|arm| assumed(arm, Opposed)).collect())
+                    let arms = group.arms.into_iter().filter(|arm| shown.contains(&arm.name.as_str()));
+                    (group.about, arms.map(|arm| assumed(arm, Opposed)).collect())
                 })
                 .collect(),
         };

@@ -1,4 +1,4 @@
-//! What a robot does and what is in its way, as it tells the operator.
+//! The robot's activity and its obstacles, as reported to the operator.
 
 /// What the robot does, for the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -6,11 +6,11 @@
 pub(crate) enum Activity {
     /// It has heard no beacon yet.
     Waiting,
-    /// The operator lets it stand, or the beacon has fallen silent.
+    /// Stopped by the operator, or by a missing beacon.
     Standing,
     /// It is to be switched on later.
     Off,
-    /// It lives.
+    /// It acts in the experiment.
     Living,
     /// Something is in the way: see the problems.
     Troubled,

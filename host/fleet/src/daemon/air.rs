@@ -1,4 +1,4 @@
-//! What carries datagrams to a robot's daemon and from it: UDP sockets, or whatever plays the air.
+//! Carriers of datagrams to and from a robot's daemon: UDP sockets, or a test's emulated air.
 
 use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
@@ -15,7 +15,7 @@ pub enum Channel {
     Tracker,
 }
 
-/// Carries datagrams. What is lost on the way is lost.
+/// Carries datagrams, and may lose some.
 pub trait Air: Send {
     /// Sends a datagram to all other robots and to the operator.
     fn send(&mut self, datagram: &[u8]);
@@ -36,7 +36,7 @@ pub struct Losses {
     pub(crate) unsent: u64,
     /// Longer than any that is valid.
     pub too_long: u64,
-    /// Errors of the system's in place of a datagram.
+    /// System errors instead of a datagram.
     pub errors: u64,
 }
 
@@ -56,33 +56,32 @@ pub struct Sockets {
 const LONGEST_LINES: usize = 2048;
 
 impl Sockets {
-    /// Datagrams that are received in a row, after which there seems to be none, so that a flood ends. Ten times a second
-    /// it is more than are authenticated.
+    /// Maximum datagrams received in a row, so that a flood ends. Ten times a second it is more than are authenticated.
     const IN_A_ROW: u32 = 256;
 
-    /// Listens at an address for robots and the operator, who are at `peers` (a broadcast address is one, too), and at another one for
-    /// the tracker. Names of hosts are looked up now, not later.
+    /// Listens at an address for robots and the operator, who are at `peers` (also a broadcast address), and at another
+    /// one for the tracker. Names of hosts are looked up once, now.
     ///
     /// # Errors
-    /// Exit 3, with the key of the file in which robots' settings are: nobody can listen at an address, or a peer has none.
+    /// Exit 3, with the key of the robots' settings: nobody can listen at an address, or a peer has none.
     pub fn open(listen: &str, peers: &[String], tracker: Option<&str>) -> Result<Self, Failure> {
-        let radio = listening("radio.listen", listen)?;
+        let radio = bind("radio.listen", listen)?;
         let refused = |error| refused("radio.listen", listen, &error);
         radio.set_broadcast(true).map_err(refused)?;
-        let own = radio.local_addr().map_err(refused)?;
+        let local = radio.local_addr().map_err(refused)?;
         let address = |peer: &String| {
             let missing = || io::Error::new(ErrorKind::NotFound, "the host has no address that this one can send to");
             let addresses = peer.to_socket_addrs();
             addresses
                 .and_then(|mut all| {
-                    all.find(|address| address.is_ipv4() == own.is_ipv4())
+                    all.find(|address| address.is_ipv4() == local.is_ipv4())
                         .ok_or_else(missing)
                 })
                 .map_err(|error| self::refused("radio.peers", peer, &error))
         };
         Ok(Self {
             peers: peers.iter().map(address).collect::<Result<_, _>>()?,
-            tracker: tracker.map(|listen| listening("tracker.listen", listen)).transpose()?,
+            tracker: tracker.map(|listen| bind("tracker.listen", listen)).transpose()?,
             radio,
             turn: Channel::Radio,
             in_a_row: 0,
@@ -126,7 +125,7 @@ fn is_too_long(error: &io::Error) -> bool {
     cfg!(windows) && error.raw_os_error() == Some(WSAEMSGSIZE)
 }
 
-fn listening(key: &str, address: &str) -> Result<UdpSocket, Failure> {
+fn bind(key: &str, address: &str) -> Result<UdpSocket, Failure> {
     let open = || {
         let socket = UdpSocket::bind(address)?;
         socket.set_nonblocking(true)?;
@@ -217,36 +216,36 @@ mod tests {
     fn datagrams_go_to_all_peers_and_come_from_two_channels() {
         let (one, two) = (open(&[], None), open(&[], None));
         let peers = [&one, &two].map(|air| air.radio.local_addr().unwrap());
-        let mut own = open(&peers, Some("127.0.0.1:0"));
-        own.send(b"to all");
+        let mut air = open(&peers, Some("127.0.0.1:0"));
+        air.send(b"to all");
         for mut air in [one, two] {
             assert_eq!(all(&mut air, 1), [(Channel::Radio, b"to all".to_vec())]);
             assert_eq!(air.receive(), None);
         }
         let (radio, tracker) = (
-            own.radio.local_addr().unwrap(),
-            own.tracker.as_ref().unwrap().local_addr().unwrap(),
+            air.radio.local_addr().unwrap(),
+            air.tracker.as_ref().unwrap().local_addr().unwrap(),
         );
         let sender = sender();
         sender.send_to(b"a robot", radio).unwrap();
         sender.send_to(&[7; LONGEST_LINES], tracker).unwrap();
         sender.send_to(&[], radio).unwrap();
-        let heard = all(&mut own, 3);
+        let heard = all(&mut air, 3);
         assert!(
             heard.contains(&(Channel::Radio, b"a robot".to_vec())) && heard.contains(&(Channel::Radio, Vec::new()))
         );
         assert!(heard.contains(&(Channel::Tracker, vec![7; LONGEST_LINES])));
-        assert_eq!((own.receive(), own.losses()), (None, Losses::default()));
+        assert_eq!((air.receive(), air.losses()), (None, Losses::default()));
     }
 
-    /// What can't be valid is dropped, what can't be sent is counted, and a flood of one channel ends and leaves the other
+    /// Invalid datagrams are dropped, unsent ones are counted, and a flood on one channel ends so that the other has
     /// its turn.
     #[test]
     fn nothing_that_comes_stops_or_holds_the_air() {
-        let mut own = open(&[], Some("127.0.0.1:0"));
+        let mut air = open(&[], Some("127.0.0.1:0"));
         let (radio, tracker) = (
-            own.radio.local_addr().unwrap(),
-            own.tracker.as_ref().unwrap().local_addr().unwrap(),
+            air.radio.local_addr().unwrap(),
+            air.tracker.as_ref().unwrap().local_addr().unwrap(),
         );
         let sender = sender();
         for count in [radio::LONGEST + 1, 1000, 60_000] {
@@ -254,17 +253,17 @@ mod tests {
         }
         sender.send_to(&[2; LONGEST_LINES + 1], tracker).unwrap();
         sender.send_to(&[3; radio::LONGEST], radio).unwrap();
-        assert_eq!(all(&mut own, 1), [(Channel::Radio, vec![3; radio::LONGEST])]);
+        assert_eq!(all(&mut air, 1), [(Channel::Radio, vec![3; radio::LONGEST])]);
         within_10_s(|| {
-            assert_eq!(own.receive(), None);
-            own.losses().too_long == 4
+            assert_eq!(air.receive(), None);
+            air.losses().too_long == 4
         });
         for _ in 0..100 {
             sender.send_to(b"flood", radio).unwrap();
         }
         sender.send_to(b"pose", tracker).unwrap();
-        within_10_s(|| own.tracker.as_ref().unwrap().peek(&mut [0; 8]).is_ok());
-        let heard = all(&mut own, 101);
+        within_10_s(|| air.tracker.as_ref().unwrap().peek(&mut [0; 8]).is_ok());
+        let heard = all(&mut air, 101);
         let place = heard.iter().position(|(channel, _)| *channel == Channel::Tracker);
         assert!(
             place.is_some_and(|place| place < 100) && heard.len() == 101,
@@ -276,22 +275,23 @@ mod tests {
         loop {
             sender.send_to(b"flood", radio).unwrap();
             sender.send_to(b"flood", radio).unwrap();
-            match own.receive() {
+            match air.receive() {
                 Some(_) => in_a_row += 1,
                 None if in_a_row > 0 => break,
                 None => {}
             }
             assert!(in_a_row <= Sockets::IN_A_ROW, "{in_a_row}");
         }
-        // What can't be sent is counted for each peer. Where nobody listens, some systems say so to the next who receives.
-        let mut own = open(
+        // Unsent datagrams are counted for each peer. Where nobody listens, some systems report it at the next
+        // reception.
+        let mut air = open(
             &["127.0.0.1:9".parse().unwrap(), "255.255.255.255:0".parse().unwrap()],
             None,
         );
-        own.send(b"a");
-        own.send(b"b");
-        assert!(own.losses().unsent >= 2, "{:?}", own.losses());
-        assert_eq!(own.receive(), None);
+        air.send(b"a");
+        air.send(b"b");
+        assert!(air.losses().unsent >= 2, "{:?}", air.losses());
+        assert_eq!(air.receive(), None);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! A thread that works beside the control thread, at the lowest priority and with a bounded share of a processor.
+//! A low-priority thread next to the control thread, with a limited fraction of a processor.
 
 use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
 use std::thread;
@@ -17,7 +17,7 @@ impl<Q: Send + 'static, A: Send + 'static> Beside<Q, A> {
     pub(super) fn start(mut answer: impl FnMut(Q) -> Result<A> + Send + 'static) -> Self {
         let (requests, asked) = mpsc::channel();
         let (sender, results) = mpsc::channel();
-        // It ends when nothing more can be asked for.
+        // It ends when there can be no more requests.
         thread::spawn(move || {
             yield_to_others();
             for request in asked {
@@ -53,12 +53,12 @@ impl<Q: Send + 'static, A: Send + 'static> Beside<Q, A> {
     }
 }
 
-/// Rests after some work for as long as leaves others the rest of a processor, of which this thread uses `share`.
+/// Rests after some work, so that this thread uses only the fraction `share` of a processor.
 pub(super) fn rest(busy: Duration, share: f64) {
     thread::sleep(busy.mul_f64(1.0 / share - 1.0));
 }
 
-/// Gives this thread, and those that it starts, the lowest priority. What it computes does not depend on that.
+/// Gives this thread, and those that it starts, the lowest priority. Results don't depend on it.
 fn yield_to_others() {
     #[cfg(target_os = "linux")]
     let _ = rustix::process::setpriority_process(None, 19);

@@ -1,5 +1,5 @@
-//! The control thread of a daemon. Every 100 ms it takes what has come through the air, reads the robot's sensors, drives by its
-//! controller, and says what it has to say. Nothing here waits for the disk, for the network or for the evolution.
+//! The control thread of a daemon. Every 100 ms it takes the received datagrams, reads the robot's sensors, drives by
+//! its controller, and sends its messages. Nothing here waits for the disk, for the network or for the evolution.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -65,7 +65,7 @@ pub struct Daemon<'a> {
     sighted: Option<Sighted>,
     /// Lines of the tracker that are looked at in a cycle.
     lines: Budget,
-    /// The number of the operator's start that was heard last, and of the datagram that told it.
+    /// The numbers of the operator's last received start, and of its datagram.
     call: Option<(u64, u64)>,
     keeper: Keeper<Saved>,
     saved: Saved,
@@ -75,9 +75,9 @@ pub struct Daemon<'a> {
     activity: Activity,
     /// The cycle that it has lived through last.
     cycle: Option<u32>,
-    /// When it last told the operator how it is.
+    /// Time of the last report to the operator.
     told: Option<Duration>,
-    /// Counts of what was refused or lost, as they were logged, and who was refused by name.
+    /// Logged counts of refused and lost datagrams, and the senders refused by name.
     refused: Vec<(&'static str, u64)>,
     refusals: BTreeSet<String>,
     /// The last trouble that was logged.
@@ -87,7 +87,7 @@ pub struct Daemon<'a> {
     /// When the cycle begins that comes next, and how late those of this interval were in which the robot lived, ms.
     tick: Option<Duration>,
     late: Vec<f64>,
-    /// How late those of this interval began at most, whatever the robot did, ms.
+    /// Maximum lateness of a cycle's start in this interval, whatever the robot did, ms.
     begins: f64,
     began: Duration,
 }
@@ -103,7 +103,7 @@ impl Files {
     /// Reads them, and counts this start.
     ///
     /// # Errors
-    /// Exit 3: a key or a directory that can't be used; exit 5: what was saved is damaged; exit 6: the disk.
+    /// Exit 3: an unusable key or directory; exit 5: the saved state is damaged; exit 6: the disk.
     pub fn open(settings: &Settings) -> Result<Self> {
         let Settings {
             plan,
@@ -136,7 +136,8 @@ impl Files {
 }
 
 impl<'a> Daemon<'a> {
-    /// Prepares all. With `waits`, the daemon waits for its evolution and its disk, on a clock that stands still meanwhile.
+    /// Prepares all. With `waits`, the daemon waits for its evolution and its disk, on a clock that stops for that
+    /// time.
     ///
     /// # Errors
     /// The evolution can't be computed.
@@ -197,7 +198,7 @@ impl<'a> Daemon<'a> {
         })
     }
 
-    /// Lives until the experiment is over or `stop` is set. The wheels stand then.
+    /// Runs until the experiment is over or `stop` is set. Then the wheels stand still.
     ///
     /// # Errors
     /// Exit 4: the robot fails for good; exit 75: `stop` was set before the experiment was over.
@@ -248,7 +249,7 @@ impl<'a> Daemon<'a> {
         match time.map(cycle_at) {
             None => self.activity = Activity::Waiting,
             Some(None) => self.activity = Activity::Off,
-            // Otherwise the time has stood still: nothing new is decided.
+            // Otherwise time has not passed: there is nothing new to decide.
             Some(Some(cycle)) if self.cycle.is_none_or(|last| cycle > last) => {
                 self.cycle = Some(cycle);
                 self.evolve()?;
@@ -263,7 +264,7 @@ impl<'a> Daemon<'a> {
             self.speeds = [0.0; 2];
         }
         let driven = self.vehicle.drive(self.speeds);
-        self.passed(driven)?;
+        self.check_trouble(driven)?;
         if let Some(tick) = self.tick.filter(|_| self.activity == Activity::Living) {
             self.late.push(milliseconds_since(tick, self.vehicle.now()));
         }
@@ -279,7 +280,7 @@ impl<'a> Daemon<'a> {
         let rest = Duration::from_millis((MILLISECONDS - past) as u64);
         self.tick = Some(now + rest);
         let kept = self.vehicle.keep_until(now + rest);
-        self.passed(kept)
+        self.check_trouble(kept)
     }
 
     /// Takes what has come through the air.
@@ -351,16 +352,16 @@ impl<'a> Daemon<'a> {
                 start,
             } => {
                 self.beacons.hear(sequence, milliseconds, go, now);
-                self.called(sequence, start);
+                self.note_start(sequence, start);
             }
-            Packet::Call { start } => self.called(sequence, start),
+            Packet::Call { start } => self.note_start(sequence, start),
             // These are for the operator.
             Packet::Status(_) | Packet::Hello { .. } => {}
         }
     }
 
-    /// Notes the number of the operator's start, unless a newer datagram has told it.
-    fn called(&mut self, sequence: u64, start: u64) {
+    /// Stores the number of the operator's start, unless a newer datagram had one.
+    fn note_start(&mut self, sequence: u64, start: u64) {
         if self.call.is_none_or(|(newest, _)| newest < sequence) {
             self.call = Some((sequence, start));
         }
@@ -371,7 +372,7 @@ impl<'a> Daemon<'a> {
         self.call.map_or(0, |(_, start)| start)
     }
 
-    /// Logs who is refused by name, once; other datagrams that were refused are counted.
+    /// Logs each sender that is refused by name once; other refused datagrams are counted.
     fn refuse(&mut self, refusal: &Refusal) {
         /// A flood of invented names is not logged.
         const MOST: usize = 100;
@@ -419,7 +420,7 @@ impl<'a> Daemon<'a> {
             Ok(moment) => epuck::activations(&moment.readings).map_err(Failure::device)?,
             Err(trouble) => {
                 self.activity = Activity::Troubled;
-                return self.passed(Err(trouble));
+                return self.check_trouble(Err(trouble));
             }
         };
         self.problems.set(Problems::ROBOT, false);
@@ -441,18 +442,18 @@ impl<'a> Daemon<'a> {
     ///
     /// # Errors
     /// The robot fails for good.
-    fn passed(&mut self, outcome: std::result::Result<(), Trouble>) -> Result {
+    fn check_trouble(&mut self, outcome: std::result::Result<(), Trouble>) -> Result {
         match outcome {
-            // Who has asked for it looks at the flag.
+            // The caller looks at the flag.
             Ok(()) | Err(Trouble::Stopped) => Ok(()),
-            // The guard goes on stopping wheels that nobody has seen stand: who ends here helps nobody.
+            // The guard still tries to stop the wheels: ending here would not help.
             Err(trouble) if trouble.may_pass() || matches!(trouble, Trouble::Runaway(_)) => {
                 self.problems.set(Problems::ROBOT, true);
                 let words = trouble.to_string();
                 if self.trouble.replace(words.clone()) != Some(words.clone()) {
                     self.log("trouble", json!({ "words": words }));
                 }
-                // It is asked for once in a cycle; the guard says when it may move again.
+                // One request a cycle; the guard decides when the robot may move again.
                 self.vehicle.resume();
                 Ok(())
             }
@@ -478,8 +479,8 @@ impl<'a> Daemon<'a> {
 
     /// Saves what the intervals that have ended leave.
     fn record(&mut self, deeds: Deeds) {
-        for own in &deeds.ended {
-            self.log("interval", json!(own));
+        for interval in &deeds.ended {
+            self.log("interval", json!(interval));
         }
         if deeds.ended.is_empty() {
             return;
@@ -560,22 +561,22 @@ impl<'a> Daemon<'a> {
     }
 
     fn status(&self, milliseconds: i64, now: Duration) -> Status {
-        let own = self.member.evolution();
+        let evolution = self.member.evolution();
         let second = self.cycle.unwrap_or_default() / SECOND;
         Status {
             start: self.start(),
             milliseconds,
             state: self.activity as u8,
-            interval: own.interval(),
-            simulator: own.simulator(),
+            interval: evolution.interval(),
+            simulator: evolution.simulator(),
             real: self.member.earned(),
-            simulated: own
+            simulated: evolution
                 .simulated
                 .last()
                 .copied()
                 .filter(|fitness| fitness.is_finite())
                 .unwrap_or(-1.0),
-            controller: own.acts(second),
+            controller: evolution.acts(second),
             brought: self.member.state().brought.unwrap_or_default(),
             carries: self.member.carries(),
             pose: self

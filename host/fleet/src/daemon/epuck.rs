@@ -3,7 +3,7 @@
 //! The converters have 12 bits. Sensors are numbered clockwise from the front right: 17, 50, 90 and 150 degrees to the right, then 150,
 //! 90, 50 and 17 to the left. A proximity sensor reads the more, the nearer something is, and a light sensor the less, the brighter it is.
 
-/// The greatest reading.
+/// The maximum reading.
 const GREATEST: f64 = 4095.0;
 /// Sensors of each kind.
 const SENSORS: usize = 8;
@@ -63,7 +63,7 @@ mod tests {
     #[test]
     fn sensors_keep_their_bearings() {
         for (index, bearing) in BEHAVIOURS.into_iter().enumerate() {
-            let sensor = BEARINGS.iter().position(|own| *own == bearing).unwrap();
+            let sensor = BEARINGS.iter().position(|of_sensor| *of_sensor == bearing).unwrap();
             let mut raw = [0.0; 16];
             raw[8..].fill(4095.0);
             raw[sensor] = 4095.0;
@@ -85,7 +85,7 @@ mod tests {
             let mut all = [0; 16];
             all.iter_mut()
                 .enumerate()
-                .for_each(|(index, own)| *own = (raw + 256 * index as u16) % 4096);
+                .for_each(|(index, reading)| *reading = (raw + 256 * index as u16) % 4096);
             all[2..6].fill(0);
             assert_eq!(readings(&activations(&all.map(f64::from)).unwrap()), all);
         }

@@ -1,5 +1,5 @@
-//! The evolution on board: evaluates a robot's controllers in its simulator beside the control thread, at low priority and with a
-//! bounded share of a processor.
+//! The evolution on board: evaluates a robot's controllers in its simulator while the control thread runs, at low
+//! priority and with a limited fraction of a processor.
 
 use std::time::{Duration, Instant};
 
@@ -26,15 +26,21 @@ pub struct Simulated {
     pub taken: Duration,
 }
 
-/// Evaluates the controllers of a robot in its present simulator. After each second of their lives it rests for as long as
-/// leaves others the rest of a processor, of which it uses `share`.
+/// Evaluates a robot's controllers in its current simulator. After each simulated second it rests, so that it uses only
+/// the fraction `share` of a processor.
 ///
 /// # Errors
 /// Those of the evaluator.
-pub fn simulate(plan: &Plan, robot: usize, own: &OnBoard, device: &mut dyn Evaluator, share: f64) -> Result<Simulated> {
+pub fn simulate(
+    plan: &Plan,
+    robot: usize,
+    on_board: &OnBoard,
+    device: &mut dyn Evaluator,
+    share: f64,
+) -> Result<Simulated> {
     let (start, mut worked) = (Instant::now(), Duration::ZERO);
-    let worlds = Worlds::new(&[plan.settings.simulator(own.scenario())])?;
-    let rollouts: Vec<_> = own.rollouts(0, plan.seed, robot as u64).collect();
+    let worlds = Worlds::new(&[plan.settings.simulator(on_board.scenario())])?;
+    let rollouts: Vec<_> = on_board.rollouts(0, plan.seed, robot as u64).collect();
     let cycles = SECOND * plan.settings.clock.interval_s;
     let (mut states, mut fitness) = (Vec::new(), Vec::new());
     for cycle in (0..cycles).step_by(SECOND as usize) {
@@ -47,7 +53,7 @@ pub fn simulate(plan: &Plan, robot: usize, own: &OnBoard, device: &mut dyn Evalu
         rest(busy, share);
     }
     Ok(Simulated {
-        interval: own.interval(),
+        interval: on_board.interval(),
         fitness,
         worked,
         taken: start.elapsed(),
@@ -57,28 +63,28 @@ pub fn simulate(plan: &Plan, robot: usize, own: &OnBoard, device: &mut dyn Evalu
 /// A thread that evaluates, one interval after the other.
 pub struct Evolution {
     thread: Beside<OnBoard, Simulated>,
-    /// The interval that was asked for last.
+    /// The last requested interval.
     asked: Option<u32>,
 }
 
 impl Evolution {
-    /// Starts the thread, for a robot that may use a share of one processor.
+    /// Starts the thread, for a robot that may use the fraction `share` of one processor.
     pub fn start(plan: Plan, robot: usize, share: f64) -> Self {
         let mut cpu = None;
-        let thread = Beside::start(move |own| {
+        let thread = Beside::start(move |on_board| {
             let cpu = match &mut cpu {
                 Some(cpu) => cpu,
                 none => none.insert(Cpu::new(Some(1))?),
             };
-            simulate(&plan, robot, &own, cpu, share)
+            simulate(&plan, robot, &on_board, cpu, share)
         });
         Self { thread, asked: None }
     }
 
     /// Asks for the controllers of a robot's interval to be evaluated, once.
-    pub fn ask(&mut self, own: &OnBoard) {
-        if own.is_to_simulate() && self.asked.replace(own.interval()) != Some(own.interval()) {
-            self.thread.ask(own.clone());
+    pub fn ask(&mut self, on_board: &OnBoard) {
+        if on_board.is_to_simulate() && self.asked.replace(on_board.interval()) != Some(on_board.interval()) {
+            self.thread.ask(on_board.clone());
         }
     }
 

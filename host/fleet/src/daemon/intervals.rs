@@ -8,12 +8,12 @@ use oneiro_lab::swarm::tables::{CHOSEN_UNDER, HEARD, ROBOT, SIMULATOR, TAKEN, WI
 use serde::{Deserialize, Serialize};
 
 use super::keeper::Kept;
-use super::member::{Ended, State};
+use super::member::{Ended, MemberState};
 
 /// The table of intervals: its file, and its columns.
 pub const INTERVALS: &str = "intervals.csv";
 pub static INTERVALS_COLUMNS: [Column; 12] = [
-    Column::whole("interval", "", "its number, from 0, by the robot's own clock"),
+    Column::whole("interval", "", "its number, from 0, by the robot's clock"),
     ROBOT,
     SIMULATOR,
     CHOSEN_UNDER,
@@ -35,7 +35,7 @@ pub static INTERVALS_COLUMNS: [Column; 12] = [
     Column::whole(
         "missed",
         "",
-        "1 if the daemon did not live through all of it, so that nothing evolved, else 0",
+        "1 if the daemon missed a part of it, so that nothing evolved, else 0",
     ),
 ];
 
@@ -45,16 +45,16 @@ pub struct Saved {
     /// Times that the daemon has been started.
     pub boots: u32,
     /// The robot between two intervals.
-    pub state: State,
+    pub state: MemberState,
     /// Its intervals so far.
     pub ended: Vec<Ended>,
-    /// The datagrams that were taken.
+    /// The received datagrams.
     pub windows: Windows,
 }
 
 impl Saved {
     /// A robot that is started for the first time.
-    pub fn new(state: State) -> Self {
+    pub fn new(state: MemberState) -> Self {
         Self {
             boots: 1,
             state,
@@ -66,15 +66,24 @@ impl Saved {
     /// The table of intervals.
     fn table(&self) -> String {
         let mut text = head(&INTERVALS_COLUMNS);
-        for own in &self.ended {
-            let simulated = own.simulated.map(|fitness| fitness.to_string()).unwrap_or_default();
-            let [g0, g1] = own.controller;
-            let (taken, missed) = (u8::from(own.taken), u8::from(own.missed));
+        for interval in &self.ended {
+            let simulated = interval
+                .simulated
+                .map(|fitness| fitness.to_string())
+                .unwrap_or_default();
+            let [g0, g1] = interval.controller;
+            let (taken, missed) = (u8::from(interval.taken), u8::from(interval.missed));
             // Writing to a string can't fail.
             let _ = writeln!(
                 text,
                 "{},{},{},{},{g0},{g1},{},{},{simulated},{},{taken},{missed}",
-                own.interval, own.robot, own.simulator, own.chosen_under, own.real, own.brought, own.heard
+                interval.interval,
+                interval.robot,
+                interval.simulator,
+                interval.chosen_under,
+                interval.real,
+                interval.brought,
+                interval.heard
             );
         }
         text

@@ -1,4 +1,4 @@
-//! What a daemon keeps on disk: its checkpoint, which is whole after a power cut, and what follows from it.
+//! A daemon's files: its checkpoint, which survives a power cut, and the tables that follow from it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -59,7 +59,7 @@ impl Files {
     }
 }
 
-/// Saves what a daemon tells it to, beside the control thread.
+/// Saves a daemon's state in another thread than the control thread.
 pub struct Keeper<S> {
     files: Files,
     /// The thread that writes; none where the control thread waits for it.
@@ -72,12 +72,12 @@ pub struct Keeper<S> {
 }
 
 impl<S: Kept> Keeper<S> {
-    /// Takes a directory, and what was saved there for the same robot and experiment. It waits for the disk until
+    /// Opens a directory with the saved state of the same robot and experiment. It waits for the disk until
     /// [`Keeper::start`].
     ///
     /// # Errors
-    /// Exit 3: another daemon has the directory; exit 5: what was saved is damaged, or is of another robot or experiment; exit 6: it
-    /// can't be read.
+    /// Exit 3: another daemon uses the directory; exit 5: the saved state is damaged, or is of another robot or
+    /// experiment; exit 6: it can't be read.
     pub fn open(directory: &Path, owner: blake3::Hash) -> Result<(Self, Option<S>)> {
         plain::make_directory(directory).map_err(|error| Failure::storage(directory, &error))?;
         let lock = disk::try_lock(directory)?;
@@ -102,7 +102,7 @@ impl<S: Kept> Keeper<S> {
         Ok((keeper, saved))
     }
 
-    /// Writes on a thread of its own from now on.
+    /// From now on writes in a thread.
     pub fn start(&mut self) {
         let (sender, waiting) = mpsc::channel::<S>();
         let (files, problem, ends) = (self.files.clone(), Arc::clone(&self.problem), Arc::clone(&self.ends));
@@ -134,15 +134,15 @@ impl<S: Kept> Keeper<S> {
         self.ends.store(true, Ordering::Relaxed);
         if let Some((sender, thread)) = self.thread.take() {
             drop(sender);
-            // What it could not write is written again.
+            // A state that it could not write is written again.
             let _ = thread.join();
         }
     }
 
-    /// Saves. While it does not succeed, [`Keeper::problem`] says why, and it is tried again.
+    /// Saves. While that fails, [`Keeper::problem`] has the reason, and it is tried again.
     pub fn save(&self, saved: S) {
         match &self.thread {
-            // The thread waits for more as long as this lives.
+            // The thread ends when this sender is dropped.
             Some((sender, _)) => drop(sender.send(saved)),
             None => drop(note(&self.problem, self.files.write(&saved))),
         }
@@ -153,7 +153,7 @@ impl<S: Kept> Keeper<S> {
         self.problem.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Whether it has to be told to try again: otherwise its thread does.
+    /// Whether the caller has to try again: otherwise its thread does.
     pub(crate) fn is_to_repeat(&self) -> bool {
         self.thread.is_none() && self.problem().is_some()
     }

@@ -5,8 +5,8 @@
 //!
 //! | event | further keys |
 //! |---|---|
-//! | `said` | `sequence`, `second`: a message that was sent |
-//! | `heard` | `sender`, `sequence`, `second`: a message that was taken |
+//! | `said` | `sequence`, `second`: a sent message |
+//! | `heard` | `sender`, `sequence`, `second`: a received message |
 //! | `end` | `stopped`: whether the robot has confirmed that its wheels stand |
 //! | `dropped` | `count`: lines before this one that are missing |
 //!
@@ -26,9 +26,9 @@ use oneiro_base::files::plain;
 use oneiro_base::utc;
 use serde_json::{Map, Value, json};
 
-/// The file that is written; those before it are `log-1.jsonl`, `log-2.jsonl` and so on.
+/// The current file; earlier ones are `log-1.jsonl`, `log-2.jsonl` and so on.
 pub const FILE: &str = "log.jsonl";
-/// Lines that wait to be written: some ten seconds of a robot among nine others.
+/// Waiting lines: about ten seconds of a robot among nine others.
 const QUEUE: usize = 1024;
 /// Longest wait for the last lines to be written when a log is closed.
 const LAST: Duration = Duration::from_secs(2);
@@ -38,12 +38,12 @@ const LAST: Duration = Duration::from_secs(2);
 pub struct Limits {
     /// Bytes of a file; the line that exceeds them is the first of the next.
     pub bytes: u64,
-    /// Files, the one that is written included. The oldest goes.
+    /// Number of files, including the current one. The oldest is deleted.
     pub files: u64,
 }
 
 impl Default for Limits {
-    /// 256 MiB, two days of a robot that hears nine others all the time: ten lines a second of some 150 bytes.
+    /// 256 MiB, two days of a robot that always hears nine others: ten lines a second of about 150 bytes.
     fn default() -> Self {
         Self {
             bytes: 16 << 20,
@@ -67,7 +67,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// Continues the log of a directory. A disk that is full now may have room later, so nothing fails.
+    /// Continues the log of a directory. Nothing fails, since a full disk may have room later.
     pub fn open(directory: &Path, robot: u32, boot: u32, limits: Limits) -> Self {
         Self::with(Pages::new(directory, limits), journal(), robot, boot)
     }
@@ -87,7 +87,7 @@ impl Log {
         };
         let thread = thread::Builder::new().name("log".into()).spawn(move || {
             writer.write(&waiting);
-            // Whoever closed the log may have stopped waiting.
+            // The receiver may have stopped waiting.
             let _ = end.send(());
         });
         Self {
@@ -148,10 +148,10 @@ fn journal() -> Option<Box<dyn Write + Send>> {
     use std::os::fd::AsFd;
     use std::os::unix::fs::MetadataExt;
     let stream = std::env::var("JOURNAL_STREAM").ok()?;
-    let own = File::from(io::stderr().as_fd().try_clone_to_owned().ok()?);
-    let metadata = own.metadata().ok()?;
+    let file = File::from(io::stderr().as_fd().try_clone_to_owned().ok()?);
+    let metadata = file.metadata().ok()?;
     let is_journal = stream == format!("{}:{}", metadata.dev(), metadata.ino());
-    is_journal.then(|| Box::new(own) as Box<dyn Write + Send>)
+    is_journal.then(|| Box::new(file) as Box<dyn Write + Send>)
 }
 
 /// The thread that writes.
@@ -194,7 +194,7 @@ impl Writer {
         }
     }
 
-    /// Writes how many lines are missing, with the time of the line beside it. Returns whether it is written.
+    /// Writes how many lines are missing, with the time of the next line. Returns whether it is written.
     fn report(&mut self, beside: &str) -> bool {
         let times: Value = serde_json::from_str(beside).unwrap_or_default();
         let at = Duration::from_millis(times["at_ms"].as_u64().unwrap_or(0));
@@ -240,9 +240,9 @@ impl Pages {
             self.turn()?;
         }
         let length = self.length;
-        let file = self.opened()?;
+        let file = self.open_file()?;
         if let Err(error) = file.write_all(line) {
-            // What is left of a torn line goes. If not even that works, the next start cuts it off.
+            // Removes the rest of a torn line. If even that fails, the next start cuts it off.
             let _ = file.set_len(length);
             return Err(error);
         }
@@ -250,8 +250,9 @@ impl Pages {
         Ok(())
     }
 
-    /// The file that is written, opened if need be. After a crash its last line may be torn: it gets an end, so that the next is whole.
-    fn opened(&mut self) -> io::Result<&mut File> {
+    /// The current file, opened if need be. After a crash its last line may be torn: it is ended, so that the next one
+    /// is whole.
+    fn open_file(&mut self) -> io::Result<&mut File> {
         if self.file.is_none() {
             let path = self.directory.join(FILE);
             let mut file = plain::append_or_create(&path)?;

@@ -1,4 +1,4 @@
-//! One robot of a swarm on its own computer: what it makes of its sightings and of what it hears, cycle by cycle. The schedule and the
+//! One robot of a swarm on its computer: its reactions to sightings and messages, cycle by cycle. The schedule and the
 //! evolution are those of the batched study (`swarm/`), without clock, files or sockets.
 
 use oneiro::swarm::SECOND;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 /// A cycle in s, as kernels count it.
 const CYCLE_S: f32 = 0.1;
 
-/// What the tracker says of the robot in a cycle.
+/// The tracker's report on the robot in a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Sighted {
     /// Whether it carries food.
@@ -37,7 +37,7 @@ pub struct Ended {
     pub controller: Genome,
     /// The robot's fitness.
     pub real: f32,
-    /// Food that it brought, as far as the tracker told.
+    /// Food that it brought, by the tracker.
     pub brought: u32,
     /// The acting controller's fitness in the simulator in which it was chosen; none in the first interval.
     pub simulated: Option<f32>,
@@ -54,7 +54,7 @@ pub struct Ended {
 pub(crate) struct Deeds {
     /// The controller that acts; none before the robot is switched on.
     pub controller: Option<Genome>,
-    /// What is to be broadcast, and the second in which it is said.
+    /// The message to broadcast, and its second.
     pub say: Option<(u32, Message)>,
     /// Intervals that have ended.
     pub ended: Vec<Ended>,
@@ -67,10 +67,10 @@ pub(crate) struct Deeds {
 pub(crate) struct Member {
     plan: Plan,
     robot: usize,
-    state: State,
+    state: MemberState,
     /// What it has heard, and from whom.
     heard: Heard,
-    /// The second that it lives in; none before the first cycle.
+    /// The current second; none before the first cycle.
     second: Option<u32>,
     /// The cycle from which it has lived without interruption.
     since: u32,
@@ -87,16 +87,16 @@ pub(crate) struct Member {
 
 /// What is saved of a robot between two intervals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct State {
+pub struct MemberState {
     pub evolution: OnBoard,
-    /// Food that the tracker said it had brought.
+    /// Its food by the tracker.
     pub brought: Option<u32>,
 }
 
 impl Member {
     /// A robot before the experiment.
     pub(crate) fn new(plan: Plan, robot: usize, contact: Contact) -> Self {
-        let state = State {
+        let state = MemberState {
             evolution: OnBoard::new(&plan.settings, plan.clocks()[robot], plan.robot_seed(robot)),
             brought: None,
         };
@@ -104,8 +104,8 @@ impl Member {
     }
 
     /// A robot from where its state was saved.
-    pub(crate) fn at(plan: Plan, robot: usize, contact: Contact, state: State) -> Self {
-        /// What comes early or late beside an interval and the time within which robots are switched on, s.
+    pub(crate) fn at(plan: Plan, robot: usize, contact: Contact, state: MemberState) -> Self {
+        /// Margin around an interval and the time within which robots are switched on, s.
         const SPARE: u32 = 5;
         let clock = &plan.settings.clock;
         Self {
@@ -124,7 +124,7 @@ impl Member {
     }
 
     /// What has to be saved.
-    pub(crate) fn state(&self) -> &State {
+    pub(crate) fn state(&self) -> &MemberState {
         &self.state
     }
 
@@ -145,13 +145,16 @@ impl Member {
 
     /// Takes the fitness of its controllers in its simulator, if these are still those of its interval.
     pub(crate) fn take_simulated(&mut self, interval: u32, fitness: &[f32]) {
-        let own = &mut self.state.evolution;
-        if own.is_to_simulate() && own.interval() == interval && own.controllers().len() == fitness.len() {
-            own.take_simulated(fitness);
+        let evolution = &mut self.state.evolution;
+        if evolution.is_to_simulate()
+            && evolution.interval() == interval
+            && evolution.controllers().len() == fitness.len()
+        {
+            evolution.take_simulated(fitness);
         }
     }
 
-    /// Takes a message of another robot, said in this second of the experiment. Returns whether it is new.
+    /// Takes another robot's message of this second. Returns whether it is new.
     pub(crate) fn hear(&mut self, second: u32, message: Message) -> bool {
         self.heard.hear(second, message)
     }
@@ -170,8 +173,8 @@ impl Member {
         items <= most_items(cycle).min(before.saturating_add(most_items(since)))
     }
 
-    /// Lives through a cycle of the experiment, which must be later than the one before. Until then `sighted` was seen of the
-    /// robot, if the tracker saw it. A sighting of more items than it can have brought is ignored.
+    /// Runs a cycle of the experiment, which must be later than the one before. Until then `sighted` is the tracker's
+    /// last sighting of the robot. A sighting of more items than it can have brought is ignored.
     pub(crate) fn cycle(&mut self, cycle: u32, sighted: Option<Sighted>) -> Deeds {
         let mut deeds = Deeds::default();
         if let Some(sighted) = sighted.filter(|sighted| self.can_have_brought(sighted.brought, cycle)) {
@@ -190,19 +193,19 @@ impl Member {
             }
         }
         deeds.is_over = second >= last;
-        let own = &self.state.evolution;
-        if deeds.is_over || own.clock.interval_at(second).is_none() {
+        let evolution = &self.state.evolution;
+        if deeds.is_over || evolution.clock.interval_at(second).is_none() {
             return deeds;
         }
-        if own.clock.seconds_of(own.interval()).start == second && begins {
+        if evolution.clock.seconds_of(evolution.interval()).start == second && begins {
             self.begin(cycle);
         }
-        let own = &self.state.evolution;
-        deeds.controller = Some(own.acts(second));
+        let evolution = &self.state.evolution;
+        deeds.controller = Some(evolution.acts(second));
         if begins {
             let rules = &self.plan.settings.simulators;
-            let whole = |interval: usize| own.real.get(interval).copied();
-            let message = own.message(self.robot, second, (rules.says, rules.credit), self.earned, whole);
+            let whole = |interval: usize| evolution.real.get(interval).copied();
+            let message = evolution.message(self.robot, second, (rules.says, rules.credit), self.earned, whole);
             deeds.say = message.map(|message| (second, message));
         }
         deeds
@@ -221,12 +224,13 @@ impl Member {
         self.sighted = Some(cycle);
         let before = self.state.brought.replace(sighted.brought).unwrap_or_default();
         let most = self.plan.settings.limits().fitness;
-        // Equation 1 of O'Dowd, Studley and Winfield (2014), with the kernel's arithmetic. A tracker that has begun anew counts from 0.
+        // Equation 1 of O'Dowd, Studley and Winfield (2014), with the kernel's arithmetic. A restarted tracker counts
+        // from 0.
         let seconds = (cycle - self.began.min(cycle)) as f32 * CYCLE_S;
         let worth = (self.plan.settings.clock.interval_s as f32 - seconds).max(0.0);
         let items = sighted.brought.saturating_sub(before);
         self.brought = self.brought.saturating_add(items);
-        // No interval earns more, whenever its items are seen: so these turns are few, whatever the tracker says.
+        // No interval can earn more, so there are few iterations, whatever the tracker sends.
         for _ in 0..items {
             if worth == 0.0 || self.earned >= most {
                 break;
@@ -237,39 +241,39 @@ impl Member {
 
     /// Whether its interval is over when a second begins.
     fn has_ended(&self, second: u32) -> bool {
-        let own = &self.state.evolution;
-        second >= own.clock.seconds_of(own.interval()).end
+        let evolution = &self.state.evolution;
+        second >= evolution.clock.seconds_of(evolution.interval()).end
     }
 
     /// Ends its interval. If it has not lived through all of it, or its controllers are not simulated yet, nothing evolves.
     fn end_interval(&mut self) -> Ended {
-        let own = &mut self.state.evolution;
-        let interval = own.interval();
-        let seconds = own.clock.seconds_of(interval);
-        let missed = own.is_to_simulate() || SECOND * seconds.start < self.since;
+        let evolution = &mut self.state.evolution;
+        let interval = evolution.interval();
+        let seconds = evolution.clock.seconds_of(interval);
+        let missed = evolution.is_to_simulate() || SECOND * seconds.start < self.since;
         let messages = self.heard.heard(self.robot, seconds.clone());
         self.heard.forget_before(seconds.end);
         let real = self.earned;
         let taken = if missed {
-            own.miss_interval(real);
+            evolution.miss_interval(real);
             false
         } else {
-            own.end_interval(&self.plan.settings, real, &messages)
+            evolution.end_interval(&self.plan.settings, real, &messages)
         };
         let last = seconds.end - 1;
         let senders = messages.iter().fold(0, |all, message| all | 1_u128 << message.sender);
         Ended {
             interval,
             robot: self.robot as u32,
-            simulator: own.simulators[interval as usize],
-            chosen_under: own.chosen_under(interval),
-            controller: own.acts(last),
+            simulator: evolution.simulators[interval as usize],
+            chosen_under: evolution.chosen_under(interval),
+            controller: evolution.acts(last),
             real,
             brought: self.brought,
-            simulated: own
+            simulated: evolution
                 .clock
                 .chosen_in(last)
-                .map(|chosen| own.simulated[chosen as usize])
+                .map(|chosen| evolution.simulated[chosen as usize])
                 .filter(|fitness| fitness.is_finite()),
             heard: senders.count_ones(),
             taken,

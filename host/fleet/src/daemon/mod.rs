@@ -1,5 +1,5 @@
-//! What runs on a robot's own computer: a controller acts while a simulator evolves the next one beside. A member of a swarm exchanges
-//! both with robots that it meets; a robot without a swarm ([`single`]) measures what its simulator proposes.
+//! The daemon on a robot's computer: a controller acts while a simulator evolves the next one. A member of a swarm exchanges
+//! both with robots that it meets; a robot without a swarm ([`single`]) measures its simulator's proposals.
 //!
 //! | file | content |
 //! |---|---|

@@ -1,5 +1,5 @@
-//! What the daemon tells systemd (`sd_notify(3)`): that it is ready, that it lives, that it stops. One datagram each to the socket that
-//! `NOTIFY_SOCKET` names; without it, nothing is sent.
+//! The daemon's messages to systemd (`sd_notify(3)`): ready, alive, stopping. One datagram each to the socket in
+//! `NOTIFY_SOCKET`; without that variable, nothing is sent.
 
 use std::env;
 use std::ffi::OsStr;
@@ -8,22 +8,22 @@ use std::os::linux::net::SocketAddrExt;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 
-/// The connection to systemd, if it has started this process and wants to hear of it.
+/// The connection to systemd, if it has started this process and expects messages.
 #[derive(Debug)]
 pub(crate) struct Notify {
     socket: Option<(UnixDatagram, SocketAddr)>,
 }
 
 impl Notify {
-    /// As the environment says.
+    /// From the environment.
     pub(crate) fn of_environment() -> Self {
         Self::new(env::var_os("NOTIFY_SOCKET").as_deref())
     }
 
-    /// Of the value of `NOTIFY_SOCKET`. A socket that can't be used is as none: the daemon works without systemd, too.
+    /// From the value of `NOTIFY_SOCKET`. An unusable socket counts as none: the daemon also works without systemd.
     fn new(socket: Option<&OsStr>) -> Self {
         Self {
-            socket: socket.and_then(opened),
+            socket: socket.and_then(open_socket),
         }
     }
 
@@ -32,7 +32,7 @@ impl Notify {
         self.send("READY=1");
     }
 
-    /// The control thread lives. Said once a second, several times in the `WatchdogSec` of the daemon's unit.
+    /// The control thread is alive. Sent once a second, several times per `WatchdogSec` of the daemon's unit.
     pub(crate) fn watchdog(&self) {
         self.send("WATCHDOG=1");
     }
@@ -56,7 +56,7 @@ impl Notify {
 }
 
 /// A socket for the address of systemd's: a path, or a name that begins with `@`.
-fn opened(name: &OsStr) -> Option<(UnixDatagram, SocketAddr)> {
+fn open_socket(name: &OsStr) -> Option<(UnixDatagram, SocketAddr)> {
     let address = match name.as_bytes() {
         #[cfg(target_os = "linux")]
         [b'@', name @ ..] => SocketAddr::from_abstract_name(name).ok()?,

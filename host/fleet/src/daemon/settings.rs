@@ -48,7 +48,7 @@ use oneiro_robots::address::{Invalid, Wire};
 use oneiro_robots::guard::values::Values;
 use oneiro_robots::tracker;
 
-/// Allowed shares of a processor.
+/// Allowed fractions of a processor.
 pub const SHARES: RangeInclusive<f64> = 0.01..=1.0;
 
 /// Keys of the file.
@@ -267,7 +267,7 @@ limit_ms = 300
 speed_mm_s = 128
 "#;
 
-    /// The values of the file in a directory of its own, with some text put in the place of another.
+    /// The values of the file in a new directory, with some text replaced by another.
     fn read(name: &str, replaced: &str, by: &str) -> Result<Settings> {
         let directory = std::env::temp_dir().join(format!("oneiro-daemon-{name}-{}", std::process::id()));
         fs::create_dir_all(&directory).unwrap();

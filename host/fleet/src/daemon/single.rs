@@ -1,17 +1,17 @@
-//! A robot without a swarm: its experiment's population evolves in the simulator, the best is tried on the robot now and then, and
-//! what was measured there decides which controller the robot goes back to.
+//! A robot without a swarm: its experiment's population evolves in the simulator, the best is sometimes tried on the robot, and
+//! its measured fitness decides which controller the robot returns to.
 //!
 //! | file | content |
 //! |---|---|
 //! | [`settings`] | the daemon's file |
 //! | [`transfers`] | which controller is tried next, and what was measured; without clock, files or robot |
-//! | [`evolving`] | the generations beside |
+//! | [`evolving`] | the generations, in a thread at the same time |
 //! | [`watched`] | tells systemd's watchdog that the daemon is alive |
 //!
-//! An interval is some generations in the simulator and, at the same time, a life on the robot of the best that the interval before
-//! has left. Both are waited for, so which controllers the simulator proposes follows from the seed, however fast the processor is.
-//! Then everything is saved. A daemon that was killed repeats its interval: generations come out the same, and a life that is
-//! complete on record is taken from there.
+//! An interval is some generations in the simulator and, at the same time, an episode on the robot of the last interval's
+//! best. The interval waits for both, so the simulator's proposals depend on the seed only, however fast the processor is.
+//! Then everything is saved. A killed daemon repeats its interval: generations come out the same, and a complete recorded
+//! episode is not repeated.
 
 mod evolving;
 pub mod settings;
@@ -41,9 +41,9 @@ use super::keeper::Keeper;
 use super::log::{self, Log};
 use super::notify::Notify;
 
-/// Number of the generation in the keys of lives on the robot, larger than any that is simulated.
+/// Number of the generation in the keys of episodes on the robot, larger than any simulated one.
 const ON_ROBOT: u64 = 1 << 33;
-/// How long the robot stands between two looks at whether the simulator is ready.
+/// The robot's pause between two looks at whether the simulator is ready.
 const PAUSE: Duration = Duration::from_millis(100);
 
 /// A daemon before its robot is connected.
@@ -52,13 +52,13 @@ pub struct Daemon<'a> {
     keeper: Keeper<Saved>,
     saved: Saved,
     evolving: Beside<(), Evolved>,
-    /// Whether it waits for the evolution, on a clock that stands still meanwhile.
+    /// Whether it waits for the evolution, on a clock that stops for that time.
     waits: bool,
 }
 
 /// A daemon with its robot.
-struct Alive<'a> {
-    own: Daemon<'a>,
+struct RunningDaemon<'a> {
+    daemon: Daemon<'a>,
     vehicle: Shared,
     robots: WiredRobots,
     log: Log,
@@ -67,10 +67,11 @@ struct Alive<'a> {
 }
 
 impl<'a> Daemon<'a> {
-    /// Takes up what was saved.
+    /// Loads the saved state.
     ///
     /// # Errors
-    /// Exit 3: a directory that can't be used; exit 5: what was saved is damaged, or is of another experiment; exit 6: the disk.
+    /// Exit 3: an unusable directory; exit 5: the saved state is damaged, or is of another experiment; exit 6: the
+    /// disk.
     pub fn new(settings: &'a Settings, waits: bool) -> Result<Self> {
         let Settings {
             directory,
@@ -79,7 +80,7 @@ impl<'a> Daemon<'a> {
             experiment,
             ..
         } = settings;
-        // Lives at another speed, or by other sensors, can't be compared with those that were measured.
+        // Episodes with another speed or other sensors can't be compared with the measured ones.
         let lives = format!("{:?} {:?} {:?}", lives.walk, lives.speed_mm_s, lives.sensors);
         let owner = blake3::hash(&[settings.identity.as_bytes().as_slice(), lives.as_bytes()].concat());
         let (mut keeper, saved) = Keeper::<Saved>::open(directory, owner)?;
@@ -97,11 +98,11 @@ impl<'a> Daemon<'a> {
         })
     }
 
-    /// Lives until all is done or `stop` is set. The wheels stand then.
+    /// Runs until all is done or `stop` is set. Then the wheels stand still.
     ///
     /// # Errors
-    /// Exit 3: the robot is another one than the experiment's; exit 4: it fails for good; exit 5 and 6: a record that is damaged or
-    /// can't be written; exit 75: `stop` was set before all was done.
+    /// Exit 3: the robot is not the experiment's; exit 4: it fails for good; exit 5 and 6: a record is damaged or can't
+    /// be written; exit 75: `stop` was set before all was done.
     pub fn live(self, vehicle: Box<dyn Vehicle + Send>, console: Console, stop: &AtomicBool) -> Result {
         let Settings {
             experiment,
@@ -116,21 +117,21 @@ impl<'a> Daemon<'a> {
         robots
             .add(&vehicle, &wire.to_string(), experiment.world().spec(), lives, console)
             .map_err(|failure| self.settings.at(failure))?;
-        let alive = Alive {
+        let running = RunningDaemon {
             log: Log::open(directory, 0, self.saved.boots, log::Limits::default()),
-            own: self,
+            daemon: self,
             vehicle,
             robots,
             notify: Notify::of_environment(),
             began,
         };
-        alive.live(stop)
+        running.run(stop)
     }
 }
 
-impl Alive<'_> {
-    fn live(mut self, stop: &AtomicBool) -> Result {
-        let experiment = self.own.settings.identity.to_hex();
+impl RunningDaemon<'_> {
+    fn run(mut self, stop: &AtomicBool) -> Result {
+        let experiment = self.daemon.settings.identity.to_hex();
         self.log(
             "start",
             json!({ "program": env!("CARGO_PKG_VERSION"), "experiment": experiment.as_str() }),
@@ -153,20 +154,20 @@ impl Alive<'_> {
         outcome.and(stopped)
     }
 
-    /// Lives through an interval, and saves it. Returns whether there was anything to do.
+    /// Runs an interval, and saves it. Returns whether there was anything to do.
     fn interval(&mut self) -> Result<bool> {
-        let is_evolving = !self.own.saved.is_evolved;
+        let is_evolving = !self.daemon.saved.is_evolved;
         if is_evolving {
-            self.own.evolving.ask(());
+            self.daemon.evolving.ask(());
         }
-        let next = self.own.saved.next(&self.own.settings.rules);
+        let next = self.daemon.saved.next(&self.daemon.settings.rules);
         let next = next.map(|(why, controller)| (why, controller.clone()));
         let is_idle = next.is_none() && !is_evolving;
         if is_idle {
             return Ok(false);
         }
         let status = next.as_ref().map_or("waits for the simulator", |(why, _)| why.word());
-        let number = self.own.saved.transfers.len();
+        let number = self.daemon.saved.transfers.len();
         self.notify.status(&format!("transfer {number}: {status}"));
         if let Some((why, controller)) = next {
             self.transfer(why, controller)?;
@@ -175,16 +176,16 @@ impl Alive<'_> {
             let evolved = self.evolved()?;
             self.take(evolved);
         }
-        self.own.keeper.save_now(&self.own.saved)?;
+        self.daemon.keeper.save_now(&self.daemon.saved)?;
         Ok(true)
     }
 
     /// Lets a controller live on the robot.
     fn transfer(&mut self, why: Why, controller: Champion) -> Result {
-        let number = self.own.saved.transfers.len();
+        let number = self.daemon.saved.transfers.len();
         let life = Life {
             genes: &controller.genome,
-            key: Keys::new(self.own.settings.seed, ON_ROBOT).of(0, number as u64),
+            key: Keys::new(self.daemon.settings.seed, ON_ROBOT).of(0, number as u64),
             start: None,
         };
         let lived = self.robots.live(&[life], false)?;
@@ -196,8 +197,8 @@ impl Alive<'_> {
                 "individual": controller.individual, "simulated": controller.fitness, "measured": measured,
             }),
         );
-        self.own.saved.waiting = None;
-        self.own.saved.transfers.push(Transfer {
+        self.daemon.saved.waiting = None;
+        self.daemon.saved.transfers.push(Transfer {
             why,
             controller,
             measured,
@@ -205,10 +206,10 @@ impl Alive<'_> {
         Ok(())
     }
 
-    /// Waits for the simulator, while the wheels stand.
+    /// Waits for the simulator, with the wheels stopped.
     fn evolved(&mut self) -> Result<Evolved> {
         loop {
-            if let Some(evolved) = self.own.evolving.result(self.own.waits)? {
+            if let Some(evolved) = self.daemon.evolving.result(self.daemon.waits)? {
                 return Ok(evolved);
             }
             self.with_vehicle(|vehicle| vehicle.keep_until(vehicle.now() + PAUSE))?;
@@ -223,7 +224,7 @@ impl Alive<'_> {
             "simulated",
             json!({ "generations": evolved.generation, "best": best, "worked_s": worked, "taken_s": taken }),
         );
-        let saved = &mut self.own.saved;
+        let saved = &mut self.daemon.saved;
         saved.waiting = evolved.best;
         saved.evolution = Some(evolved.saved);
         saved.is_evolved = evolved.is_over;

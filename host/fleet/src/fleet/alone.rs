@@ -1,4 +1,4 @@
-//! `fleet.toml` of robots that live by themselves, each with a file of its own, as `oneiro on-board` takes it.
+//! `fleet.toml` of robots without a swarm, each with its file for `oneiro on-board`.
 //!
 //! ```toml
 //! binary = "oneiro-aarch64"
@@ -59,8 +59,8 @@ pub(super) fn read(path: &Path, file: &Parsed<'_>) -> Result<Computers> {
         let at = |key: &str| format!("robots[{index}].{key}");
         check_host(&host, &at("host"), &source)?;
         let refused = |failure: Failure| source.invalid(&at("robot"), failure);
-        let own = of_file(&folder.join(robot), number, host).map_err(refused)?;
-        computers.robots.push(own);
+        let computer = of_file(&folder.join(robot), number, host).map_err(refused)?;
+        computers.robots.push(computer);
     }
     computers.robots.sort_by_key(|robot| robot.number);
     Ok(computers)
@@ -116,7 +116,7 @@ fn of_file(path: &Path, number: u32, host: String) -> Result<Robot> {
 #[cfg(not(feature = "compose"))]
 fn of_file(path: &Path, _: u32, _: String) -> Result<Robot> {
     Err(Failure::input(format_args!(
-        "{}: this program was built without the feature `compose`, which robots that live by themselves need; allowed: a program \
+        "{}: this program was built without the feature `compose`, which robots without a swarm need; allowed: a program \
          built with it (docs/robots-on-the-wire.md)",
         path.display()
     )))

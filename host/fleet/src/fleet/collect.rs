@@ -41,7 +41,7 @@ pub struct Collected {
 pub fn contents_alone() -> Vec<Entry> {
     vec![Entry::file(
         "robot-N/",
-        "a copy of robot N's directory, with a `README.md` of its own",
+        "a copy of robot N's directory, with its `README.md`",
     )]
 }
 
@@ -76,7 +76,7 @@ pub fn contents() -> Vec<Entry> {
             PAGE,
             "written by `oneiro fleet start`: a page that shows the robots while it runs; open it in a browser",
         ),
-        Entry::file(SCRIPT, "what that page shows, written every second"),
+        Entry::file(SCRIPT, "that page's data, written every second"),
         Entry::file(
             REPLAY,
             "written by `oneiro fleet replay`: a page that plays `statuses.csv`",
@@ -84,17 +84,17 @@ pub fn contents() -> Vec<Entry> {
     ]
 }
 
-/// Copies a robot's directory. What is here already of it is replaced file by file.
+/// Copies a robot's directory. Existing files of it are replaced one by one.
 ///
 /// # Errors
-/// Exit 4: the computer can't be reached or has no record; a file changes faster than it can be read; or there is more than a robot's
-/// record has at most. Exit 3: a link is in the way here. Exit 6: it can't be written here.
+/// Exit 4: the computer can't be reached or has no record; a file changes faster than it can be read; or there is more
+/// than a robot's maximum record. Exit 3: a link is in the way here. Exit 6: it can't be written here.
 pub fn copy(fleet: &Computers, robot: &Robot, remote: Remote<'_>) -> Result<Collected> {
     let there = format!("{}/{STATE}", fleet.place(robot));
     let list = remote.text(&format!("cd {there} && find . -type f"))?;
     let here = fleet.collected(robot.number);
     plain::make_directory(&fleet.directory).map_err(|error| Failure::storage(&fleet.directory, &error))?;
-    let own = here.strip_prefix(&fleet.directory).unwrap_or(&here);
+    let relative = here.strip_prefix(&fleet.directory).unwrap_or(&here);
     let began = Instant::now();
     let mut collected = Collected { files: 0, bytes: 0 };
     for name in list.lines().filter_map(|line| line.trim().strip_prefix("./")) {
@@ -114,8 +114,8 @@ pub fn copy(fleet: &Computers, robot: &Robot, remote: Remote<'_>) -> Result<Coll
                 ),
             ));
         }
-        let path = own.join(name);
-        let folder = disk::make_folder(&fleet.directory, path.parent().unwrap_or(own))?;
+        let path = relative.join(name);
+        let folder = disk::make_folder(&fleet.directory, path.parent().unwrap_or(relative))?;
         disk::write(&folder.join(path.file_name().unwrap_or_default()), &bytes)?;
     }
     Ok(collected)
@@ -146,7 +146,7 @@ fn file(remote: Remote<'_>, directory: &str, name: &str) -> Result<Vec<u8>> {
     Err(Failure::of(Code::Device, problem))
 }
 
-/// What the merged record has.
+/// The merged record's content.
 #[derive(Debug)]
 pub struct Merged {
     pub lines: usize,
@@ -177,7 +177,7 @@ pub fn merge(fleet: &Fleet, robots: &[u32]) -> Result<Merged> {
             }
         }
     }
-    let clocks = timeline::aligned(&lines);
+    let clocks = timeline::align(&lines);
     write_timeline(&fleet.directory, &lines, &clocks)?;
     let table: String = clocks.iter().map(Clock::row).collect();
     disk::write(

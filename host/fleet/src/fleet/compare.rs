@@ -1,4 +1,4 @@
-//! Fleets' records beside the batched study of the same experiment: do they agree?
+//! Compares fleets' records with the batched study of the same experiment.
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::daemon::intervals::INTERVALS;
 
-/// The share of differences that the interval of each figure has.
+/// The probability of each figure's interval.
 pub const LEVEL: f64 = 0.9;
 const RESAMPLES: usize = 10_000;
 
@@ -30,7 +30,8 @@ pub struct Figures {
     pub run: String,
     /// Food that all robots brought.
     pub food: f64,
-    /// In the last fifth of the intervals (the last one at least), the share of simulators that have the light where it is.
+    /// The fraction of simulators that have the light where it is, in the last fifth of the intervals (one interval or
+    /// more).
     pub right: f64,
     /// The mean gene of simulators there.
     pub gene: f64,
@@ -136,9 +137,9 @@ fn rows(plan: &Plan, job: &SwarmJob) -> Vec<Row> {
         lines.map(|line: &Line| line.robots[robot].brought).sum()
     };
     let of_interval = |(interval, robots): (usize, &Vec<_>)| {
-        let of_robot = |(robot, own): (usize, &RobotInterval)| Row {
+        let of_robot = |(robot, of_robot): (usize, &RobotInterval)| Row {
             interval: interval as u32,
-            s0: own.s0,
+            s0: of_robot.s0,
             brought: brought(robot, interval),
             missed: 0,
         };
@@ -155,8 +156,7 @@ pub struct Compared {
     /// Mean and standard deviation of the fleet's runs, and of the batched ones; a single run has no deviation (NaN, null in JSON).
     pub fleet: [f64; 2],
     pub batched: [f64; 2],
-    /// How much more the fleet has: a share of the batched runs' mean if `is_share`.
-    /// None where that is 0.
+    /// How much more the fleet has: a fraction of the batched runs' mean if `is_share`. None where that is 0.
     pub difference: Option<f64>,
     /// The ends of its interval; none where there is no share of a mean that may be 0, and where one side has a single run.
     pub interval: Option<[f64; 2]>,
@@ -167,9 +167,9 @@ pub struct Compared {
 pub fn compare(fleet: &[Figures], batched: &[Figures]) -> Vec<Compared> {
     type Figure = fn(&Figures) -> f64;
     let all: [(&str, Figure, bool); 3] = [
-        ("food, items", |own| own.food, true),
-        ("right simulators, share", |own| own.right, false),
-        ("gene of simulators", |own| own.gene, false),
+        ("food, items", |figures| figures.food, true),
+        ("right simulators, share", |figures| figures.right, false),
+        ("gene of simulators", |figures| figures.gene, false),
     ];
     let compared = |(figure, of, is_share): (&'static str, Figure, bool)| {
         let [fleet, batched] = [fleet, batched].map(|side| side.iter().map(of).collect::<Vec<f64>>());
@@ -180,7 +180,7 @@ pub fn compare(fleet: &[Figures], batched: &[Figures]) -> Vec<Compared> {
         let mut random = Pcg64::seed_from_u64(0);
         let of_both = |both: &[Vec<f64>]| difference(&both[0], &both[1]);
         let interval = bootstrap_interval(&[&fleet, &batched], of_both, LEVEL, RESAMPLES, &mut random);
-        // One run says nothing of how runs differ.
+        // One run does not show how runs differ.
         let interval = interval.ok().filter(|_| fleet.len().min(batched.len()) > 1);
         let side = |sample: &[f64]| [mean(sample), variance(sample).sqrt()];
         Compared {

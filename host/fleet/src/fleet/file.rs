@@ -179,9 +179,9 @@ impl Values {
     /// These values, where they are given, over those of the fleet.
     fn over(self, fleet: &Self) -> Self {
         let tracker = match (self.tracker, fleet.tracker.clone()) {
-            (Some(own), fleet) => Some(Tracker {
-                age_ms: own.age_ms.or(fleet.and_then(|fleet| fleet.age_ms)),
-                ..own
+            (Some(tracker), fleet) => Some(Tracker {
+                age_ms: tracker.age_ms.or(fleet.and_then(|fleet| fleet.age_ms)),
+                ..tracker
             }),
             (None, fleet) => fleet,
         };
@@ -206,7 +206,7 @@ impl Values {
 
     /// Checks the values below a key of the file.
     fn check(&self, at: &str, source: &Source<'_>) -> Result {
-        let key = |own: &str| format!("{at}{own}");
+        let key = |key: &str| format!("{at}{key}");
         if let Some(listen) = &self.radio.listen {
             socket(listen, &key("radio.listen"), source)?;
         }
@@ -227,8 +227,8 @@ impl Values {
         }
         for (name, value) in &self.guard {
             let refused = |problem: String| {
-                let own = format!("guard {name}: ");
-                let problem = problem.strip_prefix(&own).unwrap_or(&problem).to_owned();
+                let prefix = format!("guard {name}: ");
+                let problem = problem.strip_prefix(&prefix).unwrap_or(&problem).to_owned();
                 source.invalid(&key(&format!("guard.{name}")), problem)
             };
             guard::values::Values::of(&[format!("{name}={value}")]).map_err(refused)?;
@@ -248,9 +248,9 @@ pub struct Robot {
     pub address: String,
     /// Where the others reach its radio, if it has one.
     pub radio: Option<SocketAddr>,
-    /// The share of one core's time that its simulator may take, if the file says it.
+    /// The fraction of one core's time that its simulator may take, if the file sets it.
     pub share: Option<f64>,
-    /// The time that it lives for, in words, if it is of no swarm.
+    /// The duration of its experiment, in words, if it is of no swarm.
     pub time: Option<String>,
     /// The file `robot.toml` of its computer.
     pub toml: String,
@@ -370,9 +370,9 @@ impl Fleet {
     /// Exit 3: the file, the line and column in it, the key, the problem and the allowed values; the robots are of no swarm.
     pub fn read(path: &Path) -> Result<Self> {
         match AnyFleet::read(path)? {
-            AnyFleet::Swarm(fleet) => Ok(*fleet),
+            AnyFleet::Foragers(fleet) => Ok(*fleet),
             AnyFleet::Alone(_) => Err(Failure::input(format_args!(
-                "{}: its robots live by themselves, without a swarm's experiment; allowed for them: oneiro fleet plan, deploy, start, \
+                "{}: its robots have no swarm's experiment; allowed for them: oneiro fleet plan, deploy, start, \
                  status, stop and collect",
                 path.display()
             ))),
@@ -433,7 +433,7 @@ impl Fleet {
             let listen = values.radio.listen.as_ref().and_then(|listen| listen.parse().ok());
             let radio = match radio {
                 Some(radio) => socket(&radio, &at("radio"), source)?,
-                None => reached(&host, listen).ok_or_else(|| {
+                None => radio_address(&host, listen).ok_or_else(|| {
                     let problem =
                         format!("lacks `radio`; allowed: IP:PORT of its radio, since {host} is no IP address");
                     source.invalid(&format!("robots[{index}]"), problem)
@@ -517,8 +517,8 @@ impl Fleet {
 #[derive(Debug)]
 pub enum AnyFleet {
     /// Of a swarm's experiment.
-    Swarm(Box<Fleet>),
-    /// Of robots that live by themselves.
+    Foragers(Box<Fleet>),
+    /// Of robots without a swarm.
     Alone(Computers),
 }
 
@@ -534,14 +534,14 @@ impl AnyFleet {
             .iter()
             .any(|key| file.has(key))
         {
-            return Ok(Self::Swarm(Box::new(Fleet::of(path, &file)?)));
+            return Ok(Self::Foragers(Box::new(Fleet::of(path, &file)?)));
         }
         alone::read(path, &file).map(Self::Alone)
     }
 
     pub fn computers(&self) -> &Computers {
         match self {
-            Self::Swarm(fleet) => fleet,
+            Self::Foragers(fleet) => fleet,
             Self::Alone(computers) => computers,
         }
     }
@@ -549,7 +549,7 @@ impl AnyFleet {
     /// The file with the key of a swarm's experiment.
     pub fn key(&self) -> Option<&Path> {
         match self {
-            Self::Swarm(fleet) => Some(&fleet.key),
+            Self::Foragers(fleet) => Some(&fleet.key),
             Self::Alone(_) => None,
         }
     }
@@ -594,9 +594,9 @@ fn plain_path(path: &str, key: &str, source: &Source<'_>) -> Result {
     Ok(())
 }
 
-/// Where others reach the radio of a robot whose file doesn't say it: its computer, if that is named by its address, at the port at which
-/// it listens.
-fn reached(host: &str, listen: Option<SocketAddr>) -> Option<SocketAddr> {
+/// The address of a robot's radio if its file doesn't give it: its computer, if that is named by its address, at the
+/// port at which it listens.
+fn radio_address(host: &str, listen: Option<SocketAddr>) -> Option<SocketAddr> {
     let host = host.rsplit_once('@').map_or(host, |(_, host)| host);
     let address: IpAddr = host.parse().ok()?;
     Some(SocketAddr::new(address, listen.map_or(PORT, |listen| listen.port())))
@@ -654,7 +654,7 @@ mod tests {
              peers = [\"10.0.0.10:4711\", \"10.0.0.1:4711\"]\n\n[tracker]\nlisten = \"0.0.0.0:5005\"\nage_ms = 250\n\n\
              [beacon]\nlimit_ms = 300\n\n[evolution]\nshare = 0.5\n\n[guard]\nexpiry_ms = 200\nerrors = 2\n"
         );
-        // What is given in no place is left to the daemon.
+        // Values without a setting are left to the daemon.
         let fleet = read("least", ROBOT_0).unwrap();
         assert!(
             !["contact", "[tracker]", "[beacon]", "[evolution]", "[guard]"]
@@ -861,7 +861,7 @@ mod tests {
     }
 
     #[test]
-    fn only_swarms_live_on_fleets() {
+    fn only_foragers_run_on_fleets() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("../..")
             .canonicalize()

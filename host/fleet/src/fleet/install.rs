@@ -79,9 +79,9 @@ impl Stock {
         let parcels = self.parcels(robot);
         let there = Computer::ask(remote, &place, &parcels)?;
         if !self.machine.runs_on(&there.machine, there.bits) {
-            let (own, bits) = (self.machine.words(), there.bits);
+            let (ours, bits) = (self.machine.words(), there.bits);
             let problem = format!(
-                "its processor is {} ({bits} bits), and {} is for {own}",
+                "its processor is {} ({bits} bits), and {} is for {ours}",
                 there.machine,
                 fleet.binary.display()
             );
@@ -110,7 +110,7 @@ impl Stock {
             installed.warnings.push(warning);
         }
         let (state, _) = service::state(fleet, robot, remote)?;
-        if state == service::State::Running && !installed.sent.is_empty() {
+        if state == service::ServiceState::Running && !installed.sent.is_empty() {
             installed
                 .warnings
                 .push("runs what it had before, until `oneiro fleet stop` and `start`".into());
@@ -122,7 +122,7 @@ impl Stock {
 /// Groups that serial ports belong to, and root.
 const PORTS: [&str; 3] = ["dialout", "uucp", "root"];
 
-/// What a robot's computer says about itself.
+/// A robot computer's description of itself.
 #[derive(Debug)]
 struct Computer {
     machine: String,
@@ -237,9 +237,9 @@ mod tests {
 
     #[test]
     fn programs_are_for_the_processor_that_their_header_names() {
-        let own = std::fs::read(std::env::current_exe().unwrap()).unwrap();
-        let own = Machine::of(&own).unwrap();
-        assert!(own.runs_on(std::env::consts::ARCH, usize::BITS), "{own:?}");
+        let program = std::fs::read(std::env::current_exe().unwrap()).unwrap();
+        let machine = Machine::of(&program).unwrap();
+        assert!(machine.runs_on(std::env::consts::ARCH, usize::BITS), "{machine:?}");
         let of = |class, machine| Machine::of(&header(class, machine)).unwrap();
         for (machine, name, bits, runs) in [
             (of(2, 183), "aarch64", 64, true),

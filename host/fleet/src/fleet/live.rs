@@ -1,5 +1,5 @@
-//! A fleet's life: the operator waits for the robots, lets them live by the beacon until the experiment is over, and starts the daemons of
-//! robots again that have fallen silent.
+//! A fleet's run: the operator waits for the robots, lets them act by the beacon until the experiment is over, and
+//! restarts the daemons of robots that fall silent.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,9 +21,9 @@ use super::service;
 
 /// How often the operator looks at what has come.
 const GLANCE: Duration = Duration::from_millis(20);
-/// A robot that has said nothing for this long is away.
+/// A robot without a message for this long is away.
 pub(crate) const AWAY: Duration = Duration::from_secs(3);
-/// A robot that has said nothing for this long has its daemon started again: a restart by systemd takes some seconds.
+/// A robot without a message for this long has its daemon restarted: a restart by systemd takes some seconds.
 const SILENT: Duration = Duration::from_secs(15);
 /// How often a daemon is started again in one silence, each time after twice the pause.
 const ATTEMPTS: u32 = 5;
@@ -43,10 +43,11 @@ pub struct Record {
 impl Record {
     const FILE: &str = "operator.json";
 
-    /// The record of this beginning, which is on disk before anything is said.
+    /// The record of this start, which is on disk before any message is sent.
     ///
     /// # Errors
-    /// Exit 5 if the record is damaged: without it, robots would take old numbers for replayed ones. Exit 6 if it can't be written.
+    /// Exit 5 if the record is damaged: without it, robots would take old numbers for replayed ones. Exit 6 if it can't
+    /// be written.
     pub fn next(fleet: &Fleet) -> Result<Self> {
         plain::make_directory(&fleet.directory).map_err(|error| Failure::storage(&fleet.directory, &error))?;
         let path = fleet.directory.join(Self::FILE);
@@ -96,11 +97,11 @@ pub enum End {
     Stopped(i64),
 }
 
-/// Lets a fleet live until the experiment is over or `stop` is set. `ears` have its robots' radio. `show` sees all that is known, with the experiment's time in ms, at each
-/// glance; before the experiment's time runs it is `None`.
+/// Runs a fleet until the experiment is over or `stop` is set. `ears` receive its robots' radio. `show` gets all that
+/// is known, with the experiment's time in ms, at each glance; before the experiment starts that time is `None`.
 ///
 /// # Errors
-/// Exit 4 if too few robots answer; those of `show` and of writing the record, after which robots stand.
+/// Exit 4 if too few robots answer; those of `show` and of writing the record, after which robots stand still.
 pub fn live(
     fleet: &Arc<Fleet>,
     mut record: Record,
@@ -152,7 +153,7 @@ pub fn live(
     };
     beacon.end();
     record.save(fleet, station, false)?;
-    // What they say to that.
+    // Their answers.
     let until = Instant::now() + Duration::from_millis(1500);
     while Instant::now() < until {
         ears.listen();
@@ -225,7 +226,7 @@ impl Revivals {
                 let fleet = Arc::clone(fleet);
                 let work = thread::Builder::new().spawn(move || {
                     if let Some(robot) = fleet.robot(number) {
-                        // Whether it worked shows by what the robot says, or doesn't.
+                        // The robot's messages will show whether it worked.
                         let _ = Remote::of(&fleet, robot).run(&service::start_command(&fleet, robot));
                     }
                 });

@@ -4,17 +4,17 @@
 //! | file | content |
 //! |---|---|
 //! | [`mod@file`] | `fleet.toml`, and the `robot.toml` of each robot |
-//! | [`alone`] | the same of robots that live by themselves |
+//! | [`alone`] | the same for robots without a swarm |
 //! | [`remote`] | commands and files for robots' computers, by the system's `ssh` |
 //! | [`install`] | what a robot's computer gets, and how it is checked there |
 //! | [`service`] | how the daemon is started and stopped there: by systemd, or as a process |
 //! | [`operator`] | the beacon, without which robots stand, and what robots report |
-//! | [`live`] | a fleet's life from the first robot that answers to the experiment's end |
-//! | [`table`] | what is known of the robots, for a terminal and as JSON |
-//! | [`statuses`] | what robots have said of themselves, as a table and as a page needs it |
-//! | [`page`] | the page that shows it in a browser, while robots live and afterwards |
+//! | [`live`] | a fleet's run, from the first robot's answer to the experiment's end |
+//! | [`table`] | the robots' known states, for a terminal and as JSON |
+//! | [`statuses`] | robots' reports, as a table and for a page |
+//! | [`page`] | the page that shows it in a browser, during the experiment and afterwards |
 //! | [`collect`] | copies of robots' directories |
-//! | [`compare`] | what a fleet or its twins did, beside the batched study |
+//! | [`compare`] | a fleet or its twins compared with the batched study |
 //! | [`twin`] | a fleet's daemons on this machine, in one arena and on one virtual clock |
 //! | [`timeline`] | all logs as one, with clocks aligned by what robots heard of each other |
 

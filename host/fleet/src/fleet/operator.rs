@@ -1,11 +1,11 @@
-//! The operator's part while robots live: the beacon, without which they stand, and what they report.
+//! The operator's part during an experiment: the beacon, without which robots stop, and robots' reports.
 //!
-//! The beacon is a dead man's switch. A thread says ten times a second what time it is in the experiment, and that robots may move: as
-//! long as the program that watches the robots renews its leave to do so. If that program ends, hangs or is stopped, or if its machine or
-//! its network is lost, robots hear no beacon any more and stand.
+//! The beacon is a dead man's switch. Ten times a second a thread sends the experiment's time and the leave to move, as
+//! long as the program that watches the robots renews it. If that program ends, hangs or is stopped, or if its machine
+//! or its network is lost, robots receive no beacon and stop.
 //!
-//! Each start draws a number, which it calls out until enough robots are there, and says in each beacon. Robots repeat it in all that they
-//! say of themselves. So what was recorded before a start, and is sent again after it, shows no robot.
+//! Each start draws a number, which it sends until enough robots are there, and in each beacon. Robots repeat it in all
+//! their reports. So a report that was recorded before a start, and is sent again after it, shows no robot.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -53,12 +53,12 @@ impl Station {
     }
 
     fn call(&self) -> Vec<u8> {
-        locked(&self.radio).seal(&Packet::Call { start: self.start })
+        lock(&self.radio).seal(&Packet::Call { start: self.start })
     }
 
     fn beacon(&self, milliseconds: i64, go: bool) -> Vec<u8> {
         let start = self.start;
-        locked(&self.radio).seal(&Packet::Beacon {
+        lock(&self.radio).seal(&Packet::Beacon {
             milliseconds,
             go,
             start,
@@ -67,11 +67,11 @@ impl Station {
 
     /// Which datagrams it has taken, to be saved.
     pub fn windows(&self) -> Windows {
-        locked(&self.radio).windows().clone()
+        lock(&self.radio).windows().clone()
     }
 }
 
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -88,20 +88,20 @@ impl Socket {
     /// # Errors
     /// Exit 4: another program listens there.
     pub fn open(fleet: &Fleet) -> Result<Self> {
-        let own = fleet.operator;
-        let any: IpAddr = match own {
+        let operator = fleet.operator;
+        let any: IpAddr = match operator {
             SocketAddr::V4(_) => Ipv4Addr::UNSPECIFIED.into(),
             SocketAddr::V6(_) => Ipv6Addr::UNSPECIFIED.into(),
         };
         let open = || -> io::Result<UdpSocket> {
-            let socket = UdpSocket::bind((any, own.port()))?;
+            let socket = UdpSocket::bind((any, operator.port()))?;
             socket.set_nonblocking(true)?;
             Ok(socket)
         };
         let busy = |error| {
             let problem = format!(
                 "can't listen at port {}: {error}; does `oneiro fleet start` run already?",
-                own.port()
+                operator.port()
             );
             Failure::of(Code::Device, problem)
         };
@@ -110,7 +110,7 @@ impl Socket {
         Ok(Self { socket, robots })
     }
 
-    /// Sends to all robots. What can't be sent is lost, as on the way.
+    /// Sends to all robots. Unsent datagrams are lost, as on the way.
     fn send(&self, datagram: &[u8]) {
         for robot in &self.robots {
             let _ = self.socket.send_to(datagram, robot);
@@ -174,7 +174,7 @@ impl Beacon {
         let say = move || {
             let mut next = Instant::now();
             while !end.load(Ordering::Relaxed) {
-                let go = Instant::now() < *locked(&until);
+                let go = Instant::now() < *lock(&until);
                 socket.send(&station.beacon(time.now(), go));
                 // After a pause of the machine, no beacons are made up for.
                 next = (next + PERIOD).max(Instant::now());
@@ -197,14 +197,14 @@ impl Beacon {
 
     /// Gives robots leave to move for another second.
     pub(crate) fn renew(&self) {
-        *locked(&self.leave) = Instant::now() + LEAVE;
+        *lock(&self.leave) = Instant::now() + LEAVE;
     }
 
-    /// Tells robots to stand, and ends.
+    /// Tells robots to stop, and ends.
     pub fn end(mut self) {
         self.ends.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // If it has crashed, robots stand already.
+            // If it has crashed, robots have stopped already.
             let _ = thread.join();
         }
     }
@@ -219,7 +219,7 @@ impl Drop for Beacon {
 /// What is known of a robot.
 #[derive(Clone, Debug, Default)]
 pub struct Known {
-    /// When it last said anything in this start.
+    /// Time of its last message in this start.
     pub heard: Option<Instant>,
     /// Its last status.
     pub status: Option<Status>,
@@ -232,19 +232,19 @@ pub struct Known {
 }
 
 impl Known {
-    /// Whether it has said something of late.
+    /// Whether it has recently sent a message.
     pub(crate) fn is_here(&self) -> bool {
         self.heard.is_some_and(|at| at.elapsed() <= AWAY)
     }
 
-    /// Why it can't take part, if the operator knows it.
+    /// Why it can't take part, if known.
     pub fn refusal(&self) -> Option<&str> {
         let doubt = self.doubt.as_deref().filter(|_| !self.is_here());
         self.refused.as_deref().or(doubt)
     }
 }
 
-/// All that robots said.
+/// All reports of robots.
 pub struct Ears {
     socket: Arc<Socket>,
     station: Arc<Station>,
@@ -280,7 +280,7 @@ impl Ears {
         }
     }
 
-    /// Calls out the number of this start, from time to time, to robots that hear no beacon which says it.
+    /// Sends the number of this start, from time to time, to robots that receive no beacon with it.
     pub fn call(&mut self) {
         if self.called.is_none_or(|at| at.elapsed() >= CALLS) {
             self.called = Some(Instant::now());
@@ -288,17 +288,17 @@ impl Ears {
         }
     }
 
-    /// Takes all that has come, but no more than a flood should cost at a time.
+    /// Takes all received datagrams, but no more than a flood should cost at a time.
     pub fn listen(&mut self) {
         const MOST: usize = 1000;
-        // One more, so that what is longer than any datagram shows.
+        // One more, to notice datagrams that are too long.
         let mut room = [0; LONGEST + 1];
         for _ in 0..MOST {
             let Some((length, from)) = self.socket.receive(&mut room) else {
                 return;
             };
             let second = self.time.and_then(|time| u32::try_from(time.now() / 1000).ok());
-            let opened = locked(&self.station.radio).open(&room[..length], self.began.elapsed(), second);
+            let opened = lock(&self.station.radio).open(&room[..length], self.began.elapsed(), second);
             match opened {
                 Ok(received) => self.take(received),
                 Err(refusal) => self.refuse(&refusal, from),
@@ -332,8 +332,8 @@ impl Ears {
         }
     }
 
-    /// Counts a datagram that is refused. One of another version or experiment, or with a number that was taken before, shows what may be
-    /// wrong with a robot, as long as that says nothing else: anybody can send these.
+    /// Counts a refused datagram. One of another version or experiment, or with an old number, shows a possible problem
+    /// with a robot, as long as nothing else does: anybody can send these.
     fn refuse(&mut self, refusal: &Refusal, from: SocketAddr) {
         *self.refused.entry(refusal.reason()).or_default() += 1;
         let at = || {
@@ -349,9 +349,9 @@ impl Ears {
                 ..
             } => (Some(u32::from(*sender)), format!("{refusal}: deploy again")),
             Refusal::OtherVersion(version) => {
-                let own = radio::VERSION;
+                let ours = radio::VERSION;
                 let doubt =
-                    format!("sends datagrams of version {version}, and this machine of version {own}: deploy again");
+                    format!("sends datagrams of version {version}, and this machine of version {ours}: deploy again");
                 (at(), doubt)
             }
             Refusal::Replayed => {
@@ -366,7 +366,7 @@ impl Ears {
         }
     }
 
-    /// Robots that said something of late, and may take part.
+    /// Number of robots that recently sent a message, and may take part.
     pub fn present(&self) -> usize {
         let may_take_part = |known: &&Known| known.is_here() && known.refusal().is_none();
         self.robots.values().filter(may_take_part).count()

@@ -1,8 +1,9 @@
-//! The page of a fleet, which is opened as a file in a browser: its arena, genes, food, states and problems, while robots live and
+//! The page of a fleet, a file for a browser: its arena, genes, food, states and problems, during the experiment and
 //! afterwards.
 //!
-//! `live.html` stays as it is, and loads `live.js` beside it again every second. A thread writes that file, and the table of statuses: the
-//! program that gives robots leave to move never waits for the disk on their behalf. What comes while the disk is busy is left out.
+//! `live.html` never changes; every second it reloads `live.js` in the same folder. A thread writes that file, and the
+//! table of statuses: the program that gives robots leave to move never waits for the disk. Lines that arrive while the
+//! disk is busy are left out.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -13,7 +14,7 @@ use std::time::{Duration, Instant, SystemTime};
 use oneiro::swarm::{Lamp, Swarm};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_report::figures::{Genes, Moment, SwarmReplay, Teller, live_page, live_script, swarm_page};
+use oneiro_report::figures::{ForagersReplay, Genes, Moment, Teller, foragers_page, live_page, live_script};
 
 use super::file::Fleet;
 use super::operator::Known;
@@ -23,18 +24,19 @@ use super::statuses::{self, ACTS, Row, Story, Table};
 pub const PAGE: &str = "live.html";
 pub const SCRIPT: &str = "live.js";
 pub const REPLAY: &str = "replay.html";
-/// Robots' lines that the live page has, some 20 bytes each: 27 minutes of ten robots in full, then every other second.
+/// The live page's number of robots' lines, about 20 bytes each: 27 minutes of ten robots in full, then every other
+/// second.
 const MOST: usize = 16_384;
 /// Lines that wait for a slow disk.
 const WAITING: usize = 4;
-/// How often the page is written while the experiment's time stands.
+/// Interval between two writes of the page while the experiment's time is stopped.
 const PAUSE: Duration = Duration::from_secs(1);
 
 /// What is the same at all times.
 #[derive(Debug)]
 struct Scene {
     title: String,
-    swarm: Swarm,
+    foragers: Swarm,
     lamp: Lamp,
     robots: Vec<u32>,
 }
@@ -43,16 +45,16 @@ impl Scene {
     fn of(fleet: &Fleet) -> Self {
         Self {
             title: format!("{}, seed {}", fleet.experiment.name(), fleet.seed),
-            swarm: fleet.experiment.settings().swarm(),
+            foragers: fleet.experiment.settings().swarm(),
             lamp: fleet.experiment.plan(fleet.seed).lamp(),
             robots: fleet.robots.iter().map(|robot| robot.number).collect(),
         }
     }
 
-    fn replay<'a>(&'a self, lines: &'a [Moment], genes: &'a [Vec<Genes>]) -> SwarmReplay<'a> {
-        SwarmReplay {
+    fn replay<'a>(&'a self, lines: &'a [Moment], genes: &'a [Vec<Genes>]) -> ForagersReplay<'a> {
+        ForagersReplay {
             title: &self.title,
-            swarm: &self.swarm,
+            foragers: &self.foragers,
             lamp: self.lamp,
             names: &self.robots,
             acts: &ACTS,
@@ -63,7 +65,7 @@ impl Scene {
     }
 }
 
-/// Writes a page of what robots said while `oneiro fleet start` ran, in the fleet's directory, and returns its path.
+/// Writes a page of robots' reports during `oneiro fleet start`, in the fleet's directory, and returns its path.
 ///
 /// # Errors
 /// Exit 3 if nothing was recorded; exit 5 if that is damaged; exit 6.
@@ -71,21 +73,21 @@ pub fn replay(fleet: &Fleet) -> Result<PathBuf> {
     let scene = Scene::of(fleet);
     let rows = statuses::rows(&fleet.directory)?;
     let story = Story::of(scene.robots.clone(), usize::MAX, rows);
-    let page = swarm_page(&scene.replay(&story.moments(), &story.genes()));
+    let page = foragers_page(&scene.replay(&story.moments(), &story.genes()));
     let path = fleet.directory.join(REPLAY);
     disk::write(&path, page.as_bytes())?;
     Ok(path)
 }
 
-/// What the thread is told.
+/// Messages to the thread.
 enum Told {
     /// A line, and whether it belongs to the record: the experiment's time runs.
     Line(Vec<Row>, bool),
-    /// How the robots' life has ended.
+    /// How the robots' experiment has ended.
     End(String),
 }
 
-/// The page of a fleet that lives.
+/// The page of a running fleet.
 pub struct Page {
     sender: SyncSender<Told>,
     thread: JoinHandle<Result>,
@@ -96,7 +98,7 @@ pub struct Page {
 }
 
 impl Page {
-    /// Makes the page of a fleet whose experiment is at a time in ms. What robots said before is on it.
+    /// Makes the page of a fleet whose experiment is at a time in ms. It has the robots' earlier reports.
     ///
     /// # Errors
     /// Exit 5 for a damaged table of statuses; exit 6; exit 1 if there is no thread for it.
@@ -105,7 +107,7 @@ impl Page {
         Self::written_by(move |told| writer.take(told), milliseconds)
     }
 
-    /// A page of which `take` writes what it is told.
+    /// A page whose messages go to `take`.
     fn written_by(take: impl FnMut(Told) -> Result + Send + 'static, milliseconds: i64) -> Result<Self> {
         let (sender, told) = mpsc::sync_channel::<Told>(WAITING);
         let write = move || told.into_iter().map(take).fold(Ok(()), Result::and);
@@ -137,12 +139,13 @@ impl Page {
         }
     }
 
-    /// Says on the page how the robots' life has ended, and waits until all is written: robots stand already.
+    /// Writes on the page how the robots' experiment has ended, and waits until all is written: robots already stand
+    /// still.
     ///
     /// # Errors
     /// The first error of writing.
     pub fn end(self, how: String) -> Result {
-        // If the thread has crashed, joining it says so.
+        // If the thread has crashed, joining it returns the error.
         let _ = self.sender.send(Told::End(how));
         drop(self.sender);
         let crashed = |_| Err(Failure::broken("the page's writer"));
@@ -155,7 +158,7 @@ fn seconds(milliseconds: i64) -> u32 {
     u32::try_from(milliseconds / 1000).unwrap_or_default()
 }
 
-/// What the thread has.
+/// The thread's state.
 struct Writer {
     scene: Scene,
     story: Story,

@@ -1,7 +1,7 @@
-//! Robots' computers, reached by the system's own `ssh`: its configuration, keys and known hosts are the user's.
+//! Robots' computers, reached by the system's `ssh`: its configuration, keys and known hosts are the user's.
 //!
-//! A file is written by `cat` into a file beside its place, hashed there, and renamed. Paths go into commands as they are: those of
-//! a fleet have no character that a shell would interpret ([`super::file`]).
+//! A file is written by `cat` into a file next to its place, hashed there, and renamed. Paths go unquoted into
+//! commands: those of a fleet have no character that a shell would interpret ([`super::file`]).
 
 use std::io::{Read, Write};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -19,7 +19,7 @@ use super::sha256_hex;
 
 /// Exit status of `ssh` itself.
 const OWN: i32 = 255;
-/// What a host may take to answer at all, s.
+/// A host's maximum time for its first answer, s.
 const CONNECT_S: u32 = 10;
 /// Maximum length of an answer in text, bytes.
 const TEXT: usize = 1 << 20;
@@ -66,7 +66,7 @@ impl<'a> Remote<'a> {
     /// Exit 4: `ssh` can't reach the host or is refused, with what to do; the command fails, with the last line that it wrote to
     /// standard error; or it takes too long or writes more.
     pub fn bytes(&self, command: &str, most: usize) -> Result<Vec<u8>> {
-        self.fed(command, &[], most)
+        self.run_with_input(command, &[], most)
     }
 
     /// Like [`Remote::bytes`], as text of at most 1 MiB.
@@ -94,10 +94,10 @@ impl<'a> Remote<'a> {
              if [ \"${{h%% *}}\" != {hash} ]; then rm -f {new}; echo {name} arrived damaged >&2; exit 1; fi && \
              chmod {mode} {new} && sync && mv -f {new} {name}"
         );
-        self.fed(&command, bytes, TEXT).map(|_| ())
+        self.run_with_input(&command, bytes, TEXT).map(|_| ())
     }
 
-    fn fed(&self, command: &str, input: &[u8], most: usize) -> Result<Vec<u8>> {
+    fn run_with_input(&self, command: &str, input: &[u8], most: usize) -> Result<Vec<u8>> {
         let failed = |problem: String| Failure::of(Code::Device, problem);
         let ran = self.ran(command, input, most).map_err(failed)?;
         if ran.status.success() {
@@ -121,7 +121,7 @@ impl<'a> Remote<'a> {
     /// Runs a command until it ends, or kills it when its time is over or it has written too much.
     fn ran(&self, command: &str, input: &[u8], most: usize) -> std::result::Result<Ran, String> {
         let mut ssh = Command::new(&self.ssh.program);
-        // Of an option that is given twice, ssh takes the first.
+        // If an option is repeated, ssh takes the first.
         ssh.args(["-o", "BatchMode=yes"])
             .args(&self.ssh.options)
             .args(["-o", &format!("ConnectTimeout={CONNECT_S}")])
@@ -135,7 +135,7 @@ impl<'a> Remote<'a> {
         let stderr = last(child.stderr.take());
         if let Some(mut stdin) = child.stdin.take() {
             let input = input.to_owned();
-            // It ends when all is written, or when ssh does. A command that doesn't read its input is none of our business.
+            // It ends when all is written, or when ssh does. A command may ignore its input.
             thread::spawn(move || stdin.write_all(&input));
         }
         let seconds = self.ssh.timeout_s;
@@ -161,7 +161,7 @@ impl<'a> Remote<'a> {
     }
 }
 
-/// Reads a stream on a thread, to its end or up to `most` bytes; `has_too_much` says that there were more.
+/// Reads a stream in a thread, to its end or up to `most` bytes; then it sets `has_too_much`.
 fn first(stream: Option<impl Read + Send + 'static>, most: usize, has_too_much: &Arc<AtomicBool>) -> Receiver<Vec<u8>> {
     let has_too_much = Arc::clone(has_too_much);
     read(stream, move |stream| {
@@ -205,7 +205,7 @@ fn wait(child: &mut Child, until: Instant, is_over: &AtomicBool) -> Option<ExitS
             return Some(status);
         }
         if Instant::now() >= until || is_over.load(Ordering::Relaxed) {
-            // If it has ended meanwhile, there is nothing to kill.
+            // If it has already ended, there is nothing to kill.
             let _ = child.kill();
             let _ = child.wait();
             return None;
@@ -233,7 +233,7 @@ fn hint(message: &str, host: &str) -> String {
     }
 }
 
-/// Does the same for several robots, some of them at a time; what fails for one does not keep the others from it.
+/// Does the same for several robots, some of them at a time; a failure of one does not stop the others.
 pub fn on_each<T: Send>(
     fleet: &Computers,
     robots: &[&Robot],

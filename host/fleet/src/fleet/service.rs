@@ -1,4 +1,4 @@
-//! The daemon on a robot's computer: installed, started, stopped and asked for, by systemd or as a process.
+//! The daemon on a robot's computer: installed, started, stopped and queried, by systemd or as a process.
 
 use oneiro_base::exit::{Code, Failure, Result};
 
@@ -14,7 +14,7 @@ const LOG: &str = "log.jsonl";
 
 /// Whether a daemon runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
+pub enum ServiceState {
     Running,
     /// systemd starts it again in a moment.
     Starting,
@@ -22,7 +22,7 @@ pub enum State {
     Stopped,
 }
 
-impl State {
+impl ServiceState {
     /// A word for tables.
     pub fn word(self) -> &'static str {
         match self {
@@ -148,7 +148,7 @@ pub fn stop_command(fleet: &Computers, robot: &Robot) -> String {
     }
 }
 
-/// Whether the process lives whose number is in the file, and is no other that got its number since.
+/// Whether the file's process is running, and its number belongs to no other process since.
 fn lives() -> &'static str {
     "{ [ -s pid ] && grep -aq on-board \"/proc/$(cat pid)/cmdline\" 2>/dev/null; }"
 }
@@ -157,7 +157,7 @@ fn lives() -> &'static str {
 ///
 /// # Errors
 /// Exit 4, as [`Remote::run`].
-pub fn state(fleet: &Computers, robot: &Robot, remote: Remote<'_>) -> Result<(State, Option<String>)> {
+pub fn state(fleet: &Computers, robot: &Robot, remote: Remote<'_>) -> Result<(ServiceState, Option<String>)> {
     let (place, unit, systemctl) = (fleet.place(robot), unit(robot), systemctl(fleet.service));
     let asked = match fleet.service {
         Service::Process => format!(
@@ -168,11 +168,11 @@ pub fn state(fleet: &Computers, robot: &Robot, remote: Remote<'_>) -> Result<(St
     };
     let text = remote.text(&format!("{asked}; tail -n 1 {place}/{STATE}/{LOG} 2>/dev/null || true"))?;
     let mut lines = text.lines();
-    let state = State::of(lines.next().unwrap_or_default().trim());
+    let state = ServiceState::of(lines.next().unwrap_or_default().trim());
     Ok((state, lines.next().map(str::to_owned)))
 }
 
-/// Stops a daemon, and says whether its log has it that the robot confirmed that its wheels stand.
+/// Stops a daemon, and checks its log for the robot's confirmation that its wheels have stopped.
 ///
 /// # Errors
 /// Exit 4: the daemon was not stopped, or its log doesn't end with a confirmed stop.

@@ -1,4 +1,4 @@
-//! What robots have said of themselves: the operator's table `statuses.csv`, and all of it as a page needs it.
+//! Robots' reports: the operator's table `statuses.csv`, and the same for a page.
 
 use std::fs::File;
 use std::io::Write;
@@ -90,7 +90,7 @@ impl Row {
             return empty;
         };
         let [g0, g1] = status.controller.map(Some);
-        // What a daemon says whose tracker does not see it.
+        // A daemon reports zeros if its tracker does not see it.
         let pose = Some(status.pose).filter(|pose| *pose != [0.0; 3]);
         Self {
             interval: Some(status.interval),
@@ -193,7 +193,7 @@ pub fn rows(directory: &Path) -> Result<Vec<Row>> {
     let path = directory.join(STATUSES);
     if !path.is_file() {
         return Err(Failure::input(format_args!(
-            "{}: is missing; `oneiro fleet start` writes it while robots live",
+            "{}: is missing; `oneiro fleet start` writes it while it runs",
             path.display()
         )));
     }
@@ -224,7 +224,7 @@ impl Story {
         for row in rows {
             if line
                 .iter()
-                .any(|own| own.second != row.second || own.robot == row.robot)
+                .any(|other| other.second != row.second || other.robot == row.robot)
             {
                 story.add(std::mem::take(&mut line));
             }
@@ -283,7 +283,7 @@ impl Story {
         let of_robot = |robot: &u32| {
             let rows = self.lines.iter().flatten().filter(|row| row.robot == *robot);
             let mut genes: Vec<Genes> = rows.filter_map(Row::genes).collect();
-            genes.dedup_by_key(|own| [own.s0, own.g0, own.g1]);
+            genes.dedup_by_key(|status| [status.s0, status.g0, status.g1]);
             genes
         };
         self.robots.iter().map(of_robot).collect()
@@ -308,7 +308,7 @@ fn sight(row: &Row, total: &mut u32) -> Sight {
     }
 }
 
-/// States of robots, by their words in tables, and at the end one that is none of these.
+/// States of robots, by their words in tables; the last is for unknown words.
 pub(crate) const ACTS: [Act; 11] = [
     act("waiting", "#8593b5", Act::LIGHT),
     act("standing", "#5b6b8c", Act::LIGHT),

@@ -84,8 +84,8 @@ pub(super) fn state(known: &Known) -> String {
 /// What is in a robot's way.
 pub(super) fn problems(known: &Known) -> Vec<String> {
     let bits = known.status.as_ref().map_or(0, |status| status.problems);
-    let own = Problems::of(bits).words().into_iter().map(str::to_owned);
-    known.refusal().map(str::to_owned).into_iter().chain(own).collect()
+    let problems = Problems::of(bits).words().into_iter().map(str::to_owned);
+    known.refusal().map(str::to_owned).into_iter().chain(problems).collect()
 }
 
 /// A value of a status that may be unknown.

@@ -9,7 +9,7 @@ use oneiro_lab::exchange::radio::key::Key;
 use super::file::{Fleet, Robot};
 use super::install::{Installed, Stock};
 use super::remote::{Remote, on_each};
-use super::service::{self, State};
+use super::service::{self, ServiceState};
 use super::{Outcomes, collect, enough};
 
 /// A place with a fleet's file, and a home for each host behind a stand-in for ssh.
@@ -36,11 +36,11 @@ impl Place {
             .join("../..")
             .canonicalize()
             .unwrap();
-        let (root, own) = (root.display(), self.0.display());
+        let (root, folder) = (root.display(), self.0.display());
         let mut text = format!(
             "experiment = \"{root}/experiments/odowd2014-over.toml\"\nseed = 1\nkey = \"experiment.key\"\n\
              operator = \"10.0.0.1:4711\"\nbinary = \"oneiro\"\nservice = \"process\"\ndirectory = \"record\"\n\
-             [ssh]\nprogram = \"{root}/tests/fleet/ssh\"\noptions = [\"-F\", \"{own}\"]\ntimeout_s = 2\nparallel = 3\n"
+             [ssh]\nprogram = \"{root}/tests/fleet/ssh\"\noptions = [\"-F\", \"{folder}\"]\ntimeout_s = 2\nparallel = 3\n"
         );
         for robot in 0..robots {
             let number = format!("number = {robot}\nhost = \"host-{robot}\"\nradio = \"10.0.0.1{robot}:4711\"");
@@ -195,14 +195,18 @@ fn daemons_are_started_once_and_their_stop_is_confirmed_by_the_log() {
     };
     // Without what it needs the daemon ends at once.
     let failure = start(second).unwrap_err();
-    assert_eq!((failure.code(), state(second).0), (4, State::Stopped), "{failure}");
+    assert_eq!(
+        (failure.code(), state(second).0),
+        (4, ServiceState::Stopped),
+        "{failure}"
+    );
     place.equip(0);
     start(first).unwrap();
     let process = fs::read_to_string(place.there(0, "pid")).unwrap();
     start(first).unwrap();
     assert_eq!(fs::read_to_string(place.there(0, "pid")).unwrap(), process);
     let (running, last) = state(first);
-    assert_eq!(running, State::Running);
+    assert_eq!(running, ServiceState::Running);
     assert!(last.unwrap().contains("\"start\""));
     let warnings = {
         fs::write(
@@ -216,8 +220,8 @@ fn daemons_are_started_once_and_their_stop_is_confirmed_by_the_log() {
     assert!(warnings[0].contains("runs what it had before"), "{warnings:?}");
     let stop = |robot: &Robot| service::stop(&fleet, robot, Remote::of(&fleet, robot));
     stop(first).unwrap();
-    assert_eq!(state(first).0, State::Stopped);
-    // Stopped again, its log still says so; one that says nothing of the wheels is no confirmation, and no log neither.
+    assert_eq!(state(first).0, ServiceState::Stopped);
+    // Stopped again, its log still confirms it; a log without the wheels is no confirmation, nor is a missing log.
     stop(first).unwrap();
     fs::write(
         place.there(0, "state/log.jsonl"),
@@ -281,13 +285,13 @@ fn records_are_copied_and_merged_and_what_was_copied_before_stays() {
     assert!(times.is_sorted(), "{times:?}");
     let intervals = fs::read_to_string(fleet.directory.join("intervals.csv")).unwrap();
     assert_eq!(intervals, "interval,robot\n0,0\n0,1\n");
-    // What can't be reached now is not lost.
+    // An unreachable directory is not lost.
     place.make(1, "down");
     assert_eq!(copied().iter().filter(|(_, outcome)| outcome.is_ok()).count(), 1);
     assert_eq!(collect::merge(&fleet, &[0, 1]).unwrap().lines, 40);
 }
 
-/// A computer's answer has a maximum size: it fills no memory, and takes no more time than a command may.
+/// A computer's answer has a maximum size: it fills no memory, and takes only a command's time.
 #[test]
 fn computers_that_answer_without_end_are_left() {
     let place = Place::new("endless", 4);
@@ -328,7 +332,7 @@ fn units_are_whole() {
         let text = service::unit_text(&fleet, &fleet.robots[0], "/home/pi/oneiro/robot-0", "pi");
         assert!(!text.contains('@') && !text.contains("#system"), "{text}");
         for line in ["Type=notify", "WatchdogSec=5", "KillMode=process", "Restart=on-failure"] {
-            assert!(text.lines().any(|own| own == line), "{line}");
+            assert!(text.lines().any(|other| other == line), "{line}");
         }
         for line in [
             "User=pi",
@@ -336,7 +340,7 @@ fn units_are_whole() {
             "ProtectSystem=strict",
             "WantedBy=multi-user.target",
         ] {
-            assert_eq!(text.lines().any(|own| own == line), is_system, "{line}");
+            assert_eq!(text.lines().any(|other| other == line), is_system, "{line}");
         }
         assert!(text.contains("ExecStart=/home/pi/oneiro/robot-0/oneiro on-board robot.toml"));
     }
@@ -350,7 +354,7 @@ mod alone {
     use crate::fleet::file::AnyFleet;
     use oneiro_lab::experiment::source::Parsed;
 
-    /// Two robots with files and experiments of their own: one with sampled tables and a part of its own, one that is described.
+    /// Two robots with their files and experiments: one with sampled tables and a custom part, one parametric.
     fn placed(name: &str) -> Place {
         let place = Place::new(name, 3);
         let root = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -426,10 +430,10 @@ mod alone {
                 Settings::of(&path, &parsed).unwrap()
             };
             let there = settings(place.there(number, "robot.toml"));
-            let own = settings(place.0.join(format!("own/robot-{number}.toml")));
-            assert_eq!(there.identity, own.identity);
-            assert_eq!((there.seed, &there.rules), (number.into(), &own.rules));
-            assert_eq!(there.lives.trackers, own.lives.trackers);
+            let settings_of_file = settings(place.0.join(format!("own/robot-{number}.toml")));
+            assert_eq!(there.identity, settings_of_file.identity);
+            assert_eq!((there.seed, &there.rules), (number.into(), &settings_of_file.rules));
+            assert_eq!(there.lives.trackers, settings_of_file.lives.trackers);
             assert_eq!(there.directory, place.there(number, "state"));
         }
 
@@ -440,9 +444,12 @@ mod alone {
         let state = |robot: &Robot| service::state(fleet, robot, Remote::of(fleet, robot)).unwrap().0;
         let start = |robot: &Robot| Remote::of(fleet, robot).run(&service::start_command(fleet, robot));
         start(first).unwrap();
-        assert_eq!((state(first), state(second)), (State::Running, State::Stopped));
+        assert_eq!(
+            (state(first), state(second)),
+            (ServiceState::Running, ServiceState::Stopped)
+        );
         service::stop(fleet, first, Remote::of(fleet, first)).unwrap();
-        assert_eq!(state(first), State::Stopped);
+        assert_eq!(state(first), ServiceState::Stopped);
 
         // Records have folders.
         fs::create_dir_all(place.there(1, "state/lives")).unwrap();
@@ -466,14 +473,14 @@ mod alone {
     fn what_is_not_allowed_is_refused_at_its_place() {
         let place = placed("alone-refused");
         let text = text(&place);
-        let own = |number: u32| place.0.join(format!("own/robot-{number}.toml"));
-        let good = fs::read_to_string(own(1)).unwrap();
+        let file = |number: u32| place.0.join(format!("own/robot-{number}.toml"));
+        let good = fs::read_to_string(file(1)).unwrap();
         let failure = Fleet::read(&place.0.join("fleet.toml")).unwrap_err();
         assert!(
             failure.code() == 3
                 && failure
                     .to_string()
-                    .contains("fleet.toml: its robots live by themselves"),
+                    .contains("fleet.toml: its robots have no swarm's experiment"),
             "{failure}"
         );
         for (fleet, robot, words) in [
@@ -516,7 +523,7 @@ mod alone {
             ),
         ] {
             fs::write(place.0.join("fleet.toml"), &fleet).unwrap();
-            fs::write(own(1), robot).unwrap();
+            fs::write(file(1), robot).unwrap();
             let failure = read(&place).unwrap_err();
             let message = failure.to_string();
             assert!(failure.code() == 3 && message.contains(words), "{message}\n{words}");

@@ -1,11 +1,12 @@
-//! All logs of a fleet as one timeline. Each start of a daemon has a clock of its own, which counts from that start; what robots say and
-//! hear ties the clocks together.
+//! All logs of a fleet as one timeline. Each start of a daemon has a clock that counts from that start; robots'
+//! messages tie the clocks together.
 //!
-//! A message that robot A said at `a` by its clock and B heard at `b` by its own took `b - a`, less what B's clock is ahead. Of two
-//! messages, one each way, half the difference of these times is how far the clocks are apart, if both took equally long, and half
-//! their sum is how far off that can be. In each minute the fastest message of each direction counts, since waiting only adds. All such
-//! pairs of messages make a system of equations for the clocks' offsets and rates (one rate a robot, since its starts share a
-//! crystal), which is solved by weighted least squares. What is fastest depends on the rates, so that is done some times over.
+//! A message that robot A sent at `a` by its clock and B received at `b` by B's clock took `b - a`, less the time that
+//! B's clock is ahead. Of two messages, one each way, half the difference of these times is the clocks' offset, if both
+//! took equally long, and half their sum is that offset's maximum error. In each minute the fastest message of each
+//! direction counts, since waiting only adds. All such pairs make a system of equations for the clocks' offsets and
+//! rates (one rate a robot, since its starts share a crystal), which is solved by weighted least squares. The fastest
+//! messages depend on the rates, so that is repeated several times.
 
 mod solve;
 
@@ -15,13 +16,13 @@ use oneiro_base::contents::Column;
 use oneiro_report::numbers::fixed;
 use serde_json::{Map, Value, json};
 
-use solve::{Equation, Term, solved};
+use solve::{Equation, Term, solve_least_squares};
 
 /// How long clocks may be apart by chance while they drift: pairs of messages are looked for within this, ms.
 const WINDOW_MS: f64 = 60_000.0;
-/// Standard deviation of crystals, as a share: what drift is assumed where messages don't show it.
+/// Relative standard deviation of crystals: the drift that is assumed where messages don't show it.
 const CRYSTALS: f64 = 1e-4;
-/// Least error of a pair of messages, ms: logs have whole milliseconds.
+/// Minimum error of a pair of messages, ms: logs have whole milliseconds.
 const ROUNDING_MS: f64 = 1.0;
 /// How often the fastest messages are chosen again.
 const PASSES: usize = 4;
@@ -60,7 +61,7 @@ impl Line {
     }
 
     fn is(&self, event: &str) -> bool {
-        self.values.get("event").is_some_and(|own| own == event)
+        self.values.get("event").is_some_and(|name| name == event)
     }
 
     fn whole(&self, key: &str) -> Option<u64> {
@@ -84,9 +85,9 @@ impl Line {
 pub enum By {
     /// It is the one that others are aligned to.
     Reference,
-    /// What was said and heard.
+    /// Messages with other robots.
     Contacts,
-    /// Only the operator's beacon, by which each robot knows the experiment's time: it was in contact with none of the others.
+    /// Only the operator's beacon, which has the experiment's time: it was in contact with no robot.
     Beacon,
     /// It heard nobody.
     Nothing,
@@ -118,7 +119,8 @@ pub struct Clock {
     pivot: f64,
     /// Pairs of messages by which it was aligned.
     pub pairs: usize,
-    /// Root of the mean square of what these pairs are off after all, and the greatest, ms. Of the beacon: of the experiment's time.
+    /// Root mean square of these pairs' remaining errors, and the maximum, ms. For the beacon: of the experiment's
+    /// time.
     pub residual: f64,
     greatest: f64,
     /// Mean of half the time that a message and one back took, ms: by so much the clock may be off if they were slow in one direction
@@ -130,7 +132,7 @@ pub struct Clock {
 pub const CLOCKS: &str = "clocks.csv";
 pub(crate) static CLOCKS_COLUMNS: [Column; 11] = [
     Column::whole("robot", "", "its number"),
-    Column::whole("boot", "", "number of the daemon's start; each has a clock of its own"),
+    Column::whole("boot", "", "number of the daemon's start; each has another clock"),
     Column::text(
         "by",
         "what the clock was aligned by: `contacts`, what robots said and heard; `reference`, the clock that these were aligned to; `beacon`, \
@@ -143,7 +145,7 @@ pub(crate) static CLOCKS_COLUMNS: [Column; 11] = [
         "what is added to its time in the middle of its log; empty if nothing is known",
     ),
     Column::number("drift", "ppm", "how much too slow it is"),
-    Column::number("pivot", "ms", "the middle of its log, by its own time"),
+    Column::number("pivot", "ms", "the middle of its log, by this clock"),
     Column::whole(
         "pairs",
         "",
@@ -154,7 +156,7 @@ pub(crate) static CLOCKS_COLUMNS: [Column; 11] = [
         "ms",
         "root mean square of what these pairs are off after the alignment; of `beacon`: of the experiment's times in its log",
     ),
-    Column::number("greatest", "ms", "the greatest of these"),
+    Column::number("greatest", "ms", "the maximum of these"),
     Column::number(
         "bound",
         "ms",
@@ -205,12 +207,13 @@ struct Message {
 /// Most clocks that are aligned: ten daemons that start again every other minute for half a day.
 pub(crate) const MOST_CLOCKS: usize = 4096;
 
-/// The clocks of some logs, in the order of robots and starts, aligned to the experiment's time. They are no more than [`MOST_CLOCKS`].
-pub fn aligned(lines: &[Line]) -> Vec<Clock> {
+/// The clocks of some logs, in the order of robots and starts, aligned to the experiment's time; at most
+/// [`MOST_CLOCKS`].
+pub fn align(lines: &[Line]) -> Vec<Clock> {
     let mut clocks = clocks(lines);
     let number: BTreeMap<(u32, u32), usize> = (0..)
         .zip(&clocks)
-        .map(|(at, own)| ((own.robot, own.boot), at))
+        .map(|(at, clock)| ((clock.robot, clock.boot), at))
         .collect();
     let heard = messages(lines, &number);
     let members = most_tied(&clocks, &heard);
@@ -222,7 +225,7 @@ pub fn aligned(lines: &[Line]) -> Vec<Clock> {
             clocks[member].by = By::Contacts;
         }
         clocks[reference].by = By::Reference;
-        // A first guess, so that the fastest messages are found at all: clocks begin hours apart.
+        // A first guess, since clocks begin hours apart and the fastest messages could not be found otherwise.
         guess(&mut clocks, reference, &heard);
         let mut equations = Vec::new();
         for _ in 0..PASSES {
@@ -281,11 +284,15 @@ fn messages(lines: &[Line], number: &BTreeMap<(u32, u32), usize>) -> Vec<Message
 
 /// The clocks that messages in both directions tie together; of several such groups the one with the most lines.
 fn most_tied(clocks: &[Clock], heard: &[Message]) -> Vec<usize> {
-    let ways: std::collections::BTreeSet<(usize, usize)> = heard.iter().map(|own| (own.from, own.to)).collect();
+    let ways: std::collections::BTreeSet<(usize, usize)> =
+        heard.iter().map(|message| (message.from, message.to)).collect();
     let mut group: Vec<usize> = (0..clocks.len()).collect();
     for &(from, to) in ways.iter().filter(|(from, to)| ways.contains(&(*to, *from))) {
         let (kept, left) = (group[from].min(group[to]), group[from].max(group[to]));
-        group.iter_mut().filter(|own| **own == left).for_each(|own| *own = kept);
+        group
+            .iter_mut()
+            .filter(|root| **root == left)
+            .for_each(|root| *root = kept);
     }
     let members = |of: usize| (0..clocks.len()).filter(|&at| group[at] == of).collect::<Vec<_>>();
     let groups = (0..clocks.len()).map(members).filter(|members| members.len() > 1);
@@ -296,16 +303,16 @@ fn most_tied(clocks: &[Clock], heard: &[Message]) -> Vec<usize> {
 /// Sets all offsets by the fastest message of each direction of the whole time, from neighbour to neighbour.
 fn guess(clocks: &mut [Clock], reference: usize, heard: &[Message]) {
     let mut fastest: BTreeMap<(usize, usize), f64> = BTreeMap::new();
-    for own in heard {
-        let took = fastest.entry((own.from, own.to)).or_insert(f64::INFINITY);
-        *took = took.min(own.heard - own.said);
+    for message in heard {
+        let took = fastest.entry((message.from, message.to)).or_insert(f64::INFINITY);
+        *took = took.min(message.heard - message.said);
     }
     let (mut known, mut next) = (vec![false; clocks.len()], vec![reference]);
     known[reference] = true;
-    while let Some(own) = next.pop() {
-        let shift = clocks[own].shift;
+    while let Some(at) = next.pop() {
+        let shift = clocks[at].shift;
         for (other, clock) in clocks.iter_mut().enumerate() {
-            let both = fastest.get(&(own, other)).zip(fastest.get(&(other, own)));
+            let both = fastest.get(&(at, other)).zip(fastest.get(&(other, at)));
             if let (false, Some((there, back))) = (known[other], both) {
                 clock.shift = shift - (there - back) / 2.0;
                 known[other] = true;
@@ -319,24 +326,24 @@ fn guess(clocks: &mut [Clock], reference: usize, heard: &[Message]) {
 fn pairs(clocks: &[Clock], heard: &[Message]) -> Vec<Equation> {
     type Fastest<'a> = [Option<(f64, &'a Message)>; 2];
     let mut windows: BTreeMap<(usize, usize, i64), Fastest<'_>> = BTreeMap::new();
-    for own in heard
+    for message in heard
         .iter()
-        .filter(|own| clocks[own.from].by != By::Nothing && clocks[own.to].by != By::Nothing)
+        .filter(|message| clocks[message.from].by != By::Nothing && clocks[message.to].by != By::Nothing)
     {
-        let is_back = own.from > own.to;
+        let is_back = message.from > message.to;
         let (first, by_first) = if is_back {
-            (own.to, own.heard)
+            (message.to, message.heard)
         } else {
-            (own.from, own.said)
+            (message.from, message.said)
         };
         let window = (clocks[first].moved(by_first) / WINDOW_MS).floor() as i64;
         let fastest = windows
-            .entry((own.from.min(own.to), own.from.max(own.to), window))
+            .entry((message.from.min(message.to), message.from.max(message.to), window))
             .or_default();
-        let took = clocks[own.to].moved(own.heard) - clocks[own.from].moved(own.said);
+        let took = clocks[message.to].moved(message.heard) - clocks[message.from].moved(message.said);
         let best = &mut fastest[usize::from(is_back)];
         if best.is_none_or(|(least, _)| took < least) {
-            *best = Some((took, own));
+            *best = Some((took, message));
         }
     }
     let equation = |((a, b, _), [there, back]): ((usize, usize, i64), Fastest<'_>)| {
@@ -382,20 +389,20 @@ fn fit(clocks: &mut [Clock], reference: usize, equations: &[Equation]) {
         robots.entry(clock.robot).or_insert_with(&mut next);
     }
     let rates: Vec<Option<usize>> = clocks.iter().map(|clock| robots.get(&clock.robot).copied()).collect();
-    let rows = equations.iter().map(|own| {
-        let weight = 1.0 / own.error;
-        let coefficients = own.terms.iter().flat_map(|term| {
+    let rows = equations.iter().map(|equation| {
+        let weight = 1.0 / equation.error;
+        let coefficients = equation.terms.iter().flat_map(|term| {
             let shift = shifts[term.clock].map(|at| (at, weight * term.sign));
-            // Rates in units of what crystals have, so that all unknowns are of one size.
+            // Rates in units of crystals' drift, so that all unknowns are of one size.
             let span = CRYSTALS * (term.at - clocks[term.clock].pivot);
             let rate = rates[term.clock].map(|at| (at, weight * term.sign * span));
             shift.into_iter().chain(rate)
         });
-        (coefficients.collect::<Vec<_>>(), weight * own.value)
+        (coefficients.collect::<Vec<_>>(), weight * equation.value)
     });
-    // Each rate is 0 to what crystals have, where nothing says otherwise.
+    // Without other data, each rate is 0 with the standard deviation of crystals.
     let crystals = robots.values().map(|&rate| (vec![(rate, 1.0)], 0.0));
-    let solution = solved(unknowns, &rows.chain(crystals).collect::<Vec<_>>());
+    let solution = solve_least_squares(unknowns, &rows.chain(crystals).collect::<Vec<_>>());
     for (at, clock) in clocks
         .iter_mut()
         .enumerate()
@@ -409,14 +416,14 @@ fn fit(clocks: &mut [Clock], reference: usize, equations: &[Equation]) {
 /// Sets of each clock how well the equations that it is in are met.
 fn judge(clocks: &mut [Clock], equations: &[Equation]) {
     let apart = |clocks: &[Clock], term: &Term| term.sign * (clocks[term.clock].moved(term.at) - term.at);
-    for own in equations {
-        let off = (own.value - own.terms.iter().map(|term| apart(clocks, term)).sum::<f64>()).abs();
-        for term in &own.terms {
+    for equation in equations {
+        let off = (equation.value - equation.terms.iter().map(|term| apart(clocks, term)).sum::<f64>()).abs();
+        for term in &equation.terms {
             let clock = &mut clocks[term.clock];
             clock.pairs += 1;
             clock.residual += off * off;
             clock.greatest = clock.greatest.max(off);
-            clock.bound += own.bound;
+            clock.bound += equation.bound;
         }
     }
     for clock in clocks.iter_mut().filter(|clock| clock.pairs > 0) {
@@ -445,12 +452,12 @@ fn to_experiment(clocks: &mut [Clock], lines: &[Line], number: &BTreeMap<(u32, u
     for (clock, mut off) in clocks.iter_mut().zip(alone) {
         if clock.by != By::Nothing {
             clock.shift += common;
-        } else if let Some(own) = median(&mut off) {
+        } else if let Some(middle) = median(&mut off) {
             clock.by = By::Beacon;
-            clock.shift = own;
-            let squares: f64 = off.iter().map(|off| (off - own) * (off - own)).sum();
+            clock.shift = middle;
+            let squares: f64 = off.iter().map(|off| (off - middle) * (off - middle)).sum();
             clock.residual = (squares / off.len() as f64).sqrt();
-            clock.greatest = off.iter().map(|off| (off - own).abs()).fold(0.0, f64::max);
+            clock.greatest = off.iter().map(|off| (off - middle).abs()).fold(0.0, f64::max);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! An arena drawn to scale, and the path of a life in it.
+//! An arena drawn to scale, and an episode's path in it.
 
 use glam::DVec2;
 use oneiro::arena::Arena;
@@ -27,8 +27,8 @@ const PIECES: usize = 64;
 /// Duration of a cycle in seconds.
 const CYCLE: f64 = 0.1;
 
-/// Draws an arena, with a robot where all lives start or else, for scale, where there is most room, and the sensors of a described
-/// one. `body_radius` is in mm.
+/// Draws an arena, with a robot at the common start of all episodes or else, for scale, where there is most room, and a
+/// parametric robot's sensors. `body_radius` is in mm.
 pub fn arena(arena: &Arena, body_radius: f32, sensors: &[Sensor], start: Start) -> String {
     let sheet = Sheet::new(arena);
     let title = format!(
@@ -61,7 +61,7 @@ pub fn stage(arena: &Arena, title: &str) -> (String, [f64; 4]) {
     (svg.finish(), [corner.0, corner.1, size.0, size.1])
 }
 
-/// Draws the path of a life. `trace` is in the order of its cycles, `every` cycles apart.
+/// Draws an episode's path. `trace` is in the order of its cycles, `every` cycles apart.
 pub fn life(arena: &Arena, body_radius: f32, title: &str, trace: &[Record], every: u32) -> String {
     let sheet = Sheet::new(arena);
     let mut svg = sheet.start(arena, title);
@@ -158,7 +158,7 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    /// A mapping that fills a picture of its own.
+    /// A mapping that fills a separate picture.
     fn new(arena: &Arena) -> Self {
         Self::within(arena, (MARGIN, MARGIN + HEAD), SIDE)
     }
@@ -194,7 +194,7 @@ impl Sheet {
     }
 
     fn width(&self) -> f64 {
-        // The text needs room below narrow arenas too.
+        // The text also needs room below narrow arenas.
         (self.size.0 * self.scale).max(0.6 * SIDE) + 2.0 * MARGIN
     }
 
@@ -222,7 +222,7 @@ impl Sheet {
     pub(super) fn ground(&self, svg: &mut Svg, arena: &Arena, wall_width: f64) {
         let ground = arena.ground().into_iter();
         let ground = joined(ground.map(|corner| self.place(corner.map(f64::from).into())));
-        // Black is a dark grey, so that paths are seen.
+        // Black is a dark grey, so that paths are visible.
         let grey = |share: f32| {
             let grey = (70.0 + 185.0 * share) as u8;
             format!("fill=\"rgb({grey} {grey} {grey})\"")

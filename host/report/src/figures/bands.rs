@@ -291,7 +291,7 @@ mod tests {
         };
         let text = grid("t", &[&[striped()], &[striped()]]);
         assert_eq!(text.matches("low &lt; high").count(), 2);
-        // Half of a plot from 52 to 242, and the same one row lower; a change has no background of its own.
+        // Half of a plot from 52 to 242, and the same one row lower; a change has no separate background.
         assert!(text.contains("y=\"147\"") && text.contains("y=\"447\"") && text.contains("height=\"95\""));
         assert!(!text.contains("#fbf3dc"));
     }

@@ -7,18 +7,18 @@ use std::{env, fs, process, thread};
 
 use serde_json::Value;
 
-/// A folder for a page and the files beside it.
+/// A folder for a page and its files.
 pub fn folder(name: &str) -> PathBuf {
     let folder = env::temp_dir().join(format!("oneiro-{name}-{}", process::id()));
     fs::create_dir_all(&folder).unwrap();
     folder
 }
 
-/// What a page tells in the browser, as the body of an asynchronous function in JavaScript returns it; none without a browser. The
-/// page's folder, which is removed, is that of `name`.
+/// The value that an asynchronous function with the body `ask`, in JavaScript, returns in the page; none without a
+/// browser. The page's folder, which is removed, is that of `name`.
 pub fn told(name: &str, page: &str, ask: &str) -> Option<Value> {
     let folder = folder(name);
-    let Some(browser) = installed() else {
+    let Some(browser) = find_browser() else {
         crate::skips::skipped("browser", "the page of a swarm: there is no chromium");
         let _ = fs::remove_dir_all(&folder);
         return None;
@@ -34,7 +34,7 @@ pub fn told(name: &str, page: &str, ask: &str) -> Option<Value> {
          .then((text) => {{ document.getElementById('told').textContent = text; }});\n\
          </script></body>"
     );
-    let elements = opened(
+    let elements = open_page(
         &browser,
         &folder,
         &page.replace("<head>", frames).replace("</body>", &ask),
@@ -46,7 +46,7 @@ pub fn told(name: &str, page: &str, ask: &str) -> Option<Value> {
     Some(serde_json::from_str(&text).unwrap_or_else(|_| panic!("{text}")))
 }
 
-fn installed() -> Option<PathBuf> {
+fn find_browser() -> Option<PathBuf> {
     let folders: Vec<PathBuf> = env::split_paths(&env::var_os("PATH")?).collect();
     ["chromium", "chromium-browser", "google-chrome"]
         .iter()
@@ -55,7 +55,7 @@ fn installed() -> Option<PathBuf> {
 }
 
 /// The page's elements after its scripts have run.
-fn opened(browser: &Path, folder: &Path, page: &str) -> String {
+fn open_page(browser: &Path, folder: &Path, page: &str) -> String {
     let (file, elements) = (folder.join("page.html"), folder.join("elements.html"));
     fs::write(&file, page).unwrap();
     let mut running = Command::new(browser)

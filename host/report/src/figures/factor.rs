@@ -15,7 +15,7 @@ const BOTTOM: f64 = 58.0;
 const RIGHT: f64 = 20.0;
 /// Approximate width of a letter of a tick's name.
 const LETTER: f64 = 6.8;
-/// Least and greatest half-width of the drawing at a level.
+/// Minimum and maximum half-width of the drawing at a level.
 const HALF: (f64, f64) = (3.0, 24.0);
 /// Colours of ordered levels from the lowest to the highest: dark enough for letters, light enough to differ from
 /// black.

@@ -71,16 +71,16 @@ pub fn scenarios(title: &str, forager: &Foraging) -> String {
 }
 
 /// The robots of Figure 4, each with the range of its proximity sensors, and one with the range of messages.
-pub fn swarm(title: &str, swarm: &Swarm) -> String {
-    let forager = &swarm.forager;
+pub fn foragers(title: &str, foragers: &Swarm) -> String {
+    let forager = &foragers.forager;
     let mut svg = Svg::new(WIDTH, HEAD + LARGE + FOOT, title);
     let sheet = sheet(forager, (AROUND + 20.0, HEAD - 20.0), LARGE);
     let scale = LARGE / (2.0 * f64::from(forager.arena_radius));
     let food = food(forager);
     arena(&mut svg, &sheet, forager, &food);
     lamp(&mut svg, &sheet, forager, Light::OverNest);
-    let (body, range) = (f64::from(forager.body_radius), f64::from(swarm.range));
-    let robots = robots(swarm);
+    let (body, range) = (f64::from(forager.body_radius), f64::from(foragers.range));
+    let robots = robots(foragers);
     for &(at, _) in &robots {
         let style = format!("fill=\"{PROXIMITY}\" fill-opacity=\"0.07\" stroke=\"{PROXIMITY}\" stroke-opacity=\"0.5\"");
         svg.circle(sheet.place(at), (body + SIGHT) * scale, &style, "");
@@ -106,21 +106,21 @@ pub fn swarm(title: &str, swarm: &Swarm) -> String {
     for &(at, heading) in &robots {
         sheet.robot(&mut svg, at, heading, body, ROBOT, 0.25);
     }
-    key(&mut svg, swarm);
+    key(&mut svg, foragers);
     let right = AROUND + 20.0 + LARGE;
     ruler(&mut svg, (right, HEAD + LARGE + 14.0), scale);
     svg.finish()
 }
 
 /// Draws the key to the marks around robots, with their sizes.
-fn key(svg: &mut Svg, swarm: &Swarm) {
-    let forager = &swarm.forager;
+fn key(svg: &mut Svg, foragers: &Swarm) {
+    let forager = &foragers.forager;
     let left = AROUND + 20.0 + LARGE + KEY;
     let mm = |length: f32| number(f64::from(length));
     let lines = [
         (
             ROBOT,
-            format!("{} e-pucks, radius {} mm", swarm.robots, mm(forager.body_radius)),
+            format!("{} e-pucks, radius {} mm", foragers.robots, mm(forager.body_radius)),
             "with a line to their front",
         ),
         (
@@ -130,7 +130,7 @@ fn key(svg: &mut Svg, swarm: &Swarm) {
         ),
         (
             MESSAGE,
-            format!("messages, {} mm", mm(swarm.range)),
+            format!("messages, {} mm", mm(foragers.range)),
             "between centres, of one robot; lines: heard",
         ),
         (
@@ -267,11 +267,11 @@ fn food(forager: &Foraging) -> Vec<(f64, f64)> {
 }
 
 /// Robots and their headings (turns), without overlaps.
-fn robots(swarm: &Swarm) -> Vec<((f64, f64), f64)> {
-    let body = f64::from(swarm.forager.body_radius);
+fn robots(foragers: &Swarm) -> Vec<((f64, f64), f64)> {
+    let body = f64::from(foragers.forager.body_radius);
     let mut robots: Vec<((f64, f64), f64)> = Vec::new();
-    for (at, heading) in places(f64::from(swarm.forager.arena_radius) - body, 2) {
-        if robots.len() >= swarm.robots as usize {
+    for (at, heading) in places(f64::from(foragers.forager.arena_radius) - body, 2) {
+        if robots.len() >= foragers.robots as usize {
             break;
         }
         if robots.iter().all(|&(other, _)| distance(at, other) > 2.4 * body) {
@@ -287,14 +287,14 @@ mod tests {
 
     #[test]
     fn food_lies_outside_the_nest_and_robots_are_apart() {
-        let swarm = Swarm::odowd2014(10);
-        let food = food(&swarm.forager);
+        let foragers = Swarm::odowd2014(10);
+        let food = food(&foragers.forager);
         assert_eq!(food.len(), 7);
         assert!(
             food.iter()
                 .all(|&at| distance(at, (-600.0, 0.0)) > 250.0 && at.0.hypot(at.1) <= 550.0)
         );
-        let robots = robots(&swarm);
+        let robots = robots(&foragers);
         assert_eq!(robots.len(), 10);
         for (i, (one, _)) in robots.iter().enumerate() {
             assert!(one.0.hypot(one.1) <= 565.0);
@@ -304,8 +304,8 @@ mod tests {
 
     #[test]
     fn everything_is_drawn_to_scale() {
-        let own = Swarm::odowd2014(10);
-        let text = swarm("t", &own);
+        let foragers = Swarm::odowd2014(10);
+        let text = super::foragers("t", &foragers);
         // 600 pixels are 1200 mm.
         for (radius, count) in [
             ("r=\"17.5\"", 10),
@@ -315,7 +315,7 @@ mod tests {
         ] {
             assert_eq!(text.matches(radius).count(), count, "{radius}");
         }
-        let text = scenarios("t", &own.forager);
+        let text = scenarios("t", &foragers.forager);
         assert_eq!(text.matches(">lamp</title>").count(), 2, "one scenario has no light");
         assert_eq!(text.matches("<path").count(), 3, "nests");
     }

@@ -10,11 +10,11 @@ const DIGITS: usize = 4;
 const TOP: f64 = 78.0;
 const BOTTOM: f64 = 62.0;
 const RIGHT: f64 = 16.0;
-/// Least and greatest width of a square, and the total width that the squares should have.
+/// Minimum and maximum width of a square, and the total width that the squares should have.
 const WIDTHS: (f64, f64) = (68.0, 132.0);
 const ALL: f64 = 900.0;
 const HEIGHT: f64 = 50.0;
-/// Least width of the picture, so that the key fits in.
+/// Minimum width of the picture, so that the key fits in.
 const LEAST: f64 = 560.0;
 /// Approximate width of a letter of a tick's name.
 const LETTER: f64 = 6.6;
@@ -51,7 +51,7 @@ pub struct HeatMap<'a> {
     pub squares: &'a [Option<Square>],
 }
 
-/// Draws the squares with their numbers; the greatest has a frame.
+/// Draws the squares with their numbers; the maximum has a frame.
 pub fn heat_map(map: &HeatMap<'_>) -> String {
     let columns = map.across.levels.len().max(1);
     let rows = map.squares.len().div_ceil(columns);
@@ -83,10 +83,10 @@ pub fn heat_map(map: &HeatMap<'_>) -> String {
     svg.finish()
 }
 
-/// Colour of the greatest value's frame, used for nothing else in the picture.
+/// Colour of the maximum's frame, used for nothing else in the picture.
 const FRAME: &str = "#d98e04";
 
-/// Index of the greatest value, and of the first one if several are equal.
+/// Index of the maximum, and of the first one if several are equal.
 fn best(squares: &[Option<Square>]) -> Option<usize> {
     let mut best: Option<(usize, f64)> = None;
     for (place, square) in squares.iter().enumerate() {

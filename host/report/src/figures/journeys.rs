@@ -1,4 +1,4 @@
-//! Pairs of paths from the same start, in simulation and in reality, each pair in an arena of its own.
+//! Pairs of paths from the same start, in simulation and in reality, each pair in its arena.
 
 use oneiro::arena::Arena;
 
@@ -33,7 +33,7 @@ pub fn journeys(arena: &Arena, body_radius: f32, title: &str, colour: &str, jour
     };
     let rows = (journeys.len() + 1).div_ceil(COLUMNS);
     let width = 2.0 * MARGIN + COLUMNS as f64 * SIDE + (COLUMNS - 1) as f64 * GAP.0;
-    // The key needs room beside narrow arenas too.
+    // The key also needs room next to narrow arenas.
     let height = (TOP + rows as f64 * (extent.1 + GAP.1) - GAP.1 + BOTTOM).max(TOP + 130.0);
     let mut svg = Svg::new(width, height, title);
     for (panel, journey) in journeys.iter().enumerate() {

@@ -1,6 +1,6 @@
-//! A self-contained HTML page that plays a life of robots that live together: the arena as it is, all robots with the states of their
-//! machines, whom each hears, and the readings of the robot that is followed. Readings are rounded to 1/65535 of their range in
-//! this life.
+//! A self-contained HTML page that replays an episode of a swarm: the arena, all robots with the states of their
+//! machines, which robots each hears, and the followed robot's readings. Readings are rounded to 1/65535 of their range
+//! in this episode.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use super::player::{self, Player, packed, turns};
 use super::svg::number;
 
-/// What stands beside the arena.
+/// The panel next to the arena.
 const PANEL: &str = include_str!("mission.html");
 const SCRIPT: &str = include_str!("mission.js");
 const SWITCHES: &str = "<label class=\"switch\"><input type=\"checkbox\" id=\"trails\"/> trails</label>\n\
@@ -25,16 +25,16 @@ const COLOURS: [&str; 4] = ["#2a9d8f", "#d9485f", "#2b3a8f", "#b8701a"];
 /// Seconds in a cycle.
 const CYCLE: f64 = 0.1;
 
-/// A life of robots that live together, to be played.
+/// An episode of a swarm, to be replayed.
 pub struct MissionReplay<'a> {
     pub title: &'a str,
     /// Its world, observed, and the cycles that it lasted.
     pub world: &'a World,
     pub cycles: u32,
-    /// The trace of each robot, with a record each `every` cycles, one at least.
+    /// The trace of each robot, with a record each `every` cycles, which is 1 or more.
     pub robots: &'a [Trace],
     pub every: u32,
-    /// What each robot has earned by itself up to each record.
+    /// Each robot's earnings up to each record.
     pub earned: &'a [Vec<f32>],
     /// What each robot does in each state of its machine, with the state's number; empty without machines.
     pub states: &'a [Vec<String>],
@@ -42,7 +42,7 @@ pub struct MissionReplay<'a> {
 
 /// Bytes of a page for each robot and record.
 pub fn bytes_of_record(world: &World) -> usize {
-    let count = |wanted: fn(DetailKind) -> bool| world.details().iter().filter(|own| wanted(own.kind)).count();
+    let count = |wanted: fn(DetailKind) -> bool| world.details().iter().filter(|detail| wanted(detail.kind)).count();
     let readings = count(|kind| kind == DetailKind::Perceived) + SPEEDS.len();
     let (heard, earned) = (
         count(|kind| kind == DetailKind::Heard),
@@ -52,7 +52,7 @@ pub fn bytes_of_record(world: &World) -> usize {
     (4 + readings + 2 * heard + 2 * earned) * 2 * 4 / 3
 }
 
-/// The speeds of the wheels, which stand after the readings.
+/// The speeds of the wheels, which come after the readings.
 const SPEEDS: [&str; 2] = ["speed_left", "speed_right"];
 
 /// Makes the page.
@@ -60,7 +60,7 @@ pub fn mission_page(replay: &MissionReplay<'_>) -> String {
     let MissionReplay { robots, every, .. } = replay;
     let lead = format!(
         "{} for {} s: {}, one each {} s.",
-        counted(robots.len(), "robot lives alone", "robots live together"),
+        counted(robots.len(), "robot", "robots share a world"),
         number(f64::from(replay.cycles) * CYCLE),
         counted(robots[0].len(), "line", "lines"),
         number(f64::from(*every) * CYCLE),
@@ -81,7 +81,7 @@ pub fn mission_page(replay: &MissionReplay<'_>) -> String {
 struct Reading {
     name: String,
     values: Vec<f32>,
-    /// The least and the greatest of them.
+    /// Their minimum and maximum.
     low: f32,
     high: f32,
 }
@@ -109,23 +109,23 @@ impl Reading {
         json!({ "name": self.name, "low": self.low, "high": self.high, "from": from, "to": to })
     }
 
-    /// A value as a share of the span.
+    /// A value as a fraction of the span.
     fn share(&self, index: usize) -> u16 {
-        let [low, high, own] = [self.low, self.high, self.values[index]].map(f64::from);
-        (65_535.0 * (own - low) / (high - low).max(f64::MIN_POSITIVE)).round() as u16
+        let [low, high, value] = [self.low, self.high, self.values[index]].map(f64::from);
+        (65_535.0 * (value - low) / (high - low).max(f64::MIN_POSITIVE)).round() as u16
     }
 }
 
 impl MissionReplay<'_> {
     /// Every robot in every line, line after line.
     fn seen(&self) -> impl Iterator<Item = (&Trace, usize)> {
-        (0..self.robots[0].len()).flat_map(|line| self.robots.iter().map(move |own| (own, line)))
+        (0..self.robots[0].len()).flat_map(|line| self.robots.iter().map(move |robot| (robot, line)))
     }
 
     /// Places of the details of one kind.
     fn places(&self, wanted: DetailKind) -> Vec<usize> {
         let all = self.world.details().iter().enumerate();
-        all.filter(|(_, own)| own.kind == wanted)
+        all.filter(|(_, detail)| detail.kind == wanted)
             .map(|(place, _)| place)
             .collect()
     }
@@ -133,11 +133,13 @@ impl MissionReplay<'_> {
     /// What robots read, and the speeds of their wheels.
     fn readings(&self) -> Vec<Reading> {
         let perceived = self.places(DetailKind::Perceived).into_iter().map(|place| {
-            let values = self.seen().map(|(own, line)| f32::from_bits(own.details(line)[place]));
+            let values = self
+                .seen()
+                .map(|(trace, line)| f32::from_bits(trace.details(line)[place]));
             Reading::new(&self.world.details()[place].name, values)
         });
         let speeds = [0, 1].map(|side| {
-            let speed = |(own, line): (&Trace, usize)| [own[line].speed_left, own[line].speed_right][side];
+            let speed = |(trace, line): (&Trace, usize)| [trace[line].speed_left, trace[line].speed_right][side];
             Reading::new(SPEEDS[side], self.seen().map(speed))
         });
         perceived.chain(speeds).collect()
@@ -157,15 +159,15 @@ impl MissionReplay<'_> {
     /// The state of each robot's machine after the cycle, by its place among those of all machines.
     fn machine_states(&self) -> Vec<u16> {
         let acting = Form::of(self.world.gene_layout()).map(Form::acting);
-        let is_state = |own: &oneiro::compose::Detail| {
-            own.kind == DetailKind::Memory(Kind::Controller) && Some(own.name.as_str()) == acting
+        let is_state = |detail: &oneiro::compose::Detail| {
+            detail.kind == DetailKind::Memory(Kind::Controller) && Some(detail.name.as_str()) == acting
         };
         let acts = self.acts();
         let place = self.world.details().iter().position(is_state);
         let place = place.filter(|_| !acts.is_empty());
         place.map_or_else(Vec::new, |place| {
-            let shown = |((own, line), states): ((&Trace, usize), &Vec<String>)| {
-                let name = states.get(own.details(line)[place] as usize)?;
+            let shown = |((trace, line), states): ((&Trace, usize), &Vec<String>)| {
+                let name = states.get(trace.details(line)[place] as usize)?;
                 acts.iter().position(|act| act == name)
             };
             let all = self.seen().zip(self.states.iter().cycle()).map(shown);
@@ -176,8 +178,8 @@ impl MissionReplay<'_> {
     /// All data for the script.
     fn facts(&self) -> BTreeMap<&'static str, Value> {
         let spec = self.world.spec();
-        let poses = || self.seen().map(|(own, line)| &own[line]);
-        let farthest = poses().fold(0.0, |most: f32, own| most.max(own.x.abs()).max(own.y.abs()));
+        let poses = || self.seen().map(|(trace, line)| &trace[line]);
+        let farthest = poses().fold(0.0, |most: f32, record| most.max(record.x.abs()).max(record.y.abs()));
         // Positions have 16 bits.
         let unit = [0.1, 1.0, 10.0, 100.0]
             .into_iter()
@@ -185,19 +187,23 @@ impl MissionReplay<'_> {
         let unit = unit.unwrap_or(1000.0);
         let length = |mm: f32| (f64::from(mm) / unit).round() as i16 as u16;
         let readings = self.readings();
-        let values = (0..poses().count()).flat_map(|index| readings.iter().map(move |own| own.share(index)));
+        let values = (0..poses().count()).flat_map(|index| readings.iter().map(move |reading| reading.share(index)));
         let heard = self.places(DetailKind::Heard);
-        let senders = self.seen().flat_map(|(own, line)| {
-            let words = heard.iter().flat_map(move |place| halves(own.details(line)[*place]));
+        let senders = self.seen().flat_map(|(trace, line)| {
+            let words = heard.iter().flat_map(move |place| halves(trace.details(line)[*place]));
             words.take(self.robots.len().div_ceil(16))
         });
-        let scores = self.world.details().iter().any(|own| own.kind == DetailKind::Earned);
+        let scores = self
+            .world
+            .details()
+            .iter()
+            .any(|detail| detail.kind == DetailKind::Earned);
         let earned = (0..self.robots[0].len()).filter(|_| scores).flat_map(|line| {
-            let each = self.earned.iter().map(move |own| own[line]);
-            each.flat_map(|own| halves(own.to_bits()))
+            let each = self.earned.iter().map(move |earned| earned[line]);
+            each.flat_map(|earned| halves(earned.to_bits()))
         });
         let act = |(state, name): (usize, &str)| json!({ "name": name, "colour": COLOURS[state % COLOURS.len()], "marks": ["#ffffff", "#ffffff"] });
-        let fitness = self.robots[0].iter().flat_map(|own| halves(own.fitness.to_bits()));
+        let fitness = self.robots[0].iter().flat_map(|robot| halves(robot.fitness.to_bits()));
         let times = (0..self.robots[0].len() as u32).map(|line| line * self.every);
         BTreeMap::from([
             ("acts", self.acts().into_iter().enumerate().map(act).collect()),
@@ -210,9 +216,9 @@ impl MissionReplay<'_> {
             // For each line.
             ("fitness", json!(packed(fitness))),
             // For each line, for each robot; of readings and senders several.
-            ("x", json!(packed(poses().map(|own| length(own.x))))),
-            ("y", json!(packed(poses().map(|own| length(own.y))))),
-            ("heading", json!(packed(poses().map(|own| turns(own.heading))))),
+            ("x", json!(packed(poses().map(|record| length(record.x))))),
+            ("y", json!(packed(poses().map(|record| length(record.y))))),
+            ("heading", json!(packed(poses().map(|record| turns(record.heading))))),
             ("state", json!(packed(self.machine_states().into_iter()))),
             ("senders", json!(packed(senders))),
             ("earned", json!(packed(earned))),
@@ -221,15 +227,15 @@ impl MissionReplay<'_> {
         ])
     }
 
-    /// What the picture shows, in mm: the arena, and wherever a robot is.
+    /// The visible area, in mm: the arena, and wherever a robot is.
     fn view(&self) -> Value {
         let bounds = self.world.spec().arena.bounds();
         let body = self.world.spec().robot.body_radius;
         let [mut left, mut right] = [bounds.x, bounds.x + bounds.width];
         let [mut bottom, mut top] = [bounds.y, bounds.y + bounds.height];
-        for own in self.robots.iter().flatten() {
-            (left, right) = (left.min(own.x - body), right.max(own.x + body));
-            (bottom, top) = (bottom.min(own.y - body), top.max(own.y + body));
+        for record in self.robots.iter().flatten() {
+            (left, right) = (left.min(record.x - body), right.max(record.x + body));
+            (bottom, top) = (bottom.min(record.y - body), top.max(record.y + body));
         }
         json!({ "left": left, "right": right, "bottom": bottom, "top": top })
     }
@@ -243,16 +249,19 @@ fn halves(word: u32) -> [u16; 2] {
 /// The arena's shapes: each has corners, or a middle and a radius.
 fn arena(arena: &Arena) -> Value {
     let round = |x: f32, y: f32, radius: f32| json!({ "middle": [x, y], "radius": radius });
-    let patch = |own: &Patch| {
-        let mut shape = match own.corners() {
+    let patch = |patch: &Patch| {
+        let mut shape = match patch.corners() {
             Some(corners) => json!({ "corners": corners.map(<[f32; 2]>::from) }),
-            None => round(own.x, own.y, own.radius.unwrap_or(0.0)),
+            None => round(patch.x, patch.y, patch.radius.unwrap_or(0.0)),
         };
-        shape["grey"] = json!(own.grey);
+        shape["grey"] = json!(patch.grey);
         shape
     };
-    let block = |own: &Block| json!({ "corners": own.corners().map(<[f32; 2]>::from) });
-    let obstacles = arena.obstacles.iter().map(|own| round(own.x, own.y, own.radius));
+    let block = |block: &Block| json!({ "corners": block.corners().map(<[f32; 2]>::from) });
+    let obstacles = arena
+        .obstacles
+        .iter()
+        .map(|obstacle| round(obstacle.x, obstacle.y, obstacle.radius));
     json!({
         "ground": { "corners": arena.ground() },
         "open": arena.walls.is_empty(),

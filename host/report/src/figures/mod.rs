@@ -26,7 +26,7 @@ pub use arena::{arena, life, stage};
 pub use bands::{Band, Ground, Panel, bands, evenly, grid};
 pub use curve::{Series, learning_curve};
 pub use factor::{Column, Outcomes, Scale, factor, level_styles};
-pub use foraging::{scenarios, swarm};
+pub use foraging::{foragers, scenarios};
 pub use heat::{HeatMap, Side, Square, heat_map};
 pub use journeys::{Journey, journeys};
 pub use mission::{MissionReplay, bytes_of_record, mission_page};
@@ -34,7 +34,7 @@ pub use network::network;
 pub use player::{packed, turns};
 pub use svg::escaped;
 pub use swarm::{
-    Act, BEHAVIOURS, Genes, Moment, Sight, SwarmReplay, Teller, live_page, live_script, moments, swarm_page,
+    Act, BEHAVIOURS, ForagersReplay, Genes, Moment, Sight, Teller, foragers_page, live_page, live_script, moments,
 };
 pub use tables::sensor_table;
 pub use tournament::tournament;

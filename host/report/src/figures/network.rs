@@ -15,7 +15,7 @@ const OUTPUTS: f64 = 74.0;
 /// Distance between two inputs.
 const STEP: f64 = 84.0;
 const RADIUS: f64 = 17.0;
-/// Line width of the greatest weight.
+/// Line width of the largest weight.
 const WIDEST: f64 = 9.0;
 /// Colours of positive, negative and missing weights.
 const FORWARDS: &str = "#2a7f8f";

@@ -1,5 +1,5 @@
-//! What pages that play robots have in common: self-contained HTML, its data as JSON in which long lists of numbers are Base64 of
-//! little-endian 16-bit integers, and a script, of which `player.js` and `chart.js` are the parts that all pages have.
+//! The common parts of pages that replay robots: self-contained HTML, its data as JSON in which long lists of numbers
+//! are Base64 of little-endian 16-bit integers, and a script with the common parts `player.js` and `chart.js`.
 
 use std::collections::BTreeMap;
 
@@ -17,9 +17,9 @@ pub(super) struct Player<'a> {
     pub(super) title: &'a str,
     /// The text below the title.
     pub(super) lead: &'a str,
-    /// What the arena shows, for those who can't see it.
+    /// The arena's content in words, for those who can't see it.
     pub(super) drawn: &'a str,
-    /// HTML of switches beside the play button, of a strip below the time line, and of what stands beside the arena.
+    /// HTML of switches next to the play button, of a strip below the time line, and of the panel next to the arena.
     pub(super) switches: &'a str,
     pub(super) strip: &'a str,
     pub(super) panel: &'a str,
@@ -50,7 +50,7 @@ pub(super) fn page(player: &Player<'_>) -> String {
     )
 }
 
-/// Replaces each `{{name}}` of a template. Placeholders in replacements stay as they are.
+/// Replaces each `{{name}}` of a template. Placeholders in replacements are unchanged.
 fn filled(template: &str, parts: &[(&str, &str)]) -> String {
     let mut rest = template;
     let mut text = String::new();

@@ -3,7 +3,7 @@
 use super::svg::{Anchor, PLAIN, SOFT, SOFT_INK, Svg, number, tick_step};
 use crate::numbers::fixed;
 
-/// Least distance of two labels, in pixels.
+/// Minimum distance of two labels, in pixels.
 pub(super) const LABEL_GAP: f64 = 17.0;
 /// Approximate width of a letter of a label, in pixels.
 const LETTER: f64 = 7.6;
@@ -159,8 +159,8 @@ impl Plot {
         }
     }
 
-    /// Draws names beside the right ends of lines, moved apart to avoid overlaps. `ends` has the lines' last values,
-    /// names and colours.
+    /// Draws names at the right ends of lines, moved apart to avoid overlaps. `ends` has the lines' last values, names
+    /// and colours.
     pub(super) fn labels<'a>(&self, svg: &mut Svg, ends: impl Iterator<Item = (f64, &'a str, &'a str)>) {
         let mut labels: Vec<(f64, &str, &str)> = ends
             .map(|(value, name, colour)| (self.y(value), name, colour))

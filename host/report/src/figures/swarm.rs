@@ -1,9 +1,9 @@
-//! A self-contained HTML page that plays what a foraging swarm did, or shows what a fleet does.
+//! A self-contained HTML page that replays foragers, or shows a fleet.
 //!
 //! Its data are JSON in which long lists of numbers are Base64 of little-endian 16-bit integers: fifty minutes of ten
 //! robots with a line per second take half a megabyte. Poses are rounded to 0.1 mm (1 mm in arenas more than 3 m
-//! across) and 1/65536 turn; counts are exact. The page of a fleet that lives loads newer data every second, by a script
-//! that is written beside it: a page that was opened as a file may load nothing else.
+//! across) and 1/65536 turn; counts are exact. The page of a running fleet loads newer data every second, from a script
+//! in the same folder: a page that was opened as a file may load nothing else.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use super::player::{self, Player, packed, turns};
 use super::svg::number;
 
-/// What stands beside the arena.
+/// The panel next to the arena.
 const PANEL: &str = include_str!("swarm.html");
 const SCRIPT: &str = include_str!("swarm.js");
 /// Arena radius in mm up to which poses are in tenths of millimetres.
@@ -25,17 +25,17 @@ const NOWHERE: i16 = i16::MIN;
 const UNKNOWN: u16 = u16::MAX;
 
 /// Record of a swarm, to be played.
-pub struct SwarmReplay<'a> {
+pub struct ForagersReplay<'a> {
     /// Title of the page.
     pub title: &'a str,
     /// World of the swarm.
-    pub swarm: &'a Swarm,
+    pub foragers: &'a Swarm,
     pub lamp: Lamp,
-    /// What the robots are called, in their order.
+    /// The robots' names, in their order.
     pub names: &'a [u32],
     /// What robots may do, 16 at most.
     pub acts: &'a [Act],
-    /// Who tells what the lines hold.
+    /// The source of the lines.
     pub teller: Teller,
     /// What was recorded, in the order of time.
     pub lines: &'a [Moment],
@@ -43,15 +43,15 @@ pub struct SwarmReplay<'a> {
     pub genes: &'a [Vec<Genes>],
 }
 
-/// Who tells what a page's lines hold.
+/// The source of a page's lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Teller {
-    /// The simulated arena, which knows everything.
+    /// The simulated arena, which has everything.
     Arena,
     /// An arena's record without food on the floor and without who heard whom.
     #[cfg(feature = "twin")]
     Record,
-    /// The robots, which may fall silent: neither food on the floor nor who heard whom is known, but their problems are.
+    /// The robots, which may fall silent: their problems are known, but food on the floor and who heard whom are not.
     Robots,
 }
 
@@ -124,7 +124,7 @@ pub struct Moment {
 pub struct Sight {
     /// Position in mm and heading in turns, if they are known.
     pub pose: Option<[f32; 3]>,
-    /// What it does: an index of [`SwarmReplay::acts`].
+    /// What it does: an index of [`ForagersReplay::acts`].
     pub act: usize,
     /// Whether it carries food.
     pub carries: bool,
@@ -185,25 +185,26 @@ pub struct Genes {
 }
 
 /// Makes the page.
-pub fn swarm_page(replay: &SwarmReplay<'_>) -> String {
+pub fn foragers_page(replay: &ForagersReplay<'_>) -> String {
     page(replay, &facts(replay))
 }
 
-/// Makes the page of a swarm that lives, which loads a script of this name beside it every second.
-pub fn live_page(replay: &SwarmReplay<'_>, script: &str) -> String {
+/// Makes the page of a running fleet, which loads a script of this name from the same folder every second.
+pub fn live_page(replay: &ForagersReplay<'_>, script: &str) -> String {
     let mut facts = facts(replay);
     facts.insert("live", json!(script));
     page(replay, &facts)
 }
 
-/// Makes that script: what is known now. `written` differs each time, and `end` says how the swarm's life has ended, if it has.
-pub fn live_script(replay: &SwarmReplay<'_>, written: u64, end: Option<&str>) -> String {
+/// Makes that script: what is known now. `written` differs each time, and `end` says how the experiment has ended, if
+/// it has.
+pub fn live_script(replay: &ForagersReplay<'_>, written: u64, end: Option<&str>) -> String {
     let mut facts = facts(replay);
     facts.extend([("written", json!(written)), ("end", json!(end))]);
     format!("window.oneiro.take({});\n", json!(facts))
 }
 
-fn page(replay: &SwarmReplay<'_>, facts: &BTreeMap<&str, Value>) -> String {
+fn page(replay: &ForagersReplay<'_>, facts: &BTreeMap<&str, Value>) -> String {
     player::page(&Player {
         title: replay.title,
         lead: &lead(replay),
@@ -217,15 +218,15 @@ fn page(replay: &SwarmReplay<'_>, facts: &BTreeMap<&str, Value>) -> String {
 }
 
 /// Text below the title.
-fn lead(replay: &SwarmReplay<'_>) -> String {
-    let SwarmReplay {
-        names, swarm, lines, ..
+fn lead(replay: &ForagersReplay<'_>) -> String {
+    let ForagersReplay {
+        names, foragers, lines, ..
     } = replay;
     let (robots, forage) = match names.len() {
         1 => ("One e-puck".to_owned(), "forages"),
         count => (format!("{count} e-pucks"), "forage"),
     };
-    let across = number(f64::from(swarm.forager.arena_radius) / 500.0);
+    let across = number(f64::from(foragers.forager.arena_radius) / 500.0);
     let seconds = |cycles: u32| f64::from(cycles) / f64::from(SECOND);
     let length = match lines {
         [] => String::new(),
@@ -242,9 +243,9 @@ fn lead(replay: &SwarmReplay<'_>) -> String {
 }
 
 /// All data for the script.
-fn facts(replay: &SwarmReplay<'_>) -> BTreeMap<&'static str, Value> {
-    let SwarmReplay { swarm, lines, .. } = replay;
-    let forager = &swarm.forager;
+fn facts(replay: &ForagersReplay<'_>) -> BTreeMap<&'static str, Value> {
+    let ForagersReplay { foragers, lines, .. } = replay;
+    let forager = &foragers.forager;
     let unit = if forager.arena_radius <= FINE { 0.1 } else { 1.0 };
     let robots = || lines.iter().flat_map(|line| &line.robots);
     let food = || lines.iter().flat_map(|line| &line.food);
@@ -267,7 +268,7 @@ fn facts(replay: &SwarmReplay<'_>) -> BTreeMap<&'static str, Value> {
         ("food", json!(forager.food_radius)),
         ("lamp", json!(forager.lamp_behind_wall)),
         ("decay", json!(forager.light_decay)),
-        ("range", json!(swarm.range)),
+        ("range", json!(foragers.range)),
         ("lights", lights(replay.lamp)),
         ("genes", genes(replay.genes)),
         // Unit of positions, mm.
@@ -363,7 +364,7 @@ mod tests {
 
     /// A made-up record of a swarm with made-up genes.
     struct Life {
-        swarm: Swarm,
+        foragers: Swarm,
         lamp: Lamp,
         names: Vec<u32>,
         lines: Vec<Line>,
@@ -375,7 +376,7 @@ mod tests {
         /// `robots` robots whose genes change every minute; the light moves half-way through.
         fn of(robots: u32, seconds: u32, every: u32) -> Self {
             let cycles = seconds * SECOND;
-            let swarm = Swarm::odowd2014(robots);
+            let foragers = Swarm::odowd2014(robots);
             let lamp = Lamp {
                 first: Light::OverNest,
                 then: Light::OppositeNest,
@@ -388,14 +389,14 @@ mod tests {
             };
             let control = Control::new();
             let mut cpu = Cpu::new(Some(1)).unwrap();
-            let mut arena = Simulated::new(&mut cpu, &control, &[swarm], &[world]).unwrap();
+            let mut arena = Simulated::new(&mut cpu, &control, &[foragers], &[world]).unwrap();
             let mut lines = Vec::new();
             let mut genes = vec![Vec::new(); robots as usize];
             let gene =
-                |robot: u32, cycle: u32, which: u32| (robot * 37 + cycle / swarm.interval * 23 + which * 61) % 100;
+                |robot: u32, cycle: u32, which: u32| (robot * 37 + cycle / foragers.interval * 23 + which * 61) % 100;
             let mut now = 0;
             while now < cycles {
-                let until = (now + swarm.interval).min(cycles);
+                let until = (now + foragers.interval).min(cycles);
                 let mut orders = Vec::new();
                 for (robot, changes) in (0..).zip(&mut genes) {
                     let [s0, g0, g1] = [0, 1, 2].map(|which| gene(robot, now, which) as f32 / 100.0);
@@ -413,7 +414,7 @@ mod tests {
                 now = until;
             }
             Self {
-                swarm,
+                foragers,
                 lamp,
                 names: (1..=robots).collect(),
                 moments: moments(&lines, every),
@@ -422,10 +423,10 @@ mod tests {
             }
         }
 
-        fn replay(&self) -> SwarmReplay<'_> {
-            SwarmReplay {
+        fn replay(&self) -> ForagersReplay<'_> {
+            ForagersReplay {
                 title: "Light Over Nest to Light Opposite Nest, run 1",
-                swarm: &self.swarm,
+                foragers: &self.foragers,
                 lamp: self.lamp,
                 names: &self.names,
                 acts: &BEHAVIOURS,
@@ -447,8 +448,8 @@ mod tests {
     #[test]
     fn a_page_depends_on_its_input_only_and_needs_nothing_else() {
         let life = Life::of(10, 20, 10);
-        let page = swarm_page(&life.replay());
-        assert_eq!(page, swarm_page(&Life::of(10, 20, 10).replay()));
+        let page = foragers_page(&life.replay());
+        assert_eq!(page, foragers_page(&Life::of(10, 20, 10).replay()));
         for reference in ["http", "//cdn", " src=", "@import", "url(", "fetch(", "import("] {
             assert!(!page.contains(reference), "{reference}");
         }
@@ -458,11 +459,11 @@ mod tests {
     #[test]
     fn text_is_escaped() {
         let life = Life::of(1, 1, 10);
-        let replay = SwarmReplay {
+        let replay = ForagersReplay {
             title: "</title><script>alert(1)</script> & {{data}}",
             ..life.replay()
         };
-        let page = swarm_page(&replay);
+        let page = foragers_page(&replay);
         assert_eq!(page.matches("<script").count(), 2);
         assert_eq!(
             page.matches("&lt;/title&gt;&lt;script&gt;alert(1)&lt;/script&gt; &amp; {{data}}")
@@ -474,7 +475,7 @@ mod tests {
     #[test]
     fn a_page_holds_every_line() {
         let life = Life::of(3, 20, 5);
-        let data = read(&swarm_page(&life.replay()));
+        let data = read(&foragers_page(&life.replay()));
         let seen: Vec<&Seen> = life.lines.iter().flat_map(|line| &line.robots).collect();
         assert_eq!(seen.len(), 3 * 40);
         let times: Vec<u32> = (1..=40).map(|line| 5 * line).collect();
@@ -513,22 +514,22 @@ mod tests {
     #[test]
     fn every_number_of_robots_has_a_page() {
         let many = Life::of(128, 2, 10);
-        let data = read(&swarm_page(&many.replay()));
+        let data = read(&foragers_page(&many.replay()));
         assert_eq!(data["genes"].as_array().unwrap().len(), 128);
         let one = Life::of(1, 1, 10);
-        let without = SwarmReplay {
+        let without = ForagersReplay {
             genes: &[],
             ..one.replay()
         };
-        let page = swarm_page(&without);
+        let page = foragers_page(&without);
         let data = read(&page);
         assert_eq!((&data["times"], &data["genes"]), (&json!([10]), &json!([])));
         assert!(page.contains("One e-puck forages"));
-        let nothing = SwarmReplay {
+        let nothing = ForagersReplay {
             lines: &[],
             ..one.replay()
         };
-        assert_eq!(read(&swarm_page(&nothing))["x"], "");
+        assert_eq!(read(&foragers_page(&nothing))["x"], "");
     }
 
     #[test]
@@ -538,14 +539,14 @@ mod tests {
         (1..)
             .zip(&mut life.moments)
             .for_each(|(line, moment)| moment.cycle = 10 * line);
-        let page = swarm_page(&life.replay());
+        let page = foragers_page(&life.replay());
         assert!(page.len() < 1_000_000, "{}", page.len());
     }
 
     #[test]
     fn a_browser_draws_robots_and_food_in_place() {
         let life = Life::of(10, 120, 10);
-        let page = swarm_page(&life.replay());
+        let page = foragers_page(&life.replay());
         // Drawings, and the effects of keys and clicks.
         let ask = "\
             const at = (id) => document.getElementById(id);\n\

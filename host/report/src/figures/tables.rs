@@ -12,7 +12,7 @@ const GAP: (f64, f64) = (34.0, 54.0);
 const LEFT: f64 = 60.0;
 const TOP: f64 = 80.0;
 const COLUMNS: usize = 4;
-/// Colours from zero to the greatest reading.
+/// Colours from zero to the maximum reading.
 pub(super) const HEAT: [[u8; 3]; 5] = [
     [0xf5, 0xf3, 0xee],
     [0xb9, 0xd6, 0xd2],
@@ -22,7 +22,7 @@ pub(super) const HEAT: [[u8; 3]; 5] = [
 ];
 /// Number of distinguishable shades.
 const SHADES: u16 = 32;
-/// The greatest reading.
+/// The maximum reading.
 const GREATEST: u16 = 1023;
 /// Names of a Khepera's sensors, in the order of its answer.
 pub(super) const NAMES: [&str; SENSORS] = [

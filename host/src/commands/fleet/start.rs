@@ -26,7 +26,7 @@ const LINE: Duration = Duration::from_secs(1);
 /// Starts all daemons and lets the robots live. Those that live by themselves don't need this program any more.
 pub(super) fn run(arguments: &FleetStart, console: Console) -> Result {
     let fleet = match AnyFleet::read(&arguments.fleet)? {
-        AnyFleet::Swarm(fleet) => Arc::new(*fleet),
+        AnyFleet::Foragers(fleet) => Arc::new(*fleet),
         AnyFleet::Alone(computers) => {
             console.say(
                 "robots drive from now on, without a beacon, until their evolution is over or `oneiro fleet stop`",

@@ -11,20 +11,20 @@ use crate::file::{ArmParser, MIGLINO1995};
 /// `oneiro reproduce miglino1995`
 #[derive(Args, Debug)]
 pub struct Arguments {
-    /// Runs of each condition, 2 to 1000, or 1 on a wire [default: 5, as in the paper]
+    /// Runs of each condition, 2 to 1000, or 1 with a connected robot [default: 5, as in the paper]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=u32::MAX.into()))]
     pub runs: Option<u32>,
     /// Seed of everything random but the robot
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = seed())]
     pub seed: u64,
-    /// The robot to transfer to: surrogate:SEED, which is sampled first, or a robot on a wire, such as `serial:/dev/ttyUSB0`, which has
-    /// been sampled (--tables) and lives one life after the other; the same command continues
+    /// The robot to transfer to: surrogate:SEED, which is sampled first, or a connected robot, such as `serial:/dev/ttyUSB0`, which has
+    /// been sampled (--tables) and runs one episode after the other; the same command continues
     #[arg(long, value_name = "ROBOT", default_value = "surrogate:1")]
     pub robot: String,
     /// How much a surrogate differs from its simulator, 0 to 2 [default: 1.75]
     #[arg(long, value_name = "LAMBDA", value_parser = of_key::<f32>("reality.severity"))]
     pub severity: Option<f32>,
-    /// Make the simulator from recordings of a robot instead of samples: wall, round and, if wanted, motors. A robot on a wire needs those
+    /// Make the simulator from recordings of a robot instead of samples: wall, round and, if wanted, motors. A connected robot needs those
     /// that `oneiro robot sample` has made of it
     #[arg(long, value_name = "FILE,..", value_delimiter = ',', value_hint = ValueHint::FilePath)]
     pub tables: Vec<PathBuf>,
@@ -47,7 +47,7 @@ pub struct Arguments {
     /// Device that evaluates.
     #[command(flatten)]
     pub backend: Backend,
-    /// A file to take in place of the shipped experiments/miglino1995/study.toml: what the study runs, and its arms
+    /// A file to use instead of the shipped experiments/miglino1995/study.toml: what the study runs, and its arms
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub study: Option<PathBuf>,
     /// The study's directory. A study that was stopped continues there [default: runs/miglino1995-SEED-HASH]

@@ -11,7 +11,7 @@ use super::second::{Run, effect};
 
 /// d without noise in the paper's Table 1.
 const D: f64 = 0.81;
-/// The most that two real lives may part, in parts of what a simulated and a real one do.
+/// Maximum distance between two real episodes, as a fraction of that between a simulated and a real one.
 const REPEATABILITY: f64 = 0.5;
 
 pub(super) static COLUMNS: [Column; 9] = [
@@ -34,10 +34,7 @@ pub(super) static COLUMNS: [Column; 9] = [
         "mean `path_repeat_mm` over mean `path_gap_mm` of a robot; mean over robots",
     ),
     Column::number("repeatability_error", "", "the standard error of that mean"),
-    Column::text(
-        "chosen",
-        "`yes` for the pair of severities that is taken for the rule, else `no`",
-    ),
+    Column::text("chosen", "`yes` for the rule's chosen pair of severities, else `no`"),
     Column::text(
         "missed",
         "the targets that the pair misses by more than two standard errors: `d`, `repeatability`",
@@ -122,14 +119,20 @@ pub(super) fn table(pairs: &Pairs) -> String {
     }
     let all: Vec<Pair<'_>> = pairs.iter().map(pair).collect();
     let mut table = Csv::new(&COLUMNS);
-    for own in &all {
-        let of_rule = all.iter().filter(|other| other.rule == own.rule);
-        let is_chosen = chosen(of_rule).is_some_and(|chosen| std::ptr::eq(chosen, own));
-        let [severity, motion] = own.severities.clone();
-        let figures = [own.d.mean, own.d.error, own.repeatability.mean, own.repeatability.error].map(number);
-        let ends = [if is_chosen { "yes" } else { "no" }.to_owned(), own.missed()];
+    for pair in &all {
+        let of_rule = all.iter().filter(|other| other.rule == pair.rule);
+        let is_chosen = chosen(of_rule).is_some_and(|chosen| std::ptr::eq(chosen, pair));
+        let [severity, motion] = pair.severities.clone();
+        let figures = [
+            pair.d.mean,
+            pair.d.error,
+            pair.repeatability.mean,
+            pair.repeatability.error,
+        ]
+        .map(number);
+        let ends = [if is_chosen { "yes" } else { "no" }.to_owned(), pair.missed()];
         table.row(
-            [own.rule.to_owned(), severity, motion]
+            [pair.rule.to_owned(), severity, motion]
                 .into_iter()
                 .chain(figures)
                 .chain(ends),
@@ -138,7 +141,7 @@ pub(super) fn table(pairs: &Pairs) -> String {
     table.text()
 }
 
-/// The pair that is taken for a rule.
+/// A rule's chosen pair.
 fn chosen<'a, 'b>(pairs: impl Iterator<Item = &'b Pair<'a>> + Clone) -> Option<&'b Pair<'a>>
 where
     'a: 'b,
@@ -193,7 +196,7 @@ mod tests {
         assert_eq!(chosen, ["no", "yes", "no", "no"]);
         let missed: Vec<&str> = all.iter().map(|row| &*row[8]).collect();
         assert_eq!(missed, ["d", "", "", "d repeatability"]);
-        // The d of individuals of two equal runs: a divisor of 398 in place of 400.
+        // The d of individuals of two equal runs: a divisor of 398 instead of 400.
         let d: f64 = all[1][3].parse().unwrap();
         assert!((d - 0.9 * (398.0_f64 / 396.0).sqrt()).abs() < 1e-5, "{d}");
         let error: f64 = all[1][6].parse().unwrap();

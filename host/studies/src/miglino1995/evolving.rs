@@ -1,4 +1,4 @@
-//! Runs in progress and the lives of their individuals.
+//! Runs in progress and the episodes of their individuals.
 
 use oneiro::random::Key;
 use oneiro_evolve::Optimizer;
@@ -7,7 +7,7 @@ use oneiro_lab::reality;
 
 use super::results::{Condition, Level};
 
-/// Identifies one life of an individual; each has random numbers of its own.
+/// Identifies an individual's episode, and seeds its random numbers.
 #[derive(Clone, Copy)]
 pub(super) enum Trial {
     Simulated,
@@ -16,12 +16,12 @@ pub(super) enum Trial {
     Real,
     RealAgain,
     OtherRobot,
-    /// One of the simulated lives whose mean decides the champion.
-    Appraised(u32),
+    /// One of the simulated episodes whose mean decides the champion.
+    Reevaluated(u32),
 }
 
 impl Trial {
-    /// Number of the life. 16 to 31 are taken by the drives between lives (`real_lives`).
+    /// The episode's number. 16 to 31 are for the drives between episodes (`real_episodes`).
     pub(super) fn number(self) -> u64 {
         match self {
             Self::Simulated => 0,
@@ -30,11 +30,11 @@ impl Trial {
             Self::Real => 3,
             Self::RealAgain => 4,
             Self::OtherRobot => 5,
-            Self::Appraised(life) => 32 + u64::from(life),
+            Self::Reevaluated(episode) => 32 + u64::from(episode),
         }
     }
 
-    /// What follows the name of an individual that lives again, for readers.
+    /// For readers: the suffix after the name of a re-evaluated individual.
     pub(super) fn again(self) -> &'static str {
         match self {
             Self::RealAgain => ", again",
@@ -54,8 +54,8 @@ pub(super) struct Evolving {
     pub(super) real: Vec<Level>,
 }
 
-/// Lives of a run's current generation.
-pub(super) fn lives(run: &Evolving, trial: Trial) -> impl Iterator<Item = reality::Life<'_>> {
+/// Episodes of a run's current generation.
+pub(super) fn episodes(run: &Evolving, trial: Trial) -> impl Iterator<Item = reality::Life<'_>> {
     let generation = u64::from(run.evolution.generation());
     run.evolution
         .ask()

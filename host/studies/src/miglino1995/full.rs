@@ -14,9 +14,9 @@ use super::study::Study;
 fn average(one: &SensorTables, other: &SensorTables) -> SensorTables {
     let table = |table: &SensorTable| {
         let other = other.class(&table.class).map(|class| &other.classes[class]);
-        let readings = table.readings.iter().enumerate().map(|(at, own)| {
-            let theirs = other.and_then(|other| other.readings.get(at)).unwrap_or(own);
-            own.midpoint(*theirs)
+        let readings = table.readings.iter().enumerate().map(|(at, reading)| {
+            let theirs = other.and_then(|other| other.readings.get(at)).unwrap_or(reading);
+            reading.midpoint(*theirs)
         });
         SensorTable {
             readings: readings.collect(),
@@ -28,10 +28,10 @@ fn average(one: &SensorTables, other: &SensorTables) -> SensorTables {
 
 /// Evolves in each other simulator and tests the transferred generation in reality; returns the mean fitness of each
 /// run.
-pub(crate) fn variants(settings: &Settings, study: &Study<'_>, own: &Robot, other: &Robot) -> Result<Vec<Variant>> {
+pub(crate) fn variants(settings: &Settings, study: &Study<'_>, robot: &Robot, other: &Robot) -> Result<Vec<Variant>> {
     let averaged = Robot {
-        sensors: Arc::new(average(&own.sensors, &other.sensors)),
-        ..own.clone()
+        sensors: Arc::new(average(&robot.sensors, &other.sensors)),
+        ..robot.clone()
     };
     let built_in = Robot::khepera();
     let worlds: std::result::Result<Vec<World>, _> = settings
@@ -39,7 +39,7 @@ pub(crate) fn variants(settings: &Settings, study: &Study<'_>, own: &Robot, othe
         .iter()
         .map(|simulator| {
             let robot = match simulator.tables {
-                Tables::Own => own,
+                Tables::Own => robot,
                 Tables::Another => other,
                 Tables::Average => &averaged,
                 Tables::BuiltIn => &built_in,

@@ -10,7 +10,7 @@ const FINER: u32 = 4;
 /// Refines tables to [`FINER`] times the rows and bearings by bilinear interpolation. Sampled points keep their
 /// readings, and points of view aren't mixed. Beyond the last row, where there is no next sample to interpolate to, its
 /// readings hold as far as before.
-pub(crate) fn interpolated(tables: &SensorTables) -> SensorTables {
+pub(crate) fn interpolate(tables: &SensorTables) -> SensorTables {
     SensorTables {
         classes: tables.classes.iter().map(finer).collect(),
         ..tables.clone()
@@ -33,7 +33,7 @@ fn finer(table: &SensorTable) -> SensorTable {
 }
 
 /// Readings from one point of view at a point of the finer table: the mean of the four surrounding samples, weighted by
-/// proximity. Computed in integers and rounded once, halves up, so that all machines agree.
+/// proximity. Computed in integers and rounded once, halves up: the same on all machines.
 fn between(table: &SensorTable, view: u32, row: u32, bearing: u32) -> impl Iterator<Item = u16> {
     let here = [row / FINER, bearing / FINER];
     let next = [(here[0] + 1).min(table.rows - 1), (here[1] + 1) % table.bearings];
@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn points_that_were_sampled_keep_their_readings() {
         let sampled = SensorTables::khepera();
-        for (table, finer) in sampled.classes.iter().zip(interpolated(&sampled).classes) {
+        for (table, finer) in sampled.classes.iter().zip(interpolate(&sampled).classes) {
             assert_eq!((finer.rows, finer.bearings), (80, 720));
             assert_eq!((finer.nearest, finer.spacing), (5.0, 0.5));
             assert_eq!(finer.reach().to_bits(), table.reach().to_bits());

@@ -27,8 +27,8 @@ const SETS: usize = 2000;
 const OF_SETS: &str = "Sets of five runs, drawn out of all, show what a study of the paper's size would find; of all runs pooled any \
      difference is significant";
 /// Explanation of paths on a wire for the reader.
-const PATHS_ON_A_WIRE: &str = "A champion on a wire lives once, from the one start, where somebody has put it; its path is that of its \
-     odometers, or of the tracker";
+const CONNECTED_PATHS: &str = "A connected robot's champion runs once, from one start, where a person has put it; its \
+     path comes from its odometers or the tracker";
 /// The paper's significance level.
 const LEVEL: f64 = 0.01;
 /// Values that an interval of a median needs.
@@ -73,17 +73,17 @@ fn correct(claims: &mut [Claim]) {
     }
 }
 
-fn widened(values: &[f32]) -> impl Iterator<Item = f64> + '_ {
+fn as_f64(values: &[f32]) -> impl Iterator<Item = f64> + '_ {
     values.iter().map(|&value| f64::from(value))
 }
 
 fn mean_of(values: &[f32]) -> f64 {
-    mean(widened(values))
+    mean(as_f64(values))
 }
 
 /// Fitness of all individuals of some runs.
-fn pooled(runs: &[&Run], lives: Lives) -> Vec<f64> {
-    runs.iter().flat_map(|run| widened(lives(run))).collect()
+fn pooled_fitness(runs: &[&Run], fitness_of: EpisodeFitness) -> Vec<f64> {
+    runs.iter().flat_map(|run| as_f64(fitness_of(run))).collect()
 }
 
 /// Whether the sizes of d (no noise, sensor noise, conservative noise) are in C3's order.
@@ -102,13 +102,13 @@ type Control = fn(&Controls) -> f64;
 /// Selects one of a champion's sums of distances.
 type Sums = fn(&Run) -> &Vec<f64>;
 
-/// Selects the lives whose fitness is meant.
-type Lives = fn(&Run) -> &[f32];
+/// Selects the fitness of a run's episodes.
+type EpisodeFitness = fn(&Run) -> &[f32];
 
-const SIMULATED: Lives = |run| &run.transferred.simulated;
-const QUIET: Lives = |run| &run.transferred.quiet;
-const REAL: Lives = |run| &run.transferred.real;
-const LAST: Lives = |run| &run.last;
+const SIMULATED: EpisodeFitness = |run| &run.transferred.simulated;
+const QUIET: EpisodeFitness = |run| &run.transferred.quiet;
+const REAL: EpisodeFitness = |run| &run.transferred.real;
+const LAST: EpisodeFitness = |run| &run.last;
 
 /// Selects a figure of a generation.
 type Figure = fn(&Level) -> f64;
@@ -144,8 +144,8 @@ impl Judged<'_> {
         }
     }
 
-    /// What is missing where reality is a robot on a wire.
-    fn on_a_wire(&self, missing: &'static str) -> Option<&'static str> {
+    /// `missing`, if reality is a connected robot.
+    fn if_connected(&self, missing: &'static str) -> Option<&'static str> {
         self.results.is_wired.then_some(missing)
     }
 
@@ -164,14 +164,14 @@ impl Judged<'_> {
     }
 
     /// Fitness of all individuals of a condition's runs.
-    fn pooled(&self, condition: Condition, lives: Lives) -> Vec<f64> {
-        pooled(&self.runs(condition).collect::<Vec<_>>(), lives)
+    fn pooled_fitness(&self, condition: Condition, fitness_of: EpisodeFitness) -> Vec<f64> {
+        pooled_fitness(&self.runs(condition).collect::<Vec<_>>(), fitness_of)
     }
 
-    /// Adds Cohen's d between two lives over all individuals of a condition, and returns it.
-    fn d(&self, finding: &mut Finding, name: String, condition: Condition, [one, other]: [Lives; 2]) -> f64 {
+    /// Adds Cohen's d between two episodes over all individuals of a condition, and returns it.
+    fn d(&self, finding: &mut Finding, name: String, condition: Condition, [one, other]: [EpisodeFitness; 2]) -> f64 {
         let runs: Vec<&Run> = self.runs(condition).collect();
-        let of = |runs: &[&Run]| cohens_d(&pooled(runs, one), &pooled(runs, other)).unwrap_or(f64::NAN);
+        let of = |runs: &[&Run]| cohens_d(&pooled_fitness(runs, one), &pooled_fitness(runs, other)).unwrap_or(f64::NAN);
         let d = of(&runs);
         let numbers: Vec<f64> = (0_u32..).zip(&runs).map(|(number, _)| f64::from(number)).collect();
         let drawn = |samples: &[Vec<f64>]| {
@@ -185,22 +185,25 @@ impl Judged<'_> {
     }
 
     /// The paper's analysis of variance over individuals, the same comparison over runs, and a mixed model.
-    fn compared(&self, condition: Condition, what: &str, one: Lives, other: Lives) -> Vec<Test> {
+    fn compare(&self, condition: Condition, what: &str, one: EpisodeFitness, other: EpisodeFitness) -> Vec<Test> {
         let title = condition.title();
         let mut tests = Vec::new();
-        let (a, b) = (self.pooled(condition, one), self.pooled(condition, other));
+        let (a, b) = (
+            self.pooled_fitness(condition, one),
+            self.pooled_fitness(condition, other),
+        );
         if let Ok(all) = anova(&[&a, &b]) {
             let name = format!("{title}, {what}: individuals, one-way analysis of variance");
             tests.push(Test::new(name, ("F", all.f), &[all.df_between, all.df_within], all.p));
         }
-        let means = |lives: Lives| self.each(condition, |run| mean_of(lives(run)));
+        let means = |fitness_of: EpisodeFitness| self.each(condition, |run| mean_of(fitness_of(run)));
         if let Ok(runs) = paired_t(&means(one), &means(other)) {
             tests.push(Test::t(format!("{title}, {what}{RUNS}paired t of the means"), runs));
         }
         let mut rows = (Vec::new(), Vec::new(), Vec::new());
         for (group, run) in self.runs(condition).enumerate() {
-            for (x, lives) in [(0.0, other), (1.0, one)] {
-                for y in widened(lives(run)) {
+            for (x, fitness_of) in [(0.0, other), (1.0, one)] {
+                for y in as_f64(fitness_of(run)) {
                     rows.0.push(x);
                     rows.1.push(y);
                     rows.2.push(group);
@@ -230,11 +233,11 @@ impl Judged<'_> {
 
     /// Adds the outcome of the paper's analysis of variance in sets of five runs. Pooled over all runs it would find
     /// any difference significant.
-    fn paper_sized(&self, finding: &mut Finding, condition: Condition, one: Lives, other: Lives) {
+    fn paper_sized(&self, finding: &mut Finding, condition: Condition, one: EpisodeFitness, other: EpisodeFitness) {
         let anovas: Vec<_> = self
             .sets(condition)
             .iter()
-            .filter_map(|set| anova(&[&pooled(set, one), &pooled(set, other)]).ok())
+            .filter_map(|set| anova(&[&pooled_fitness(set, one), &pooled_fitness(set, other)]).ok())
             .collect();
         let Some(first) = anovas.first() else {
             return;
@@ -261,12 +264,13 @@ impl Judged<'_> {
         OF_SETS.clone_into(&mut finding.remark);
     }
 
-    /// Adds the shares of sets of five runs in which the gaps have C3's order and fulfil its criterion: the power of a
+    /// Adds the fractions of sets of five runs in which the gaps have C3's order and meet its criterion: the power of a
     /// study of the paper's size.
     fn power(&self, finding: &mut Finding) {
         let gaps = Condition::ALL.map(|condition| -> Vec<f64> {
-            let gap =
-                |set: &Vec<&Run>| cohens_d(&pooled(set, SIMULATED), &pooled(set, REAL)).map_or(f64::NAN, f64::abs);
+            let gap = |set: &Vec<&Run>| {
+                cohens_d(&pooled_fitness(set, SIMULATED), &pooled_fitness(set, REAL)).map_or(f64::NAN, f64::abs)
+            };
             self.sets(condition).iter().map(gap).collect()
         });
         let sets = gaps.iter().map(Vec::len).min().unwrap_or(0);
@@ -275,7 +279,7 @@ impl Judged<'_> {
         }
         let share = |holds: fn([f64; 3]) -> bool| {
             let held = (0..sets)
-                .filter(|&set| holds(gaps.each_ref().map(|own| own[set])))
+                .filter(|&set| holds(gaps.each_ref().map(|gap| gap[set])))
                 .count();
             held as f64 / sets as f64
         };
@@ -306,19 +310,19 @@ impl Judged<'_> {
         });
         finding.note("greatest over least distance of half readings", ratio);
         let loss = finding.mean("fitness in its own robot minus in another, mean over runs", &losses);
-        let own = self.each(Without, |run| mean_of(&run.transferred.real));
+        let same = self.each(Without, |run| mean_of(&run.transferred.real));
         let other = self.each(Without, |run| mean_of(&run.transferred.other_robot));
         let name = format!("no noise, own robot against another{RUNS}paired t of the means");
         finding
             .tests
-            .extend(paired_t(&own, &other).ok().map(|test| Test::t(name, test)));
+            .extend(paired_t(&same, &other).ok().map(|test| Test::t(name, test)));
         finding.registered = Some(ratio >= 1.4 && loss > 0.0);
         let what = "the greatest distance of half readings is at least 1.4 times the least";
         finding.parts = vec![
             Part::fact(what, ratio >= 1.4),
             Part::above("loss of fitness in another robot", &[(1.0, &losses)], 0.0),
         ];
-        finding.missing = self.on_a_wire("Not measured: fitness in another robot, since there is only one on a wire");
+        finding.missing = self.if_connected("Not measured: fitness in another robot, since only one is connected");
         finding
     }
 
@@ -373,7 +377,7 @@ impl Judged<'_> {
             let d = self.d(&mut finding, name, condition, [SIMULATED, REAL]);
             let name = format!("d, {title}, noise off in both");
             self.d(&mut finding, name, condition, [QUIET, REAL]);
-            let tests = self.compared(condition, "simulated and real", SIMULATED, REAL);
+            let tests = self.compare(condition, "simulated and real", SIMULATED, REAL);
             finding.tests.extend(tests);
             d
         });
@@ -382,7 +386,7 @@ impl Judged<'_> {
         }
         self.power(&mut finding);
         for condition in [Sensor, Conservative] {
-            let tests = self.compared(condition, "simulated without noise and real", QUIET, REAL);
+            let tests = self.compare(condition, "simulated without noise and real", QUIET, REAL);
             finding.tests.extend(tests);
         }
         finding.registered = Some(in_order_and_small(ds.map(f64::abs)));
@@ -390,7 +394,7 @@ impl Judged<'_> {
             let runs: Vec<&Run> = self.runs(condition).collect();
             pseudo_values(runs.len(), |kept| {
                 let kept: Vec<&Run> = kept.iter().map(|&run| runs[run]).collect();
-                of(cohens_d(&pooled(&kept, SIMULATED), &pooled(&kept, REAL)).unwrap_or(f64::NAN))
+                of(cohens_d(&pooled_fitness(&kept, SIMULATED), &pooled_fitness(&kept, REAL)).unwrap_or(f64::NAN))
             })
         };
         let [none, sensor, conservative] = Condition::ALL.map(|condition| values(condition, f64::abs));
@@ -451,31 +455,31 @@ impl Judged<'_> {
 
     fn conservative(&self) -> Finding {
         let mut finding = Finding::default();
-        let [simulated, real] = [("in simulation", SIMULATED), ("in reality", REAL)].map(|(name, lives)| {
+        let [simulated, real] = [("in simulation", SIMULATED), ("in reality", REAL)].map(|(name, fitness_of)| {
             Condition::ALL.map(|condition| {
                 let name = format!("average of generation 200 {name}, {}", condition.title());
-                finding.mean(name, &self.each(condition, |run| mean_of(lives(run))))
+                finding.mean(name, &self.each(condition, |run| mean_of(fitness_of(run))))
             })
         });
         for other in [Without, Sensor] {
-            for (name, lives) in [("average in simulation", SIMULATED), ("average in reality", REAL)] {
-                let test = self.between(name, [Conservative, other], |run| mean_of(lives(run)));
+            for (name, fitness_of) in [("average in simulation", SIMULATED), ("average in reality", REAL)] {
+                let test = self.between(name, [Conservative, other], |run| mean_of(fitness_of(run)));
                 finding.tests.extend(test);
             }
         }
         let lower = simulated[2] < simulated[0] && simulated[2] < simulated[1];
         let higher = real[2] > real[0] && real[2] > real[1];
         finding.registered = Some(lower && higher);
-        for (name, lives, sign) in [("simulation", SIMULATED, -1.0), ("reality", REAL, 1.0)] {
-            let own = self.each(Conservative, |run| mean_of(lives(run)));
+        for (name, fitness_of, sign) in [("simulation", SIMULATED, -1.0), ("reality", REAL, 1.0)] {
+            let conservative = self.each(Conservative, |run| mean_of(fitness_of(run)));
             for other in [Without, Sensor] {
-                let others = self.each(other, |run| mean_of(lives(run)));
+                let others = self.each(other, |run| mean_of(fitness_of(run)));
                 let words = ["conservative noise", other.title()];
                 let [one, less] = if sign > 0.0 { words } else { [words[1], words[0]] };
                 let what = format!("average in {name}, {one} minus {less}");
                 finding
                     .parts
-                    .push(Part::above(&what, &[(sign, &own), (-sign, &others)], 0.0));
+                    .push(Part::above(&what, &[(sign, &conservative), (-sign, &others)], 0.0));
             }
         }
         finding
@@ -493,7 +497,7 @@ impl Judged<'_> {
         let ds = Condition::ALL.map(|condition| {
             let name = format!("d of generation 219 over 200, {}", condition.title());
             let d = self.d(&mut finding, name, condition, [LAST, REAL]);
-            let tests = self.compared(condition, "generations 219 and 200 in reality", LAST, REAL);
+            let tests = self.compare(condition, "generations 219 and 200 in reality", LAST, REAL);
             finding.tests.extend(tests);
             d
         });
@@ -505,11 +509,14 @@ impl Judged<'_> {
             let title = condition.title();
             for (name, figure) in CONTROLS {
                 let controls = self.runs(condition).filter_map(|run| run.controls.as_ref());
-                let own: Vec<f64> = controls.map(figure).collect();
-                finding.mean(format!("real fitness of generation 219 {name}, {title}"), &own);
+                let of_controls: Vec<f64> = controls.map(figure).collect();
+                finding.mean(format!("real fitness of generation 219 {name}, {title}"), &of_controls);
             }
-            let own = self.each(condition, |run| mean_of(LAST(run)));
-            finding.mean(format!("real fitness of generation 219 as it is, {title}"), &own);
+            let of_condition = self.each(condition, |run| mean_of(LAST(run)));
+            finding.mean(
+                format!("real fitness of generation 219 as it is, {title}"),
+                &of_condition,
+            );
         }
         finding.registered = Some(ds.iter().all(|d| *d > 0.0));
         for condition in Condition::ALL {
@@ -547,7 +554,7 @@ impl Judged<'_> {
         finding
     }
 
-    /// The parts of C7. A share of a loss is of no meaning unless there is a loss.
+    /// The parts of C7. A fraction of a loss needs a loss.
     fn parts_of_recovery(&self) -> Vec<Part> {
         let runs = |condition| self.runs(condition).collect::<Vec<_>>();
         let at = |run: &Run, figure: Figure| {
@@ -645,14 +652,14 @@ impl Judged<'_> {
                 .push(Part::above(&what, &[(0.5, other), (-1.0, &conservative)], 0.0));
         }
         if self.results.is_wired {
-            PATHS_ON_A_WIRE.clone_into(&mut finding.remark);
+            CONNECTED_PATHS.clone_into(&mut finding.remark);
         }
         finding
     }
 
     fn behaviour(&self) -> Finding {
         let mut finding = Finding::default();
-        // No interval: the share of a few runs is far from normal.
+        // No interval: a fraction of a few runs is far from normal.
         let share = |which: fn(&Run) -> bool| self.mean(Without, |run| f64::from(u8::from(which(run))));
         let stuck_real = share(|run| run.champion.real.stuck_in_corner);
         let stuck_simulated = share(|run| run.champion.simulated.stuck_in_corner);
@@ -686,7 +693,7 @@ impl Judged<'_> {
         );
         finding.parts = self.parts_of_behaviour();
         finding.missing =
-            self.on_a_wire("Not measured: collisions in reality, which a robot on a wire does not report");
+            self.if_connected("Not measured: collisions in reality, which a connected robot does not report");
         finding
     }
 
@@ -744,7 +751,7 @@ impl Judged<'_> {
         let mut finding = Finding::default();
         let to_and_fro = mean_of(&self.results.to_and_fro);
         let champions = self.each(Without, |run| {
-            let best_life = || widened(SIMULATED(run)).fold(f64::NEG_INFINITY, f64::max);
+            let best_life = || as_f64(SIMULATED(run)).fold(f64::NEG_INFINITY, f64::max);
             run.champion.mean.unwrap_or_else(best_life)
         });
         let middle = median(&champions);
@@ -759,14 +766,14 @@ impl Judged<'_> {
         finding.note(format!("median champion without noise, {fitness}"), middle);
         finding.registered = Some(to_and_fro > middle);
         let what = "going to and fro minus the median champion";
-        let lives: Vec<f64> = widened(&self.results.to_and_fro).collect();
+        let episodes: Vec<f64> = as_f64(&self.results.to_and_fro).collect();
         let intervals = (
-            mean_interval(&lives, verdict::LEVEL),
+            mean_interval(&episodes, verdict::LEVEL),
             median_interval(&champions, verdict::LEVEL),
         );
         finding.parts = vec![match intervals {
-            (Ok(own), Ok(others)) => {
-                let (low, high) = (own.low - others.high, own.high - others.low);
+            (Ok(to_and_fro), Ok(others)) => {
+                let (low, high) = (to_and_fro.low - others.high, to_and_fro.high - others.low);
                 Part::of_interval(what, Interval { low, high }, [0.0, f64::INFINITY], champions.len())
             }
             (Err(_), _) => Part::undecided(format!("{what}: going to and fro has no interval")),
@@ -823,7 +830,7 @@ impl Judged<'_> {
             )];
         }
         finding.missing = self
-            .on_a_wire("Not measured: other ranges of noise, which only a study of a surrogate runs, with `--full`");
+            .if_connected("Not measured: other ranges of noise, which only a study of a surrogate runs, with `--full`");
         let remark = match finding.missing {
             Some(_) => "",
             None if asked => "The paper's second criterion, less dependency on initial seeds, is the s.d. over runs",
@@ -864,20 +871,26 @@ fn best_is_inside(noise: &str, ranges: &[&[f64]]) -> Option<Part> {
     })
 }
 
-/// Mean gap, simulated minus real, in fresh lives of the individuals with the best simulated fitness.
+/// Mean gap, simulated minus real, in new episodes of the individuals with the best simulated fitness.
 fn best_again(run: &Run, parents: usize) -> f64 {
-    let own = &run.transferred;
-    let mut ranking: Vec<usize> = (0..own.simulated.len()).collect();
-    ranking.sort_by(|&a, &b| own.simulated[b].total_cmp(&own.simulated[a]).then(a.cmp(&b)));
+    let transferred = &run.transferred;
+    let mut ranking: Vec<usize> = (0..transferred.simulated.len()).collect();
+    ranking.sort_by(|&a, &b| {
+        transferred.simulated[b]
+            .total_cmp(&transferred.simulated[a])
+            .then(a.cmp(&b))
+    });
     ranking.truncate(parents);
     let falls: Vec<f64> = ranking
         .into_iter()
-        .map(|individual| f64::from(own.simulated_again[individual]) - f64::from(own.real_again[individual]))
+        .map(|individual| {
+            f64::from(transferred.simulated_again[individual]) - f64::from(transferred.real_again[individual])
+        })
         .collect();
     mean(&falls)
 }
 
-/// For each sensor, the gap in mm at which its greatest reading over all bearings falls below one half.
+/// For each sensor, the gap in mm at which its maximum reading over all bearings falls below one half.
 fn half_gaps(table: &SensorTable) -> Vec<f64> {
     let half = f64::from(GREATEST_READING) / 2.0;
     let bearings = table.bearings as usize;
@@ -957,7 +970,7 @@ mod tests {
             for (condition, f) in Condition::ALL.into_iter().zip(fs) {
                 for what in ["median", "5 % quantile", "95 % quantile"] {
                     let name = format!("F(1, 998) of 5 runs, {}: {what} of 2000 sets", condition.title());
-                    let (_, value) = of_sets.iter().find(|(own, _)| *own == name).expect(&name);
+                    let (_, value) = of_sets.iter().find(|(title, _)| *title == name).expect(&name);
                     assert!((value - f).abs() < 1e-9 * f, "{}, {name}: {value}, not {f}", five.id);
                 }
             }
@@ -971,7 +984,7 @@ mod tests {
         assert_eq!(shares, [1.0, 1.0, 0.0, 1.0, 1.0]);
     }
 
-    /// Going to and fro scores 300 here; champions' single lives score more, their means less.
+    /// Going to and fro scores 300 here: champions score more in single episodes, and less in the mean.
     #[test]
     fn champions_are_measured_by_what_they_were_chosen_by() {
         let mut by_life = results(5);
@@ -991,7 +1004,7 @@ mod tests {
         judge(results, &SensorTables::khepera())
     }
 
-    /// Fewer runs than the paper has decide nothing, whatever their intervals say; that a life is fast is no matter of runs.
+    /// Fewer runs than the paper's decide nothing, whatever their intervals. An episode's speed needs no runs.
     #[test]
     fn few_runs_decide_nothing() {
         for runs in 1..5 {
@@ -1039,8 +1052,8 @@ mod tests {
             .map(|run| run.transferred.real.clone())
             .collect();
         for (condition, more) in [(Without, 0.0), (Sensor, -0.1), (Conservative, 0.1)] {
-            let own = results.runs.iter_mut().filter(|run| run.condition == condition);
-            for (run, (number, real)) in own.zip((0_u8..).zip(&of_none)) {
+            let of_condition = results.runs.iter_mut().filter(|run| run.condition == condition);
+            for (run, (number, real)) in of_condition.zip((0_u8..).zip(&of_none)) {
                 run.transferred.real = real.iter().map(|life| life + 20.0 * f32::from(number) + more).collect();
             }
         }

@@ -1,21 +1,21 @@
-//! Measures of champions' lives and of the differences between reality and simulator.
+//! Measures of champions' episodes, and of the differences between reality and simulator.
 
 use oneiro::batch::{Record, Trace};
 use oneiro::tables::SENSORS;
 use oneiro::world::{Start, World, WorldSpec};
 use oneiro_lab::lives::measures::{Grid, PLACES, distance, is_stuck, moves};
 
-use super::results::{DifferenceEffect, Discrepancy, Life};
+use super::results::{DifferenceEffect, Discrepancy, MeasuredEpisode};
 
 /// Cycles between terms of D (equation 2).
 const TERM: usize = 5;
-/// A simulated and a real life from the same start.
+/// A simulated and a real episode from the same start.
 pub(super) struct Pair {
     pub(super) simulated: Trace,
     pub(super) real: Trace,
 }
 
-/// Cumulative distances between two lives at cycles 5, 10, .. in mm (equation 2).
+/// Cumulative distances between two episodes at cycles 5, 10, .. in mm (equation 2).
 fn discrepancy<'a>(one: &'a [Record], other: &'a [Record]) -> impl Iterator<Item = f64> + 'a {
     let pairs = one.iter().zip(other).skip(TERM).step_by(TERM);
     pairs.scan(0.0, |sum, (a, b)| {
@@ -24,8 +24,8 @@ fn discrepancy<'a>(one: &'a [Record], other: &'a [Record]) -> impl Iterator<Item
     })
 }
 
-fn path_length(life: &[Record]) -> f64 {
-    moves(life).sum()
+fn path_length(episode: &[Record]) -> f64 {
+    moves(episode).sum()
 }
 
 /// Sums over starts.
@@ -39,7 +39,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Adds two lives from a start, the real one lived again, and those of another champion.
+    /// Adds a simulated and a real episode from a start, the real one repeated, and another champion's two.
     pub(super) fn add(&mut self, pair: &Pair, again: &Trace, other: &Pair) {
         let add = |sums: &mut Vec<f64>, values: &mut dyn Iterator<Item = f64>| {
             for (index, value) in values.enumerate() {
@@ -70,7 +70,7 @@ impl Sums {
     }
 }
 
-/// A moment of a life.
+/// A moment of an episode.
 pub(super) struct Moment {
     pub(super) record: Record,
     pub(super) activations: [f32; SENSORS],
@@ -122,8 +122,8 @@ impl Cells {
         }
     }
 
-    /// Measures a life from a trace with one cycle more than the life counts.
-    pub(super) fn life(&self, trace: &[Record]) -> Life {
+    /// Measures an episode from a trace with one cycle more than the episode counts.
+    pub(super) fn measure_episode(&self, trace: &[Record]) -> MeasuredEpisode {
         let lived = &trace[..trace.len() - 1];
         let share = |which: &dyn Fn(&Record) -> bool| {
             lived.iter().filter(|record| which(record)).count() as f64 / lived.len() as f64
@@ -142,7 +142,7 @@ impl Cells {
             .iter()
             .map(|record| 0.5 * (f64::from(record.speed_left).abs() + f64::from(record.speed_right).abs()))
             .sum();
-        Life {
+        MeasuredEpisode {
             fitness: lived.last().map_or(0.0, |record| record.fitness),
             path: trace.iter().map(|record| [record.x, record.y]).collect(),
             collided: share(&|record| record.collided > 0.0),

@@ -8,7 +8,7 @@ mod full;
 mod interpolation;
 mod judge;
 mod measures;
-mod real_lives;
+mod real_episodes;
 pub mod report;
 pub mod results;
 mod second;
@@ -67,13 +67,13 @@ pub fn run(arguments: &Arguments, console: Console) -> Result {
     Ok(())
 }
 
-/// The requested study, and with `--sensitivity` the study under every other arm too.
+/// The requested study, and with `--sensitivity` also the study under every other arm.
 fn whole(arguments: &Arguments, file: &StudyFile, evaluations: &Engine, console: Console) -> Result {
     let robot = site::address(&arguments.robot)?;
     let least = match &robot {
         Address::Surrogate(_) => 2,
         Address::Wire(wire) => {
-            of_a_wire(arguments, wire)?;
+            check_connected(arguments, wire)?;
             1
         }
     };
@@ -111,8 +111,8 @@ fn whole(arguments: &Arguments, file: &StudyFile, evaluations: &Engine, console:
     directory::reproduce(&request, file, under, console)
 }
 
-/// Refuses options that only a surrogate has, and a robot on a wire without samples: somebody has to be there to take them.
-fn of_a_wire(arguments: &Arguments, wire: &Wire) -> Result {
+/// Refuses options that only a surrogate has, and a connected robot without samples, which need a person to be taken.
+fn check_connected(arguments: &Arguments, wire: &Wire) -> Result {
     let options = [
         ("--severity", arguments.severity.is_some()),
         ("--full", arguments.full),
@@ -148,12 +148,12 @@ impl Whole<'_> {
         } = self;
         let robot = match &self.recordings {
             Some(robot) => robot.clone(),
-            None => sampled(settings, evaluations, &directory.folder("robot")?, console)?,
+            None => sampled_robot(settings, evaluations, &directory.folder("robot")?, console)?,
         };
         let study = Study::new(settings, robot.clone(), site, evaluations, console)?;
-        let begun = Instant::now();
+        let start = Instant::now();
         let to_and_fro = study.to_and_fro()?;
-        let life_within_two_seconds = begun.elapsed().as_secs_f64() < 2.0 * to_and_fro.len() as f64;
+        let life_within_two_seconds = start.elapsed().as_secs_f64() < 2.0 * to_and_fro.len() as f64;
         let evolution = settings.evolution();
         let results = Results {
             simulated_generations: settings.simulated_generations(),
@@ -230,7 +230,7 @@ impl Reproduction for Whole<'_> {
 pub(super) fn contents(has_samples: bool, is_full: bool, is_wired: bool) -> Vec<Entry> {
     let mut all = report::contents(is_full);
     if is_wired {
-        let lives = "with a robot on a wire: the record of all lives on it, from which a stopped study continues";
+        let lives = "with a connected robot: the record of all its episodes, from which a stopped study continues";
         all.push(Entry::file(format!("{LIVES}/"), lives));
     }
     if has_samples {
@@ -272,7 +272,7 @@ fn hashes(robot: &Robot) -> Vec<String> {
 }
 
 /// The simulated robot made from the surrogate's samples.
-fn sampled(settings: &Settings, evaluations: &Engine, directory: &Path, console: Console) -> Result<Robot> {
+fn sampled_robot(settings: &Settings, evaluations: &Engine, directory: &Path, console: Console) -> Result<Robot> {
     let objects = Object::of_the_paper();
     let site = settings.site();
     let mut robot = site.sampled(evaluations, &settings.world())?;
@@ -302,12 +302,12 @@ fn sampled_unkept(settings: &Settings, site: &Site, evaluations: &Engine) -> Res
 }
 
 /// The study's simulated half in other simulators.
-fn variants(settings: &Settings, study: &Study<'_>, own: &Robot, evaluations: &Engine) -> Result<Vec<Variant>> {
+fn variants(settings: &Settings, study: &Study<'_>, robot: &Robot, evaluations: &Engine) -> Result<Vec<Variant>> {
     let Some(site) = settings.other_site() else {
         return Ok(Vec::new());
     };
     let other = sampled_unkept(settings, &site, evaluations)?;
-    full::variants(settings, study, own, &other)
+    full::variants(settings, study, robot, &other)
 }
 
 /// All runs, one cohort at a time; saved ones aren't run again.
@@ -319,7 +319,7 @@ fn cohorts(
     console: Console,
 ) -> Result<Vec<Run>> {
     let mut runs: Vec<Run> = Vec::new();
-    // The fewer runs at once on a wire, the sooner there is a whole one; its conditions take turns all the same.
+    // With fewer runs at once, a connected robot completes its first runs earlier. Conditions still take turns.
     let cohort = if settings.is_wired() { 1 } else { COHORT };
     let saved = |first: u32| format!("cohorts/{first:04}");
     let mut all = || -> Result {

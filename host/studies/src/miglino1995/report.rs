@@ -96,7 +96,7 @@ fn last_generation(results: &Results) -> u32 {
     (results.simulated_generations + results.real_generations).saturating_sub(1)
 }
 
-/// Duration of a real life in seconds, at 100 ms per cycle.
-fn life_seconds(results: &Results) -> f64 {
+/// Duration of a real episode in seconds, at 100 ms per cycle.
+fn episode_seconds(results: &Results) -> f64 {
     f64::from(results.cycles) * 0.1
 }

@@ -1,5 +1,5 @@
-//! Results of the study of Miglino, Lund and Nolfi (1995), before anything is judged: plain numbers, saved as they are
-//! produced. Claims and figures are made from nothing else.
+//! Results of the study of Miglino, Lund and Nolfi (1995), before anything is judged: plain numbers, saved when they
+//! are produced. Claims and figures are made from nothing else.
 
 use serde::{Deserialize, Serialize};
 
@@ -45,24 +45,24 @@ impl Condition {
 pub struct Results {
     /// Generations selected by simulated fitness: 200.
     pub(crate) simulated_generations: u32,
-    /// Generations that live in reality: 20, the first of them numbered `simulated_generations`.
+    /// Generations in reality: 20, the first of them numbered `simulated_generations`.
     pub(crate) real_generations: u32,
     /// Individuals per generation.
     pub population: u32,
     /// Number of best individuals that reproduce, and whose mean is the peak: 20.
     pub parents: u32,
-    /// Cycles of a life, 100 ms each.
+    /// Cycles of an episode, 100 ms each.
     pub cycles: u32,
     /// Assumptions in force, for the report.
     pub(crate) assumptions: Vec<Assumption>,
-    /// How much each difference between reality and simulator changes readings and motion by itself.
+    /// Each difference's effect on readings and motion by itself.
     pub differences: Vec<DifferenceEffect>,
-    /// Fitness of a handmade controller that goes to and fro without turning, in 100 lives in the simulator without
+    /// Fitness of a handmade controller that goes to and fro without turning, in 100 episodes in the simulator without
     /// noise.
     pub(crate) to_and_fro: Vec<f32>,
-    /// Whether a simulated life took less than 2 s on this machine, a 25th of a real one.
+    /// Whether a simulated episode took less than 2 s on this machine, a 25th of a real one.
     pub(crate) life_within_two_seconds: bool,
-    /// Whether reality is a robot on a wire, of which less is measured than of a surrogate.
+    /// Whether reality is a connected robot, which is measured less than a surrogate.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_wired: bool,
     /// With `--full`: the study's simulated half in other simulators.
@@ -85,14 +85,14 @@ pub enum Family {
     Simulator,
 }
 
-/// Evolution for 200 generations in another simulator, after which generation 200 lives in the study's reality.
+/// Evolution for 200 generations in another simulator, then generation 200's transfer to the study's reality.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Variant {
     pub family: Family,
     /// The difference from the study's simulator.
     pub name: String,
-    /// For families of numbers: the upper end of the sensor noise, or the walk's range or greatest step in mm.
-    /// Otherwise 0.
+    /// For families of numbers: the upper end of the sensor noise, or the walk's range or maximum step in mm. Otherwise
+    /// 0.
     pub value: f64,
     /// Mean simulated fitness of generation 200 for each run.
     pub simulated: Vec<f64>,
@@ -116,7 +116,7 @@ pub struct Controls {
 pub struct DifferenceEffect {
     /// Name of the difference.
     pub name: String,
-    /// Root mean square change of an activation, 0 to 1, along lives of random controllers.
+    /// Root mean square change of an activation, 0 to 1, over episodes of random controllers.
     pub activation: f64,
     /// Root mean square distance after one cycle, mm.
     pub displacement: f64,
@@ -155,7 +155,7 @@ pub struct Level {
     pub average: f64,
 }
 
-/// Fitness of each individual of generation 200 in several lives.
+/// Fitness of each individual of generation 200 in several episodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Transferred {
     /// In simulation with the noise it evolved with, as compared in the paper.
@@ -168,7 +168,7 @@ pub struct Transferred {
     pub real: Vec<f32>,
     /// In reality again, from another start.
     pub(crate) real_again: Vec<f32>,
-    /// In another robot of the same kind, in the same surroundings. Empty for a robot on a wire.
+    /// In another robot of the same kind, in the same surroundings. Empty for a connected robot.
     pub(crate) other_robot: Vec<f32>,
 }
 
@@ -177,22 +177,22 @@ pub struct Transferred {
 pub struct Champion {
     /// Index in the generation.
     pub individual: u32,
-    /// Mean fitness in the lives that it was chosen by. `None` if it was chosen by a single life, as the best of
+    /// Mean fitness in the episodes that it was chosen by. `None` if it was chosen by a single episode, as the best of
     /// [`Transferred::simulated`].
     pub mean: Option<f64>,
     /// 16 weights and 2 biases: eight weights and a bias for each output.
     pub genome: Vec<f32>,
-    /// Life in simulation, from the start that all champions share.
-    pub simulated: Life,
-    /// Life in reality, from the same start.
-    pub real: Life,
+    /// Episode in simulation, from the start that all champions share.
+    pub simulated: MeasuredEpisode,
+    /// Episode in reality, from the same start.
+    pub real: MeasuredEpisode,
     /// Distances between simulated and real paths.
     pub(crate) discrepancy: Discrepancy,
 }
 
-/// A life with measures of its behaviour.
+/// An episode with measures of its behaviour.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Life {
+pub struct MeasuredEpisode {
     pub fitness: f32,
     /// The robot's centre at the start of each cycle, mm.
     pub path: Vec<[f32; 2]>,
@@ -213,28 +213,31 @@ pub struct Life {
 /// Cumulative distances between two paths at cycles 5, 10, .. 5 k (equation 2), mm; entry i is of k = i + 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Discrepancy {
-    /// Between the simulated and the real life from the shared start: the paper's Figure 12.
+    /// Between the simulated and the real episode from the shared start: the paper's Figure 12.
     pub paper: Vec<f64>,
-    /// The same, as the mean over 100 other starts. Like all that follow it is not there for a robot on a wire: empty, or NaN.
+    /// The same, as the mean over 100 other starts. This field and all that follow are empty or NaN for a connected
+    /// robot.
     pub starts: Vec<f64>,
     /// Length of the simulated path, mm, as the mean over the 100 starts.
     pub length: f64,
-    /// Between two real lives from the same start, as the mean over the 100 starts.
+    /// Between two real episodes from the same start, as the mean over the 100 starts.
     pub repeated: Vec<f64>,
-    /// Between the simulated life and the real life of another run's champion, as the mean over the 100 starts.
+    /// Between the simulated episode and the real episode of another run's champion, as the mean over the 100 starts.
     pub(crate) unrelated: Vec<f64>,
 }
 
 impl Discrepancy {
-    /// D from the 100 starts at the end of a life: its sum over the starts, as it is over their number.
+    /// D at the end of an episode, as the mean over the 100 starts. In ratios it serves as their sum.
     pub(crate) fn whole(&self) -> f64 {
         self.starts.last().copied().unwrap_or(f64::NAN)
     }
 
-    /// D per mm of the simulated path: the ratio of the sums over several champions and all of their starts. A mean of ratios would hang
-    /// on the lives in which a robot hardly moves.
+    /// D per mm of the simulated path: the ratio of the sums over several champions and all of their starts. A mean of
+    /// ratios would depend on the episodes in which a robot hardly moves.
     pub(crate) fn per_length<'a>(all: impl IntoIterator<Item = &'a Self>) -> f64 {
-        let sum = |(whole, length): (f64, f64), own: &Self| (whole + own.whole(), length + own.length);
+        let sum = |(whole, length): (f64, f64), discrepancy: &Self| {
+            (whole + discrepancy.whole(), length + discrepancy.length)
+        };
         let (whole, length) = all.into_iter().fold((0.0, 0.0), sum);
         whole / length
     }

@@ -84,40 +84,46 @@ static OF_CONDITIONS: [Contrast<Trio>; 16] = [
     above("gap sensor - none", &["C3", "C4"], |[none, sensor, _]| {
         sensor.gap() - none.gap()
     }),
-    above("gap none - conservative", &["C3"], |[none, _, own]| {
-        none.gap() - own.gap()
+    above("gap none - conservative", &["C3"], |[none, _, conservative]| {
+        none.gap() - conservative.gap()
     }),
-    equivalent("gap conservative = 0", &["C3"], MARGIN, |[_, _, own]| own.gap()),
-    above("true gap none - conservative", &[], |[none, _, own]| {
-        none.true_gap() - own.true_gap()
+    equivalent("gap conservative = 0", &["C3"], MARGIN, |[_, _, conservative]| {
+        conservative.gap()
+    }),
+    above("true gap none - conservative", &[], |[none, _, conservative]| {
+        none.true_gap() - conservative.true_gap()
     }),
     above("peak fall none - sensor", &["C4"], |[none, sensor, _]| {
         none.peak_fall() - sensor.peak_fall()
     }),
-    above("simulated none - conservative", &["C5"], |[none, _, own]| {
-        none.simulated - own.simulated
+    above("simulated none - conservative", &["C5"], |[none, _, conservative]| {
+        none.simulated - conservative.simulated
     }),
-    above("simulated sensor - conservative", &["C5"], |[_, sensor, own]| {
-        sensor.simulated - own.simulated
+    above(
+        "simulated sensor - conservative",
+        &["C5"],
+        |[_, sensor, conservative]| sensor.simulated - conservative.simulated,
+    ),
+    above("real conservative - none", &["C5"], |[none, _, conservative]| {
+        conservative.real - none.real
     }),
-    above("real conservative - none", &["C5"], |[none, _, own]| {
-        own.real - none.real
-    }),
-    above("real conservative - sensor", &["C5"], |[_, sensor, own]| {
-        own.real - sensor.real
+    above("real conservative - sensor", &["C5"], |[_, sensor, conservative]| {
+        conservative.real - sensor.real
     }),
     above("on none", &["C6"], |[none, ..]| none.on()),
     above("on sensor", &["C6"], |[_, sensor, _]| sensor.on()),
-    above("on conservative", &["C6"], |[.., own]| own.on()),
+    above("on conservative", &["C6"], |[.., conservative]| conservative.on()),
     above("on none - sensor", &["C7"], |[none, sensor, _]| none.on() - sensor.on()),
-    above("path none / 2 - conservative", &["C8"], |[none, _, own]| {
-        none.path_gap / 2.0 - own.path_gap
+    above("path none / 2 - conservative", &["C8"], |[none, _, conservative]| {
+        none.path_gap / 2.0 - conservative.path_gap
     }),
-    above("path sensor / 2 - conservative", &["C8"], |[_, sensor, own]| {
-        sensor.path_gap / 2.0 - own.path_gap
-    }),
-    above("failed conservative - none", &[], |[none, _, own]| {
-        own.failed() - none.failed()
+    above(
+        "path sensor / 2 - conservative",
+        &["C8"],
+        |[_, sensor, conservative]| sensor.path_gap / 2.0 - conservative.path_gap,
+    ),
+    above("failed conservative - none", &[], |[none, _, conservative]| {
+        conservative.failed() - none.failed()
     }),
 ];
 
@@ -166,7 +172,7 @@ fn by_robot<T>(
     for ((robot, _), runs) in data {
         robots.entry(robot).or_default().push(runs);
     }
-    let own = |(robot, all): (&str, Vec<&T>)| -> Vec<f64> {
+    let values_of = |(robot, all): (&str, Vec<&T>)| -> Vec<f64> {
         let half = all.len() / 2;
         let runs: Vec<&T> = match kept {
             Kept::Without(other) if other == robot => Vec::new(),
@@ -177,11 +183,11 @@ fn by_robot<T>(
         };
         runs.into_iter().map(of).collect()
     };
-    let groups = robots.into_iter().map(own);
+    let groups = robots.into_iter().map(values_of);
     groups.filter(|values| !values.is_empty()).collect()
 }
 
-/// Estimates the mean of a contrast. Converged runs are as many as they are in each robot, so that robots enter by their means.
+/// Estimates the mean of a contrast. Robots can have different numbers of converged runs, so they enter by their means.
 fn estimate(groups: &[Vec<f64>], kept: Kept<'_>, margin: Option<f64>) -> std::result::Result<Estimate, Undefined> {
     let (value, error, df) = if kept == Kept::Converged {
         let means: Vec<f64> = groups.iter().map(mean).collect();
@@ -233,7 +239,7 @@ static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
         Column::text("second_half", "the outcome with the second half"),
         Column::text("converged", "the outcome with the runs in which no condition failed"),
     ];
-    let unit = "its estimate: points of fitness, mm of the paths, or a share of the runs";
+    let unit = "its estimate: points of fitness, mm of the paths, or a fraction of the runs";
     let survives = Column::text(
         "survives",
         "`yes` if the outcome is the same without any one robot, in both halves, and with converged runs, else `no`",
@@ -259,7 +265,7 @@ static CELL_COLUMNS: [Column; 13] = [
     RULE,
     Column::text("noise", "the simulator's noise"),
     Column::whole("runs", "", "runs of all robots"),
-    Column::number("failed", "", "the share of runs that failed to converge"),
+    Column::number("failed", "", "the fraction of runs that failed to converge"),
     Column::number(
         "simulated",
         "",
@@ -398,19 +404,19 @@ fn rows<T>(
     let without = robots.into_iter().map(|robot| by(Kept::Without(robot)));
     let without: Vec<Vec<Judged>> = without.collect::<std::result::Result<_, _>>()?;
     let others = [by(Kept::Half(0))?, by(Kept::Half(1))?, by(Kept::Converged)?];
-    for (index, (own, contrast)) in judged.iter().zip(contrasts).enumerate() {
+    for (index, (row, contrast)) in judged.iter().zip(contrasts).enumerate() {
         let changed = without
             .iter()
-            .filter(|other| other[index].outcome != own.outcome)
+            .filter(|other| other[index].outcome != row.outcome)
             .count();
         let others = others.each_ref().map(|other| other[index].outcome);
-        let survives = changed == 0 && others.iter().all(|other| *other == own.outcome);
+        let survives = changed == 0 && others.iter().all(|other| *other == row.outcome);
         let firmness = others.map(|other| other.word().to_owned());
         table.push(Row {
             words: [severity, rule, contrast.name, &contrast.claims.join(" ")]
                 .map(str::to_owned)
                 .into(),
-            judged: *own,
+            judged: *row,
             firmness: std::iter::once(changed.to_string()).chain(firmness).collect(),
             survives,
             is_by_criteria: false,
@@ -449,10 +455,10 @@ fn cell(runs: &Runs, condition: Condition) -> Vec<String> {
 pub(super) fn effect(runs: &[&Run]) -> f64 {
     let squares = |of: fn(&Run) -> [f64; 2]| {
         let grand = mean(runs.iter().map(|run| of(run)[0]).collect::<Vec<_>>());
-        let own = runs.iter().map(|run| of(run)).map(|[mean, deviation]| {
+        let squares_of_runs = runs.iter().map(|run| of(run)).map(|[mean, deviation]| {
             (INDIVIDUALS - 1.0) * deviation * deviation + INDIVIDUALS * (mean - grand) * (mean - grand)
         });
-        (grand, own.sum::<f64>())
+        (grand, squares_of_runs.sum::<f64>())
     };
     let (simulated, one) = squares(|run| [run.simulated, run.simulated_deviation]);
     let (real, other) = squares(|run| [run.real, run.real_deviation]);
@@ -494,14 +500,14 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
         Ok(())
     })?;
     for (cell, runs) in found {
-        let own = into.all.entry(cell).or_default();
+        let trios = into.all.entry(cell).or_default();
         for ((robot, seed), trio) in runs {
             let [Some(none), Some(sensor), Some(conservative)] = trio else {
                 let problem =
                     format_args!("lacks a condition of seed {seed} of {robot}; allowed: a run of each of the three");
                 return Err(sweep_results::bad(path, 1, problem));
             };
-            own.insert((robot, seed), [none, sensor, conservative]);
+            trios.insert((robot, seed), [none, sensor, conservative]);
         }
     }
     Ok(())
@@ -547,7 +553,8 @@ mod tests {
         text
     }
 
-    /// Figures of the paper: with sensor noise the average falls most and the peak least, with conservative noise there is no gap.
+    /// Figures of the paper: with sensor noise the average falls most and the peak falls little; with conservative noise
+    /// there is no gap.
     fn as_in_the_paper(rule: usize, condition: Condition, spread: f64) -> [f64; 10] {
         let (simulated, real, peak, path) = match condition {
             Condition::None => (300.0, 250.0, 250.0, 9000.0),

@@ -18,7 +18,7 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::interpolation::interpolated;
+use super::interpolation::interpolate;
 use super::results::{Condition, Family};
 use super::study::SHARED_START;
 use crate::assumptions::Assumption;
@@ -37,7 +37,7 @@ pub struct Asked {
     pub severity: Option<f32>,
     /// Whether to add controls and other simulators.
     pub full: bool,
-    /// Hashes of the files with the simulator's tables; empty if the tables are sampled from the surrogate, never for a robot on a wire.
+    /// Hashes of the files with the simulator's tables; empty if the tables are sampled from the surrogate.
     pub tables: Vec<String>,
 }
 
@@ -54,7 +54,7 @@ struct File {
     samples: Samples,
     selection: Selection,
     champion: Champion,
-    reality: Reality,
+    reality: RealitySettings,
     calibration: Calibration,
     #[serde(default)]
     variants: Vec<Variants>,
@@ -107,15 +107,15 @@ pub struct Selection {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Champion {
-    /// Simulated lives of each individual of the transferred generation whose mean decides the champion. 1: the life in
-    /// which simulation and reality are compared.
+    /// Number of simulated episodes whose mean decides which individual of the transferred generation is champion. 1:
+    /// the episode that compares simulation and reality.
     pub lives: u32,
 }
 
 /// The reality that controllers are transferred to.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Reality {
+pub struct RealitySettings {
     /// Generations selected by real fitness.
     pub generations: u32,
     /// How much reality differs from its simulator.
@@ -126,27 +126,27 @@ pub struct Reality {
     robot_offset: u64,
     /// Age of readings in ms, at severity 1.
     latency_ms: f32,
-    /// The only difference in force; `without` names the only one that is left out.
+    /// The only active difference; `without` names the only inactive one.
     #[serde(skip_serializing_if = "Option::is_none")]
     only: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     without: Option<String>,
-    /// Starts of real lives.
+    /// Starts of real episodes.
     pub starts: RealStarts,
-    /// Values of a robot on a wire: those of an experiment's `[reality]` but its address and its generations.
+    /// Values of a connected robot: those of an experiment's `[reality]` except its address and its generations.
     #[serde(default, skip_serializing)]
     wire: Table,
 }
 
-/// How the robot gets to the start of a life.
+/// How the robot gets to the start of an episode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RealStarts {
     /// Placed at a fresh free pose.
     Fresh,
-    /// Left where the last life of the same run stopped.
+    /// Stays where the last episode of the same run stopped.
     Continuing,
-    /// Left there to drive about for a while; the life starts where it ends up.
+    /// Drives about for a while from there; the episode starts where it ends up.
     Walk,
 }
 
@@ -217,17 +217,17 @@ pub struct Simulator {
 enum Real {
     /// A surrogate, by its seed.
     Surrogate(u64),
-    /// A robot on a wire, by the experiment whose last generations live on it.
-    Wired(Box<Experiment>),
+    /// A connected robot, by the experiment whose last generations run on it.
+    Connected(Box<Experiment>),
 }
 
-/// A whole study. Studies with equal settings have equal reports, but for what a robot on a wire does.
+/// A whole study. Studies with equal settings have equal reports, except for what a connected robot does.
 #[derive(Debug)]
 pub struct Settings {
     /// Values from the command line.
     asked: Asked,
     arm: Arm,
-    /// Hash of a user's own file.
+    /// Hash of a user's study file.
     file: Option<String>,
     pub runs: u32,
     /// How much reality differs from its simulator, before the arm's factor.
@@ -235,7 +235,7 @@ pub struct Settings {
     pub samples: Samples,
     pub selection: Selection,
     pub champion: Champion,
-    pub reality: Reality,
+    pub reality: RealitySettings,
     pub calibration: Calibration,
     /// Other simulators, if requested.
     pub variants: Vec<Simulator>,
@@ -270,8 +270,8 @@ fn is_fixed(key: &str) -> bool {
     key == "trials" || key == "controller.kind" || key.starts_with("robot.")
 }
 
-/// Checks that evolutions are by the genetic algorithm, whose lives have random numbers of their own: the study breeds its
-/// generations itself.
+/// Checks that evolutions are by the genetic algorithm with different random numbers for each episode: the study breeds
+/// its generations itself.
 fn only_the_papers(experiment: &settings::Settings, source: &Source<'_>) -> Result {
     let evolution = &experiment.evolution;
     if evolution.kind != evolve::settings::Kind::Genetic {
@@ -290,7 +290,7 @@ impl Settings {
     ///
     /// # Errors
     /// Exit 2 for an unknown arm. Exit 3: the file, line and column (or the arm), the key, the value found and the
-    /// values allowed; an arm that changes a surrogate, for a robot on a wire.
+    /// values allowed; an arm that changes a surrogate, for a connected robot.
     pub fn new(file: &StudyFile, arm: &str, asked: Asked) -> Result<Self> {
         let arm = file.arm(arm)?;
         if let Address::Wire(wire) = &asked.robot {
@@ -306,23 +306,27 @@ impl Settings {
             let files = Files::default();
             let experiment = |condition: Condition, more: Vec<Setting>, is_used: &dyn Fn(&str) -> bool| {
                 let mut set = file::settings("set", &values.set, source);
-                let own = format!("conditions.{}", condition.name());
-                let own = file::settings(&own, values.conditions.of(condition), source).into_iter();
-                set.extend(own.map(|own| own.ranked(2)));
-                set.extend(more.into_iter().map(|own| own.ranked(3)));
+                let key = format!("conditions.{}", condition.name());
+                let of_condition = file::settings(&key, values.conditions.of(condition), source).into_iter();
+                set.extend(of_condition.map(|setting| setting.ranked(2)));
+                set.extend(more.into_iter().map(|setting| setting.ranked(3)));
                 Experiment::partly(&path, &base, &set, &files, ("the study", is_used))
             };
             let mut variants = Vec::new();
             for (place, family) in values.variants.iter().enumerate().filter(|_| asked.full) {
-                for (index, own) in family.simulators.iter().enumerate() {
+                for (index, simulator) in family.simulators.iter().enumerate() {
                     let under = format!("variants[{place}].simulators[{index}]");
-                    of_simulator(&under, &own.set, source)?;
-                    let experiment = experiment(own.condition, file::settings(&under, &own.set, source), &is_used)?;
+                    of_simulator(&under, &simulator.set, source)?;
+                    let experiment = experiment(
+                        simulator.condition,
+                        file::settings(&under, &simulator.set, source),
+                        &is_used,
+                    )?;
                     variants.push(Simulator {
                         family: family.family,
-                        name: own.name.clone(),
-                        value: f64::from(own.value),
-                        tables: own.samples,
+                        name: simulator.name.clone(),
+                        value: f64::from(simulator.value),
+                        tables: simulator.samples,
                         world: experiment.world().spec().clone(),
                     });
                 }
@@ -335,12 +339,12 @@ impl Settings {
                 Address::Surrogate(seed) => Real::Surrogate(seed.wrapping_add(values.reality.robot_offset)),
                 Address::Wire(wire) => {
                     let simulated = none.settings().evolution.generations;
-                    let more = on_wire(wire, simulated, &values.reality, source)?;
+                    let more = of_connected(wire, simulated, &values.reality, source)?;
                     let is_used = |key: &str| is_used(key) || key.starts_with("reality.");
-                    Real::Wired(Box::new(experiment(Condition::None, more, &is_used)?))
+                    Real::Connected(Box::new(experiment(Condition::None, more, &is_used)?))
                 }
             };
-            let own = Self {
+            let settings = Self {
                 file: file.own_hash(),
                 runs: asked.runs.unwrap_or(values.runs),
                 severity,
@@ -357,8 +361,8 @@ impl Settings {
                 differences,
                 sources: values.sources,
             };
-            own.check_worlds(source)?;
-            Ok(own)
+            settings.check_worlds(source)?;
+            Ok(settings)
         })
     }
 
@@ -470,10 +474,10 @@ impl Settings {
         self.experiment(Condition::None).settings().robot.states
     }
 
-    /// Tables that a simulator looks up in place of a robot's samples.
+    /// Tables that a simulator looks up instead of a robot's samples.
     pub(crate) fn looked_up(&self, sensors: &Arc<SensorTables>) -> Arc<SensorTables> {
         if self.samples.interpolated {
-            Arc::new(interpolated(sensors))
+            Arc::new(interpolate(sensors))
         } else {
             Arc::clone(sensors)
         }
@@ -481,14 +485,14 @@ impl Settings {
 
     /// Whether the robot is on a wire.
     pub fn is_wired(&self) -> bool {
-        matches!(self.robot, Real::Wired(_))
+        matches!(self.robot, Real::Connected(_))
     }
 
-    /// The surrogate that is sampled and lives in reality, and its seed; none if the robot is on a wire.
+    /// The sampled surrogate that stands in for reality, and its seed; none if the robot is connected.
     pub fn surrogate(&self) -> Option<(u64, Surrogate)> {
         match self.robot {
             Real::Surrogate(seed) => Some((seed, Surrogate::drawn(seed, self.differences))),
-            Real::Wired(_) => None,
+            Real::Connected(_) => None,
         }
     }
 
@@ -496,7 +500,7 @@ impl Settings {
     pub fn site(&self) -> Site {
         match &self.robot {
             Real::Surrogate(seed) => Site::surrogate(*seed, Surrogate::drawn(*seed, self.differences)),
-            Real::Wired(experiment) => experiment.site().expect("it was made with a robot"),
+            Real::Connected(experiment) => experiment.site().expect("it was made with a robot"),
         }
     }
 
@@ -510,21 +514,22 @@ impl Settings {
         Some(Site::surrogate(seed, surrogate))
     }
 
-    /// How real lives of a run follow one another. A robot on a wire gets to its starts by itself, or somebody takes it there.
+    /// How real episodes of a run follow one another. A connected robot drives to its starts, or a person takes it
+    /// there.
     pub fn starts(&self) -> RealStarts {
         match self.robot {
             Real::Surrogate(_) => self.reality.starts,
-            Real::Wired(_) => RealStarts::Fresh,
+            Real::Connected(_) => RealStarts::Fresh,
         }
     }
 
-    /// The longest time that `runs` runs of each condition can take on a wire, in words. The transferred generation lives
-    /// twice, the others once, and each run's champion once more.
+    /// The longest time that `runs` runs of each condition can take on a connected robot, in words. The transferred
+    /// generation runs twice, the others once, and each run's champion once more.
     pub fn time(&self, runs: u32) -> Option<String> {
         let runs = u64::from(runs) * Condition::ALL.len() as u64;
         let generations = u64::from(self.reality.generations) + 1;
-        let lives = runs * (generations * u64::from(self.evolution().population) + 1);
-        let time = self.site().time(lives, self.world().cycles).filter(|_| runs > 0)?;
+        let episodes = runs * (generations * u64::from(self.evolution().population) + 1);
+        let time = self.site().time(episodes, self.world().cycles).filter(|_| runs > 0)?;
         Some(format!(
             "{time}; for {runs} of them, those of the champions, somebody has to put the robot at the start"
         ))
@@ -541,7 +546,7 @@ impl Settings {
         let tables = self.asked.tables.join(", ");
         let Some((seed, surrogate)) = self.surrogate() else {
             let robot = &self.asked.robot;
-            return format!("{robot}, on a wire; its simulator is made from its samples ({tables})");
+            return format!("{robot}, connected; its simulator is made from its samples ({tables})");
         };
         let reality = format!(
             "surrogate:{seed}, severity {}, parameters {}",
@@ -582,9 +587,9 @@ impl Settings {
             (key.clone(), if is_sampled { &made_from } else { value }.clone())
         }));
         for condition in [Condition::Sensor, Condition::Conservative] {
-            let own = resolved(condition).into_iter();
-            let own = own.filter(|(key, value)| of_all.get(key) != Some(value));
-            rows.extend(own.map(|(key, value)| (format!("conditions.{}.{key}", condition.name()), value)));
+            let of_condition = resolved(condition).into_iter();
+            let of_condition = of_condition.filter(|(key, value)| of_all.get(key) != Some(value));
+            rows.extend(of_condition.map(|(key, value)| (format!("conditions.{}.{key}", condition.name()), value)));
         }
         let table = |values: Value| values.as_table().map(file::leaves).unwrap_or_default();
         let parts = [
@@ -617,22 +622,22 @@ impl Settings {
         self.arm.assumptions(rows, source)
     }
 
-    /// Values of reality: the study's, or for a robot on a wire those of its experiment.
+    /// Values of reality: the study's, or those of a connected robot's experiment.
     fn real_values(&self) -> std::result::Result<Value, toml::ser::Error> {
         match &self.robot {
             Real::Surrogate(_) => Value::try_from(&self.reality),
-            Real::Wired(experiment) => Ok(experiment.values().remove("reality").unwrap_or(Table::new().into())),
+            Real::Connected(experiment) => Ok(experiment.values().remove("reality").unwrap_or(Table::new().into())),
         }
     }
 }
 
-/// Refuses an arm that changes what a robot on a wire does not have.
+/// Refuses an arm that changes what a connected robot does not have.
 fn concerns(arm: &Arm, wire: &Wire) -> Result {
     let is_of_surrogate = |key: &String| {
         let of_wire = key == "reality.generations" || key.starts_with("reality.wire.");
         key == "samples.turns" || key.starts_with("reality.") && !of_wire
     };
-    match arm.changed().into_iter().find(is_of_surrogate) {
+    match arm.changed_keys().into_iter().find(is_of_surrogate) {
         Some(key) => Err(Failure::input(format_args!(
             "--arm {}: changes {key}, which is given with --robot {wire}; allowed: with a surrogate",
             arm.name
@@ -641,15 +646,15 @@ fn concerns(arm: &Arm, wire: &Wire) -> Result {
     }
 }
 
-/// Settings of an experiment whose last generations live on a robot on a wire, after those that are simulated.
-fn on_wire(wire: &Wire, simulated: u32, reality: &Reality, source: &Source<'_>) -> Result<Vec<Setting>> {
+/// Settings of an experiment whose last generations run on a connected robot, after the simulated ones.
+fn of_connected(wire: &Wire, simulated: u32, reality: &RealitySettings, source: &Source<'_>) -> Result<Vec<Setting>> {
     for (key, allowed) in [("robot", "--robot"), ("generations", "reality.generations")] {
         if reality.wire.contains_key(key) {
             let problem = format!("is given; allowed: {allowed} in its place");
             return Err(source.invalid_key(&format!("reality.wire.{key}"), problem));
         }
     }
-    let own = file::leaves(&reality.wire).into_iter().map(|(key, value)| {
+    let of_wire = file::leaves(&reality.wire).into_iter().map(|(key, value)| {
         let place = source.place_of(&format!("reality.wire.{key}"));
         Setting::at(place, &format!("reality.{key}"), &value)
     });
@@ -665,10 +670,10 @@ fn on_wire(wire: &Wire, simulated: u32, reality: &Reality, source: &Source<'_>) 
         ),
     ];
     let of_study = of_study.map(|(place, key, value)| Setting::at(place, key, &value));
-    Ok(own.chain(of_study).collect())
+    Ok(of_wire.chain(of_study).collect())
 }
 
-/// Checks that a variant changes its simulator alone: its runs have the evolution of the condition without noise.
+/// Checks that a variant changes only its simulator: its runs have the evolution of the condition without noise.
 fn of_simulator(under: &str, set: &Table, source: &Source<'_>) -> Result {
     const TABLES: [&str; 4] = ["noise.", "arena.", "task.", "start."];
     for (key, _) in file::leaves(set) {
@@ -701,8 +706,8 @@ fn check(values: &File, source: &Source<'_>) -> Result {
             return Err(source.invalid(key, "is empty; allowed: one number and more"));
         }
     }
-    for (index, own) in severities.iter().enumerate() {
-        severity(&format!("calibration.severities[{index}]"), *own)?;
+    for (index, pair) in severities.iter().enumerate() {
+        severity(&format!("calibration.severities[{index}]"), *pair)?;
     }
     // The study has its arena, its task and its evolution from what all conditions share.
     for condition in Condition::ALL {
@@ -722,7 +727,7 @@ fn check(values: &File, source: &Source<'_>) -> Result {
 }
 
 /// Differences between reality and its simulator.
-fn differences(reality: &Reality, source: &Source<'_>) -> Result<Differences> {
+fn differences(reality: &RealitySettings, source: &Source<'_>) -> Result<Differences> {
     let named = |key: &str, name: &str| {
         let names = Difference::ALL.map(Difference::name);
         let known = Difference::ALL.into_iter().find(|difference| difference.name() == name);
@@ -733,7 +738,10 @@ fn differences(reality: &Reality, source: &Source<'_>) -> Result<Differences> {
         (Some(only), None) => Differences::only(reality.severity, named("reality.only", only)?),
         (None, Some(without)) => Differences::without(reality.severity, named("reality.without", without)?),
         (Some(_), Some(_)) => {
-            return Err(source.invalid("reality.without", "stands beside reality.only; allowed: one of them"));
+            return Err(source.invalid(
+                "reality.without",
+                "is set, and so is reality.only; allowed: one of them",
+            ));
         }
     };
     Ok(differences.with_latency(reality.latency_ms))
@@ -767,7 +775,7 @@ mod tests {
     fn assumption(settings: &Settings, name: &str) -> Assumption {
         let all = settings.assumptions();
         all.into_iter()
-            .find(|own| own.name == name)
+            .find(|assumption| assumption.name == name)
             .unwrap_or_else(|| panic!("{name}"))
     }
 
@@ -801,13 +809,13 @@ mod tests {
             under("wide-genes")
                 .assumptions()
                 .iter()
-                .any(|own| own.name == "evolution.limits")
+                .any(|assumption| assumption.name == "evolution.limits")
         );
     }
 
-    /// A robot on a wire has the values of an experiment whose last generations live on it, and none of a surrogate's.
+    /// A connected robot has the values of an experiment whose last generations run on it, and none of a surrogate's.
     #[test]
-    fn a_robot_on_a_wire_is_that_of_an_experiment() {
+    fn a_connected_robot_is_an_experiments() {
         let asked = Asked {
             robot: "serial:/dev/ttyS0@9600".parse().unwrap(),
             tables: vec!["own".into()],
@@ -815,17 +823,23 @@ mod tests {
             ..under("main").asked
         };
         let settings = Settings::new(&shipped(), "square", asked).unwrap();
-        let Real::Wired(experiment) = &settings.robot else {
+        let Real::Connected(experiment) = &settings.robot else {
             panic!("is simulated")
         };
         assert_eq!(experiment.first_real(), Some(200));
-        // 2,000 lives of 60 s.
+        // 2,000 episodes of 60 s.
         assert_eq!(experiment.robot_time().unwrap().robot_minutes, 2000.0);
         assert_eq!(settings.evolution(), experiment.settings().evolution);
         assert!(settings.site().is_wired() && settings.surrogate().is_none() && settings.other_site().is_none());
-        let own = settings.assumptions();
-        let own: Vec<_> = own.iter().filter(|own| own.name.starts_with("reality.")).collect();
-        let values: Vec<_> = own.iter().map(|own| (&*own.name, &*own.value, &*own.source)).collect();
+        let assumptions = settings.assumptions();
+        let of_reality: Vec<_> = assumptions
+            .iter()
+            .filter(|assumption| assumption.name.starts_with("reality."))
+            .collect();
+        let values: Vec<_> = of_reality
+            .iter()
+            .map(|assumption| (&*assumption.name, &*assumption.value, &*assumption.source))
+            .collect();
         let generations = settings.sources["reality.generations"].as_str();
         let expected = [
             ("reality.robot", "serial:/dev/ttyS0@9600", "--robot"),
@@ -836,10 +850,10 @@ mod tests {
         assert_eq!(values, expected);
         let record = settings.record();
         assert!(record.contains("\"robot\": \"serial:/dev/ttyS0@9600\"") && !record.contains("severity"));
-        // Three runs of 2,100 lives and a champion.
+        // Three runs of 2,100 episodes and a champion.
         let time = settings.time(1).unwrap();
         assert!(
-            time.starts_with("6303 lives of 50 s, each after 10 s of driving about: 105.0 robot-hours"),
+            time.starts_with("6303 episodes of 50 s, each after 10 s of driving about: 105.0 robot-hours"),
             "{time}"
         );
         assert_eq!(settings.time(0), None);
@@ -861,7 +875,11 @@ mod tests {
             let [only, without] = ["only", "without"].map(|which| under(&format!("{which}-{name}")).differences);
             for other in Difference::ALL {
                 let expected = if other == difference { [1.75, 0.0] } else { [0.0, 1.75] };
-                assert_eq!([only, without].map(|own| own.strength(other)), expected, "{name}");
+                assert_eq!(
+                    [only, without].map(|differences| differences.strength(other)),
+                    expected,
+                    "{name}"
+                );
             }
         }
     }
@@ -870,8 +888,11 @@ mod tests {
     #[test]
     fn displacements_are_of_one_size_and_differ_in_how_they_change() {
         let all = under("main").variants;
-        let displaced: Vec<_> = all.iter().filter(|own| own.family == Family::Displacement).collect();
-        let noises: Vec<_> = displaced.iter().map(|own| own.world.noise).collect();
+        let displaced: Vec<_> = all
+            .iter()
+            .filter(|simulator| simulator.family == Family::Displacement)
+            .collect();
+        let noises: Vec<_> = displaced.iter().map(|simulator| simulator.world.noise).collect();
         assert_eq!(
             noises.iter().map(|noise| noise.walk_step).collect::<Vec<_>>(),
             [0.0, 1.5, 60.0]
@@ -879,7 +900,7 @@ mod tests {
         for noise in &noises {
             assert_eq!((noise.walk_range, noise.sensor, noise.motor), (30.0, (0.0, 0.0), 0.0));
         }
-        let made_from: Vec<Tables> = all.iter().skip(13).map(|own| own.tables).collect();
+        let made_from: Vec<Tables> = all.iter().skip(13).map(|simulator| simulator.tables).collect();
         assert_eq!(
             made_from,
             [
@@ -894,7 +915,7 @@ mod tests {
         let small = under("walk-step-small").variants;
         let walk = small
             .iter()
-            .find(|own| own.family == Family::WalkRange)
+            .find(|simulator| simulator.family == Family::WalkRange)
             .unwrap()
             .world
             .noise;
@@ -921,9 +942,12 @@ mod tests {
             };
             Settings::new(&file, Arm::MAIN, asked)
         };
-        let taken = |own: &Settings| {
-            let noise = Condition::ALL.map(|condition| own.noise(condition));
-            format!("{:?}", (own.world(), noise, own.evolution(), own.states()))
+        let taken = |settings: &Settings| {
+            let noise = Condition::ALL.map(|condition| settings.noise(condition));
+            format!(
+                "{:?}",
+                (settings.world(), noise, settings.evolution(), settings.states())
+            )
         };
         let before = read("[set]", "").unwrap();
         let values = before.experiment(Condition::None).values();
@@ -937,9 +961,9 @@ mod tests {
             for value in others(row, values::at(&values, key)).into_iter().take(values_of_a_key) {
                 let line = format!("{key} = {value}");
                 match read("[set]", &line) {
-                    Ok(own) => {
-                        let after = taken(&own);
-                        let is_default = own.experiment(Condition::None).values() == values;
+                    Ok(changed_settings) => {
+                        let after = taken(&changed_settings);
+                        let is_default = changed_settings.experiment(Condition::None).values() == values;
                         assert!(is_used(key) || is_default, "{line} is accepted");
                         assert!(after != before || is_default, "{line} is accepted and has no effect");
                         has_effect |= after != before;

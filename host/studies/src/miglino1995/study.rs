@@ -1,15 +1,15 @@
-//! The study itself: evolves in simulation, transfers to reality, evolves on, and lets champions live again. Its
-//! results depend only on its settings and tables. Runs advance together so that their generations share each batch.
+//! The study itself: evolves in simulation, transfers to reality, evolves on, and re-evaluates champions. Its results
+//! depend only on its settings and tables. Runs advance together so that their generations share each batch.
 //!
-//! Its runs are not [jobs](oneiro_lab::engine::job) of the engine, such as those of an experiment whose last generations live in reality. Such
-//! a job selects by the lives that it reports, and each life is a rollout of its own. Here selection may be by another criterion than
-//! fitness, real lives may each begin where the last one ended and have keys that differ from those of simulated ones, controls continue
-//! from the transferred generation in three other ways, and champions are compared with those of other runs. What a job could take is
-//! the loop over simulated generations, of ten lines, and these share every batch as it is. Written as jobs in another way, the study
-//! came to the same bits, was longer and took more processor time (`docs/measurements.md`, the surrogate and the 1995 study).
+//! Its runs are not [jobs](oneiro_lab::engine::job) of the engine. A job selects by the fitness of its episodes, and
+//! each of its episodes is independent. Here another criterion may select, a real episode may begin where the last one
+//! ended, real and simulated episodes have different keys, controls continue from the transferred generation in three
+//! other ways, and champions are compared with other runs' champions. A job could take over only the loop over
+//! simulated generations, ten lines that already share every batch. A version with jobs had the same bits, was longer
+//! and took more processor time (`docs/measurements.md`, the surrogate and the 1995 study).
 //!
-//! A robot on a wire needs no checkpoint: the simulated generations take seconds and come out alike each time, and of the real ones every
-//! complete life is on record. So a study that was stopped begins again, and lives what is missing.
+//! A connected robot needs no checkpoint: the simulated generations take seconds and are the same each time, and each
+//! complete real episode is recorded. A stopped study begins again, and runs the missing episodes.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -29,10 +29,10 @@ use oneiro_lab::reality;
 use oneiro_lab::reality::site::Site;
 use oneiro_statistics::cohens_d;
 
-use super::evolving::{Evolving, Trial, by_run, lives};
+use super::evolving::{Evolving, Trial, by_run, episodes};
 use super::measures::{Cells, Moment, Pair, Sums, effect};
-use super::real_lives::RealLives;
-use super::results::{Champion, Condition, Controls, DifferenceEffect, Level, Life, Run, Transferred};
+use super::real_episodes::RealEpisodes;
+use super::results::{Champion, Condition, Controls, DifferenceEffect, Level, MeasuredEpisode, Run, Transferred};
 use super::settings::Settings;
 
 /// Number of best individuals whose mean is the peak.
@@ -112,7 +112,7 @@ impl<'a> Study<'a> {
         &self.sampled
     }
 
-    /// World of real lives, before the surrogate is put in.
+    /// World of real episodes, before the surrogate is put in.
     fn reality(&self) -> WorldSpec {
         WorldSpec {
             robot: Robot {
@@ -130,9 +130,9 @@ impl<'a> Study<'a> {
             .map(|(number, condition)| self.begin(condition, number))
             .collect();
         self.evolve(&mut runs)?;
-        let mut robot = self.real_lives(&self.site)?;
+        let mut robot = self.real_episodes(&self.site)?;
         let transferred = self.transfer(&mut runs, &mut robot)?;
-        let best = self.chosen(&runs, &transferred)?;
+        let best = self.choose_champions(&runs, &transferred)?;
         let controls = if self.settings.is_full() {
             self.controls(&runs)?.into_iter().map(Some).collect()
         } else {
@@ -161,8 +161,8 @@ impl<'a> Study<'a> {
 
     /// Mean real fitness of each run's generation 219 under each alternative.
     fn controls(&self, runs: &[Evolving]) -> Result<Vec<Controls>> {
-        let robot = || self.real_lives(&self.site);
-        let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect::<Vec<_>>();
+        let robot = || self.real_episodes(&self.site);
+        let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|of_run| level(of_run).average).collect::<Vec<_>>();
 
         let mut on = runs.to_vec();
         let mut neutral = runs.to_vec();
@@ -189,14 +189,14 @@ impl<'a> Study<'a> {
                 let lots = (0..run.evolution.ask().len()).map(lot).collect();
                 run.evolution.tell(lots, &[])?;
             }
-            let real = evolving.live(&random, Trial::Real)?;
+            let real = evolving.run(&random, Trial::Real)?;
             for (run, fitness) in random.iter_mut().zip(real) {
                 run.evolution.tell(fitness, &[])?;
             }
         }
-        let simulated_on = means(robot()?.live(&on, Trial::Real)?);
-        let neutral = means(robot()?.live(&neutral, Trial::Real)?);
-        let from_random = means(evolving.live(&random, Trial::Real)?);
+        let simulated_on = means(robot()?.run(&on, Trial::Real)?);
+        let neutral = means(robot()?.run(&neutral, Trial::Real)?);
+        let from_random = means(evolving.run(&random, Trial::Real)?);
         let rows = simulated_on.into_iter().zip(neutral).zip(from_random);
         Ok(rows
             .map(|((simulated_on, neutral), from_random)| Controls {
@@ -217,16 +217,16 @@ impl<'a> Study<'a> {
         let mut all = Vec::new();
         for world in worlds {
             runs.clone_from(&fresh);
-            let one = |runs: &[Evolving]| self.lives_in(std::slice::from_ref(world), runs, |_| 0, Trial::Simulated);
+            let one = |runs: &[Evolving]| self.simulate_in(std::slice::from_ref(world), runs, |_| 0, Trial::Simulated);
             for _ in 0..self.settings.simulated_generations() {
                 let fitness = one(&runs)?;
                 for (run, fitness) in runs.iter_mut().zip(fitness) {
                     run.evolution.tell(fitness, &[])?;
                 }
             }
-            let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|own| level(own).average).collect();
-            let mut robot = self.real_lives(&self.site)?;
-            all.push((means(one(&runs)?), means(robot.live(&runs, Trial::Real)?)));
+            let means = |fitness: Vec<Vec<f32>>| fitness.iter().map(|of_run| level(of_run).average).collect();
+            let mut robot = self.real_episodes(&self.site)?;
+            all.push((means(one(&runs)?), means(robot.run(&runs, Trial::Real)?)));
         }
         Ok(all)
     }
@@ -236,14 +236,14 @@ impl<'a> Study<'a> {
         let mut runs: Vec<Evolving> = (0..runs).map(|number| self.begin(Condition::None, number)).collect();
         self.evolve(&mut runs)?;
         let simulated = self.simulate(&runs, Trial::Simulated)?;
-        let mut robot = self.real_lives(&self.site)?;
-        let real = robot.live(&runs, Trial::Real)?;
+        let mut robot = self.real_episodes(&self.site)?;
+        let real = robot.run(&runs, Trial::Real)?;
         let [simulated, real] =
             [simulated, real].map(|fitness| fitness.into_iter().flatten().map(f64::from).collect::<Vec<_>>());
         Ok(cohens_d(&simulated, &real).unwrap_or(f64::NAN))
     }
 
-    /// Generations 0 to 199, selected by simulated lives.
+    /// Generations 0 to 199, selected by simulated episodes.
     fn evolve(&self, runs: &mut [Evolving]) -> Result {
         for _ in 0..self.settings.simulated_generations() {
             let fitness = self.simulate(runs, Trial::Simulated)?;
@@ -255,17 +255,17 @@ impl<'a> Study<'a> {
         Ok(())
     }
 
-    /// Generations 200 to 219, selected by real lives; returns the fitness of the last.
+    /// Generations 200 to 219, selected by real episodes; returns the fitness of the last.
     fn evolve_on(
         &self,
         runs: &mut [Evolving],
         transferred: &[Transferred],
-        robot: &mut RealLives<'_>,
+        robot: &mut RealEpisodes<'_>,
     ) -> Result<Vec<Vec<f32>>> {
-        let mut fitness: Vec<Vec<f32>> = transferred.iter().map(|own| own.real.clone()).collect();
+        let mut fitness: Vec<Vec<f32>> = transferred.iter().map(|run| run.real.clone()).collect();
         for generation in 0..self.settings.reality.generations {
             if generation > 0 {
-                fitness = robot.live(runs, Trial::Real)?;
+                fitness = robot.run(runs, Trial::Real)?;
             }
             for (run, fitness) in runs.iter_mut().zip(&fitness) {
                 run.real.push(level(fitness));
@@ -275,11 +275,11 @@ impl<'a> Study<'a> {
         Ok(fitness)
     }
 
-    /// Selects by the fitness of simulated lives, or by the criterion that replaces it in the same lives.
+    /// Selects by the fitness of simulated episodes, or by the criterion that replaces it.
     fn select(&self, runs: &mut [Evolving], fitness: Vec<Vec<f32>>) -> Result {
         let scores = match &self.selecting {
             None => fitness,
-            Some(worlds) => self.lives_in(worlds, runs, |run| run.condition as usize, Trial::Simulated)?,
+            Some(worlds) => self.simulate_in(worlds, runs, |run| run.condition as usize, Trial::Simulated)?,
         };
         for (run, scores) in runs.iter_mut().zip(scores) {
             run.evolution.tell(scores, &[])?;
@@ -304,17 +304,17 @@ impl<'a> Study<'a> {
         }
     }
 
-    /// Lives one life of each individual of each run in the run's own simulator.
+    /// Simulates an episode of each individual of each run in the run's simulator.
     fn simulate(&self, runs: &[Evolving], trial: Trial) -> Result<Vec<Vec<f32>>> {
         let world = |run: &Evolving| match trial {
             Trial::Quiet => 0,
             _ => run.condition as usize,
         };
-        self.lives_in(&self.simulators, runs, world, trial)
+        self.simulate_in(&self.simulators, runs, world, trial)
     }
 
-    /// Lives one life of each individual of each run in one of some worlds.
-    fn lives_in(
+    /// Simulates an episode of each individual of each run in one of some worlds.
+    fn simulate_in(
         &self,
         worlds: &[World],
         runs: &[Evolving],
@@ -325,10 +325,10 @@ impl<'a> Study<'a> {
             .iter()
             .flat_map(|run| {
                 let world = world(run);
-                lives(run, trial).map(move |life| Rollout {
+                episodes(run, trial).map(move |episode| Rollout {
                     world,
-                    genes: life.genes,
-                    key: life.key,
+                    genes: episode.genes,
+                    key: episode.key,
                 })
             })
             .collect();
@@ -336,21 +336,21 @@ impl<'a> Study<'a> {
         Ok(by_run(runs, outcome.fitness))
     }
 
-    /// Prepares a robot for real lives of runs.
-    pub(super) fn real_lives(&self, site: &Site) -> Result<RealLives<'a>> {
+    /// Prepares a robot for real episodes of runs.
+    pub(super) fn real_episodes(&self, site: &Site) -> Result<RealEpisodes<'a>> {
         let (world, starts) = (self.reality(), self.settings.starts());
-        RealLives::new(self.evaluations, site, &world, starts, self.console)
+        RealEpisodes::new(self.evaluations, site, &world, starts, self.console)
     }
 
     /// Tests generation 200 in every environment. `robot` is the one that later generations will live on.
-    fn transfer(&self, runs: &mut [Evolving], robot: &mut RealLives<'_>) -> Result<Vec<Transferred>> {
+    fn transfer(&self, runs: &mut [Evolving], robot: &mut RealEpisodes<'_>) -> Result<Vec<Transferred>> {
         let simulated = self.simulate(runs, Trial::Simulated)?;
         let simulated_again = self.simulate(runs, Trial::SimulatedAgain)?;
         let quiet = self.simulate(runs, Trial::Quiet)?;
-        let real = robot.live(runs, Trial::Real)?;
+        let real = robot.run(runs, Trial::Real)?;
         let real_again = robot.aside(runs, Trial::RealAgain)?;
         let other_robot = match self.settings.other_site() {
-            Some(site) => self.real_lives(&site)?.live(runs, Trial::OtherRobot)?,
+            Some(site) => self.real_episodes(&site)?.run(runs, Trial::OtherRobot)?,
             None => vec![Vec::new(); runs.len()],
         };
         for (run, fitness) in runs.iter_mut().zip(&simulated) {
@@ -377,8 +377,8 @@ impl<'a> Study<'a> {
             .collect())
     }
 
-    /// The best individuals of each run's generation 200, with their simulated and real lives.
-    fn champions(&self, runs: &[Evolving], best: Vec<Best>, robot: &mut RealLives<'_>) -> Result<Vec<Champion>> {
+    /// The best individuals of each run's generation 200, with their simulated and real episodes.
+    fn champions(&self, runs: &[Evolving], best: Vec<Best>, robot: &mut RealEpisodes<'_>) -> Result<Vec<Champion>> {
         if self.settings.is_wired() {
             let each = runs.iter().zip(&best);
             let each = each.map(|(run, best)| format!("{}, individual {}", run.condition.title(), best.individual));
@@ -395,7 +395,7 @@ impl<'a> Study<'a> {
         for (index, some) in starts.chunks(STARTS_AT_ONCE).enumerate() {
             let first = 1 + index * STARTS_AT_ONCE;
             let pairs = self.pairs(runs, &best, some, first, robot)?;
-            let again = robot.traced(&from_starts(runs, &best, some, first, self.after(), 2))?;
+            let again = robot.run_with_traces(&from_starts(runs, &best, some, first, self.after(), 2))?;
             for (pairs, again) in pairs.chunks(runs.len()).zip(again.chunks(runs.len())) {
                 for (index, ((sums, pair), again)) in sums.iter_mut().zip(pairs).zip(again).enumerate() {
                     sums.add(pair, again, &pairs[unrelated(runs, index)]);
@@ -404,13 +404,13 @@ impl<'a> Study<'a> {
         }
         let cells = Cells::new(&self.simulator);
         let real = |trace: &Trace| {
-            let life = cells.life(trace);
+            let episode = cells.measure_episode(trace);
             let collided = if self.settings.is_wired() {
                 f64::NAN
             } else {
-                life.collided
+                episode.collided
             };
-            Life { collided, ..life }
+            MeasuredEpisode { collided, ..episode }
         };
         let rows = best.into_iter().zip(shared).zip(sums);
         Ok(rows
@@ -418,7 +418,7 @@ impl<'a> Study<'a> {
                 individual: best.individual as u32,
                 mean: best.mean,
                 genome: best.genome,
-                simulated: cells.life(&pair.simulated),
+                simulated: cells.measure_episode(&pair.simulated),
                 real: real(&pair.real),
                 discrepancy: sums.mean(&pair),
             })
@@ -426,12 +426,12 @@ impl<'a> Study<'a> {
     }
 
     /// Each run's best individual.
-    fn chosen(&self, runs: &[Evolving], transferred: &[Transferred]) -> Result<Vec<Best>> {
-        let lives = self.settings.champion.lives;
-        let chosen: Vec<(usize, Option<f64>)> = if lives == 1 {
-            transferred.iter().map(|own| (best(&own.simulated), None)).collect()
+    fn choose_champions(&self, runs: &[Evolving], transferred: &[Transferred]) -> Result<Vec<Best>> {
+        let episodes = self.settings.champion.lives;
+        let chosen: Vec<(usize, Option<f64>)> = if episodes == 1 {
+            transferred.iter().map(|run| (best(&run.simulated), None)).collect()
         } else {
-            let means = self.appraise(runs, 0..lives)?;
+            let means = self.mean_fitness(runs, 0..episodes)?;
             let chosen = means.iter().map(|means| (best(means), means));
             chosen.map(|(best, means)| (best, Some(means[best]))).collect()
         };
@@ -445,12 +445,12 @@ impl<'a> Study<'a> {
             .collect())
     }
 
-    /// Mean fitness of each individual of each run in some lives of its own simulator.
-    fn appraise(&self, runs: &[Evolving], lives: Range<u32>) -> Result<Vec<Vec<f64>>> {
-        let count = f64::from(lives.end - lives.start);
+    /// Mean fitness of each individual of each run in some episodes in the run's simulator.
+    fn mean_fitness(&self, runs: &[Evolving], episodes: Range<u32>) -> Result<Vec<Vec<f64>>> {
+        let count = f64::from(episodes.end - episodes.start);
         let mut means: Vec<Vec<f64>> = runs.iter().map(|run| vec![0.0; run.evolution.ask().len()]).collect();
-        for life in lives {
-            let fitness = self.simulate(runs, Trial::Appraised(life))?;
+        for episode in episodes {
+            let fitness = self.simulate(runs, Trial::Reevaluated(episode))?;
             for (mean, fitness) in means.iter_mut().flatten().zip(fitness.iter().flatten()) {
                 *mean += f64::from(*fitness) / count;
             }
@@ -458,7 +458,7 @@ impl<'a> Study<'a> {
         Ok(means)
     }
 
-    /// Lives a simulated and a real life of each run's best from each start, one cycle longer than usual to get the final
+    /// Simulated and real episodes of each run's best from each start, one cycle longer than usual to get the final
     /// position. Sorted by start, then by run.
     fn pairs(
         &self,
@@ -466,7 +466,7 @@ impl<'a> Study<'a> {
         best: &[Best],
         starts: &[[f32; 3]],
         first: usize,
-        robot: &mut RealLives<'_>,
+        robot: &mut RealEpisodes<'_>,
     ) -> Result<Vec<Pair>> {
         let mut simulators = Vec::new();
         for &[x, y, heading] in starts {
@@ -479,25 +479,25 @@ impl<'a> Study<'a> {
                 })?);
             }
         }
-        let lives = |trial| from_starts(runs, best, starts, first, self.after(), trial);
-        let simulated = lives(0);
+        let episodes = |trial| from_starts(runs, best, starts, first, self.after(), trial);
+        let simulated = episodes(0);
         let simulated: Vec<_> = simulated
             .iter()
             .enumerate()
-            .map(|(index, life)| Rollout {
+            .map(|(index, episode)| Rollout {
                 world: index / runs.len() * Condition::ALL.len() + runs[index % runs.len()].condition as usize,
-                genes: life.genes,
-                key: life.key,
+                genes: episode.genes,
+                key: episode.key,
             })
             .collect();
         let batch = Batch::new(&simulators, &simulated, Some(TraceRequest { every: 1 }))?;
         let simulated = self.evaluations.evaluate(&batch)?.traces;
-        let real = robot.traced(&lives(1))?;
+        let real = robot.run_with_traces(&episodes(1))?;
         let pairs = simulated.into_iter().zip(real);
         Ok(pairs.map(|(simulated, real)| Pair { simulated, real }).collect())
     }
 
-    /// Number in the keys of champions' lives, in place of a generation's.
+    /// Number in the keys of champions' episodes, instead of a generation's.
     fn after(&self) -> u64 {
         u64::from(self.settings.simulated_generations()) + 1_000_000
     }
@@ -505,7 +505,7 @@ impl<'a> Study<'a> {
     /// Free poses, uniformly distributed over the field and the same for all champions. None on a wire, where somebody would have
     /// to put the robot at each.
     fn starts(&self) -> Result<Vec<[f32; 3]>> {
-        /// At least a quarter of this many draws is free.
+        /// A quarter of these draws or more is free.
         const DRAWS: u32 = 100 * STARTS as u32;
         if self.settings.is_wired() {
             return Ok(Vec::new());
@@ -534,8 +534,8 @@ impl<'a> Study<'a> {
         Ok(starts)
     }
 
-    /// Effect of each difference between reality and simulator by itself, over the first cycles of the lives of random
-    /// controllers. Zero if the arm lacks the difference. Of a robot on a wire they are not known.
+    /// Effect of each difference between reality and simulator by itself, over the first cycles of episodes of random
+    /// controllers. Zero if the arm lacks the difference. Unknown for a connected robot.
     pub fn differences(&self) -> Result<Vec<DifferenceEffect>> {
         const LIVES: u64 = 4000;
         /// Not the first cycle, so that delays and lags show.
@@ -544,9 +544,9 @@ impl<'a> Study<'a> {
             return Ok(Vec::new());
         };
         let genomes: Vec<Vec<f32>> = (0..LIVES)
-            .map(|life| {
+            .map(|episode| {
                 (0..self.simulator.controller.layout().genes() as u32)
-                    .map(|gene| (pcg4d([life as u32, gene, 1995, 2])[0] >> 8) as f32 / 1_677_721.6 - 5.0)
+                    .map(|gene| (pcg4d([episode as u32, gene, 1995, 2])[0] >> 8) as f32 / 1_677_721.6 - 5.0)
                     .collect()
             })
             .collect();
@@ -562,10 +562,10 @@ impl<'a> Study<'a> {
             let rollouts: Vec<_> = genomes
                 .iter()
                 .zip(0..)
-                .map(|(genes, life)| Rollout {
+                .map(|(genes, episode)| Rollout {
                     world: 0,
                     genes,
-                    key: Key::rollout(self.settings.seed(), u64::MAX, life, 0),
+                    key: Key::rollout(self.settings.seed(), u64::MAX, episode, 0),
                 })
                 .collect();
             let batch = Batch::new(&[world], &rollouts, Some(TraceRequest { every: 1 }))?;
@@ -580,8 +580,9 @@ impl<'a> Study<'a> {
         Difference::ALL
             .into_iter()
             .map(|difference| {
-                let own = surrogate.differences;
-                let alone = Differences::only(own.strength(difference), difference).with_latency(own.latency_ms);
+                let differences = surrogate.differences;
+                let alone = Differences::only(differences.strength(difference), difference)
+                    .with_latency(differences.latency_ms);
                 let with = after(alone)?;
                 Ok(effect(difference.name(), &with, &without))
             })
@@ -595,10 +596,10 @@ impl<'a> Study<'a> {
         let wheel = [-60.0, -60.0, -60.0, -60.0, -60.0, -60.0, 60.0, 60.0, 3.0];
         let genes = [wheel, wheel].concat();
         let rollouts: Vec<_> = (0..LIVES)
-            .map(|life| Rollout {
+            .map(|episode| Rollout {
                 world: 0,
                 genes: &genes,
-                key: Key::rollout(self.settings.seed(), u64::MAX, life, 1),
+                key: Key::rollout(self.settings.seed(), u64::MAX, episode, 1),
             })
             .collect();
         let batch = Batch::new(&self.simulators, &rollouts, None)?;
@@ -614,8 +615,8 @@ struct Best {
     genome: Vec<f32>,
 }
 
-/// A life of each run's best from each of some starts, of which the first has a number. Sorted by start, then by run. `generation`
-/// and `trial` tell their keys from others.
+/// An episode of each run's best from each of some starts, the first of which has a number. Sorted by start, then by
+/// run. `generation` and `trial` keep their keys apart from others.
 fn from_starts<'b>(
     runs: &[Evolving],
     best: &'b [Best],
@@ -625,12 +626,12 @@ fn from_starts<'b>(
     trial: u64,
 ) -> Vec<reality::Life<'b>> {
     let each = |(number, &start): (u64, &[f32; 3])| {
-        let lives = runs.iter().zip(best).map(move |(run, best)| reality::Life {
+        let episodes = runs.iter().zip(best).map(move |(run, best)| reality::Life {
             genes: &best.genome,
             key: Key::rollout(run.seed, generation, number, trial),
             start: Some(start),
         });
-        lives.collect::<Vec<_>>()
+        episodes.collect::<Vec<_>>()
     };
     (first as u64..).zip(starts).flat_map(each).collect()
 }
@@ -646,7 +647,7 @@ fn level(fitness: &[f32]) -> Level {
     }
 }
 
-/// Index of the greatest element, and of the first one if several are equal.
+/// Index of the maximum, and of the first one if several are equal.
 fn best<T: PartialOrd>(fitness: &[T]) -> usize {
     let better = |best: usize, index: usize| if fitness[index] > fitness[best] { index } else { best };
     (1..fitness.len()).fold(0, better)
@@ -670,7 +671,7 @@ mod tests {
     }
 
     /// Two runs of each condition at their first generation.
-    fn begun(study: &Study<'_>) -> Vec<Evolving> {
+    fn first_generations(study: &Study<'_>) -> Vec<Evolving> {
         let numbers = (0..2).flat_map(|number| Condition::ALL.map(|condition| (condition, number)));
         numbers
             .map(|(condition, number)| study.begin(condition, number))
@@ -683,7 +684,7 @@ mod tests {
         let evaluations = evaluations();
         let settings = settings("cells-visited");
         let study = tests::study(&settings, &evaluations);
-        let mut runs = begun(&study);
+        let mut runs = first_generations(&study);
         let fitness = study.simulate(&runs, Trial::Simulated).unwrap();
         let by_fitness = {
             let mut runs = runs.clone();
@@ -694,7 +695,7 @@ mod tests {
         };
         let worlds = study.selecting.as_ref().unwrap();
         let scores = study
-            .lives_in(worlds, &runs, |run| run.condition as usize, Trial::Simulated)
+            .simulate_in(worlds, &runs, |run| run.condition as usize, Trial::Simulated)
             .unwrap();
         let mut most = 0.0_f32;
         for (fitness, score) in fitness.concat().iter().zip(scores.concat()) {
@@ -709,24 +710,27 @@ mod tests {
         }
     }
 
-    /// In a hundred further lives that chose none of them, champions chosen by a mean do better than those chosen by
-    /// one good life.
+    /// In a hundred new episodes, champions chosen by a mean do better than those chosen by one good episode.
     #[test]
     fn champions_by_mean_stay_good() {
         let evaluations = evaluations();
         let in_other_lives = |arm| {
             let settings = settings(arm);
             let study = tests::study(&settings, &evaluations);
-            let mut runs = begun(&study);
-            let mut robot = study.real_lives(&settings.site()).unwrap();
+            let mut runs = first_generations(&study);
+            let mut robot = study.real_episodes(&settings.site()).unwrap();
             let transferred = study.transfer(&mut runs, &mut robot).unwrap();
-            let chosen = study.chosen(&runs, &transferred).unwrap();
-            let others = study.appraise(&runs, 1000..1100).unwrap();
-            for ((best, own), others) in chosen.iter().zip(&transferred).zip(&others) {
+            let chosen = study.choose_champions(&runs, &transferred).unwrap();
+            let others = study.mean_fitness(&runs, 1000..1100).unwrap();
+            for ((best, run), others) in chosen.iter().zip(&transferred).zip(&others) {
                 let (individual, mean) = (best.individual, best.mean);
                 match mean {
-                    None => assert!(own.simulated.iter().all(|life| *life <= own.simulated[individual])),
-                    // Other lives of the same individual.
+                    None => assert!(
+                        run.simulated
+                            .iter()
+                            .all(|episode| *episode <= run.simulated[individual])
+                    ),
+                    // Other episodes of the same individual.
                     Some(mean) => assert!(mean != others[individual] && (mean / others[individual] - 1.0).abs() < 0.3),
                 }
                 assert_eq!(mean.is_some(), arm == "champion-by-mean");
@@ -734,7 +738,7 @@ mod tests {
             let fitness: Vec<f64> = chosen
                 .iter()
                 .zip(&others)
-                .map(|(best, own)| own[best.individual])
+                .map(|(best, fitness)| fitness[best.individual])
                 .collect();
             fitness
         };

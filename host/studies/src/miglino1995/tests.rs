@@ -47,7 +47,7 @@ pub(super) fn study<'a>(settings: &'a Settings, evaluations: &'a Engine) -> Stud
     Study::new(settings, Robot::khepera(), settings.site(), evaluations, console).unwrap()
 }
 
-/// The simulator made from a surrogate's samples, and the surrogate's own world.
+/// The simulator made from a surrogate's samples, and the surrogate's world.
 fn worlds(seed: u64, differences: Differences, arena: Arena) -> [World; 2] {
     let evaluations = evaluations();
     let surrogate = Surrogate::drawn(seed, differences);
@@ -71,17 +71,17 @@ fn worlds(seed: u64, differences: Differences, arena: Arena) -> [World; 2] {
 }
 
 /// Genes of random controllers that drive forwards if nothing is near, so that they get around.
-fn genes(life: u32) -> Vec<f32> {
+fn genes(episode: u32) -> Vec<f32> {
     (0..18)
         .map(|gene| {
-            let share = (pcg4d([life, gene, 7, 7])[0] >> 8) as f32 / 8_388_608.0 - 1.0;
+            let share = (pcg4d([episode, gene, 7, 7])[0] >> 8) as f32 / 8_388_608.0 - 1.0;
             if gene % 9 == 8 { 1.0 + share } else { 4.0 * share }
         })
         .collect()
 }
 
-/// Without differences a surrogate reads the same as its simulator, in the first cycle bit for bit, and its lives are
-/// as good.
+/// Without differences a surrogate reads the same as its simulator, with the same bits in the first cycle, and its
+/// episodes are as good.
 #[test]
 fn without_severity_reality_is_the_simulator() {
     for arena in [Arena::miglino1995(), Arena::miglino1995_block()] {
@@ -96,10 +96,10 @@ fn without_severity_reality_is_the_simulator_in(arena: &Arena) {
         let rollouts: Vec<_> = genomes
             .iter()
             .zip(0..)
-            .map(|(genes, life)| Rollout {
+            .map(|(genes, episode)| Rollout {
                 world: 0,
                 genes,
-                key: Key::rollout(3, 0, life, 0),
+                key: Key::rollout(3, 0, episode, 0),
             })
             .collect();
         let batch = Batch::new(&[world], &rollouts, Some(TraceRequest { every: 50 })).unwrap();
@@ -112,7 +112,7 @@ fn without_severity_reality_is_the_simulator_in(arena: &Arena) {
         same += usize::from(first[0] == first[1]);
         seen += usize::from(first[0].iter().any(|reading| *reading > 0.0));
     }
-    assert!(seen > 2000, "{seen} lives start where something is seen");
+    assert!(seen > 2000, "{seen} episodes start where something is seen");
     assert_eq!(same, LIVES as usize);
     let moments = |fitness: &[f32]| {
         let count = fitness.len() as f64;
@@ -130,17 +130,17 @@ fn without_severity_reality_is_the_simulator_in(arena: &Arena) {
     assert!(d.abs() < 0.02, "{}, d {d}: {a} and {b}", arena.name);
 }
 
-/// With all differences, reality is not the simulator, so the test above can fail.
+/// With all differences, reality differs from the simulator: the test above can fail.
 #[test]
 fn with_severity_reality_is_another() {
     let [simulated, real] = worlds(5, Differences::all(1.0), Arena::miglino1995());
     let genome = genes(1);
-    let lives = |world: World| {
+    let episodes = |world: World| {
         let rollouts: Vec<_> = (0..500)
-            .map(|life| Rollout {
+            .map(|episode| Rollout {
                 world: 0,
                 genes: &genome,
-                key: Key::rollout(3, 0, life, 0),
+                key: Key::rollout(3, 0, episode, 0),
             })
             .collect();
         let batch = Batch::new(&[world], &rollouts, None).unwrap();
@@ -150,5 +150,5 @@ fn with_severity_reality_is_another() {
             .unwrap()
             .fitness
     };
-    assert_ne!(lives(simulated), lives(real));
+    assert_ne!(episodes(simulated), episodes(real));
 }

@@ -43,7 +43,7 @@ pub struct Arguments {
     /// (docs/preregistration-2014-second.md). With --out, its tables are written there
     #[arg(long, value_name = "DIR,..", value_delimiter = ',', value_hint = ValueHint::DirPath, conflicts_with_all = ["runs", "seed", "scale", "credit", "only_cases", "questions", "arm", "sensitivity", "study"])]
     pub sweeps: Vec<PathBuf>,
-    /// A file to take in place of the shipped experiments/odowd2014/study.toml: what the study runs, and its arms
+    /// A file to use instead of the shipped experiments/odowd2014/study.toml: what the study runs, and its arms
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub study: Option<PathBuf>,
     /// The study's directory. A study that was stopped continues there [default: runs/odowd2014-SEED-HASH]

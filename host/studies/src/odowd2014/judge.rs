@@ -26,7 +26,7 @@ const WIDE: f64 = 0.214;
 /// The bounds of the bins.
 const LOW: f64 = 0.33;
 const HIGH: f64 = 0.66;
-/// Number of runs from which the share of smaller studies that would find the paper's verdict is reported.
+/// Number of runs from which the fraction of smaller studies that would find the paper's verdict is reported.
 const MANY: usize = 20;
 const SETS: usize = 1000;
 
@@ -93,19 +93,21 @@ fn claim(results: &Results, criterion: &Preregistered) -> Claim {
 /// The verdict over all combinations, and the reasons of those in which it doesn't hold.
 fn in_all(verdicts: Vec<(String, Judgement)>) -> Judgement {
     let verdict = match &verdicts[..] {
-        [(_, (first, _)), others @ ..] if others.iter().all(|(_, (own, _))| own == first) => *first,
+        [(_, (first, _)), others @ ..] if others.iter().all(|(_, (verdict, _))| verdict == first) => *first,
         _ => Verdict::Undecided,
     };
     let is_one = verdicts.len() == 1;
-    let reasons = verdicts.into_iter().flat_map(|(title, (own, reasons))| match own {
-        Verdict::Holds if verdict == Verdict::Holds => Vec::new(),
-        Verdict::Holds => vec![format!("{title}: holds")],
-        _ if is_one => reasons,
-        _ => reasons
-            .into_iter()
-            .map(|reason| format!("{title}: {own}: {reason}"))
-            .collect(),
-    });
+    let reasons = verdicts
+        .into_iter()
+        .flat_map(|(title, (of_combination, reasons))| match of_combination {
+            Verdict::Holds if verdict == Verdict::Holds => Vec::new(),
+            Verdict::Holds => vec![format!("{title}: holds")],
+            _ if is_one => reasons,
+            _ => reasons
+                .into_iter()
+                .map(|reason| format!("{title}: {of_combination}: {reason}"))
+                .collect(),
+        });
     (verdict, reasons.collect())
 }
 
@@ -150,7 +152,9 @@ impl Pair {
             Comparison::Apart => over_runs(&[a, b], |samples| d(&samples[0], &samples[1])),
             Comparison::Paired => {
                 let numbers: Vec<f64> = (0_u32..).zip(a).map(|(number, _)| f64::from(number)).collect();
-                over_runs(&[&numbers], |samples| d(&drawn(a, &samples[0]), &drawn(b, &samples[0])))
+                over_runs(&[&numbers], |samples| {
+                    d(&resample(a, &samples[0]), &resample(b, &samples[0]))
+                })
             }
             Comparison::Number => None,
         }
@@ -165,7 +169,7 @@ impl Pair {
     }
 
     /// t, its degrees of freedom and p. Samples that don't vary have p = 0 or 1. `None` if the needed runs are missing.
-    fn tested(&self) -> Option<(f64, f64, f64)> {
+    fn test(&self) -> Option<(f64, f64, f64)> {
         let least = if self.kind == Comparison::Number { 1 } else { 2 };
         let finite = self.a.iter().chain(&self.b).all(|value| value.is_finite());
         if self.a.len() < 2 || self.b.len() < least || !finite {
@@ -186,7 +190,7 @@ impl Pair {
 }
 
 /// The second of two samples, drawn along with the first.
-fn drawn(sample: &[f64], numbers: &[f64]) -> Vec<f64> {
+fn resample(sample: &[f64], numbers: &[f64]) -> Vec<f64> {
     numbers.iter().map(|&number| sample[number as usize]).collect()
 }
 
@@ -275,7 +279,7 @@ impl Finding {
     fn compare<const N: usize>(&mut self, pairs: &[Pair; N]) -> Option<[Compared; N]> {
         let mut tested = [(0.0, 0.0, 1.0); N];
         for (place, pair) in tested.iter_mut().zip(pairs) {
-            *place = pair.tested()?;
+            *place = pair.test()?;
         }
         let corrected = holm(&tested.map(|(.., p)| p)).ok()?;
         for ((pair, (t, df, p)), &p_holm) in pairs.iter().zip(tested).zip(&corrected) {
@@ -299,7 +303,7 @@ impl Finding {
         }))
     }
 
-    #[expect(clippy::unnecessary_wraps, reason = "what ends every claim that has its runs")]
+    #[expect(clippy::unnecessary_wraps, reason = "the last step of each claim that has its runs")]
     fn judged(mut self, registered: bool, parts: impl IntoIterator<Item = Part>) -> Option<Self> {
         self.registered = Some(registered);
         self.parts = parts.into_iter().collect();
@@ -308,10 +312,10 @@ impl Finding {
 }
 
 /// A gene and its name.
-type Named = (&'static str, super::measures::Gene);
+type NamedGene = (&'static str, super::measures::Gene);
 
-const CONTROLLER: [Named; 2] = [("G0", G0), ("G1", G1)];
-const SIMULATOR: Named = ("S0", S0);
+const CONTROLLER: [NamedGene; 2] = [("G0", G0), ("G1", G1)];
+const SIMULATOR: NamedGene = ("S0", S0);
 /// The middle bin.
 const MIDDLE: [f64; 2] = [LOW, HIGH];
 
@@ -377,7 +381,7 @@ impl Judged<'_> {
         self.by_rate((case, Evolved), (case, Null))
     }
 
-    /// Pair of shares of a bin, evolved and under the null.
+    /// Pair of a bin's fractions, evolved and under the null.
     fn share_by_null(&self, case: Case, light: Light, intervals: Range<usize>, when: &str) -> Pair {
         pair(
             format!(
@@ -398,7 +402,7 @@ impl Judged<'_> {
     }
 
     /// Whether a gene's mean, over a case's runs, is in a range in some intervals.
-    fn gene_within(&self, case: Case, (name, gene): Named, intervals: Range<usize>, range: [f64; 2]) -> Part {
+    fn gene_within(&self, case: Case, (name, gene): NamedGene, intervals: Range<usize>, range: [f64; 2]) -> Part {
         let runs = self.each(case, Evolved, |run| run.mean(gene, intervals.clone()));
         let (from, to) = (intervals.start, intervals.end);
         let what = format!("mean {name}, intervals {from} to {to}, {}", case.title());
@@ -411,7 +415,7 @@ impl Judged<'_> {
     }
 
     /// Whether it is wide in the mean over runs.
-    fn is_wide(&self, case: Case, (name, gene): Named) -> Part {
+    fn is_wide(&self, case: Case, (name, gene): NamedGene) -> Part {
         let what = format!("late s.d. of {name}, {}", case.title());
         Part::above(&what, &[(1.0, &self.late_deviations(case, gene))], WIDE)
     }
@@ -457,15 +461,15 @@ impl Judged<'_> {
         }
         for case in cases {
             let verdict = format!("p < 0.005, {}", case.title());
-            self.power(&mut finding, [case, Random], &verdict, |[own, control]| {
-                is_greater(own, control, PAPERS_LEVEL)
+            self.power(&mut finding, [case, Random], &verdict, |[rates, control]| {
+                is_greater(rates, control, PAPERS_LEVEL)
             });
         }
         self.power(
             &mut finding,
             [NoLight, Random],
             "p > 0.5, No Light",
-            |[own, control]| student_t(own, control).is_ok_and(|test| test.p.value > 0.5),
+            |[rates, control]| student_t(rates, control).is_ok_and(|test| test.p.value > 0.5),
         );
         let differs = random.iter().all(|compared| compared.is_above(PAPERS_LEVEL));
         let informed = null.iter().all(|compared| compared.is_above(LEVEL));
@@ -476,7 +480,7 @@ impl Judged<'_> {
         finding.judged(differs && informed && equivalent, parts.into_iter().chain([within]))
     }
 
-    /// With many runs, adds the share of sets of 5 or 10 of them that would reach the verdict on the rates of some
+    /// With many runs, adds the fraction of sets of 5 or 10 of them that would reach the verdict on the rates of some
     /// cases.
     fn power<const N: usize>(
         &self,
@@ -763,13 +767,13 @@ impl Judged<'_> {
                 let gaps: Vec<f64> = self
                     .combination
                     .of(case, SimulatorRandom)
-                    .flat_map(|run| run.intervals.iter().enumerate().map(move |own| (run, own)))
+                    .flat_map(|run| run.intervals.iter().enumerate().map(move |interval| (run, interval)))
                     .flat_map(|(run, (interval, robots))| {
                         let light = run.case.light_in(interval, moves);
                         robots
                             .iter()
-                            .filter(move |own| (Light::of_gene(own.chosen_under) == light) == right)
-                            .filter_map(|own| Some(f64::from(own.simulated?) - f64::from(own.real)))
+                            .filter(move |robot| (Light::of_gene(robot.chosen_under) == light) == right)
+                            .filter_map(|robot| Some(f64::from(robot.simulated?) - f64::from(robot.real)))
                     })
                     .collect();
                 mean(&gaps)
@@ -782,13 +786,13 @@ impl Judged<'_> {
 
     fn exploration(&self) -> Option<Finding> {
         let mut finding = Finding::default();
-        let [null, own] = finding.compare(&[
+        let [null, by_genes] = finding.compare(&[
             self.by_rate((Opposite, Null), (Random, Evolved)),
             self.by_null(Opposite),
         ])?;
         finding.judged(
-            null.is_above(LEVEL) && !own.is_above(LEVEL),
-            [null.above(LEVEL), own.not_above()],
+            null.is_above(LEVEL) && !by_genes.is_above(LEVEL),
+            [null.above(LEVEL), by_genes.not_above()],
         )
     }
 

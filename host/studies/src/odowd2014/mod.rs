@@ -33,7 +33,7 @@ pub(super) use report::contents;
 use results::Results;
 #[cfg(any(test, feature = "testing"))]
 pub(super) use second::contents as contents_of_second;
-use study::{Asked, Study, combined};
+use study::{Asked, Study, combine};
 
 /// Most runs of each case and kind: their figures take two gigabytes of memory.
 const GREATEST_RUNS: u32 = 400;
@@ -139,7 +139,7 @@ impl Reproduction for Whole<'_> {
             light_moves_minute: settings.light_moves_minute,
             runs: study.runs(),
             generation_within_34_s: generation_seconds(&settings.simulator(Light::OverNest))? < PAPERS_SECONDS,
-            combinations: combined(runs),
+            combinations: combine(runs),
             questions,
         })
     }
@@ -164,7 +164,7 @@ impl Reproduction for Whole<'_> {
         report::html(&report::Report {
             results,
             claims,
-            swarm: &self.study.settings().swarm(),
+            foragers: &self.study.settings().swarm(),
             assumptions: &self.study.assumptions(),
             seed: self.study.seed(),
             arms,
@@ -172,7 +172,7 @@ impl Reproduction for Whole<'_> {
     }
 }
 
-/// Seconds that one core needs for ten simulated lives with the scalar code.
+/// Seconds that one core needs for ten simulated episodes with the scalar code.
 fn generation_seconds(simulator: &Foraging) -> Result<f64> {
     const LIVES: u64 = 10;
     let worlds = Worlds::new(&[*simulator])?;
@@ -183,7 +183,7 @@ fn generation_seconds(simulator: &Foraging) -> Result<f64> {
     };
     let batch = worlds.batch(&(0..LIVES).map(life).collect::<Vec<_>>(), None)?;
     let mut cpu = Cpu::new(Some(1))?.with_variant("scalarx1")?;
-    let begun = Instant::now();
+    let start = Instant::now();
     cpu.evaluate(&batch, &Control::new())?;
-    Ok(begun.elapsed().as_secs_f64())
+    Ok(start.elapsed().as_secs_f64())
 }

@@ -37,7 +37,7 @@ pub(crate) struct Report<'a> {
     /// Claims with their verdicts.
     pub claims: &'a [Claim],
     /// The arena and the robots in it.
-    pub swarm: &'a Swarm,
+    pub foragers: &'a Swarm,
     /// Values in force.
     pub(crate) assumptions: &'a [Assumption],
     /// Seed of all random numbers.
@@ -69,11 +69,11 @@ fn evidence(results: &Results, question: &str) -> String {
         })
     };
     match question {
-        "foraging" => overview::rates(results) + &each(&|own| foraging::html(results, own)),
-        "simulators" => overview::right(results) + &each(&|own| genes::settled(results, own)),
-        "moves" => each(&|own| genes::moved(results, own)),
+        "foraging" => overview::rates(results) + &each(&|combination| foraging::html(results, combination)),
+        "simulators" => overview::right(results) + &each(&|combination| genes::fixed_lights(results, combination)),
+        "moves" => each(&|combination| genes::moving_lights(results, combination)),
         "causes" => each(&interventions::html),
-        "swarm" => each(&|own| encounters::html(results, own)) + &questions::html(results),
+        "swarm" => each(&|combination| encounters::html(results, combination)) + &questions::html(results),
         "cost" => String::new(),
         other => unreachable!("no question is called {other}"),
     }
@@ -148,7 +148,7 @@ fn kind_name(kind: Kind) -> Cell {
 }
 
 /// The cases in which anything evolves.
-fn evolving() -> impl Iterator<Item = Case> {
+fn evolving_cases() -> impl Iterator<Item = Case> {
     Case::ALL.into_iter().filter(|&case| case != Case::Random)
 }
 

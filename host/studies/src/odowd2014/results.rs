@@ -14,7 +14,7 @@ pub struct Results {
     pub light_moves_minute: u32,
     /// Runs of each case and kind.
     pub runs: u32,
-    /// Whether ten simulated lives of a minute took less than 34 s on one core (claim D11).
+    /// Whether ten simulated episodes of a minute took less than 34 s on one core (claim D11).
     pub(crate) generation_within_34_s: bool,
     /// Results by mutation scale and rule of credit.
     pub combinations: Vec<Combination>,

@@ -26,9 +26,9 @@ const CELLS: &str = "cells.csv";
 const ROBOTS: f64 = 10.0;
 /// Food that is equivalent to none, items a minute.
 const FOOD_MARGIN: f64 = 0.465;
-/// A share of simulators that is.
+/// Margin for fractions of simulators.
 const SHARE_MARGIN: f64 = 0.15;
-/// A difference of mean S0 that is.
+/// Margin for differences of mean S0.
 const S0_MARGIN: f64 = 0.05;
 /// The middle of the No Light bin, and how far its bounds are.
 const MIDDLE: f64 = 0.495;
@@ -39,7 +39,7 @@ const LOW: f64 = 0.33;
 const HIGH: f64 = 0.66;
 
 figures! {
-    /// What is taken of a run's row of the table.
+    /// The used columns of a run's row.
     Run {
         rate: "rate",
         before_rate: "before_rate",
@@ -73,9 +73,9 @@ const FACTOR_COLUMNS: [&str; 4] = [
 
 /// A combination of levels of the factors, as the tables have them: threshold, scale, credit and installation.
 type Combination = [String; 4];
-/// Where the credit stands.
+/// Place of the credit.
 const CREDIT: usize = 2;
-/// The levels of which a factor's family is the difference: where the factor stands, the first and the second.
+/// The factor's place in a combination, and the two levels whose difference its family is.
 const LEVELS: [(usize, &str, &str); 3] = [(0, "0.0", "0.16"), (CREDIT, "lagged", "matched"), (3, "60", "34")];
 
 /// The runs of a cell, by seed.
@@ -84,17 +84,17 @@ type Cell = BTreeMap<u64, Run>;
 type Cells = BTreeMap<(Case, Kind), Cell>;
 
 /// Groups of runs, whose means add up to the estimate.
-type Contrast = contrasts::Contrast<fn(&Judging<'_>) -> Groups>;
+type Contrast = contrasts::Contrast<fn(&JudgedCells<'_>) -> Groups>;
 type Groups = Vec<Vec<f64>>;
 
-/// The cells of a combination, as far as they are judged by.
-struct Judging<'a> {
+/// A combination's cells, or half of their runs.
+struct JudgedCells<'a> {
     cells: &'a Cells,
     /// The first or the second half of each case's seeds, or all.
     half: Option<usize>,
 }
 
-impl Judging<'_> {
+impl JudgedCells<'_> {
     /// A figure of each run of a cell, in the order of seeds.
     fn each(&self, case: Case, kind: Kind, of: impl Fn(&Run) -> f64) -> Vec<f64> {
         let all: Vec<f64> = self.cells[&(case, kind)].values().map(of).collect();
@@ -110,7 +110,7 @@ impl Judging<'_> {
         self.each(case, Evolved, of)
     }
 
-    /// How much larger a figure is than under another control, by seed.
+    /// A figure minus that under another control, by seed.
     fn within(&self, case: Case, [one, other]: [Kind; 2], of: impl Fn(&Run) -> f64) -> Vec<f64> {
         let other = self.each(case, other, &of);
         let one = self.each(case, one, of);
@@ -134,177 +134,179 @@ fn food(run: &Run) -> f64 {
 
 /// The family of a combination.
 static OF_CELLS: [Contrast; 43] = [
-    above("food over - random", &["D1"], |own| {
-        vec![own.evolved(Over, food), own.random(-1.0)]
+    above("food over - random", &["D1"], |cells| {
+        vec![cells.evolved(Over, food), cells.random(-1.0)]
     }),
-    above("food opposite - random", &["D1", "D3"], |own| {
-        vec![own.evolved(Opposite, food), own.random(-1.0)]
+    above("food opposite - random", &["D1", "D3"], |cells| {
+        vec![cells.evolved(Opposite, food), cells.random(-1.0)]
     }),
-    above("food over-then-opposite - random", &["D1"], |own| {
-        vec![own.evolved(OverThenOpposite, food), own.random(-1.0)]
+    above("food over-then-opposite - random", &["D1"], |cells| {
+        vec![cells.evolved(OverThenOpposite, food), cells.random(-1.0)]
     }),
-    above("food opposite-then-over - random", &["D1"], |own| {
-        vec![own.evolved(OppositeThenOver, food), own.random(-1.0)]
+    above("food opposite-then-over - random", &["D1"], |cells| {
+        vec![cells.evolved(OppositeThenOver, food), cells.random(-1.0)]
     }),
-    equivalent("food no-light = random", &["D1"], FOOD_MARGIN, |own| {
-        vec![own.evolved(NoLight, food), own.random(-1.0)]
+    equivalent("food no-light = random", &["D1"], FOOD_MARGIN, |cells| {
+        vec![cells.evolved(NoLight, food), cells.random(-1.0)]
     }),
-    above("food over - null", &["D1", "D2"], |own| {
-        vec![own.above_null(Over, food)]
+    above("food over - null", &["D1", "D2"], |cells| {
+        vec![cells.above_null(Over, food)]
     }),
-    above("food opposite - null", &["D1", "D3"], |own| {
-        vec![own.above_null(Opposite, food)]
+    above("food opposite - null", &["D1", "D3"], |cells| {
+        vec![cells.above_null(Opposite, food)]
     }),
-    above("food over-then-opposite - null", &["D1"], |own| {
-        vec![own.above_null(OverThenOpposite, food)]
+    above("food over-then-opposite - null", &["D1"], |cells| {
+        vec![cells.above_null(OverThenOpposite, food)]
     }),
-    above("food opposite-then-over - null", &["D1"], |own| {
-        vec![own.above_null(OppositeThenOver, food)]
+    above("food opposite-then-over - null", &["D1"], |cells| {
+        vec![cells.above_null(OppositeThenOver, food)]
     }),
-    above("food over - 1.5 random", &["D2"], |own| {
-        vec![own.evolved(Over, food), own.random(-1.5)]
+    above("food over - 1.5 random", &["D2"], |cells| {
+        vec![cells.evolved(Over, food), cells.random(-1.5)]
     }),
-    above("food 2.5 random - over", &["D2"], |own| {
-        vec![own.random(2.5), own.evolved(Over, |run| -food(run))]
+    above("food 2.5 random - over", &["D2"], |cells| {
+        vec![cells.random(2.5), cells.evolved(Over, |run| -food(run))]
     }),
-    above("food over - opposite", &["D3"], |own| {
-        vec![own.evolved(Over, food), own.evolved(Opposite, |run| -food(run))]
+    above("food over - opposite", &["D3"], |cells| {
+        vec![cells.evolved(Over, food), cells.evolved(Opposite, |run| -food(run))]
     }),
-    above("right no-light - null", &["D4"], |own| {
-        vec![own.above_null(NoLight, |run| run.settled_later)]
+    above("right no-light - null", &["D4"], |cells| {
+        vec![cells.above_null(NoLight, |run| run.settled_later)]
     }),
-    equivalent("late S0 no-light = 0.495", &["D4"], BIN_MARGIN, |own| {
-        vec![own.evolved(NoLight, |run| run.late_s0 - MIDDLE)]
+    equivalent("late S0 no-light = 0.495", &["D4"], BIN_MARGIN, |cells| {
+        vec![cells.evolved(NoLight, |run| run.late_s0 - MIDDLE)]
     }),
-    above("spread of G0 no-light - 0.214", &["D4"], |own| {
-        vec![own.evolved(NoLight, |run| run.late_g0_deviation - WIDE)]
+    above("spread of G0 no-light - 0.214", &["D4"], |cells| {
+        vec![cells.evolved(NoLight, |run| run.late_g0_deviation - WIDE)]
     }),
-    above("spread of G1 no-light - 0.214", &["D4"], |own| {
-        vec![own.evolved(NoLight, |run| run.late_g1_deviation - WIDE)]
+    above("spread of G1 no-light - 0.214", &["D4"], |cells| {
+        vec![cells.evolved(NoLight, |run| run.late_g1_deviation - WIDE)]
     }),
-    above("right over - null", &["D5"], |own| {
-        vec![own.above_null(Over, |run| run.late_right)]
+    above("right over - null", &["D5"], |cells| {
+        vec![cells.above_null(Over, |run| run.late_right)]
     }),
-    above("late G0 over - 0.66", &["D5"], |own| {
-        vec![own.evolved(Over, |run| run.late_g0 - HIGH)]
+    above("late G0 over - 0.66", &["D5"], |cells| {
+        vec![cells.evolved(Over, |run| run.late_g0 - HIGH)]
     }),
-    above("0.33 - late G1 over", &["D5"], |own| {
-        vec![own.evolved(Over, |run| LOW - run.late_g1)]
+    above("0.33 - late G1 over", &["D5"], |cells| {
+        vec![cells.evolved(Over, |run| LOW - run.late_g1)]
     }),
-    above("spread of G0 no-light - over", &["D5"], |own| {
+    above("spread of G0 no-light - over", &["D5"], |cells| {
         vec![
-            own.evolved(NoLight, |run| run.late_g0_deviation),
-            own.evolved(Over, |run| -run.late_g0_deviation),
+            cells.evolved(NoLight, |run| run.late_g0_deviation),
+            cells.evolved(Over, |run| -run.late_g0_deviation),
         ]
     }),
-    above("spread of G1 no-light - over", &["D5"], |own| {
+    above("spread of G1 no-light - over", &["D5"], |cells| {
         vec![
-            own.evolved(NoLight, |run| run.late_g1_deviation),
-            own.evolved(Over, |run| -run.late_g1_deviation),
+            cells.evolved(NoLight, |run| run.late_g1_deviation),
+            cells.evolved(Over, |run| -run.late_g1_deviation),
         ]
     }),
-    equivalent("right opposite = null", &["D6"], SHARE_MARGIN, |own| {
-        vec![own.above_null(Opposite, |run| run.late_right)]
+    equivalent("right opposite = null", &["D6"], SHARE_MARGIN, |cells| {
+        vec![cells.above_null(Opposite, |run| run.late_right)]
     }),
-    equivalent("late S0 opposite = 0.495", &["D6"], BIN_MARGIN, |own| {
-        vec![own.evolved(Opposite, |run| run.late_s0 - MIDDLE)]
+    equivalent("late S0 opposite = 0.495", &["D6"], BIN_MARGIN, |cells| {
+        vec![cells.evolved(Opposite, |run| run.late_s0 - MIDDLE)]
     }),
-    above("spread of G0 opposite - 0.214", &["D6"], |own| {
-        vec![own.evolved(Opposite, |run| run.late_g0_deviation - WIDE)]
+    above("spread of G0 opposite - 0.214", &["D6"], |cells| {
+        vec![cells.evolved(Opposite, |run| run.late_g0_deviation - WIDE)]
     }),
-    above("spread of G1 opposite - 0.214", &["D6"], |own| {
-        vec![own.evolved(Opposite, |run| run.late_g1_deviation - WIDE)]
+    above("spread of G1 opposite - 0.214", &["D6"], |cells| {
+        vec![cells.evolved(Opposite, |run| run.late_g1_deviation - WIDE)]
     }),
-    above("right before the move - null", &["D7"], |own| {
-        vec![own.above_null(OverThenOpposite, |run| run.before_right)]
+    above("right before the move - null", &["D7"], |cells| {
+        vec![cells.above_null(OverThenOpposite, |run| run.before_right)]
     }),
-    above("food 0.75 before - after the move", &["D7"], |own| {
-        vec![own.evolved(OverThenOpposite, |run| {
+    above("food 0.75 before - after the move", &["D7"], |cells| {
+        vec![cells.evolved(OverThenOpposite, |run| {
             ROBOTS * (0.75 * run.before_rate - run.after_rate)
         })]
     }),
-    above("S0 before - late", &["D7"], |own| {
-        vec![own.evolved(OverThenOpposite, |run| run.before_s0 - run.late_s0)]
+    above("S0 before - late", &["D7"], |cells| {
+        vec![cells.evolved(OverThenOpposite, |run| run.before_s0 - run.late_s0)]
     }),
-    above("0.5 - right late", &["D7"], |own| {
-        vec![own.evolved(OverThenOpposite, |run| 0.5 - run.late_right)]
+    above("0.5 - right late", &["D7"], |cells| {
+        vec![cells.evolved(OverThenOpposite, |run| 0.5 - run.late_right)]
     }),
-    above("food second half over - moved over", &["D8"], |own| {
+    above("food second half over - moved over", &["D8"], |cells| {
         vec![
-            own.evolved(Over, |run| ROBOTS * run.second_rate),
-            own.evolved(OppositeThenOver, |run| -ROBOTS * run.second_rate),
+            cells.evolved(Over, |run| ROBOTS * run.second_rate),
+            cells.evolved(OppositeThenOver, |run| -ROBOTS * run.second_rate),
         ]
     }),
-    above("right late - before", &["D8"], |own| {
-        vec![own.evolved(OppositeThenOver, |run| run.late_right - run.before_later)]
+    above("right late - before", &["D8"], |cells| {
+        vec![cells.evolved(OppositeThenOver, |run| run.late_right - run.before_later)]
     }),
-    equivalent("first S0 opposite = opposite-then-over", &["D9"], S0_MARGIN, |own| {
+    equivalent("first S0 opposite = opposite-then-over", &["D9"], S0_MARGIN, |cells| {
         vec![
-            own.evolved(Opposite, |run| run.first_s0),
-            own.evolved(OppositeThenOver, |run| -run.first_s0),
+            cells.evolved(Opposite, |run| run.first_s0),
+            cells.evolved(OppositeThenOver, |run| -run.first_s0),
         ]
     }),
-    above("food right opposite - random", &["D12"], |own| {
-        vec![own.each(Opposite, Right, food), own.random(-1.0)]
+    above("food right opposite - random", &["D12"], |cells| {
+        vec![cells.each(Opposite, Right, food), cells.random(-1.0)]
     }),
-    above("food right gain over / 2 - opposite", &["D12"], |own| {
+    above("food right gain over / 2 - opposite", &["D12"], |cells| {
         vec![
-            own.each(Over, Right, |run| 0.5 * food(run)),
-            own.each(Opposite, Right, |run| -food(run)),
-            own.random(0.5),
+            cells.each(Over, Right, |run| 0.5 * food(run)),
+            cells.each(Opposite, Right, |run| -food(run)),
+            cells.random(0.5),
         ]
     }),
-    above("area over - 0.5", &["D13"], |own| {
-        vec![own.each(Over, Drawn, |run| run.chosen_area - 0.5)]
+    above("area over - 0.5", &["D13"], |cells| {
+        vec![cells.each(Over, Drawn, |run| run.chosen_area - 0.5)]
     }),
-    above("area opposite - 0.5", &["D13"], |own| {
-        vec![own.each(Opposite, Drawn, |run| run.chosen_area - 0.5)]
+    above("area opposite - 0.5", &["D13"], |cells| {
+        vec![cells.each(Opposite, Drawn, |run| run.chosen_area - 0.5)]
     }),
-    above("food null opposite - random", &["D14"], |own| {
-        vec![own.each(Opposite, Null, food), own.random(-1.0)]
+    above("food null opposite - random", &["D14"], |cells| {
+        vec![cells.each(Opposite, Null, food), cells.random(-1.0)]
     }),
-    equivalent("food opposite = null", &["D14"], FOOD_MARGIN, |own| {
-        vec![own.above_null(Opposite, food)]
+    equivalent("food opposite = null", &["D14"], FOOD_MARGIN, |cells| {
+        vec![cells.above_null(Opposite, food)]
     }),
-    above("right second half over - moved", &["D15"], |own| {
+    above("right second half over - moved", &["D15"], |cells| {
         vec![
-            own.evolved(Over, |run| run.second_later),
-            own.evolved(OverThenOpposite, |run| -run.second_later),
+            cells.evolved(Over, |run| run.second_later),
+            cells.evolved(OverThenOpposite, |run| -run.second_later),
         ]
     }),
-    above("spread of S0 second half moved - over", &["D15"], |own| {
+    above("spread of S0 second half moved - over", &["D15"], |cells| {
         vec![
-            own.evolved(OverThenOpposite, |run| run.second_s0_deviation),
-            own.evolved(Over, |run| -run.second_s0_deviation),
+            cells.evolved(OverThenOpposite, |run| run.second_s0_deviation),
+            cells.evolved(Over, |run| -run.second_s0_deviation),
         ]
     }),
-    above("spread of late S0 null - evolved", &["D16"], |own| {
-        vec![own.within(NoLight, [Null, Evolved], |run| run.late_s0_deviation)]
+    above("spread of late S0 null - evolved", &["D16"], |cells| {
+        vec![cells.within(NoLight, [Null, Evolved], |run| run.late_s0_deviation)]
     }),
-    above("food right - drawn over", &["D17"], |own| {
-        vec![own.within(Over, [Right, Drawn], food)]
+    above("food right - drawn over", &["D17"], |cells| {
+        vec![cells.within(Over, [Right, Drawn], food)]
     }),
-    above("food right - drawn opposite", &["D17"], |own| {
-        vec![own.within(Opposite, [Right, Drawn], food)]
+    above("food right - drawn opposite", &["D17"], |cells| {
+        vec![cells.within(Opposite, [Right, Drawn], food)]
     }),
 ];
 
 /// The figures that the family of a factor compares, each of one group.
 static OF_FACTORS: [Contrast; 6] = [
-    above("food over", &[], |own| vec![own.evolved(Over, food)]),
-    above("food opposite", &[], |own| vec![own.evolved(Opposite, food)]),
-    above("food no-light", &[], |own| vec![own.evolved(NoLight, food)]),
-    above("food null opposite", &[], |own| vec![own.each(Opposite, Null, food)]),
-    above("right over - null", &[], |own| {
-        vec![own.above_null(Over, |run| run.late_right)]
+    above("food over", &[], |cells| vec![cells.evolved(Over, food)]),
+    above("food opposite", &[], |cells| vec![cells.evolved(Opposite, food)]),
+    above("food no-light", &[], |cells| vec![cells.evolved(NoLight, food)]),
+    above("food null opposite", &[], |cells| {
+        vec![cells.each(Opposite, Null, food)]
     }),
-    above("right opposite - null", &[], |own| {
-        vec![own.above_null(Opposite, |run| run.late_right)]
+    above("right over - null", &[], |cells| {
+        vec![cells.above_null(Over, |run| run.late_right)]
+    }),
+    above("right opposite - null", &[], |cells| {
+        vec![cells.above_null(Opposite, |run| run.late_right)]
     }),
 ];
 
 /// The cells that all contrasts need.
-fn needed() -> impl Iterator<Item = (Case, Kind)> {
+fn needed_cells() -> impl Iterator<Item = (Case, Kind)> {
     let evolving = [NoLight, Over, Opposite, OverThenOpposite, OppositeThenOver];
     let paper = evolving.into_iter().flat_map(|case| [(case, Evolved), (case, Null)]);
     let interventions = [Over, Opposite]
@@ -359,7 +361,7 @@ static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
     let survives = "`yes` if the outcome is the same in both halves and by the other three criteria, else `no`";
     let factors = FACTORS.iter().cloned();
     let all = factors.chain(words).chain(contrasts::estimate_columns(
-        "its estimate: items of food that the swarm brings in a minute, a share of simulators, or a gene's mean or standard deviation",
+        "its estimate: items of food that the swarm brings in a minute, a fraction of simulators, or a gene's mean or standard deviation",
     ));
     let all = all.chain(halves).chain(contrasts::other_criteria_columns());
     all.chain([Column::text("survives", survives)]).collect()
@@ -368,7 +370,7 @@ static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
 static CLAIM_COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| [&FACTORS[..], &contrasts::CLAIM].concat());
 
 static CELL_COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
-    let own = [
+    let of_cells = [
         Column::text("case", "the experiment case"),
         Column::text("control", "what the experimenter does to simulators"),
         Column::whole("runs", "", "the number of runs"),
@@ -377,13 +379,13 @@ static CELL_COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
         Column::number(
             "late_right",
             "0 to 1",
-            "the late share of simulators that have the light where it is",
+            "the late fraction of simulators that have the light where it is",
         ),
         Column::number("late_s0", "0 to 0.99", "the late mean gene of simulators"),
         Column::number("late_g0", "0 to 0.99", "the late mean gene of controllers with food"),
         Column::number("late_g1", "0 to 0.99", "the late mean gene of controllers without food"),
     ];
-    FACTORS.iter().cloned().chain(own).collect()
+    FACTORS.iter().cloned().chain(of_cells).collect()
 });
 
 /// The files that judging writes.
@@ -431,10 +433,10 @@ struct Found {
 }
 
 impl Found {
-    /// Gives all combinations what they share, and checks that none lacks a run.
+    /// Gives all combinations their common runs, and checks that none lacks a run.
     fn complete(self) -> Result<BTreeMap<Combination, Cells>> {
         let Self { mut all, random } = self;
-        // What is fixed or drawn is run once for both credits.
+        // Fixed and drawn controls are run once for both credits.
         let shared: Vec<(Combination, (Case, Kind), Cell)> = all
             .iter()
             .flat_map(|(key, cells)| cells.iter().map(move |(cell, runs)| (key, cell, runs)))
@@ -451,9 +453,9 @@ impl Found {
             }
             cells.insert((Random, Evolved), random.clone());
             let seeds = |case: Case| cells.get(&(case, Evolved)).map(|runs| runs.keys().collect::<Vec<_>>());
-            for (case, kind) in needed() {
-                let own = cells.get(&(case, kind)).map(|runs| runs.keys().collect::<Vec<_>>());
-                let is_whole = own.as_ref().is_some_and(|own| own.len() > 3) && own == seeds(case);
+            for (case, kind) in needed_cells() {
+                let found = cells.get(&(case, kind)).map(|runs| runs.keys().collect::<Vec<_>>());
+                let is_whole = found.as_ref().is_some_and(|found| found.len() > 3) && found == seeds(case);
                 if !is_whole {
                     let [threshold, scale, credit, installed] = key;
                     return Err(Failure::input(format_args!(
@@ -491,8 +493,8 @@ impl Tables {
         let mut shown = Vec::new();
         for (key, cells) in all {
             let groups = |half| {
-                let own = Judging { cells, half };
-                OF_CELLS.iter().map(|contrast| (contrast.of)(&own)).collect()
+                let judged = JudgedCells { cells, half };
+                OF_CELLS.iter().map(|contrast| (contrast.of)(&judged)).collect()
             };
             let judged = rows(key, &OF_CELLS, groups, &mut contrasts)?;
             for claim in JUDGED {
@@ -504,7 +506,7 @@ impl Tables {
                 claims.row(row(&reasons.join("; ")));
                 shown.push(row(&brief(&reasons)));
             }
-            for (case, kind) in needed() {
+            for (case, kind) in needed_cells() {
                 table.row(key.clone().into_iter().chain(cell(cells, case, kind)));
             }
         }
@@ -512,9 +514,9 @@ impl Tables {
             for (other, words) in others(key) {
                 let Some(second) = all.get(&other) else { continue };
                 let groups = |half| {
-                    let [first, second] = [cells, second].map(|cells| Judging { cells, half });
+                    let [first, second] = [cells, second].map(|cells| JudgedCells { cells, half });
                     let difference = |contrast: &Contrast| {
-                        let [first, second] = [&first, &second].map(|own| (contrast.of)(own));
+                        let [first, second] = [&first, &second].map(|half| (contrast.of)(half));
                         let pairs = second.into_iter().flatten().zip(first.into_iter().flatten());
                         vec![pairs.map(|(second, first)| second - first).collect()]
                     };
@@ -533,11 +535,13 @@ impl Tables {
 }
 
 /// The combinations at the second level of a factor of which this one is at the first, and what the differences are called.
-fn others(own: &Combination) -> impl Iterator<Item = (Combination, Combination)> {
-    let at_first = LEVELS.into_iter().filter(|(place, first, _)| own[*place] == *first);
+fn others(combination: &Combination) -> impl Iterator<Item = (Combination, Combination)> {
+    let at_first = LEVELS
+        .into_iter()
+        .filter(|(place, first, _)| combination[*place] == *first);
     at_first.map(|(place, first, second)| {
         let with = |word: &str| {
-            let mut words = own.clone();
+            let mut words = combination.clone();
             word.clone_into(&mut words[place]);
             words
         };
@@ -554,18 +558,22 @@ fn rows(
 ) -> std::result::Result<Vec<Judged>, Undefined> {
     let by = |half| {
         let estimates = groups(half).into_iter().zip(contrasts);
-        contrasts::family(estimates.map(|(groups, own)| estimate(&groups, own.margin)).collect())
+        contrasts::family(
+            estimates
+                .map(|(groups, contrast)| estimate(&groups, contrast.margin))
+                .collect(),
+        )
     };
     let judged = by(None)?;
     let halves = [by(Some(0))?, by(Some(1))?];
-    for (index, (own, contrast)) in judged.iter().zip(contrasts).enumerate() {
+    for (index, (row, contrast)) in judged.iter().zip(contrasts).enumerate() {
         let halves = halves.each_ref().map(|half| half[index].outcome);
         let words = [contrast.name.to_owned(), contrast.claims.join(" ")];
         table.push(Row {
             words: factors.iter().cloned().chain(words).collect(),
-            judged: *own,
+            judged: *row,
             firmness: halves.map(|half| half.word().to_owned()).into(),
-            survives: halves.iter().all(|half| *half == own.outcome),
+            survives: halves.iter().all(|half| *half == row.outcome),
             is_by_criteria: true,
         });
     }
@@ -574,9 +582,9 @@ fn rows(
 
 /// The figures of a cell.
 fn cell(cells: &Cells, case: Case, kind: Kind) -> Vec<String> {
-    let own = Judging { cells, half: None };
-    let all = own.each(case, kind, food);
-    let average = |of: fn(&Run) -> f64| mean(own.each(case, kind, of));
+    let judged = JudgedCells { cells, half: None };
+    let all = judged.each(case, kind, food);
+    let average = |of: fn(&Run) -> f64| mean(judged.each(case, kind, of));
     let numbers = [
         mean(&all),
         variance(&all).sqrt(),
@@ -598,8 +606,9 @@ fn parse(path: &Path, text: &str, into: &mut Found) -> Result {
         |row| {
             let run = Run::read(|column| row.number(column, |_| true, "a number, or NaN"))?;
             let case = row.cell("swarm.case")?;
-            let own = Case::ALL.into_iter().find(|own| name(own) == case);
-            let case = own.ok_or_else(|| row.bad("swarm.case is none of the paper's; allowed: an experiment case"))?;
+            let found = Case::ALL.into_iter().find(|case_of| name(case_of) == case);
+            let case =
+                found.ok_or_else(|| row.bad("swarm.case is none of the paper's; allowed: an experiment case"))?;
             let seed = row.seed()?;
             let cell = if case == Random {
                 &mut into.random
@@ -662,18 +671,18 @@ mod tests {
         let factors: Vec<&str> = FACTOR_COLUMNS.into();
         let mut all = vec![format!("{head},swarm.control,{}", factors.join(","))];
         for threshold in ["0.0", "0.16"] {
-            for (case, kind) in needed().filter(|(case, _)| *case != Random) {
+            for (case, kind) in needed_cells().filter(|(case, _)| *case != Random) {
                 for seed in 0..8 {
                     let seed = 100 * case as u64 + seed;
-                    let own = [figures(case, kind, seed), name(&kind), threshold.to_owned()].join(",");
-                    all.push(format!("0,{},{seed},{own},0.2,matched,60", name(&case)));
+                    let columns = [figures(case, kind, seed), name(&kind), threshold.to_owned()].join(",");
+                    all.push(format!("0,{},{seed},{columns},0.2,matched,60", name(&case)));
                 }
             }
         }
         [random, all].map(|lines| lines.join("\n"))
     }
 
-    /// What the paper says, and what it did not measure as its explanations would have it.
+    /// The paper's figures, and unmeasured ones as its explanations imply.
     #[expect(clippy::match_same_arms, reason = "figures that are equal by chance stay apart")]
     fn as_in_the_paper(case: Case, kind: Kind, figure: &str) -> f64 {
         match (figure, case, kind) {
@@ -703,7 +712,7 @@ mod tests {
         }
     }
 
-    /// As there, but that a light that was moved over the nest brings less than one that was always there.
+    /// The same, except that a light moved over the nest brings less than one that was always there.
     fn judged(of: impl Fn(Case, Kind, &str) -> f64) -> Tables {
         let of = |case, kind, figure: &str| match (case, figure) {
             (OppositeThenOver, "second_rate") => of(case, kind, figure) - 0.2,
@@ -780,8 +789,8 @@ mod tests {
     fn sums_of_means_are_tested_as_others_do() {
         let table = judged(as_in_the_paper);
         assert_eq!(cell(&table.cells, &format!("{HERE},over,evolved,"), 6), "8");
-        let own = estimate(&[vec![1.0, 2.0, 4.0, 7.0], vec![-2.0, -2.5, -3.0]], None);
-        let judged = contrasts::family(vec![own]).unwrap();
+        let sums = estimate(&[vec![1.0, 2.0, 4.0, 7.0], vec![-2.0, -2.5, -3.0]], None);
+        let judged = contrasts::family(vec![sums]).unwrap();
         let row = Row {
             words: Vec::new(),
             judged: judged[0],
@@ -806,7 +815,7 @@ mod tests {
         }
     }
 
-    /// The law's own family sees what differs between the laws alone, and each outcome says what it does not survive.
+    /// The law's family depends only on differences between the laws, and each outcome names what it does not survive.
     #[test]
     fn what_a_factor_changes_is_a_family_of_its_own() {
         let tables = judged(as_in_the_paper);
@@ -815,7 +824,7 @@ mod tests {
         assert_eq!(cell(&tables.contrasts, begin, 11), "undecided");
         let mut found = Found::default();
         let [random, all] = self::tables(as_in_the_paper);
-        // More food over the nest under the second law, in the second half of the seeds alone.
+        // More food over the nest under the second law, only in the second half of the seeds.
         let more = |row: &str| {
             let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
             let is_late = cells[2].parse::<u64>().is_ok_and(|seed| seed % 100 >= 4);

@@ -1,4 +1,4 @@
-//! The study's swarms, and how they are run.
+//! The study's foragers, and how they are run.
 
 use std::fmt;
 
@@ -80,9 +80,9 @@ struct OneQuestion {
 pub(crate) struct Study {
     record: Record,
     arm: Arm,
-    /// The swarms of each combination of scale and credit.
-    combinations: Vec<Swarms>,
-    /// The open questions with the settings of their swarms; empty if not requested.
+    /// The foragers of each combination of scale and credit.
+    combinations: Vec<Foragers>,
+    /// The open questions with the settings of their foragers; empty if not requested.
     questions: Vec<(Open, Settings)>,
 }
 
@@ -96,14 +96,14 @@ struct Record {
     only_cases: bool,
     arm: String,
     questions: bool,
-    /// Hash of a user's own file.
+    /// Hash of a user's study file.
     #[serde(skip_serializing_if = "Option::is_none")]
     study: Option<String>,
 }
 
-/// The swarms of one scale and credit.
+/// The foragers of one scale and credit.
 #[derive(Debug)]
-struct Swarms {
+struct Foragers {
     scale: f64,
     credit: Credit,
     all: Vec<(Case, Kind, Settings)>,
@@ -112,7 +112,7 @@ struct Swarms {
 /// Some consecutively numbered runs of one combination.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cohort<'a> {
-    swarms: &'a Swarms,
+    foragers: &'a Foragers,
     /// First number, and how many.
     first: u32,
     runs: u32,
@@ -121,7 +121,7 @@ pub(crate) struct Cohort<'a> {
 impl Cohort<'_> {
     /// Name under which the cohort's runs are saved.
     pub(crate) fn name(&self) -> String {
-        let Swarms { scale, credit, .. } = self.swarms;
+        let Foragers { scale, credit, .. } = self.foragers;
         format!("{scale}-{}-{:04}", credit.title(), self.first)
     }
 }
@@ -143,7 +143,7 @@ impl Study {
             check(&values, source)?;
             let (path, text) = file.experiment(values.experiment.as_deref())?;
             let base = Parsed::new(path.display().to_string(), &text)?;
-            let or = |own: &[f64], file: &[f64]| if own.is_empty() { file } else { own }.to_vec();
+            let or = |values: &[f64], file: &[f64]| if values.is_empty() { file } else { values }.to_vec();
             let record = Record {
                 seed: asked.seed,
                 runs: asked.runs.unwrap_or(values.runs),
@@ -159,10 +159,10 @@ impl Study {
                 questions: asked.questions,
                 study: file.own_hash(),
             };
-            let of_all = taken("set", &values.set, source)?;
+            let of_all = setting_list("set", &values.set, source)?;
             let settings = |scale: f64, credit: Credit, case: Case, more: Vec<Setting>| -> Result<Settings> {
                 const WORD: &str = "cases and rules are words";
-                let own = [
+                let of_study = [
                     ("swarm.case", Value::try_from(case).expect(WORD)),
                     ("swarm.controllers.mutation_scale", Value::Float(scale)),
                     ("swarm.simulators.mutation_scale", Value::Float(scale)),
@@ -170,22 +170,22 @@ impl Study {
                 ];
                 // The case leaves out what only others need.
                 let rank = |key: &str| if key == "swarm.case" { 3 } else { 1 };
-                let own = own
+                let of_study = of_study
                     .map(|(key, value)| Setting::at(format!("{}, {key}", record.arm), key, &value).ranked(rank(key)));
-                let more = more.into_iter().map(|own| own.ranked(2)).collect::<Vec<_>>();
-                let set = [&own[..], &of_all, &more].concat();
+                let more = more.into_iter().map(|setting| setting.ranked(2)).collect::<Vec<_>>();
+                let set = [&of_study[..], &of_all, &more].concat();
                 let why = "is a control, which the kinds of [[conditions]] give";
-                let own = SwarmExperiment::without_control(&path, &base, &set, why)?;
-                Ok(own.settings().clone())
+                let experiment = SwarmExperiment::without_control(&path, &base, &set, why)?;
+                Ok(experiment.settings().clone())
             };
             let mut combinations = Vec::new();
             for &scale in &record.scales {
                 for &credit in &record.credits {
                     let mut all = Vec::new();
-                    for (place, own) in values.conditions.iter().enumerate() {
-                        let set = taken(&format!("conditions[{place}].set"), &own.set, source)?;
-                        for &case in &own.cases {
-                            for &kind in own
+                    for (place, conditions) in values.conditions.iter().enumerate() {
+                        let set = setting_list(&format!("conditions[{place}].set"), &conditions.set, source)?;
+                        for &case in &conditions.cases {
+                            for &kind in conditions
                                 .kinds
                                 .iter()
                                 .filter(|kind| !asked.only_cases || **kind == Kind::Evolved)
@@ -194,15 +194,15 @@ impl Study {
                             }
                         }
                     }
-                    combinations.push(Swarms { scale, credit, all });
+                    combinations.push(Foragers { scale, credit, all });
                 }
             }
             let mut questions = Vec::new();
-            for (place, own) in values.questions.asked.iter().enumerate().filter(|_| asked.questions) {
-                let set = taken(&format!("questions.asked[{place}]"), &own.set, source)?;
+            for (place, question) in values.questions.asked.iter().enumerate().filter(|_| asked.questions) {
+                let set = setting_list(&format!("questions.asked[{place}]"), &question.set, source)?;
                 let Questions { scale, credit, .. } = values.questions;
                 let settings = settings(scale, credit, Case::Over, set)?;
-                questions.push((Open::new(&own.about, &settings), settings));
+                questions.push((Open::new(&question.about, &settings), settings));
             }
             Ok(Self {
                 record,
@@ -227,9 +227,9 @@ impl Study {
         self.record.runs
     }
 
-    /// Settings that all swarms share, before the values in which they differ.
+    /// Settings that all foragers share, before the values in which they differ.
     pub(crate) fn settings(&self) -> &Settings {
-        let all = self.combinations.iter().flat_map(|own| &own.all);
+        let all = self.combinations.iter().flat_map(|combination| &combination.all);
         let mut of_light = all.filter(|(case, kind, _)| (*case, *kind) == (Case::Over, Kind::Evolved));
         &of_light.next().expect("every study has the light over the nest").2
     }
@@ -253,7 +253,7 @@ impl Study {
         self.arm.assumptions(std::iter::once(runs).chain(rows), |name| {
             match name.strip_prefix("swarm.") {
                 None => Some("O'Dowd et al. 2014, section 4.5: 10"),
-                Some(key) => listed.iter().find(|(own, ..)| own == key).map(|(.., source)| *source),
+                Some(key) => listed.iter().find(|(name, ..)| name == key).map(|(.., source)| *source),
             }
         })
     }
@@ -261,18 +261,18 @@ impl Study {
     /// The cohorts of the study, with `size` runs of each case and kind in each.
     pub(crate) fn cohorts(&self, size: u32) -> impl Iterator<Item = Cohort<'_>> {
         let runs = self.record.runs;
-        self.combinations.iter().flat_map(move |swarms| {
+        self.combinations.iter().flat_map(move |foragers| {
             (0..runs).step_by(size as usize).map(move |first| Cohort {
-                swarms,
+                foragers,
                 first,
                 runs: size.min(runs - first),
             })
         })
     }
 
-    /// The swarms of a cohort.
+    /// The foragers of a cohort.
     fn plans(&self, cohort: &Cohort<'_>) -> Vec<Plan> {
-        let Swarms { scale, credit, all } = cohort.swarms;
+        let Foragers { scale, credit, all } = cohort.foragers;
         let numbers = cohort.first..cohort.first + cohort.runs;
         let plans = all.iter().flat_map(|(case, kind, settings)| {
             numbers.clone().map(move |number| Plan {
@@ -285,7 +285,7 @@ impl Study {
         plans.collect()
     }
 
-    /// Seed derived from whatever distinguishes a run. The arm isn't part of it, so that all arms begin alike.
+    /// Seed derived from a run's identity. The arm isn't part of it, so that all arms begin alike.
     fn seed_of(&self, what: &impl fmt::Debug) -> u64 {
         let hash = blake3::hash(format!("{}, {what:?}", self.record.seed).as_bytes());
         let bytes: &[u8; 32] = hash.as_bytes();
@@ -305,13 +305,13 @@ impl Study {
     /// Total robot-steps, on board and in the arena.
     pub(crate) fn steps(&self) -> u64 {
         let of = |settings: &Settings| steps(&plan(settings, 0, 0));
-        let swarms = self
+        let foragers = self
             .combinations
             .iter()
-            .flat_map(|own| &own.all)
+            .flat_map(|combination| &combination.all)
             .map(|(.., settings)| of(settings));
         let questions = self.questions.iter().map(|(_, settings)| of(settings));
-        u64::from(self.record.runs) * swarms.chain(questions).sum::<u64>()
+        u64::from(self.record.runs) * foragers.chain(questions).sum::<u64>()
     }
 
     /// Answers an open question.
@@ -331,7 +331,7 @@ impl Study {
     }
 }
 
-/// Keys that the study gives its swarms itself, and where it has them from.
+/// Keys that the study gives its foragers itself, and where it has them from.
 const GIVEN: [(&str, &str); 7] = [
     ("name", "no such key: the study's runs have no names"),
     ("seed", "--seed"),
@@ -343,9 +343,9 @@ const GIVEN: [(&str, &str); 7] = [
 ];
 
 /// Settings from a table of the study's file, without keys that the study gives itself.
-fn taken(under: &str, table: &Table, source: &Source<'_>) -> Result<Vec<Setting>> {
+fn setting_list(under: &str, table: &Table, source: &Source<'_>) -> Result<Vec<Setting>> {
     let leaves = file::leaves(table);
-    let given = |(own, _): &&(&str, &str)| leaves.iter().any(|(key, _)| key == own);
+    let given = |(name, _): &&(&str, &str)| leaves.iter().any(|(key, _)| key == name);
     match GIVEN.iter().find(given) {
         Some((key, instead)) => {
             let problem = format!("is given by the study; allowed: {instead}");
@@ -357,7 +357,8 @@ fn taken(under: &str, table: &Table, source: &Source<'_>) -> Result<Vec<Setting>
 
 /// Checks what the study needs, and values that mean the same as a key of experiments.
 fn check(values: &File, source: &Source<'_>) -> Result {
-    let has_light_over = |own: &Conditions| own.cases.contains(&Case::Over) && own.kinds.contains(&Kind::Evolved);
+    let has_light_over =
+        |conditions: &Conditions| conditions.cases.contains(&Case::Over) && conditions.kinds.contains(&Kind::Evolved);
     if !values.conditions.iter().any(has_light_over) {
         let problem =
             "lack the case \"over\" of the kind \"evolved\", which others are compared with; allowed: with it";
@@ -439,15 +440,17 @@ impl Open {
 }
 
 /// Groups runs by combination.
-pub(crate) fn combined(cohorts: Vec<(Cohort<'_>, Vec<Run>)>) -> Vec<Combination> {
+pub(crate) fn combine(cohorts: Vec<(Cohort<'_>, Vec<Run>)>) -> Vec<Combination> {
     let mut all: Vec<Combination> = Vec::new();
-    for (Cohort { swarms, .. }, runs) in cohorts {
-        let is_of = |own: &&mut Combination| own.scale == swarms.scale && own.credit == swarms.credit;
+    for (Cohort { foragers, .. }, runs) in cohorts {
+        let is_of = |combination: &&mut Combination| {
+            combination.scale == foragers.scale && combination.credit == foragers.credit
+        };
         match all.iter_mut().find(is_of) {
-            Some(own) => own.runs.extend(runs),
+            Some(combination) => combination.runs.extend(runs),
             None => all.push(Combination {
-                scale: swarms.scale,
-                credit: swarms.credit,
+                scale: foragers.scale,
+                credit: foragers.credit,
                 runs,
             }),
         }

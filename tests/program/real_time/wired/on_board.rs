@@ -80,7 +80,7 @@ fn an_epuck2_evolves_on_board() {
     command.env("NOTIFY_SOCKET", place.at("notify"));
     let ran = Ran::new(&ON_BOARD, &command.output().unwrap()).exits(0);
     ran.says(&[
-        "at least 7 lives on the robot: 0.3 robot-minutes",
+        "at least 7 episodes on the robot: 0.3 robot-minutes",
         "life-1.csv: fitness",
     ]);
     assert!(robot.0.stands());
@@ -246,7 +246,7 @@ fn a_fleet_has_robots_that_live_by_themselves() {
         }
         ran
     };
-    told("plan", &["at least 7 lives on the robot", "directory = \"state\""]);
+    told("plan", &["at least 7 episodes on the robot", "directory = \"state\""]);
     told("deploy", &["sent oneiro, experiment.toml, robot.toml"]);
     std::fs::remove_file(there.join("oneiro")).unwrap();
     std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_oneiro"), there.join("oneiro")).unwrap();
@@ -261,7 +261,7 @@ fn a_fleet_has_robots_that_live_by_themselves() {
     assert_eq!(lives.column("status"), ["stopped"]);
     for command in ["compare", "replay"] {
         let refused = place.run(&["fleet", command, "fleet.toml"]).exits(3);
-        refused.says(&["fleet.toml: its robots live by themselves, without a swarm's experiment"]);
+        refused.says(&["fleet.toml: its robots have no swarm's experiment"]);
     }
 }
 

@@ -1,4 +1,4 @@
-//! A daemon on a virtual clock: a robot that does as it is told, an operator and a tracker.
+//! A daemon on a virtual clock, with an obedient robot, an operator and a tracker.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use oneiro_lab::exchange::radio::OPERATOR;
 use oneiro_lab::swarm::Plan;
 use oneiro_lab::swarm::record::{Case, Kind};
-use oneiro_lab::swarm::settings::Settings as Swarm;
+use oneiro_lab::swarm::settings::Settings as Foragers;
 use oneiro_robots::vehicle::{Moment, Profile};
 
 use super::*;
@@ -38,7 +38,7 @@ struct World {
     coming: VecDeque<(Channel, Vec<u8>)>,
     /// Speeds of the left wheel from each moment on.
     driven: Vec<(Duration, f64)>,
-    /// What the daemon has said.
+    /// The daemon's messages.
     said: Vec<Received>,
     /// When the daemon is told to stop.
     end: Duration,
@@ -166,7 +166,7 @@ impl Air for Bench {
     }
 }
 
-/// The files of a daemon, in a directory of their own that is removed in the end.
+/// A daemon's files, in a directory that is removed at the end.
 struct Place(PathBuf);
 
 impl Place {
@@ -178,17 +178,17 @@ impl Place {
         Self(path)
     }
 
-    /// Robot 1 of two, which lives for three minutes.
+    /// Robot 1 of two, for three minutes.
     fn settings(&self) -> Settings {
-        let mut swarm = Swarm {
+        let mut foragers = Foragers {
             case: Case::Over,
             minutes: 3,
-            ..Swarm::default()
+            ..Foragers::default()
         };
-        swarm.world.robots = 2;
+        foragers.world.robots = 2;
         Settings {
             plan: Plan {
-                settings: swarm,
+                settings: foragers,
                 kind: Kind::Evolved,
                 number: 0,
                 seed: 5,
@@ -214,7 +214,7 @@ impl Place {
     }
 
     /// What happens until `end`, with what surrounds the daemon. `starts` counts its starts and the operator's.
-    fn lived(&self, end: u64, starts: u32, change: impl FnOnce(&mut World)) -> (Result, Bench) {
+    fn run_daemon(&self, end: u64, starts: u32, change: impl FnOnce(&mut World)) -> (Result, Bench) {
         let settings = self.settings();
         let stop = Arc::new(AtomicBool::new(false));
         let key = Secret::read(&settings.key).unwrap();
@@ -269,12 +269,12 @@ fn seconds(time: Duration) -> u64 {
     time.as_secs()
 }
 
-/// The wheels stand before the robot is switched on, turn while the beacon and the tracker's sightings come, and stand within half a
-/// second of the last of either; they turn again when it is back, and when the robot answers again.
+/// The wheels stand still before the robot is switched on, turn while the beacon and the tracker's sightings come, and
+/// stop within half a second of the last of either. They turn again when it is back, and when the robot answers again.
 #[test]
 fn wheels_turn_only_while_the_operator_and_the_tracker_are_there() {
     let place = Place::new("wheels");
-    let (outcome, bench) = place.lived(60, 1, |world| {
+    let (outcome, bench) = place.run_daemon(60, 1, |world| {
         world.operates = |now| !(20..25).contains(&seconds(now));
         world.sees = |now| !(30..35).contains(&seconds(now));
         world.answers = |now| !(40..45).contains(&seconds(now));
@@ -306,7 +306,7 @@ fn wheels_turn_only_while_the_operator_and_the_tracker_are_there() {
 #[test]
 fn lies_of_a_tracker_are_ignored_and_counted() {
     let place = Place::new("lies");
-    let (_, bench) = place.lived(80, 1, |world| {
+    let (_, bench) = place.run_daemon(80, 1, |world| {
         world.lies = |now| {
             let time = now.as_secs_f64() + 0.01;
             let line =
@@ -340,13 +340,13 @@ fn lies_of_a_tracker_are_ignored_and_counted() {
     }
 }
 
-/// What it brings is its fitness; after a stop it goes on where its last interval ended, under numbers that were never used, and ends
-/// when the experiment is over.
+/// Its fitness is the food that it brings. After a stop it continues where its last interval ended, with unused
+/// sequence numbers, and it ends when the experiment is over.
 #[test]
 fn it_goes_on_from_its_checkpoint() {
     let place = Place::new("goes-on");
     let brought: fn(Duration) -> u32 = |now| u32::from(seconds(now) >= 30);
-    let (outcome, bench) = place.lived(80, 1, |world| world.brought = brought);
+    let (outcome, bench) = place.run_daemon(80, 1, |world| world.brought = brought);
     assert_eq!(outcome.unwrap_err().code(), 75);
     let first = place.intervals();
     assert_eq!(first.len(), 1, "{first:?}");
@@ -357,7 +357,7 @@ fn it_goes_on_from_its_checkpoint() {
     let last = bench.lock().said.last().unwrap().sequence;
 
     // The daemon starts again when the experiment is in its second minute.
-    let (outcome, bench) = place.lived(200, 2, |world| world.brought = brought);
+    let (outcome, bench) = place.run_daemon(200, 2, |world| world.brought = brought);
     outcome.unwrap();
     let intervals = place.intervals();
     assert_eq!(intervals[0], first[0]);
@@ -375,7 +375,7 @@ fn it_goes_on_from_its_checkpoint() {
     assert!(pairs.len() > 100 && pairs.is_sorted_by(|a, b| a < b), "{pairs:?}");
 }
 
-/// Whatever can't be kept is not lived through: the wheels stand while nothing can be written, and turn again afterwards.
+/// A robot that can't save does not act: the wheels stop while nothing can be written, and turn again afterwards.
 #[test]
 fn nothing_is_lived_that_can_not_be_saved() {
     thread_local! {
@@ -396,7 +396,7 @@ fn nothing_is_lived_that_can_not_be_saved() {
         });
         true
     };
-    let (_, bench) = place.lived(100, 1, |world| world.operates = away);
+    let (_, bench) = place.run_daemon(100, 1, |world| world.operates = away);
     let world = bench.lock();
     assert!(world.turned(40.0, 60.0));
     assert!(!world.turned(69.0, 80.0));
@@ -406,11 +406,11 @@ fn nothing_is_lived_that_can_not_be_saved() {
     assert_eq!(place.intervals().len(), 1);
 }
 
-/// Who lives another experiment, or has another version, is refused by name.
+/// A sender with another experiment or another version is refused by name.
 #[test]
 fn others_are_refused_by_name() {
     let place = Place::new("others");
-    let (_, bench) = place.lived(10, 1, |world| {
+    let (_, bench) = place.run_daemon(10, 1, |world| {
         let settings = place.settings();
         let key = Secret::read(&settings.key).unwrap();
         let limits = settings.plan.settings.limits();

@@ -138,7 +138,7 @@ fn nobody_waits_for_a_log_and_what_is_missing_is_counted() {
         1,
     );
     let all = 10 * QUEUE as u64;
-    // Whoever waited would wait for ever.
+    // A waiting caller would wait for ever.
     for number in 0..all {
         log.event(at(number), None, "said", json!({ "sequence": number }));
     }
@@ -156,7 +156,7 @@ fn nobody_waits_for_a_log_and_what_is_missing_is_counted() {
     assert_eq!((said + counted, counted), (all, lost));
 }
 
-/// A standard error that is closed is given up; the file goes on.
+/// A closed standard error is given up; the file continues.
 #[test]
 fn a_closed_journal_does_not_keep_the_file_from_being_written() {
     let place = Place::new("closed");
@@ -174,8 +174,8 @@ fn a_closed_journal_does_not_keep_the_file_from_being_written() {
     assert_eq!(place.lines(FILE).len(), 101);
 }
 
-/// A directory that can't be written, as on a full disk: nothing fails or waits, all is counted, and when there is room again, a line
-/// says how many are missing.
+/// An unwritable directory, as on a full disk: nothing fails or waits, lost lines are counted, and when there is room
+/// again, a line has their number.
 #[test]
 fn a_disk_without_room_costs_lines_and_nothing_else() {
     let place = Place::new("full");

@@ -34,9 +34,9 @@ fn plan(change: impl Fn(&mut Settings)) -> Plan {
     }
 }
 
-/// What each robot's intervals were where each has a program of its own, in the study's arena. A robot does not live in the
-/// cycles in which it `sleeps`.
-fn lived(plan: &Plan, sleeps: impl Fn(usize, u32) -> bool) -> Vec<Vec<Ended>> {
+/// Each robot's intervals if each runs its program, in the study's arena. A robot skips the cycles in which it
+/// `sleeps`.
+fn run_members(plan: &Plan, sleeps: impl Fn(usize, u32) -> bool) -> Vec<Vec<Ended>> {
     let robots = plan.settings.world.robots as usize;
     let control = Control::new();
     let [mut device, mut on_board] = [(); 2].map(|()| Cpu::new(Some(1)).unwrap());
@@ -54,20 +54,20 @@ fn lived(plan: &Plan, sleeps: impl Fn(usize, u32) -> bool) -> Vec<Vec<Ended>> {
     for cycle in 0..SECOND * plan.settings.seconds() {
         let mut said = Vec::new();
         let mut orders = Vec::new();
-        for (robot, own) in members.iter_mut().enumerate() {
+        for (robot, member) in members.iter_mut().enumerate() {
             let mut deeds = Deeds::default();
             if sleeps(robot, cycle) {
-                *own = Member::at(plan.clone(), robot, Contact::Tracker, own.state().clone());
+                *member = Member::at(plan.clone(), robot, Contact::Tracker, member.state().clone());
             } else {
-                if own.evolution().is_to_simulate() {
-                    let result = simulate(plan, robot, own.evolution(), &mut on_board, 1.0).unwrap();
-                    own.take_simulated(result.interval, &result.fitness);
+                if member.evolution().is_to_simulate() {
+                    let result = simulate(plan, robot, member.evolution(), &mut on_board, 1.0).unwrap();
+                    member.take_simulated(result.interval, &result.fitness);
                 }
-                deeds = own.cycle(cycle, Some(sightings[robot]));
+                deeds = member.cycle(cycle, Some(sightings[robot]));
             }
             said.extend(deeds.say);
             ended[robot].extend(deeds.ended);
-            let evolution = own.evolution();
+            let evolution = member.evolution();
             let begins = SECOND * evolution.clock.seconds_of(evolution.interval()).start == cycle;
             orders.push(Order {
                 before: deeds.controller,
@@ -76,9 +76,9 @@ fn lived(plan: &Plan, sleeps: impl Fn(usize, u32) -> bool) -> Vec<Vec<Ended>> {
                 begins: begins.then_some(cycle),
             });
         }
-        for (robot, own) in members.iter_mut().enumerate() {
+        for (robot, member) in members.iter_mut().enumerate() {
             for (second, message) in said.iter().filter(|(_, message)| message.sender != robot) {
-                own.hear(*second, *message);
+                member.hear(*second, *message);
             }
         }
         let lines = arena.live(cycle + 1, &[orders], 1).unwrap();
@@ -99,24 +99,24 @@ fn batched(plan: &Plan) -> Vec<Vec<RobotInterval>> {
     live(std::slice::from_ref(plan), &engine).unwrap().remove(0).intervals
 }
 
-/// Robots with programs of their own live as those of the batched study: the same genes, fitness and messages in every interval
-/// that ends, to the last bit.
+/// Robots that run separate programs have the batched study's genes, fitness and messages in every interval, to the
+/// last bit.
 #[test]
 fn robots_by_themselves_live_as_in_the_batched_study() {
     let changes: [fn(&mut Settings); 4] = [
         |_| (),
-        |own| (own.controllers.guests, own.clock.offset_s) = (2, 20),
-        |own| (own.clock.installed_s, own.simulators.credit) = (34, Credit::Matched),
-        |own| own.simulators.says = Says::LastWhole,
+        |settings| (settings.controllers.guests, settings.clock.offset_s) = (2, 20),
+        |settings| (settings.clock.installed_s, settings.simulators.credit) = (34, Credit::Matched),
+        |settings| settings.simulators.says = Says::LastWhole,
     ];
     let (mut heard, mut taken) = (0, 0);
     for change in changes {
         let plan = plan(change);
         let expected = batched(&plan);
-        for (robot, ended) in lived(&plan, |_, _| false).iter().enumerate() {
+        for (robot, ended) in run_members(&plan, |_, _| false).iter().enumerate() {
             assert!(ended.len() >= 3, "robot {robot}: {}", ended.len());
-            for own in ended {
-                let expected = expected[own.interval as usize][robot];
+            for interval in ended {
+                let expected = expected[interval.interval as usize][robot];
                 let RobotInterval {
                     s0,
                     chosen_under,
@@ -126,75 +126,84 @@ fn robots_by_themselves_live_as_in_the_batched_study() {
                     simulated,
                     ..
                 } = expected;
-                let numbers = (own.simulator, own.chosen_under, own.controller, own.real, own.simulated);
-                assert_eq!(numbers, (s0, chosen_under, [g0, g1], real, simulated), "{own:?}");
-                assert_eq!(own.taken, expected.taken, "{own:?}");
-                // Whoever has no interval behind it has nothing to say of one, though it can be heard.
+                let numbers = (
+                    interval.simulator,
+                    interval.chosen_under,
+                    interval.controller,
+                    interval.real,
+                    interval.simulated,
+                );
+                assert_eq!(numbers, (s0, chosen_under, [g0, g1], real, simulated), "{interval:?}");
+                assert_eq!(interval.taken, expected.taken, "{interval:?}");
+                // A robot without a finished interval can't report one, though others can receive it.
                 if plan.settings.simulators.says == Says::SoFar {
-                    assert_eq!(own.heard, u32::from(expected.heard), "{own:?}");
+                    assert_eq!(interval.heard, u32::from(expected.heard), "{interval:?}");
                 }
-                assert!(!own.missed);
-                heard += own.heard;
-                taken += u32::from(own.taken);
+                assert!(!interval.missed);
+                heard += interval.heard;
+                taken += u32::from(interval.taken);
             }
         }
     }
     assert!(heard > 50 && taken > 3, "{heard} heard, {taken} taken");
 }
 
-/// Of food that a robot can't have brought nothing is taken, and an interval earns no more than it can, whenever its food is seen.
+/// Impossible sightings of food are ignored, and an interval's earnings are limited, whenever its food is seen.
 #[test]
 fn food_is_taken_within_what_is_possible() {
-    let plan = plan(|own| own.clock.offset_s = 0);
+    let plan = plan(|settings| settings.clock.offset_s = 0);
     let most = plan.settings.limits().fitness;
     let seen = |brought| Some(Sighted { carries: true, brought });
-    let mut own = Member::new(plan.clone(), 1, Contact::Tracker);
-    own.cycle(0, seen(0));
+    let mut member = Member::new(plan.clone(), 1, Contact::Tracker);
+    member.cycle(0, seen(0));
     for items in [0, 1, 50, 51, u32::MAX] {
         // One every other cycle.
-        assert_eq!(own.can_have_brought(items, 100), items <= 50, "{items}");
+        assert_eq!(member.can_have_brought(items, 100), items <= 50, "{items}");
     }
-    own.cycle(100, seen(u32::MAX));
-    assert_eq!((own.earned(), own.state().brought), (0.0, Some(0)));
-    own.cycle(101, seen(3));
-    let worth = own.earned() / 3.0;
+    member.cycle(100, seen(u32::MAX));
+    assert_eq!((member.earned(), member.state().brought), (0.0, Some(0)));
+    member.cycle(101, seen(3));
+    let worth = member.earned() / 3.0;
     assert!(
-        own.state().brought == Some(3) && (49.0..50.0).contains(&worth),
+        member.state().brought == Some(3) && (49.0..50.0).contains(&worth),
         "{worth}"
     );
     // Since the last sighting.
-    assert!(own.can_have_brought(4, 102) && !own.can_have_brought(5, 102));
-    assert!(own.can_have_brought(7, 108) && !own.can_have_brought(8, 108));
-    // A tracker that has begun anew counts from 0.
-    own.cycle(110, seen(0));
-    assert_eq!((own.state().brought, own.earned()), (Some(0), 3.0 * worth));
+    assert!(member.can_have_brought(4, 102) && !member.can_have_brought(5, 102));
+    assert!(member.can_have_brought(7, 108) && !member.can_have_brought(8, 108));
+    // A restarted tracker counts from 0.
+    member.cycle(110, seen(0));
+    assert_eq!((member.state().brought, member.earned()), (Some(0), 3.0 * worth));
     // Its program has begun in the middle of the experiment, and takes what there may be at once.
     for (cycle, brought) in [(601, 301), (601, 150), (1199, 600)] {
-        let mut own = Member::new(plan.clone(), 1, Contact::Tracker);
-        own.cycle(cycle - 1, None);
-        own.cycle(cycle, seen(brought));
+        let mut member = Member::new(plan.clone(), 1, Contact::Tracker);
+        member.cycle(cycle - 1, None);
+        member.cycle(cycle, seen(brought));
         assert!(
-            (0.0..=most).contains(&own.earned()),
+            (0.0..=most).contains(&member.earned()),
             "{cycle} {brought}: {}",
-            own.earned()
+            member.earned()
         );
-        assert_eq!(own.state().brought, Some(brought));
+        assert_eq!(member.state().brought, Some(brought));
     }
 }
 
-/// A robot whose program is killed goes on from what it saved: the intervals that it did not live through are missed, the one in
-/// which it comes back is too, and all others are lived through.
+/// A robot whose program is killed continues from its saved state: it misses the intervals in which it was off, also
+/// the one in which it comes back, and no others.
 #[test]
 fn a_robot_that_comes_back_misses_what_it_did_not_live_through() {
-    let plan = plan(|own| own.clock.offset_s = 0);
+    let plan = plan(|settings| settings.clock.offset_s = 0);
     let away = |robot, cycle| robot == 2 && (900..1300).contains(&cycle);
-    let ended = lived(&plan, away);
+    let ended = run_members(&plan, away);
     for (robot, ended) in ended.iter().enumerate() {
-        let missed: Vec<bool> = ended.iter().map(|own| own.missed).collect();
+        let missed: Vec<bool> = ended.iter().map(|interval| interval.missed).collect();
         let expected = [false, robot == 2, robot == 2, false];
         assert_eq!(missed, expected[..missed.len()], "robot {robot}");
-        assert_eq!(ended.iter().map(|own| own.interval).collect::<Vec<_>>(), [0, 1, 2]);
+        assert_eq!(
+            ended.iter().map(|interval| interval.interval).collect::<Vec<_>>(),
+            [0, 1, 2]
+        );
     }
-    let own = &ended[2];
-    assert_eq!((own[1].simulator, own[1].taken), (own[2].simulator, false));
+    let third = &ended[2];
+    assert_eq!((third[1].simulator, third[1].taken), (third[2].simulator, false));
 }

@@ -1,4 +1,4 @@
-//! What evolves in the simulator beside the robot.
+//! The evolution in the simulator while the robot acts.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ use oneiro_lab::runs::single::on_board::OnBoard;
 
 use crate::daemon::beside::{Beside, rest};
 
-/// Work from one rest to the next, at least: a shorter rest would take longer than it should.
+/// Minimum work between two rests: a shorter rest would take longer than it should.
 const SPELL: Duration = Duration::from_millis(10);
 
 /// What some generations leave.
@@ -28,20 +28,20 @@ pub(super) struct Evolved {
     pub(super) taken: Duration,
 }
 
-/// The thread. Each time it is asked, it evolves some generations, with a share of one processor.
-pub(super) fn start(mut own: OnBoard, generations: u32, share: f64) -> Beside<(), Evolved> {
+/// The thread. On each request it evolves some generations, with a fraction of one processor.
+pub(super) fn start(mut on_board: OnBoard, generations: u32, share: f64) -> Beside<(), Evolved> {
     let mut cpu = None;
     Beside::start(move |()| {
         let cpu = match &mut cpu {
             Some(cpu) => cpu,
             none => none.insert(Cpu::new(Some(1))?),
         };
-        evolved(&mut own, cpu, generations, share)
+        evolved(&mut on_board, cpu, generations, share)
     })
 }
 
 /// Evolves some generations, or as many as are left.
-fn evolved(own: &mut OnBoard, cpu: &mut Cpu, generations: u32, share: f64) -> Result<Evolved> {
+fn evolved(on_board: &mut OnBoard, cpu: &mut Cpu, generations: u32, share: f64) -> Result<Evolved> {
     let (start, mut worked) = (Instant::now(), Duration::ZERO);
     let mut began = start;
     let mut pause = || {
@@ -53,16 +53,16 @@ fn evolved(own: &mut OnBoard, cpu: &mut Cpu, generations: u32, share: f64) -> Re
         }
     };
     for _ in 0..generations {
-        if own.is_over() {
+        if on_board.is_over() {
             break;
         }
-        own.breed(cpu, &mut pause)?;
+        on_board.breed(cpu, &mut pause)?;
     }
     Ok(Evolved {
-        best: own.best().cloned(),
-        saved: own.save(),
-        generation: own.generation(),
-        is_over: own.is_over(),
+        best: on_board.best().cloned(),
+        saved: on_board.save(),
+        generation: on_board.generation(),
+        is_over: on_board.is_over(),
         worked: worked + began.elapsed(),
         taken: start.elapsed(),
     })

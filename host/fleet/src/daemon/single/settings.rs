@@ -44,7 +44,7 @@ use serde::Deserialize;
 use super::transfers::Rules;
 use crate::daemon::settings::{Evolution, SHARES, guard, wire};
 
-/// Allowed numbers of generations, and of lives.
+/// Allowed numbers of generations, and of episodes.
 const GENERATIONS: RangeInclusive<u32> = 1..=1_000_000;
 const COUNTS: RangeInclusive<u32> = 0..=100_000;
 
@@ -67,7 +67,7 @@ struct File {
     guard: BTreeMap<String, f64>,
 }
 
-/// How lives take place on the robot, as in `[reality]` of an experiment.
+/// How episodes run on the robot, as in `[reality]` of an experiment.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct Lives {
@@ -130,7 +130,7 @@ impl Settings {
     /// How to connect to the robot.
     ///
     /// # Errors
-    /// Exit 3: a sensor of a kind that no robot on a wire has.
+    /// Exit 3: a kind of sensor that no connected robot has.
     pub fn options(&self) -> Result<Options> {
         let kinds = wired::kinds(self.experiment.world().spec()).map_err(Failure::input)?;
         Ok(Options {
@@ -151,17 +151,17 @@ impl Settings {
         failure
     }
 
-    /// The least time that the robot takes, in words.
+    /// The robot's minimum time, in words.
     pub fn time(&self) -> String {
         let generations = self.experiment.settings().evolution.generations;
         let least = generations.div_ceil(self.rules.generations) + self.rules.final_lives;
         let cycles = self.experiment.world().cycles() + self.lives.walk;
         let time = Time::new(least.into(), 1, cycles, 1);
-        format!("at least {least} lives on the robot: {time}, less for those that are on record")
+        format!("at least {least} episodes on the robot: {time}, less those already recorded")
     }
 }
 
-/// Reads an experiment whose lives are possible on a robot, as far as that is known before the robot is connected.
+/// Reads an experiment whose episodes can run on a robot, as far as that is known before it is connected.
 fn experiment(path: &Path, file: &File, source: &Source<'_>) -> Result<Experiment> {
     let invalid = |problem: &str| {
         let name = file.experiment.display();
@@ -180,13 +180,13 @@ fn experiment(path: &Path, file: &File, source: &Source<'_>) -> Result<Experimen
         1 => {}
         robots => {
             return Err(invalid(&format!(
-                "whose {robots} robots live together in one world; allowed: an experiment of a single robot"
+                "whose {robots} robots share a world; allowed: an experiment of a single robot"
             )));
         }
     }
     if experiment.first_real().is_some() {
         return Err(invalid(&format!(
-            "whose last generations live on reality.robot; allowed: one without it, since the robot on board is that of `address`, {}",
+            "whose last generations run on reality.robot; allowed: one without it, since the robot on board is that of `address`, {}",
             file.address
         )));
     }
@@ -194,7 +194,7 @@ fn experiment(path: &Path, file: &File, source: &Source<'_>) -> Result<Experimen
     let reported = Reported::new(spec).map(drop).map_err(|error| error.to_string());
     kinds
         .and(reported)
-        .map_err(|problem| invalid(&format!("which can't live on a robot: {problem}")))?;
+        .map_err(|problem| invalid(&format!("which can't run on a robot: {problem}")))?;
     Ok(experiment)
 }
 
@@ -228,14 +228,14 @@ fn check(file: &File, source: &Source<'_>) -> Result {
     source.within("evolution.share", file.evolution.share, &SHARES)
 }
 
-/// The same values as an experiment's. Nobody is there to put the robot anywhere, so it walks to where its lives start.
-fn lives(own: Lives, source: &Source<'_>) -> Result<wired::Values> {
+/// The same values as an experiment's. Nobody can put the robot anywhere, so it drives to its starts.
+fn lives(values: Lives, source: &Source<'_>) -> Result<wired::Values> {
     let values = Transfer {
-        walk: own.walk_s,
-        speed: own.speed_mm_s,
-        sensors: own.sensors,
-        tracker: Addresses(own.tracker.into_iter().collect()),
-        tracker_age: own.tracker_age_ms.map(|age| age as f32),
+        walk: values.walk_s,
+        speed: values.speed_mm_s,
+        sensors: values.sensors,
+        tracker: Addresses(values.tracker.into_iter().collect()),
+        tracker_age: values.tracker_age_ms.map(|age| age as f32),
         ..Transfer::default()
     };
     values

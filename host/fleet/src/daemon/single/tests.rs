@@ -75,7 +75,7 @@ impl Place {
         let text = self.text(name);
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let head = reader.headers().unwrap().clone();
-        let at = columns.map(|column| head.iter().position(|own| own == column).unwrap());
+        let at = columns.map(|column| head.iter().position(|name| name == column).unwrap());
         reader
             .records()
             .map(|row| {
@@ -85,7 +85,7 @@ impl Place {
             .collect()
     }
 
-    /// What was measured, as the table of transfers has it, is what the complete lives on record give, one each.
+    /// The table of transfers has the measured values of the complete recorded episodes, one each.
     fn is_recorded(&self) {
         let transfers = self.columns("transfers.csv", ["bits"]);
         let mut lives = self.columns("lives/lives.csv", ["bits", "status"]);
@@ -102,7 +102,8 @@ impl Drop for Place {
     }
 }
 
-/// From start to end, twice: the simulator proposes, the robot measures, and the best measured controller has the last lives.
+/// From start to end, twice: the simulator proposes, the robot measures, and the best measured controller has the last
+/// episodes.
 #[test]
 fn what_was_measured_decides() {
     let places = ["one", "other"].map(|name| Place::new(name, FILE, EXPERIMENT));
@@ -112,13 +113,13 @@ fn what_was_measured_decides() {
     }
     let [place, other] = &places;
     let rows = place.columns("transfers.csv", ["why", "generation", "lives", "mean"]);
-    let count = |why: &str| rows.iter().filter(|[own, ..]| own == why).count();
+    let count = |why: &str| rows.iter().filter(|[reason, ..]| reason == why).count();
     // Of seven generations the best of the third and of the sixth had to wait, for ever.
     let news = rows.iter().filter(|[why, ..]| why == "new");
     let generations: Vec<&str> = news.map(|[_, generation, ..]| &**generation).collect();
     assert_eq!(generations, ["0", "1", "3", "4", "6"]);
     assert!(rows[2][0] == "again" && rows[5][0] == "again" && count("final") >= 2);
-    // The last life is that of the controller with the highest mean, which has had enough of them.
+    // The last episode is of the controller with the highest mean, which has had enough of them.
     let [why, generation, lives, mean] = rows.last().unwrap();
     assert!(why == "final" && lives.parse::<u32>().unwrap() >= 6, "{rows:?}");
     let mut measured: BTreeMap<String, Vec<f64>> = BTreeMap::new();
@@ -130,7 +131,7 @@ fn what_was_measured_decides() {
             .push(fitness.parse().unwrap());
         last = genome;
     }
-    let average = |own: &Vec<f64>| own.iter().sum::<f64>() / own.len() as f64;
+    let average = |values: &Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
     let best = measured.values().map(average).fold(f64::NAN, f64::max);
     assert_eq!(
         (average(&measured[&last]), measured[&last].len().to_string()),
@@ -147,11 +148,11 @@ fn what_was_measured_decides() {
         other.columns("lives/lives.csv", names)
     );
 
-    // All is done: nothing is lived again, and there is nothing to evolve.
+    // All is done: no episode is repeated, and there is nothing to evolve.
     let before = place.text("transfers.csv");
     place.lives(0).unwrap();
     assert_eq!(place.text("transfers.csv"), before);
-    // A robot that is to try more goes on from there.
+    // A robot with more transfers to do continues from there.
     fs::write(
         place.0.join("robot.toml"),
         FILE.replace("final_lives = 2", "final_lives = 3"),
@@ -174,8 +175,8 @@ fn what_was_measured_decides() {
     );
 }
 
-/// Stopped again and again, at looks that seeds draw: no life is taken for another, none is lost, and the simulator's part comes out
-/// as if there had been no interruption.
+/// Stopped again and again, at looks drawn from seeds: no episode is lost or taken for another, and the simulator's
+/// part comes out as if there had been no interruption.
 #[test]
 fn a_robot_that_is_stopped_goes_on() {
     let whole = Place::new("whole", FILE, EXPERIMENT);
@@ -188,7 +189,7 @@ fn a_robot_that_is_stopped_goes_on() {
     let stopped = Place::new("stopped", FILE, EXPERIMENT);
     let mut stops = 0;
     for boot in 0_usize.. {
-        // From the walk before a life to beyond its end, which takes 26 looks.
+        // From the walk before an episode to beyond its end, which takes 26 looks.
         match stopped.lives(3 + 17 * boot % 41) {
             Ok(()) => break,
             Err(failure) => assert_eq!(failure.code(), 75, "{failure}"),
@@ -204,7 +205,7 @@ fn a_robot_that_is_stopped_goes_on() {
         numbers
             .iter()
             .zip(0_u32..)
-            .all(|([own], number)| *own == number.to_string())
+            .all(|([number_of_row], number)| *number_of_row == number.to_string())
     );
 }
 
@@ -318,21 +319,21 @@ fn what_is_not_allowed_is_refused_at_its_place() {
             "",
             "",
             "[robot]\npreset = \"epuck\"\ncount = 5\n[arena]\nwidth_mm = 900\nheight_mm = 900\n",
-            "robot.toml:2:14: experiment: is experiment.toml, whose 5 robots live together in one world",
+            "robot.toml:2:14: experiment: is experiment.toml, whose 5 robots share a world",
         ),
         (
             "forager",
             "",
             "",
             "[robot]\nkind = \"forager\"\n",
-            "robot.toml:2:14: experiment: is experiment.toml, which can't live on a robot: robot.kind is `forager`",
+            "robot.toml:2:14: experiment: is experiment.toml, which can't run on a robot: robot.kind is `forager`",
         ),
         (
             "reality",
             "",
             "",
             "[reality]\nrobot = \"surrogate:1\"\n",
-            "robot.toml:2:14: experiment: is experiment.toml, whose last generations live on reality.robot",
+            "robot.toml:2:14: experiment: is experiment.toml, whose last generations run on reality.robot",
         ),
         (
             "value",
@@ -374,10 +375,10 @@ fn the_documented_file_is_allowed() {
     ] {
         assert!(page.contains(&format!("| `transfers.{key}` | {default} | ")), "{key}");
     }
-    // 20 lives of 50 s, each after 10 s, and one more.
+    // 20 episodes of 50 s, each after 10 s, and one more.
     let time = settings.time();
     assert!(
-        time.starts_with("at least 21 lives on the robot: 21.0 robot-minutes"),
+        time.starts_with("at least 21 episodes on the robot: 21.0 robot-minutes"),
         "{time}"
     );
 }

@@ -1,4 +1,4 @@
-//! What a robot has measured: the lives of the controllers that it has tried, and which of them it tries next.
+//! A robot's measurements: the episodes of the controllers that it has tried, and its next controller.
 
 use oneiro_base::contents::{Column, Entry, head};
 use oneiro_base::disk;
@@ -24,9 +24,13 @@ pub static COLUMNS: [Column; 9] = [
     ),
     Column::whole("individual", "", "its index in that generation"),
     Column::number("simulated", "", "its score there"),
-    Column::number("measured", "", "its fitness in this life on the robot"),
+    Column::number("measured", "", "its fitness in this episode on the robot"),
     Column::text("bits", "the same as its 32 bits, in hex"),
-    Column::whole("lives", "", "lives that this controller has had on the robot by then"),
+    Column::whole(
+        "lives",
+        "",
+        "episodes that this controller has had on the robot by then",
+    ),
     Column::number("mean", "", "their mean fitness, by which controllers are compared"),
 ];
 
@@ -36,11 +40,11 @@ pub static COLUMNS: [Column; 9] = [
 pub struct Rules {
     /// Simulated generations from one transfer to the next.
     pub generations: u32,
-    /// Every how many transfers the best measured controller is tried again in place of a new one; 0 for never.
+    /// Every how many transfers the best measured controller is tried again instead of a new one; 0 for never.
     pub(crate) again_every: u32,
-    /// Lives that the best measured controller must have had before the robot goes back to it.
+    /// Episodes that the best measured controller must have had before the robot returns to it.
     pub(crate) least_lives: u32,
-    /// Lives by the controller that the robot has gone back to.
+    /// Episodes of the controller that the robot has returned to.
     pub(crate) final_lives: u32,
 }
 
@@ -60,7 +64,7 @@ impl Default for Rules {
 pub enum Why {
     /// It is the simulator's best.
     New,
-    /// It is the best measured so far, and may owe that to one lucky life.
+    /// It is the best measured so far, perhaps by one lucky episode.
     Again,
     /// It is the one that the robot has gone back to.
     Final,
@@ -77,7 +81,7 @@ impl Why {
     }
 }
 
-/// A controller's life on the robot.
+/// A controller's episode on the robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Transfer {
     pub why: Why,
@@ -95,10 +99,10 @@ pub struct Standing<'a> {
 }
 
 impl<'a> Standing<'a> {
-    /// By the lives that a controller has among some.
+    /// From a controller's episodes among some.
     fn of(transfers: &[Transfer], controller: &'a Champion) -> Self {
-        let own = lives(transfers, controller);
-        let (lives, sum) = own.fold((0, 0.0), |(lives, sum), own| (lives + 1, sum + f64::from(own)));
+        let of_controller = lives(transfers, controller);
+        let (lives, sum) = of_controller.fold((0, 0.0), |(lives, sum), fitness| (lives + 1, sum + f64::from(fitness)));
         Self {
             controller,
             lives,
@@ -118,12 +122,12 @@ pub struct Saved {
     pub(crate) is_evolved: bool,
     /// The simulator's best, if it was not tried yet.
     pub waiting: Option<Champion>,
-    /// Every life on the robot.
+    /// Every episode on the robot.
     pub transfers: Vec<Transfer>,
 }
 
 impl Saved {
-    /// What the robot tries next; nothing if it has to wait for the simulator, or if all is done.
+    /// The robot's next try; nothing if it has to wait for the simulator, or if all is done.
     pub fn next(&self, rules: &Rules) -> Option<(Why, &Champion)> {
         let best = self.best();
         let is_due = rules.again_every > 0 && (self.transfers.len() as u32 + 1).is_multiple_of(rules.again_every);
@@ -135,7 +139,8 @@ impl Saved {
                 if best.lives < rules.least_lives {
                     return Some((Why::Again, best.controller));
                 }
-                let is_final = |own: &&Transfer| own.why == Why::Final && is_same(&own.controller, best.controller);
+                let is_final =
+                    |transfer: &&Transfer| transfer.why == Why::Final && is_same(&transfer.controller, best.controller);
                 let done = self.transfers.iter().filter(is_final).count();
                 (done < rules.final_lives as usize).then_some((Why::Final, best.controller))
             }
@@ -152,9 +157,9 @@ impl Saved {
         };
         let firsts = (0..self.transfers.len()).filter(is_first);
         let standings = firsts.map(|transfer| Standing::of(&self.transfers, self.controller(transfer)));
-        standings.reduce(|best, own| {
-            if by_fitness(own.mean, best.mean).is_lt() {
-                own
+        standings.reduce(|best, standing| {
+            if by_fitness(standing.mean, best.mean).is_lt() {
+                standing
             } else {
                 best
             }
@@ -166,12 +171,12 @@ impl Saved {
     }
 
     fn table(&self) -> String {
-        let row = |(number, own): (usize, &Transfer)| {
+        let row = |(number, transfer): (usize, &Transfer)| {
             let Transfer {
                 why,
                 controller,
                 measured,
-            } = own;
+            } = transfer;
             let Standing { lives, mean, .. } = Standing::of(&self.transfers[..=number], controller);
             format!(
                 "{number},{},{},{},{},{measured},{:08x},{lives},{mean}\n",
@@ -187,15 +192,17 @@ impl Saved {
     }
 }
 
-/// The fitness of a controller's lives among some.
+/// The fitness of a controller's episodes among some.
 fn lives<'a>(transfers: &'a [Transfer], controller: &'a Champion) -> impl Iterator<Item = f32> + 'a {
-    let own = transfers.iter().filter(|own| is_same(&own.controller, controller));
-    own.map(|own| own.measured)
+    let of_controller = transfers
+        .iter()
+        .filter(|transfer| is_same(&transfer.controller, controller));
+    of_controller.map(|transfer| transfer.measured)
 }
 
 /// Whether two individuals have the same genes.
 fn is_same(one: &Champion, other: &Champion) -> bool {
-    let [one, other] = [one, other].map(|own| own.genome.iter().map(|gene| gene.to_bits()));
+    let [one, other] = [one, other].map(|champion| champion.genome.iter().map(|gene| gene.to_bits()));
     one.eq(other)
 }
 
@@ -215,18 +222,18 @@ impl Kept for Saved {
 /// Files of the daemon's directory.
 pub fn contents() -> Vec<Entry> {
     vec![
-        Entry::table(TRANSFERS, "every life on the robot: one row per transfer", &COLUMNS),
+        Entry::table(TRANSFERS, "every episode on the robot: one row per transfer", &COLUMNS),
         Entry::file(
             BEST,
             "the genes of the controller with the highest mean, as `oneiro evaluate --genomes` takes them",
         ),
         Entry::file(
             "lives",
-            "the record of those lives, and of those that were cut short, with a `README.md` of its own",
+            "the record of those episodes, and of interrupted ones, with its `README.md`",
         ),
         Entry::file(
             CHECKPOINT,
-            "what the daemon goes on from: the evolution between two transfers, and all that was measured",
+            "the daemon's checkpoint: the evolution between two transfers, and all measurements",
         ),
         Entry::file(
             "log.jsonl",
@@ -250,13 +257,13 @@ mod tests {
         }
     }
 
-    /// A robot on which each controller has these fitnesses, one life after the other, tries what the rules say.
+    /// A robot on which each controller has these fitnesses in successive episodes tries controllers by the rules.
     fn tried(rules: &Rules, candidates: u32, measure: impl Fn(f32, usize) -> f32) -> (Saved, Vec<(Why, f32)>) {
         let mut saved = Saved::default();
         let mut new = 0;
         let mut all = Vec::new();
         loop {
-            let next = saved.next(rules).map(|(why, own)| (why, own.clone()));
+            let next = saved.next(rules).map(|(why, next)| (why, next.clone()));
             if let Some((why, controller)) = next.clone() {
                 let gene = controller.genome[0];
                 let measured = measure(gene, lives(&saved.transfers, &controller).count());
@@ -278,7 +285,7 @@ mod tests {
         }
     }
 
-    /// Controller 2 has one lucky life, and 3 is the best on average.
+    /// Controller 2 has one lucky episode, and 3 is the best on average.
     #[test]
     fn one_lucky_life_does_not_win() {
         let measure = |gene: f32, life| match (gene, life) {
@@ -298,12 +305,12 @@ mod tests {
             (New, 1.0),
             (New, 2.0),
             (New, 3.0),
-            // In place of 4. Its mean is 5 then, and still the highest.
+            // Instead of 4. Its mean is 5 then, and still the highest.
             (Again, 2.0),
             (New, 5.0),
             (New, 6.0),
             (Again, 2.0),
-            // Its mean is 11 / 3 now, of enough lives.
+            // Its mean is 11 / 3 now, of enough episodes.
             (Final, 2.0),
             // As high as that of 3, which was tried later.
             (Final, 2.0),
@@ -337,7 +344,7 @@ mod tests {
             "transfer,why,generation,individual,simulated,measured,bits,lives,mean"
         );
         assert_eq!(lines[2], "1,new,2,0,2,-2,c0000000,1,-2");
-        // A life whose fitness is no number ranks last, also if it is the only one.
+        // An episode whose fitness is no number ranks last, also if it is the only one.
         let (saved, _) = tried(&rules, 1, |_, _| f32::NAN);
         assert!(saved.best().unwrap().mean.is_nan());
     }

@@ -9,7 +9,7 @@ use oneiro_robots::vehicle::{Moment, Profile, Vehicle};
 
 use crate::daemon::notify::Notify;
 
-/// Least time between two pings: several fit into the `WatchdogSec` of the daemon's unit.
+/// Minimum time between two pings: several fit into the `WatchdogSec` of the daemon's unit.
 const PERIOD: Duration = Duration::from_secs(1);
 
 /// A robot that pings the watchdog.

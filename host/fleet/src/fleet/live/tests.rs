@@ -8,7 +8,7 @@ use super::super::operator::{Station, VERSION};
 use super::super::table;
 use super::*;
 
-/// A robot that says what it is told to, and hears the beacon: when, the experiment's time, and whether it may move.
+/// A robot that sends given messages, and records the beacon: when, the experiment's time, and whether it may move.
 struct Robot {
     socket: UdpSocket,
     radio: Radio,
@@ -16,7 +16,7 @@ struct Robot {
     heard: Vec<(Instant, i64, bool)>,
     /// The number of the operator's start that it has heard last.
     start: u64,
-    /// All that it has said.
+    /// All its messages.
     said: Vec<Vec<u8>>,
 }
 
@@ -129,11 +129,11 @@ fn station(fleet: &Fleet) -> (Record, Arc<Station>) {
     (record, Arc::new(station))
 }
 
-/// Robots may move while the operator's program lives, and no longer: not when it hangs, nor after its end.
+/// Robots may move while the operator's program runs, and no longer: not when it hangs, nor after its end.
 #[test]
 fn a_program_that_hangs_gives_no_leave_to_move() {
-    let (fleet, [own, _other]) = fleet("leave");
-    let mut robot = Robot::of(&fleet, 0, fleet.hash(), own);
+    let (fleet, [first, _other]) = fleet("leave");
+    let mut robot = Robot::of(&fleet, 0, fleet.hash(), first);
     let socket = Arc::new(Socket::open(&fleet).unwrap());
     let began = Instant::now();
     let beacon = Beacon::begin(socket, station(&fleet).1, Time::from(5000)).unwrap();
@@ -151,7 +151,7 @@ fn a_program_that_hangs_gives_no_leave_to_move() {
     let leave = last - renewed.duration_since(began).as_millis() as i64;
     assert!((500..1100).contains(&leave), "{leave} ms");
     assert!(!robot.heard.last().unwrap().2);
-    // Ten a second, but for what other tests take of the machine, and the experiment's time in each.
+    // About ten a second, as other tests also use the machine, and the experiment's time in each.
     assert!((8..=24).contains(&robot.heard.len()), "{}", robot.heard.len());
     assert!(robot.heard.is_sorted_by_key(|(_, milliseconds, _)| *milliseconds));
     for (at, milliseconds, _) in &robot.heard {
@@ -167,8 +167,8 @@ fn a_program_that_hangs_gives_no_leave_to_move() {
     assert_eq!(robot.heard.len(), count);
 }
 
-/// One robot has another version: it is named, and the fleet lives without it if it may. The time goes on where robots are, and at a
-/// stop the last word is to stand.
+/// One robot has another version: it is named, and the fleet runs without it if it may. Robots' time goes on, and at a
+/// stop the last message is to stand still.
 #[test]
 fn a_fleet_lives_with_those_that_may_take_part() {
     let (fleet, [first, second]) = fleet("live");
@@ -248,12 +248,12 @@ fn a_fleet_lives_with_those_that_may_take_part() {
         heard.iter().all(|(_, milliseconds, _)| *milliseconds >= 61_000),
         "time never goes back"
     );
-    // The next time, it goes on from there, with numbers of its own.
+    // The next record continues from there, with new numbers.
     let next = Record::next(&fleet).unwrap();
     assert!(next.boots == 3 && next.milliseconds >= at, "{next:?}");
 }
 
-/// A robot that lives another experiment with the same key is named, and takes no part.
+/// A robot with another experiment and the same key is named, and takes no part.
 #[test]
 fn a_robot_of_another_experiment_is_refused_by_name() {
     let (fleet, [first, _second]) = fleet("other");
@@ -282,8 +282,8 @@ fn hear_until(ears: &mut Ears, is_so: impl Fn(&Ears) -> bool) {
     }
 }
 
-/// Who has recorded all that a fleet said in one start, and sends it again at the next one, shows no robot: not with what the operator has
-/// taken, and not with what it has not.
+/// An attacker who records all of a fleet's messages in one start, and sends them again at the next one, shows no
+/// robot: neither with those that the operator has taken, nor with others.
 #[test]
 fn what_was_recorded_before_a_start_shows_no_robot() {
     let (fleet, [first, second]) = fleet("replayed");
@@ -400,7 +400,7 @@ fn who_answers_is_not_refused_by_what_others_say() {
     assert_eq!(ears.present(), 1);
 }
 
-/// A record of an earlier version goes on: it has no windows.
+/// A record of an earlier version, which has no windows, is continued.
 #[test]
 fn a_record_of_an_earlier_version_is_read() {
     let (fleet, _) = fleet("earlier");

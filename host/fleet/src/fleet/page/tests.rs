@@ -55,7 +55,7 @@ fn silent(fleet: &Fleet) -> Result {
     for (second, age, total) in [(1, 200, 3), (2, 400, 5), (3, 5_000, 5)] {
         let robots = BTreeMap::from([(0, known(age, total)), (1, Known::default())]);
         page.look(&robots, Some(1000 * second));
-        // The second time in a second there is nothing to be said.
+        // The second look in a second has no news.
         page.look(&BTreeMap::new(), Some(1000 * second + 20));
     }
     page.end("The end.".to_owned())
@@ -85,14 +85,21 @@ fn a_robot_that_falls_silent_has_no_pose_and_keeps_its_food() {
     let moments = story.moments();
     let of_first: Vec<_> = moments
         .iter()
-        .map(|own| (own.cycle, own.robots[0].pose, own.robots[0].brought, own.robots[0].act))
+        .map(|moment| {
+            (
+                moment.cycle,
+                moment.robots[0].pose,
+                moment.robots[0].brought,
+                moment.robots[0].act,
+            )
+        })
         .collect();
     let place = Some([100.0, -250.0, 0.25]);
     assert_eq!(of_first, [(10, place, 3, 3), (20, place, 2, 3), (30, None, 0, 8)]);
     assert!(
         moments
             .iter()
-            .all(|own| own.robots[1].pose.is_none() && own.robots[1].act == 9)
+            .all(|moment| moment.robots[1].pose.is_none() && moment.robots[1].act == 9)
     );
     let [genes, none] = &story.genes()[..] else {
         panic!("two robots")
@@ -117,7 +124,7 @@ fn a_robot_that_falls_silent_has_no_pose_and_keeps_its_food() {
     std::fs::remove_dir_all(fleet.directory.parent().unwrap()).unwrap();
 }
 
-/// Robots of another version take no part, whatever they say; robots that the tracker does not see have no pose.
+/// Robots of another version take no part, whatever they send; robots that the tracker does not see have no pose.
 #[test]
 fn what_is_not_known_is_left_out() {
     let refused = Known {
@@ -138,7 +145,7 @@ fn what_is_not_known_is_left_out() {
     );
 }
 
-/// The table goes on after a stop, and after a crash in the middle of a row. Time that does not run is not recorded.
+/// The table continues after a stop, and after a crash in the middle of a row. Stopped time is not recorded.
 #[test]
 fn the_record_goes_on() {
     let fleet = with_directory("goes-on");
@@ -192,12 +199,12 @@ fn a_long_life_is_thinned() {
     story.add(line(36_001));
     let (moments, genes) = (story.moments(), story.genes());
     assert!((MOST / 20..=MOST / 10).contains(&moments.len()), "{}", moments.len());
-    let cycles: Vec<u32> = moments.iter().map(|own| own.cycle / SECOND).collect();
+    let cycles: Vec<u32> = moments.iter().map(|moment| moment.cycle / SECOND).collect();
     let (last, others) = cycles.split_last().unwrap();
     assert_eq!(*last, 36_001);
     let expected: Vec<u32> = (0..=36_000).step_by(32).collect();
     assert_eq!(others, expected);
-    let food: u32 = moments.iter().map(|own| own.robots[9].brought).sum();
+    let food: u32 = moments.iter().map(|moment| moment.robots[9].brought).sum();
     assert_eq!(food, 360);
 
     let fleet = with_directory("long");
@@ -210,7 +217,7 @@ fn a_long_life_is_thinned() {
     std::fs::remove_dir_all(fleet.directory.parent().unwrap()).unwrap();
 }
 
-/// The disk is busy for two seconds: who looks at the robots does not wait, and what was left waiting is written.
+/// The disk is busy for two seconds: the operator does not wait, and the delayed lines are written later.
 #[cfg(unix)]
 #[test]
 fn a_slow_disk_keeps_nobody_waiting() {
@@ -242,8 +249,8 @@ fn a_slow_disk_keeps_nobody_waiting() {
     std::fs::remove_dir_all(fleet.directory.parent().unwrap()).unwrap();
 }
 
-/// The page is opened as a file: it loads the script again and again, shows the newest line unless somebody looks back, and says when
-/// nothing new comes.
+/// The page is opened as a file: it loads the script again and again, shows the newest line unless the user looks back,
+/// and reports when nothing new comes.
 #[test]
 fn a_browser_shows_what_is_new() {
     let fleet = with_directory("browser");
@@ -264,7 +271,7 @@ fn a_browser_shows_what_is_new() {
         const soon = (ms) => new Promise((then) => setTimeout(then, ms));\n\
         const at = (id) => document.getElementById(id).textContent;\n\
         const age = (text) => (parseFloat(text) < 4 ? ' heard ' : ' not heard ');\n\
-        const row = (own) => own.textContent.replace(/(\\d+\\.\\d) s ago/, age);\n\
+        const row = (moment) => moment.textContent.replace(/(\\d+\\.\\d) s ago/, age);\n\
         const rows = () => Array.from(document.querySelectorAll('#robots tbody tr'), row);\n\
         const drawn = () => window.oneiro.drawn(Number(document.getElementById('when').value)).robots.map(({ name }) => name);\n\
         const press = (key) => document.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));\n\

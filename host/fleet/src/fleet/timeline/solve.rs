@@ -4,11 +4,11 @@
 /// How far two clocks are apart, by a pair of messages.
 pub(super) struct Equation {
     pub(super) terms: [Term; 2],
-    /// Sum of the terms: what is added to each clock at a time of its own, with its sign, ms.
+    /// Sum of the terms: the signed corrections of clocks at given times, ms.
     pub(super) value: f64,
     /// Standard deviation that the value is given, ms.
     pub(super) error: f64,
-    /// Greatest error of the value, ms.
+    /// Maximum error of the value, ms.
     pub(super) bound: f64,
 }
 
@@ -23,11 +23,11 @@ pub(super) struct Term {
 /// Coefficients by unknown, and what they should add up to.
 pub(super) type Row = (Vec<(usize, f64)>, f64);
 
-/// The unknowns that make the sum of squares of all rows' errors least. Unknowns of which no row says anything stay 0.
-pub(super) fn solved(unknowns: usize, rows: &[Row]) -> Vec<f64> {
-    /// The solution is exact after as many steps as there are unknowns, but for rounding.
+/// The unknowns that minimise the sum of squares of all rows' errors. Unknowns that no row contains stay 0.
+pub(super) fn solve_least_squares(unknowns: usize, rows: &[Row]) -> Vec<f64> {
+    /// Without rounding, the solution is exact after as many steps as there are unknowns.
     const ROUNDS: usize = 20;
-    /// What is left of the gradient, as a share, when it is done.
+    /// The remaining fraction of the gradient at the end.
     const LEFT: f64 = 1e-13;
     let product = |(coefficients, _): &Row, of: &[f64]| -> f64 {
         coefficients
@@ -46,7 +46,7 @@ pub(super) fn solved(unknowns: usize, rows: &[Row]) -> Vec<f64> {
         }
         sums
     };
-    // Each unknown in a unit of its own, in which its column has length 1.
+    // Each unknown in the unit in which its column has length 1.
     let mut scales = vec![0.0; unknowns];
     for &(unknown, coefficient) in rows.iter().flat_map(|(coefficients, _)| coefficients) {
         scales[unknown] += coefficient * coefficient;
@@ -57,8 +57,8 @@ pub(super) fn solved(unknowns: usize, rows: &[Row]) -> Vec<f64> {
     };
     let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
     let add = |to: &mut [f64], share: f64, of: &[f64]| {
-        for (own, other) in to.iter_mut().zip(of) {
-            *own += share * other;
+        for (element, other) in to.iter_mut().zip(of) {
+            *element += share * other;
         }
     };
     let mut solution = vec![0.0; unknowns];
@@ -84,14 +84,14 @@ pub(super) fn solved(unknowns: usize, rows: &[Row]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::solved;
+    use super::solve_least_squares;
 
-    /// A line through points that lie beside it: intercept and slope of the textbook's formula.
+    /// A line through points that scatter around it: intercept and slope of the textbook's formula.
     #[test]
     fn a_line_is_fitted() {
         let points = [(0.0, 1.1), (1.0, 2.9), (2.0, 5.2), (3.0, 6.8)];
         let rows: Vec<_> = points.iter().map(|&(x, y)| (vec![(0, 1.0), (1, x)], y)).collect();
-        let [intercept, slope] = solved(2, &rows)[..] else {
+        let [intercept, slope] = solve_least_squares(2, &rows)[..] else {
             panic!("two unknowns")
         };
         assert!((slope - 1.94).abs() < 1e-9, "{slope}");
@@ -103,7 +103,7 @@ mod tests {
     fn long_chains_are_solved_and_what_nothing_says_stays_0() {
         let mut rows = vec![(vec![(0, 1.0)], 1.0)];
         rows.extend((1..1000).map(|at| (vec![(at, 1.0), (at - 1, -1.0)], 1.0)));
-        let solution = solved(1001, &rows);
+        let solution = solve_least_squares(1001, &rows);
         for (at, value) in solution[..1000].iter().enumerate() {
             assert!((value - (at + 1) as f64).abs() < 1e-4, "{at}: {value}");
         }

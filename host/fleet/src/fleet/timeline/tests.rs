@@ -21,13 +21,13 @@ struct Made {
 }
 
 impl Made {
-    /// What a robot's clock says at a true time, and the start that it counts from.
+    /// A robot clock's reading at a true time, and the start that it counts from.
     fn at(&self, robot: usize, time: f64) -> (f64, u32) {
         let (start, boot) = *self.boots[robot].iter().rfind(|(start, _)| *start <= time).unwrap();
         ((time - start) * (1.0 + self.fast[robot]), boot)
     }
 
-    /// The greatest error between two robots' aligned clocks, over all minutes, ms.
+    /// The maximum error between two robots' aligned clocks, over all minutes, ms.
     fn greatest_error(&self, clocks: &[Clock], robots: &[usize]) -> f64 {
         let mut greatest = 0.0_f64;
         for minute in 1..MINUTES {
@@ -108,7 +108,7 @@ fn waiting(random: &mut dyn Rng) -> f64 {
 fn clocks_of_known_offset_and_drift_are_aligned_to_some_milliseconds() {
     for seed in 0..3 {
         let made = made(10, seed, |random, _, _, _| waiting(random));
-        let clocks = aligned(&made.lines);
+        let clocks = align(&made.lines);
         assert_eq!(clocks.len(), 12);
         let all: Vec<usize> = (0..10).collect();
         let error = made.greatest_error(&clocks, &all);
@@ -120,7 +120,7 @@ fn clocks_of_known_offset_and_drift_are_aligned_to_some_milliseconds() {
                 "{clock:?}"
             );
         }
-        // Drifts beside that of the reference.
+        // Drifts relative to that of the reference.
         let reference = clocks.iter().find(|clock| clock.by == By::Reference).unwrap();
         for clock in &clocks {
             let true_drift = made.fast[reference.robot as usize] - made.fast[clock.robot as usize];
@@ -144,7 +144,7 @@ fn clocks_of_robots_that_look_once_in_a_cycle_are_within_the_stated_bound() {
         let phase = 37.0 * other as f64 % 100.0;
         phase + 100.0 * ((arrives - phase) / 100.0).ceil() - said
     });
-    let clocks = aligned(&made.lines);
+    let clocks = align(&made.lines);
     let bound = clocks.iter().map(|clock| clock.bound).fold(0.0, f64::max);
     let error = made.greatest_error(&clocks, &(0..10).collect::<Vec<_>>());
     assert!(error < bound && bound < 60.0, "{error} ms, bound {bound} ms");
@@ -170,7 +170,7 @@ fn robots_without_contact_say_so() {
         (5.0, 1),
         json!({ "event": "heard", "sender": 9, "sequence": 3 }),
     ));
-    let clocks = aligned(&made.lines);
+    let clocks = align(&made.lines);
     let of = |robot: u32| clocks.iter().find(|clock| clock.robot == robot).unwrap();
     assert_eq!((of(8).by, of(8).time(1000.0)), (By::Beacon, Some(1777.0)));
     assert_eq!((of(9).by, of(9).time(1000.0)), (By::Nothing, None));
@@ -194,7 +194,7 @@ fn the_timeline_has_the_experiment_s_time() {
             json!({ "event": "interval", "experiment_ms": known as i64 }),
         ));
     }
-    let clocks = aligned(&made.lines);
+    let clocks = align(&made.lines);
     for robot in 0..4 {
         let (at, boot) = made.at(robot, 1.5e6);
         let clock = clocks
@@ -208,7 +208,7 @@ fn the_timeline_has_the_experiment_s_time() {
 
 #[test]
 fn no_lines_and_torn_lines_are_no_clocks() {
-    assert_eq!(aligned(&[]), []);
+    assert_eq!(align(&[]), []);
     for text in [
         "",
         "{",
@@ -221,7 +221,7 @@ fn no_lines_and_torn_lines_are_no_clocks() {
     }
 }
 
-/// Times beyond a computer's life are none.
+/// Times beyond a computer's lifetime are none.
 #[test]
 fn impossible_times_are_torn_lines() {
     let line = |at: &str, boot: &str| {

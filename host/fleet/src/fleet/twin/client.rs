@@ -118,7 +118,7 @@ impl Connection for Steered {
     }
 
     fn leave(mut self: Box<Self>, _: Console) -> Option<String> {
-        /// A guard may take as long to stop a robot that does not answer.
+        /// A guard may need as long to stop a robot that does not answer.
         const LIMIT: Duration = Duration::from_mins(1);
         self.send(Request::End);
         let until = self.now() + LIMIT;

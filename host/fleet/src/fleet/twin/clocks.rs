@@ -1,6 +1,6 @@
 //! Clocks that drift and jump. Times are in ns.
 
-/// The clock of a robot's computer, beside the conductor's.
+/// The clock of a robot's computer, by the conductor's.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LocalClock {
     /// A moment on the conductor's clock, and on this one.

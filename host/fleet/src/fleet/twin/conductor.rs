@@ -1,7 +1,7 @@
 //! The conductor: gives time to daemons, guards, emulated robots and the arena, in the order of their next moments, one at a time. A
 //! participant that computes holds the others, so nothing depends on how fast it is.
 //!
-//! At one moment bytes reach robots first; then faults begin and end, the arena lives a cycle, the operator's beacon is sent, and the
+//! At one moment bytes reach robots first; then faults begin and end, the arena runs a cycle, the operator's beacon is sent, and the
 //! participants go on, robot by robot, the guard before its daemon.
 
 use std::collections::BTreeMap;
@@ -40,7 +40,7 @@ const FAREWELL: u64 = 10 * SECOND;
 /// How long a daemon may take to start, and to compute, in real time.
 const START: Duration = Duration::from_mins(1);
 const COMPUTE: Duration = Duration::from_mins(10);
-/// Datagrams that a forger knows.
+/// Datagrams that a forger has recorded.
 const RECORDED: usize = 32;
 
 /// The arena, driven from outside.
@@ -48,7 +48,7 @@ pub trait World {
     /// What each robot's sensors read until the next cycle.
     fn readings(&self) -> Vec<Activations>;
 
-    /// Lives a cycle in which the left and the right wheel of each robot turn at these speeds, mm/s.
+    /// Runs a cycle in which the left and the right wheel of each robot turn at these speeds, mm/s.
     ///
     /// # Errors
     /// It can't be computed.
@@ -66,7 +66,7 @@ pub trait Operator {
 
 /// What starts daemons.
 pub trait Daemons {
-    /// Starts a robot's daemon, which connects to the socket. Returns its process, if it has one of its own.
+    /// Starts a robot's daemon, which connects to the socket. Returns its process, if it has one.
     ///
     /// # Errors
     /// The system can't start it.
@@ -76,13 +76,13 @@ pub trait Daemons {
     fn directory(&self, robot: u32) -> PathBuf;
 }
 
-/// What a twin is made of.
+/// A twin's parts.
 pub struct Plan {
     /// Number of robots.
     pub robots: u32,
     /// Length of the experiment, s.
     pub seconds: u32,
-    /// Chance that the tracker says nothing of a robot in a cycle.
+    /// Chance that the tracker does not see a robot in a cycle.
     pub tracking_loss: f64,
     /// The guards' values.
     pub guard: Values,
@@ -97,7 +97,7 @@ pub struct Plan {
 /// What came of it.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Outcome {
-    /// Hash of the arena's life and of the daemons' tables of intervals.
+    /// Hash of the arena's run and of the daemons' tables of intervals.
     pub hash: String,
     /// Seconds of the experiment.
     pub seconds: u64,
@@ -126,7 +126,7 @@ enum Player {
 }
 
 impl Player {
-    /// Gives it time, and takes what it says until it waits again.
+    /// Gives it time, and takes its messages until it waits again.
     ///
     /// # Errors
     /// It has ended, or takes too long.
@@ -187,7 +187,7 @@ impl Seat {
     }
 }
 
-/// A robot, and who belongs to it.
+/// A robot and its participants.
 struct Robot {
     body: EPuck,
     clock: LocalClock,
@@ -195,7 +195,7 @@ struct Robot {
     guard: Option<Seat>,
     process: Option<Child>,
     disk: Option<SmallDisk>,
-    /// When the daemon is started again, goes on, and has room on its disk.
+    /// When the daemon is restarted, continued, and has room on its disk.
     starts: Option<u64>,
     goes_on: Option<u64>,
     has_room: Option<u64>,
@@ -228,7 +228,7 @@ impl Robot {
         }
     }
 
-    /// When a participant goes on, if it is there and is not stopped.
+    /// A participant's next moment, if it is there and is not stopped.
     fn due(&self, who: Who, now: u64) -> Option<u64> {
         let seat = match who {
             Who::Guard => self.guard.as_ref(),
@@ -271,7 +271,7 @@ impl Who {
     }
 }
 
-/// A twin that lives.
+/// A running twin.
 pub struct Conductor<'a> {
     plan: Plan,
     world: &'a mut dyn World,
@@ -295,7 +295,7 @@ pub struct Conductor<'a> {
     sequence: u64,
     /// Datagrams on their way to the operator.
     reports: BTreeMap<(u64, u64), Vec<u8>>,
-    /// What was said last.
+    /// The last datagrams.
     said: Vec<Vec<u8>>,
     stops: Vec<Stop>,
     places: Vec<[f32; 2]>,
@@ -333,7 +333,7 @@ impl<'a> Conductor<'a> {
         }
         let end = LEAD_IN + u64::from(plan.seconds) * SECOND;
         let places = vec![[0.0; 2]; robots.len()];
-        let mut own = Self {
+        let mut conductor = Self {
             plan,
             world,
             operator,
@@ -357,8 +357,8 @@ impl<'a> Conductor<'a> {
             record,
             outcome: Outcome::default(),
         };
-        own.sense();
-        Ok(own)
+        conductor.sense();
+        Ok(conductor)
     }
 
     /// Lets the experiment pass, until its end or until `stop` is set; `advanced` gets each second that has passed.
@@ -477,15 +477,15 @@ impl<'a> Conductor<'a> {
             What::Clock { .. } => Stop::LONGEST,
             What::Pause { time } | What::Serial { time } | What::Disk { time } | What::Operator { time } => time,
         };
-        for (robot, own) in self.robots.iter_mut().enumerate() {
+        for (robot, emulated) in self.robots.iter_mut().enumerate() {
             if event.robot.is_none_or(|befallen| befallen as usize == robot) {
-                own.body.live(self.now);
+                emulated.body.live(self.now);
                 self.stops.push(Stop {
                     at: event.at,
                     began: self.now,
                     fault: event.what.name(),
                     robot,
-                    turning: own.body.standing().is_none(),
+                    turning: emulated.body.standing().is_none(),
                     stood: None,
                     until: self.now + time.saturating_add(SECOND / 2).min(Stop::LONGEST),
                     last: self.places[robot],
@@ -513,7 +513,7 @@ impl<'a> Conductor<'a> {
                 robot.starts = time.map(|time| now + time);
                 robot.goes_on = None;
                 if let Some(process) = &mut robot.process {
-                    // It may have ended by itself.
+                    // It may already have ended.
                     let _ = process.kill();
                     let _ = process.wait();
                 }
@@ -558,10 +558,10 @@ impl<'a> Conductor<'a> {
         Ok(())
     }
 
-    /// Starts a daemon, and waits until it says who it is.
+    /// Starts a daemon, and waits for its first message.
     fn launch(&mut self, number: u32) -> Result {
         let mut process = self.daemons.start(number, &self.socket)?;
-        let port = self.accepted(number, process.as_mut())?;
+        let port = self.accept(number, process.as_mut())?;
         let robot = &mut self.robots[number as usize];
         robot.process = process;
         robot.coming.clear();
@@ -574,7 +574,7 @@ impl<'a> Conductor<'a> {
     }
 
     /// The connection of a daemon that was started.
-    fn accepted(&self, number: u32, process: Option<&mut Child>) -> Result<Port> {
+    fn accept(&self, number: u32, process: Option<&mut Child>) -> Result<Port> {
         let failed = |error: io::Error| Failure::storage(&self.socket, &error);
         let place = format!("robot {number}");
         self.listener.set_nonblocking(true).map_err(failed)?;
@@ -612,7 +612,7 @@ impl<'a> Conductor<'a> {
         }
     }
 
-    /// Lets the arena live a cycle, and tells what the tracker sees.
+    /// Lets the arena run a cycle, and sends the tracker's sightings.
     fn arena(&mut self) -> Result {
         let now = self.now;
         let wheels: Vec<[f64; 2]> = self
@@ -667,7 +667,7 @@ impl<'a> Conductor<'a> {
         }
     }
 
-    /// What the tracker says of a robot.
+    /// The tracker's report on a robot.
     fn sighting(&self, robot: u32, line: &Line) -> String {
         let seen = &line.robots[robot as usize];
         let heard: Vec<u32> = (0..self.plan.robots)
@@ -686,7 +686,7 @@ impl<'a> Conductor<'a> {
         sighting.to_string()
     }
 
-    /// Sends the operator's beacon, and lets it hear what has come.
+    /// Sends the operator's beacon, and passes on what has arrived for the operator.
     fn operate(&mut self) {
         let now = self.now;
         while let Some(report) = self.reports.first_entry().filter(|report| report.key().0 <= now) {
@@ -769,7 +769,7 @@ impl<'a> Conductor<'a> {
         Ok(())
     }
 
-    /// Gives time to a participant, and takes what it says until it waits again.
+    /// Gives time to a participant, and takes its messages until it waits again.
     fn turn(&mut self, number: u32, who: Who) -> Result {
         let (now, ended) = (self.now, self.is_over);
         let robot = &mut self.robots[number as usize];
@@ -810,7 +810,7 @@ impl<'a> Conductor<'a> {
             }
             Err(_) => {
                 *self.robots[number as usize].seat(who) = Some(seat);
-                self.ended(number, who);
+                self.handle_end(number, who);
             }
             Ok(wait) => {
                 seat.wait = wait;
@@ -820,7 +820,7 @@ impl<'a> Conductor<'a> {
         Ok(())
     }
 
-    /// Takes what a participant says.
+    /// Takes a participant's message.
     fn take(&mut self, number: u32, who: Who, message: Up) {
         let now = self.now;
         let robot = &mut self.robots[number as usize];
@@ -838,8 +838,8 @@ impl<'a> Conductor<'a> {
         }
     }
 
-    /// Notes that a participant has ended by itself.
-    fn ended(&mut self, number: u32, who: Who) {
+    /// Handles a participant that has ended unasked.
+    fn handle_end(&mut self, number: u32, who: Who) {
         self.leave(number, who);
         if who == Who::Guard {
             return;
@@ -856,7 +856,7 @@ impl<'a> Conductor<'a> {
         }
     }
 
-    /// Ends the experiment: all daemons are told.
+    /// Ends the experiment: stops all daemons.
     fn finish(&mut self) {
         if std::mem::replace(&mut self.is_over, true) {
             return;
@@ -875,7 +875,7 @@ impl<'a> Conductor<'a> {
         }
     }
 
-    /// Ends whatever has not ended.
+    /// Ends all that has not ended.
     fn close(&mut self) {
         for (number, robot) in self.robots.iter_mut().enumerate() {
             if let Some(mut process) = robot.process.take() {
@@ -902,7 +902,7 @@ impl Drop for Conductor<'_> {
     }
 }
 
-/// What the log says of a fault that has begun.
+/// The log's word for a fault that has begun.
 const DONE: &str = "done";
 
 fn signal(process: Option<&Child>, signal: Signal) {
@@ -912,7 +912,7 @@ fn signal(process: Option<&Child>, signal: Signal) {
     }
 }
 
-/// Waits until a daemon says who it is.
+/// Waits for a daemon's first message.
 fn hello(port: &mut Port, number: u32) -> Result {
     match port.receive() {
         Ok(Up::Hello { version, robot }) if (version, robot) == (VERSION, number) => Ok(()),

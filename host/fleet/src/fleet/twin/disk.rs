@@ -78,7 +78,7 @@ impl SmallDisk {
     }
 
     fn unmount(&self) {
-        // What still uses it goes on using it.
+        // Processes that still use it can go on.
         let _ = Command::new("umount").arg("--lazy").arg(&self.directory).output();
     }
 }

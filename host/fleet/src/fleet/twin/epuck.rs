@@ -9,7 +9,7 @@ use crate::daemon::epuck::Raw;
 
 /// Time of a byte on the line, ns: a start bit, 8 bits, a stop bit.
 const BYTE: u64 = 10 * 1_000_000_000 / 115_200;
-/// The greatest speed that is obeyed, steps / s.
+/// Maximum speed that is obeyed, steps / s.
 const GREATEST: i16 = 1000;
 /// Travel of a wheel by a step, mm: 1000 steps to a turn of a wheel of 20.5 mm radius.
 pub(super) const STEP_MM: f64 = 0.128_805;
@@ -17,7 +17,7 @@ pub(super) const STEP_MM: f64 = 0.128_805;
 const STEP: i64 = 1_000_000_000;
 /// Longer lines are cut.
 const LONGEST: usize = 80;
-/// What it sends when it is reset.
+/// Its message after a reset.
 const BANNER: &str =
     "\x0c\x07WELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type \"H\" for help\r\n";
 const VERSION: &str = "v,Version 1.2.2 August 2008 GCtronic\r\nHW version: FFFF\r\n";
@@ -25,7 +25,7 @@ const VERSION: &str = "v,Version 1.2.2 August 2008 GCtronic\r\nHW version: FFFF\
 const LEVEL: [i16; 3] = [2048, 2048, 2800];
 const QUIET: [i16; 3] = [12, 12, 12];
 
-/// What it makes of the bytes that come.
+/// The state of its reader of bytes.
 enum Mode {
     /// Waits for a command.
     Idle,
@@ -49,19 +49,19 @@ pub(super) struct EPuck {
     /// Since when both are 0, none while a wheel turns; and when both were set to 0 last.
     standing: Option<u64>,
     stood: u64,
-    /// Travel of the wheels, [`STEP`] to a step. What is read has 16 bits.
+    /// Travel of the wheels, [`STEP`] to a step. Its readings have 16 bits.
     travel: [i64; 2],
     now: u64,
     /// Bytes on their way to it, and from it, with the times of their arrival.
     coming: VecDeque<(u64, u8)>,
     going: VecDeque<(u64, u8)>,
-    /// When the last of them arrives.
+    /// Arrival of the last of them.
     heard: u64,
     said: u64,
 }
 
 impl EPuck {
-    /// A robot that is switched on, and has said so already.
+    /// A robot that is switched on, and has sent its banner.
     pub(super) fn new() -> Self {
         Self {
             readings: [0; 16],
@@ -83,12 +83,12 @@ impl EPuck {
         self.speeds.map(|speed| f64::from(speed) * STEP_MM)
     }
 
-    /// Since when both wheels stand; none while one turns.
+    /// The moment from which both wheels stand still; none while one turns.
     pub(super) fn standing(&self) -> Option<u64> {
         self.standing
     }
 
-    /// Since when both wheels stand, or when they stood last.
+    /// The moment from which both wheels stand still, or stood still last.
     pub(super) fn stood(&self) -> u64 {
         self.stood
     }
@@ -131,7 +131,7 @@ impl EPuck {
         self.going.clear();
     }
 
-    /// Lives until a time.
+    /// Runs until a time.
     pub(super) fn live(&mut self, until: u64) {
         while let Some((at, byte)) = self.coming.front().copied().filter(|(at, _)| *at <= until) {
             self.coming.pop_front();
@@ -167,7 +167,7 @@ impl EPuck {
         self.mode = match (std::mem::replace(&mut self.mode, Mode::Idle), byte) {
             (Mode::Idle, 0) => Mode::Idle,
             (Mode::Idle, 0x80..) => self.chained(None, Vec::new(), Vec::new(), byte),
-            // After a line's end whatever comes is the beginning of a line.
+            // After a line's end, any byte begins a line.
             (Mode::Idle, b'\r' | b'\n') => Mode::Text(Vec::new()),
             (Mode::Idle, byte) => Mode::Text(vec![byte]),
             (Mode::Text(line), b'\r' | b'\n') if line.is_empty() => Mode::Text(line),
@@ -259,7 +259,7 @@ impl EPuck {
     fn obey(&mut self, line: &str) -> String {
         let mut fields = line.split(',');
         let letter = fields.next().unwrap_or_default();
-        // As the firmware's `atoi`: what is no number is 0.
+        // Like the firmware's `atoi`: a field that is no number is 0.
         let numbers: Vec<i16> = fields.map(|field| field.trim().parse().unwrap_or_default()).collect();
         let number = |index: usize| numbers.get(index).copied().unwrap_or_default();
         let listed = |letter: &str, values: &[i16]| {
@@ -318,7 +318,7 @@ impl EPuck {
 mod tests {
     use super::*;
 
-    /// What it says to bytes, and when the last of that has arrived.
+    /// Its answer to bytes, and when the last byte of it has arrived.
     fn said(robot: &mut EPuck, bytes: &[u8], now: u64) -> (Vec<u8>, u64) {
         robot.receive(bytes, now);
         robot.live(robot.next().unwrap_or(now));

@@ -1,15 +1,15 @@
 //! Faults by script and seed.
 //!
 //! ```toml
-//! seed = 1                    # of all that is drawn; 0 unless given
+//! seed = 1                    # of all random numbers; 0 unless given
 //!
 //! [[packets]]                 # datagrams to these robots; of several tables that fit, the first counts
 //! robots = [0, 1]             # receivers; all and the operator unless given
 //! channel = "radio"           # of robots and of the operator, or "tracker"; "radio" unless given
 //! from_s = 0.0                # of the experiment's time; from the beginning to the end unless given
 //! to_s = 600.0
-//! latency_ms = [1.0, 5.0]     # least and greatest time under way; 0 unless given
-//! lost = 0.3                  # shares of datagrams, 0 unless given
+//! latency_ms = [1.0, 5.0]     # minimum and maximum delay; 0 unless given
+//! lost = 0.3                  # fraction of datagrams, 0 unless given
 //! reordered = 0.1             # come up to 250 ms late, after others that were sent later
 //! duplicated = 0.1
 //! corrupted = 0.05            # a bit differs, the end is missing, or bytes were added
@@ -109,7 +109,7 @@ struct WrittenEvent {
     jump_s: Option<f64>,
 }
 
-/// What a datagram is of.
+/// A datagram's channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Carrier {
@@ -128,7 +128,7 @@ struct Rule {
     /// From when to when, ns of the experiment's time.
     from: u64,
     to: u64,
-    /// Least and greatest time under way, ns.
+    /// Minimum and maximum delay, ns.
     latency: [u64; 2],
     lost: f64,
     reordered: f64,
@@ -196,7 +196,7 @@ pub(super) struct Event {
     pub(super) what: What,
 }
 
-/// A script, with all that is drawn.
+/// A script with its random numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
     seed: u64,
@@ -214,7 +214,7 @@ pub(super) struct Copy {
     pub(super) damage: Option<u32>,
 }
 
-/// What happens to a datagram: one copy arrives as a rule, none if it is lost, or two.
+/// The fate of a datagram: one copy arrives as a rule, none if it is lost, or two.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Fate {
     pub(super) copies: [Option<Copy>; 2],
@@ -240,8 +240,8 @@ impl Faults {
             seconds: f64::from(seconds),
         };
         let mut rules = Vec::new();
-        for (index, own) in written.packets.iter().enumerate() {
-            rules.push(script.rule(own, &format!("packets[{index}]"))?);
+        for (index, packets) in written.packets.iter().enumerate() {
+            rules.push(script.rule(packets, &format!("packets[{index}]"))?);
         }
         let mut events = Vec::new();
         let tables = [
@@ -252,11 +252,11 @@ impl Faults {
             ("operator", &written.operator),
             ("clock", &written.clock),
         ];
-        for (kind, (table, own)) in (0..).zip(tables) {
-            for (index, own) in (0..).zip(own) {
+        for (kind, (table, events_of_table)) in (0..).zip(tables) {
+            for (index, event) in (0..).zip(events_of_table) {
                 let place = format!("{table}[{index}]");
-                let what = script.what(table, own, &place)?;
-                let moments = script.moments(own, kind << 16 | index, table == "operator", &place)?;
+                let what = script.what(table, event, &place)?;
+                let moments = script.moments(event, kind << 16 | index, table == "operator", &place)?;
                 events.extend(moments.into_iter().map(|(at, robot)| Event { at, robot, what }));
             }
         }
@@ -335,7 +335,7 @@ pub(super) fn damaged(datagram: &[u8], damage: u32) -> Vec<u8> {
     bytes
 }
 
-/// A datagram that nobody has sent, drawn from a word: random bytes, or one of those that were said before, as it was or changed.
+/// A forged datagram, drawn from a word: random bytes, or an earlier datagram, unchanged or changed.
 pub(super) fn forgery(word: u32, said: &[Vec<u8>]) -> Vec<u8> {
     /// The longest of random bytes.
     const LONGEST: u64 = 200;
@@ -392,7 +392,7 @@ impl Draws {
         f64::from(self.word()) < chance * 2.0_f64.powi(32)
     }
 
-    /// A number below `end`, which is at least 1.
+    /// A number below `end`, which is 1 or more.
     fn below(&mut self, end: u64) -> u64 {
         let word = u64::from(self.word()) << 32 | u64::from(self.word());
         ((u128::from(word) * u128::from(end)) >> 64) as u64
@@ -455,45 +455,45 @@ impl Script<'_> {
         }
     }
 
-    fn rule(&self, own: &WrittenPackets, place: &str) -> Result<Rule> {
+    fn rule(&self, packets: &WrittenPackets, place: &str) -> Result<Rule> {
         /// Ours: as long as the operator's beacons last.
         const SLOWEST_MS: f64 = 1000.0;
         /// Ours: ten times as many as a robot hears of ten others and the operator.
         const MOST: f64 = 1000.0;
-        let [from, to] = self.stretch(place, own.from_s, own.to_s)?;
+        let [from, to] = self.stretch(place, packets.from_s, packets.to_s)?;
         let key = |key: &str| format!("{place}.{key}");
         let share = |name: &str, value: f64| self.within(&key(name), value, 0.0, 1.0, "");
-        let [least, greatest] = own.latency_ms;
-        for value in own.latency_ms {
+        let [least, greatest] = packets.latency_ms;
+        for value in packets.latency_ms {
             self.within(&key("latency_ms"), value, 0.0, SLOWEST_MS, "ms")?;
         }
         if least > greatest {
             return Err(self.source.invalid(
                 &key("latency_ms"),
-                format_args!("is [{least}, {greatest}]; allowed: the least, then the greatest"),
+                format_args!("is [{least}, {greatest}]; allowed: the minimum, then the maximum"),
             ));
         }
-        let mut robots = self.robots(place, own.robots.as_deref())?;
-        robots.extend(own.robots.is_none().then_some(OPERATOR));
+        let mut robots = self.robots(place, packets.robots.as_deref())?;
+        robots.extend(packets.robots.is_none().then_some(OPERATOR));
         Ok(Rule {
             robots,
-            channel: own.channel,
+            channel: packets.channel,
             from,
             to,
-            latency: own.latency_ms.map(|ms| (ms * 1e6) as u64),
-            lost: share("lost", own.lost)?,
-            reordered: share("reordered", own.reordered)?,
-            duplicated: share("duplicated", own.duplicated)?,
-            corrupted: share("corrupted", own.corrupted)?,
-            forged: self.within(&key("forged"), own.forged, 0.0, MOST, "a second")?,
+            latency: packets.latency_ms.map(|ms| (ms * 1e6) as u64),
+            lost: share("lost", packets.lost)?,
+            reordered: share("reordered", packets.reordered)?,
+            duplicated: share("duplicated", packets.duplicated)?,
+            corrupted: share("corrupted", packets.corrupted)?,
+            forged: self.within(&key("forged"), packets.forged, 0.0, MOST, "a second")?,
         })
     }
 
-    /// What happens, by the table that it stands in.
-    fn what(&self, table: &str, own: &WrittenEvent, place: &str) -> Result<What> {
+    /// An event's kind, by its table.
+    fn what(&self, table: &str, event: &WrittenEvent, place: &str) -> Result<What> {
         let key = |key: &str| format!("{place}.{key}");
         let is_clock = table == "clock";
-        for (name, is_given) in [("ppm", own.ppm.is_some()), ("jump_s", own.jump_s.is_some())] {
+        for (name, is_given) in [("ppm", event.ppm.is_some()), ("jump_s", event.jump_s.is_some())] {
             if is_given && !is_clock {
                 return Err(self
                     .source
@@ -501,16 +501,16 @@ impl Script<'_> {
             }
         }
         if is_clock {
-            if own.for_s.is_some() {
-                let problem = "is not of clocks, which go on as they are; allowed: ppm, jump_s";
+            if event.for_s.is_some() {
+                let problem = "is not allowed for clocks, whose changes are permanent; allowed: ppm, jump_s";
                 return Err(self.source.invalid_key(&key("for_s"), problem));
             }
-            let ppm = self.within(&key("ppm"), own.ppm.unwrap_or_default(), -1000.0, 1000.0, "")?;
-            let jump = self.within(&key("jump_s"), own.jump_s.unwrap_or_default(), 0.0, 3600.0, "s")?;
+            let ppm = self.within(&key("ppm"), event.ppm.unwrap_or_default(), -1000.0, 1000.0, "")?;
+            let jump = self.within(&key("jump_s"), event.jump_s.unwrap_or_default(), 0.0, 3600.0, "s")?;
             let jump_ns = (jump * SECOND as f64) as u64;
             return Ok(What::Clock { ppm, jump_ns });
         }
-        let time = own.for_s.map(|time| self.time(place, "for_s", time)).transpose()?;
+        let time = event.for_s.map(|time| self.time(place, "for_s", time)).transpose()?;
         if table == "kill" {
             return Ok(What::Kill { time });
         }
@@ -527,17 +527,23 @@ impl Script<'_> {
     }
 
     /// When it happens, and to whom.
-    fn moments(&self, own: &WrittenEvent, table: u32, operator: bool, place: &str) -> Result<Vec<(u64, Option<u32>)>> {
+    fn moments(
+        &self,
+        event: &WrittenEvent,
+        table: u32,
+        operator: bool,
+        place: &str,
+    ) -> Result<Vec<(u64, Option<u32>)>> {
         /// Ours: of a table.
         const MOST: u32 = 100_000;
         let key = |key: &str| format!("{place}.{key}");
-        if operator && own.robots.is_some() {
+        if operator && event.robots.is_some() {
             let problem = "is not of the operator; allowed: without it";
             return Err(self.source.invalid_key(&key("robots"), problem));
         }
-        let robots = self.robots(place, own.robots.as_deref())?;
-        match (own.at_s, own.times) {
-            (Some(at), None) if own.from_s.is_none() && own.to_s.is_none() => {
+        let robots = self.robots(place, event.robots.as_deref())?;
+        match (event.at_s, event.times) {
+            (Some(at), None) if event.from_s.is_none() && event.to_s.is_none() => {
                 let at = self.time(place, "at_s", at)?;
                 let whom = if operator {
                     vec![None]
@@ -551,7 +557,7 @@ impl Script<'_> {
                     let problem = format!("is {times}; allowed: 1 to {MOST}");
                     return Err(self.source.invalid(&key("times"), problem));
                 }
-                let [from, to] = self.stretch(place, own.from_s, own.to_s)?;
+                let [from, to] = self.stretch(place, event.from_s, event.to_s)?;
                 let draw = |count: u32| {
                     let mut draws = Draws::new(self.seed, u32::MAX, table, u64::from(count));
                     let at = from + draws.below(to - from);
@@ -599,7 +605,7 @@ mod tests {
         assert!(one.events.is_sorted_by_key(|event| event.at));
     }
 
-    /// A share that changes leaves what is drawn for all others as it was, and so do datagrams to others.
+    /// Changing a fraction changes no other random number, nor do datagrams to others.
     #[test]
     fn one_fault_does_not_shift_others() {
         let one = faults(ALL).unwrap();
@@ -674,7 +680,7 @@ mod tests {
             ("[[packets]]\nlost = nan", "packets[0].lost: is NaN; allowed: 0 to 1"),
             (
                 "[[packets]]\nlatency_ms = [5.0, 1.0]",
-                "allowed: the least, then the greatest",
+                "allowed: the minimum, then the maximum",
             ),
             (
                 "[[packets]]\nfrom_s = 20\nto_s = 20",

@@ -1,5 +1,5 @@
-//! A guard's side of a twin: a coroutine of the conductor's own thread, since it is asked for its turn far more often than a daemon.
-//! It outlives its daemon, as the process of a guard does.
+//! A guard's side of a twin: a coroutine in the conductor's thread, since it has far more turns than a daemon. It
+//! outlives its daemon, as a guard's process does.
 
 #![expect(
     deprecated,
@@ -49,7 +49,7 @@ impl Guard {
         }))
     }
 
-    /// Gives it time. Returns what it says: a wait is the last of it, unless it has ended.
+    /// Gives it time. Returns its messages: the last one is a wait, unless it has ended.
     pub(super) fn turn(&mut self, time: Time) -> Vec<Up> {
         if self.0.is_done() {
             Vec::new()
@@ -66,7 +66,7 @@ impl Guard {
     }
 }
 
-/// The connection with whoever gives the coroutine its turns.
+/// The coroutine's connection with the conductor.
 struct Coroutine;
 
 impl Conducted for Coroutine {

@@ -29,7 +29,7 @@ pub(super) struct Lockstep(Arc<Mutex<Shared>>);
 
 pub(super) struct Shared {
     conductor: Box<dyn Conducted>,
-    /// What is said with the next wait.
+    /// Messages to send with the next wait.
     pub(super) said: Vec<Up>,
     pub(super) now: Duration,
     /// Bytes from the robot.
@@ -46,7 +46,7 @@ pub(super) struct Shared {
 }
 
 impl Shared {
-    /// Takes what the conductor says.
+    /// Takes the conductor's message.
     fn take(&mut self, time: Time) {
         self.now = self.now.max(Duration::from_nanos(time.now));
         self.line.extend(time.line);
@@ -81,14 +81,14 @@ impl Shared {
         if let Some(time) = time {
             self.take(time);
         } else {
-            // Without the conductor nothing comes any more, and whoever waits must get on.
+            // Without the conductor nothing comes any more, and waits must end.
             (self.lost, self.closed, self.now) = (true, true, until);
         }
     }
 }
 
 impl Drop for Shared {
-    /// What was said last still counts.
+    /// The last messages still count.
     fn drop(&mut self) {
         self.conductor.leave(std::mem::take(&mut self.said));
     }

@@ -1,8 +1,8 @@
-//! The twin of a fleet: daemons as processes of this machine, each with an emulated e-puck behind the real driver and guard, in one
-//! arena and on one virtual clock.
+//! The twin of a fleet: daemons as processes of this machine, each with an emulated e-puck behind the real driver and
+//! guard, in one arena and on one virtual clock.
 //!
-//! The daemon's side ([`client`]) is in every program, so that one for a robot can live in the twin of another; the rest only with
-//! the feature `twin`.
+//! The daemon's side ([`client`]) is in every program, so that a robot's program can run in the twin of another; the
+//! rest only with the feature `twin`.
 
 pub mod client;
 #[cfg(feature = "twin")]

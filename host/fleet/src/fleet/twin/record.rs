@@ -68,7 +68,7 @@ pub(crate) static CONTENTS: LazyLock<Vec<Entry>> = LazyLock::new(|| {
             "one line per fault of the script, and one per second in which datagrams were lost, late, doubled, damaged or forged",
         ),
         Entry::table(STOPS, "one row per fault of the script and robot", &STOPS_COLUMNS),
-        Entry::file("robots", "a directory for each robot, with the daemon's own files"),
+        Entry::file("robots", "a directory for each robot, with the daemon's files"),
         Entry::file(REPLAY, "written by `oneiro fleet replay`: a page that plays the twin"),
     ]
 });
@@ -135,7 +135,7 @@ impl Growing {
     }
 }
 
-/// What is written while the twin lives.
+/// The files of a running twin.
 pub(super) struct Record {
     arena: Growing,
     faults: Growing,
@@ -255,7 +255,7 @@ pub(super) struct Stop {
     pub(super) fault: &'static str,
     pub(super) robot: usize,
     pub(super) turning: bool,
-    /// How long they turned after that until they stood first; none if they have not stood yet.
+    /// How long they turned after that until they first stopped; none if they have not stopped yet.
     pub(super) stood: Option<u64>,
     /// Until when it is watched, on the conductor's clock.
     pub(super) until: u64,
@@ -268,8 +268,8 @@ impl Stop {
     /// How long a robot is watched at most, ns.
     pub(super) const LONGEST: u64 = 5 * SECOND;
 
-    /// Looks at the wheels at the end of a cycle. They stand, or stood last, since a moment of the conductor's clock. Returns whether
-    /// the watch is over.
+    /// Looks at the wheels at the end of a cycle. `stood`: the moment, by the conductor's clock, from which they stand
+    /// still, or last did. Returns whether the watch is over.
     pub(super) fn look(&mut self, now: u64, stood: u64, place: [f32; 2]) -> bool {
         let [x, y] = [0, 1].map(|axis| f64::from(place[axis] - self.last[axis]));
         self.travel += x.hypot(y);
@@ -277,7 +277,7 @@ impl Stop {
         if self.stood.is_none() && (!self.turning || stood >= self.began) {
             self.stood = Some(stood.saturating_sub(self.began));
         }
-        // One cycle more, in which the arena's robot comes to a stop too.
+        // One cycle more, in which the arena's robot also comes to a stop.
         self.stood.is_some_and(|stood| now >= self.began + stood + SECOND / 5) || now >= self.until
     }
 }

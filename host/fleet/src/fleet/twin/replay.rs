@@ -7,7 +7,7 @@ use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::whole_lines;
 use oneiro_lab::swarm::Plan;
-use oneiro_report::figures::{Act, Genes, Moment, Sight, SwarmReplay, Teller, swarm_page};
+use oneiro_report::figures::{Act, ForagersReplay, Genes, Moment, Sight, Teller, foragers_page};
 use serde::Deserialize;
 
 use super::super::page::REPLAY;
@@ -55,9 +55,9 @@ pub fn write(directory: &Path) -> Result<PathBuf> {
         )));
     }
     let plan = Settings::read(&settings)?.plan;
-    let page = swarm_page(&SwarmReplay {
+    let page = foragers_page(&ForagersReplay {
         title: &format!("Twin {}, seed {}", name(directory), plan.seed),
-        swarm: &plan.settings.swarm(),
+        foragers: &plan.settings.swarm(),
         lamp: plan.lamp(),
         names: &(0..plan.settings.world.robots).collect::<Vec<_>>(),
         acts: &ACTS,
@@ -124,11 +124,11 @@ fn genes(plan: &Plan, robots: &Path) -> Result<Vec<Vec<Genes>>> {
             String::new()
         };
         let intervals: Vec<Lived> = read(&path, whole_lines(&text))?;
-        let genes = |own: Lived| Genes {
-            cycle: SECOND * clock.seconds_of(own.interval).start,
-            s0: own.s0,
-            g0: own.g0,
-            g1: own.g1,
+        let genes = |interval: Lived| Genes {
+            cycle: SECOND * clock.seconds_of(interval.interval).start,
+            s0: interval.s0,
+            g0: interval.g0,
+            g1: interval.g1,
         };
         Ok(intervals.into_iter().map(genes).collect())
     };

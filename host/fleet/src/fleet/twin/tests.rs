@@ -81,7 +81,7 @@ impl Operator for Voice {
     }
 }
 
-/// What daemons are.
+/// The kinds of daemons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     Threads,
@@ -136,7 +136,7 @@ fn a_process() {
     }
 }
 
-/// A daemon that drives while it hears the beacon, and writes down all that it hears and reads.
+/// A daemon that drives while it receives the beacon, and records all that it receives and reads.
 fn daemon(robot: u32, socket: &Path, directory: &Path, dawdles: bool) {
     let Ok((mut vehicle, mut air)) = connect(socket, robot, Arc::new(AtomicBool::new(false))) else {
         return;
@@ -162,7 +162,7 @@ fn daemon(robot: u32, socket: &Path, directory: &Path, dawdles: bool) {
     }
 }
 
-/// When the operator said that robots may live, on a clock that is right.
+/// Time of the operator's leave to move, on a correct clock.
 fn said(beacon: &str) -> Option<Duration> {
     let milliseconds: u64 = beacon.strip_suffix(" true")?.strip_prefix("beacon ")?.parse().ok()?;
     Some(Duration::from_millis(milliseconds) + LEAD_IN)
@@ -180,7 +180,7 @@ fn acted(
     while let Some((channel, datagram)) = air.receive() {
         let text = String::from_utf8_lossy(&datagram);
         match channel {
-            // What it says may have waited here for long.
+            // This message may have waited here for long.
             Channel::Radio if text.starts_with("beacon") => *go = said(&text),
             _ => {
                 let heard = blake3::hash(&datagram).to_hex();
@@ -220,7 +220,7 @@ const ROBOTS: u32 = 3;
 const LEAD_IN: Duration = Duration::from_secs(3);
 
 /// A twin with a script, the outcome and all its tables.
-fn lived(name: &str, seconds: u32, script: &str, kind: Kind) -> (Outcome, String) {
+fn run_twin(name: &str, seconds: u32, script: &str, kind: Kind) -> (Outcome, String) {
     let place = Place::new(name);
     fs::create_dir_all(&place.0).unwrap();
     let file = place.0.join("faults.toml");
@@ -247,7 +247,7 @@ fn lived(name: &str, seconds: u32, script: &str, kind: Kind) -> (Outcome, String
     (outcome, tables.concat())
 }
 
-/// Everything that happens at once, but for a full disk.
+/// Everything happens at once, except a full disk.
 const SCRIPT: &str = r#"
 seed = 7
 
@@ -293,7 +293,7 @@ from_s = 6.5
 #[test]
 fn the_record_does_not_depend_on_the_machine() {
     let [one, again, other] = thread::scope(|scope| {
-        let live = |name, script: String, kind| scope.spawn(move || lived(name, 8, &script, kind));
+        let live = |name, script: String, kind| scope.spawn(move || run_twin(name, 8, &script, kind));
         let other = SCRIPT.replace("seed = 7", "seed = 8");
         let lives = [
             live("once", SCRIPT.into(), Kind::Threads),
@@ -327,14 +327,14 @@ fn rows<'a>(tables: &'a str, word: &str) -> Vec<Vec<&'a str>> {
     rows.map(|line| line.split(',').collect()).collect()
 }
 
-/// When a daemon is killed or stopped, or the operator is silent, the wheels stand within 0.5 s, and 0.5 s after a line that hung carries
-/// bytes again. Nobody waits for a daemon that is not there, and one that is started again lives on.
+/// When a daemon is killed or stopped, or the operator is silent, the wheels stop within 0.5 s, and 0.5 s after a line
+/// that hung carries bytes again. Nobody waits for a missing daemon, and a restarted one continues.
 #[test]
 fn wheels_stand_half_a_second_after_a_fault() {
     let script = "[[kill]]\nrobots = [0]\nat_s = 2.05\nfor_s = 2.0\n[[kill]]\nrobots = [2]\nat_s = 5.0\n\
                   [[pause]]\nrobots = [1]\nat_s = 3.03\nfor_s = 2.0\n[[serial]]\nrobots = [1]\nat_s = 7.0\nfor_s = 1.2\n\
                   [[operator]]\nat_s = 12.0\nfor_s = 1.5\n";
-    let (outcome, tables) = lived("stops", 15, script, Kind::SlowProcesses);
+    let (outcome, tables) = run_twin("stops", 15, script, Kind::SlowProcesses);
     assert_eq!((outcome.seconds, &outcome.problems[..]), (15, &[][..]));
     let stood = |word: &str, robot: &str| {
         let rows = rows(&tables, word);

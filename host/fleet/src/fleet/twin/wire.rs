@@ -1,5 +1,6 @@
-//! Messages between the conductor and those whom it gives time: daemons and guards. One side at a time has something to do: a
-//! participant does its work and then waits, the conductor lets time pass until there is something for it, and says so.
+//! Messages between the conductor and the participants that it gives time: daemons and guards. One side at a time
+//! works: a participant works and then waits, and the conductor lets time pass until there is something for the
+//! participant.
 //!
 //! To a daemon's process a message is its length, 4 bytes, little endian, and then the message as postcard.
 
@@ -11,12 +12,12 @@ use std::time::Duration;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// Version of the messages. A participant says its own first.
+/// Version of the messages. A participant sends its version first.
 pub(super) const VERSION: u32 = 1;
 /// The longest message, bytes.
 const LONGEST: usize = 1 << 20;
 
-/// What a participant says. Only [`Up::Wait`] is answered.
+/// A participant's message. Only [`Up::Wait`] is answered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) enum Up {
     /// The first message.
@@ -28,7 +29,7 @@ pub(super) enum Up {
     },
     /// Bytes for the robot, on its serial line.
     Line(Vec<u8>),
-    /// The serial line is opened again: what is under way is lost.
+    /// The serial line is opened again: bytes under way are lost.
     Reopen,
     /// A line between a daemon and its guard.
     Tell(String),
@@ -45,7 +46,7 @@ pub(super) enum Up {
     },
 }
 
-/// What the conductor says: what time it is, and what has come.
+/// The conductor's message: the time, and what has arrived.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Time {
     /// The time on the participant's clock, ns.

@@ -5,7 +5,7 @@ use oneiro_base::console::Console;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::plain;
-use oneiro_report::figures::{self, BEHAVIOURS, Genes, SwarmReplay, Teller};
+use oneiro_report::figures::{self, BEHAVIOURS, ForagersReplay, Genes, Teller};
 use serde_json::json;
 
 use super::{REPLAY, again, difference};
@@ -61,9 +61,9 @@ pub(super) fn run(
             run.intervals.iter().enumerate().map(of).collect()
         })
         .collect();
-    let page = figures::swarm_page(&SwarmReplay {
+    let page = figures::foragers_page(&ForagersReplay {
         title: &format!("{}, seed {}", experiment.name(), recorded.seed),
-        swarm: &settings.swarm(),
+        foragers: &settings.swarm(),
         lamp: settings.case.lamp(SECOND * settings.light_moves()),
         names: &(1..=settings.world.robots).collect::<Vec<_>>(),
         acts: &BEHAVIOURS,

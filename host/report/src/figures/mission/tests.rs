@@ -14,7 +14,7 @@ use super::*;
 
 const CYCLES: u32 = 60;
 
-/// A life and what a page needs of it.
+/// An episode, and a page's other data for it.
 struct Life {
     world: World,
     robots: Vec<Trace>,
@@ -33,7 +33,7 @@ impl Life {
         let batch = Batch::new(std::slice::from_ref(&world), &[life], Some(TraceRequest { every: 1 })).unwrap();
         let outcome = Cpu::new(Some(1)).unwrap().evaluate(&batch, &Control::new()).unwrap();
         let robots = outcome.traces[0].by_robot(world.robots());
-        // What a robot has earned after line N: made up.
+        // A robot's earnings after line N: made up.
         let earned = |robot: usize| (0..robots[0].len()).map(|line| (line * (robot + 1)) as f32).collect();
         Self {
             earned: (0..robots.len()).map(earned).collect(),
@@ -83,7 +83,9 @@ impl Life {
 
     fn word(&self, robot: usize, line: usize, kind: DetailKind, name: &str) -> u32 {
         let mut details = self.world.details().iter();
-        let place = details.position(|own| own.kind == kind && own.name == name).unwrap();
+        let place = details
+            .position(|detail| detail.kind == kind && detail.name == name)
+            .unwrap();
         self.robots[robot].details(line)[place]
     }
 }
@@ -159,10 +161,10 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
         const drawn = [0, 3.1, 5.9, 2.05].map(window.oneiro.drawn);\n\
         window.oneiro.drawn(4);\n\
         const told = () => ({ robot: at('robot').textContent, fitness: at('light').textContent,\n\
-            names: [...at('readings').querySelectorAll('dt')].map((own) => own.textContent),\n\
-            values: [...at('readings').querySelectorAll('dd')].map((own) => own.textContent),\n\
-            hears: [...document.querySelectorAll('td.hears')].map((own) => own.textContent),\n\
-            scores: [...document.querySelectorAll('td.own')].map((own) => own.textContent) });\n\
+            names: [...at('readings').querySelectorAll('dt')].map((node) => node.textContent),\n\
+            values: [...at('readings').querySelectorAll('dd')].map((node) => node.textContent),\n\
+            hears: [...document.querySelectorAll('td.hears')].map((node) => node.textContent),\n\
+            scores: [...document.querySelectorAll('td.own')].map((node) => node.textContent) });\n\
         const shown = [told()];\n\
         document.querySelectorAll('.who')[7].click(); await soon(); shown.push(told());\n\
         const box = at('arena').getBoundingClientRect();\n\
@@ -174,7 +176,7 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
         const trails = at('arena').toDataURL() !== before; at('trails').click(); await soon();\n\
         const back = at('arena').toDataURL() === before; at('messages').click(); await soon();\n\
         const messages = at('arena').toDataURL() !== before;\n\
-        const legend = [...at('legend').children].map((own) => own.textContent);\n\
+        const legend = [...at('legend').children].map((node) => node.textContent);\n\
         return { drawn, shown, trails, back, messages, legend, title: document.title };";
     let Some(told) = browser::told("mission", &life.page(), ask) else {
         return;
@@ -195,11 +197,11 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
         let robots = at["robots"].as_array().unwrap();
         assert_eq!(robots.len(), 12);
         for (robot, drawn) in robots.iter().enumerate() {
-            let own = &life.robots[robot][line];
+            let record = &life.robots[robot][line];
             // Half a step of packing, plus the canvas's rounding.
-            near(&drawn["x"], f64::from(own.x), 0.055);
-            near(&drawn["y"], f64::from(own.y), 0.055);
-            let off = (drawn["heading"].as_f64().unwrap() - f64::from(own.heading)).rem_euclid(1.0);
+            near(&drawn["x"], f64::from(record.x), 0.055);
+            near(&drawn["y"], f64::from(record.y), 0.055);
+            let off = (drawn["heading"].as_f64().unwrap() - f64::from(record.heading)).rem_euclid(1.0);
             assert!(off.min(1.0 - off) < 1e-5);
             let state = life.word(robot, line, DetailKind::Memory(Kind::Controller), "state");
             // Near its rim the pixel may have a little of that.
@@ -227,14 +229,14 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
             .as_array()
             .unwrap()
             .iter()
-            .map(|own| own.as_str().unwrap().parse().unwrap())
+            .map(|text| text.as_str().unwrap().parse().unwrap())
             .collect();
         for (name, value) in names.iter().zip(&values).take(8) {
-            let own = f32::from_bits(life.word(robot, line, DetailKind::Perceived, name.as_str().unwrap()));
+            let perceived = f32::from_bits(life.word(robot, line, DetailKind::Perceived, name.as_str().unwrap()));
             // Half a step of packing in a span of up to 20, and the rounding to three decimals.
             assert!(
-                (value - f64::from(own)).abs() < 7e-4,
-                "robot {robot}, {name}: {value}, not {own}"
+                (value - f64::from(perceived)).abs() < 7e-4,
+                "robot {robot}, {name}: {value}, not {perceived}"
             );
         }
         assert!((values[8] - f64::from(life.robots[robot][line].speed_left)).abs() < 6e-4);
@@ -264,12 +266,15 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
             .replace(',', "")
             .parse()
             .unwrap();
-        let own = life.robots[0][line].fitness;
-        assert!((fitness - own).abs() <= 1e-5 * own.abs(), "{fitness}, not {own}");
+        let fitness_there = life.robots[0][line].fitness;
+        assert!(
+            (fitness - fitness_there).abs() <= 1e-5 * fitness_there.abs(),
+            "{fitness}, not {fitness_there}"
+        );
     }
     let nobody = &told["shown"][3];
     assert!(nobody["robot"].as_str().unwrap().starts_with("Click a robot"));
-    assert!(nobody["values"].as_array().unwrap().iter().all(|own| own == ""));
+    assert!(nobody["values"].as_array().unwrap().iter().all(|value| value == ""));
 }
 
 #[test]
@@ -308,8 +313,8 @@ fn robots_without_messages_and_machines_have_a_page() {
 #[test]
 fn robots_with_machines_of_their_own_show_the_states_of_all() {
     let mut spec = epucks(Model::Vectors, 3);
-    if let Build::Differential(own) = &mut spec.robot.build {
-        own.genomes = Genomes::Teams(vec![1, 0, 1]);
+    if let Build::Differential(differential) = &mut spec.robot.build {
+        differential.genomes = Genomes::Teams(vec![1, 0, 1]);
     }
     let state = |behaviour, transitions| State { behaviour, transitions };
     let leave = Transition {
@@ -334,7 +339,7 @@ fn robots_with_machines_of_their_own_show_the_states_of_all() {
         .as_array()
         .unwrap()
         .iter()
-        .map(|own| own["name"].as_str().unwrap())
+        .map(|state| state["name"].as_str().unwrap())
         .collect();
     assert_eq!(names, ["0 stop", "0 phototaxis", "1 stop"]);
     let states = replay.machine_states();

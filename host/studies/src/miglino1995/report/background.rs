@@ -3,7 +3,7 @@
 use oneiro_report::numbers::{count, shown};
 use oneiro_report::page::{self, Cell, Head, Row, Section, paragraph, table};
 
-use super::{Report, last_generation, life_seconds, paper, runs_of};
+use super::{Report, episode_seconds, last_generation, paper, runs_of};
 use crate::miglino1995::results::Condition;
 use crate::{assumptions, verdicts};
 
@@ -11,11 +11,11 @@ const DIGITS: usize = 4;
 /// Seconds in a day.
 const DAY: f64 = 86_400.0;
 
-/// What the study is about, as HTML.
-pub(super) const ABOUT: &str = "<p class=\"lead\">\u{201c}Evolving Mobile Robots in Simulated and Real Environments\u{201d}, Artificial Life 2(4), \
-     1995, done again. A robot is sampled, controllers evolve in the simulator made from the samples, move to reality and \
-     evolve on there. The paper asks whether noise in the simulator makes this move succeed; each of its claims is held \
-     against what came out.</p>\n";
+/// The study's subject, as HTML.
+pub(super) const ABOUT: &str = "<p class=\"lead\">\u{201c}Evolving Mobile Robots in Simulated and Real \
+     Environments\u{201d}, Artificial Life 2(4), 1995, replicated. A robot is sampled, controllers evolve in the \
+     simulator made from the samples, move to reality and evolve on there. The paper asks whether noise in the \
+     simulator makes this move succeed; each of its claims is compared with the results.</p>\n";
 
 pub(super) fn methods(study: &Report<'_>) -> Section {
     let results = study.results;
@@ -38,30 +38,31 @@ pub(super) fn methods(study: &Report<'_>) -> Section {
         (
             "individuals",
             format!(
-                "{} a generation, of which the best {} reproduce",
+                "{} a generation; the best {} reproduce",
                 results.population, results.parents
             ),
         ),
         (
-            "a life",
+            "an episode",
             format!(
                 "{} cycles of 100 ms: {} s",
                 results.cycles,
-                shown(life_seconds(results), DIGITS)
+                shown(episode_seconds(results), DIGITS)
             ),
         ),
         ("seed", study.seed.to_string()),
     ];
     let robot = if results.is_wired {
-        "A robot on a wire"
+        "A connected robot"
     } else {
         "A surrogate, a simulation that stands in for a real Khepera,"
     };
     let words = format!(
-        "{robot} was sampled in front of the arena's objects, and the simulator replays the samples. In each run {} networks of 16 \
-         weights and 2 biases evolve for {} generations in the simulator, under one of three conditions: {}. Noise is part of \
-         the simulator alone. Generation {} lives in the simulator and in reality, and {} generations are then selected by \
-         their fitness in reality, which is that robot. Fitness is the paper's, 500 at most.",
+        "{robot} was sampled in front of the arena's objects, and the simulator replays the samples. In each run {} \
+         networks of 16 weights and 2 biases evolve for {} generations in the simulator, under one of three \
+         conditions: {}. Only the simulator has noise. Generation {} runs in the simulator and in reality, and {} \
+         generations are then selected by their fitness in reality, on that robot. Fitness is the paper's, 500 at \
+         most.",
         results.population,
         results.simulated_generations,
         Condition::ALL.map(Condition::title).join(", "),
@@ -72,12 +73,12 @@ pub(super) fn methods(study: &Report<'_>) -> Section {
         paragraph(&words),
         page::facts(&facts),
         super::robot::methods(study),
-        verdicts::judging(),
+        verdicts::judging_methods(),
     ];
     Section::new("methods", "Methods", body.concat())
 }
 
-/// What the results do not show, or hang on.
+/// The limits of the results.
 pub(super) fn limits(study: &Report<'_>) -> Section {
     let mut limits = vec![
         "One robot, one severity of the differences between simulator and reality, and one rule for collisions stand for all. The \
@@ -124,14 +125,14 @@ fn differences(study: &Report<'_>) -> String {
         })
         .collect();
     let words = "Root mean square change of the sensors' activations, of the place and of the heading after one \
-                 cycle, along lives of random controllers, with one difference alone switched on.";
+                 cycle, over episodes of random controllers, with only one difference switched on.";
     format!(
-        "<h3>What sets reality apart from the simulator</h3>\n{}",
+        "<h3>Differences between reality and the simulator</h3>\n{}",
         table("", words, &head, &rows)
     )
 }
 
-/// Lives, and their duration at the paper's rates.
+/// Episodes, and their duration at the paper's rates.
 struct Bill {
     what: &'static str,
     simulated: u64,
@@ -139,10 +140,10 @@ struct Bill {
     cycles: f64,
 }
 
-/// What the lives would have cost with the paper's hardware.
+/// The episodes' cost with the paper's hardware.
 pub(super) fn cost(study: &Report<'_>) -> String {
     let results = study.results;
-    let lives = |generations: fn(&super::Run) -> usize| -> u64 {
+    let episodes = |generations: fn(&super::Run) -> usize| -> u64 {
         let generations: usize = results.runs.iter().map(generations).sum();
         generations as u64 * u64::from(results.population)
     };
@@ -155,17 +156,17 @@ pub(super) fn cost(study: &Report<'_>) -> String {
         },
         Bill {
             what: "this study",
-            simulated: lives(|run| run.simulated.len()),
-            real: lives(|run| run.real.len()),
+            simulated: episodes(|run| run.simulated.len()),
+            real: episodes(|run| run.real.len()),
             cycles: f64::from(results.cycles),
         },
     ];
     let rows: Vec<Row> = bills.iter().map(|bill| Row::from(bill.cells())).collect();
     let head = [
         Head::Text("Whose"),
-        Head::Number("simulated lives"),
+        Head::Number("simulated episodes"),
         Head::Number("workstation time"),
-        Head::Number("real lives"),
+        Head::Number("real episodes"),
         Head::Number("robot time"),
         Head::Number("cycles in all"),
     ];
@@ -174,12 +175,12 @@ pub(super) fn cost(study: &Report<'_>) -> String {
     format!(
         "{}{}",
         paragraph(&format!(
-            "A life took the paper's authors about {} s on an IBM RISC/6000 and {} s on the robot, {} times as long. \
-             Their {} runs of {} and {} generations of {} individuals are {} days of workstation time and {} days of \
-             robot time.",
-            paper::SIMULATED_LIFE,
-            paper::REAL_LIFE,
-            paper::REAL_LIFE / paper::SIMULATED_LIFE,
+            "An episode took the paper's authors about {} s on an IBM RISC/6000 and {} s on the robot, {} times as \
+             long. Their {} runs of {} and {} generations of {} individuals are {} days of workstation time and {} \
+             days of robot time.",
+            paper::SIMULATED_EPISODE,
+            paper::REAL_EPISODE,
+            paper::REAL_EPISODE / paper::SIMULATED_EPISODE,
             paper::RUNS,
             paper::SIMULATED_GENERATIONS,
             paper::REAL_GENERATIONS,
@@ -189,8 +190,8 @@ pub(super) fn cost(study: &Report<'_>) -> String {
         )),
         table(
             "",
-            "The lives of the generations at the paper's rates, without further tests. Here the transferred generation \
-             lives in simulation too.",
+            "The generations' episodes at the paper's rates, without further tests. Here the transferred generation \
+             also runs in simulation.",
             &head,
             &rows
         )
@@ -200,10 +201,10 @@ pub(super) fn cost(study: &Report<'_>) -> String {
 impl Bill {
     /// Seconds on a workstation and on a robot.
     fn seconds(&self) -> (f64, f64) {
-        let lives = self.cycles / paper::CYCLES;
+        let episodes = self.cycles / paper::CYCLES;
         (
-            self.simulated as f64 * lives * paper::SIMULATED_LIFE,
-            self.real as f64 * lives * paper::REAL_LIFE,
+            self.simulated as f64 * episodes * paper::SIMULATED_EPISODE,
+            self.real as f64 * episodes * paper::REAL_EPISODE,
         )
     }
 

@@ -7,8 +7,8 @@ use oneiro_report::page::{Cell, Head, Row, figure, paragraph, table};
 use oneiro_statistics::mean;
 
 use super::evolution::name;
-use super::{Report, colours, life_seconds, paper, run_name, runs_of};
-use crate::miglino1995::results::{Condition, Discrepancy, Life, Results, Run};
+use super::{Report, colours, episode_seconds, paper, run_name, runs_of};
+use crate::miglino1995::results::{Condition, Discrepancy, MeasuredEpisode, Results, Run};
 
 /// Runs shown individually: the paper's five.
 const SHOWN: usize = 5;
@@ -20,21 +20,21 @@ const DIGITS: usize = 4;
 const REPEATED: &str = "1.5 4";
 const UNRELATED: &str = "9 5";
 
-/// Figures 9 to 12, and a table of the best individuals' lives.
+/// Figures 9 to 12, and a table of the best individuals' episodes.
 pub(super) fn html(study: &Report<'_>) -> String {
     let by_mean = study.results.runs.iter().any(|run| run.champion.mean.is_some());
     let chosen_by = if by_mean {
-        "mean of many simulated lives"
+        "mean of many simulated episodes"
     } else {
-        "single simulated life"
+        "single simulated episode"
     };
     let mut body = paragraph(&format!(
-        "The best individual of each run is the one with the best {} of generation {}. It lives from a start that all \
-         share, {} s in simulation and {} s in reality.",
+        "The best individual of each run is the one with the best {} of generation {}. It runs from the start that \
+         all share, {} s in simulation and {} s in reality.",
         chosen_by,
         study.results.simulated_generations,
-        shown(life_seconds(study.results), DIGITS),
-        shown(life_seconds(study.results), DIGITS),
+        shown(episode_seconds(study.results), DIGITS),
+        shown(episode_seconds(study.results), DIGITS),
     ));
     if study.results.is_wired {
         body.push_str(&paragraph(
@@ -64,7 +64,7 @@ fn trajectories(study: &Report<'_>, condition: Condition) -> String {
     } else {
         counted(runs, "run", "runs")
     };
-    let (number, says) = paper::printed(condition).trajectories;
+    let (number, says) = paper::printed_figures(condition).trajectories;
     let words = format!(
         "Paths of the best individuals evolved with {}, simulated (dashed) and real (full); {which}. In the paper, \
          {says}.",
@@ -133,8 +133,8 @@ fn discrepancies(results: &Results) -> String {
     let mut panels = vec![panel("From one start, as in the paper", single, &[])];
     if !results.is_wired {
         let key = &[
-            (REPEATED, "two real lives"),
-            (UNRELATED, "lives of two different individuals"),
+            (REPEATED, "two real episodes"),
+            (UNRELATED, "episodes of two different individuals"),
         ];
         panels.push(panel("From 100 starts", starts, key));
     }
@@ -147,8 +147,8 @@ fn discrepancies(results: &Results) -> String {
     let beside = if results.is_wired {
         ""
     } else {
-        " Beside it, as the paper does not have it, the mean of 100 starts, with what two real lives from one start and \
-         what two unrelated individuals give."
+        " Next to it, which the paper lacks: the mean of 100 starts, and D of two real episodes from one start and of \
+         two unrelated individuals."
     };
     let words = format!(
         "Discrepancy D of simulated and real paths, the sum of their distances every {EVERY} cycles (equation 2), mean \
@@ -161,7 +161,7 @@ fn discrepancies(results: &Results) -> String {
         Head::Number("single start"),
         Head::Number("lowest and highest run"),
         Head::Number("100 starts"),
-        Head::Number("two real lives"),
+        Head::Number("two real episodes"),
         Head::Number("two individuals"),
         Head::Number("100 starts, per mm of path"),
     ];
@@ -169,7 +169,7 @@ fn discrepancies(results: &Results) -> String {
         .into_iter()
         .map(|condition| ends(results, condition))
         .collect();
-    let caption = "What Figure 12 comes to at its end, D in mm. D per mm of path is a ratio of sums over all lives.";
+    let caption = "The end of Figure 12, D in mm. D per mm of path is a ratio of sums over all episodes.";
     figure("Figure 12", &words, &svg) + &table("", caption, &head, &rows)
 }
 
@@ -199,7 +199,7 @@ fn ends(results: &Results, condition: Condition) -> Row {
     .into()
 }
 
-/// The mean alone, for reference lines.
+/// The mean without its spread, for reference lines.
 fn without_spread(Spread { mean, .. }: Spread) -> Spread {
     Spread {
         low: mean,
@@ -217,7 +217,7 @@ fn short_title(condition: Condition) -> &'static str {
     }
 }
 
-/// Table of the best individuals' lives.
+/// Table of the best individuals' episodes.
 fn champions(results: &Results) -> String {
     let head = [
         Head::Text("Run"),
@@ -243,32 +243,32 @@ fn champions(results: &Results) -> String {
             rows.push(cells(run_name(run.number), std::slice::from_ref(run)).into());
         }
     }
-    let words = "The best individuals' lives from the start that all share. Cells are the \
-                 arena's free squares of 50 mm; a cycle that ends in a collision scores nothing; stuck in a corner: the last \
-                 100 cycles spent there, with less than 50 mm gone.";
+    let words = "The best individuals' episodes from the start that all share. Cells are the arena's free squares of \
+                 50 mm; a cycle that ends in a collision scores nothing; stuck in a corner: the last 100 cycles spent \
+                 there, with less than 50 mm gone.";
     format!(
-        "<h3>How the best individuals live</h3>\n{}",
+        "<h3>Behaviour of the best individuals</h3>\n{}",
         table("", words, &head, &rows)
     )
 }
 
-/// Means over some runs of the measures of simulated and real lives, after a name as HTML.
+/// Means over some runs of the measures of simulated and real episodes, after a name as HTML.
 fn cells(name: String, runs: &[&Run]) -> Vec<Cell> {
-    type Measure = (fn(&Life) -> f64, fn(f64) -> String);
+    type Measure = (fn(&MeasuredEpisode) -> f64, fn(f64) -> String);
     const MEASURES: [Measure; 7] = [
-        (|life| f64::from(life.fitness), |x| shown(x, DIGITS)),
-        (|life| life.forwards, percent),
-        (|life| life.visited, percent),
-        (|life| life.collided, percent),
-        (|life| life.speed, |x| shown(x, 3)),
-        (|life| life.length, |x| shown(x, DIGITS)),
-        (|life| f64::from(u8::from(life.stuck_in_corner)), percent),
+        (|episode| f64::from(episode.fitness), |x| shown(x, DIGITS)),
+        (|episode| episode.forwards, percent),
+        (|episode| episode.visited, percent),
+        (|episode| episode.collided, percent),
+        (|episode| episode.speed, |x| shown(x, 3)),
+        (|episode| episode.length, |x| shown(x, DIGITS)),
+        (|episode| f64::from(u8::from(episode.stuck_in_corner)), percent),
     ];
-    const ENVIRONMENTS: [fn(&Run) -> &Life; 2] = [|run| &run.champion.simulated, |run| &run.champion.real];
+    const ENVIRONMENTS: [fn(&Run) -> &MeasuredEpisode; 2] = [|run| &run.champion.simulated, |run| &run.champion.real];
     let mut cells = vec![Cell::html(name)];
     for (measure, words) in MEASURES {
-        for life in ENVIRONMENTS {
-            let value = mean(runs.iter().map(|run| measure(life(run))));
+        for episode in ENVIRONMENTS {
+            let value = mean(runs.iter().map(|run| measure(episode(run))));
             cells.push(Cell::number(if value.is_nan() {
                 NONE.to_owned()
             } else {

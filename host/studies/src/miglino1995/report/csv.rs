@@ -1,16 +1,16 @@
-//! The numbers behind the figures, for readers who want to do their own statistics.
+//! The figures' numbers, for readers' statistics.
 
 use oneiro_base::contents::{Column, Entry};
 use oneiro_report::csv::{Csv, known, number};
 
-use crate::miglino1995::results::{Discrepancy, Family, Level, Life, Results, Run};
+use crate::miglino1995::results::{Discrepancy, Family, Level, MeasuredEpisode, Results, Run};
 
 static CONDITION: Column = Column::text("condition", "the simulator's noise: `none`, `sensor` or `conservative`");
 static RUN: Column = Column::whole("run", "", "the run's number within its condition, from 0");
 
 static GENERATIONS: [Column; 4] = [
     Column::whole("generation", "", "its number, from 0"),
-    Column::text("environment", "where it lived: `simulation` or `reality`"),
+    Column::text("environment", "where it ran: `simulation` or `reality`"),
     Column::number("peak", "", "the mean fitness of the best, those that become parents"),
     Column::number("average", "", "the mean fitness of all"),
 ];
@@ -24,15 +24,19 @@ static TRANSFERRED: [Column; 7] = [
     Column::number(
         "simulated_again",
         "",
-        "its fitness in another simulated life, from another start",
+        "its fitness in another simulated episode, from another start",
     ),
     Column::number("quiet", "", "its fitness in simulation without noise"),
     Column::number("real", "", "its fitness in reality"),
-    Column::number("real_again", "", "its fitness in another real life, from another start"),
+    Column::number(
+        "real_again",
+        "",
+        "its fitness in another real episode, from another start",
+    ),
     Column::number(
         "other_robot",
         "",
-        "its fitness in another robot of the same kind; empty for a robot on a wire, of which there is one",
+        "its fitness in another robot of the same kind; empty for a connected robot, of which there is one",
     ),
 ];
 static LAST: [Column; 2] = [
@@ -50,7 +54,7 @@ static DISCREPANCY: [Column; 6] = [
     Column::number(
         "starts",
         "mm",
-        "the same sum, mean over 100 other starts; like the next two empty for a robot on a wire, which somebody would have to put there",
+        "the same sum, mean over 100 other starts; like the next two empty for a connected robot, which a person would have to put there",
     ),
     Column::number(
         "repeated",
@@ -73,28 +77,28 @@ static CHAMPIONS: [Column; 3] = [
          `starts` is",
     ),
 ];
-/// Of the champion's life in each environment.
+/// Of the champion's episode in each environment.
 static MEASURES: [Column; 7] = [
     Column::number("fitness", "", "its fitness"),
     Column::number(
         "collided",
         "0 to 1",
-        "the share of cycles that end in a collision; empty where nothing reports them, as on a wire",
+        "the fraction of cycles that end in a collision; empty for a connected robot, which reports none",
     ),
     Column::number(
         "forwards",
         "0 to 1",
-        "the share of cycles in which both wheels turn forwards",
+        "the fraction of cycles in which both wheels turn forwards",
     ),
     Column::number(
         "visited",
         "0 to 1",
-        "the share of the arena's free cells of 50 mm that it visits",
+        "the fraction of the arena's free cells of 50 mm that it visits",
     ),
     Column::number(
         "speed",
         "0 to 1",
-        "the mean of the wheels' absolute speed as a share of the greatest",
+        "the wheels' mean absolute speed as a fraction of the maximum",
     ),
     Column::number("length", "mm", "the length of the path"),
     Column::whole(
@@ -127,7 +131,7 @@ static VARIANTS: [Column; 6] = [
     Column::number(
         "value",
         "",
-        "the upper end of a sensor noise, or the range or the greatest step of a walk in mm; else 0",
+        "the upper end of a sensor noise, or the range or the maximum step of a walk in mm; else 0",
     ),
     Column::whole("run", "", "the run's number, from 0"),
     Column::number(
@@ -144,17 +148,17 @@ fn of_run(others: &[Column]) -> Vec<Column> {
 }
 
 fn columns_of_champions() -> Vec<Column> {
-    let lives = ["simulated", "real"].map(|environment| {
+    let episodes = ["simulated", "real"].map(|environment| {
         MEASURES.clone().map(|measure| {
-            let about = format!("of its {environment} life: {}", measure.words());
+            let about = format!("of its {environment} episode: {}", measure.words());
             let name = format!("{environment}_{}", measure.name);
             measure.named(name).about(about)
         })
     });
-    of_run(&[&CHAMPIONS[..], &lives.concat()].concat())
+    of_run(&[&CHAMPIONS[..], &episodes.concat()].concat())
 }
 
-/// The files of numbers; two of them only of a full study.
+/// The files of numbers; two of them only for a full study.
 pub fn contents(is_full: bool) -> Vec<Entry> {
     let table = |name, about, columns: &[Column]| Entry::table(name, about, &of_run(columns));
     let mut all = vec![
@@ -176,7 +180,7 @@ pub fn contents(is_full: bool) -> Vec<Entry> {
         ),
         Entry::table(
             "champions.csv",
-            "one row per run: the lives of its champion, the best of the transferred generation",
+            "one row per run: the episodes of its champion, the best of the transferred generation",
             &columns_of_champions(),
         ),
     ];
@@ -249,14 +253,14 @@ fn generations(results: &Results) -> String {
 fn transferred(results: &Results) -> String {
     let mut table = Csv::new(&of_run(&TRANSFERRED));
     for run in &results.runs {
-        let lives = &run.transferred;
+        let episodes = &run.transferred;
         let columns = [
-            &lives.simulated,
-            &lives.simulated_again,
-            &lives.quiet,
-            &lives.real,
-            &lives.real_again,
-            &lives.other_robot,
+            &episodes.simulated,
+            &episodes.simulated_again,
+            &episodes.quiet,
+            &episodes.real,
+            &episodes.real_again,
+            &episodes.other_robot,
         ];
         for i in 0..columns.iter().map(|column| column.len()).max().unwrap_or(0) {
             let values = columns.iter().map(|column| entry(column, i));
@@ -292,15 +296,15 @@ fn discrepancy(results: &Results) -> String {
 
 fn champions(results: &Results) -> String {
     let mut table = Csv::new(&columns_of_champions());
-    let values = |life: &Life| {
+    let values = |episode: &MeasuredEpisode| {
         [
-            f64::from(life.fitness),
-            life.collided,
-            life.forwards,
-            life.visited,
-            life.speed,
-            life.length,
-            f64::from(u8::from(life.stuck_in_corner)),
+            f64::from(episode.fitness),
+            episode.collided,
+            episode.forwards,
+            episode.visited,
+            episode.speed,
+            episode.length,
+            f64::from(u8::from(episode.stuck_in_corner)),
         ]
         .map(known)
     };
@@ -311,8 +315,8 @@ fn champions(results: &Results) -> String {
             champion.individual.to_string(),
             known(Discrepancy::per_length([&champion.discrepancy])),
         ];
-        let lives = values(&champion.simulated).into_iter().chain(values(&champion.real));
-        row(&mut table, run, who.into_iter().chain(lives));
+        let episodes = values(&champion.simulated).into_iter().chain(values(&champion.real));
+        row(&mut table, run, who.into_iter().chain(episodes));
     }
     table.text()
 }

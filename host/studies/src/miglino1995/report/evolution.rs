@@ -22,7 +22,7 @@ pub(super) fn html(study: &Report<'_>) -> String {
     let results = study.results;
     let mut body = paragraph(&format!(
         "The peak is the mean of the best {} individuals of a generation, the average that of all {}, ranked in the \
-         environment where they lived. Generation {} lives in both environments.",
+         environment where they ran. Generation {} runs in both environments.",
         results.parents, results.population, results.simulated_generations
     ));
     let curves = Condition::ALL.map(|condition| Curves::of(results, condition));
@@ -116,7 +116,7 @@ fn generations(results: &Results, condition: Condition, curves: Curves, high: f6
             panel(&titles[1], (transfer - NEAR).max(0.0), 0.4, true),
         ],
     );
-    let (number, says) = paper::printed(condition).generations;
+    let (number, says) = paper::printed_figures(condition).generations;
     let runs = runs_of(results, condition).count();
     let words = format!(
         "Peak and average fitness with {}, mean of {}; {}. The first {} generations are selected by simulated \
@@ -141,7 +141,7 @@ fn papers_test<'a>(study: &Report<'a>, claim: &str, condition: Condition) -> Opt
 
 /// Table 1: simulation against reality in the transferred generation.
 fn first_table(study: &Report<'_>) -> String {
-    let individuals = |condition, lives: fn(&Run) -> &[f32]| mean_of(study.results, condition, lives);
+    let individuals = |condition, episodes: fn(&Run) -> &[f32]| mean_of(study.results, condition, episodes);
     let rows: Vec<Row> = Condition::ALL
         .into_iter()
         .map(|condition| {
@@ -153,7 +153,7 @@ fn first_table(study: &Report<'_>) -> String {
                 condition,
                 means,
                 papers_test(study, "C3", condition),
-                paper::printed(condition).gap,
+                paper::printed_figures(condition).gap,
             )
         })
         .collect();
@@ -178,7 +178,7 @@ pub(super) fn second_table(study: &Report<'_>) -> String {
                 mean_of(results, condition, |run| &run.last),
             ];
             let test = papers_test(study, "C6", condition);
-            row(condition, means, test, paper::printed(condition).recovery)
+            row(condition, means, test, paper::printed_figures(condition).recovery)
         })
         .collect();
     let words = format!(
@@ -254,10 +254,10 @@ fn sizes(results: &Results) -> String {
 }
 
 /// Mean over all individuals of a condition.
-fn mean_of(results: &Results, condition: Condition, lives: fn(&Run) -> &[f32]) -> f64 {
+fn mean_of(results: &Results, condition: Condition, episodes: fn(&Run) -> &[f32]) -> f64 {
     mean(
         runs_of(results, condition)
-            .flat_map(lives)
+            .flat_map(episodes)
             .map(|&fitness| f64::from(fitness)),
     )
 }

@@ -82,7 +82,7 @@ impl Scale {
     }
 }
 
-/// The 95 % interval of the mean over runs, by a bootstrap with fixed draws; needs at least two runs.
+/// The 95 % interval of the mean over runs, by a bootstrap with fixed draws; needs two runs or more.
 fn interval(values: &[f64]) -> Option<Interval> {
     const LEVEL: f64 = 0.95;
     const RESAMPLES: usize = 2000;
@@ -105,7 +105,7 @@ fn cells(values: &[f64], scale: &Scale, colour: &str) -> [Cell; 3] {
     ]
 }
 
-/// Real fitness of the last generation beside that of each alternative, by condition; empty if none was run.
+/// Real fitness of the last generation next to that of each alternative, by condition; empty if none was run.
 pub(super) fn controls(results: &Results) -> String {
     type Figure = fn(&Run) -> Option<f64>;
     fn control(run: &Run, which: fn(&Controls) -> f64) -> Option<f64> {
@@ -171,7 +171,7 @@ pub(super) fn variants(results: &Results) -> String {
         ),
         (
             Family::Simulator,
-            "What the simulator is made from, without noise in its sensors",
+            "The simulator's source, without noise in its sensors",
         ),
     ];
     if results.variants.is_empty() {
@@ -189,19 +189,19 @@ pub(super) fn variants(results: &Results) -> String {
     ];
     let mut rows = Vec::new();
     for (family, title) in FAMILIES {
-        let own: Vec<&Variant> = results
+        let of_family: Vec<&Variant> = results
             .variants
             .iter()
             .filter(|variant| variant.family == family)
             .collect();
-        if own.is_empty() {
+        if of_family.is_empty() {
             continue;
         }
         rows.push(Row {
             cells: vec![Cell::across(head.len(), title)],
             sum: true,
         });
-        for variant in own {
+        for variant in of_family {
             let [mean_real, interval, strip] = cells(&variant.real, &scale, COLOUR);
             rows.push(
                 vec![

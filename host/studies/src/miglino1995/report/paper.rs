@@ -12,10 +12,10 @@ pub(super) const RUNS: u64 = 15;
 pub(super) const SIMULATED_GENERATIONS: u64 = 200;
 pub(super) const REAL_GENERATIONS: u64 = 20;
 pub(super) const POPULATION: u64 = 100;
-/// Cycles of a life, and their duration in seconds on an IBM RISC/6000 and in reality.
+/// Cycles of an episode, and their duration in seconds on an IBM RISC/6000 and in reality.
 pub(super) const CYCLES: f64 = 500.0;
-pub(super) const SIMULATED_LIFE: f64 = 2.0;
-pub(super) const REAL_LIFE: f64 = 50.0;
+pub(super) const SIMULATED_EPISODE: f64 = 2.0;
+pub(super) const REAL_EPISODE: f64 = 50.0;
 
 /// Figures printed for one condition.
 pub(super) struct Printed {
@@ -30,7 +30,7 @@ pub(super) struct Printed {
 }
 
 /// Figures printed for a condition.
-pub(super) fn printed(condition: Condition) -> Printed {
+pub(super) fn printed_figures(condition: Condition) -> Printed {
     match condition {
         Condition::None => Printed {
             gap: (164.14, true),

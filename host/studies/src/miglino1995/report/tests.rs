@@ -7,7 +7,7 @@ use super::*;
 use crate::assumptions::Assumption;
 use crate::claims::{Effect, Test};
 use crate::miglino1995::results::{
-    Champion, Controls, DifferenceEffect, Discrepancy, Family, Level, Life, Transferred, Variant,
+    Champion, Controls, DifferenceEffect, Discrepancy, Family, Level, MeasuredEpisode, Transferred, Variant,
 };
 use crate::verdict::Verdict;
 
@@ -28,7 +28,7 @@ impl Numbers {
         middle + width * (self.next() - 0.5)
     }
 
-    fn lives(&mut self, middle: f64) -> Vec<f32> {
+    fn fitness(&mut self, middle: f64) -> Vec<f32> {
         (0..POPULATION).map(|_| self.around(middle, 160.0) as f32).collect()
     }
 
@@ -49,8 +49,8 @@ impl Numbers {
             .collect()
     }
 
-    fn life(&mut self, fitness: f64, speed: f64) -> Life {
-        Life {
+    fn episode(&mut self, fitness: f64, speed: f64) -> MeasuredEpisode {
+        MeasuredEpisode {
             fitness: fitness as f32,
             path: self.path(speed),
             collided: 0.1 * self.next(),
@@ -98,20 +98,20 @@ impl Numbers {
             simulated,
             real,
             transferred: Transferred {
-                simulated: self.lives(0.7 * top),
-                simulated_again: self.lives(0.7 * top),
-                quiet: self.lives(0.7 * top),
-                real: self.lives(0.7 * (top - gap)),
-                real_again: self.lives(0.7 * (top - gap)),
-                other_robot: self.lives(0.5 * (top - gap)),
+                simulated: self.fitness(0.7 * top),
+                simulated_again: self.fitness(0.7 * top),
+                quiet: self.fitness(0.7 * top),
+                real: self.fitness(0.7 * (top - gap)),
+                real_again: self.fitness(0.7 * (top - gap)),
+                other_robot: self.fitness(0.5 * (top - gap)),
             },
-            last: self.lives(0.7 * top - 0.3 * gap),
+            last: self.fitness(0.7 * top - 0.3 * gap),
             champion: Champion {
                 individual: 17,
                 mean: None,
                 genome: (0..18).map(|_| self.around(0.0, 8.0) as f32).collect(),
-                simulated: self.life(top, 7.0),
-                real: self.life(top - gap, 7.0 - apart / 60.0),
+                simulated: self.episode(top, 7.0),
+                real: self.episode(top - gap, 7.0 - apart / 60.0),
                 discrepancy: Discrepancy {
                     paper: self.sums(apart),
                     starts: self.sums(1.2 * apart),
@@ -244,7 +244,7 @@ fn full(runs: u32) -> Results {
     }
     let families = [
         (Family::SensorRange, "U(0, 0.1)", 0.1),
-        (Family::Displacement, "drawn once a life", 0.0),
+        (Family::Displacement, "drawn once an episode", 0.0),
         (Family::Displacement, "a \"slow\" walk & more", 1.5),
     ];
     results.variants = families
@@ -517,7 +517,7 @@ fn controls_and_other_simulators_are_shown_where_they_were_run() {
 fn controls_and_other_simulators_have_files() {
     let results = full(3);
     let files = csv_files(&results);
-    let file = |name: &str| &files.iter().find(|(own, _)| *own == name).expect(name).1;
+    let file = |name: &str| &files.iter().find(|(path, _)| *path == name).expect(name).1;
     let mut controls = ::csv::Reader::from_reader(file("controls.csv").as_bytes());
     assert_eq!(controls.records().map(Result::unwrap).count(), 9);
     let mut variants = ::csv::Reader::from_reader(file("variants.csv").as_bytes());

@@ -16,7 +16,7 @@ use crate::verdict::Verdict;
 
 const POPULATION: usize = 6;
 const CYCLES: u32 = 60;
-/// All lives: two of the transferred generation, two more generations, and the champions.
+/// All episodes: two of the transferred generation, two more generations, and the champions.
 const LIVES: usize = 3 * (4 * POPULATION + 1);
 
 /// A study in a directory that is removed at the end.
@@ -25,9 +25,9 @@ struct Place(PathBuf);
 impl Place {
     /// Writes a study that is small.
     fn new() -> Self {
-        let own = Self(std::env::temp_dir().join(format!("oneiro-study-on-wire-{}", std::process::id())));
-        let _ = fs::remove_dir_all(&own.0);
-        fs::create_dir_all(own.at("")).unwrap();
+        let scratch = Self(std::env::temp_dir().join(format!("oneiro-study-on-wire-{}", std::process::id())));
+        let _ = fs::remove_dir_all(&scratch.0);
+        fs::create_dir_all(scratch.at("")).unwrap();
         let small = format!(
             "[set]\ncycles = {CYCLES}\nevolution = {{ generations = 4, population = {POPULATION}, parents = 2 }}\n"
         );
@@ -41,8 +41,8 @@ impl Place {
             assert_eq!(text.matches(from).count(), 1, "{from}");
             text = text.replace(from, to);
         }
-        fs::write(own.at("own.toml"), text).unwrap();
-        own
+        fs::write(scratch.at("own.toml"), text).unwrap();
+        scratch
     }
 
     fn at(&self, name: &str) -> PathBuf {
@@ -85,10 +85,15 @@ impl Place {
         })
     }
 
-    /// A column of the index of lives.
+    /// A column of the index of episodes.
     fn column(&self, name: &str) -> Vec<String> {
         let mut index = csv::Reader::from_path(self.at("out/lives/lives.csv")).unwrap();
-        let at = index.headers().unwrap().iter().position(|own| own == name).unwrap();
+        let at = index
+            .headers()
+            .unwrap()
+            .iter()
+            .position(|header| header == name)
+            .unwrap();
         index.records().map(|row| row.unwrap()[at].to_owned()).collect()
     }
 }
@@ -121,13 +126,13 @@ fn robot() -> Watched {
     robot
 }
 
-/// Transfer, evolution and champions' lives; stopped in the middle of a life, and continued. What was measured is judged, what was not
-/// is called so, and nothing is lived twice.
+/// Transfer, evolution and champions' episodes; stopped in the middle of an episode, and continued. Measured values are
+/// judged, the others are reported as not measured, and no episode is repeated.
 #[test]
-fn a_study_goes_end_to_end_on_a_wire() {
+fn a_study_of_a_connected_robot_goes_end_to_end() {
     let place = Place::new();
     let mut stopped = robot();
-    // A life with its walk takes 72 looks.
+    // An episode with its walk takes 72 looks.
     stopped.looks = 30 * 72 + 20;
     assert!(
         place
@@ -173,7 +178,7 @@ fn a_study_goes_end_to_end_on_a_wire() {
         assert_eq!(run.champion.discrepancy.paper.len(), CYCLES as usize / 5);
         assert!(run.champion.real.collided.is_nan() && run.transferred.other_robot.is_empty());
     }
-    let mean = |lives: &[f32]| lives.iter().sum::<f32>() / lives.len() as f32;
+    let mean = |episodes: &[f32]| episodes.iter().sum::<f32>() / episodes.len() as f32;
     assert!(mean(&fitness) > 0.0);
 
     for claim in &claims {
@@ -189,7 +194,7 @@ fn a_study_goes_end_to_end_on_a_wire() {
     }
     assert_eq!(unbalanced(&page), None);
     assert!(page.contains("Not measured: collisions in reality"));
-    assert!(page.contains("serial:/dev/none, on a wire") && page.contains("<code>reality.walk_s</code>"));
+    assert!(page.contains("serial:/dev/none, connected") && page.contains("<code>reality.walk_s</code>"));
     let claims = serde_json::to_string(&claims).unwrap();
     assert!(claims.contains("\"Not measured: collisions in reality") && json.contains("\"is_wired\":true"));
     let texts = [&page, &json, &claims]

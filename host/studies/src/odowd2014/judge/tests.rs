@@ -55,10 +55,10 @@ fn run(case: Case, kind: Kind, number: u32, numbers: &mut Numbers, made: impl Fn
     // Fitness depends on the light at the time the controller was chosen, an interval earlier.
     for interval in 1..intervals.len() {
         let (before, now) = intervals.split_at_mut(interval);
-        for (before, own) in before[interval - 1].iter().zip(&mut now[0]) {
-            own.chosen_under = before.s0;
+        for (before, robot) in before[interval - 1].iter().zip(&mut now[0]) {
+            robot.chosen_under = before.s0;
             let right = made(interval).informs && Light::of_gene(before.s0) == case.light_in(interval, 25);
-            own.real = if right { 60.0 } else { 20.0 } + (30.0 * numbers.next()) as f32;
+            robot.real = if right { 60.0 } else { 20.0 } + (30.0 * numbers.next()) as f32;
         }
     }
     Run {
@@ -71,7 +71,7 @@ fn run(case: Case, kind: Kind, number: u32, numbers: &mut Numbers, made: impl Fn
     }
 }
 
-/// A run in which everything is as the paper says.
+/// A run as in the paper.
 fn as_in_the_paper(number: u32, case: Case, kind: Kind, numbers: &mut Numbers) -> Run {
     run(case, kind, number, numbers, |minute| {
         let second = minute >= 25;

@@ -8,11 +8,12 @@ use crate::{assumptions, verdicts};
 
 const DIGITS: usize = 4;
 
-/// What the study is about, as HTML.
-pub(super) const ABOUT: &str = "<p class=\"lead\">\u{201c}The distributed co-evolution of an on-board simulator and controller for swarm robot \
-     behaviours\u{201d}, Evolutionary Intelligence 7(2), 2014, done again. Controllers evolve on board of foraging robots, in \
-     simulators that evolve among the robots that meet. The paper asks whether robots can improve these simulators merely by \
-     comparing how well they forage; each of its claims is held against what came out.</p>\n";
+/// The study's subject, as HTML.
+pub(super) const ABOUT: &str = "<p class=\"lead\">\u{201c}The distributed co-evolution of an on-board simulator and \
+     controller for swarm robot behaviours\u{201d}, Evolutionary Intelligence 7(2), 2014, replicated. Controllers \
+     evolve on board of foraging robots, in simulators that evolve among the robots that meet. The paper asks whether \
+     robots can improve these simulators merely by comparing how well they forage; each of its claims is compared \
+     with the results.</p>\n";
 
 pub(super) fn methods(study: &Report<'_>) -> Section {
     let results = study.results;
@@ -33,16 +34,16 @@ pub(super) fn methods(study: &Report<'_>) -> Section {
         ("seed", study.seed.to_string()),
     ];
     let words = format!(
-        "In each run {} robots forage for {} minutes, in one of six cases: with no light, with one over the nest or opposite it, \
-         with one that moves from the one to the other, and moving at random. Each minute a robot evolves a controller in its \
-         own simulator, whose gene S0 says where the light is, drives by it, and compares its simulator with those of the robots \
-         that it meets by the food earned. In the control, food is shuffled among robots before they compare it, so \
-         that nothing is selected.",
+        "In each run {} robots forage for {} minutes, in one of six cases: with no light, with one over the nest or \
+         opposite it, with one that moves from the one to the other, and moving at random. Each minute a robot \
+         evolves a controller in its simulator, whose gene S0 says where the light is, drives by it, and compares its \
+         simulator with those of the robots that it meets by the food earned. In the control, food is shuffled among \
+         robots before they compare it, so that nothing is selected.",
         results.robots, results.minutes
     );
-    let several = "The paper gives a standard deviation of mutations that does not fit its genes, and credits fitness to a simulator that \
-                   the controller was not chosen in. So there is no one setting that is the paper's: several were run, and none \
-                   stands before the others. A claim is reproduced if its criterion holds in all of them.";
+    let several = "The paper gives a standard deviation of mutations that does not fit its genes, and credits fitness \
+                   to a simulator that the controller was not chosen in. So no single setting is the paper's: several \
+                   were run, and none has precedence. A claim is reproduced if its criterion holds in all of them.";
     let several = if results.combinations.len() > 1 {
         paragraph(several)
     } else {
@@ -53,25 +54,26 @@ pub(super) fn methods(study: &Report<'_>) -> Section {
         several,
         page::facts(&facts),
         system::html(study),
-        verdicts::judging(),
+        verdicts::judging_methods(),
     ];
     Section::new("methods", "Methods", body.concat())
 }
 
-/// What the results do not show, or hang on.
+/// The limits of the results.
 pub(super) fn limits(study: &Report<'_>) -> Section {
     let body = [
         list(&[
             "Reality is a simulated arena with noise and differences that the on-board simulators lack, and no swarm of e-pucks.",
-            "What phototaxis does in darkness, and when a controller is installed, are not varied. The second edition of the study \
-             varies them, with 100 runs of each case, and contradicts some verdicts of studies like this one (docs/odowd2014.md).",
+            "Phototaxis in darkness and the time of a controller's installation are not varied. The second edition of \
+             the study varies them, with 100 runs of each case, and contradicts some verdicts of studies like this \
+             one (docs/odowd2014.md).",
         ]),
         study.arms.map_or_else(String::new, verdicts::by_assumption),
         "<h3>Slips of the paper</h3>\n".to_owned(),
         list(&paper::SLIPS),
         paragraph(
-            "Figures 1 to 4 are drawn anew from what the paper says of them; where it leaves a size open, it is the one in \
-             force here.",
+            "Figures 1 to 4 are redrawn from the paper's description; where it leaves a size open, they have this \
+             study's.",
         ),
         assumptions::html(study.assumptions),
     ];

@@ -1,4 +1,4 @@
-//! The numbers behind the figures, for readers who want to do their own statistics.
+//! The figures' numbers, for readers' statistics.
 
 use oneiro_base::contents::{Column, Entry};
 use oneiro_lab::swarm::tables::INTERVALS_COLUMNS;
@@ -25,17 +25,17 @@ static RUNS: [Column; 9] = [
     Column::number(
         "s0_opposite",
         "0 to 1",
-        "the share of simulators at the end with the light opposite the nest",
+        "the fraction of simulators at the end with the light opposite the nest",
     ),
     Column::number(
         "s0_no_light",
         "0 to 1",
-        "the share of simulators at the end without a light",
+        "the fraction of simulators at the end without a light",
     ),
     Column::number(
         "s0_over",
         "0 to 1",
-        "the share of simulators at the end with the light over the nest",
+        "the fraction of simulators at the end with the light over the nest",
     ),
     Column::number("s0", "0 to 0.99", "at the end: the mean gene of simulators"),
     Column::number(
@@ -73,43 +73,43 @@ static BINS: [Column; 9] = [
     Column::number(
         "s0_opposite",
         "0 to 1",
-        "the share of simulators with the light opposite the nest",
+        "the fraction of simulators with the light opposite the nest",
     ),
-    Column::number("s0_no_light", "0 to 1", "the share of simulators without a light"),
+    Column::number("s0_no_light", "0 to 1", "the fraction of simulators without a light"),
     Column::number(
         "s0_over",
         "0 to 1",
-        "the share of simulators with the light over the nest",
+        "the fraction of simulators with the light over the nest",
     ),
     Column::number(
         "g0_flees",
         "0 to 1",
-        "the share of controllers that flee the light with food",
+        "the fraction of controllers that flee the light with food",
     ),
     Column::number(
         "g0_random",
         "0 to 1",
-        "the share of controllers that search at random with food",
+        "the fraction of controllers that search at random with food",
     ),
     Column::number(
         "g0_seeks",
         "0 to 1",
-        "the share of controllers that seek the light with food",
+        "the fraction of controllers that seek the light with food",
     ),
     Column::number(
         "g1_flees",
         "0 to 1",
-        "the share of controllers that flee the light without food",
+        "the fraction of controllers that flee the light without food",
     ),
     Column::number(
         "g1_random",
         "0 to 1",
-        "the share of controllers that search at random without food",
+        "the fraction of controllers that search at random without food",
     ),
     Column::number(
         "g1_seeks",
         "0 to 1",
-        "the share of controllers that seek the light without food",
+        "the fraction of controllers that seek the light without food",
     ),
 ];
 
@@ -118,7 +118,7 @@ fn of(number: &Column, others: &[Column]) -> Vec<Column> {
     [&WHOSE[..], std::slice::from_ref(number), others].concat()
 }
 
-/// The files of numbers; one of them only where open questions are asked.
+/// The files of numbers; one of them only with open questions.
 pub(crate) fn contents(has_questions: bool) -> Vec<Entry> {
     let mut all = vec![
         Entry::table("runs.csv", "one row per run", &of(&RUN, &RUNS)),

@@ -1,11 +1,11 @@
-//! Connectivity of the swarm: who hears whom, and whose simulators are passed on.
+//! Connectivity of the swarm: which robots hear each other, and which simulators are passed on.
 
 use oneiro_report::numbers::{percent, shown};
 use oneiro_report::page::{Cell, Head, Row, table};
 use oneiro_statistics::mean;
 
 use super::measures::runs_of;
-use super::{DIGITS, case_name, evolving, named};
+use super::{DIGITS, case_name, evolving_cases, named};
 use crate::odowd2014::results::{Combination, Kind, Results, RobotInterval, Run};
 
 pub(super) fn html(results: &Results, combination: &Combination) -> String {
@@ -18,11 +18,11 @@ pub(super) fn html(results: &Results, combination: &Combination) -> String {
         Head::Number("the same, fitness shuffled"),
     ];
     let robots = f64::from(results.robots.max(1));
-    let rows: Vec<Row> = evolving()
+    let rows: Vec<Row> = evolving_cases()
         .filter_map(|case| {
-            let own = runs_of(combination, case, Kind::Evolved);
+            let runs = runs_of(combination, case, Kind::Evolved);
             let null = runs_of(combination, case, Kind::FitnessShuffled);
-            if own.is_empty() {
+            if runs.is_empty() {
                 return None;
             }
             let share = |runs: &[&Run], of: fn(&RobotInterval) -> bool| {
@@ -30,23 +30,23 @@ pub(super) fn html(results: &Results, combination: &Combination) -> String {
             };
             let cells = vec![
                 Cell::html(case_name(case)),
-                Cell::number(shown(over(&own, |robot| f64::from(robot.heard)), DIGITS)),
-                share(&own, |robot| robot.heard == 0),
-                Cell::number(percent(over(&own, |robot| f64::from(robot.reached)) / robots)),
-                Cell::number(percent(taken(&own))),
-                Cell::number(percent(taken(&null))),
+                Cell::number(shown(over(&runs, |robot| f64::from(robot.heard)), DIGITS)),
+                share(&runs, |robot| robot.heard == 0),
+                Cell::number(percent(over(&runs, |robot| f64::from(robot.reached)) / robots)),
+                Cell::number(percent(adoption_rate(&runs))),
+                Cell::number(percent(adoption_rate(&null))),
             ];
             Some(cells.into())
         })
         .collect();
-    let words = "Of each robot in each minute, mean of all: how many others it heard; the part of the swarm, itself among \
-                 it, that encounters of that minute join it to by whatever many steps; and how often the simulator that it \
-                 went on with was another robot's.";
+    let words = "Means over robots and minutes: how many others a robot heard; the part of the swarm, including \
+                 itself, that the minute's encounters link it to, directly or through others; and how often it took \
+                 another robot's simulator.";
     table(&named("Encounters", combination), words, &head, &rows)
 }
 
-/// Share of intervals after which robots adopted another's simulator; nothing is adopted after the last.
-fn taken(runs: &[&Run]) -> f64 {
+/// Fraction of intervals after which robots adopted another's simulator; nothing is adopted after the last.
+fn adoption_rate(runs: &[&Run]) -> f64 {
     let decided = |run: &&Run| run.intervals.len().saturating_sub(1);
     let robots = runs
         .iter()

@@ -64,7 +64,7 @@ fn rate_figure(results: &Results, combination: &Combination) -> String {
     );
     let runs = cases.iter().map(|(_, runs)| runs.len()).max().unwrap_or(0);
     let words = format!(
-        "Food that the swarm brings to the nest, in bins of {BIN} s, mean of {}; {}. In the paper, all cases but \
+        "Food that the swarm brings to the nest, in bins of {BIN} s, mean of {}; {}. In the paper, all cases except \
          no light differ from random movement, and light over the nest appears to double the rate.",
         counted(runs, "run", "runs"),
         spread_words(runs)
@@ -82,24 +82,26 @@ fn tests(results: &Results, combination: &Combination) -> String {
         .map(|(case, runs)| {
             let number = |x| Cell::number(shown(x, 3));
             let over = |minutes: std::ops::Range<usize>| mean(runs.iter().map(|run| run.rate(minutes.clone())));
-            let own = rates(&runs);
+            let case_rates = rates(&runs);
             let mut cells = vec![
                 Cell::html(dotted(colour(case), short_title(case))),
                 number(over(0..all)),
                 number(over(0..half)),
                 number(over(half..all)),
-                number(variance(&own).sqrt()),
+                number(variance(&case_rates).sqrt()),
             ];
             if case == Case::Random {
-                cells.push(Cell::across(6, "what the others are held against"));
+                cells.push(Cell::across(6, "the reference for the others"));
                 return cells.into();
             }
-            cells.push(number(mean(own.iter().copied()) / mean(control_rates.iter().copied())));
-            for (own, control) in [
+            cells.push(number(
+                mean(case_rates.iter().copied()) / mean(control_rates.iter().copied()),
+            ));
+            for (values, control) in [
                 (&minutes(runs.iter().copied()), &control_minutes),
-                (&own, &control_rates),
+                (&case_rates, &control_rates),
             ] {
-                let difference = difference(own, control);
+                let difference = difference(values, control);
                 cells.push(number(difference.d));
                 cells.push(Cell::number(probability(difference.p)));
             }

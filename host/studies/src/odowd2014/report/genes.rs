@@ -8,7 +8,7 @@ use oneiro_statistics::mean;
 
 use super::measures::{G0, G1, Gene, LAST, S0, alone, at_the_end, difference, level, levels, robots_at, runs_of};
 use super::measures::{intervals, shares, third_of};
-use super::{DIGITS, case_name, colour, evolving, kind_name, moves, named, other_kinds, paper};
+use super::{DIGITS, case_name, colour, evolving_cases, kind_name, moves, named, other_kinds, paper};
 use crate::odowd2014::results::{Case, Combination, Kind, Results, Run};
 
 /// Names of the thirds of `S0`, `G0` and `G1`, their line colours and their background colours.
@@ -22,17 +22,17 @@ const BORDERS: [f64; 4] = [0.0, 0.33, 0.66, 1.0];
 const NULL: &str = "5 4";
 
 /// Figures 6 to 8, of lights that stay, and the final genes of all cases.
-pub(super) fn settled(results: &Results, combination: &Combination) -> String {
+pub(super) fn fixed_lights(results: &Results, combination: &Combination) -> String {
     figures_of(results, combination, false) + &simulators(combination) + &controllers(combination)
 }
 
 /// Figures 9 and 10, of lights that move.
-pub(super) fn moved(results: &Results, combination: &Combination) -> String {
+pub(super) fn moving_lights(results: &Results, combination: &Combination) -> String {
     figures_of(results, combination, true)
 }
 
 fn figures_of(results: &Results, combination: &Combination, moving: bool) -> String {
-    let cases = evolving().filter(|&case| moves(case) == moving);
+    let cases = evolving_cases().filter(|&case| moves(case) == moving);
     cases.map(|case| evolution(results, combination, case)).collect()
 }
 
@@ -47,12 +47,12 @@ fn thirds(labels: [&'static str; 3]) -> [Ground<'static>; 3] {
 
 /// Figure 6, 7, 8, 9 or 10; empty if the case was not run.
 fn evolution(results: &Results, combination: &Combination, case: Case) -> String {
-    let own = runs_of(combination, case, Kind::Evolved);
+    let runs = runs_of(combination, case, Kind::Evolved);
     let null = runs_of(combination, case, Kind::FitnessShuffled);
     let Some((number, says)) = paper::genes(case) else {
         return String::new();
     };
-    if own.is_empty() {
+    if runs.is_empty() {
         return String::new();
     }
     let (scenarios, behaviours) = (thirds(SCENARIOS), thirds(BEHAVIOURS));
@@ -78,7 +78,7 @@ fn evolution(results: &Results, combination: &Combination, case: Case) -> String
         bands,
     };
     let of_gene = |gene: Gene| {
-        let mut bands = vec![band("", colour(case), "", levels(&own, gene))];
+        let mut bands = vec![band("", colour(case), "", levels(&runs, gene))];
         if !null.is_empty() {
             let means = levels(&null, gene).into_iter().map(|spread| alone(spread.mean));
             bands.push(band("", colour(case), NULL, means.collect()));
@@ -87,7 +87,7 @@ fn evolution(results: &Results, combination: &Combination, case: Case) -> String
     };
     let mut of_thirds = Vec::new();
     for third in 0..3 {
-        of_thirds.push(band(SCENARIOS[third], COLOURS[third], "", share_of(&own, third)));
+        of_thirds.push(band(SCENARIOS[third], COLOURS[third], "", share_of(&runs, third)));
         of_thirds.push(band("", COLOURS[third], NULL, share_of(&null, third)));
     }
     let svg = figures::grid(
@@ -101,8 +101,8 @@ fn evolution(results: &Results, combination: &Combination, case: Case) -> String
                     of_gene(S0),
                 ),
                 panel(
-                    "Share of simulators with each light",
-                    "share of robots, 0 to 1",
+                    "Fraction of simulators with each light",
+                    "fraction of robots, 0 to 1",
                     &[],
                     of_thirds,
                 ),
@@ -117,27 +117,27 @@ fn evolution(results: &Results, combination: &Combination, case: Case) -> String
         String::new()
     } else {
         format!(
-            " Dashed: the mean and the shares of {} in which real fitness was shuffled among the robots, which is what \
-             no adaptation looks like.",
+            " Dashed: the mean and the fractions of {} with real fitness shuffled among the robots, which prevents \
+             adaptation.",
             counted(null.len(), "run", "runs")
         )
     };
     let words = format!(
-        "{}: mean of all robots of {}; shaded: one standard deviation to both sides, as far as genes go. The ground \
-         is what values select.{dashed} In the paper, {says}.",
+        "{}: mean of all robots of {}; shaded: one standard deviation to both sides, as far as genes go. The \
+         background shows what values select.{dashed} In the paper, {says}.",
         case.title(),
-        counted(own.len(), "run", "runs")
+        counted(runs.len(), "run", "runs")
     );
     figure(&named(&format!("Figure {number}"), combination), &words, &svg)
 }
 
-/// Share of robots by interval whose simulator has its gene in a third.
+/// Fraction of robots by interval whose simulator has its gene in a third.
 fn share_of(runs: &[&Run], third: usize) -> Vec<Spread> {
     let at = |interval| alone(shares(robots_at(runs, interval), S0)[third]);
     (0..intervals(runs)).map(at).collect()
 }
 
-/// The same share at the end of each run.
+/// The same fraction at the end of each run.
 fn ends(runs: &[&Run], third: usize) -> Vec<f64> {
     runs.iter().map(|run| shares(at_the_end(run), S0)[third]).collect()
 }
@@ -156,7 +156,7 @@ fn simulators(combination: &Combination) -> String {
         Head::Number("p"),
     ];
     let mut rows = Vec::new();
-    for case in evolving() {
+    for case in evolving_cases() {
         let [_, light] = case.lights();
         let right = third_of(light);
         let null = ends(&runs_of(combination, case, Kind::FitnessShuffled), right);
@@ -172,9 +172,9 @@ fn simulators(combination: &Combination) -> String {
                 Cell::number(runs.len().to_string()),
             ];
             cells.extend([0, 1, 2].map(|third| Cell::number(percent(mean(ends(&runs, third))))));
-            let own = ends(&runs, right);
-            cells.push(Cell::number(percent(mean(own.iter().copied()))));
-            let against = (kind != Kind::FitnessShuffled).then(|| difference(&own, &null));
+            let fractions = ends(&runs, right);
+            cells.push(Cell::number(percent(mean(fractions.iter().copied()))));
+            let against = (kind != Kind::FitnessShuffled).then(|| difference(&fractions, &null));
             let number = |x: Option<f64>, words: fn(f64) -> String| Cell::number(words(x.unwrap_or(f64::NAN)));
             cells.push(number(against.as_ref().map(|against| against.d), |d| shown(d, DIGITS)));
             cells.push(number(against.as_ref().map(|against| against.p), probability));
@@ -182,8 +182,8 @@ fn simulators(combination: &Combination) -> String {
         }
     }
     let words = format!(
-        "What light the simulators have in the last {LAST} minutes, share of robots, mean of runs; which is right is where the \
-         light is then. Student's test of runs, of the share that is right, against runs in which fitness was shuffled."
+        "The light in the simulators in the last {LAST} minutes, percentage of robots, mean of runs. Right: where the \
+         light is then. Student's test of runs, of the percentage that is right, against runs with shuffled fitness."
     );
     table(&named("Simulators", combination), &words, &head, &rows)
 }
@@ -202,16 +202,16 @@ fn controllers(combination: &Combination) -> String {
         Head::Number("s.d., fitness shuffled"),
     ];
     let mut rows = Vec::new();
-    for case in evolving() {
-        let own = runs_of(combination, case, Kind::Evolved);
+    for case in evolving_cases() {
+        let runs = runs_of(combination, case, Kind::Evolved);
         let null = runs_of(combination, case, Kind::FitnessShuffled);
-        if own.is_empty() {
+        if runs.is_empty() {
             continue;
         }
         let mut whose = case_name(case);
         for (gene, words) in [(G0, "G0"), (G1, "G1")] {
             let robots = |runs: &[&Run]| level(runs.iter().flat_map(|run| at_the_end(run)), gene);
-            let ((middle, deviation), (null_middle, null_deviation)) = (robots(&own), robots(&null));
+            let ((middle, deviation), (null_middle, null_deviation)) = (robots(&runs), robots(&null));
             let number = |x| Cell::number(shown(x, DIGITS));
             let mut cells = vec![
                 Cell::html(std::mem::take(&mut whose)),
@@ -219,16 +219,15 @@ fn controllers(combination: &Combination) -> String {
                 number(middle),
                 number(deviation),
             ];
-            let shares = shares(own.iter().flat_map(|run| at_the_end(run)), gene);
+            let shares = shares(runs.iter().flat_map(|run| at_the_end(run)), gene);
             cells.extend(shares.map(|share| Cell::number(percent(share))));
             cells.extend([number(null_middle), number(null_deviation)]);
             rows.push(Row::from(cells));
         }
     }
     let words = format!(
-        "The genes of the controllers that act in the last {LAST} minutes, G0 with food and G1 without it, over all robots \
-         and runs. A narrow spread says \
-         that robots agree."
+        "The genes of the controllers that act in the last {LAST} minutes, G0 with food and G1 without it, over all \
+         robots and runs. With a narrow spread, robots agree."
     );
     table(&named("Controllers", combination), &words, &head, &rows)
 }

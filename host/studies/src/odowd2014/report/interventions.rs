@@ -29,23 +29,23 @@ pub(super) fn html(combination: &Combination) -> String {
         let paper = rates(&runs_of(combination, case, Kind::Evolved));
         let mut whose = case_name(case);
         for kind in std::iter::once(Kind::Evolved).chain(other_kinds(combination)) {
-            let own = rates(&runs_of(combination, case, kind));
-            if own.is_empty() {
+            let of_kind = rates(&runs_of(combination, case, kind));
+            if of_kind.is_empty() {
                 continue;
             }
             let number = |x| Cell::number(shown(x, DIGITS));
-            let middle = mean(own.iter().copied());
+            let middle = mean(of_kind.iter().copied());
             let mut cells = vec![
                 Cell::html(std::mem::take(&mut whose)),
                 kind_name(kind),
-                Cell::number(own.len().to_string()),
+                Cell::number(of_kind.len().to_string()),
                 number(middle),
-                number(variance(&own).sqrt()),
+                number(variance(&of_kind).sqrt()),
             ];
             if kind == Kind::Evolved {
-                cells.push(Cell::across(3, "what the others are held against"));
+                cells.push(Cell::across(3, "the reference for the others"));
             } else {
-                let against = difference(&own, &paper);
+                let against = difference(&of_kind, &paper);
                 cells.push(number(middle / mean(paper.iter().copied())));
                 cells.push(number(against.d));
                 cells.push(Cell::number(probability(against.p)));

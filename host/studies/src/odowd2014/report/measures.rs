@@ -1,4 +1,4 @@
-//! Measures and tests of runs: foraging rates and shares of what genes select.
+//! Measures and tests of runs: foraging rates, and fractions of what genes select.
 
 use oneiro::foraging::Light;
 
@@ -29,7 +29,7 @@ pub(super) fn third_of(light: Light) -> usize {
     }
 }
 
-/// Share of some robots with a gene in each third; NaN if there are no robots.
+/// Fraction of some robots with a gene in each third; NaN if there are no robots.
 pub(super) fn shares<'a>(robots: impl IntoIterator<Item = &'a RobotInterval>, gene: Gene) -> [f64; 3] {
     let mut counts = [0_u32; 3];
     for robot in robots {
@@ -75,7 +75,7 @@ pub(super) fn levels(runs: &[&Run], gene: Gene) -> Vec<Spread> {
     (0..intervals(runs)).map(at).collect()
 }
 
-/// Greatest value of a gene.
+/// Maximum of a gene.
 const GREATEST: f32 = 0.99;
 
 /// A mean without a spread.

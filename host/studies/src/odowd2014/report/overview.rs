@@ -5,7 +5,7 @@ use oneiro_report::page::{Cell, Head, Row, table};
 use oneiro_statistics::mean;
 
 use super::measures::{LAST, S0, at_the_end, per_minute, runs_of, shares, third_of};
-use super::{DIGITS, evolving, short_title, title};
+use super::{DIGITS, evolving_cases, short_title, title};
 use crate::odowd2014::results::{Case, Combination, Kind, Results};
 
 /// Food per minute by case; empty unless there are several combinations to compare.
@@ -35,15 +35,15 @@ pub(super) fn rates(results: &Results) -> String {
     )
 }
 
-/// Right simulators by case; likewise.
+/// Right simulators by case; empty unless there are several combinations.
 pub(super) fn right(results: &Results) -> String {
     if results.combinations.len() < 2 {
         return String::new();
     }
     let mut head = vec![Head::Text("Mutations and credit")];
-    head.extend(evolving().map(|case| Head::Number(short_title(case))));
+    head.extend(evolving_cases().map(|case| Head::Number(short_title(case))));
     let row = |combination: &Combination| {
-        let shares = evolving().map(|case| {
+        let shares = evolving_cases().map(|case| {
             let [_, light] = case.lights();
             let of = |kind| {
                 let runs = runs_of(combination, case, kind);
@@ -61,8 +61,8 @@ pub(super) fn right(results: &Results) -> String {
     };
     let rows: Vec<Row> = results.combinations.iter().map(row).collect();
     let words = format!(
-        "Share of robots whose simulator has the light where it is, in the last {LAST} minutes, in per cent, mean of runs: evolved as in the \
-         paper / with fitness shuffled among the robots."
+        "Percentage of robots whose simulator has the light where it is, in the last {LAST} minutes, mean of runs: \
+         evolved as in the paper / with fitness shuffled among the robots."
     );
     table("", &words, &head, &rows)
 }

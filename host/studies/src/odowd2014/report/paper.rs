@@ -48,8 +48,8 @@ pub(super) const SLIPS: [&str; 7] = [
      over the nest first and opposite it then; the case's title and Figure 10 say that it is the other way round.",
     "A sentence of section 5.6 is not finished: \u{201c}This supports our hypothesis that .\u{201d}",
     "Figure 5 has bins of 250 s, its t test means of 60 s.",
-    "That test has 50 samples, the minutes of the same runs; what a swarm does in one minute it goes on doing in the \
-     next, so that they are not independent. Tests of runs stand beside it here.",
+    "That test has 50 samples, the minutes of the same runs; a swarm continues in one minute what it did in the last, \
+     so they are not independent. Tests of runs stand next to it here.",
     "p > 0.5 is read as no difference. A test that finds none does not show that there is none: see claim D1 for the \
      equivalence.",
     "The nest is a circle in section 4.5 and a semi-circle in the caption of Figure 2; the part of the circle that is \

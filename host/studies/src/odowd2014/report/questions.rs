@@ -26,7 +26,7 @@ pub(super) static COLUMNS: [Column; 12] = [
     Column::number(
         "late_share_over",
         "0 to 1",
-        "the share of simulators with the light over the nest, late in the run",
+        "the fraction of simulators with the light over the nest, late in the run",
     ),
     Column::number("late_s0", "0 to 0.99", "the mean gene of simulators, late in the run"),
     Column::whole(
@@ -42,11 +42,11 @@ pub(super) static COLUMNS: [Column; 12] = [
     Column::number(
         "reached_share",
         "0 to 1",
-        "the share of robots linked to a robot in an interval",
+        "the fraction of robots linked to a robot in an interval",
     ),
 ];
 
-/// Intervals that a share is averaged over.
+/// Intervals that a fraction is averaged over.
 const TOGETHER: usize = 5;
 
 /// Results for one of the questions.
@@ -68,15 +68,15 @@ fn answer(question: &Question) -> Answer {
         food_per_robot: over(&|run| run.rate(ALL)) / robots,
         late_share: over(&|run| run.share(Light::OverNest, LATE)),
         late_s0: over(&|run| run.mean(S0, LATE)),
-        converged: converged(&question.runs),
-        heard: each(|own| f64::from(own.heard)),
-        reached: each(|own| f64::from(own.reached)) / robots,
+        converged: convergence_interval(&question.runs),
+        heard: each(|robot| f64::from(robot.heard)),
+        reached: each(|robot| f64::from(robot.reached)) / robots,
     }
 }
 
 /// First interval from which more than half of the simulators have the light over the nest, as the mean over runs and
 /// five intervals.
-pub(super) fn converged(runs: &[Run]) -> Option<usize> {
+pub(super) fn convergence_interval(runs: &[Run]) -> Option<usize> {
     let intervals = runs.iter().map(|run| run.intervals.len()).min()?;
     let share = |first: usize| {
         let shares: Vec<f64> = runs
@@ -104,17 +104,17 @@ pub(super) fn html(results: &Results) -> String {
         Head::Number("range, mm"),
         Head::Number("lamp behind wall, mm"),
         Head::Number("food per robot and minute"),
-        Head::Number("late share of Over"),
+        Head::Number("late fraction of Over"),
         Head::Number("late S0"),
         Head::Number("converged from minute"),
         Head::Number("heard per interval"),
-        Head::Number("share reached"),
+        Head::Number("fraction reached"),
     ];
     let rows: Vec<Row> = results
         .questions
         .iter()
         .map(|question| {
-            let own = answer(question);
+            let answer = answer(question);
             let mut cells = vec![Cell::text(match question.about.as_str() {
                 "density" => "robots at one density",
                 "arena" => "robots in one arena",
@@ -126,14 +126,16 @@ pub(super) fn html(results: &Results) -> String {
                 question.arena_radius,
                 question.range,
                 question.lamp,
-                own.food_per_robot,
-                own.late_share,
-                own.late_s0,
+                answer.food_per_robot,
+                answer.late_share,
+                answer.late_s0,
             ];
             cells.extend(numbers.map(|value| Cell::number(shown(value, 3))));
-            let converged = own.converged.map_or(NONE.to_owned(), |interval| interval.to_string());
+            let converged = answer
+                .converged
+                .map_or(NONE.to_owned(), |interval| interval.to_string());
             cells.push(Cell::number(converged));
-            cells.extend([own.heard, own.reached].map(|value| Cell::number(shown(value, 3))));
+            cells.extend([answer.heard, answer.reached].map(|value| Cell::number(shown(value, 3))));
             cells.into()
         })
         .collect();
@@ -148,7 +150,7 @@ pub(super) fn html(results: &Results) -> String {
 pub(super) fn csv(results: &Results) -> String {
     let mut rows = Csv::new(&COLUMNS);
     for question in &results.questions {
-        let own = answer(question);
+        let answer = answer(question);
         rows.row([
             question.about.clone(),
             question.robots.to_string(),
@@ -156,12 +158,14 @@ pub(super) fn csv(results: &Results) -> String {
             number(question.range),
             number(question.lamp),
             question.runs.len().to_string(),
-            number(own.food_per_robot),
-            number(own.late_share),
-            number(own.late_s0),
-            own.converged.map_or_else(String::new, |interval| interval.to_string()),
-            number(own.heard),
-            number(own.reached),
+            number(answer.food_per_robot),
+            number(answer.late_share),
+            number(answer.late_s0),
+            answer
+                .converged
+                .map_or_else(String::new, |interval| interval.to_string()),
+            number(answer.heard),
+            number(answer.reached),
         ]);
     }
     rows.text()

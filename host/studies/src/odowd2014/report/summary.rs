@@ -35,7 +35,7 @@ pub(crate) fn summary(results: &Results) -> Value {
 }
 
 fn run(run: &Run) -> Value {
-    let own = json!({
+    let summary = json!({
         "case": run.case,
         "kind": run.kind,
         "number": run.number,
@@ -45,14 +45,16 @@ fn run(run: &Run) -> Value {
         "second_half": run.rate(SECOND_HALF),
     });
     if run.intervals.is_empty() {
-        return own;
+        return summary;
     }
-    let Value::Object(mut own) = own else { return own };
+    let Value::Object(mut summary) = summary else {
+        return summary;
+    };
     let lights = [Light::OppositeNest, Light::Nowhere, Light::OverNest];
-    own.insert("late_shares".into(), json!(lights.map(|light| run.share(light, LATE))));
-    own.insert(
+    summary.insert("late_shares".into(), json!(lights.map(|light| run.share(light, LATE))));
+    summary.insert(
         "late_means".into(),
         json!([S0, G0, G1].map(|gene| run.mean(gene, LATE))),
     );
-    Value::Object(own)
+    Value::Object(summary)
 }

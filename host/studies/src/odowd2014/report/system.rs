@@ -6,7 +6,7 @@ use oneiro_report::page::figure;
 use super::Report;
 
 pub(super) fn html(study: &Report<'_>) -> String {
-    let forager = &study.swarm.forager;
+    let forager = &study.foragers.forager;
     let figures = [
         figure(
             "Figure 1",
@@ -33,18 +33,17 @@ pub(super) fn html(study: &Report<'_>) -> String {
         figure(
             "Figure 3",
             "The controller of simulated and real robots, a subsumption architecture: obstacle avoidance goes before \
-             phototaxis, phototaxis before random search. Which phototaxis is enabled, or none, is what the gene of the \
-             food state says: G0 with food, G1 without.",
+             phototaxis, phototaxis before random search. The gene of the food state selects one phototaxis, or none: \
+             G0 with food, G1 without.",
             figures::SUBSUMPTION,
         ),
         figure(
             "Figure 4",
             &format!(
-                "The arena with {} e-pucks to scale, at places drawn at random, and how far their sensors and messages \
-                 reach.",
-                study.swarm.robots
+                "The arena with {} e-pucks to scale, at random places, and the range of their sensors and messages.",
+                study.foragers.robots
             ),
-            &figures::swarm("The arena and its robots", study.swarm),
+            &figures::foragers("The arena and its robots", study.foragers),
         ),
     ];
     figures.concat()

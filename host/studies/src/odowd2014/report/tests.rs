@@ -48,14 +48,15 @@ impl Numbers {
                 Light::Nowhere => [0.5, 0.5, 0.5],
                 Light::OppositeNest => [0.4, 0.2, 0.6],
             };
-            let each = genes.iter_mut().map(|own| {
-                let before = own[0];
-                *own = [(own[0], s0), (own[1], g0), (own[2], g1)].map(|(gene, goal)| self.gene(gene, goal, scale));
+            let each = genes.iter_mut().map(|values| {
+                let before = values[0];
+                *values = [(values[0], s0), (values[1], g0), (values[2], g1)]
+                    .map(|(gene, goal)| self.gene(gene, goal, scale));
                 RobotInterval {
-                    s0: own[0] as f32,
+                    s0: values[0] as f32,
                     chosen_under: before as f32,
-                    g0: own[1] as f32,
-                    g1: own[2] as f32,
+                    g0: values[1] as f32,
+                    g1: values[2] as f32,
                     real: (30.0 * self.next()) as f32,
                     simulated: (minute > 0).then(|| (60.0 * self.next()) as f32),
                     heard: (3.9 * self.next()) as u16,
@@ -128,7 +129,7 @@ fn claims() -> Vec<Claim> {
         id: format!("D{number}"),
         question: table.claims[number as usize - 1].question().into(),
         statement: format!("What the paper says <{number}> of S0 & its robots."),
-        criterion: "The share of the right third is above the null's.".into(),
+        criterion: "The fraction of the right third is above the null's.".into(),
         verdict: match number % 4 {
             0 => Verdict::Opposed,
             3 => Verdict::Undecided,
@@ -159,7 +160,7 @@ fn report(results: &Results, claims: &[Claim]) -> String {
     html(&Report {
         results,
         claims,
-        swarm: &Swarm::odowd2014(ROBOTS),
+        foragers: &Swarm::odowd2014(ROBOTS),
         assumptions: &[Assumption {
             name: "light.decay".into(),
             value: "2 <a metre>".into(),
@@ -200,7 +201,7 @@ fn every_figure_of_the_paper_is_there() {
     assert_eq!(ids.len(), all, "an id stands twice");
 }
 
-/// Each question has its claims and something to look at, but for the cost of lives.
+/// Each question except the cost of episodes has its claims and something to look at.
 #[test]
 fn results_stand_by_question() {
     let html = report(&full(2), &claims());
@@ -288,17 +289,17 @@ fn run(brought: Vec<u16>) -> Run {
 #[test]
 fn rates_are_food_per_minute() {
     // An item every ten seconds, and none after 250 s.
-    let own = run((0..500)
+    let first = run((0..500)
         .map(|second| u16::from(second < 250 && second % 10 == 0))
         .collect());
-    assert_eq!(own.rates(250), [6.0, 0.0]);
-    assert_eq!(own.rates(200), [6.0, 1.5, 0.0], "the last bin is half as long");
-    assert_eq!(own.rate(0..9), 3.0);
-    assert_eq!(own.rate(4..9), 1.0 * 60.0 / 260.0);
-    assert!(own.rate(9..10).is_nan() && own.rate(15..20).is_nan());
+    assert_eq!(first.rates(250), [6.0, 0.0]);
+    assert_eq!(first.rates(200), [6.0, 1.5, 0.0], "the last bin is half as long");
+    assert_eq!(first.rate(0..9), 3.0);
+    assert_eq!(first.rate(4..9), 1.0 * 60.0 / 260.0);
+    assert!(first.rate(9..10).is_nan() && first.rate(15..20).is_nan());
     let other = run(vec![1; 130]);
     // The third minute includes 10 s of the other run.
-    assert_eq!(measures::minutes([&own, &other].into_iter()), [33.0, 33.0, 33.0]);
+    assert_eq!(measures::minutes([&first, &other].into_iter()), [33.0, 33.0, 33.0]);
 }
 
 #[test]
@@ -379,8 +380,8 @@ fn csv_rows_add_up_to_the_data() {
         2 * 7 * 5 * MINUTES as usize,
         "combinations, kinds, cases, intervals"
     );
-    let own = runs_of(&results.combinations[0], Case::NoLight, Kind::Evolved);
-    let mean = own
+    let runs = runs_of(&results.combinations[0], Case::NoLight, Kind::Evolved);
+    let mean = runs
         .iter()
         .flat_map(|run| &run.intervals[3])
         .map(|robot| f64::from(robot.s0))
@@ -412,14 +413,14 @@ fn other_cases_are_compared_with_the_control() {
     let html = report(&small(3), &[]);
     let table = part(&html, "table", "rates-s-d-0-2-matched-credit");
     assert_eq!(table.matches("<tr>").count(), 1 + 6);
-    assert!(table.contains("what the others are held against"));
+    assert!(table.contains("the reference for the others"));
     assert_eq!(table.matches("&lt; 0.005").count(), 4);
     assert_eq!(table.matches("&gt; 0.5").count(), 1);
 }
 
 #[test]
 fn convergence_is_from_when_on_most_simulators_are_right() {
-    let own = |right_from: usize, wrong_again: usize| {
+    let run_with = |right_from: usize, wrong_again: usize| {
         let mut one = run(Vec::new());
         one.intervals = (0..20)
             .map(|interval| {
@@ -440,9 +441,9 @@ fn convergence_is_from_when_on_most_simulators_are_right() {
         [one]
     };
     // Three of five intervals are enough.
-    assert_eq!(questions::converged(&own(10, 99)), Some(8));
-    assert_eq!(questions::converged(&own(0, 99)), Some(0));
-    assert_eq!(questions::converged(&own(18, 99)), None);
-    assert_eq!(questions::converged(&own(10, 12)), Some(9));
-    assert_eq!(questions::converged(&[]), None);
+    assert_eq!(questions::convergence_interval(&run_with(10, 99)), Some(8));
+    assert_eq!(questions::convergence_interval(&run_with(0, 99)), Some(0));
+    assert_eq!(questions::convergence_interval(&run_with(18, 99)), None);
+    assert_eq!(questions::convergence_interval(&run_with(10, 12)), Some(9));
+    assert_eq!(questions::convergence_interval(&[]), None);
 }
