@@ -718,7 +718,10 @@ mod tests {
                 "[[clock]]\nat_s = 1\njump_s = -1",
                 "clock[0].jump_s: is -1; allowed: 0 to 3600 s",
             ),
-            ("[[clock]]\nat_s = 1\nfor_s = 1", "clock[0].for_s: is not allowed for clocks"),
+            (
+                "[[clock]]\nat_s = 1\nfor_s = 1",
+                "clock[0].for_s: is not allowed for clocks",
+            ),
             (
                 "[[operator]]\nrobots = [1]\nat_s = 1\nfor_s = 1",
                 "operator[0].robots: is not of the operator",

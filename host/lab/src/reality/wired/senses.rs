@@ -83,7 +83,10 @@ fn wanted(spec: &WorldSpec) -> Vec<Wanted<'_>> {
 fn kind_of(wanted: &Wanted<'_>) -> Result<Kind, String> {
     let kind = |kind: SensorKind| {
         let name = kind.entry().counterpart?.kind;
-        Kind::CHOICES.iter().find(|choice| choice.0 == name).map(|choice| choice.1)
+        Kind::CHOICES
+            .iter()
+            .find(|choice| choice.0 == name)
+            .map(|choice| choice.1)
     };
     kind(wanted.kind).ok_or_else(|| {
         let all = SensorKind::CHOICES.iter();
