@@ -2,11 +2,27 @@
 //! of `shaders/wgsl/sensor/kinds.wgsl`.
 
 mod battery;
+#[cfg_attr(
+    not(feature = "compose"),
+    expect(dead_code, reason = "composed kernels alone are written")
+)]
 mod bumper;
 mod ground;
+#[cfg_attr(
+    not(feature = "compose"),
+    expect(dead_code, reason = "composed kernels alone are written")
+)]
 mod kind;
 mod light;
+#[cfg_attr(
+    not(feature = "compose"),
+    expect(dead_code, reason = "composed kernels alone are written")
+)]
 mod ray;
+#[cfg_attr(
+    not(feature = "compose"),
+    expect(dead_code, reason = "composed kernels alone are written")
+)]
 mod sampled;
 mod sight;
 mod text;
@@ -17,10 +33,14 @@ pub use kind::{Counterpart, Entry, Feature, Mark, Scale};
 pub use light::Law;
 
 pub use bumper::WIDTH as BUMPER_WIDTH;
+#[cfg(feature = "compose")]
 pub(crate) use bumper::of_an_object as of_bumpers;
 pub(crate) use kind::Around;
+#[cfg(feature = "compose")]
 pub(crate) use ray::of_an_object as of_rays;
+#[cfg(feature = "compose")]
 pub(crate) use sampled::Planes;
+#[cfg(feature = "compose")]
 pub(crate) use text::{Each, Text};
 
 // The registry, in the order of documents and messages.

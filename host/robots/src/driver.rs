@@ -62,6 +62,8 @@ impl Met {
     }
 }
 
+type Connect = fn(Box<dyn Link>, Option<u16>) -> Result<Box<dyn Robot>>;
+
 /// A protocol that is part of an address.
 #[derive(Debug)]
 pub struct Protocol {
@@ -74,7 +76,7 @@ pub struct Protocol {
     /// Vendors of USB devices that speak it.
     pub(crate) usb_vendors: &'static [u16],
     /// Connects to a robot and stops it: the one with a number, if the address has one.
-    pub(crate) connect: fn(Box<dyn Link>, Option<u16>) -> Result<Box<dyn Robot>>,
+    pub(crate) connect: Connect,
 }
 
 impl PartialEq for Protocol {

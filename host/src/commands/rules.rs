@@ -23,19 +23,17 @@ pub(crate) fn explain(name: &str) -> Result<Answer> {
     }
     // As a refusal shows it.
     let name = name.trim_matches(['[', ']']);
-    match Rule::ALL.iter().find(|rule| rule.name() == name) {
-        Some(rule) => Ok(Answer::new(text(*rule), value(*rule))),
-        None => {
-            let names: Vec<_> = Rule::ALL.iter().map(|rule| rule.name()).collect();
-            Err(Failure::input(format_args!(
-                "--explain: there is no rule `{name}`{}",
-                instead(
-                    nearest(names.iter().copied(), name),
-                    &format!("{}, or {ALL_RULES} for what each says", names.join(", "))
-                )
-            )))
-        }
+    if let Some(rule) = Rule::ALL.iter().find(|rule| rule.name() == name) {
+        return Ok(Answer::new(text(*rule), value(*rule)));
     }
+    let names: Vec<_> = Rule::ALL.iter().map(|rule| rule.name()).collect();
+    Err(Failure::input(format_args!(
+        "--explain: there is no rule `{name}`{}",
+        instead(
+            nearest(names.iter().copied(), name),
+            &format!("{}, or {ALL_RULES} for what each says", names.join(", "))
+        )
+    )))
 }
 
 fn list() -> Answer {

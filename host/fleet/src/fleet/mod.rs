@@ -42,7 +42,10 @@ use sha2::{Digest, Sha256};
 
 /// The hash that `sha256sum` prints: all that robots' computers can check before they have our program.
 fn sha256_hex(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    let digits = Sha256::digest(bytes)
+        .into_iter()
+        .flat_map(|byte| [byte >> 4, byte & 15]);
+    digits.filter_map(|digit| char::from_digit(digit.into(), 16)).collect()
 }
 
 /// What came of each robot: its number, and the problem if there was one.
