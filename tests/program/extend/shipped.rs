@@ -187,7 +187,7 @@ fn a_picture_of_a_run_is_a_file_and_its_lines_in_the_list() {
         let file = room(folder, &text, module);
         let name = list(&file, "name: \"", "\",").concat();
         assert!(
-            fs::read_to_string(place.at(&format!("run/{name}")))
+            fs::read_to_string(place.at(format!("run/{name}")))
                 .unwrap()
                 .starts_with("<svg"),
             "{name}"
@@ -195,7 +195,7 @@ fn a_picture_of_a_run_is_a_file_and_its_lines_in_the_list() {
         assert!(contents.contains(&format!("`{name}`")), "{name}: {contents}");
     }
     assert_eq!(sources(&["archive.svg"]), [folder.join("archive.rs")]);
-    assert_eq!(sources(&["archive::PICTURE"]), [pictures.clone()]);
+    assert_eq!(sources(&["archive::PICTURE"]), std::slice::from_ref(pictures));
 }
 
 /// A result of a sweep's runs is a line beside its value.
@@ -205,7 +205,11 @@ fn a_result_of_a_sweeps_runs_is_a_line() {
         panic!("two files");
     };
     for (file, column) in [(of_single, "best_individual"), (of_foragers, "late_rate")] {
-        assert_eq!(sources(&[&format!("\"{column}\"")]), [file.clone()], "{column}");
+        assert_eq!(
+            sources(&[&format!("\"{column}\"")]),
+            std::slice::from_ref(file),
+            "{column}"
+        );
         assert!(
             include_str!("../../../docs/files.md").contains(&format!("`{column}`")),
             "{column}"
