@@ -25,7 +25,7 @@ pub(crate) struct Sighted {
 /// An interval that has ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ended {
-    /// Its number, from 0, by the robot's own clock.
+    /// Its number, from 0, by the robot's clock.
     pub interval: u32,
     /// The robot's number.
     pub robot: u32,

@@ -34,7 +34,7 @@ pub static INTERVALS_COLUMNS: [Column; 11] = [
     Column::whole(
         "interval",
         "",
-        "its number, from 0, by the robot's own clock (`swarm.clock.interval_s`)",
+        "its number, from 0, by the robot's clock (`swarm.clock.interval_s`)",
     ),
     ROBOT,
     SIMULATOR,
