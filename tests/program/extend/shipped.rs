@@ -9,7 +9,11 @@ fn named(row: &str) -> Vec<PathBuf> {
     let table = include_str!("../../../README.md").split("## Extend it").nth(1).unwrap();
     let line = table.lines().find(|line| line.starts_with(&format!("| {row} |")));
     let line = line.unwrap_or_else(|| panic!("no row `{row}`"));
-    let paths = line.split('`').skip(1).step_by(2).filter(|own| !own.contains(".md"));
+    let paths = line
+        .split('`')
+        .skip(1)
+        .step_by(2)
+        .filter(|own| !own.contains(".md") && own.contains("/"));
     let paths: Vec<_> = paths.map(|path| root().join(path)).collect();
     assert!(paths.iter().all(|path| path.exists()), "{paths:?}");
     paths
@@ -167,7 +171,7 @@ fn the_page_lists_all_addresses() {
 #[test]
 fn a_picture_of_a_run_is_a_file_and_its_lines_in_the_list() {
     let place = Place::new("shipped-picture");
-    let [folder, pictures] = &named("picture of a run")[..] else {
+    let [folder, pictures] = &named("picture of a run of single robots")[..] else {
         panic!("a folder and the list");
     };
     let text = fs::read_to_string(pictures).unwrap();
@@ -196,6 +200,15 @@ fn a_picture_of_a_run_is_a_file_and_its_lines_in_the_list() {
     }
     assert_eq!(sources(&["archive.svg"]), [folder.join("archive.rs")]);
     assert_eq!(sources(&["archive::PICTURE"]), std::slice::from_ref(pictures));
+}
+
+/// The columns of a run's generations are in one file.
+#[test]
+fn a_column_of_generations_is_in_a_file() {
+    let [file] = &named("column of a run's `generations.csv`")[..] else {
+        panic!("one file");
+    };
+    assert_eq!(sources(&["\"best_bits\""]), std::slice::from_ref(file));
 }
 
 /// A result of a sweep's runs is a line beside its value.
