@@ -186,6 +186,15 @@ impl Place {
         self.assert_same_tables("known", out);
     }
 
+    /// Whether a checkpoint of a sweep, whose results are in `known`, holds a finished generation.
+    fn has_generations(&self, out: &str, checkpoint: &Path) -> bool {
+        copy(&self.at(out), &self.at("copy"));
+        let copied = journal("copy", "").join(checkpoint.file_name().unwrap());
+        let has_some = self.forge(&copied, "known").is_some();
+        fs::remove_dir_all(self.at("copy")).unwrap();
+        has_some
+    }
+
     /// Changes the first line of a run's generations in a checkpoint, and the checkpoint's hash with it: the line can
     /// only reach the results from this checkpoint. `None` if no generation has finished yet.
     fn forge(&self, checkpoint: &Path, known: &str) -> Option<String> {

@@ -114,7 +114,7 @@ fn a_study_on_a_robot_goes_on() {
     stops(&place, body, address, event);
     let ran = session.ended(&arguments).exits(75);
     ran.says(&[
-        "21 lives of 0.6 s, each after 0 s of driving about: 0.2 robot-minutes, less for those that are on record; for 3 of \
+        "21 episodes of 0.6 s, each after 0 s of driving about: 0.2 robot-minutes, less for those that are on record; for 3 of \
          them, those of the champions, somebody has to put the robot at the start",
         "no noise, run 0: generation 3, individual 0 (0 to 1), again",
         "run the same command again to continue",
