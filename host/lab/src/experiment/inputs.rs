@@ -158,7 +158,7 @@ impl<'a> Inputs<'a> {
             SensorFiles::Surrogate(seed) => {
                 let samples = self.samples("robot.tables", &Site::drawn(*seed, SEVERITY))?;
                 for table in &samples.sensors.classes {
-                    self.make("robot.tables", made(*seed, &table.class), || table.text())?;
+                    self.make("robot.tables", &made(*seed, &table.class), || table.text())?;
                 }
                 return Ok(Arc::clone(&samples.sensors));
             }
@@ -196,7 +196,7 @@ impl<'a> Inputs<'a> {
         }
         if let Some(seed) = surrogate(file) {
             let samples = self.samples("robot.motors", &Site::drawn(seed, SEVERITY))?;
-            self.make("robot.motors", made(seed, MOTORS), || samples.motors.text())?;
+            self.make("robot.motors", &made(seed, MOTORS), || samples.motors.text())?;
             return Ok(motor_table(&samples, states));
         }
         let (path, _) = self.take("robot.motors", file)?;
@@ -326,11 +326,11 @@ impl<'a> Inputs<'a> {
 
     /// Adds a table that was sampled for this experiment, as if it were a file that `oneiro robot sample` wrote: runs keep it, and their
     /// hashes depend on its text.
-    fn make(&mut self, key: &str, name: String, text: impl FnOnce() -> String) -> Result {
-        let content = known(&self.files.made, name.clone(), |_| {
+    fn make(&mut self, key: &str, name: &str, text: impl FnOnce() -> String) -> Result {
+        let content = known(&self.files.made, name.to_owned(), |_| {
             Ok::<_, Failure>(Content::new(text().into_bytes()))
         })?;
-        self.add(key, &name, Path::new(&name), &content)
+        self.add(key, name, Path::new(name), &content)
     }
 
     /// Adds a file, and checks its hash if one is given.
