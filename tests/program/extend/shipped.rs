@@ -13,7 +13,7 @@ fn named(row: &str) -> Vec<PathBuf> {
         .split('`')
         .skip(1)
         .step_by(2)
-        .filter(|own| !own.contains(".md") && own.contains("/"));
+        .filter(|own| !own.contains(".md") && own.contains('/'));
     let paths: Vec<_> = paths.map(|path| root().join(path)).collect();
     assert!(paths.iter().all(|path| path.exists()), "{paths:?}");
     paths
