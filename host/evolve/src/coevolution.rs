@@ -21,7 +21,12 @@ const NAME: &str = "coevolution";
 const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
-    features: &[Feature::Breeds, Feature::TakesGenomes, Feature::Unrecorded],
+    features: &[
+        Feature::Breeds,
+        Feature::TakesGenomes,
+        Feature::TwoPopulations,
+        Feature::Unrecorded,
+    ],
     check,
     needs,
     ..Entry::new(

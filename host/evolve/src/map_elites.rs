@@ -23,7 +23,7 @@ const NAME: &str = "map-elites";
 const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
-    features: &[Feature::TakesGenomes, Feature::Behaviour],
+    features: &[Feature::TakesGenomes, Feature::Behaviour, Feature::Archive],
     check: values::check,
     needs: values::needs,
     ..Entry::new(

@@ -149,14 +149,14 @@ impl Settings {
         needs
     }
 
-    /// Whether all individuals of a generation live with the same random numbers.
+    /// Whether all individuals of a generation have the same random numbers.
     pub fn has_common_numbers(&self) -> bool {
         self.common == Some(true)
     }
 
-    /// Whether two populations live against each other.
+    /// Whether two populations evolve against each other.
     pub fn is_coevolution(&self) -> bool {
-        self.kind == Kind::Coevolution
+        self.is(Feature::TwoPopulations)
     }
 
     /// Whether individuals are recorded where an experiment does not say so.
@@ -205,7 +205,7 @@ impl Settings {
 
     /// Whether the optimiser keeps an archive of elites.
     pub fn has_archive(&self) -> bool {
-        self.kind == Kind::MapElites
+        self.is(Feature::Archive)
     }
 
     /// How many of the best the statistics of a generation call its parents: those that become parents, or those that an evolution

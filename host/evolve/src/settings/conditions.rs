@@ -20,6 +20,10 @@ pub(crate) enum Feature {
     AdaptsCovariances,
     /// It follows a gradient.
     FollowsGradient,
+    /// It keeps an archive of elites.
+    Archive,
+    /// Two populations evolve against each other.
+    TwoPopulations,
     /// It needs measures of behaviour.
     Behaviour,
     /// Its individuals are recorded only if an experiment asks for it.

@@ -158,13 +158,13 @@ fn rows() -> Vec<Parameter<Settings>> {
     ]);
     insert(&mut rows, "robot.body_radius_mm", [
         row("robot.tables", "", Text("\"khepera\", \"reality\", \"surrogate:SEED\" or a list of files"), OURS,
-            "Sampled sensors: the Khepera that is built in, samples of the surrogate that is `reality.robot` or of the one named here, as `oneiro robot sample` takes them, or a file for each class of object. Of a described robot those of its sensors of the kind sampled.", |own, _| match own.world.robot.build {
+            "Sampled sensors: the built-in Khepera, samples of a surrogate (`reality`: the one of `reality.robot`) as `oneiro robot sample` takes them, or a file for each class of object. Parametric robots: for their sensors of the kind sampled.", |own, _| match own.world.robot.build {
                 Build::Sampled => Some(&mut own.robot.tables),
                 Build::Differential(_) => Some(&mut own.robot.described.tables),
                 Build::Forager(_) => None,
             }),
         row("robot.motors", "", Text("\"khepera\", \"reality\", \"surrogate:SEED\" or a file"), OURS,
-            "Sampled motors: the Khepera that is built in, samples of the surrogate that is `reality.robot` or of the one named here, or a file. A described robot has them in place of `wheel_base_mm` and `greatest_speed_mm_s`.", |own, _| match own.world.robot.build {
+            "Sampled motors: the built-in Khepera, samples of a surrogate (`reality`: the one of `reality.robot`), or a file. Parametric robots: instead of `wheel_base_mm` and `greatest_speed_mm_s`.", |own, _| match own.world.robot.build {
                 Build::Sampled => Some(&mut own.robot.motors),
                 Build::Differential(_) => Some(&mut own.robot.described.motors),
                 Build::Forager(_) => None,
