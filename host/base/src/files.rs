@@ -2,8 +2,6 @@
 
 pub mod directory;
 
-pub use crate::plain;
-
 use std::cmp::Ordering;
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -11,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use crate::disk::TEMPORARY;
 use crate::exit::{Failure, Result};
+use crate::plain;
 
 /// Maximum bytes of a user's file: an experiment, a sweep, or a part. Reading one takes up to 300 times as much memory.
 pub const GREATEST_TEXT: usize = 1 << 20;

@@ -21,7 +21,7 @@ mod cma;
 pub mod coevolution;
 mod differential_evolution;
 pub mod encapsulated;
-pub mod error;
+mod error;
 pub mod genetic;
 mod grid;
 pub mod map_elites;
@@ -34,6 +34,8 @@ mod registry;
 mod saved;
 pub mod settings;
 
+pub use error::{Error, Result};
+
 #[cfg(test)]
 #[path = "../../../tests/pinned/mod.rs"]
 mod pinned;
@@ -41,7 +43,6 @@ mod pinned;
 use std::cmp::Ordering;
 use std::fmt::Debug;
 
-use error::{Error, Result};
 use oneiro::parameter::{Choice, Choices, Parameter};
 use oneiro::world::Gene;
 use serde::{Deserialize, Serialize};

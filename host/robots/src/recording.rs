@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use serde_json::json;
 
 use super::error::Result;

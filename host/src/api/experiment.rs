@@ -13,7 +13,7 @@ use oneiro::world::World;
 use oneiro_base::columns;
 use oneiro_base::disk;
 use oneiro_base::exit::Failure;
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_base::sealed;
 use oneiro_evolve as evolve;
 use oneiro_evolve::SavedEvolution;

@@ -9,6 +9,7 @@ use oneiro_base::answer::Answer;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
+use oneiro_base::plain;
 use oneiro_lab::experiment::examples::{EXAMPLES, Example};
 use oneiro_lab::experiment::reference::{self, Template};
 use oneiro_lab::experiment::robots;
@@ -111,7 +112,7 @@ fn write<Text: AsRef<str>>(all: &[(Text, Text)], console: Console) -> Result {
         let made = if folder.as_os_str().is_empty() {
             Ok(())
         } else {
-            files::plain::make_directory(folder).map_err(|error| files::uncreated(folder, &error))
+            plain::make_directory(folder).map_err(|error| files::uncreated(folder, &error))
         };
         let written = made.and_then(|()| files::write_new(path, text.as_ref().as_bytes()));
         written.inspect_err(|_| {

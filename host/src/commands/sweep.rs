@@ -7,7 +7,7 @@ use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns, counted};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_base::progress::meanwhile;
 use oneiro_lab::device;
 use oneiro_lab::engine::handle::Engine;

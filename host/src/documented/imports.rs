@@ -354,3 +354,75 @@ fn only_the_command_line_names_clap() {
         .collect();
     assert_eq!(depend, [root().join("host/Cargo.toml")]);
 }
+
+/// All paths of a file, those that `use` lists in braces one by one.
+fn all_paths(path: &Path) -> Vec<Vec<String>> {
+    let tokens = tokens(&fs::read_to_string(path).unwrap());
+    let (mut found, mut at) = (Vec::new(), 0);
+    while at < tokens.len() {
+        at = if tokens.get(at + 1).is_some_and(|(next, _)| next == "::") {
+            paths(&tokens, at, &[], &mut found)
+        } else {
+            at + 1
+        };
+    }
+    found.into_iter().map(|(path, _)| path).collect()
+}
+
+/// The modules of a file that are public, except for those of tests.
+fn public_modules(path: &Path) -> Vec<String> {
+    let (tokens, _) = without_tests(&tokens(&fs::read_to_string(path).unwrap()));
+    let is_public = tokens.windows(3).filter(|own| own[0].0 == "pub" && own[1].0 == "mod");
+    is_public.map(|own| own[2].0.clone()).collect()
+}
+
+/// What a private module has and nobody uses, the compiler finds.
+#[test]
+fn a_public_module_is_used_by_another_package() {
+    let libraries = [
+        "base",
+        "evolve",
+        "fleet",
+        "lab",
+        "report",
+        "robots",
+        "statistics",
+        "studies",
+    ];
+    let sources = ["benches", "examples", "host/benches", "host/src", "python/src", "tests"].map(str::to_owned);
+    let sources = sources
+        .into_iter()
+        .chain(libraries.map(|name| format!("host/{name}/src")));
+    let packages: BTreeMap<_, _> = sources
+        .map(|folder| {
+            let mut files = BTreeMap::new();
+            let source = root().join(&folder);
+            if source.is_dir() {
+                modules(&source, &source, &mut files);
+            }
+            let paths: Vec<_> = files.values().flat_map(|path| all_paths(path)).collect();
+            (folder, (files, paths))
+        })
+        .collect();
+    let mut unused = Vec::new();
+    for library in libraries {
+        let folder = format!("host/{library}/src");
+        let others: Vec<_> = packages
+            .iter()
+            .filter(|(other, _)| **other != folder)
+            .flat_map(|(_, (_, paths))| paths)
+            .collect();
+        for (module, file) in &packages[&folder].0 {
+            for name in public_modules(file) {
+                // Whole, or after the name of its parent, which an import gives.
+                let whole = [&[format!("oneiro_{library}")][..], module, &[name]].concat();
+                let short = &whole[whole.len() - 2..];
+                let is_used = |path: &&Vec<String>| path.starts_with(&whole) || path.windows(2).any(|own| own == short);
+                if !others.iter().any(is_used) {
+                    unused.push(whole.join("::"));
+                }
+            }
+        }
+    }
+    assert_eq!(unused, [""; 0], "public, and used by no other package");
+}

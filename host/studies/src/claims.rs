@@ -12,7 +12,7 @@ use super::verdict::{Judged, LEVEL, Part, Verdict, of_parts};
 /// Name of a claim's first effect if the claim is judged separately in several combinations of settings.
 pub(crate) const MET_IN: &str = "combinations in which the registered criterion is met";
 /// Draws of a bootstrap.
-pub const RESAMPLES: usize = 2000;
+pub(crate) const RESAMPLES: usize = 2000;
 
 /// A figure that a verdict rests on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -93,7 +93,7 @@ pub struct Claim {
 /// A claim before it is judged.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Preregistered {
+pub(crate) struct Preregistered {
     id: String,
     question: String,
     /// Title in the preregistration.
@@ -168,7 +168,7 @@ pub(crate) fn over_runs(samples: &[&[f64]], statistic: impl Fn(&[Vec<f64>]) -> f
 /// A study's claims, with the questions that they belong to and the words that its report uses.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Table {
+pub(crate) struct Table {
     questions: BTreeMap<String, String>,
     /// Meanings of words.
     pub words: BTreeMap<String, String>,
@@ -177,12 +177,12 @@ pub struct Table {
 
 impl Table {
     /// Parses a compiled-in table.
-    pub fn of(table: &str) -> Self {
+    pub(crate) fn of(table: &str) -> Self {
         toml::from_str(table).expect("a test has read it")
     }
 
     /// Keys and words of all questions, in the order of their first claims.
-    pub fn questions(&self) -> Vec<(&str, &str)> {
+    pub(crate) fn questions(&self) -> Vec<(&str, &str)> {
         let mut all: Vec<(&str, &str)> = Vec::new();
         for Preregistered { question, .. } in &self.claims {
             if all.iter().all(|(key, _)| key != question) {

@@ -20,14 +20,14 @@ use claims::Claim;
 use oneiro_base::answer::Answer;
 
 pub(crate) mod assumptions;
-pub mod claims;
+mod claims;
 mod contrasts;
 mod directory;
 pub mod file;
 pub mod miglino1995;
 pub mod odowd2014;
 mod sweep_results;
-pub mod verdict;
+mod verdict;
 mod verdicts;
 
 pub use directory::Request;

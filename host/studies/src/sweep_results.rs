@@ -7,7 +7,7 @@ use csv::{Reader, StringRecord};
 use oneiro_base::contents::{Entry, describe};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_lab::sweep::tables;
 
 /// A run's row in a sweep's table of results.

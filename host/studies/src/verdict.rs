@@ -9,7 +9,7 @@ use oneiro_statistics::{Interval, contrast_interval};
 use serde::Serialize;
 
 /// Level of the intervals.
-pub const LEVEL: f64 = 0.95;
+pub(crate) const LEVEL: f64 = 0.95;
 /// Runs that an interval or a test must have to decide anything: those of a condition of the 1995 paper, the smaller of the studies that
 /// were registered.
 const FEWEST: usize = 5;
@@ -45,7 +45,7 @@ impl fmt::Display for Verdict {
 
 /// A part of a criterion.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub(crate) struct Part {
     pub verdict: Verdict,
     /// The figure and its interval, or what is missing.
     pub reason: String,
@@ -66,7 +66,7 @@ impl Part {
     }
 
     /// Something that can't be asked.
-    pub fn undecided(reason: impl Into<String>) -> Self {
+    pub(crate) fn undecided(reason: impl Into<String>) -> Self {
         Self {
             verdict: Verdict::Undecided,
             reason: reason.into(),
@@ -74,17 +74,17 @@ impl Part {
     }
 
     /// Whether a weighted sum of the means of independent samples of runs is above a bound.
-    pub fn above(what: &str, samples: &[(f64, &[f64])], bound: f64) -> Self {
+    pub(crate) fn above(what: &str, samples: &[(f64, &[f64])], bound: f64) -> Self {
         Self::within(what, samples, [bound, f64::INFINITY])
     }
 
     /// Whether it is below a bound.
-    pub fn below(what: &str, samples: &[(f64, &[f64])], bound: f64) -> Self {
+    pub(crate) fn below(what: &str, samples: &[(f64, &[f64])], bound: f64) -> Self {
         Self::within(what, samples, [f64::NEG_INFINITY, bound])
     }
 
     /// Whether it is within a range.
-    pub fn within(what: &str, samples: &[(f64, &[f64])], range: [f64; 2]) -> Self {
+    pub(crate) fn within(what: &str, samples: &[(f64, &[f64])], range: [f64; 2]) -> Self {
         let runs = samples.iter().map(|(_, sample)| sample.len()).min().unwrap_or(0);
         if samples
             .iter()
@@ -99,7 +99,7 @@ impl Part {
     }
 
     /// Whether a figure with this interval, from so many runs, is within a range, which may be open.
-    pub fn of_interval(what: &str, Interval { low, high }: Interval, [from, to]: [f64; 2], runs: usize) -> Self {
+    pub(crate) fn of_interval(what: &str, Interval { low, high }: Interval, [from, to]: [f64; 2], runs: usize) -> Self {
         let [start, end] = [low, high].map(|end| significant(end, DIGITS));
         let shown = |bound: f64| significant(bound, DIGITS);
         let (verdict, reason) = if low > from && high < to {
@@ -131,7 +131,7 @@ impl Part {
     }
 
     /// Whether either of two holds.
-    pub fn or(self, other: Self) -> Self {
+    pub(crate) fn or(self, other: Self) -> Self {
         match self.verdict.cmp(&other.verdict) {
             Ordering::Less => self,
             Ordering::Greater => other,
@@ -160,7 +160,7 @@ pub(crate) fn of_parts(parts: Vec<Part>) -> Judged {
 }
 
 /// The first reason, and how many others there are, for a line on a terminal.
-pub fn brief(reasons: &[String]) -> String {
+pub(crate) fn brief(reasons: &[String]) -> String {
     match reasons {
         [] => String::new(),
         [reason] => reason.clone(),

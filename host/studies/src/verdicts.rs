@@ -254,13 +254,13 @@ pub(super) fn degrees_of_freedom(test: &Test) -> String {
 }
 
 /// The claims under one assumption.
-pub struct Assumed {
+pub(crate) struct Assumed {
     pub arm: Arm,
     pub claims: Vec<Claim>,
 }
 
 /// The claims under every assumption.
-pub struct Sensitivity {
+pub(crate) struct Sensitivity {
     /// The study's main arm.
     pub main: Assumed,
     /// Other arms by subject.

@@ -5,11 +5,11 @@ use std::fs::{self, File};
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use super::plain;
 use crate::contents::README;
 use crate::disk::{self, LOCK, TEMPORARY};
 use crate::exit::{Failure, Result};
 use crate::files;
+use crate::plain;
 
 /// A kind of directory.
 pub struct Form<'a> {

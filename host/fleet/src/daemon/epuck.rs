@@ -13,17 +13,17 @@ const NEAR: [usize; 4] = [7, 6, 1, 0];
 /// to the right.
 const LIGHT: [usize; SENSORS] = [7, 6, 1, 0, 5, 4, 3, 2];
 
-pub use oneiro::acting::Readings as Activations;
+pub(crate) use oneiro::acting::Readings as Activations;
 
 #[cfg(any(test, feature = "twin"))]
 /// What a robot reads: eight sensors of proximity, then eight of light, 0 to 4095.
-pub type Raw = [u16; 2 * SENSORS];
+pub(crate) type Raw = [u16; 2 * SENSORS];
 
 /// The activations that a robot's readings give: those of proximity first, then those of light, as the driver has them.
 ///
 /// # Errors
 /// There are not 16, or one is not from 0 to 4095.
-pub fn activations(readings: &[f64]) -> Result<Activations, String> {
+pub(crate) fn activations(readings: &[f64]) -> Result<Activations, String> {
     let is_reading = |reading: &f64| (0.0..=GREATEST).contains(reading);
     if readings.len() != 2 * SENSORS || !readings.iter().all(is_reading) {
         return Err(format!(
@@ -39,7 +39,7 @@ pub fn activations(readings: &[f64]) -> Result<Activations, String> {
 
 #[cfg(any(test, feature = "twin"))]
 /// The nearest readings of a robot whose activations would be these. Its sensors of proximity that no behaviour uses read 0.
-pub fn readings(activations: &Activations) -> Raw {
+pub(crate) fn readings(activations: &Activations) -> Raw {
     let raw = |share: f64| (GREATEST * share.clamp(0.0, 1.0)).round() as u16;
     let mut readings = [0; 2 * SENSORS];
     for (sensor, near) in NEAR.into_iter().zip(activations.near) {

@@ -15,7 +15,7 @@ use super::beside::{Beside, rest};
 
 /// The fitness of an interval's controllers.
 #[derive(Clone, Debug)]
-pub struct Simulated {
+pub(super) struct Simulated {
     /// The interval.
     pub interval: u32,
     /// One for each controller.
@@ -31,7 +31,7 @@ pub struct Simulated {
 ///
 /// # Errors
 /// Those of the evaluator.
-pub fn simulate(
+pub(super) fn simulate(
     plan: &Plan,
     robot: usize,
     on_board: &OnBoard,
@@ -61,7 +61,7 @@ pub fn simulate(
 }
 
 /// A thread that evaluates, one interval after the other.
-pub struct Evolution {
+pub(super) struct Evolution {
     thread: Beside<OnBoard, Simulated>,
     /// The last requested interval.
     asked: Option<u32>,
@@ -69,7 +69,7 @@ pub struct Evolution {
 
 impl Evolution {
     /// Starts the thread, for a robot that may use the fraction `share` of one processor.
-    pub fn start(plan: Plan, robot: usize, share: f64) -> Self {
+    pub(super) fn start(plan: Plan, robot: usize, share: f64) -> Self {
         let mut cpu = None;
         let thread = Beside::start(move |on_board| {
             let cpu = match &mut cpu {
@@ -82,7 +82,7 @@ impl Evolution {
     }
 
     /// Asks for the controllers of a robot's interval to be evaluated, once.
-    pub fn ask(&mut self, on_board: &OnBoard) {
+    pub(super) fn ask(&mut self, on_board: &OnBoard) {
         if on_board.is_to_simulate() && self.asked.replace(on_board.interval()) != Some(on_board.interval()) {
             self.thread.ask(on_board.clone());
         }
@@ -92,7 +92,7 @@ impl Evolution {
     ///
     /// # Errors
     /// Those of the evaluator.
-    pub fn result(&self, must_wait: bool) -> Result<Option<Simulated>> {
+    pub(super) fn result(&self, must_wait: bool) -> Result<Option<Simulated>> {
         self.thread.result(must_wait)
     }
 }

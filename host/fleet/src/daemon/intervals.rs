@@ -11,8 +11,8 @@ use super::keeper::Kept;
 use super::member::{Ended, MemberState};
 
 /// The table of intervals: its file, and its columns.
-pub const INTERVALS: &str = "intervals.csv";
-pub static INTERVALS_COLUMNS: [Column; 12] = [
+pub(crate) const INTERVALS: &str = "intervals.csv";
+pub(crate) static INTERVALS_COLUMNS: [Column; 12] = [
     Column::whole("interval", "", "its number, from 0, by the robot's clock"),
     ROBOT,
     SIMULATOR,
@@ -41,7 +41,7 @@ pub static INTERVALS_COLUMNS: [Column; 12] = [
 
 /// What is saved.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Saved {
+pub(crate) struct Saved {
     /// Times that the daemon has been started.
     pub boots: u32,
     /// The robot between two intervals.
@@ -54,7 +54,7 @@ pub struct Saved {
 
 impl Saved {
     /// A robot that is started for the first time.
-    pub fn new(state: MemberState) -> Self {
+    pub(crate) fn new(state: MemberState) -> Self {
         Self {
             boots: 1,
             state,

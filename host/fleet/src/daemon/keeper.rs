@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_base::sealed;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -22,7 +22,7 @@ const VERSION: u32 = 1;
 const PAUSE: Duration = Duration::from_secs(1);
 
 /// What a daemon keeps.
-pub trait Kept: Serialize + DeserializeOwned + Send + 'static {
+pub(super) trait Kept: Serialize + DeserializeOwned + Send + 'static {
     /// Its name inside the checkpoint.
     const NAME: &'static str;
 
@@ -60,7 +60,7 @@ impl Files {
 }
 
 /// Saves a daemon's state in another thread than the control thread.
-pub struct Keeper<S> {
+pub(super) struct Keeper<S> {
     files: Files,
     /// The thread that writes; none where the control thread waits for it.
     thread: Option<(Sender<S>, JoinHandle<()>)>,
@@ -78,7 +78,7 @@ impl<S: Kept> Keeper<S> {
     /// # Errors
     /// Exit 3: another daemon uses the directory; exit 5: the saved state is damaged, or is of another robot or
     /// experiment; exit 6: it can't be read.
-    pub fn open(directory: &Path, owner: blake3::Hash) -> Result<(Self, Option<S>)> {
+    pub(super) fn open(directory: &Path, owner: blake3::Hash) -> Result<(Self, Option<S>)> {
         plain::make_directory(directory).map_err(|error| Failure::storage(directory, &error))?;
         let lock = disk::try_lock(directory)?;
         let lock = lock.ok_or_else(|| {
@@ -103,7 +103,7 @@ impl<S: Kept> Keeper<S> {
     }
 
     /// From now on writes in a thread.
-    pub fn start(&mut self) {
+    pub(super) fn start(&mut self) {
         let (sender, waiting) = mpsc::channel::<S>();
         let (files, problem, ends) = (self.files.clone(), Arc::clone(&self.problem), Arc::clone(&self.ends));
         let thread = thread::spawn(move || {
@@ -140,7 +140,7 @@ impl<S: Kept> Keeper<S> {
     }
 
     /// Saves. While that fails, [`Keeper::problem`] has the reason, and it is tried again.
-    pub fn save(&self, saved: S) {
+    pub(super) fn save(&self, saved: S) {
         match &self.thread {
             // The thread ends when this sender is dropped.
             Some((sender, _)) => drop(sender.send(saved)),
@@ -149,7 +149,7 @@ impl<S: Kept> Keeper<S> {
     }
 
     /// Why nothing can be saved at present.
-    pub fn problem(&self) -> Option<String> {
+    pub(super) fn problem(&self) -> Option<String> {
         self.problem.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 

@@ -22,12 +22,12 @@ use std::thread;
 use std::time::Duration;
 
 use oneiro_base::console::shown_in_json;
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_base::utc;
 use serde_json::{Map, Value, json};
 
 /// The current file; earlier ones are `log-1.jsonl`, `log-2.jsonl` and so on.
-pub const FILE: &str = "log.jsonl";
+pub(super) const FILE: &str = "log.jsonl";
 /// Waiting lines: about ten seconds of a robot among nine others.
 const QUEUE: usize = 1024;
 /// Longest wait for the last lines to be written when a log is closed.
@@ -35,7 +35,7 @@ const LAST: Duration = Duration::from_secs(2);
 
 /// How much a log keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub(super) struct Limits {
     /// Bytes of a file; the line that exceeds them is the first of the next.
     pub bytes: u64,
     /// Number of files, including the current one. The oldest is deleted.
@@ -54,7 +54,7 @@ impl Default for Limits {
 
 /// The writing end of a log.
 #[derive(Debug)]
-pub struct Log {
+pub(super) struct Log {
     robot: u32,
     boot: u32,
     lines: Option<SyncSender<String>>,
@@ -68,7 +68,7 @@ pub struct Log {
 
 impl Log {
     /// Continues the log of a directory. Nothing fails, since a full disk may have room later.
-    pub fn open(directory: &Path, robot: u32, boot: u32, limits: Limits) -> Self {
+    pub(super) fn open(directory: &Path, robot: u32, boot: u32, limits: Limits) -> Self {
         Self::with(Pages::new(directory, limits), journal(), robot, boot)
     }
 
@@ -102,7 +102,7 @@ impl Log {
     }
 
     /// Logs an event that happened so long after the daemon's start. `fields` is an object with what else there is to say.
-    pub fn event(&self, at: Duration, experiment_ms: Option<i64>, event: &str, fields: Value) {
+    pub(super) fn event(&self, at: Duration, experiment_ms: Option<i64>, event: &str, fields: Value) {
         let head = (self.robot, self.boot);
         let line = line(head, at, experiment_ms, event, fields);
         let is_taken = self.lines.as_ref().is_some_and(|lines| lines.try_send(line).is_ok());
@@ -113,7 +113,7 @@ impl Log {
     }
 
     /// Lines that were dropped so far, or could not be written.
-    pub fn lost(&self) -> u64 {
+    pub(super) fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }
 }

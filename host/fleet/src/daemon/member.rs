@@ -24,7 +24,7 @@ pub(crate) struct Sighted {
 
 /// An interval that has ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Ended {
+pub(crate) struct Ended {
     /// Its number, from 0, by the robot's clock.
     pub interval: u32,
     /// The robot's number.
@@ -87,7 +87,7 @@ pub(crate) struct Member {
 
 /// What is saved of a robot between two intervals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MemberState {
+pub(crate) struct MemberState {
     pub evolution: OnBoard,
     /// Its food by the tracker.
     pub brought: Option<u32>,

@@ -22,13 +22,13 @@ pub mod air;
 mod beside;
 #[cfg(unix)]
 pub mod control;
-pub mod epuck;
-pub mod evolution;
-pub mod intervals;
-pub mod keeper;
+pub(crate) mod epuck;
+mod evolution;
+pub(crate) mod intervals;
+mod keeper;
 #[cfg(unix)]
-pub mod log;
-pub mod member;
+mod log;
+mod member;
 #[cfg(unix)]
 pub(crate) mod notify;
 pub mod settings;

@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 use oneiro_base::contents::{Entry, describe, head};
 use oneiro_base::disk;
 use oneiro_base::exit::{Code, Failure, Result};
-use oneiro_base::files::{by_numbers, plain};
+use oneiro_base::files::by_numbers;
+use oneiro_base::plain;
 use oneiro_lab::swarm::tables::INTERVALS;
 
 use super::file::{Computers, Fleet, Robot, STATE};

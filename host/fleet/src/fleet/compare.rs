@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use oneiro::foraging::Light;
 use oneiro::swarm::Line;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_evolve::encapsulated::GREATEST;
 use oneiro_lab::engine::handle::Engine;
 use oneiro_lab::swarm::Plan;

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use oneiro_base::console::counted;
 use oneiro_base::disk;
 use oneiro_base::exit::{Code, Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_lab::exchange::radio::Windows;
 use serde::{Deserialize, Serialize};
 

@@ -18,7 +18,7 @@
 //! | [`twin`] | a fleet's daemons on this machine, in one arena and on one virtual clock |
 //! | [`timeline`] | all logs as one, with clocks aligned by what robots heard of each other |
 
-pub mod alone;
+mod alone;
 pub mod collect;
 pub mod compare;
 pub mod file;
@@ -28,7 +28,7 @@ pub mod operator;
 pub mod page;
 pub mod remote;
 pub mod service;
-pub mod statuses;
+mod statuses;
 pub mod table;
 pub mod timeline;
 #[cfg(unix)]

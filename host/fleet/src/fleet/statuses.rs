@@ -9,7 +9,8 @@ use oneiro::swarm::SECOND;
 use oneiro_base::contents::{Column, head};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::{self, plain};
+use oneiro_base::files;
+use oneiro_base::plain;
 use oneiro_report::figures::{Act, Genes, Moment, Sight};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -53,7 +54,7 @@ pub(crate) static STATUSES_COLUMNS: [Column; 17] = [
 
 /// A robot in a second.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub(super) struct Row {
     pub second: u32,
     pub robot: u32,
     pub state: String,
@@ -75,7 +76,7 @@ pub struct Row {
 
 impl Row {
     /// What is known of a robot in a second. Of one that has fallen silent that is only when it spoke last.
-    pub fn of(second: u32, robot: u32, known: &Known) -> Self {
+    pub(super) fn of(second: u32, robot: u32, known: &Known) -> Self {
         let age = known.heard.map(|at| at.elapsed());
         let empty = Self {
             second,
@@ -126,7 +127,7 @@ impl Row {
 
 /// The table, which grows.
 #[derive(Debug)]
-pub struct Table {
+pub(super) struct Table {
     path: PathBuf,
     file: File,
 }
@@ -137,7 +138,7 @@ impl Table {
     ///
     /// # Errors
     /// Exit 5 for a table that is none, with its line; exit 6.
-    pub fn open(directory: &Path) -> Result<(Self, Vec<Row>)> {
+    pub(super) fn open(directory: &Path) -> Result<(Self, Vec<Row>)> {
         let path = directory.join(STATUSES);
         let text = if path.exists() {
             disk::read_text(&path)?
@@ -160,7 +161,7 @@ impl Table {
     ///
     /// # Errors
     /// Exit 6.
-    pub fn add(&mut self, rows: &[Row]) -> Result {
+    pub(super) fn add(&mut self, rows: &[Row]) -> Result {
         let mut writer = WriterBuilder::new().has_headers(false).from_writer(Vec::new());
         rows.iter()
             .try_for_each(|row| writer.serialize(row))
@@ -189,7 +190,7 @@ pub(super) fn read<T: DeserializeOwned>(path: &Path, text: &str) -> Result<Vec<T
 ///
 /// # Errors
 /// Exit 3 if there is none; exit 5 if it is none.
-pub fn rows(directory: &Path) -> Result<Vec<Row>> {
+pub(super) fn rows(directory: &Path) -> Result<Vec<Row>> {
     let path = directory.join(STATUSES);
     if !path.is_file() {
         return Err(Failure::input(format_args!(

@@ -9,7 +9,7 @@
 //! | [`page`] | the page with figures |
 
 pub mod logged;
-pub mod moves;
+mod moves;
 pub mod page;
 pub mod readings;
 

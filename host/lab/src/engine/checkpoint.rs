@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_base::sealed::{self, Problem};
 use serde::Serialize;
 use serde::de::DeserializeOwned;

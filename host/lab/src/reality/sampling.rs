@@ -9,7 +9,7 @@ use oneiro::tables::{MotorSamples, SensorTable, SensorTables};
 use oneiro_base::console::Bars;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_base::progress;
 use oneiro_report::figures;
 use serde::Serialize;

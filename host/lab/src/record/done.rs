@@ -6,7 +6,7 @@ use std::path::Path;
 
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use serde::{Deserialize, Serialize};
 
 use super::{CONFIG, DONE, SavedRun};

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use oneiro_base::disk::LOCK;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::directory::Holds;
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 
 use super::{CONFIG, Done, FORM, Meta, Status};
 use crate::experiment::kinds::is_run;

@@ -17,7 +17,7 @@ use std::thread::{self, JoinHandle};
 
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_base::utc::now;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -10,7 +10,7 @@ use csv::StringRecord;
 use oneiro_base::contents::{self, Holds};
 use oneiro_base::disk::write_through;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::{ParquetError, Result as Written};

@@ -18,8 +18,9 @@ use std::str::FromStr;
 use oneiro_base::console::counted;
 use oneiro_base::disk::{self, LOCK};
 use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
 use oneiro_base::files::directory::{Form, Holds};
-use oneiro_base::files::{self, plain};
+use oneiro_base::plain;
 use serde::{Deserialize, Serialize};
 
 use super::file::{Reality, Robots};

@@ -13,7 +13,7 @@ use oneiro_base::console::counted;
 use oneiro_base::contents::Column;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_report::csv::cell;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -18,6 +18,7 @@ use oneiro_base::console::counted;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
+use oneiro_base::plain;
 use oneiro_lab::device::{self, Candidate};
 use oneiro_lab::runs;
 use oneiro_lab::workload;
@@ -276,7 +277,7 @@ fn share(path: &Path, figures: &Value) -> Result {
 
 /// The processor's name, where the system tells it in a file.
 fn processor() -> Option<String> {
-    let text = String::from_utf8(files::plain::read(Path::new("/proc/cpuinfo"), files::plain::MAXIMUM).ok()?).ok()?;
+    let text = String::from_utf8(plain::read(Path::new("/proc/cpuinfo"), plain::MAXIMUM).ok()?).ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
     Some(line.split_once(':')?.1.trim().to_owned())
 }

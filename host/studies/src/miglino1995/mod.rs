@@ -8,11 +8,11 @@ mod interpolation;
 mod judge;
 mod measures;
 mod real_episodes;
-pub mod report;
-pub mod results;
+mod report;
+mod results;
 mod second;
 pub mod settings;
-pub mod study;
+mod study;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

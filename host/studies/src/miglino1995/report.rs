@@ -20,10 +20,10 @@ mod robot;
 #[cfg(test)]
 pub(super) mod tests;
 
-pub use csv::{contents, csv_files};
+pub(super) use csv::{contents, csv_files};
 
 /// Input of a report.
-pub struct Report<'a> {
+pub(super) struct Report<'a> {
     pub results: &'a Results,
     /// Claims with their verdicts. Tables 1 and 2 show the tests of C3 and C6 whose statistic is `F` and whose name
     /// starts with the condition's [title](Condition::title).
@@ -43,7 +43,7 @@ pub struct Report<'a> {
 }
 
 /// The report as one self-contained HTML file.
-pub fn html(study: &Report<'_>) -> String {
+pub(super) fn html(study: &Report<'_>) -> String {
     let (table, claims) = (Table::of(MIGLINO1995_CLAIMS), study.claims);
     let mut sections = vec![
         verdicts::summary(&table, claims, background::ABOUT),

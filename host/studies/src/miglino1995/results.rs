@@ -42,7 +42,7 @@ impl Condition {
 
 /// All results of the study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Results {
+pub(super) struct Results {
     /// Generations selected by simulated fitness: 200.
     pub(crate) simulated_generations: u32,
     /// Generations in reality: 20, the first of them numbered `simulated_generations`.
@@ -87,7 +87,7 @@ pub enum Family {
 
 /// Evolution for 200 generations in another simulator, then generation 200's transfer to the study's reality.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Variant {
+pub(super) struct Variant {
     pub family: Family,
     /// The difference from the study's simulator.
     pub name: String,
@@ -102,7 +102,7 @@ pub struct Variant {
 
 /// With `--full`: mean real fitness if the twenty generations in reality are replaced.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Controls {
+pub(super) struct Controls {
     /// Replaced by as many in simulation.
     pub(crate) simulated_on: f64,
     /// Replaced by as many in reality with randomly drawn parents.
@@ -113,7 +113,7 @@ pub struct Controls {
 
 /// Effect of a single difference between reality and simulator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DifferenceEffect {
+pub(super) struct DifferenceEffect {
     /// Name of the difference.
     pub name: String,
     /// Root mean square change of an activation, 0 to 1, over episodes of random controllers.
@@ -126,7 +126,7 @@ pub struct DifferenceEffect {
 
 /// One evolution, in simulation and then in reality.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Run {
+pub(super) struct Run {
     /// Noise of its simulator.
     pub condition: Condition,
     /// Number within its condition, from 0.
@@ -148,7 +148,7 @@ pub struct Run {
 
 /// Fitness of a generation, ranked in the environment where it lived.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Level {
+pub(super) struct Level {
     /// Mean fitness of the best 20.
     pub peak: f64,
     /// Mean fitness of all individuals.
@@ -157,7 +157,7 @@ pub struct Level {
 
 /// Fitness of each individual of generation 200 in several episodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Transferred {
+pub(super) struct Transferred {
     /// In simulation with the noise it evolved with, as compared in the paper.
     pub simulated: Vec<f32>,
     /// In the same simulation from another start.
@@ -174,7 +174,7 @@ pub struct Transferred {
 
 /// Best individual of a run's generation 200.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Champion {
+pub(super) struct Champion {
     /// Index in the generation.
     pub individual: u32,
     /// Mean fitness in the episodes that it was chosen by. `None` if it was chosen by a single episode, as the best of
@@ -192,7 +192,7 @@ pub struct Champion {
 
 /// An episode with measures of its behaviour.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MeasuredEpisode {
+pub(super) struct MeasuredEpisode {
     pub fitness: f32,
     /// The robot's centre at the start of each cycle, mm.
     pub path: Vec<[f32; 2]>,

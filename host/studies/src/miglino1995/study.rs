@@ -45,7 +45,7 @@ const STARTS_AT_ONCE: usize = 10;
 pub(super) const SHARED_START: [f32; 3] = [100.0, 90.0, 0.125];
 
 /// A study in progress.
-pub struct Study<'a> {
+pub(super) struct Study<'a> {
     settings: &'a Settings,
     evaluations: &'a Engine,
     site: Site,
@@ -65,7 +65,7 @@ impl<'a> Study<'a> {
     ///
     /// # Errors
     /// Exit 3 with the reason why a world is invalid.
-    pub fn new(
+    pub(super) fn new(
         settings: &'a Settings,
         robot: Robot,
         site: Site,
@@ -108,7 +108,7 @@ impl<'a> Study<'a> {
     }
 
     /// Tables of the study's simulator.
-    pub fn sensors(&self) -> &Arc<SensorTables> {
+    pub(super) fn sensors(&self) -> &Arc<SensorTables> {
         &self.sampled
     }
 
@@ -209,7 +209,7 @@ impl<'a> Study<'a> {
 
     /// Evolves in other simulators and tests generation 200 in this study's reality. Returns the mean simulated and
     /// real fitness of each run for each simulator.
-    pub fn elsewhere(&self, worlds: &[World]) -> Result<Vec<(Vec<f64>, Vec<f64>)>> {
+    pub(super) fn elsewhere(&self, worlds: &[World]) -> Result<Vec<(Vec<f64>, Vec<f64>)>> {
         let mut runs: Vec<Evolving> = (0..self.settings.runs)
             .map(|number| self.begin(Condition::None, number))
             .collect();
@@ -536,7 +536,7 @@ impl<'a> Study<'a> {
 
     /// Effect of each difference between reality and simulator by itself, over the first cycles of episodes of random
     /// controllers. Zero if the arm lacks the difference. Unknown for a connected robot.
-    pub fn differences(&self) -> Result<Vec<DifferenceEffect>> {
+    pub(super) fn differences(&self) -> Result<Vec<DifferenceEffect>> {
         const LIVES: u64 = 4000;
         /// Not the first cycle, so that delays and lags show.
         const CYCLE: usize = 2;

@@ -4,7 +4,7 @@
 mod judge;
 mod measures;
 mod report;
-pub mod results;
+mod results;
 mod second;
 mod study;
 

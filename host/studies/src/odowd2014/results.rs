@@ -3,11 +3,11 @@
 use oneiro::parameter::Choice;
 use serde::{Deserialize, Serialize};
 
-pub use oneiro_lab::swarm::record::{Case, Credit, Kind, RobotInterval, Run};
+pub(super) use oneiro_lab::swarm::record::{Case, Credit, Kind, RobotInterval, Run};
 
 /// All results of the study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Results {
+pub(super) struct Results {
     /// Robots of a swarm.
     pub robots: u32,
     /// Duration of a run, and the time when the light moves, in minutes.
@@ -25,7 +25,7 @@ pub struct Results {
 
 /// Runs of other swarms, with the light over the nest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Question {
+pub(super) struct Question {
     /// Subject: `density`, `arena`, `range` or `lamp`.
     pub about: String,
     /// Robots of a swarm.
@@ -41,7 +41,7 @@ pub struct Question {
 
 /// Runs at one mutation scale with one rule of credit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Combination {
+pub(super) struct Combination {
     /// Standard deviation of mutations, for genes from 0 to 0.99.
     pub scale: f64,
     /// Rule that credits fitness to a simulator.

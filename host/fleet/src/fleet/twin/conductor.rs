@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use oneiro::swarm::Line;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_robots::guard::values::Values;
 use rustix::process::{Pid, Signal, kill_process};
 

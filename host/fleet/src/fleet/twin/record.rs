@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 use oneiro::swarm::Line;
 use oneiro_base::contents::{Column, Entry, head};
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use serde::{Deserialize, Serialize};
 
 use super::super::page::REPLAY;

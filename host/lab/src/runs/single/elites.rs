@@ -9,7 +9,7 @@ use oneiro_base::answer::Answer;
 use oneiro_base::console::counted;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_evolve::settings::Descriptor;
 use oneiro_report::figures::{self, escaped, packed, turns};
 use oneiro_report::numbers::significant;

@@ -11,7 +11,7 @@ use oneiro_base::answer::Answer;
 use oneiro_base::console::decimal;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_report::figures;
 use oneiro_report::numbers::significant;
 use serde_json::json;

@@ -5,7 +5,7 @@ use oneiro_base::answer::Answer;
 use oneiro_base::console::Bars;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 use oneiro_report::figures::{self, BEHAVIOURS, ForagersReplay, Genes, Teller};
 use serde_json::json;
 

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use csv::{ErrorKind, Reader, StringRecord};
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::plain;
+use oneiro_base::plain;
 
 /// A CSV file whose first line names its columns, and the row read last.
 pub(super) struct Table<'a> {

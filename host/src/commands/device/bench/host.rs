@@ -13,7 +13,8 @@ use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::{self, plain};
+use oneiro_base::files;
+use oneiro_base::plain;
 use oneiro_lab::device::NULL;
 use oneiro_lab::engine::handle::Engine;
 use oneiro_lab::engine::job::Progress;
@@ -300,7 +301,7 @@ mod memory {
     use std::io::Write;
     use std::path::Path;
 
-    use oneiro_base::files::plain;
+    use oneiro_base::plain;
 
     /// Lets the peak begin at what is in use now. If the system refuses, it is that of the whole program.
     pub(super) fn forget_peak() {

@@ -159,7 +159,7 @@ fn columns_of_champions() -> Vec<Column> {
 }
 
 /// The files of numbers; two of them only for a full study.
-pub fn contents(is_full: bool) -> Vec<Entry> {
+pub(crate) fn contents(is_full: bool) -> Vec<Entry> {
     let table = |name, about, columns: &[Column]| Entry::table(name, about, &of_run(columns));
     let mut all = vec![
         table("generations.csv", "one row per generation of each run", &GENERATIONS),
@@ -194,7 +194,7 @@ pub fn contents(is_full: bool) -> Vec<Entry> {
 }
 
 /// Names and contents of the files that [`contents()`] describes, if they were run.
-pub fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
+pub(crate) fn csv_files(results: &Results) -> Vec<(&'static str, String)> {
     let mut files = vec![
         ("generations.csv", generations(results)),
         ("transferred.csv", transferred(results)),
