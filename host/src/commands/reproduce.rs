@@ -1,5 +1,6 @@
 //! `oneiro reproduce`: a paper's whole study.
 
+use oneiro_base::answer::Answer;
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
 use oneiro_lab::reality::site;
@@ -13,20 +14,17 @@ pub(crate) fn run(arguments: &Reproduce, console: Console) -> Result {
         Paper::Miglino1995(arguments) => of_1995(arguments, console),
         Paper::Odowd2014(arguments) => of_2014(arguments, console),
     };
-    match found? {
-        Findings::Claims(answer) => console.print_answer(&answer),
-        Findings::Table(text) => console.print_plain(text),
-    }
+    console.print_answer(&found?)
 }
 
-fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Findings> {
+fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Answer<Findings>> {
     let (file, out) = (arguments.study.as_deref(), arguments.out.as_deref());
     let backend = &arguments.backend.resolve();
     if !arguments.sweeps.is_empty() {
-        return miglino1995::judge_sweeps(&arguments.sweeps, out).map(Findings::Table);
+        return miglino1995::judge_sweeps(&arguments.sweeps, out);
     }
     if arguments.calibrate {
-        return miglino1995::calibrate(file, arguments.seed, backend, console).map(Findings::Table);
+        return miglino1995::calibrate(file, arguments.seed, backend, console);
     }
     let asked = miglino1995::settings::Asked {
         seed: arguments.seed,
@@ -46,10 +44,10 @@ fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Findings> {
     miglino1995::run(&asked, &arguments.tables, &request, console)
 }
 
-fn of_2014(arguments: &Odowd2014, console: Console) -> Result<Findings> {
+fn of_2014(arguments: &Odowd2014, console: Console) -> Result<Answer<Findings>> {
     let out = arguments.out.as_deref();
     if !arguments.sweeps.is_empty() {
-        return odowd2014::judge_sweeps(&arguments.sweeps, out).map(Findings::Table);
+        return odowd2014::judge_sweeps(&arguments.sweeps, out);
     }
     let asked = odowd2014::Asked {
         seed: arguments.seed,

@@ -114,7 +114,7 @@ pub(super) fn reproduce<S: Reproduction>(
     file: &StudyFile,
     under: impl Fn(&str) -> Result<S>,
     console: Console,
-) -> Result<Findings> {
+) -> Result<Answer<Findings>> {
     let main = under(request.arm)?;
     let out = request.out.map_or_else(|| usual(&main), Path::to_owned);
     let (found, claims) = run_study(&main, &out, request.sensitivity, console)?;
@@ -139,7 +139,7 @@ pub(super) fn reproduce<S: Reproduction>(
         disk::write(&out.join(SENSITIVITY), sensitivity(&arms).as_bytes())?;
         write_report(&main, &out, &found, &claims, Some(&arms))?;
     }
-    Ok(Findings::Claims(verdicts(claims, &out)))
+    Ok(verdicts(claims, &out))
 }
 
 /// Default directory of a study.
@@ -291,11 +291,14 @@ pub(super) fn check_runs(runs: u32, allowed: &RangeInclusive<u32>) -> Result {
 }
 
 /// The verdicts, which are in the study's directory too.
-fn verdicts(claims: Vec<Claim>, directory: &Path) -> Answer<Vec<Claim>> {
+fn verdicts(claims: Vec<Claim>, directory: &Path) -> Answer<Findings> {
     let row = |claim: &Claim| vec![claim.id.clone(), claim.verdict.to_string(), brief(&claim.reasons)];
     let rows: Vec<Vec<String>> = claims.iter().map(row).collect();
     Answer {
         messages: vec![format!("wrote {}", directory.display())],
-        ..Answer::new(columns(&["claim", "verdict", "reason"], &rows), claims)
+        ..Answer::new(
+            columns(&["claim", "verdict", "reason"], &rows),
+            Findings::Claims(claims),
+        )
     }
 }

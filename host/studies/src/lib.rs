@@ -16,8 +16,11 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
+use std::collections::BTreeMap;
+
 use claims::Claim;
-use oneiro_base::answer::Answer;
+use serde::Serialize;
+use serde_json::{Map, Value};
 
 pub(crate) mod assumptions;
 mod claims;
@@ -33,13 +36,17 @@ mod verdicts;
 pub use directory::Request;
 
 /// What a study answers.
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
 pub enum Findings {
     /// The verdicts on its claims.
-    Claims(Answer<Vec<Claim>>),
-    /// A table, which has no other form.
-    Table(String),
+    Claims(Vec<Claim>),
+    /// Tables by the names of their files, without `.csv`.
+    Tables(BTreeMap<String, Vec<Row>>),
 }
+
+/// A row of a table by its columns, with numbers where they are finite.
+type Row = Map<String, Value>;
 
 /// The files of any directory of the 1995 study and of the 2014 study, and of their second editions.
 #[cfg(any(test, feature = "testing"))]

@@ -9,6 +9,9 @@ use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
 use oneiro_lab::sweep::tables;
+use serde_json::{Number, Value};
+
+use crate::{Findings, Row};
 
 /// A run's row in a sweep's table of results.
 pub(super) struct ResultRow<'a> {
@@ -96,6 +99,28 @@ pub(super) fn each_table(sweeps: &[PathBuf], mut parse: impl FnMut(&Path, &str) 
         let path = tables::table(directory, "results.csv")?;
         parse(&path, &disk::read_text(&path)?)
     })
+}
+
+/// A row of a table by its columns.
+pub(super) fn row<'a>(columns: impl IntoIterator<Item = &'a str>, cells: impl IntoIterator<Item = &'a str>) -> Row {
+    let value = |cell: &str| {
+        let number = cell.parse().ok().and_then(Number::from_f64);
+        number.map_or_else(|| cell.into(), Value::Number)
+    };
+    let cells = columns.into_iter().zip(cells);
+    cells.map(|(column, cell)| (column.to_owned(), value(cell))).collect()
+}
+
+/// Tables by the names of their files, which the program wrote.
+pub(super) fn findings(files: &[(&str, String)]) -> Findings {
+    let rows = |text: &str| {
+        let mut table = Reader::from_reader(text.as_bytes());
+        let head = table.headers().expect("the table has a first line").clone();
+        let rows = table.records().map(|cells| cells.expect("rows have all columns"));
+        rows.map(|cells| row(&head, &cells)).collect()
+    };
+    let name = |file: &str| file.trim_end_matches(".csv").to_owned();
+    Findings::Tables(files.iter().map(|(file, text)| (name(file), rows(text))).collect())
 }
 
 /// Writes tables to a directory, and describes them there.

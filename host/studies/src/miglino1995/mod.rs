@@ -14,6 +14,7 @@ mod second;
 pub mod settings;
 mod study;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -25,12 +26,13 @@ use oneiro_report::numbers::fixed;
 #[cfg(any(test, feature = "testing"))]
 pub(super) use self::second::contents as contents_of_second;
 pub use self::second::judge_sweeps;
-use crate::Findings;
 use crate::assumptions::Assumption;
 use crate::claims::Claim;
 use crate::directory::{self, Directory, Reproduction, Request};
 use crate::file::{Arm, MIGLINO1995, StudyFile};
 use crate::verdicts::Sensitivity;
+use crate::{Findings, sweep_results};
+use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::contents::Entry;
 use oneiro_base::exit::{Failure, Result};
@@ -52,7 +54,7 @@ const GREATEST_RUNS: u32 = 1000;
 const COHORT: u32 = 5;
 
 /// Runs or resumes the whole study, with the files of a recorded robot's tables, if there are any.
-pub fn run(asked: &Asked, tables: &[PathBuf], request: &Request<'_>, console: Console) -> Result<Findings> {
+pub fn run(asked: &Asked, tables: &[PathBuf], request: &Request<'_>, console: Console) -> Result<Answer<Findings>> {
     let evaluations = device::engine(request.backend)?;
     let file = StudyFile::open(&MIGLINO1995, request.file)?;
     let least = match &asked.robot {
@@ -332,7 +334,7 @@ fn cohorts(
 }
 
 /// Measures the gap between simulation and reality without noise by severity; the severity was chosen from it.
-pub fn calibrate(file: Option<&Path>, seed: u64, backend: &Backend, console: Console) -> Result<String> {
+pub fn calibrate(file: Option<&Path>, seed: u64, backend: &Backend, console: Console) -> Result<Answer<Findings>> {
     let evaluations = device::engine(backend)?;
     let file = StudyFile::open(&MIGLINO1995, file)?;
     let of = |robot: u64, severity: Option<f32>| {
@@ -375,7 +377,11 @@ pub fn calibrate(file: Option<&Path>, seed: u64, backend: &Backend, console: Con
         .chain(robots.iter().map(String::as_str))
         .collect();
     device::close(evaluations, console);
-    Ok(columns(&head, &rows))
+    let table = rows
+        .iter()
+        .map(|cells| sweep_results::row(head.iter().copied(), cells.iter().map(String::as_str)));
+    let tables = BTreeMap::from([("calibration".to_owned(), table.collect())]);
+    Ok(Answer::new(columns(&head, &rows), Findings::Tables(tables)))
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
+use oneiro_base::answer::Answer;
 use oneiro_base::console::columns;
 use oneiro_base::contents::{Column, Entry};
 use oneiro_base::exit::{Failure, Result};
@@ -13,6 +14,7 @@ use oneiro_statistics::{Undefined, mean, nested_mean, one_sample_t, variance};
 
 use super::calibration::{self, Pairs};
 use super::results::Condition;
+use crate::Findings;
 use crate::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
 use crate::sweep_results;
 use crate::verdict::brief;
@@ -302,7 +304,7 @@ pub(crate) fn contents() -> Vec<Entry> {
 }
 
 /// Judges the runs of finished sweeps, and writes all tables to a directory if one is given. Returns the claims.
-pub fn judge_sweeps(sweeps: &[PathBuf], out: Option<&Path>) -> Result<String> {
+pub fn judge_sweeps(sweeps: &[PathBuf], out: Option<&Path>) -> Result<Answer<Findings>> {
     let mut found = Found::default();
     sweep_results::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
     let mut files = Vec::new();
@@ -326,7 +328,7 @@ pub fn judge_sweeps(sweeps: &[PathBuf], out: Option<&Path>) -> Result<String> {
         let what = "The second edition of the 1995 study, judged.";
         sweep_results::write(out, what, &files, &contents())?;
     }
-    Ok(text)
+    Ok(Answer::new(text, sweep_results::findings(&files)))
 }
 
 /// The runs of sweeps: those that are judged, by severity and rule, and those of a calibration.

@@ -25,6 +25,7 @@ use crate::claims::Claim;
 use crate::directory::{self, Directory, Reproduction, Request};
 use crate::file::{ODOWD2014, StudyFile};
 use crate::verdicts::Sensitivity;
+use oneiro_base::answer::Answer;
 use oneiro_base::console::Console;
 use oneiro_base::contents::Entry;
 use oneiro_base::exit::{Failure, Result};
@@ -45,7 +46,7 @@ const COHORT: u32 = 10;
 const PAPERS_SECONDS: f64 = 34.0;
 
 /// Runs or resumes the whole study.
-pub fn run(asked: &Asked, request: &Request<'_>, console: Console) -> Result<Findings> {
+pub fn run(asked: &Asked, request: &Request<'_>, console: Console) -> Result<Answer<Findings>> {
     if let Some(runs) = asked.runs {
         directory::check_runs(runs, &(2..=GREATEST_RUNS))?;
     }

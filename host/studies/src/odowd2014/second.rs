@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 
 use Case::{NoLight, Opposite, OppositeThenOver, Over, OverThenOpposite, Random};
 use Kind::{Evolved, FitnessShuffled as Null, SimulatorRandom as Drawn, SimulatorRight as Right};
+use oneiro_base::answer::Answer;
 use oneiro_base::console::columns;
 use oneiro_base::contents::{Column, Entry};
 use oneiro_base::exit::{Failure, Result};
@@ -15,6 +16,7 @@ use oneiro_statistics::{Undefined, mean, variance};
 
 use super::report::name;
 use super::results::{Case, Kind};
+use crate::Findings;
 use crate::contrasts::{self, Estimate, Judged, Row, above, equivalent, figures};
 use crate::sweep_results;
 use crate::verdict::brief;
@@ -409,22 +411,22 @@ pub(crate) fn contents() -> Vec<Entry> {
 }
 
 /// Judges the runs of finished sweeps, and writes all tables to a directory if one is given. Returns the claims.
-pub fn judge_sweeps(sweeps: &[PathBuf], out: Option<&Path>) -> Result<String> {
+pub fn judge_sweeps(sweeps: &[PathBuf], out: Option<&Path>) -> Result<Answer<Findings>> {
     let mut found = Found::default();
     sweep_results::each_table(sweeps, |path, text| parse(path, text, &mut found))?;
     let tables = Tables::of(&found.complete()?).map_err(Failure::input)?;
     let head: Vec<&str> = CLAIM_COLUMNS.iter().map(|column| column.name.as_ref()).collect();
     let text = columns(&head, &tables.shown);
+    let files = [
+        (CONTRASTS, tables.contrasts),
+        (CLAIMS, tables.claims),
+        (CELLS, tables.cells),
+    ];
     if let Some(out) = out {
         let what = "The second edition of the 2014 study, judged.";
-        let files = [
-            (CONTRASTS, tables.contrasts),
-            (CLAIMS, tables.claims),
-            (CELLS, tables.cells),
-        ];
         sweep_results::write(out, what, &files, &contents())?;
     }
-    Ok(text)
+    Ok(Answer::new(text, sweep_results::findings(&files)))
 }
 
 /// The runs of sweeps.
