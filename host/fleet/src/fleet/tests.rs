@@ -461,7 +461,7 @@ mod alone {
     #[test]
     fn the_documented_file_is_allowed() {
         let place = placed("alone-documented");
-        let page = include_str!("../../../../docs/fleet.md");
+        let page = include_str!("../../../../docs/on-board.md");
         let (_, example) = page.split_once("```toml\n# fleet.toml\n").unwrap();
         let (example, _) = example.split_once("```").unwrap();
         fs::write(place.0.join("own/fleet.toml"), example).unwrap();

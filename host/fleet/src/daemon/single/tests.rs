@@ -353,7 +353,7 @@ fn what_is_not_allowed_is_refused_at_its_place() {
 /// The documentation's file is read with the experiment that ships, and its table has the defaults.
 #[test]
 fn the_documented_file_is_allowed() {
-    let page = include_str!("../../../../../docs/fleet.md");
+    let page = include_str!("../../../../../docs/on-board.md");
     let (_, rest) = page.split_once("```toml\n# robot.toml\n").unwrap();
     let (file, _) = rest.split_once("```").unwrap();
     let place = Place::new("documented", file, "");
