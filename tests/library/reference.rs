@@ -1,5 +1,5 @@
-//! The e-puck's reference models: every reading beside a second program, written from `docs/swarms.md` in double precision, the
-//! distributions of the noise, and refusals.
+//! The e-puck's reference models: every reading beside a second program, written from `docs/reference-models.md` in double
+//! precision, the distributions of the noise, and refusals.
 
 use oneiro::arena::{Arena, Block, Patch, Wall};
 use oneiro::batch::{Batch, Rollout, TraceRequest};

@@ -77,7 +77,7 @@ fn tau(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// With the wheels' limit of the reference model, 120 mm/s, the published networks score far more than was recorded; with 50 mm/s, and
-/// black spots of 150 mm in foraging, what was recorded within a tenth: docs/swarms.md.
+/// black spots of 150 mm in foraging, what was recorded within a tenth: docs/evostick.md.
 #[test]
 fn published_networks_live_again() {
     for (name, mission) in [("cues", "aggregation"), ("foraging", "foraging")] {
