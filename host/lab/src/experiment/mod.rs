@@ -1,6 +1,7 @@
 //! An experiment: a run's complete configuration except its seed, from one TOML file.
 
 mod check;
+pub(crate) mod degrees;
 pub mod examples;
 mod inputs;
 pub mod kinds;
@@ -81,7 +82,7 @@ impl Experiment {
     /// # Errors
     /// As [`Experiment::read`].
     pub fn of(path: &Path, file: &Parsed<'_>, set: &[Setting], files: &Files) -> Result<Self> {
-        let (given, source): (Table, _) = Source::read(file, set)?;
+        let (given, source) = degrees::read::<Settings>(file, set)?;
         let mut given = robots::described(given, &source)?;
         loop {
             match Self::made(path, &given, &source, files)? {
@@ -104,7 +105,7 @@ impl Experiment {
         (by, is_used): (&str, &dyn Fn(&str) -> bool),
     ) -> Result<Self> {
         let own = Self::of(path, file, set, files)?;
-        let (_, source): (Table, _) = Source::read(file, set)?;
+        let (_, source) = degrees::read::<Settings>(file, set)?;
         let is_of_runs = |key: &str| ["name", SEED, "files"].contains(&key) || key.starts_with("record.");
         let is_used = |key: &str| is_used(key) || is_of_runs(key) && !source.is_set(key);
         needs::check_used(&mut own.settings.clone(), &source, &is_used, by)?;

@@ -26,6 +26,7 @@ pub mod store;
 pub mod tables;
 pub mod work;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -282,10 +283,13 @@ impl Sweep {
             shown: first.shown(),
             robot_time: None,
         };
-        let mut unused = first.left_out().clone();
+        // Why settings were left out, and in how many cells.
+        let mut unused: BTreeMap<String, (String, usize)> = BTreeMap::new();
         for cell in all {
             let (ids, steps, kernel, bytes, layout, shown, outcomes, left_out, robots) = cell?;
-            unused.retain(|path, _| left_out.contains_key(path));
+            for (path, refusal) in left_out {
+                unused.entry(path).or_insert((refusal, 0)).1 += 1;
+            }
             if let Some(time) = robots {
                 plan.robot_time = Some(plan.robot_time.unwrap_or_default().and(ids.len(), time));
             }
@@ -304,7 +308,9 @@ impl Sweep {
             plan.layouts.push(layout);
             plan.bytes = plan.bytes.max(bytes);
         }
-        if let Some((_, refusal)) = unused.pop_first() {
+        let is_used = |path: &str, unused: usize| unused < self.file.cells_with(path).unwrap_or(cells);
+        let unused = unused.into_iter().find(|(path, (_, unused))| !is_used(path, *unused));
+        if let Some((_, (refusal, _))) = unused {
             return Err(Failure::input(format_args!("{refusal}; no cell of the sweep uses it")));
         }
         self.refuse_twins(&plan)?;
@@ -323,7 +329,9 @@ impl Sweep {
         let place = self
             .file
             .values(self.cell_of(other))
-            .first()
+            .into_iter()
+            .flatten()
+            .next()
             .map(|(_, place)| place.clone());
         Err(Failure::input(format_args!(
             "{}: {} and {} are one experiment; allowed: cells that differ",
@@ -336,7 +344,7 @@ impl Sweep {
     /// Description of a cell: its keys and their values.
     pub fn described(&self, cell: usize) -> String {
         let values = self.file.keys().zip(self.file.values(cell));
-        let words: Vec<String> = values.map(|(key, (value, _))| format!("{key} = {value}")).collect();
-        words.join(", ")
+        let words = values.filter_map(|(key, value)| Some(format!("{key} = {}", value?.0)));
+        words.collect::<Vec<_>>().join(", ")
     }
 }
