@@ -359,6 +359,25 @@ impl<'a> Source<'a> {
         Ok(())
     }
 
+    /// Of two keys that contradict each other, that of the lower rank, which is left out.
+    ///
+    /// # Errors
+    /// Exit 3 if both have the same rank.
+    pub(crate) fn outranked<'k>(&self, keys: [&'k str; 2]) -> Result<&'k str> {
+        let [one, other] = keys;
+        let (key, by) = if self.rank_of(one) < self.rank_of(other) {
+            (one, other)
+        } else {
+            (other, one)
+        };
+        let problem = format!("is given beside {by}; allowed: one of them");
+        if self.rank_of(one) == self.rank_of(other) {
+            return Err(self.invalid(key, problem));
+        }
+        self.leave_out(key, &[by], problem)?;
+        Ok(key)
+    }
+
     /// Takes the settings that [`Source::leave_out`] has left out.
     pub fn left_out(&self) -> LeftOut {
         self.left_out.take()

@@ -64,6 +64,9 @@ pub struct Plan {
     pub ids: Vec<blake3::Hash>,
     /// Robot-steps of one run of each cell.
     pub steps: Vec<u64>,
+    /// Episodes of one run of each cell: the budget if there is one, else those that its values make; none for swarms of the foraging
+    /// study.
+    pub episodes: Vec<Option<u64>>,
     /// First kernel of each cell's runs.
     pub kernels: Vec<&'static str>,
     /// Maximum memory of a run of any cell, in bytes.
@@ -82,6 +85,20 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// A warning if the cells' runs have different numbers of episodes, so that comparing them compares budgets.
+    pub fn unequal_episodes(&self) -> Option<String> {
+        /// What two numbers of whole generations may differ by.
+        const TOLERANCE: f64 = 0.01;
+        let known: Vec<u64> = self.episodes.iter().flatten().copied().collect();
+        let (fewest, most) = (*known.iter().min()?, *known.iter().max()?);
+        ((most - fewest) as f64 > TOLERANCE * most as f64).then(|| {
+            format!(
+                "runs of different cells have different numbers of episodes, {fewest} to {most}: evolution.episodes gives all \
+                 the same"
+            )
+        })
+    }
+
     /// Total robot-steps of some runs.
     pub fn steps(&self, sweep: &Sweep, runs: impl Iterator<Item = RunIndex>) -> u64 {
         runs.map(|run| self.steps[sweep.cell_of(run)])
@@ -266,6 +283,7 @@ impl Sweep {
                 outcomes,
                 left_out,
                 own.robot_time(),
+                own.episodes(),
             ))
         };
         // All are collected first, so that the error is always the first one, whichever thread found it.
@@ -274,6 +292,7 @@ impl Sweep {
         let mut plan = Plan {
             ids: Vec::with_capacity(self.runs()),
             steps: Vec::with_capacity(cells),
+            episodes: Vec::with_capacity(cells),
             kernels: Vec::with_capacity(cells),
             bytes: 0,
             outcomes: first.outcomes(),
@@ -286,7 +305,7 @@ impl Sweep {
         // Why settings were left out, and in how many cells.
         let mut unused: BTreeMap<String, (String, usize)> = BTreeMap::new();
         for cell in all {
-            let (ids, steps, kernel, bytes, layout, shown, outcomes, left_out, robots) = cell?;
+            let (ids, steps, kernel, bytes, layout, shown, outcomes, left_out, robots, episodes) = cell?;
             for (path, refusal) in left_out {
                 unused.entry(path).or_insert((refusal, 0)).1 += 1;
             }
@@ -304,6 +323,7 @@ impl Sweep {
             }
             plan.ids.extend(ids);
             plan.steps.push(steps);
+            plan.episodes.push(episodes);
             plan.kernels.push(kernel);
             plan.layouts.push(layout);
             plan.bytes = plan.bytes.max(bytes);
