@@ -530,7 +530,7 @@ fn optimisers_are_as_pinned() {
         ),
         (
             "open-es",
-            "kind = \"open-es\"\n[evolution.strategy]\nlearning_rate = 0.05",
+            "kind = \"open-es\"\n[evolution.strategy]\nsigma = 0.02\nlearning_rate = 0.05",
         ),
         ("random", "kind = \"random\""),
         (
@@ -745,11 +745,10 @@ fn robots_that_live_together_are_as_pinned() {
             &genomes,
             &kind,
         ];
-        place.evolve(
-            name,
-            &shipped("gather.toml"),
-            &set.map(|value| ["--set", value]).concat(),
-        );
+        let strategy = ["evolution.strategy.sigma=0.02", "evolution.strategy.learning_rate=0.01"];
+        let strategy = strategy.into_iter().filter(|_| name == "teams");
+        let set = set.into_iter().chain(strategy).flat_map(|value| ["--set", value]);
+        place.evolve(name, &shipped("gather.toml"), &set.collect::<Vec<_>>());
         found.run(&place, name);
     }
     let pair = [

@@ -17,6 +17,7 @@ pub(crate) const ENTRY: Entry = Entry {
     population: "the combinations of as many of the last genes as make up to 10,000",
     complete,
     check,
+    spend,
     ..Entry::new(
         [
             NAME,
@@ -26,6 +27,9 @@ pub(crate) const ENTRY: Entry = Entry {
         |beginning| Box::new(Grid::new(beginning.settings, beginning.seed, &beginning.ranges())),
     )
 };
+
+/// The most values of a gene.
+const MOST_LEVELS: u32 = 10_000;
 
 /// Values of an exhaustive search.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -58,7 +62,7 @@ impl Table for Values {
     #[rustfmt::skip]
     fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         vec![
-            row("evolution.grid.levels", "", Whole(2, 10_000), "ours",
+            row("evolution.grid.levels", "", Whole(2, MOST_LEVELS.into()), "ours",
                 "Values of each gene, evenly spaced from one end of its initial range to the other.", |values, _| Some(&mut values.as_mut().grid()?.levels)),
         ]
     }
@@ -71,6 +75,22 @@ fn complete(settings: &mut Settings, given: Given) {
     }
     let generations = grid.combinations(given.genes) / u64::from(settings.population);
     settings.generations = u32::try_from(generations).unwrap_or(u32::MAX);
+}
+
+/// Takes as many levels as fit, at least two, if they are not given.
+fn spend(settings: &mut Settings, given: Given, is_given: &dyn Fn(&str) -> bool, left: &dyn Fn(&Settings) -> u64) {
+    if is_given("evolution.grid.levels") {
+        return;
+    }
+    let with = |levels: u32| {
+        let mut own = settings.clone();
+        own.tables.grid.levels = levels;
+        complete(&mut own, given);
+        own
+    };
+    let fits = |own: &Settings| own.tables.grid.combinations(given.genes) <= left(own);
+    let largest = (3..=MOST_LEVELS).map(with).take_while(fits).last();
+    *settings = largest.unwrap_or_else(|| with(2));
 }
 
 /// Checks that a grid is not too large, and that generations are equal parts of it.

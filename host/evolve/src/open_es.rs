@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::random::{Normal, Stream, Uniform, stream};
 use super::registry::Entry;
-use super::settings::{Checked, Feature, Given, Ranges, Settings, Space, Strategy, Surroundings, refused};
+use super::settings::{Checked, Feature, Given, Ranges, Settings, Space, Surroundings, refused};
 use super::{Optimizer, Population, saved};
 
 const NAME: &str = "open-es";
@@ -34,7 +34,9 @@ fn complete(settings: &mut Settings, given: Given) {
     if !given.has_population {
         settings.population = 40;
     }
-    settings.strategy.sigma.get_or_insert(0.02);
+    // The best of those that docs/optimisers.md compares.
+    settings.strategy.sigma.get_or_insert(0.8);
+    settings.strategy.learning_rate.get_or_insert(0.3);
     settings.common.get_or_insert(true);
 }
 
@@ -58,7 +60,8 @@ struct OpenEs {
     owner: blake3::Hash,
     pairs: usize,
     sigma: f64,
-    strategy: Strategy,
+    learning_rate: f64,
+    weight_decay: f64,
     seed: u64,
     space: Space,
     state: OpenEsState,
@@ -98,7 +101,8 @@ impl OpenEs {
             owner: saved::owner(settings, seed, ranges),
             pairs: settings.population as usize / 2,
             sigma: settings.strategy.sigma.unwrap_or_default(),
-            strategy: settings.strategy.clone(),
+            learning_rate: settings.strategy.learning_rate.unwrap_or_default(),
+            weight_decay: settings.strategy.weight_decay,
             seed,
             space,
             state,
@@ -149,10 +153,10 @@ impl OpenEs {
         for (share, kept) in initial_weights.iter_mut().zip(KEPT) {
             *share *= kept;
         }
-        let rate = self.strategy.learning_rate * (1.0 - initial_weights[1]).sqrt() / (1.0 - initial_weights[0]);
+        let rate = self.learning_rate * (1.0 - initial_weights[1]).sqrt() / (1.0 - initial_weights[0]);
         let adam = gradients.iter_mut().zip(squares);
         for (gene, ((centre, sum), (mean, square))) in centre.iter_mut().zip(gradient).zip(adam).enumerate() {
-            let slope = sum / count - self.strategy.weight_decay * *centre;
+            let slope = sum / count - self.weight_decay * *centre;
             *mean = KEPT[0] * *mean + (1.0 - KEPT[0]) * slope;
             *square = KEPT[1] * *square + (1.0 - KEPT[1]) * (slope * slope);
             let [least, greatest] = self.space.bounds(gene);
@@ -210,6 +214,8 @@ mod tests {
             population: 4,
             ..Settings::default()
         };
+        settings.strategy.sigma = Some(0.02);
+        settings.strategy.learning_rate = Some(0.01);
         settings.complete(GENES, 1, true);
         OpenEs::new(&settings, 1, &vec![None; GENES])
     }

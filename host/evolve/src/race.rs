@@ -28,6 +28,14 @@ pub(crate) const ENTRY: Entry = Entry {
     complete,
     check,
     evaluations: |settings| settings.tables.race.evaluations(),
+    survivors: |genes| few(genes) as u32,
+    spend: |settings, given, _, left| {
+        settings.tables.race.lives = left(settings) * u64::from(given.trials);
+        complete(settings, given);
+        // The first generation is evaluated in any case.
+        let first = u64::from(settings.population) * u64::from(given.trials);
+        settings.tables.race.lives = settings.tables.race.lives.max(first);
+    },
     ..Entry::new(
         [
             NAME,

@@ -4,6 +4,7 @@
 use oneiro::parameter::Parameter;
 use oneiro::world::Gene;
 
+use super::settings::budget::count_generations;
 use super::settings::{Checked, Feature, Given, Need, Ranges, Settings, Surroundings};
 use super::{Optimizer, Population};
 
@@ -29,7 +30,15 @@ pub struct Entry {
     pub(crate) needs: fn(&Settings) -> Vec<Need>,
     /// Individuals that are evaluated in all generations, at most.
     pub(crate) evaluations: fn(&Settings) -> u64,
+    /// The most individuals that it offers as finalists, by the number of genes.
+    pub(crate) survivors: fn(usize) -> u32,
+    /// Sets what follows from a budget of episodes.
+    pub(crate) spend: Spend,
 }
+
+/// Sets what follows from a budget of episodes. Besides the settings it takes whether an experiment gives a key, and how many
+/// individuals all generations may have with some settings.
+pub(crate) type Spend = fn(&mut Settings, Given, &dyn Fn(&str) -> bool, &dyn Fn(&Settings) -> u64);
 
 impl Entry {
     /// An optimiser that begins at random genes, runs for the experiment's number of generations, and has nothing to
@@ -49,6 +58,8 @@ impl Entry {
             check: |_, _| Ok(()),
             needs: |_| Vec::new(),
             evaluations: |settings| u64::from(settings.genomes_per_generation()) * u64::from(settings.generations),
+            survivors: |_| u32::MAX,
+            spend: |settings, _, _, left| count_generations(settings, left(settings)),
         }
     }
 }

@@ -54,6 +54,9 @@ mod tests {
                 descriptors: vec![Descriptor::named("x", [0.0, 1.0], 3)],
                 ..Settings::default()
             };
+            if kind == Kind::OpenEs {
+                (settings.strategy.sigma, settings.strategy.learning_rate) = (Some(0.02), Some(0.01));
+            }
             let tables = &mut settings.tables;
             (tables.grid.levels, tables.race.lives, tables.opponents.first_gene) = (4, 7000, "a".into());
             settings.complete(3, 2, false);

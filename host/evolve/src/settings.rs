@@ -1,6 +1,7 @@
 //! The table `[evolution]` of an experiment: the optimiser, its values, and for how many generations it runs.
 
 pub(crate) mod breeding;
+pub(crate) mod budget;
 mod conditions;
 pub(crate) mod descriptors;
 mod strategy;
@@ -14,6 +15,7 @@ use serde::Serialize;
 
 use super::random::Uniform;
 pub use super::{Kind, Tables};
+pub use budget::{Course, Episodes, MOST_GENERATIONS};
 pub use breeding::{Crossover, CrossoverKind, Mutation, MutationKind, MutationUnit, Selection, SelectionKind};
 pub(crate) use conditions::{Checked, Feature, Given, refused};
 pub use conditions::{Need, Surroundings};
@@ -29,6 +31,9 @@ pub struct Settings {
     pub population: u32,
     /// How many of the best may become parents.
     pub parents: u32,
+    /// Episodes that a run may have, from which its generations follow.
+    #[serde(skip)]
+    pub budget: Option<u64>,
     /// Generations that are evaluated.
     pub generations: u32,
     /// How many of the best also keep one unchanged copy.
@@ -63,6 +68,7 @@ impl Default for Settings {
             kind: Kind::Genetic,
             population: 100,
             parents: 20,
+            budget: None,
             generations: 200,
             elite: 0,
             common: None,
@@ -248,7 +254,9 @@ pub fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
             format!("Individuals. Where it is not given, {}.", populations()).leak(), |values, _| Some(&mut values.as_mut().population)),
         row("evolution.parents", "", WholeUpTo(1, "evolution.population"), "Miglino et al. 1995, section 3.4",
             "How many of the best have children, with a selection by truncation or uniform.", |values, _| Some(&mut values.as_mut().if_has_parents()?.parents)),
-        row("evolution.generations", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
+        row("evolution.episodes", "", Whole(1, 1_000_000_000_000), OURS,
+            "Instead of `evolution.generations`: the most episodes of a run. Individuals x trials of each generation count (with coevolution x contests, and the last pair), unchanged and re-evaluated individuals too, and the finalists' episodes. An episode that is simulated again for its trace counts once. What follows from it is the number of generations, with grid its levels, and with race the episodes of its candidates.", |values, _| Some(&mut values.as_mut().budget)),
+        row("evolution.generations", "", Whole(1, MOST_GENERATIONS.into()), "Miglino et al. 1995, section 3.4",
             "Generations that are evaluated.", |values, _| Some(&mut values.as_mut().if_counts_generations()?.generations)),
         row("evolution.elite", "", WholeUpTo(0, "evolution.population"), "ours: none mentioned in Miglino et al. 1995, section 3.4",
             "How many of the best also keep one copy without mutation; with truncation up to evolution.parents.", |values, _| Some(&mut values.as_mut().genetic()?.elite)),

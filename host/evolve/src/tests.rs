@@ -67,6 +67,10 @@ fn made(settings: Settings, seed: u64) -> Box<dyn Optimizer> {
             settings.tables.opponents.contests,
         ) = (5, 1, 2);
     }
+    if settings.kind == Kind::OpenEs {
+        // Genomes are pinned with these.
+        (settings.strategy.sigma, settings.strategy.learning_rate) = (Some(0.02), Some(0.01));
+    }
     settings.tables.archive.reevaluated = 3;
     settings.tables.archive.acceptance = Acceptance::Mean;
     settings.complete(GENES, 1, true);

@@ -19,6 +19,9 @@ use crate::cli;
 pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
     let experiment = runs::read(&arguments.experiment, &arguments.set)?;
     console.warn(experiment.warnings());
+    if let Some(budget) = experiment.budget() {
+        console.say(budget);
+    }
     let identities = experiment.identities();
     let (places, drawn) = seeds_and_places(arguments, experiment.seed(), |seed| {
         format!("{}-{seed}-{}", experiment.name(), &identities.of(seed).to_hex()[..8])

@@ -62,6 +62,7 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
     let plan = meanwhile(&format!("checking {all} runs"), console.bars(), || {
         sweep.plan_on_robots()
     })?;
+    console.warn(plan.unequal_episodes().as_slice());
     let steps = plan.steps(&sweep, 0..all as RunIndex);
     let devices = if arguments.no_estimate {
         Vec::new()

@@ -2,7 +2,7 @@
 
 use oneiro::parameter::Allowed::{Any, Number};
 use oneiro::parameter::{Parameter, row};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::{Feature, Settings};
 
@@ -15,8 +15,9 @@ pub struct Strategy {
     pub active: bool,
     /// Whether a strategy that can't go on begins again.
     pub restarts: bool,
-    /// Adam's step.
-    pub learning_rate: f64,
+    /// Adam's step; given once complete. Other optimisers' saved states have the hash of an earlier default.
+    #[serde(serialize_with = "or_earlier")]
+    pub learning_rate: Option<f64>,
     /// How strongly genes are drawn to the middle of their initial range.
     pub weight_decay: f64,
 }
@@ -27,10 +28,14 @@ impl Default for Strategy {
             sigma: None,
             active: true,
             restarts: true,
-            learning_rate: 0.01,
+            learning_rate: None,
             weight_decay: 0.005,
         }
     }
+}
+
+fn or_earlier<S: Serializer>(rate: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    rate.unwrap_or(0.01).serialize(serializer)
 }
 
 /// Values that are the experiment's only with some optimisers.
@@ -55,14 +60,14 @@ impl Settings {
 #[rustfmt::skip]
 pub(crate) fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
     vec![
-        row("evolution.strategy.sigma", "", Number(1e-6, 1e6), "ours; 0.02 in evorobotpy2 with open-es",
-            "Standard deviation of the samples, of cma-es and sep-cma-es in the beginning, in halves of the initial range; default: 0.5, but 0.02 with open-es.", |values, _| Some(&mut values.as_mut().strategy()?.sigma)),
+        row("evolution.strategy.sigma", "", Number(1e-6, 1e6), "ours (docs/optimisers.md); 0.02 in evorobotpy2 with open-es",
+            "Standard deviation of the samples, of cma-es and sep-cma-es in the beginning, in halves of the initial range; default: 0.5, but 0.8 with open-es.", |values, _| Some(&mut values.as_mut().strategy()?.sigma)),
         row("evolution.strategy.active", "", Any, "Hansen 2016, and the package cma 4.5.0",
             "Whether the worse half of the samples takes from the covariances.", |values, _| Some(&mut values.as_mut().if_adapts_covariances()?.active)),
         row("evolution.strategy.restarts", "", Any, "Hansen 2016, appendix B.3",
             "Whether a strategy that can't go on or has not risen for long begins again elsewhere, with as many individuals.", |values, _| Some(&mut values.as_mut().if_adapts_covariances()?.restarts)),
-        row("evolution.strategy.learning_rate", "", Number(1e-9, 1e3), "evorobotpy2",
-            "Adam's step, in halves of the initial range.", |values, _| Some(&mut values.as_mut().if_follows_gradient()?.learning_rate)),
+        row("evolution.strategy.learning_rate", "", Number(1e-9, 1e3), "ours (docs/optimisers.md); 0.01 in evorobotpy2",
+            "Adam's step, in halves of the initial range; default: 0.3.", |values, _| Some(&mut values.as_mut().if_follows_gradient()?.learning_rate)),
         row("evolution.strategy.weight_decay", "", Number(0.0, 1e3), "Salimans et al. 2017",
             "Pull to the middle of the initial range: this fraction of the distance is subtracted from the gradient.", |values, _| Some(&mut values.as_mut().if_follows_gradient()?.weight_decay)),
     ]

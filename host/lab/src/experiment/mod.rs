@@ -1,6 +1,8 @@
 //! An experiment: a run's complete configuration except its seed, from one TOML file.
 
+mod budget;
 mod check;
+pub(crate) mod degrees;
 pub mod examples;
 mod inputs;
 pub mod kinds;
@@ -30,7 +32,7 @@ pub use inputs::{Content, Files, Input};
 use kinds::FileKind;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_evolve as evolve;
-use oneiro_evolve::settings::Kind;
+use oneiro_evolve::settings::{Course, Episodes, Kind, MOST_GENERATIONS};
 use oneiro_evolve::{Evolution, Population};
 pub use settings::GREATEST_SEED;
 use settings::{Settings, Transfer};
@@ -81,7 +83,7 @@ impl Experiment {
     /// # Errors
     /// As [`Experiment::read`].
     pub fn of(path: &Path, file: &Parsed<'_>, set: &[Setting], files: &Files) -> Result<Self> {
-        let (given, source): (Table, _) = Source::read(file, set)?;
+        let (given, source) = degrees::read::<Settings>(file, set)?;
         let mut given = robots::described(given, &source)?;
         loop {
             match Self::made(path, &given, &source, files)? {
@@ -104,7 +106,7 @@ impl Experiment {
         (by, is_used): (&str, &dyn Fn(&str) -> bool),
     ) -> Result<Self> {
         let own = Self::of(path, file, set, files)?;
-        let (_, source): (Table, _) = Source::read(file, set)?;
+        let (_, source) = degrees::read::<Settings>(file, set)?;
         let is_of_runs = |key: &str| ["name", SEED, "files"].contains(&key) || key.starts_with("record.");
         let is_used = |key: &str| is_used(key) || is_of_runs(key) && !source.is_set(key);
         needs::check_used(&mut own.settings.clone(), &source, &is_used, by)?;
@@ -117,6 +119,16 @@ impl Experiment {
     /// As [`Experiment::read`].
     fn made(path: &Path, given: &Table, source: &Source<'_>, files: &Files) -> Result<Made> {
         let mut settings = Settings::default();
+        let is_given = |key: &str| values::at(given, key).is_some();
+        for other in FOLLOWING {
+            if is_given(BUDGET) && is_given(other) {
+                return Ok(Made::Without(vec![source.outranked([BUDGET, other])?.to_owned()]));
+            }
+        }
+        if is_given(BUDGET) {
+            // Their number follows.
+            settings.evolution.generations = MOST_GENERATIONS;
+        }
         values::read(given, &mut settings, source)?;
         if settings.name.is_empty() {
             settings.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -157,6 +169,17 @@ impl Experiment {
         settings
             .evolution
             .complete(world.genes(), settings.trials, has_population);
+        let course = course(&settings, world.genes());
+        settings.evolution.spend(course, &is_given).map_err(refused)?;
+        if let Some(real) = &mut settings.reality.generations
+            && is_given(BUDGET)
+        {
+            let generations = settings.evolution.generations;
+            if is_given("reality.generations") {
+                source.within("reality.generations", *real, &(1..=generations))?;
+            }
+            *real = (*real).min(generations);
+        }
         let needless = needs::check(needs::of_world(&world), given, &mut settings, source)?;
         if !needless.is_empty() {
             return Ok(Made::Without(needless));
@@ -179,7 +202,12 @@ impl Experiment {
             seed: Some(0),
             ..settings.clone()
         };
-        let values = values::table(&mut with_seed, given);
+        let mut values = values::table(&mut with_seed, given);
+        if settings.evolution.budget.is_some() {
+            for key in FOLLOWING {
+                values::remove(&mut values, key);
+            }
+        }
         Ok(Made::Whole(Box::new(Self {
             settings,
             values,
@@ -257,15 +285,25 @@ impl Experiment {
 
     /// Number of individuals that are re-evaluated after the last generation: the luckiest of the run and the best others.
     pub fn finalists(&self) -> u32 {
-        // On a connected robot they would take days.
-        let is_wired = self.site().is_some_and(|site| site.is_wired());
-        match self.settings.finalists.count {
-            _ if is_wired => 0,
-            0 => 0,
-            // The last pair alone.
-            _ if self.settings.evolution.is_coevolution() => 1,
-            count => 1 + count.min(self.settings.evolution.population),
-        }
+        let Course { genes, finalists, .. } = self.course();
+        self.settings.evolution.finalists(finalists, genes)
+    }
+
+    /// What its episodes depend on besides the optimiser.
+    fn course(&self) -> Course {
+        course(&self.settings, self.world.genes())
+    }
+
+    /// Episodes of a run that decide its results, at most.
+    pub fn episodes(&self) -> Episodes {
+        self.settings.evolution.episodes(self.course())
+    }
+
+    /// What the optimiser makes of `evolution.episodes`, in words; none if they are not given.
+    pub fn budget(&self) -> Option<String> {
+        let evolution = &self.settings.evolution;
+        let budget = evolution.budget?;
+        Some(budget::words(budget, self.episodes(), evolution, self.course()))
     }
 
     /// The first generation that is evaluated on the robot of [`settings::Transfer`], if there is one.
@@ -296,19 +334,8 @@ impl Experiment {
     /// Robot-steps of a run, excluding its trace. (If a whole population are finalists, the luckiest may be one of
     /// them; then there is one less.)
     pub fn steps(&self) -> u64 {
-        let Settings {
-            evolution,
-            trials,
-            finalists,
-            ..
-        } = &self.settings;
-        let again = u64::from(self.finalists()) * u64::from(finalists.lives);
-        let lives = evolution
-            .evaluations()
-            .saturating_mul((*trials).into())
-            .saturating_add(again);
         let steps = u64::from(self.world.cycles()) * u64::from(self.world.robots());
-        lives.saturating_mul(steps)
+        self.episodes().total().saturating_mul(steps)
     }
 
     /// Approximate memory of a run in progress, in bytes.
@@ -364,6 +391,23 @@ impl Experiment {
             evolution.remove("finalist_lives");
         }
         Identities::new(&text(&values))
+    }
+}
+
+/// The budget, and keys whose values follow from it.
+const BUDGET: &str = "evolution.episodes";
+const FOLLOWING: [&str; 2] = ["evolution.generations", "evolution.race.lives"];
+
+/// What the episodes of a run depend on besides the optimiser.
+fn course(settings: &Settings, genes: usize) -> Course {
+    let site = settings.reality.site().ok().flatten();
+    // On a connected robot finalists would take days.
+    let is_wired = site.is_some_and(|site| site.is_wired());
+    Course {
+        genes,
+        trials: settings.trials,
+        finalists: if is_wired { 0 } else { settings.finalists.count },
+        finalist_episodes: settings.finalists.lives,
     }
 }
 

@@ -177,7 +177,7 @@ impl Entry {
             .only_with
             .as_ref()
             .map_or_else(String::new, |words| format!("; only with {} = {words}", self.kind));
-        format!("{} Allowed: {allowed}{}{only}.", self.about, unit_words(self.unit))
+        format!("{} Allowed: {allowed}{}{only}.", self.about, unit_words(self.key, self.unit))
     }
 }
 
@@ -391,7 +391,7 @@ pub fn tables() -> String {
 fn line(entry: &Entry) -> String {
     let words = entry.choices.iter().map(|(word, about)| format!("`{word}`: {about}"));
     let allowed = if entry.choices.is_empty() {
-        format!("{}{}", entry.allowed, unit_words(entry.unit))
+        format!("{}{}", entry.allowed, unit_words(entry.key, entry.unit))
     } else {
         words.collect::<Vec<_>>().join("; ")
     };

@@ -227,6 +227,46 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// Renames keys that have a second name: `name` returns the first one. Returns each second name that is given, and the first one
+    /// if no text of a higher rank gives that.
+    ///
+    /// # Errors
+    /// Exit 3: a key that texts of one rank give by both names.
+    pub(super) fn renamed(&mut self, name: fn(&str) -> Option<String>) -> Result<Vec<(String, Option<String>)>> {
+        let texts = std::iter::once(self.file.text).chain(self.set.iter().map(|text| &*text.content));
+        // Keys are listed only if there is something to rename: a sweep has many cells.
+        if !texts.into_iter().any(|text| text.contains("_deg")) {
+            return Ok(Vec::new());
+        }
+        let named = |path: &String| Some((path.clone(), name(path)?));
+        let seconds: Vec<(String, String)> = self.keys().iter().filter_map(|key| named(&key.path)).collect();
+        let mut renamed = Vec::with_capacity(seconds.len());
+        for (second, first) in seconds {
+            let rank = self.rank_of(&second);
+            if self.rank_of(&first) == rank {
+                let [place, other] = [&second, &first].map(|key| self.place_of(key));
+                return Err(Self::conflict(&second, &place, &first, &other));
+            }
+            let is_used = self.rank_of(&first) < rank;
+            let replaced = if is_used { &first } else { &second };
+            let is_replaced = |path: &str| {
+                let rest = path.strip_prefix(replaced.as_str());
+                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+            };
+            let keys = self.keys.get_mut().expect("keys are listed");
+            keys.retain(|key| !is_replaced(&key.path));
+            for key in keys.iter_mut().filter(|_| is_used) {
+                if let Some(rest) = key.path.strip_prefix(&second)
+                    && (rest.is_empty() || rest.starts_with('['))
+                {
+                    key.path = format!("{first}{rest}");
+                }
+            }
+            renamed.push((second, is_used.then_some(first)));
+        }
+        Ok(renamed)
+    }
+
     /// Merges all values, with places as offsets into all texts together.
     fn merged(&self) -> Result<Spanned<DeTable<'_>>> {
         let mut whole = self.file.values.clone();
@@ -317,6 +357,25 @@ impl<'a> Source<'a> {
             self.left_out.borrow_mut().insert(key.to_owned(), refused.to_string());
         }
         Ok(())
+    }
+
+    /// Of two keys that contradict each other, that of the lower rank, which is left out.
+    ///
+    /// # Errors
+    /// Exit 3 if both have the same rank.
+    pub(crate) fn outranked<'k>(&self, keys: [&'k str; 2]) -> Result<&'k str> {
+        let [one, other] = keys;
+        let (key, by) = if self.rank_of(one) < self.rank_of(other) {
+            (one, other)
+        } else {
+            (other, one)
+        };
+        let problem = format!("is given beside {by}; allowed: one of them");
+        if self.rank_of(one) == self.rank_of(other) {
+            return Err(self.invalid(key, problem));
+        }
+        self.leave_out(key, &[by], problem)?;
+        Ok(key)
     }
 
     /// Takes the settings that [`Source::leave_out`] has left out.

@@ -10,9 +10,10 @@ use oneiro_base::exit::Result;
 use toml::Table;
 
 use super::check::{Checked, invalid, name};
+use super::degrees;
 use super::needs::{self, Need};
 use super::settings::head;
-use super::source::{LeftOut, Parsed, Setting, Source};
+use super::source::{LeftOut, Parsed, Setting};
 use super::values::{self, Described};
 use super::{Identities, text};
 use crate::swarm::Plan;
@@ -143,7 +144,7 @@ impl SwarmExperiment {
         if own.file.control == Kind::Evolved {
             return Ok(own);
         }
-        let (_, source): (Table, _) = Source::read(text, set)?;
+        let (_, source) = degrees::read::<File>(text, set)?;
         Err(source.invalid(CONTROL, format_args!("{why}; allowed: evolved")))
     }
 
@@ -153,7 +154,7 @@ impl SwarmExperiment {
     /// Exit 3: the file and the line and column in it (or the setting), the key, the value found, and the values
     /// allowed.
     pub fn of(path: &Path, text: &Parsed<'_>, set: &[Setting]) -> Result<Self> {
-        let (mut given, source): (Table, _) = Source::read(text, set)?;
+        let (mut given, source) = degrees::read::<File>(text, set)?;
         let mut file = loop {
             let mut file = File::default();
             values::read(&given, &mut file, &source)?;

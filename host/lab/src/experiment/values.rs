@@ -4,6 +4,7 @@ use oneiro::parameter::{Allowed, Datum, Field, Parameter, nearest};
 use oneiro_base::exit::{Failure, Result};
 use toml::{Table, Value};
 
+use super::degrees;
 use super::source::{Source, Unknown};
 
 /// Values that rows describe.
@@ -46,7 +47,7 @@ pub fn read<T: Described>(given: &Table, own: &mut T, source: &Source<'_>) -> Re
             if datum.is_some_and(|datum| is_open(&datum)) && !leaves.iter().any(|leaf| leaf.path == name) {
                 let (table, key) = name.rsplit_once('.').unwrap_or(("", &name));
                 let field = (row.field)(own, index).map(|field| allowed(row, field));
-                let (words, unit) = (field.unwrap_or_default(), unit_words(row.unit));
+                let (words, unit) = (field.unwrap_or_default(), unit_words(row.key, row.unit));
                 return Err(source.invalid(table, format_args!("lacks `{key}`; allowed: {words}{unit}")));
             }
         }
@@ -216,12 +217,15 @@ pub(super) fn allowed<T>(row: &Parameter<T>, field: &dyn Field) -> String {
     }
 }
 
-/// A unit in words that follow a range.
-pub(super) fn unit_words(unit: &str) -> String {
-    if unit.is_empty() {
-        String::new()
-    } else {
-        format!(" ({unit})")
+/// A key's unit in words that follow a range.
+pub(super) fn unit_words(key: &str, unit: &str) -> String {
+    match degrees::name(key, unit) {
+        _ if unit.is_empty() => String::new(),
+        Some(name) => {
+            let name = name.rsplit('.').next().unwrap_or_default();
+            format!(" ({unit}; in degrees: `{name}`)")
+        }
+        None => format!(" ({unit})"),
     }
 }
 

@@ -9,6 +9,7 @@ use oneiro_base::utc::now;
 use serde::{Deserialize, Serialize};
 
 use super::META;
+use crate::runs::Experiment;
 
 /// `meta.json`
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -23,6 +24,9 @@ pub struct Meta {
     pub generation: u32,
     /// Total number of generations.
     pub generations: u32,
+    /// What the run makes of its budget of episodes, in words, if it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub budget: Option<String>,
     /// The best score so far.
     pub best: Option<f32>,
     /// Processes that worked on it, in order.
@@ -82,14 +86,15 @@ impl Session {
 }
 
 impl Meta {
-    /// Notes that a process works on a run of `generations` generations.
-    pub(super) fn begin(directory: &Path, name: &str, seed: u64, generations: u32, session: Session) -> Result<Self> {
+    /// Notes that a process works on a run of an experiment.
+    pub(super) fn begin(directory: &Path, own: &dyn Experiment, seed: u64, session: Session) -> Result<Self> {
         let mut meta = Self::read(directory).unwrap_or_else(|| Self {
-            name: name.into(),
+            name: own.name().into(),
             seed,
+            budget: own.budget(),
             status: Status::Running,
             generation: 0,
-            generations,
+            generations: own.length(),
             best: None,
             sessions: Vec::new(),
         });

@@ -212,7 +212,7 @@ impl Recorder {
             identity: experiment.identities().of(seed),
             tables,
             progress,
-            meta: Meta::begin(directory, experiment.name(), seed, experiment.length(), session)?,
+            meta: Meta::begin(directory, &**experiment, seed, session)?,
         })
     }
 

@@ -57,6 +57,15 @@ pub trait Experiment: Debug + Send + Sync {
     fn length(&self) -> u32;
     /// Robot-steps of a run, excluding its trace.
     fn steps(&self) -> u64;
+    /// Episodes of a run: its budget if it has one, else those that its values make; none for swarms of the foraging study.
+    fn episodes(&self) -> Option<u64> {
+        let own = self.single()?;
+        Some(own.settings().evolution.budget.unwrap_or_else(|| own.episodes().total()))
+    }
+    /// What a run makes of its budget of episodes, in words, if it has one.
+    fn budget(&self) -> Option<String> {
+        self.single().and_then(experiment::Experiment::budget)
+    }
     /// Kernel that its runs begin with.
     fn kernel(&self) -> &'static str;
     /// Approximate memory of a run in progress, in bytes.

@@ -22,7 +22,7 @@ impl Sweep {
     pub fn columns(&self, plan: &Plan) -> Vec<Column> {
         let swept = self.file().axes.iter().flat_map(|axis| {
             axis.keys.iter().enumerate().map(|(index, key)| {
-                let values = axis.levels.iter().map(|level| &level[index].0);
+                let values = axis.levels.iter().filter_map(|level| Some(&level[index].as_ref()?.0));
                 Column::new("", "", SWEPT, holds(values)).named(key.clone())
             })
         });
@@ -31,7 +31,7 @@ impl Sweep {
 }
 
 /// Description of a swept key's column.
-const SWEPT: &str = "the value of this key of the experiment";
+const SWEPT: &str = "the value of this key of the experiment; empty if the run's row of the list lacks it";
 pub(super) static RUN: Column = Column::whole(
     "run",
     "",

@@ -13,7 +13,7 @@
 //! evolution.population = [20, 100]
 //! "evolution.initial, evolution.limits" = [[-1.0, 1.0], [-5.0, 5.0]]      # one value for both keys
 //!
-//! [[list]]                                    # combined with each of these rows, all of the same keys
+//! [[list]]                                    # combined with each of these rows, whose keys may differ
 //! evolution.parents = 5
 //! evolution.elite = 1
 //!
@@ -38,7 +38,9 @@ use rand::distr::Distribution;
 use serde::Deserialize;
 use toml::{Table, Value};
 
+use crate::experiment::degrees::in_turns;
 use crate::experiment::kinds::FileKind;
+use crate::experiment::settings::Settings;
 use crate::experiment::source::{Parsed, Setting, Source};
 use crate::experiment::{GREATEST_SEED, check_name};
 use crate::reality::site::SEVERITY;
@@ -122,9 +124,12 @@ pub struct Axis {
     pub keys: Vec<String>,
     /// Whether all keys always share one value, and so count as one factor.
     pub is_shared: bool,
-    /// For each level, the value of each key with its place in the file.
-    pub levels: Vec<Vec<(Value, String)>>,
+    /// For each level, the value of each key, if it has that.
+    pub levels: Vec<Vec<Option<Placed>>>,
 }
+
+/// A value and its place in the file.
+pub type Placed = (Value, String);
 
 impl Axis {
     /// The keys that distinguish its levels.
@@ -232,10 +237,11 @@ impl SweepFile {
     /// The values that a cell changes in the experiment.
     pub(crate) fn settings(&self, cell: usize) -> Vec<Setting> {
         let swept = self.keys().zip(self.values(cell));
-        let setting = |(key, (value, place)): (&str, &(Value, String))| {
-            Setting::at(place.clone(), key, value).in_folder(&self.folder).swept()
+        let setting = |(key, value): (&str, Option<&Placed>)| {
+            let (value, place) = value?;
+            Some(Setting::at(place.clone(), key, value).in_folder(&self.folder).swept())
         };
-        let swept = swept.map(setting);
+        let swept = swept.filter_map(setting);
         self.set.iter().cloned().chain(swept).collect()
     }
 
@@ -253,13 +259,22 @@ impl SweepFile {
         self.axes.iter().map(|axis| axis.levels.len()).product()
     }
 
+    /// Number of cells that have a value of a swept key; none if it isn't swept.
+    pub(crate) fn cells_with(&self, key: &str) -> Option<usize> {
+        self.axes.iter().find_map(|axis| {
+            let index = axis.keys.iter().position(|own| own == key)?;
+            let levels = axis.levels.iter().filter(|level| level[index].is_some()).count();
+            Some(self.cells() / axis.levels.len() * levels)
+        })
+    }
+
     /// The swept keys, in the order of the axes.
     pub fn keys(&self) -> impl Iterator<Item = &str> {
         self.axes.iter().flat_map(|axis| &axis.keys).map(String::as_str)
     }
 
-    /// Values of the swept keys in a cell, with their places, in the order of [`SweepFile::keys`].
-    pub(crate) fn values(&self, cell: usize) -> Vec<&(Value, String)> {
+    /// Values of the swept keys in a cell, in the order of [`SweepFile::keys`]; none for keys that only other rows of a list have.
+    pub(crate) fn values(&self, cell: usize) -> Vec<Option<&Placed>> {
         let mut rest = cell;
         let mut levels = vec![0; self.axes.len()];
         for (level, axis) in levels.iter_mut().zip(&self.axes).rev() {
@@ -270,6 +285,7 @@ impl SweepFile {
             .iter()
             .zip(levels)
             .flat_map(|(axis, level)| &axis.levels[level])
+            .map(Option::as_ref)
             .collect()
     }
 }
@@ -380,8 +396,8 @@ fn blocks(key: &str, axes: &[Axis], seeds: &[u64], source: &Source<'_>) -> Resul
     };
     let (least, greatest) = (seeds.iter().min().unwrap_or(&0), seeds.iter().max().unwrap_or(&0));
     let mut values: Vec<String> = Vec::new();
-    let mut block = |level: &Vec<(Value, String)>| {
-        let value = level[index].0.to_string();
+    let mut block = |level: &Vec<Option<Placed>>| {
+        let value = level[index].as_ref().map_or_else(String::new, |(value, _)| value.to_string());
         let known = values.iter().position(|known| *known == value).unwrap_or(values.len());
         if known == values.len() {
             values.push(value);
@@ -421,7 +437,7 @@ fn axis(leaf: Leaf, source: &Source<'_>) -> Result<Axis> {
     let keys: Vec<String> = leaf.key.split(',').map(|key| key.trim().to_owned()).collect();
     let level = |(index, value): (usize, Value)| {
         let place = source.place_of(&format!("{path}[{index}]"));
-        vec![(value, place); keys.len()]
+        vec![Some((value, place)); keys.len()]
     };
     Ok(Axis {
         is_shared: true,
@@ -430,39 +446,41 @@ fn axis(leaf: Leaf, source: &Source<'_>) -> Result<Axis> {
     })
 }
 
-/// The axis of the rows of `[[list]]`, if there are any.
+/// The axis of the rows of `[[list]]`, if there are any: its keys are those of all rows.
 fn list(rows: &[Table], source: &Source<'_>) -> Result<Option<Axis>> {
-    let mut axis: Option<Axis> = None;
+    let mut keys: Vec<String> = Vec::new();
+    let mut levels: Vec<Vec<Option<Placed>>> = Vec::new();
     for (index, row) in rows.iter().enumerate() {
         let table = format!("list[{index}]");
-        let mut leaves = leaves(&table, row, source)?;
+        let leaves = leaves(&table, row, source)?;
         if leaves.is_empty() {
             return Err(source.invalid(&table, "is empty; allowed: keys with a value each"));
         }
-        let axis = axis.get_or_insert_with(|| Axis {
-            keys: leaves.iter().map(|leaf| leaf.key.clone()).collect(),
-            is_shared: false,
-            levels: Vec::new(),
-        });
-        let place = |leaf: &Leaf| axis.keys.iter().position(|key| *key == leaf.key);
-        leaves.sort_by_key(|leaf| place(leaf).unwrap_or(usize::MAX));
-        if leaves.iter().map(|leaf| &leaf.key).ne(&axis.keys) {
-            let problem = format!("has other keys than the first row; allowed: {}", axis.keys.join(", "));
-            return Err(source.invalid(&table, problem));
+        let mut level = vec![None; keys.len()];
+        for Leaf { key, value, place } in leaves {
+            match keys.iter().position(|known| *known == key) {
+                Some(known) => level[known] = Some((value, place)),
+                None => {
+                    keys.push(key);
+                    level.push(Some((value, place)));
+                }
+            }
         }
-        let level: Vec<_> = leaves.into_iter().map(|leaf| (leaf.value, leaf.place)).collect();
-        let is_same = |other: &&Vec<(Value, String)>| {
-            other
-                .iter()
-                .map(|(value, _)| value)
-                .eq(level.iter().map(|(value, _)| value))
-        };
-        if axis.levels.iter().find(is_same).is_some() {
+        // Rows above may lack the last keys.
+        let value = |level: &[Option<Placed>], key: usize| Some(level.get(key)?.as_ref()?.0.clone());
+        if levels.iter().any(|other| (0..keys.len()).all(|key| value(other, key) == value(&level, key))) {
             return Err(source.invalid(&table, "is there a second time; allowed: each row once"));
         }
-        axis.levels.push(level);
+        levels.push(level);
     }
-    Ok(axis)
+    for level in &mut levels {
+        level.resize(keys.len(), None);
+    }
+    Ok((!levels.is_empty()).then_some(Axis {
+        keys,
+        is_shared: false,
+        levels,
+    }))
 }
 
 /// A range to draw from.
@@ -558,7 +576,7 @@ fn drawn(random: &WrittenRandom, source: &Source<'_>) -> Result<Axis> {
                 level
                     .into_iter()
                     .zip(&leaves)
-                    .map(|(value, leaf)| (value, leaf.place.clone()))
+                    .map(|(value, leaf)| Some((value, leaf.place.clone())))
                     .collect(),
             );
         }
@@ -581,12 +599,16 @@ fn drawn(random: &WrittenRandom, source: &Source<'_>) -> Result<Axis> {
 /// Refuses keys that occur twice, or together with a part of them.
 fn conflicts(set: &[Leaf], axes: &[Axis]) -> Result {
     let swept = axes.iter().flat_map(|axis| {
-        axis.keys
-            .iter()
-            .zip(&axis.levels[0])
-            .map(|(key, (_, place))| (key, place))
+        axis.keys.iter().enumerate().filter_map(|(index, key)| {
+            let (_, place) = axis.levels.iter().find_map(|level| level[index].as_ref())?;
+            Some((key, place))
+        })
     });
-    let all: Vec<(&String, &String)> = set.iter().map(|leaf| (&leaf.key, &leaf.place)).chain(swept).collect();
+    let all = set.iter().map(|leaf| (&leaf.key, &leaf.place)).chain(swept);
+    // Degrees and turns are one key.
+    let all: Vec<(String, &String)> = all
+        .map(|(key, place)| (in_turns::<Settings>(key).unwrap_or_else(|| key.clone()), place))
+        .collect();
     for (index, (key, place)) in all.iter().enumerate() {
         let holds = |outer: &str, inner: &str| {
             inner
@@ -659,7 +681,8 @@ mod tests {
         );
         assert_eq!(file.cells(), 12);
         let values = |cell| {
-            let words: Vec<String> = file.values(cell).iter().map(|(value, _)| value.to_string()).collect();
+            let values = file.values(cell).into_iter();
+            let words: Vec<String> = values.map(|value| value.map_or("-".into(), |(value, _)| value.to_string())).collect();
             words.join(" ")
         };
         assert_eq!(values(0), "\"u\" 1 0.1 1 1");
@@ -668,6 +691,26 @@ mod tests {
         assert_eq!(values(11), "\"v\" 2 0.2 3 3");
         let factors: Vec<&String> = file.axes.iter().flat_map(Axis::factors).collect();
         assert_eq!(factors, ["b", "c.d", "noise.motor", "a.x"]);
+    }
+
+    #[test]
+    fn rows_of_a_list_may_have_different_keys() {
+        let text = "seeds = [1]\nseeds_by = \"b\"\n[[list]]\na = 1\nb = 2\n[[list]]\nc = 3\nb = 3\n[[list]]\na = 1\n";
+        let file = read(text).unwrap();
+        assert_eq!(file.keys().collect::<Vec<_>>(), ["a", "b", "c"]);
+        let values = |cell| file.values(cell).into_iter().map(|value| value?.0.as_integer()).collect::<Vec<_>>();
+        let rows = [[Some(1), Some(2), None], [None, Some(3), Some(3)], [Some(1), None, None]];
+        assert!((0..3).all(|cell| values(cell) == rows[cell]));
+        assert_eq!((0..3).map(|cell| file.settings(cell).len()).collect::<Vec<_>>(), [2, 2, 1]);
+        // A row without the key has seeds of its own.
+        assert_eq!((0..3).map(|cell| file.seeds_of(cell).next().unwrap()).collect::<Vec<_>>(), [1, 2, 3]);
+        for (more, refused) in [
+            ("[[list]]\na = 1\n", "list[3]: is there a second time"),
+            ("[[list]]\nd = 1\n[grid]\nd.e = [1]\n", "d.e: is already given, as d"),
+        ] {
+            let found = refusal(&format!("{text}{more}"));
+            assert!(found.contains(refused), "{found}");
+        }
     }
 
     /// All levels of the same value share seeds, whatever else is swept.
@@ -712,7 +755,7 @@ mod tests {
         let draws: Vec<[f64; 3]> = (0..1000)
             .map(|cell| {
                 let values = file.values(cell);
-                std::array::from_fn(|key| match &values[key].0 {
+                std::array::from_fn(|key| match &values[key].unwrap().0 {
                     Value::Integer(whole) => *whole as f64,
                     other => other.as_float().unwrap(),
                 })
@@ -733,7 +776,7 @@ mod tests {
     fn few_whole_numbers_are_each_drawn_once() {
         let text = "seeds = [1]\n[random]\nsamples = 4\n[random.ranges]\na = { from = 1, to = 4 }\n";
         let file = read(text).unwrap();
-        let mut drawn: Vec<i64> = (0..4).filter_map(|cell| file.values(cell)[0].0.as_integer()).collect();
+        let mut drawn: Vec<i64> = (0..4).filter_map(|cell| file.values(cell)[0].unwrap().0.as_integer()).collect();
         drawn.sort_unstable();
         assert_eq!(drawn, [1, 2, 3, 4]);
         let refused = refusal(&text.replace("samples = 4", "samples = 5"));
@@ -798,10 +841,6 @@ mod tests {
             (
                 "seeds = [1]\n[set]\na.b = 1\n[grid]\na = [1]",
                 "s.toml:6:6: a: is already given, as a.b (s.toml:4:7)",
-            ),
-            (
-                "seeds = [1]\n[[list]]\na = 1\n[[list]]\nb = 1",
-                "list[1]: has other keys than the first row; allowed: a",
             ),
             (
                 "seeds = [1]\n[[list]]\na = 1\n[[list]]\na = 1",

@@ -26,6 +26,7 @@ pub mod store;
 pub mod tables;
 pub mod work;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -63,6 +64,9 @@ pub struct Plan {
     pub ids: Vec<blake3::Hash>,
     /// Robot-steps of one run of each cell.
     pub steps: Vec<u64>,
+    /// Episodes of one run of each cell: the budget if there is one, else those that its values make; none for swarms of the foraging
+    /// study.
+    pub episodes: Vec<Option<u64>>,
     /// First kernel of each cell's runs.
     pub kernels: Vec<&'static str>,
     /// Maximum memory of a run of any cell, in bytes.
@@ -81,6 +85,20 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// A warning if the cells' runs have different numbers of episodes, so that comparing them compares budgets.
+    pub fn unequal_episodes(&self) -> Option<String> {
+        /// What two numbers of whole generations may differ by.
+        const TOLERANCE: f64 = 0.01;
+        let known: Vec<u64> = self.episodes.iter().flatten().copied().collect();
+        let (fewest, most) = (*known.iter().min()?, *known.iter().max()?);
+        ((most - fewest) as f64 > TOLERANCE * most as f64).then(|| {
+            format!(
+                "runs of different cells have different numbers of episodes, {fewest} to {most}: evolution.episodes gives all \
+                 the same"
+            )
+        })
+    }
+
     /// Total robot-steps of some runs.
     pub fn steps(&self, sweep: &Sweep, runs: impl Iterator<Item = RunIndex>) -> u64 {
         runs.map(|run| self.steps[sweep.cell_of(run)])
@@ -265,6 +283,7 @@ impl Sweep {
                 outcomes,
                 left_out,
                 own.robot_time(),
+                own.episodes(),
             ))
         };
         // All are collected first, so that the error is always the first one, whichever thread found it.
@@ -273,6 +292,7 @@ impl Sweep {
         let mut plan = Plan {
             ids: Vec::with_capacity(self.runs()),
             steps: Vec::with_capacity(cells),
+            episodes: Vec::with_capacity(cells),
             kernels: Vec::with_capacity(cells),
             bytes: 0,
             outcomes: first.outcomes(),
@@ -282,10 +302,13 @@ impl Sweep {
             shown: first.shown(),
             robot_time: None,
         };
-        let mut unused = first.left_out().clone();
+        // Why settings were left out, and in how many cells.
+        let mut unused: BTreeMap<String, (String, usize)> = BTreeMap::new();
         for cell in all {
-            let (ids, steps, kernel, bytes, layout, shown, outcomes, left_out, robots) = cell?;
-            unused.retain(|path, _| left_out.contains_key(path));
+            let (ids, steps, kernel, bytes, layout, shown, outcomes, left_out, robots, episodes) = cell?;
+            for (path, refusal) in left_out {
+                unused.entry(path).or_insert((refusal, 0)).1 += 1;
+            }
             if let Some(time) = robots {
                 plan.robot_time = Some(plan.robot_time.unwrap_or_default().and(ids.len(), time));
             }
@@ -300,11 +323,14 @@ impl Sweep {
             }
             plan.ids.extend(ids);
             plan.steps.push(steps);
+            plan.episodes.push(episodes);
             plan.kernels.push(kernel);
             plan.layouts.push(layout);
             plan.bytes = plan.bytes.max(bytes);
         }
-        if let Some((_, refusal)) = unused.pop_first() {
+        let is_used = |path: &str, unused: usize| unused < self.file.cells_with(path).unwrap_or(cells);
+        let unused = unused.into_iter().find(|(path, (_, unused))| !is_used(path, *unused));
+        if let Some((_, (refusal, _))) = unused {
             return Err(Failure::input(format_args!("{refusal}; no cell of the sweep uses it")));
         }
         self.refuse_twins(&plan)?;
@@ -323,7 +349,9 @@ impl Sweep {
         let place = self
             .file
             .values(self.cell_of(other))
-            .first()
+            .into_iter()
+            .flatten()
+            .next()
             .map(|(_, place)| place.clone());
         Err(Failure::input(format_args!(
             "{}: {} and {} are one experiment; allowed: cells that differ",
@@ -336,7 +364,7 @@ impl Sweep {
     /// Description of a cell: its keys and their values.
     pub fn described(&self, cell: usize) -> String {
         let values = self.file.keys().zip(self.file.values(cell));
-        let words: Vec<String> = values.map(|(key, (value, _))| format!("{key} = {value}")).collect();
-        words.join(", ")
+        let words = values.filter_map(|(key, value)| Some(format!("{key} = {}", value?.0)));
+        words.collect::<Vec<_>>().join(", ")
     }
 }

@@ -34,12 +34,12 @@ pub struct Written {
 }
 
 impl Sweep {
-    /// A cell's values as written in the table of results.
+    /// A cell's values as written in the table of results; empty for keys that only other rows of a list have.
     pub fn levels(&self, cell: usize) -> Vec<String> {
         self.file()
             .values(cell)
             .into_iter()
-            .map(|(value, _)| text(value))
+            .map(|value| value.map_or_else(String::new, |(value, _)| text(value)))
             .collect()
     }
 }

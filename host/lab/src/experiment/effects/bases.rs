@@ -233,6 +233,8 @@ kind = 'open-es'
 population = 8
 generations = 3
 finalists = 0
+strategy.sigma = 0.02
+strategy.learning_rate = 0.01
 strategy.weight_decay = 0.1
 ";
 
@@ -276,7 +278,7 @@ cycles = 200
 [evolution]
 kind = 'random'
 population = 4
-generations = 2
+episodes = 12
 finalists = 1
 finalist_lives = 2
 ";

@@ -50,6 +50,8 @@ pub(super) fn run(experiment: &Experiment, picture: Option<&Path>) -> Result<Ans
         "sensors": sensor_counts(&spec.robot).into_iter().collect::<BTreeMap<_, _>>(),
         "genes": experiment.world().genes(),
         "free_share": experiment.world().free_share(),
+        "episodes": experiment.episodes().total(),
+        "budget": experiment.budget(),
         "robot_steps": experiment.steps(),
         "gene_names": experiment.world().gene_layout().names(),
         "gene_ranges": experiment.world().gene_layout().ranges(),
@@ -214,6 +216,7 @@ fn summary(experiment: &Experiment) -> String {
                 breeding(evolution)
             ),
         ),
+        ("budget", experiment.budget().unwrap_or_default()),
         (
             "reality",
             match experiment.first_real() {
@@ -251,7 +254,8 @@ fn summary(experiment: &Experiment) -> String {
             format!("{:.1} million robot-steps a run", experiment.steps() as f64 / 1e6),
         ),
     ];
-    let lines = lines.map(|(what, value)| format!("  {what:<12}{value}\n"));
+    let lines = lines.into_iter().filter(|(_, value)| !value.is_empty());
+    let lines: String = lines.map(|(what, value)| format!("  {what:<12}{value}\n")).collect();
     let (names, ranges) = (world.gene_layout().names(), world.gene_layout().ranges());
     let genes = names.iter().zip(ranges).enumerate().map(|(gene, (name, range))| {
         let range = range.map_or_else(String::new, |[least, greatest]| format!(", {least} to {greatest}"));
@@ -260,7 +264,7 @@ fn summary(experiment: &Experiment) -> String {
     format!(
         "{} is valid\n{}{}  genes\n{}",
         experiment.name(),
-        lines.concat(),
+        lines,
         value_lines(&spec.own),
         genes.collect::<String>()
     )

@@ -155,8 +155,9 @@ fn range(text: &str) -> Option<[f64; 2]> {
 /// One group for each level, or bins if there are too many levels.
 fn groups(kind: Kind, levels: &[Level], counts: &[usize]) -> Vec<Group> {
     if kind == Kind::Words || levels.len() <= MOST {
+        let label = |text: &str| if text.is_empty() { "not given" } else { text }.to_owned();
         let alone = levels.iter().enumerate().map(|(place, level)| Group {
-            label: level.text.clone(),
+            label: label(&level.text),
             first: place,
             last: place,
         });
