@@ -296,19 +296,16 @@ impl Experiment {
     /// Robot-steps of a run, excluding its trace. (If a whole population are finalists, the luckiest may be one of
     /// them; then there is one less.)
     pub fn steps(&self) -> u64 {
-        let Settings {
-            evolution,
-            trials,
-            finalists,
-            ..
-        } = &self.settings;
-        let again = u64::from(self.finalists()) * u64::from(finalists.lives);
-        let lives = evolution
-            .evaluations()
-            .saturating_mul((*trials).into())
-            .saturating_add(again);
+        let again = u64::from(self.finalists()) * u64::from(self.settings.finalists.lives);
+        let lives = self.episodes().saturating_add(again);
         let steps = u64::from(self.world.cycles()) * u64::from(self.world.robots());
         lives.saturating_mul(steps)
+    }
+
+    /// Episodes by which a run's individuals are selected: without those of finalists.
+    pub fn episodes(&self) -> u64 {
+        let Settings { evolution, trials, .. } = &self.settings;
+        evolution.evaluations().saturating_mul((*trials).into())
     }
 
     /// Approximate memory of a run in progress, in bytes.
@@ -376,6 +373,19 @@ pub struct Difference {
     pub key: String,
     /// Both values as TOML, or a note that there is none.
     pub values: [String; 2],
+}
+
+impl Difference {
+    /// The first key that makes the results of two runs differ, given the text of their `config.toml`.
+    pub(crate) fn of_runs(one: &str, other: &str) -> Option<Self> {
+        let values = |text: &str| {
+            let mut values: Table = text.parse().ok()?;
+            // What is recorded changes no result.
+            values.remove("record");
+            Some(Value::Table(values))
+        };
+        difference("", Some(&values(one)?), Some(&values(other)?))
+    }
 }
 
 /// Finds the first difference between two values of a key.

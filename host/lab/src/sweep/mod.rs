@@ -63,6 +63,8 @@ pub struct Plan {
     pub ids: Vec<blake3::Hash>,
     /// Robot-steps of one run of each cell.
     pub steps: Vec<u64>,
+    /// Episodes by which a run of each cell selects; `None` for swarms with on-board simulators.
+    pub episodes: Vec<Option<u64>>,
     /// First kernel of each cell's runs.
     pub kernels: Vec<&'static str>,
     /// Maximum memory of a run of any cell, in bytes.
@@ -258,6 +260,7 @@ impl Sweep {
             Ok((
                 ids,
                 own.steps(),
+                own.single().map(experiment::Experiment::episodes),
                 own.kernel(),
                 own.bytes(),
                 layout,
@@ -273,6 +276,7 @@ impl Sweep {
         let mut plan = Plan {
             ids: Vec::with_capacity(self.runs()),
             steps: Vec::with_capacity(cells),
+            episodes: Vec::with_capacity(cells),
             kernels: Vec::with_capacity(cells),
             bytes: 0,
             outcomes: first.outcomes(),
@@ -284,7 +288,7 @@ impl Sweep {
         };
         let mut unused = first.left_out().clone();
         for cell in all {
-            let (ids, steps, kernel, bytes, layout, shown, outcomes, left_out, robots) = cell?;
+            let (ids, steps, episodes, kernel, bytes, layout, shown, outcomes, left_out, robots) = cell?;
             unused.retain(|path, _| left_out.contains_key(path));
             if let Some(time) = robots {
                 plan.robot_time = Some(plan.robot_time.unwrap_or_default().and(ids.len(), time));
@@ -300,6 +304,7 @@ impl Sweep {
             }
             plan.ids.extend(ids);
             plan.steps.push(steps);
+            plan.episodes.push(episodes);
             plan.kernels.push(kernel);
             plan.layouts.push(layout);
             plan.bytes = plan.bytes.max(bytes);
