@@ -23,17 +23,17 @@ const SHORTEST: usize = 10;
 pub(crate) fn run(arguments: &List, console: Console) -> Result {
     let mut runs = match &arguments.dir {
         Some(named) => runs(&found(named, &[RUNS, SWEEPS], console)?)?,
-        None => runs(Path::new(RUNS)).map_err(|failure| match failure.code() == Code::Input as u8 {
-            true => no_runs(),
-            false => failure,
-        })?,
+        None => match runs(Path::new(RUNS)) {
+            Err(failure) if failure.code() == Code::Input as u8 => return Err(no_runs()),
+            runs => runs?,
+        },
     };
     sort_by_age(&mut runs);
     let values: Vec<Value> = runs.iter().map(|directory| entry(directory)).collect();
     console.print_answer(&Answer::new(table(&runs, &values, console), values))
 }
 
-/// A row for each run, of at most [`WIDTH`] characters unless its name is longer.
+/// A row for each run, of at most [`WIDTH`] characters unless names are long.
 fn table(runs: &[PathBuf], entries: &[Value], console: Console) -> String {
     let text = |value: &Value| match value {
         Value::Null => "-".to_owned(),
