@@ -246,7 +246,7 @@ fn lists_fit_a_hundred_characters() {
     place.good(&["run", &file, "--seed", "1", "--quiet"]);
     place.good(&["run", &file, "--seed", "2", "--out", "runs/also", "--quiet"]);
     place.good(&["run", "small.toml", "--seed", "1", "--quiet"]);
-    for more in [&[][..], &["."], &["runs/also"], &["runs/also", "--verbose"]] {
+    for more in [&[][..], &["runs"], &["runs/also"], &["runs/also", "--verbose"]] {
         let text = place.good(&[&["list"], more].concat());
         let longest = text.lines().map(|line| line.chars().count()).max().unwrap();
         // A whole hash has 64 digits.
@@ -304,7 +304,7 @@ fn checks_and_plans_say_how_long() {
         .lines()
         .find(|line| line.starts_with("a run takes about "));
     assert!(
-        took.is_some_and(|line| line.ends_with(')') && line.contains(" s here (cpu, ")),
+        took.is_some_and(|line| line.contains(" s here on cpu (")),
         "{}",
         checked.stderr
     );

@@ -5,7 +5,7 @@ use oneiro_base::exit::Result;
 use oneiro_base::files;
 use oneiro_base::progress::meanwhile;
 use oneiro_lab::runs::{self, Experiment};
-use oneiro_lab::sweep::estimate::{Estimate, Timed, estimates, fastest};
+use oneiro_lab::sweep::estimate::{Devices, Estimate, Timed, estimates, fastest};
 
 use super::places::settings_typed;
 use super::sweep::time;
@@ -58,13 +58,14 @@ fn say_how_long(experiment: &dyn Experiment, console: Console) -> Result {
     }
     let work = [Timed::of(experiment, 1)?];
     // Without a device the experiment is still valid.
-    let timed = |name| estimates(&work, (name, None), console.bars()).unwrap_or_default();
-    let mut all = timed(Some("cpu"));
+    let timed = |devices| estimates(&work, &[devices], None, console.bars()).unwrap_or_default();
+    let mut all = timed(Devices::Cpu);
     if fastest(&all).is_none_or(|own| own.seconds > LONG) {
-        all = timed(None);
+        all.extend(timed(Devices::Gpus));
     }
     if let Some(Estimate { seconds, name, .. }) = fastest(&all) {
-        console.say(format!("a run takes about {} here ({name})", time(*seconds)));
+        let device = name.split_once(", ").map_or(&**name, |(_, device)| device);
+        console.say(format!("a run takes about {} here on {device}", time(*seconds)));
     }
     Ok(())
 }

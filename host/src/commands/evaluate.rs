@@ -191,7 +191,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     }
     let first = named.iter().find_map(|own| match own {
         Named::Run(run) => Some(format!("oneiro replay {} --seed {seed}", typed(run.directory()))),
-        Named::Sweep(champions) => Some(format!("oneiro sweep report {}", typed(champions.path()))),
+        Named::Sweep(champions) => Some(format!("oneiro sweep report {}", typed(champions.path().parent()?))),
         Named::File(_) => None,
     });
     console.next(

@@ -162,11 +162,15 @@ pub(super) fn found(path: &Path, folders: &[&str], console: Console) -> Result<P
             )));
         }
     }
+    let is_alike = |own: &Path| match path.extension() {
+        None => own.is_dir(),
+        extension => own.extension() == extension,
+    };
     let nearest = all.iter().find_map(|(folder, start, names)| {
         let words = names.iter().filter_map(|name| name.to_str());
         parameter::nearest(words, start).map(|name| Path::new(folder).join(name))
     });
-    let nearest = nearest.or_else(|| files::nearest(path, |_| true));
+    let nearest = nearest.or_else(|| files::nearest(path, is_alike));
     let hint = match nearest {
         Some(nearest) => format!("; did you mean {}?", nearest.display()),
         None if folders.contains(&RUNS) && !newest_first(Path::new(RUNS)).is_empty() => {

@@ -15,7 +15,7 @@ use oneiro_lab::engine::watcher::{Watch, Watcher};
 use oneiro_lab::record::{RunPlace, Session, Standing, is_locked, standing};
 use oneiro_lab::runs::Shown;
 use oneiro_lab::sweep::contents;
-use oneiro_lab::sweep::estimate::{Estimate, Timed, estimates, fastest};
+use oneiro_lab::sweep::estimate::{Devices, Estimate, Timed, estimates, fastest};
 use oneiro_lab::sweep::file::Axis;
 use oneiro_lab::sweep::journal::{self, Journal, Line};
 use oneiro_lab::sweep::store::{AllFinished, Shard, Store};
@@ -74,8 +74,13 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
     let devices = if arguments.no_estimate {
         Vec::new()
     } else {
-        let named = (arguments.backend.as_deref(), arguments.threads);
-        estimates(&Timed::of_sweep(&sweep, &plan)?, named, console.bars())?
+        // `auto` is whichever of them is faster.
+        let devices: &[Devices<'_>] = match arguments.backend.as_deref() {
+            None | Some("auto") => &[Devices::Cpu, Devices::Gpus],
+            Some(name) => &[Devices::Named(name)],
+        };
+        let cells = Timed::of_sweep(&sweep, &plan)?;
+        estimates(&cells, devices, arguments.threads, console.bars())?
     };
     if let Some(cells) = plan.unequal_budgets() {
         let [least, most] = cells.map(|(cell, episodes)| match sweep.described(cell) {

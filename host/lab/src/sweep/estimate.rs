@@ -81,7 +81,9 @@ impl Timed {
             .iter()
             .map(|&cell| Self::of(&*sweep.cell(cell)?, sweep.runs() as u64))
             .collect::<Result<Vec<_>>>()?;
-        all.iter_mut().for_each(|own| own.cells.clear());
+        for own in &mut all {
+            own.cells.clear();
+        }
         for cell in 0..cells {
             let distance = |&(_, own): &(usize, usize)| (plan.kernels[own] != plan.kernels[cell], own.abs_diff(cell));
             let nearest = timed.iter().copied().enumerate().min_by_key(distance);
@@ -97,20 +99,30 @@ pub fn fastest(estimates: &[Estimate]) -> Option<&Estimate> {
     estimates.iter().min_by(|a, b| a.seconds.total_cmp(&b.seconds))
 }
 
-/// Estimates for the named device, or else for the CPU and for each exact GPU that can be opened.
+/// Devices by their names for `--backend`.
+#[derive(Clone, Copy, Debug)]
+pub enum Devices<'a> {
+    /// One, which has to be there.
+    Named(&'a str),
+    Cpu,
+    /// Exact GPUs that can be opened.
+    Gpus,
+}
+
+/// Estimates for devices, with this many threads of the CPU or one for each processor.
 ///
 /// # Errors
-/// Exit 4 if the named device can't be opened.
-pub fn estimates(all: &[Timed], (named, threads): (Option<&str>, Option<u16>), bars: Bars) -> Result<Vec<Estimate>> {
-    // `auto` is whichever of them is faster.
-    let named = named.filter(|name| *name != "auto");
-    let names = named.map_or_else(
-        || {
-            let gpus = device::gpus_here().into_iter().map(|index| format!("gpu:{index}"));
-            std::iter::once("cpu".to_owned()).chain(gpus).collect()
-        },
-        |name| vec![name.to_owned()],
-    );
+/// Exit 4 if a named device can't be opened.
+pub fn estimates(all: &[Timed], devices: &[Devices<'_>], threads: Option<u16>, bars: Bars) -> Result<Vec<Estimate>> {
+    let names = devices.iter().flat_map(|devices| match devices {
+        Devices::Named(name) => vec![(*name).to_owned()],
+        Devices::Cpu => vec!["cpu".to_owned()],
+        Devices::Gpus => device::gpus_here()
+            .into_iter()
+            .map(|index| format!("gpu:{index}"))
+            .collect(),
+    });
+    let is_needed = devices.iter().any(|devices| matches!(devices, Devices::Named(_)));
     let mut found = Vec::new();
     for name in names {
         let backend = Backend {
@@ -122,7 +134,7 @@ pub fn estimates(all: &[Timed], (named, threads): (Option<&str>, Option<u16>), b
         };
         let mut evaluator = match device::open(&backend) {
             Ok(evaluator) => evaluator,
-            Err(failure) if named.is_some() => return Err(failure),
+            Err(failure) if is_needed => return Err(failure),
             // A device that can't be opened can't do the runs.
             Err(_) => continue,
         };
