@@ -137,30 +137,25 @@ pub(super) fn found(path: &Path, folders: &[&str], console: Console) -> Result<P
         meant.extend(own.map(|name| Path::new(folder).join(name)));
     }
     let shown = path.display();
-    match &meant[..] {
-        [] => {}
-        [only] => {
-            console.say(format!("{shown}: {}", only.display()));
-            return Ok(only.clone());
-        }
-        several => {
-            let names: Vec<String> = several
-                .iter()
-                .take(SHOWN)
-                .map(|path| path.display().to_string())
-                .collect();
-            let more = several.len().saturating_sub(SHOWN);
-            let more = if more > 0 {
-                format!(" and {more} more")
-            } else {
-                String::new()
-            };
-            return Err(Failure::input(format_args!(
-                "{shown}: is the beginning of {} names: {}{more}; allowed: one of them, or enough letters of it",
-                several.len(),
-                names.join(", ")
-            )));
-        }
+    if let [only] = &meant[..] {
+        console.say(format!("{shown}: {}", only.display()));
+        return Ok(only.clone());
+    }
+    if !meant.is_empty() {
+        let names: Vec<String> = meant
+            .iter()
+            .take(SHOWN)
+            .map(|path| path.display().to_string())
+            .collect();
+        let more = match meant.len().saturating_sub(SHOWN) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        return Err(Failure::input(format_args!(
+            "{shown}: is the beginning of {} names: {}{more}; allowed: one of them, or enough letters of it",
+            meant.len(),
+            names.join(", ")
+        )));
     }
     let is_alike = |own: &Path| match path.extension() {
         None => own.is_dir(),
@@ -186,14 +181,12 @@ pub(super) fn found(path: &Path, folders: &[&str], console: Console) -> Result<P
 /// # Errors
 /// As [`found`]; exit 3 if there is no run.
 pub(super) fn named_or_newest(named: Option<&Path>, folders: &[&str], console: Console) -> Result<PathBuf> {
-    match named {
-        Some(path) => found(path, folders, console),
-        None => {
-            let newest = newest_first(Path::new(RUNS)).into_iter().next().ok_or_else(no_runs)?;
-            console.say(format!("the newest run is {}", newest.display()));
-            Ok(newest)
-        }
+    if let Some(path) = named {
+        return found(path, folders, console);
     }
+    let newest = newest_first(Path::new(RUNS)).into_iter().next().ok_or_else(no_runs)?;
+    console.say(format!("the newest run is {}", newest.display()));
+    Ok(newest)
 }
 
 /// For a command that needs a run where there is none.
@@ -230,9 +223,8 @@ fn directories(folder: &Path) -> Vec<PathBuf> {
 
 /// The options that set an experiment's values, each after a blank.
 pub(super) fn settings_typed(set: &[String]) -> String {
-    set.iter()
-        .map(|set| format!(" --set {}", files::for_shell(set)))
-        .collect()
+    let typed = set.iter().flat_map(|set| [" --set ".to_owned(), files::for_shell(set)]);
+    typed.collect()
 }
 
 /// What to type for a directory: its name alone if it is a run or a study of [`RUNS`] or a sweep of [`SWEEPS`], and nothing else has that.

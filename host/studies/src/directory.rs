@@ -160,9 +160,10 @@ fn usual<S: Reproduction>(study: &S, console: Console) -> Result<PathBuf> {
     let mut refused: Option<(PathBuf, Failure)> = None;
     loop {
         let named = directory::named(&name, look)?;
-        match refused.take() {
-            Some((directory, failure)) if directory == named.directory => return Err(failure),
-            _ => {}
+        if let Some((directory, failure)) = refused.take()
+            && directory == named.directory
+        {
+            return Err(failure);
         }
         match Directory::open(&named.directory, study) {
             Ok(_) => {
