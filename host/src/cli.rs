@@ -47,6 +47,9 @@ pub(crate) struct Cli {
     /// Hide all messages but errors, and the progress bar
     #[arg(long, short, global = true, display_order = 901)]
     quiet: bool,
+    /// Show whole hashes instead of 12 digits
+    #[arg(long, short, global = true, display_order = 902)]
+    verbose: bool,
     /// The command.
     #[command(subcommand)]
     command: Command,
@@ -102,6 +105,7 @@ impl Cli {
         let output = Output {
             json: cli.json,
             quiet: cli.quiet,
+            verbose: cli.verbose,
         };
         Ok((output, directories(&command, &matches).map(|()| cli.command)))
     }
@@ -397,7 +401,8 @@ pub(crate) struct Run {
     /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]. May be repeated
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
-    /// The run's directory, or with --seeds the directory of the runs [default: runs/NAME-SEED-HASH]
+    /// The run's directory, or with --seeds the directory of the runs [default: runs/NAME-SEED, or with -b, -c and so on
+    /// if another run has that name]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
 }
@@ -405,9 +410,9 @@ pub(crate) struct Run {
 /// `oneiro resume`
 #[derive(Args, Debug)]
 pub(crate) struct Resume {
-    /// The run's directory, or a directory of runs
+    /// The run: its directory, its name in runs/ or the beginning of that; or a directory of runs [default: the newest run]
     #[arg(value_hint = ValueHint::DirPath)]
-    pub(crate) run_dir: PathBuf,
+    pub(crate) run_dir: Option<PathBuf>,
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
@@ -613,9 +618,9 @@ pub(crate) enum Noise {
 /// `oneiro replay`
 #[derive(Args, Debug)]
 pub(crate) struct Replay {
-    /// The run's directory
+    /// The run: its directory, its name in runs/ or the beginning of that [default: the newest run]
     #[arg(value_hint = ValueHint::DirPath)]
-    pub(crate) run_dir: PathBuf,
+    pub(crate) run_dir: Option<PathBuf>,
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
@@ -654,9 +659,10 @@ pub(crate) struct Replay {
 /// `oneiro verify`
 #[derive(Args, Debug)]
 pub(crate) struct Verify {
-    /// The directory of a run, of several runs, or of a sweep
+    /// The directory of a run, of several runs or of a sweep, its name in runs/ or sweeps/, or the beginning of that
+    /// [default: the newest run]
     #[arg(value_hint = ValueHint::DirPath)]
-    pub(crate) run_dir: PathBuf,
+    pub(crate) run_dir: Option<PathBuf>,
     /// Also evaluate a part of each run's individuals again on this machine, and compare the bits with the record. Of a swarm,
     /// everything is simulated again
     #[arg(long)]
@@ -672,7 +678,7 @@ pub(crate) struct Verify {
 /// `oneiro list`
 #[derive(Args, Debug)]
 pub(crate) struct List {
-    /// A directory of runs [default: runs]
+    /// A directory of runs; the newest run comes first [default: runs]
     #[arg(value_hint = ValueHint::DirPath)]
     pub(crate) dir: Option<PathBuf>,
 }
@@ -1243,7 +1249,7 @@ pub(crate) enum SweepCommand {
         dir: PathBuf,
         /// The run's number, or the beginning of its id
         run: String,
-        /// The run's directory [default: DIR/runs/NAME-SEED-ID]
+        /// The run's directory [default: DIR/runs/run-NUMBER]
         #[arg(long, value_name = "RUN_DIR", value_hint = ValueHint::DirPath)]
         out: Option<PathBuf>,
         /// The device that evaluates.

@@ -854,7 +854,7 @@ fn hashes_are_those_of_what_is_there() {
     ]);
     let swept: Value = serde_json::from_str(&swept).unwrap();
     let hash = swept["hash"].as_str().unwrap();
-    assert!(place.good(&["verify", "swept"]).starts_with(hash));
+    assert!(place.good(&["verify", "swept"]).starts_with(&hash[..12]));
     let other: String = hash.chars().map(|c| if c == 'a' { 'b' } else { c }).collect();
     let sums = place.text("swept/tables.json");
     place.write("swept/tables.json", sums.replace(hash, &other));

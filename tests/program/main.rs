@@ -47,6 +47,8 @@ mod goldens;
 mod kills;
 mod machines;
 #[cfg(feature = "compose")]
+mod named;
+#[cfg(feature = "compose")]
 mod names;
 #[cfg(feature = "native")]
 mod one_hash;

@@ -20,6 +20,8 @@ pub struct Output {
     pub json: bool,
     /// Whether to hide all messages except errors, and the progress bar.
     pub quiet: bool,
+    /// Whether text has whole hashes.
+    pub verbose: bool,
 }
 
 /// Whether progress is shown, on standard error.
@@ -139,6 +141,18 @@ impl Console {
         if !self.output.quiet {
             self.ask(text);
         }
+    }
+
+    /// Says what to type next, unless `--quiet` is given.
+    pub fn next(self, command: impl Display) {
+        self.say(format!("next: {command}"));
+    }
+
+    /// A hash as text shows it: 12 digits, or all with `--verbose`.
+    pub fn hash(self, hash: &str) -> &str {
+        const SHORT: usize = 12;
+        let end = if self.output.verbose { hash.len() } else { SHORT };
+        hash.get(..end).unwrap_or(hash)
     }
 
     /// Prints warnings as messages.

@@ -3,9 +3,12 @@
 pub mod directory;
 
 use std::cmp::Ordering;
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
+
+use oneiro::parameter;
 
 use crate::disk::TEMPORARY;
 use crate::exit::{Failure, Result};
@@ -118,6 +121,42 @@ pub fn by_numbers(a: &Path, b: &Path) -> Ordering {
     parts(a).cmp(parts(b)).then_with(|| a.cmp(b))
 }
 
+/// The path of a file or directory most like one that doesn't exist: each name in it that isn't there is replaced by the most similar one.
+/// `is_meant` accepts files; extensions don't make names similar. `None` if none is similar.
+pub fn nearest(path: &Path, is_meant: impl Fn(&Path) -> bool) -> Option<PathBuf> {
+    let mut found = PathBuf::new();
+    let mut parts = path.components().peekable();
+    while let Some(part) = parts.next() {
+        let next = found.join(part);
+        let is_last = parts.peek().is_none();
+        if !matches!(part, Component::Normal(_)) || next.is_dir() && !is_last {
+            found = next;
+            continue;
+        }
+        let folder = if found.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            &found
+        };
+        let entries = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path());
+        let is_like = |path: &PathBuf| if is_last { is_meant(path) } else { path.is_dir() };
+        let mut names: Vec<PathBuf> = entries
+            .filter(is_like)
+            .filter_map(|path| Some(path.file_name()?.into()))
+            .collect();
+        names.sort_by(|a, b| by_numbers(a, b));
+        let stem = |name: &Path| {
+            let stem = if is_last { name.file_stem() } else { name.file_name() };
+            stem.and_then(OsStr::to_str).unwrap_or_default().to_owned()
+        };
+        let stems: Vec<String> = names.iter().map(|name| stem(name)).collect();
+        let meant = parameter::nearest(stems.iter().map(String::as_str), &stem(Path::new(&part)))?;
+        let at = stems.iter().position(|stem| stem == meant)?;
+        found.push(&names[at]);
+    }
+    Some(found)
+}
+
 /// Part of a path. Of numbers without leading zeros the longer is the greater.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 enum Part<'a> {
@@ -164,7 +203,7 @@ pub fn must_be_svg(option: &str, path: &Path) -> Result {
 /// # Errors
 /// Exit 3.
 pub fn must_end_in(option: &str, path: &Path, extension: &str, written: &str) -> Result {
-    let is_it = |ending: &std::ffi::OsStr| ending.eq_ignore_ascii_case(extension);
+    let is_it = |ending: &OsStr| ending.eq_ignore_ascii_case(extension);
     if path.extension().is_some_and(is_it) {
         return Ok(());
     }
@@ -229,7 +268,7 @@ pub fn write_secret(path: &Path, bytes: &[u8]) -> Result {
 
 /// The name of a new file until it is complete. The next call replaces the rest that a kill has left of it.
 fn unfinished(path: &Path) -> PathBuf {
-    let mut name = std::ffi::OsString::from(".");
+    let mut name = OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
     name.push(TEMPORARY);
     path.with_file_name(name)

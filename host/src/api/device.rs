@@ -73,6 +73,7 @@ pub(super) fn quiet() -> Console {
     Console::new(Output {
         json: true,
         quiet: true,
+        verbose: false,
     })
 }
 

@@ -16,7 +16,7 @@ use super::experiment::Experiment;
 use super::{Counted, Error, Result, Task, device};
 use crate::COMMIT;
 use crate::cli::{Backend, SweepRun};
-use crate::commands::places::{Places, sorted_out};
+use crate::commands::places::{Place, Places, sorted_out};
 use crate::commands::sweep::{self, Means};
 
 /// A finished or stopped run.
@@ -30,16 +30,9 @@ pub struct Run(SavedRun);
 /// exit 75 if the task was stopped: the same call or [`resume`] continues it.
 pub fn run(experiment: &Experiment, seed: u64, out: &Path, backend: &str, task: &Task) -> Result<Run> {
     check_seed(seed)?;
-    let identities = experiment.any().identities();
-    let places = vec![(seed, out.to_owned())];
-    let Places { unfinished, new, .. } = sorted_out(places, |seed| identities.of(seed), device::quiet())?;
-    let new = new.into_iter().map(|(seed, directory)| RunPlace::New {
-        experiment: Arc::clone(experiment.any()),
-        seed,
-        directory,
-    });
-    let unfinished = unfinished.into_iter().map(RunPlace::Saved);
-    all(unfinished.chain(new).collect(), backend, task)?;
+    let places = vec![(seed, Place::Directory(out.to_owned()))];
+    let Places { todo, .. } = sorted_out(places, experiment.any(), device::quiet())?;
+    all(todo, backend, task)?;
     Run::open(out)
 }
 

@@ -70,7 +70,7 @@ pub(crate) struct Miglino1995 {
     /// A file to use instead of the shipped experiments/miglino1995/study.toml: what the study runs, and its arms
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) study: Option<PathBuf>,
-    /// The study's directory. A study that was stopped continues there [default: runs/miglino1995-SEED-HASH]
+    /// The study's directory. A study that was stopped continues there [default: runs/miglino1995-SEED]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
 }
@@ -112,7 +112,7 @@ pub(crate) struct Odowd2014 {
     /// A file to use instead of the shipped experiments/odowd2014/study.toml: what the study runs, and its arms
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) study: Option<PathBuf>,
-    /// The study's directory. A study that was stopped continues there [default: runs/odowd2014-SEED-HASH]
+    /// The study's directory. A study that was stopped continues there [default: runs/odowd2014-SEED]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
 }

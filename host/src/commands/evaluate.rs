@@ -27,6 +27,7 @@ use oneiro_report::numbers::{significant, unsigned_zero};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
+use super::places::{settings_typed, typed};
 use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::{Evaluate, Noise};
 
@@ -53,7 +54,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         return tournament::run(arguments, console);
     }
     let sink = Sink::of(arguments)?;
-    let named = Named::all(&arguments.genomes)?;
+    let named = Named::all(&arguments.genomes, console)?;
     let (experiment, seed) = experiment_and_seed(arguments, &named, true)?;
     let settings = experiment.settings();
     let mut spec = experiment.world().spec().clone();
@@ -112,7 +113,14 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
                 .collect(),
             measures: Vec::new(),
         };
-        return sink.take(&table, console);
+        sink.take(&table, console)?;
+        if let (Some(experiment), Some(lives)) = (&arguments.experiment, &arguments.on_robot.lives) {
+            let [experiment, lives] = [experiment, lives].map(|path| shell(path));
+            console.next(format_args!(
+                "oneiro robot calibrate {experiment} --lives {lives} --out calibration"
+            ));
+        }
+        return Ok(());
     }
     let mut evaluator = arguments.backend.open()?;
     console.say(format!(
@@ -181,7 +189,41 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         describe(directory, "Traces of oneiro", &[entry])?;
         traces.finish()?;
     }
+    let first = named.iter().find_map(|own| match own {
+        Named::Run(run) => Some(format!("oneiro replay {} --seed {seed}", typed(run.directory()))),
+        Named::Sweep(champions) => Some(format!("oneiro sweep report {}", typed(champions.path().parent()?))),
+        Named::File(_) => None,
+    });
+    console.next(
+        first.unwrap_or_else(|| match (&arguments.experiment, &arguments.genomes[..]) {
+            (Some(experiment), []) => format!(
+                "oneiro run {}{} --seed 1",
+                shell(experiment),
+                settings_typed(&arguments.set)
+            ),
+            _ => format!("oneiro evaluate {}", retyped(arguments)),
+        }),
+    );
     Ok(())
+}
+
+fn shell(path: &Path) -> String {
+    files::for_shell(&path.display().to_string())
+}
+
+/// The arguments that name the best of the same genomes.
+fn retyped(arguments: &Evaluate) -> String {
+    let experiment = arguments
+        .experiment
+        .as_ref()
+        .map(|path| shell(path) + " ")
+        .unwrap_or_default();
+    let genomes: Vec<String> = arguments.genomes.iter().map(|path| shell(path)).collect();
+    format!(
+        "{experiment}--best{} --genomes {}",
+        settings_typed(&arguments.set),
+        genomes.join(" ")
+    )
 }
 
 /// The experiment of the command line, or the one that all runs and sweeps share, and the seed of the rollouts. `scores`: whether the

@@ -19,6 +19,7 @@ use oneiro_fleet::fleet::{Outcomes, collect, enough, page, service};
 use oneiro_lab::exchange::radio::key::Key;
 use serde_json::{Value, json};
 
+use super::places::found;
 use crate::cli::{self, FleetCommand, FleetFile, FleetStatus, FleetWork};
 
 /// Runs the subcommand.
@@ -309,6 +310,7 @@ fn merged(fleet: &Fleet, numbers: &[u32], console: Console) -> Result {
 
 /// Writes a page that plays the record of a fleet, or of a twin.
 fn replay(record: &Path, console: Console) -> Result {
+    let record = &found(record, &[], console)?;
     #[cfg(all(unix, feature = "twin"))]
     let page = if record.is_dir() {
         oneiro_fleet::fleet::twin::replay::write(record)?

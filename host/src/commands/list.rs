@@ -11,45 +11,79 @@ use oneiro_lab::experiment::kinds::{is_run, is_sweep};
 use oneiro_lab::record::{SavedRun, State};
 use serde_json::{Value, json};
 
+use super::places::{RUNS, SWEEPS, found, no_runs, sort_by_age, typed};
 use crate::cli::List;
 
-/// The directory of runs that have no other.
-const USUAL: &str = "runs";
+/// Characters of a line, if names allow it.
+const WIDTH: usize = 100;
+/// Characters of an experiment's name that are shown in any case.
+const SHORTEST: usize = 10;
 
 /// Prints one line per run.
 pub(crate) fn run(arguments: &List, console: Console) -> Result {
-    let usual = Path::new(USUAL);
-    if arguments.dir.is_none() && !usual.exists() {
-        return Err(Failure::input(format_args!(
-            "there are no runs here yet, and no directory `{USUAL}`; allowed: the name of a directory with runs"
-        )));
-    }
-    let runs = runs(arguments.dir.as_deref().unwrap_or(usual))?;
-    let runs: Vec<Value> = runs.iter().map(|directory| entry(directory)).collect();
+    let mut runs = match &arguments.dir {
+        Some(named) => runs(&found(named, &[RUNS, SWEEPS], console)?)?,
+        None => match runs(Path::new(RUNS)) {
+            Err(failure) if failure.code() == Code::Input as u8 => return Err(no_runs()),
+            runs => runs?,
+        },
+    };
+    sort_by_age(&mut runs);
+    let values: Vec<Value> = runs.iter().map(|directory| entry(directory)).collect();
+    console.print_answer(&Answer::new(table(&runs, &values, console), values))
+}
+
+/// A row for each run, of at most [`WIDTH`] characters unless names are long.
+fn table(runs: &[PathBuf], entries: &[Value], console: Console) -> String {
     let text = |value: &Value| match value {
         Value::Null => "-".to_owned(),
         Value::String(text) => text.clone(),
         other => other.to_string(),
     };
+    // The usual name of a run has its experiment and its seed.
+    let named = |(directory, entry): (&PathBuf, &Value)| {
+        let usual = format!("{}-{}", text(&entry["name"]), text(&entry["seed"]));
+        let name = directory.file_name().unwrap_or_default().to_string_lossy();
+        entry["name"].is_null() || name.starts_with(&usual)
+    };
+    let is_named = runs.iter().zip(entries).all(named);
     let rows: Vec<Vec<String>> = runs
         .iter()
-        .map(|entry| {
-            let hash: String = text(&entry["result"]).chars().take(12).collect();
+        .zip(entries)
+        .map(|(directory, entry)| {
+            let mut row = vec![typed(directory)];
+            if !is_named {
+                row.extend([text(&entry["name"]), text(&entry["seed"])]);
+            }
             let generations = format!("{}/{}", text(&entry["generation"]), text(&entry["generations"]));
-            let cells = [
-                &entry["directory"],
-                &entry["name"],
-                &entry["seed"],
-                &entry["state"],
-                &entry["best"],
-            ]
-            .map(text);
-            let [directory, name, seed, state, best] = cells;
-            vec![directory, name, seed, state, generations, best, hash]
+            let hash = text(&entry["result"]);
+            row.extend([text(&entry["state"]), generations, text(&entry["best"])]);
+            row.push(console.hash(&hash).to_owned());
+            row
         })
         .collect();
-    let head = ["run", "experiment", "seed", "state", "generations", "best", "result"];
-    console.print_answer(&Answer::new(columns(&head, &rows), runs))
+    let of_experiment = if is_named { &[][..] } else { &["experiment", "seed"] };
+    let head = [&["run"], of_experiment, &["state", "generations", "best", "result"]].concat();
+    let wide = columns(&head, &rows);
+    let beyond = wide
+        .lines()
+        .map(|line| line.chars().count())
+        .max()
+        .unwrap_or_default()
+        .saturating_sub(WIDTH);
+    if is_named || beyond == 0 {
+        return wide;
+    }
+    let longest = rows.iter().map(|row| row[1].chars().count()).max().unwrap_or_default();
+    let allowed = longest.saturating_sub(beyond).max(SHORTEST);
+    let short = |row: &Vec<String>| {
+        let mut row = row.clone();
+        if row[1].chars().count() > allowed {
+            row[1] = row[1].chars().take(allowed - 2).collect::<String>() + "..";
+        }
+        row
+    };
+    columns(&head, &rows.iter().map(short).collect::<Vec<_>>())
 }
 
 /// The runs in a directory, in the order of the numbers in their names; or the directory itself if it is one.

@@ -1,39 +1,57 @@
-//! Directories of runs, and their seeds.
+//! Directories of runs and sweeps: those that commands make, and those that people name.
 
+use std::cmp::Reverse;
+use std::ffi::OsStr;
+use std::fs;
 use std::hash::BuildHasher;
-use std::path::{Path, PathBuf};
+use std::io;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 use std::time::SystemTime;
 
+use oneiro::parameter;
 use oneiro_base::console::Console;
-use oneiro_base::exit::Result;
-use oneiro_lab::record::{Done, SavedRun, Standing, standing};
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
+use oneiro_lab::experiment::kinds::{begun, is_run};
+use oneiro_lab::record::{self, Begun, Done, RunPlace, Standing, standing};
+use oneiro_lab::runs::Experiment;
 
 use crate::cli;
 
-/// The seeds and their runs' directories, and the seed if it was drawn. `own` is the experiment's seed; `name` makes the
-/// default name of a run's directory.
-pub(super) fn seeds_and_places(
-    arguments: &cli::Run,
-    own: Option<u64>,
-    name: impl Fn(u64) -> String,
-) -> (Vec<(u64, PathBuf)>, Option<u64>) {
-    let usual = |seed: u64| Path::new("runs").join(name(seed));
-    if let Some(seeds) = &arguments.seeds {
-        let own = |seed| arguments.out.as_ref().map(|out| out.join(format!("seed-{seed}")));
-        let place = |seed| (seed, own(seed).unwrap_or_else(|| usual(seed)));
-        return (seeds.clone().map(place).collect(), None);
-    }
-    let given = arguments.seed.or(own);
-    let seed = given.unwrap_or_else(drawn_seed);
-    let place = (seed, arguments.out.clone().unwrap_or_else(|| usual(seed)));
-    (vec![place], given.is_none().then_some(seed))
+/// Where runs and studies are unless `--out` names a directory.
+pub(super) const RUNS: &str = "runs";
+/// Where sweeps are then.
+pub(super) const SWEEPS: &str = "sweeps";
+
+/// The place of a run.
+pub(crate) enum Place {
+    /// A directory that somebody has named.
+    Directory(PathBuf),
+    /// A name: its directory, or the next with a letter if another run has that.
+    Name(PathBuf),
 }
 
-/// Runs by their directories: finished ones with their results, those that were begun, and new ones with their seeds.
+/// The seeds and their runs' places, and the seed if it was drawn.
+pub(super) fn seeds_and_places(arguments: &cli::Run, experiment: &dyn Experiment) -> (Vec<(u64, Place)>, Option<u64>) {
+    let usual = |seed: u64| Place::Name(Path::new(RUNS).join(format!("{}-{seed}", experiment.name())));
+    if let Some(seeds) = &arguments.seeds {
+        let place = |seed| match &arguments.out {
+            Some(out) => (seed, Place::Directory(out.join(format!("seed-{seed}")))),
+            None => (seed, usual(seed)),
+        };
+        return (seeds.clone().map(place).collect(), None);
+    }
+    let given = arguments.seed.or(experiment.seed());
+    let seed = given.unwrap_or_else(drawn_seed);
+    let place = arguments.out.clone().map_or_else(|| usual(seed), Place::Directory);
+    (vec![(seed, place)], given.is_none().then_some(seed))
+}
+
+/// Runs by their directories: finished ones with their results, and those to be done, begun ones first.
 pub(crate) struct Places {
     pub(crate) done: Vec<(PathBuf, Done)>,
-    pub(crate) unfinished: Vec<SavedRun>,
-    pub(crate) new: Vec<(u64, PathBuf)>,
+    pub(crate) todo: Vec<RunPlace>,
 }
 
 /// Checks all directories before anything begins.
@@ -41,34 +59,187 @@ pub(crate) struct Places {
 /// # Errors
 /// Exit 3 if one holds something else; exit 5 if one holds a run that was changed after it was finished.
 pub(crate) fn sorted_out(
-    places: Vec<(u64, PathBuf)>,
-    identity: impl Fn(u64) -> blake3::Hash,
+    places: Vec<(u64, Place)>,
+    experiment: &Arc<dyn Experiment>,
     console: Console,
 ) -> Result<Places> {
-    let mut sorted = Places {
-        done: Vec::new(),
-        unfinished: Vec::new(),
-        new: Vec::new(),
-    };
+    let identities = experiment.identities();
+    let (mut done, mut todo, mut new) = (Vec::new(), Vec::new(), Vec::new());
     let all = places.len();
-    for (seed, directory) in places {
-        match standing(&directory, identity(seed))? {
-            Standing::New => sorted.new.push((seed, directory)),
-            Standing::Done(result) => sorted.done.push((directory, result)),
-            Standing::Unfinished(run) => sorted.unfinished.push(run),
+    for (seed, place) in places {
+        let identity = identities.of(seed);
+        let (directory, standing, name) = match place {
+            Place::Directory(directory) => {
+                let standing = standing(&directory, identity)?;
+                (directory, standing, None)
+            }
+            Place::Name(name) => {
+                let named = record::named(&name, &**experiment, seed, identity)?;
+                if let Some(why) = named.why {
+                    console.say(why);
+                }
+                let standing = match named.own {
+                    None => Standing::New,
+                    Some(Begun::Unfinished(run)) => Standing::Unfinished(run),
+                    Some(Begun::Done(done)) => Standing::Done(done),
+                };
+                (named.directory, standing, Some(name))
+            }
+        };
+        match standing {
+            Standing::New => new.push(RunPlace::New {
+                experiment: Arc::clone(experiment),
+                seed,
+                directory,
+                name,
+            }),
+            Standing::Done(result) => done.push((directory, result)),
+            Standing::Unfinished(run) => todo.push(RunPlace::Saved(run)),
         }
     }
-    if !sorted.done.is_empty() {
-        already_done(sorted.done.len(), all, console);
+    if !done.is_empty() {
+        already_done(done.len(), all, console);
     }
-    if !sorted.unfinished.is_empty() {
-        let are = if sorted.unfinished.len() == 1 { "was" } else { "were" };
-        console.say(format!(
-            "{} of {all} runs {are} begun before, and continue",
-            sorted.unfinished.len()
-        ));
+    if !todo.is_empty() {
+        let are = if todo.len() == 1 { "was" } else { "were" };
+        console.say(format!("{} of {all} runs {are} begun before, and continue", todo.len()));
     }
-    Ok(sorted)
+    todo.extend(new);
+    Ok(Places { done, todo })
+}
+
+/// What somebody names: a path, or the name of a directory in one of `folders`, or the beginning of a single such name.
+///
+/// # Errors
+/// Exit 3 if there is none, with the nearest name, or if several names begin so.
+pub(super) fn found(path: &Path, folders: &[&str], console: Console) -> Result<PathBuf> {
+    const SHOWN: usize = 5;
+    let is_missing = |error: io::Error| matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory);
+    if !path.symlink_metadata().is_err_and(is_missing) {
+        return Ok(path.to_owned());
+    }
+    let mut all = Vec::new();
+    for folder in folders {
+        let within = path.strip_prefix(folder).unwrap_or(path);
+        let mut parts = within.components();
+        if let (Some(Component::Normal(name)), None) = (parts.next(), parts.next()) {
+            let names = directories(Path::new(folder));
+            if names.iter().any(|own| own.as_os_str() == name) {
+                return Ok(Path::new(folder).join(name));
+            }
+            all.push((folder, name.to_string_lossy(), names));
+        }
+    }
+    let begins = |start: &str, name: &OsStr| !start.is_empty() && name.as_encoded_bytes().starts_with(start.as_bytes());
+    let mut meant: Vec<PathBuf> = Vec::new();
+    for (folder, start, names) in &all {
+        let own = names.iter().filter(|name| begins(start, name.as_os_str()));
+        meant.extend(own.map(|name| Path::new(folder).join(name)));
+    }
+    let shown = path.display();
+    if let [only] = &meant[..] {
+        console.say(format!("{shown}: {}", only.display()));
+        return Ok(only.clone());
+    }
+    if !meant.is_empty() {
+        let names: Vec<String> = meant
+            .iter()
+            .take(SHOWN)
+            .map(|path| path.display().to_string())
+            .collect();
+        let more = match meant.len().saturating_sub(SHOWN) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        return Err(Failure::input(format_args!(
+            "{shown}: is the beginning of {} names: {}{more}; allowed: one of them, or enough letters of it",
+            meant.len(),
+            names.join(", ")
+        )));
+    }
+    let is_alike = |own: &Path| match path.extension() {
+        None => own.is_dir(),
+        extension => own.extension() == extension,
+    };
+    let nearest = all.iter().find_map(|(folder, start, names)| {
+        let words = names.iter().filter_map(|name| name.to_str());
+        parameter::nearest(words, start).map(|name| Path::new(folder).join(name))
+    });
+    let nearest = nearest.or_else(|| files::nearest(path, is_alike));
+    let hint = match nearest {
+        Some(nearest) => format!("; did you mean {}?", nearest.display()),
+        None if folders.contains(&RUNS) && !newest_first(Path::new(RUNS)).is_empty() => {
+            "; `oneiro list` shows the runs here".to_owned()
+        }
+        None => String::new(),
+    };
+    Err(Failure::input(format_args!("{shown}: does not exist{hint}")))
+}
+
+/// The run or the directory of runs that is named; otherwise the newest run.
+///
+/// # Errors
+/// As [`found`]; exit 3 if there is no run.
+pub(super) fn named_or_newest(named: Option<&Path>, folders: &[&str], console: Console) -> Result<PathBuf> {
+    if let Some(path) = named {
+        return found(path, folders, console);
+    }
+    let newest = newest_first(Path::new(RUNS)).into_iter().next().ok_or_else(no_runs)?;
+    console.say(format!("the newest run is {}", newest.display()));
+    Ok(newest)
+}
+
+/// For a command that needs a run where there is none.
+pub(super) fn no_runs() -> Failure {
+    Failure::input(format_args!(
+        "{RUNS}: has no runs yet; `oneiro run EXPERIMENT.toml --seed 1` makes one, and `oneiro new NAME` writes an experiment"
+    ))
+}
+
+/// The runs in a folder: those that were begun last come first.
+fn newest_first(folder: &Path) -> Vec<PathBuf> {
+    let mut runs: Vec<PathBuf> = directories(folder).into_iter().map(|name| folder.join(name)).collect();
+    runs.retain(|run| is_run(run));
+    sort_by_age(&mut runs);
+    runs
+}
+
+/// Sorts runs: those that were begun last come first. The names decide between those that were begun at the same time.
+pub(super) fn sort_by_age(runs: &mut [PathBuf]) {
+    runs.sort_by(|a, b| files::by_numbers(b, a));
+    runs.sort_by_cached_key(|run| Reverse(begun(run)));
+}
+
+/// The names of the directories in a folder, in the order of the numbers in them; none if it can't be read.
+fn directories(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<PathBuf> = entries
+        .filter(|entry| entry.path().is_dir())
+        .map(|entry| entry.file_name().into())
+        .collect();
+    names.sort_by(|a, b| files::by_numbers(a, b));
+    names
+}
+
+/// The options that set an experiment's values, each after a blank.
+pub(super) fn settings_typed(set: &[String]) -> String {
+    let typed = set.iter().flat_map(|set| [" --set ".to_owned(), files::for_shell(set)]);
+    typed.collect()
+}
+
+/// What to type for a directory: its name alone if it is a run or a study of [`RUNS`] or a sweep of [`SWEEPS`], and nothing else has that.
+pub(super) fn typed(directory: &Path) -> String {
+    let mut name = directory;
+    for folder in [RUNS, SWEEPS] {
+        if let Ok(within) = directory.strip_prefix(folder)
+            && within.components().count() == 1
+            && within.symlink_metadata().is_err()
+            && (folder == RUNS || Path::new(RUNS).join(within).symlink_metadata().is_err())
+        {
+            name = within;
+        }
+    }
+    files::for_shell(&name.display().to_string())
 }
 
 /// Says how many of all runs need not be done again.

@@ -3,15 +3,18 @@
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
 use oneiro_lab::device;
+use oneiro_lab::experiment::GREATEST_SEED;
 use oneiro_lab::record::SavedRun;
 use oneiro_lab::runs::Replay;
 
 use super::list;
+use super::places::{RUNS, named_or_newest, typed};
 use crate::cli;
 
 /// Evaluates the best again, compares it with the record, and draws it.
 pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
-    let run = SavedRun::open(&list::one(&arguments.run_dir)?)?;
+    let named = named_or_newest(arguments.run_dir.as_deref(), &[RUNS], console)?;
+    let run = SavedRun::open(&list::one(&named)?)?;
     let recorded = run.finished()?;
     let replay = Replay {
         out: arguments.out.as_deref().unwrap_or(run.directory()),
@@ -27,5 +30,21 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
     let answer = run.experiment().replay(&recorded, &replay, &engine, console.bars())?;
     console.print_answer(&answer)?;
     device::close(engine, console);
+    let name = typed(run.directory());
+    console.next(match run.experiment().single() {
+        Some(single) if single.settings().evolution.is_coevolution() => {
+            format!("oneiro evaluate --tournament --genomes {name}")
+        }
+        Some(_) => format!(
+            "oneiro evaluate --genomes {name} --trials 100 --seed {} --summary",
+            seed_of_others(run.seed())
+        ),
+        None => format!("oneiro verify {name} --recompute"),
+    });
     Ok(())
+}
+
+/// A seed that a run has not seen.
+fn seed_of_others(seed: u64) -> u64 {
+    if seed == GREATEST_SEED { seed - 1 } else { seed + 1 }
 }

@@ -10,6 +10,8 @@ use oneiro_lab::runs::Summary;
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
+use super::places::{RUNS, typed};
+
 /// Summary of a finished run.
 #[derive(Debug)]
 pub(super) struct Report {
@@ -75,11 +77,11 @@ pub(super) fn print(reports: &[Report], as_list: bool, console: Console) -> Resu
             let text = format!(
                 "{label:<width$}{line}\n{:<width$}{}\n{:<width$}{}",
                 "result",
-                report.result,
+                console.hash(&report.result),
                 "run",
                 report.directory.display()
             );
-            console.print_answer(&Answer::new(text, report))
+            console.print_answer(&Answer::new(text, report))?;
         }
         _ => {
             // Each kind of run has its own columns.
@@ -92,12 +94,54 @@ pub(super) fn print(reports: &[Report], as_list: bool, console: Console) -> Resu
             let row = |report: &Report| {
                 let mut row = vec![report.directory.display().to_string(), report.seed.to_string()];
                 row.extend(names.iter().map(|name| report.cell(name)));
-                row.push(report.result.chars().take(12).collect());
+                row.push(console.hash(&report.result).to_owned());
                 row
             };
             let rows: Vec<Vec<String>> = reports.iter().map(row).collect();
             let head = [&["run", "seed"][..], &names, &["result"]].concat();
-            console.print_answer(&Answer::new(columns(&head, &rows), reports))
+            console.print_answer(&Answer::new(columns(&head, &rows), reports))?;
+        }
+    }
+    say_next(reports, console);
+    Ok(())
+}
+
+/// Says where the results are, and what to type next.
+fn say_next(reports: &[Report], console: Console) {
+    /// Files that people open first.
+    const FILES: [&str; 5] = [
+        "champion.json",
+        "path.svg",
+        "generations.csv",
+        "intervals.csv",
+        "food.csv",
+    ];
+    let word = |report: &Report| if report.specialised.is_some() { "wrote" } else { "see" };
+    match reports {
+        [] => {}
+        [report] => {
+            let directory = &report.directory;
+            let files: Vec<&str> = FILES
+                .into_iter()
+                .filter(|name| directory.join(name).is_file())
+                .collect();
+            console.say(format!(
+                "{} {}: {}",
+                word(report),
+                directory.display(),
+                files.join(", ")
+            ));
+            console.next(format_args!("oneiro replay {}", typed(directory)));
+        }
+        [first, .., last] => {
+            let [from, to] = [first, last].map(|report| report.directory.display());
+            console.say(format!("{} {} runs: {from} to {to}", word(last), reports.len()));
+            let folder = first.directory.parent().unwrap_or(Path::new(""));
+            console.next(match folder.to_str() {
+                Some(RUNS) => "oneiro list".to_owned(),
+                _ if folder.as_os_str().is_empty() => "oneiro list .".to_owned(),
+                _ => format!("oneiro list {}", typed(folder)),
+            });
         }
     }
 }

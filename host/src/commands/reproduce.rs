@@ -1,11 +1,14 @@
 //! `oneiro reproduce`: a paper's whole study.
 
+use std::path::PathBuf;
+
 use oneiro_base::answer::Answer;
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
 use oneiro_lab::reality::site;
 use oneiro_studies::{Findings, Request, miglino1995, odowd2014};
 
+use super::places::{SWEEPS, found};
 use crate::cli::{Miglino1995, Odowd2014, Paper, Reproduce};
 
 /// Runs the requested study.
@@ -17,11 +20,16 @@ pub(crate) fn run(arguments: &Reproduce, console: Console) -> Result {
     console.print_answer(&found?)
 }
 
+/// The directories of sweeps that are named.
+fn sweeps(named: &[PathBuf], console: Console) -> Result<Vec<PathBuf>> {
+    named.iter().map(|sweep| found(sweep, &[SWEEPS], console)).collect()
+}
+
 fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Answer<Findings>> {
     let (file, out) = (arguments.study.as_deref(), arguments.out.as_deref());
     let backend = &arguments.backend.resolve();
     if !arguments.sweeps.is_empty() {
-        return miglino1995::judge_sweeps(&arguments.sweeps, out);
+        return miglino1995::judge_sweeps(&sweeps(&arguments.sweeps, console)?, out);
     }
     if arguments.calibrate {
         return miglino1995::calibrate(file, arguments.seed, backend, console);
@@ -47,7 +55,7 @@ fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Answer<Findings>
 fn of_2014(arguments: &Odowd2014, console: Console) -> Result<Answer<Findings>> {
     let out = arguments.out.as_deref();
     if !arguments.sweeps.is_empty() {
-        return odowd2014::judge_sweeps(&arguments.sweeps, out);
+        return odowd2014::judge_sweeps(&sweeps(&arguments.sweeps, console)?, out);
     }
     let asked = odowd2014::Asked {
         seed: arguments.seed,

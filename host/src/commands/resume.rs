@@ -8,14 +8,15 @@ use oneiro_base::files;
 use oneiro_lab::record::{Done, RunPlace, SavedRun};
 
 use super::list;
-use super::places::already_done;
+use super::places::{RUNS, already_done, named_or_newest};
 use super::report::{self, Report};
 use super::run::run_all;
 use crate::cli;
 
 /// Resumes a run, or all runs of a directory, from their last good checkpoints.
 pub(crate) fn run(arguments: &cli::Resume, console: Console) -> Result {
-    let directories = list::runs(&arguments.run_dir)?;
+    let named = named_or_newest(arguments.run_dir.as_deref(), &[RUNS], console)?;
+    let directories = list::runs(&named)?;
     let mut done = Vec::new();
     let mut saved = Vec::new();
     for directory in &directories {

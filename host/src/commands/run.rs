@@ -1,7 +1,6 @@
 //! `oneiro run`: runs an experiment, once or for many seeds.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
@@ -22,25 +21,13 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
     if let Some(budget) = experiment.budget() {
         console.say(budget);
     }
-    let identities = experiment.identities();
-    let (places, drawn) = seeds_and_places(arguments, experiment.seed(), |seed| {
-        format!("{}-{seed}-{}", experiment.name(), &identities.of(seed).to_hex()[..8])
-    });
-    let Places { done, unfinished, new } = sorted_out(places, |seed| identities.of(seed), console)?;
-    let place = |(seed, directory)| RunPlace::New {
-        experiment: Arc::clone(&experiment),
-        seed,
-        directory,
-    };
-    let new = unfinished
-        .into_iter()
-        .map(RunPlace::Saved)
-        .chain(new.into_iter().map(place));
+    let (places, drawn) = seeds_and_places(arguments, &*experiment);
+    let Places { done, todo } = sorted_out(places, &experiment, console)?;
     let title = match drawn {
         None => experiment.name().to_owned(),
         Some(seed) => format!("{}, seed {seed} (drawn),", experiment.name()),
     };
-    let new = run_all(new.collect(), &title, &arguments.backend, console)?;
+    let new = run_all(todo, &title, &arguments.backend, console)?;
     let read = |(directory, done): &(PathBuf, Done)| Report::read(directory, done);
     let mut reports = done.iter().map(read).collect::<Result<Vec<_>>>()?;
     reports.extend(new);

@@ -17,6 +17,7 @@ use oneiro_lab::sweep::champions::Champions;
 use rayon::prelude::*;
 
 use super::list;
+use super::places::{RUNS, SWEEPS, found};
 
 /// Genomes and their sources.
 pub(super) struct Subjects {
@@ -52,19 +53,20 @@ impl Named {
     ///
     /// # Errors
     /// Exit 3: a directory without a run, a sweep that has no tables yet, or something with swarms.
-    pub(super) fn all(paths: &[PathBuf]) -> Result<Vec<Self>> {
+    pub(super) fn all(paths: &[PathBuf], console: Console) -> Result<Vec<Self>> {
         let mut all = Vec::new();
         for path in paths {
-            if is_sweep(path) {
-                all.push(Self::Sweep(Box::new(Champions::open(path)?)));
+            // A missing one is refused before it is asked which experiment it is of.
+            let path = found(path, &[RUNS, SWEEPS], console)?;
+            if is_sweep(&path) {
+                all.push(Self::Sweep(Box::new(Champions::open(&path)?)));
             } else if path.is_dir() {
-                for directory in list::runs(path)? {
+                for directory in list::runs(&path)? {
                     all.push(Self::Run(Box::new(SingleRun::open(&directory)?)));
                 }
             } else {
-                // A missing one is refused before it is asked which experiment it is of.
-                fs::metadata(path).map_err(|error| Failure::unreadable(path, &error))?;
-                all.push(Self::File(path.clone()));
+                fs::metadata(&path).map_err(|error| Failure::unreadable(&path, &error))?;
+                all.push(Self::File(path));
             }
         }
         Ok(all)

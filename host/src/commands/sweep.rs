@@ -7,6 +7,7 @@ use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns, counted};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
 use oneiro_base::plain;
 use oneiro_base::progress::meanwhile;
 use oneiro_lab::device;
@@ -15,7 +16,7 @@ use oneiro_lab::engine::watcher::{Watch, Watcher};
 use oneiro_lab::record::{RunPlace, Session, Standing, is_locked, standing};
 use oneiro_lab::runs::Shown;
 use oneiro_lab::sweep::contents;
-use oneiro_lab::sweep::estimate::{Estimate, estimates};
+use oneiro_lab::sweep::estimate::{Devices, Estimate, Timed, estimates, fastest};
 use oneiro_lab::sweep::file::Axis;
 use oneiro_lab::sweep::journal::{self, Journal, Line};
 use oneiro_lab::sweep::store::{AllFinished, Shard, Store};
@@ -26,15 +27,13 @@ use serde::{Serialize, Serializer};
 use serde_json::json;
 
 use super::cost::{self, Ceiling};
-use super::places::{already_done, done_of};
+use super::places::{RUNS, SWEEPS, already_done, done_of, found, typed};
 use super::report::Report;
 use super::run::run_all;
 use super::slurm;
 use crate::COMMIT;
 use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
 
-/// Where extracted runs are.
-const RUNS: &str = "runs";
 /// Most runs of a sweep that needs no `--yes`.
 const UNASKED: usize = 10_000;
 /// Runs that a plan shows without `--all`.
@@ -45,14 +44,24 @@ pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
     match &arguments.command {
         SweepCommand::Plan(arguments) => plan(arguments, console),
         SweepCommand::Run(arguments) => sweep(arguments, console),
-        SweepCommand::Status { dir } => console.print_answer(&status(dir)?),
+        SweepCommand::Status { dir } => status(&found(dir, &[SWEEPS], console)?, console),
         SweepCommand::Merge { dirs, out } => {
-            console.print_answer(&of_tables(&merge(dirs, out.as_deref(), console)?, None))
+            let dirs = dirs.iter().map(|dir| found(dir, &[SWEEPS], console));
+            let dirs = dirs.collect::<Result<Vec<_>>>()?;
+            let tables = merge(&dirs, out.as_deref(), console)?;
+            print_tables(&tables, out.as_ref().unwrap_or(&dirs[0]), None, console)
         }
         SweepCommand::Report { dir, outcome, out } => {
-            console.print_answer(&reported(dir, outcome.as_deref(), out.as_deref())?)
+            let dir = found(dir, &[SWEEPS], console)?;
+            let (answer, best) = reported(&dir, outcome.as_deref(), out.as_deref())?;
+            console.print_answer(&answer)?;
+            console.next(format_args!("oneiro sweep extract {} {best}", typed(&dir)));
+            Ok(())
         }
-        SweepCommand::Extract { dir, run, out, backend } => extract(dir, run, out.as_deref(), backend, console),
+        SweepCommand::Extract { dir, run, out, backend } => {
+            let dir = found(dir, &[SWEEPS], console)?;
+            extract(&dir, run, out.as_deref(), backend, console)
+        }
     }
 }
 
@@ -62,14 +71,27 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
     let plan = meanwhile(&format!("checking {all} runs"), console.bars(), || {
         sweep.plan_on_robots()
     })?;
-    console.warn(plan.unequal_episodes().as_slice());
     let steps = plan.steps(&sweep, 0..all as RunIndex);
     let devices = if arguments.no_estimate {
         Vec::new()
     } else {
-        let named = (arguments.backend.as_deref(), arguments.threads);
-        estimates(&sweep, steps, named, console.bars())?
+        // `auto` is whichever of them is faster.
+        let devices: &[Devices<'_>] = match arguments.backend.as_deref() {
+            None | Some("auto") => &[Devices::Cpu, Devices::Gpus],
+            Some(name) => &[Devices::Named(name)],
+        };
+        let cells = Timed::of_sweep(&sweep, &plan)?;
+        estimates(&cells, devices, arguments.threads, console.bars())?
     };
+    if let Some(cells) = plan.unequal_budgets() {
+        let [least, most] = cells.map(|(cell, episodes)| match sweep.described(cell) {
+            words if words.is_empty() => format!("{episodes}"),
+            words => format!("{episodes} ({words})"),
+        });
+        console.warn([format!(
+            "the cells have unequal budgets: {least} to {most} episodes a run; evolution.episodes gives all the same"
+        )]);
+    }
     let cards = if arguments.cards {
         let worlds = sweep.cell(0)?.sample()?;
         meanwhile("counting a cycle's operations", console.bars(), || {
@@ -94,9 +116,15 @@ fn plan(arguments: &SweepPlan, console: Console) -> Result {
         seeds: sweep.file().seeds.len(),
         steps,
     };
-    let shown = if arguments.all { all } else { SHOWN.min(all) };
-    let text = planned.text(shown);
-    console.print_answer(&Answer::new(text, planned))
+    let most = if arguments.all { usize::MAX } else { SHOWN };
+    let text = planned.text(most);
+    console.print_answer(&Answer::new(text, &planned))?;
+    if plan.robot_time.is_none() {
+        let yes = if all > UNASKED { " --yes" } else { "" };
+        let file = files::for_shell(&arguments.sweep.display().to_string());
+        console.next(format_args!("oneiro sweep run {file}{yes}"));
+    }
+    Ok(())
 }
 
 /// What a sweep will do; fields are in the order of the alphabet, as in all JSON of the program.
@@ -132,15 +160,17 @@ impl Serialize for PlannedRuns<'_> {
                 "values": sweep.levels(cell),
                 "seed": sweep.seed_of(run),
                 "steps": plan.steps[cell],
+                "episodes": plan.episodes[cell],
             })
         }))
     }
 }
 
 impl Planned<'_> {
-    /// The plan for people, with the first runs.
-    fn text(&self, shown: usize) -> String {
+    /// The plan for people, with the first runs and cells, at most so many.
+    fn text(&self, most: usize) -> String {
         let PlannedRuns { sweep, plan } = self.runs;
+        let shown = most.min(sweep.runs());
         let row = |run: RunIndex| {
             let cell = sweep.cell_of(run);
             let mut row = vec![run.to_string(), plan.ids[run as usize].to_hex()[..12].to_owned()];
@@ -171,6 +201,10 @@ impl Planned<'_> {
             let rows: Vec<Vec<String>> = self.devices.iter().map(device).collect();
             columns(&["here", "M steps/s", "all runs"], &rows)
         };
+        let cells = match fastest(&self.devices) {
+            Some(fastest) if self.cells > 1 => format!("{}\n", self.of_cells(fastest, most)),
+            _ => String::new(),
+        };
         let elsewhere = if self.cards_at_most.is_empty() {
             String::new()
         } else {
@@ -193,7 +227,7 @@ impl Planned<'_> {
         });
         format!(
             "{}: {}, {} from {} each; {:.4} billion robot-steps; {} of memory for each run in progress\n\n\
-         {}{more}\n{robots}{here}{elsewhere}",
+         {}{more}\n{cells}{robots}{here}{elsewhere}",
             self.name,
             counted(all, "run", "runs"),
             counted(self.cells, "cell", "cells"),
@@ -205,14 +239,35 @@ impl Planned<'_> {
     }
 }
 
+impl Planned<'_> {
+    /// The first cells, with the time that their runs take.
+    fn of_cells(&self, estimate: &Estimate, most: usize) -> String {
+        let PlannedRuns { sweep, plan } = self.runs;
+        let row = |cell: usize| {
+            let mut row = vec![cell.to_string()];
+            row.extend(sweep.levels(cell));
+            row.push(plan.episodes[cell].map_or_else(|| "-".to_owned(), |own| own.to_string()));
+            row.push(time(estimate.cells[cell]));
+            row
+        };
+        let rows: Vec<Vec<String>> = (0..self.cells.min(most)).map(row).collect();
+        let head = [&["cell"], &self.keys[..], &["episodes a run", "all its runs"]].concat();
+        let more = match self.cells.saturating_sub(most) {
+            0 => String::new(),
+            more => format!("... and {more} more; --all lists them\n"),
+        };
+        columns(&head, &rows) + &more
+    }
+}
+
 /// The directory that a sweep is done in.
 pub(super) fn directory(arguments: &SweepRun, sweep: &Sweep) -> PathBuf {
-    let default = || Path::new("sweeps").join(sweep.name());
+    let default = || Path::new(SWEEPS).join(sweep.name());
     arguments.out.clone().unwrap_or_else(default)
 }
 
 /// Formats a duration.
-fn time(seconds: f64) -> String {
+pub(super) fn time(seconds: f64) -> String {
     match seconds {
         s if s < 100.0 => format!("{s:.1} s"),
         s if s < 6000.0 => format!("{:.0} min", s / 60.0),
@@ -268,9 +323,13 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
             store.directory().display()
         );
         let value = json!({"shard": shard.to_string(), "runs": of_shard, "specialised": done.specialised});
-        return console.print_answer(&Answer::new(text, value));
+        console.print_answer(&Answer::new(text, value))?;
+        let word = if done.runs.runs.len() == all { "merge" } else { "status" };
+        console.next(format_args!("oneiro sweep {word} {}", typed(store.directory())));
+        return Ok(());
     }
-    console.print_answer(&of_tables(&done.tables(&sweep, &plan)?, done.specialised))
+    let tables = done.tables(&sweep, &plan)?;
+    print_tables(&tables, done.store.directory(), done.specialised, console)
 }
 
 /// Does a sweep or a shard of it, by means other than the command line's. `arguments` name its directory. A whole sweep has tables.
@@ -387,16 +446,24 @@ fn all_finished(stores: &[Store], plan: &Plan, console: Console) -> Result<AllFi
     Ok(finished)
 }
 
-/// Tables that were written.
-fn of_tables(Written { runs, hash, files }: &Written, specialised: Option<f64>) -> Answer {
+/// Prints which tables of a sweep were written.
+fn print_tables(
+    Written { runs, hash, files }: &Written,
+    directory: &Path,
+    specialised: Option<f64>,
+    console: Console,
+) -> Result {
     let names: Vec<String> = files.iter().map(|file| format!("  {}", file.display())).collect();
-    Answer::new(
-        format!("{}, hash {hash}\n{}", counted(*runs, "run", "runs"), names.join("\n")),
+    let (all, short) = (counted(*runs, "run", "runs"), console.hash(hash));
+    console.print_answer(&Answer::new(
+        format!("{all}, hash {short}\n{}", names.join("\n")),
         json!({"runs": runs, "hash": hash, "files": files, "specialised": specialised}),
-    )
+    ))?;
+    console.next(format_args!("oneiro sweep report {}", typed(directory)));
+    Ok(())
 }
 
-fn status(dir: &Path) -> Result<Answer> {
+fn status(dir: &Path, console: Console) -> Result {
     let store = Store::open(dir)?;
     let made = store.what();
     let mut shards = Vec::new();
@@ -465,10 +532,15 @@ fn status(dir: &Path) -> Result<Answer> {
         "tables": is_merged,
         "shards": shards,
     });
-    Ok(Answer {
+    console.print_answer(&Answer {
         warnings,
         ..Answer::new(text, value)
-    })
+    })?;
+    if done == made.runs {
+        let word = if is_merged { "report" } else { "merge" };
+        console.next(format_args!("oneiro sweep {word} {}", typed(dir)));
+    }
+    Ok(())
 }
 
 /// Progress of a shard.
@@ -508,7 +580,8 @@ pub(crate) fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> R
     }
 }
 
-fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<Answer> {
+/// Writes a report. Also returns the run with the highest outcome.
+fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<(Answer, u64)> {
     let store = Store::open(dir)?;
     let (sweep, plan) = store.sweep()?;
     let results = tables::table(dir, contents::RESULTS)?;
@@ -570,7 +643,7 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<Ans
         disk::write(&out.join(name), text.as_bytes())?;
     }
     let files = files.map(|(name, _)| out.join(name).display().to_string());
-    Ok(Answer::new(files.join("\n"), page.json))
+    Ok((Answer::new(files.join("\n"), page.json), page.best))
 }
 
 fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &cli::Backend, console: Console) -> Result {
@@ -582,10 +655,7 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &cli::Backend, co
     store.finished(Some(&plan.ids), &mut finished)?;
     let known = finished.runs.get(&run).map(|finished| finished.line.result.clone());
     let id = plan.ids[run as usize].to_hex();
-    let directory = out.map_or_else(
-        || dir.join(RUNS).join(format!("{}-{seed}-{}", sweep.name(), &id[..8])),
-        Path::to_owned,
-    );
+    let directory = out.map_or_else(|| dir.join(RUNS).join(format!("run-{run}")), Path::to_owned);
     let experiment = sweep.experiment_of(sweep.cell_of(run))?;
     if out.is_none() {
         disk::make_folder(dir, RUNS)?;
@@ -600,6 +670,7 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &cli::Backend, co
             experiment,
             seed,
             directory: directory.clone(),
+            name: None,
         })?,
         Standing::Unfinished(run) => repeat(RunPlace::Saved(run))?,
         Standing::Done(done) => {
@@ -611,14 +682,18 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &cli::Backend, co
         && known != result
     {
         return Err(Failure::failed(format_args!(
-            "run {run} gave {result} here and {known} in the sweep; one of the machines can't be trusted: \
-             `oneiro device test` tells which"
+            "run {run} gave {} here and {} in the sweep; one of the machines can't be trusted: \
+             `oneiro device test` tells which",
+            console.hash(&result),
+            console.hash(&known)
         )));
     }
     console.print_answer(&Answer::new(
-        format!("run {run}\nresult {result}\n{}", directory.display()),
+        format!("run {run}\nresult {}\n{}", console.hash(&result), directory.display()),
         json!({"run": run, "id": id.as_str(), "result": result, "directory": directory}),
-    ))
+    ))?;
+    console.next(format_args!("oneiro replay {}", typed(&directory)));
+    Ok(())
 }
 
 /// The run that the user selected.

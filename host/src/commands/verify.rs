@@ -12,22 +12,33 @@ use oneiro_lab::sweep::tables::{self, Sums};
 use serde_json::json;
 
 use super::list;
+use super::places::{RUNS, SWEEPS, named_or_newest, typed};
 use crate::cli::Verify;
 
 mod recompute;
 
 /// Checks a run, or each run of a directory. Stops at the first damaged one.
 pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
+    let named = named_or_newest(arguments.run_dir.as_deref(), &[RUNS, SWEEPS], console)?;
+    let name = typed(&named);
     if arguments.recompute {
-        return recompute::run(arguments, &list::runs(&arguments.run_dir)?, console);
+        let runs = list::runs(&named)?;
+        recompute::run(arguments, &runs, console)?;
+        console.next(match &runs[..] {
+            [run] if *run == named => format!("oneiro replay {name}"),
+            _ => format!("oneiro list {name}"),
+        });
+        return Ok(());
     }
-    if is_sweep(&arguments.run_dir) {
-        return sweep(&arguments.run_dir, console);
+    if is_sweep(&named) {
+        sweep(&named, console)?;
+        console.next(format_args!("oneiro sweep report {name}"));
+        return Ok(());
     }
     let mut verified = Vec::new();
-    for directory in list::runs(&arguments.run_dir)? {
+    for directory in list::runs(&named)? {
         let done = record::verify(&directory)?;
-        console.print_text(format!("{}  {}", done.result, directory.display()))?;
+        console.print_text(format!("{}  {}", console.hash(&done.result), directory.display()))?;
         verified.push(json!({
             "directory": directory.display().to_string(),
             "result": done.result,
@@ -37,6 +48,7 @@ pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
     }
     console.print_json(&verified)?;
     console.say(format!("{} intact", counted(verified.len(), "run is", "runs are")));
+    console.next(format_args!("oneiro verify {name} --recompute"));
     Ok(())
 }
 
@@ -44,7 +56,7 @@ pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
 fn sweep(directory: &Path, console: Console) -> Result {
     let Sums { hash, files } = tables::verify(directory)?;
     console.print_answer(&Answer::new(
-        format!("{hash}  {}", directory.display()),
+        format!("{}  {}", console.hash(&hash), directory.display()),
         json!([{
             "directory": directory.display().to_string(),
             "result": hash,

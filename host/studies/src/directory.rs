@@ -4,13 +4,15 @@
 use std::fs::File;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
 
 use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, columns};
 use oneiro_base::contents::{Column, Entry, describe};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::directory::{Form, Holds};
+use oneiro_base::files::directory::{self, Form, Found, Holds};
 use oneiro_base::sealed::{self, Problem};
 use oneiro_lab::device::Backend;
 use oneiro_report::csv::Csv;
@@ -116,7 +118,10 @@ pub(super) fn reproduce<S: Reproduction>(
     console: Console,
 ) -> Result<Answer<Findings>> {
     let main = under(request.arm)?;
-    let out = request.out.map_or_else(|| usual(&main), Path::to_owned);
+    let out = match request.out {
+        Some(out) => out.to_owned(),
+        None => usual(&main, console)?,
+    };
     let (found, claims) = run_study(&main, &out, request.sensitivity, console)?;
     if request.sensitivity {
         let mut arms = Sensitivity {
@@ -142,10 +147,38 @@ pub(super) fn reproduce<S: Reproduction>(
     Ok(verdicts(claims, &out))
 }
 
-/// Default directory of a study.
-fn usual<S: Reproduction>(study: &S) -> PathBuf {
-    let hash = blake3::hash(study.record().as_bytes()).to_hex();
-    PathBuf::from(format!("runs/{}-{}-{}", S::NAME, study.seed(), &hash[..8]))
+/// The directory of a study that nobody has named. It is taken, so that no other study gets it.
+fn usual<S: Reproduction>(study: &S, console: Console) -> Result<PathBuf> {
+    let name = PathBuf::from(format!("runs/{}-{}", S::NAME, study.seed()));
+    let record = study.record();
+    let look = |directory: &Path| match FORM.look(directory)? {
+        Holds::Nothing => Ok(Found::Free),
+        Holds::Other(file) => Ok(Found::Other(format!("holds other files, such as {file}"))),
+        Holds::Mark if disk::read(&directory.join(SETTINGS))? == record.as_bytes() => Ok(Found::Own(())),
+        Holds::Mark => Ok(Found::Other("holds the study with other arguments".into())),
+    };
+    let mut refused: Option<(PathBuf, Failure)> = None;
+    loop {
+        let named = directory::named(&name, look)?;
+        if let Some((directory, failure)) = refused.take()
+            && directory == named.directory
+        {
+            return Err(failure);
+        }
+        match Directory::open(&named.directory, study) {
+            Ok(_) => {
+                if let Some(why) = named.why {
+                    console.say(why);
+                }
+                return Ok(named.directory);
+            }
+            // Another process has just taken it, and is about to write for which study.
+            Err(failure) => {
+                thread::sleep(Duration::from_millis(200));
+                refused = Some((named.directory, failure));
+            }
+        }
+    }
 }
 
 /// Runs one study in its directory and writes all of its files.
@@ -295,7 +328,7 @@ fn verdicts(claims: Vec<Claim>, directory: &Path) -> Answer<Findings> {
     let row = |claim: &Claim| vec![claim.id.clone(), claim.verdict.to_string(), brief(&claim.reasons)];
     let rows: Vec<Vec<String>> = claims.iter().map(row).collect();
     Answer {
-        messages: vec![format!("wrote {}", directory.display())],
+        messages: vec![format!("wrote {}: {REPORT}, {CLAIMS}", directory.display())],
         ..Answer::new(
             columns(&["claim", "verdict", "reason"], &rows),
             Findings::Claims(claims),

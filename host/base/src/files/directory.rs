@@ -100,6 +100,82 @@ fn holds_others(directory: &Path, name: &str, option: &str) -> Failure {
     ))
 }
 
+/// What is in a directory that something could have.
+#[derive(Debug)]
+pub enum Found<T> {
+    Free,
+    /// Its earlier work.
+    Own(T),
+    /// Something else: a description.
+    Other(String),
+}
+
+/// The directory of something that has a name.
+#[derive(Debug)]
+pub struct Named<T> {
+    pub directory: PathBuf,
+    /// Its earlier work there.
+    pub own: Option<T>,
+    /// Why it is not the directory of the plain name: a sentence.
+    pub why: Option<String>,
+}
+
+/// Chooses the directory `name`, or `name-b`, `name-c` and so on: the first with earlier work, else the first that is free.
+///
+/// # Errors
+/// Those of `look`.
+pub fn named<T>(name: &Path, look: impl Fn(&Path) -> Result<Found<T>>) -> Result<Named<T>> {
+    /// Directories that are looked at in any case: an earlier one may have been removed.
+    const LEAST: usize = 26;
+    let (mut free, mut reason) = (None, None);
+    let mut number = 0;
+    loop {
+        let directory = lettered(name, number);
+        let own = match look(&directory)? {
+            Found::Own(own) => Some((directory, Some(own))),
+            Found::Free => {
+                free.get_or_insert(directory);
+                None
+            }
+            Found::Other(other) => {
+                reason.get_or_insert(other);
+                None
+            }
+        };
+        number += 1;
+        let chosen = own.or_else(|| {
+            if number >= LEAST {
+                free.take().map(|free| (free, None))
+            } else {
+                None
+            }
+        });
+        if let Some((directory, own)) = chosen {
+            let why = reason
+                .filter(|_| own.is_none() && directory != name)
+                .map(|reason| format!("{} {reason}, so this goes to {}", name.display(), directory.display()));
+            return Ok(Named { directory, own, why });
+        }
+    }
+}
+
+/// The name itself, then with `-b` to `-z`, `-aa` and so on.
+fn lettered(name: &Path, number: usize) -> PathBuf {
+    let mut letters = Vec::new();
+    let mut rest = number + 1;
+    while rest > 0 {
+        rest -= 1;
+        letters.insert(0, b'a' + (rest % 26) as u8);
+        rest /= 26;
+    }
+    let mut path = name.as_os_str().to_owned();
+    if number > 0 {
+        path.push("-");
+        path.push(String::from_utf8_lossy(&letters).as_ref());
+    }
+    path.into()
+}
+
 /// The names in a directory, in their order; none if it doesn't exist.
 fn names(directory: &Path) -> Result<Vec<String>> {
     let entries = match fs::read_dir(directory) {
@@ -227,6 +303,43 @@ mod tests {
         before: &["early"],
         option: "--out",
     };
+
+    #[test]
+    fn the_first_directory_with_own_work_or_the_first_free_one_is_chosen() {
+        let chosen = |others: &[&str], own: &str| {
+            let named = named(Path::new("runs/x-1"), |path| {
+                let name = path.file_name().unwrap().to_str().unwrap();
+                Ok(match name {
+                    name if name == own => Found::Own(()),
+                    name if others.contains(&name) => Found::Other("has other settings".into()),
+                    _ => Found::Free,
+                })
+            });
+            let named = named.unwrap();
+            assert_eq!(named.own.is_some(), !own.is_empty());
+            assert_eq!(
+                named.why.is_some(),
+                own.is_empty() && !others.is_empty() && others[0] == "x-1"
+            );
+            named.directory.file_name().unwrap().to_str().unwrap().to_owned()
+        };
+        assert_eq!(chosen(&[], ""), "x-1");
+        assert_eq!(chosen(&["x-1", "x-1-b"], ""), "x-1-c");
+        assert_eq!(chosen(&["x-1", "x-1-b"], "x-1-c"), "x-1-c");
+        assert_eq!(chosen(&["x-1-b"], ""), "x-1");
+        // The first was removed since.
+        assert_eq!(chosen(&["x-1-b"], "x-1-d"), "x-1-d");
+        let all: Vec<String> = (0..28)
+            .map(|number| lettered(Path::new("x"), number).display().to_string())
+            .collect();
+        assert_eq!(
+            [&*all[0], &all[1], &all[25], &all[26], &all[27]],
+            ["x", "x-b", "x-z", "x-aa", "x-ab"]
+        );
+        let taken: Vec<String> = all.iter().map(|name| name.replacen('x', "x-1", 1)).collect();
+        let taken: Vec<&str> = taken.iter().map(String::as_str).collect();
+        assert_eq!(chosen(&taken, ""), "x-1-ac");
+    }
 
     /// Shards of a sweep begin at the same time: one may look while another makes the directory.
     #[test]

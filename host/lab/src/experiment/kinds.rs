@@ -4,8 +4,8 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
-use oneiro::parameter::nearest;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 
@@ -19,6 +19,14 @@ pub(crate) const MADE: &str = "sweep.json";
 /// Whether a directory is a run's, readable or not.
 pub fn is_run(directory: &Path) -> bool {
     directory.join(CONFIG).symlink_metadata().is_ok()
+}
+
+/// When a run was begun; `None` if that can't be told.
+pub fn begun(run: &Path) -> Option<SystemTime> {
+    run.join(CONFIG)
+        .symlink_metadata()
+        .and_then(|config| config.modified())
+        .ok()
 }
 
 /// Whether a directory is a sweep's.
@@ -196,25 +204,16 @@ impl FileKind {
 
     /// For a file that doesn't exist, with the one that could be meant.
     fn is_missing(self, path: &Path, error: &io::Error) -> Failure {
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        let files = toml_files(folder);
-        // Equal extensions don't make files similar.
-        let stem = |path: &Path| {
-            path.file_stem()
-                .and_then(|stem| stem.to_str())
-                .unwrap_or_default()
-                .to_owned()
-        };
-        let stems: Vec<String> = files.iter().map(|file| stem(file)).collect();
+        /// Where this project has its experiments.
+        const USUAL: &str = "experiments";
         let failure = Failure::unreadable(path, error);
-        match nearest(stems.iter().map(String::as_str), &stem(path)) {
-            Some(meant) => {
-                let meant = path.with_file_name(format!("{meant}.toml"));
-                failure.and_say(&format!("; did you mean {}?", meant.display()))
-            }
+        let is_toml = |path: &Path| path.extension().is_some_and(|extension| extension == "toml") && path.is_file();
+        let meant = files::nearest(path, is_toml).or_else(|| {
+            let alone = path.components().count() == 1;
+            alone.then(|| files::nearest(&Path::new(USUAL).join(path), is_toml))?
+        });
+        match meant {
+            Some(meant) => failure.and_say(&format!("; did you mean {}?", meant.display())),
             None if self == Self::Experiment => failure.and_say("; `oneiro new NAME` writes an experiment"),
             None => failure,
         }

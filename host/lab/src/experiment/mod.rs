@@ -422,6 +422,19 @@ pub struct Difference {
     pub values: [String; 2],
 }
 
+impl Difference {
+    /// The first key that makes the results of two runs differ, given the text of their `config.toml`.
+    pub(crate) fn of_runs(one: &str, other: &str) -> Option<Self> {
+        let values = |text: &str| {
+            let mut values: Table = text.parse().ok()?;
+            // What is recorded changes no result.
+            values.remove("record");
+            Some(Value::Table(values))
+        };
+        difference("", Some(&values(one)?), Some(&values(other)?))
+    }
+}
+
 /// Finds the first difference between two values of a key.
 fn difference(key: &str, one: Option<&Value>, other: Option<&Value>) -> Option<Difference> {
     if one == other {

@@ -1,15 +1,19 @@
 //! Runs with a directory each, for the engine.
 
-use std::path::PathBuf;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use oneiro_base::console::Console;
 use oneiro_base::console::counted;
 use oneiro_base::exit::Result;
 
-use super::{Done, Recorder, SavedRun, Session};
+use super::{Done, Recorder, SavedRun, Session, is_locked, named};
 use crate::engine::job::{Job, Step};
 use crate::engine::scheduler::{Record, RunNumber, Runs, UnderWay, Waiting};
+use crate::experiment::kinds::is_run;
 use crate::runs::Experiment;
 
 /// A run to be done, and its place.
@@ -21,6 +25,8 @@ pub enum RunPlace {
         seed: u64,
         /// Its future directory.
         directory: PathBuf,
+        /// The name from which the program chose that. If another process takes the directory first, the run gets the next one.
+        name: Option<PathBuf>,
     },
     /// A run that was stopped or killed.
     Saved(SavedRun),
@@ -87,6 +93,16 @@ impl Record<Box<dyn Job>> for Recorder {
     }
 }
 
+/// Waits until the process that has just locked a directory has written which run it is.
+fn wait_for_config(directory: &Path) {
+    const LONGEST: Duration = Duration::from_secs(2);
+    const MOMENT: Duration = Duration::from_millis(20);
+    let began = Instant::now();
+    while !is_run(directory) && is_locked(directory) && began.elapsed() < LONGEST {
+        thread::sleep(MOMENT);
+    }
+}
+
 impl Runs for Directories {
     type Job = Box<dyn Job>;
     type Record = Recorder;
@@ -101,7 +117,29 @@ impl Runs for Directories {
                 experiment,
                 seed,
                 directory,
-            } => Recorder::create(directory, experiment, *seed, session, self.console)?,
+                name,
+            } => {
+                let mut directory = Cow::from(directory);
+                loop {
+                    match (
+                        Recorder::create(&directory, experiment, *seed, session.clone(), self.console),
+                        name,
+                    ) {
+                        (Ok(begun), _) => break begun,
+                        (Err(failure), None) => return Err(failure),
+                        (Err(failure), Some(name)) => {
+                            wait_for_config(&directory);
+                            let identity = experiment.identities().of(*seed);
+                            let named = named(name, &**experiment, *seed, identity)?;
+                            if named.own.is_some() || named.directory == directory {
+                                return Err(failure);
+                            }
+                            self.console.say(named.why.unwrap_or_default());
+                            directory = named.directory.into();
+                        }
+                    }
+                }
+            }
             RunPlace::Saved(saved) => {
                 let (recorder, job, warnings) = Recorder::resume(saved, session, self.console)?;
                 self.console.warn(warnings);

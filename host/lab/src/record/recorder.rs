@@ -7,8 +7,8 @@ use std::sync::Arc;
 use oneiro_base::console::Console;
 use oneiro_base::contents::describe;
 use oneiro_base::disk;
-use oneiro_base::exit::{Failure, Result};
-use oneiro_base::files::directory::Holds;
+use oneiro_base::exit::{Code, Failure, Result};
+use oneiro_base::files::directory::{self, Found, Holds, Named};
 use oneiro_base::sealed::Problem;
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ use super::{CONFIG, Done, FORM, Meta, SavedRun, Session, Status};
 use crate::engine::checkpoint;
 use crate::engine::job::{Job, Progress, Step};
 use crate::engine::log::{Extent, Log, Prefix};
-use crate::experiment::INPUTS;
+use crate::experiment::{Difference, INPUTS};
 use crate::runs::{Experiment, Recording, Table};
 
 /// Checkpoints that are kept: if the newest is damaged, there is one before.
@@ -50,6 +50,66 @@ pub fn standing(directory: &Path, identity: blake3::Hash) -> Result<Standing> {
         )));
     }
     Ok(done.map_or(Standing::Unfinished(run), Standing::Done))
+}
+
+/// A run that was begun before.
+#[derive(Debug)]
+pub enum Begun {
+    Unfinished(SavedRun),
+    Done(Done),
+}
+
+/// Chooses the directory of a run by its name: `name`, or `name-b`, `name-c` and so on if other runs have that.
+///
+/// # Errors
+/// Exit 5 if the run is there, finished and changed since; exit 6 if a directory can't be read.
+pub fn named(name: &Path, experiment: &dyn Experiment, seed: u64, identity: blake3::Hash) -> Result<Named<Begun>> {
+    directory::named(name, |directory| {
+        let is_refused = |failure: &Failure| failure.code() == Code::Input as u8;
+        match FORM.look(directory) {
+            Ok(Holds::Nothing) => return Ok(Found::Free),
+            Ok(Holds::Other(file)) => return Ok(Found::Other(format!("holds other files, such as {file}"))),
+            Ok(Holds::Mark) => {}
+            Err(failure) if is_refused(&failure) => return Ok(Found::Other("is something else".into())),
+            Err(failure) => return Err(failure),
+        }
+        let run = match SavedRun::open(directory) {
+            Ok(run) => run,
+            Err(failure) if is_refused(&failure) => {
+                return Ok(Found::Other("holds a run that this version can't read".into()));
+            }
+            Err(failure) => return Err(failure),
+        };
+        let is_own = run.identity() == identity;
+        match run.done() {
+            Ok(Some(done)) if is_own => Ok(Found::Own(Begun::Done(done))),
+            Ok(None) if is_own => Ok(Found::Own(Begun::Unfinished(run))),
+            Err(failure) if is_own || was_of(directory, identity) => Err(failure),
+            _ => Ok(Found::Other(described(&run, experiment, seed))),
+        }
+    })
+}
+
+/// Whether a finished run was this one before its configuration was changed.
+fn was_of(directory: &Path, identity: blake3::Hash) -> bool {
+    let done = Done::read(directory).ok().flatten();
+    done.is_some_and(|done| done.experiment == identity.to_hex().as_str())
+}
+
+/// How a run differs from one that is wanted.
+fn described(run: &SavedRun, experiment: &dyn Experiment, seed: u64) -> String {
+    const LONGEST: usize = 40;
+    let known = run.experiment().resolved_toml(run.seed());
+    match Difference::of_runs(&known, &experiment.resolved_toml(seed)) {
+        Some(Difference { key, values }) => {
+            let [known, wanted] = values.map(|value| match value.char_indices().nth(LONGEST) {
+                Some((end, _)) => format!("{} ..", &value[..end]),
+                None => value,
+            });
+            format!("holds a run with other settings ({key}: {known} there, {wanted} here)")
+        }
+        None => "holds a run of another experiment".into(),
+    }
 }
 
 /// Writer of a run's directory. While it exists, no other process can write there.

@@ -116,6 +116,7 @@ impl Scratch {
             experiment: Arc::clone(&self.experiment),
             seed,
             directory: self.path.join(directory),
+            name: None,
         }
     }
 
@@ -126,6 +127,7 @@ impl Scratch {
         let console = Console::new(Output {
             json: false,
             quiet: true,
+            verbose: false,
         });
         let mut runs = Directories::new(places, session, console);
         engine.run(

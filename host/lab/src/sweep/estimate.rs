@@ -1,9 +1,9 @@
-//! Estimates the duration of a sweep on each device of this machine by timing a short batch of its first cell.
+//! Estimates the duration of runs on each device of this machine by timing short batches of their episodes.
 
 use std::time::{Duration, Instant};
 
 use oneiro::backend::Options;
-use oneiro::batch::{Rollout, Worlds};
+use oneiro::batch::{Batch, Rollout, Worlds};
 use oneiro::evaluator::{Control, Evaluator};
 use oneiro::random::Key;
 use oneiro_base::console::Bars;
@@ -11,8 +11,9 @@ use oneiro_base::exit::Result;
 use oneiro_base::progress::meanwhile;
 use serde::Serialize;
 
-use super::Sweep;
+use super::{Plan, Sweep};
 use crate::device::{self, Backend};
+use crate::runs::Experiment;
 
 /// A device and its speed.
 #[derive(Clone, Debug, Serialize)]
@@ -22,28 +23,106 @@ pub struct Estimate {
     /// Duration of all runs in seconds.
     pub seconds: f64,
     pub steps_per_second: f64,
+    /// Duration of each cell's runs in seconds.
+    pub cells: Vec<f64>,
 }
 
-/// Estimates for the named device, or else for the CPU and for each exact GPU that can be opened.
+/// Episodes to time, and what they stand for.
+#[derive(Debug)]
+pub struct Timed {
+    worlds: Worlds,
+    /// Maximum number of episodes that a device gets at a time.
+    lives: usize,
+    /// Robot-steps of a run of each cell that these episodes stand for, with the cell and its number of runs.
+    cells: Vec<(usize, u64, u64)>,
+}
+
+impl Timed {
+    /// Some runs of an experiment, at the same time.
+    ///
+    /// # Errors
+    /// Errors of packing its worlds.
+    pub fn of(experiment: &dyn Experiment, runs: u64) -> Result<Self> {
+        let lives = experiment.single().map_or(u64::MAX, |single| {
+            let settings = single.settings();
+            u64::from(settings.evolution.genomes_per_generation())
+                .saturating_mul(settings.trials.into())
+                .saturating_mul(runs)
+        });
+        Ok(Self {
+            worlds: experiment.sample()?,
+            lives: lives.min(MOST as u64) as usize,
+            cells: vec![(0, experiment.steps(), runs)],
+        })
+    }
+
+    /// The cells of a sweep, of which some are timed: the first with each kernel, and others at equal distances. Each of the rest is
+    /// taken to be as fast as the nearest with its kernel.
+    ///
+    /// # Errors
+    /// Exit 3 if a cell is invalid.
+    pub fn of_sweep(sweep: &Sweep, plan: &Plan) -> Result<Vec<Self>> {
+        /// Cells that are timed.
+        const TIMED: usize = 12;
+        let cells = plan.steps.len();
+        let mut timed: Vec<usize> = Vec::new();
+        for cell in 0..cells {
+            let is_known = timed.iter().any(|&own| plan.kernels[own] == plan.kernels[cell]);
+            if !is_known && timed.len() < TIMED {
+                timed.push(cell);
+            }
+        }
+        let step = cells.div_ceil(TIMED);
+        let others: Vec<usize> = (0..cells).step_by(step).filter(|cell| !timed.contains(cell)).collect();
+        timed.extend(others.into_iter().take(TIMED - timed.len()));
+        timed.sort_unstable();
+        let runs = sweep.file().seeds.len() as u64;
+        let mut all = timed
+            .iter()
+            .map(|&cell| Self::of(&*sweep.cell(cell)?, sweep.runs() as u64))
+            .collect::<Result<Vec<_>>>()?;
+        for own in &mut all {
+            own.cells.clear();
+        }
+        for cell in 0..cells {
+            let distance = |&(_, own): &(usize, usize)| (plan.kernels[own] != plan.kernels[cell], own.abs_diff(cell));
+            let nearest = timed.iter().copied().enumerate().min_by_key(distance);
+            let (nearest, _) = nearest.expect("a sweep has a cell");
+            all[nearest].cells.push((cell, plan.steps[cell], runs));
+        }
+        Ok(all)
+    }
+}
+
+/// The estimate of the fastest device.
+pub fn fastest(estimates: &[Estimate]) -> Option<&Estimate> {
+    estimates.iter().min_by(|a, b| a.seconds.total_cmp(&b.seconds))
+}
+
+/// Devices by their names for `--backend`.
+#[derive(Clone, Copy, Debug)]
+pub enum Devices<'a> {
+    /// One, which has to be there.
+    Named(&'a str),
+    Cpu,
+    /// Exact GPUs that can be opened.
+    Gpus,
+}
+
+/// Estimates for devices, with this many threads of the CPU or one for each processor.
 ///
 /// # Errors
-/// Exit 3 if the first cell is invalid, exit 4 if the named device can't be opened.
-pub fn estimates(
-    sweep: &Sweep,
-    steps: u64,
-    (named, threads): (Option<&str>, Option<u16>),
-    bars: Bars,
-) -> Result<Vec<Estimate>> {
-    let worlds = sweep.cell(0)?.sample()?;
-    // `auto` is whichever of them is faster.
-    let named = named.filter(|name| *name != "auto");
-    let names = named.map_or_else(
-        || {
-            let gpus = device::gpus_here().into_iter().map(|index| format!("gpu:{index}"));
-            std::iter::once("cpu".to_owned()).chain(gpus).collect()
-        },
-        |name| vec![name.to_owned()],
-    );
+/// Exit 4 if a named device can't be opened.
+pub fn estimates(all: &[Timed], devices: &[Devices<'_>], threads: Option<u16>, bars: Bars) -> Result<Vec<Estimate>> {
+    let names = devices.iter().flat_map(|devices| match devices {
+        Devices::Named(name) => vec![(*name).to_owned()],
+        Devices::Cpu => vec!["cpu".to_owned()],
+        Devices::Gpus => device::gpus_here()
+            .into_iter()
+            .map(|index| format!("gpu:{index}"))
+            .collect(),
+    });
+    let is_needed = devices.iter().any(|devices| matches!(devices, Devices::Named(_)));
     let mut found = Vec::new();
     for name in names {
         let backend = Backend {
@@ -55,44 +134,107 @@ pub fn estimates(
         };
         let mut evaluator = match device::open(&backend) {
             Ok(evaluator) => evaluator,
-            Err(failure) if named.is_some() => return Err(failure),
-            // A device that can't be opened can't run the sweep.
+            Err(failure) if is_needed => return Err(failure),
+            // A device that can't be opened can't do the runs.
             Err(_) => continue,
         };
-        let Some(rate) = meanwhile(&format!("timing {name}"), bars, || rate(evaluator.as_mut(), &worlds)) else {
-            continue;
-        };
-        found.push(Estimate {
-            name: format!("{name}, {}", device::name(evaluator.as_ref())),
-            steps_per_second: rate,
-            seconds: steps as f64 / rate,
+        let budget = WHOLE / all.len().max(1) as u32;
+        let rates: Option<Vec<f64>> = meanwhile(&format!("timing {name}"), bars, || {
+            all.iter().map(|work| rate(evaluator.as_mut(), work, budget)).collect()
         });
+        let Some(rates) = rates else { continue };
+        let mut estimate = Estimate {
+            name: format!("{name}, {}", device::name(evaluator.as_ref())),
+            seconds: 0.0,
+            steps_per_second: 0.0,
+            cells: vec![0.0; all.iter().map(|work| work.cells.len()).sum()],
+        };
+        let mut steps = 0.0;
+        for (work, rate) in all.iter().zip(rates) {
+            for &(cell, of_run, runs) in &work.cells {
+                let own = of_run as f64 * runs as f64;
+                estimate.cells[cell] = own / rate;
+                estimate.seconds += own / rate;
+                steps += own;
+            }
+        }
+        estimate.steps_per_second = steps / estimate.seconds;
+        found.push(estimate);
     }
     Ok(found)
 }
 
-/// Robot-steps per second. Batches grow until one takes long enough to be timed.
-fn rate(evaluator: &mut dyn Evaluator, worlds: &Worlds) -> Option<f64> {
+/// Time of all batches of a device, without preparation.
+const WHOLE: Duration = Duration::from_millis(400);
+/// Episodes that are timed at most.
+const MOST: usize = 1 << 18;
+
+/// Robot-steps per second. Batches grow until one takes long enough to be timed: first in cycles, then in episodes.
+fn rate(evaluator: &mut dyn Evaluator, work: &Timed, budget: Duration) -> Option<f64> {
     const LONG: Duration = Duration::from_millis(40);
-    const MOST: usize = 1 << 18;
+    let Timed {
+        worlds, lives: most, ..
+    } = work;
     let genes = vec![0.25; worlds.genes()[0]];
-    let mut count = 256;
-    loop {
-        let rollouts: Vec<Rollout<'_>> = (0..count as u64)
+    let batch = |lives: usize, cycles: u32| {
+        let rollouts: Vec<Rollout<'_>> = (0..lives as u64)
             .map(|individual| Rollout {
                 world: 0,
                 genes: &genes,
                 key: Key::rollout(0, 0, individual, 0),
             })
             .collect();
-        let batch = worlds.batch(&rollouts, None).ok()?;
-        let start = Instant::now();
-        evaluator.evaluate(&batch, &Control::new()).ok()?;
-        let took = start.elapsed();
-        // The first batch includes one-time preparation.
-        if count > 256 && (took >= LONG || count >= MOST) {
+        worlds.stretch(&rollouts, 0..cycles, &[], None).ok()
+    };
+    let mut timed = |batch: &Batch| {
+        let began = Instant::now();
+        evaluator.evaluate(batch, &Control::new()).ok()?;
+        Some(began.elapsed())
+    };
+    let whole = worlds
+        .batch(
+            &[Rollout {
+                world: 0,
+                genes: &genes,
+                key: Key::rollout(0, 0, 0, 0),
+            }],
+            None,
+        )
+        .ok()?;
+    let whole = whole.cycles().end;
+    let (mut lives, mut cycles) = (256.min(*most), 8.min(whole));
+    // The first batch includes one-time preparation.
+    timed(&batch(lives, cycles)?)?;
+    let began = Instant::now();
+    loop {
+        let batch = batch(lives, cycles)?;
+        let took = timed(&batch)?;
+        let is_all = cycles == whole && lives == *most;
+        if took >= LONG.min(budget / 2) || is_all || began.elapsed() >= budget {
             return Some(batch.steps() as f64 / took.as_secs_f64());
         }
-        count *= 4;
+        if cycles < whole {
+            cycles = cycles.saturating_mul(8).min(whole);
+        } else {
+            lives = lives.saturating_mul(4).min(*most);
+        }
+    }
+}
+
+impl Plan {
+    /// The cells with the fewest and with the most episodes a run, if comparing cells compares budgets.
+    pub fn unequal_budgets(&self) -> Option<[(usize, u64); 2]> {
+        /// What two numbers of whole generations may differ by.
+        const TOLERANCE: f64 = 0.01;
+        let all = || {
+            self.episodes
+                .iter()
+                .copied()
+                .enumerate()
+                .filter_map(|(cell, own)| Some((cell, own?)))
+        };
+        let least = all().min_by_key(|(_, episodes)| *episodes)?;
+        let most = all().rev().max_by_key(|(_, episodes)| *episodes)?;
+        ((most.1 - least.1) as f64 > TOLERANCE * most.1 as f64).then_some([least, most])
     }
 }

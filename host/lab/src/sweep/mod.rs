@@ -85,20 +85,6 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// A warning if the cells' runs have different numbers of episodes, so that comparing them compares budgets.
-    pub fn unequal_episodes(&self) -> Option<String> {
-        /// What two numbers of whole generations may differ by.
-        const TOLERANCE: f64 = 0.01;
-        let known: Vec<u64> = self.episodes.iter().flatten().copied().collect();
-        let (fewest, most) = (*known.iter().min()?, *known.iter().max()?);
-        ((most - fewest) as f64 > TOLERANCE * most as f64).then(|| {
-            format!(
-                "runs of different cells have different numbers of episodes, {fewest} to {most}: evolution.episodes gives all \
-                 the same"
-            )
-        })
-    }
-
     /// Total robot-steps of some runs.
     pub fn steps(&self, sweep: &Sweep, runs: impl Iterator<Item = RunIndex>) -> u64 {
         runs.map(|run| self.steps[sweep.cell_of(run)])

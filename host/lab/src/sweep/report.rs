@@ -92,6 +92,8 @@ pub struct Report {
     pub cells_csv: String,
     /// A shorter version as JSON.
     pub json: serde_json::Value,
+    /// The number of the run with the highest outcome.
+    pub best: u64,
 }
 
 /// Reads a sweep's tables and makes the report. The table of generations may have any length: only sums are kept.
@@ -115,7 +117,10 @@ pub fn report(tables: &Tables<'_>) -> Result<Report> {
         champions::section(tables, &runs),
         comparisons::section(tables, &runs, &cells, &effects),
     ]);
+    let numbers = runs.all.iter().filter(|run| !run.outcome.is_nan());
+    let best = numbers.max_by(|a, b| a.outcome.total_cmp(&b.outcome));
     Ok(Report {
+        best: best.map_or(0, |run| run.number),
         html: page::document(tables.title, &facts(tables, &runs, &cells), &sections),
         effects_csv: comparisons::csv(&runs, &effects),
         cells_csv: cells.csv(tables, &runs),

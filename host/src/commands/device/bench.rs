@@ -465,6 +465,7 @@ mod tests {
         let console = Console::new(oneiro_base::console::Output {
             json: false,
             quiet: true,
+            verbose: false,
         });
         let (cells, firsts) = measure(&Timed::khepera().unwrap(), &[Candidate::scalar(1)], &plan, console).unwrap();
         assert_eq!((cells.len(), firsts.len()), (1, 1));

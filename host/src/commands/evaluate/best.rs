@@ -16,14 +16,17 @@ use oneiro_report::numbers::{significant, to_six_places};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::experiment_and_seed;
+use super::{experiment_and_seed, retyped, shell};
 use crate::cli::Evaluate;
+use crate::commands::places::{settings_typed, typed};
 use crate::commands::subjects::{Named, Subjects, Which};
 
 /// Episodes of each genome without `--trials`.
 const EPISODES: u32 = 100;
 /// Generation in the keys of the lives, which no run uses for its evolution or its finalists.
 const GENERATION: u64 = (1 << 32) + 1;
+/// A file to write the best genome to.
+const BEST: &str = "best.json";
 /// Genomes that are shown without `--all`.
 const SHOWN: usize = 20;
 
@@ -36,7 +39,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         )));
     }
     arguments.file().map(writable).transpose()?;
-    let named = finished(Named::all(&arguments.genomes)?, console)?;
+    let named = finished(Named::all(&arguments.genomes, console)?, console)?;
     let (experiment, seed) = experiment_and_seed(arguments, &named, false)?;
     let layout = experiment.world().gene_layout();
     let which = Which::All {
@@ -89,7 +92,25 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     console.print_answer(&Answer::new(
         table(&rows, arguments.ranked.all),
         json!({ "best": champion, "genomes": rows }),
-    ))
+    ))?;
+    let run = named.iter().find_map(|own| match own {
+        Named::Run(run) => Some(typed(run.directory())),
+        Named::File(_) | Named::Sweep(_) => None,
+    });
+    match (arguments.file().map(shell), run, &arguments.experiment) {
+        (None, ..) if !Path::new(BEST).exists() => {
+            console.next(format_args!("oneiro evaluate {} --out {BEST}", retyped(arguments)));
+        }
+        (Some(file), Some(run), _) => console.next(format_args!("oneiro replay {run} --genome {file}")),
+        (Some(file), None, Some(experiment)) => {
+            let (experiment, set) = (shell(experiment), settings_typed(&arguments.set));
+            console.next(format_args!(
+                "oneiro evaluate {experiment}{set} --genomes {file} --trials {lives} --summary"
+            ));
+        }
+        _ => {}
+    }
+    Ok(())
 }
 
 /// Refuses a file that can't be written, before anything is computed.

@@ -24,6 +24,7 @@ use serde_json::{Value, json};
 
 use crate::cli::Evaluate;
 use crate::commands::list;
+use crate::commands::places::{RUNS, found, typed};
 
 /// Contests of each pair without `--trials`, and the most.
 const CONTESTS: u32 = 10;
@@ -42,7 +43,10 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         )));
     }
     let mut runs = Vec::new();
-    let directories = arguments.genomes.iter().map(|path| list::runs(path));
+    let directories = arguments
+        .genomes
+        .iter()
+        .map(|path| list::runs(&found(path, &[RUNS], console)?));
     for directory in directories.collect::<Result<Vec<_>>>()?.concat() {
         let run = SingleRun::open(&directory)?;
         if !run.experiment()?.settings().evolution.is_coevolution() {
@@ -68,7 +72,11 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         values.push(played.value(run.directory()));
     }
     device::tell_warnings(evaluator.as_ref(), console);
-    console.print_json(&json!({ "device": device::name(evaluator.as_ref()), "runs": values }))
+    console.print_json(&json!({ "device": device::name(evaluator.as_ref()), "runs": values }))?;
+    if let Some(first) = runs.first() {
+        console.next(format_args!("oneiro replay {}", typed(first.directory())));
+    }
+    Ok(())
 }
 
 /// The mean scores of all pairs.

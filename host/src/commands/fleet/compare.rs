@@ -13,6 +13,7 @@ use oneiro_report::numbers::fixed;
 use serde_json::json;
 
 use crate::cli::FleetCompare;
+use crate::commands::places::found;
 
 /// Compares records with batched runs of the fleet's experiment.
 ///
@@ -28,7 +29,7 @@ pub(crate) fn run(arguments: &FleetCompare, console: Console) -> Result {
     };
     let records: Vec<Figures> = directories
         .iter()
-        .map(|directory| of_directory(&plan, directory))
+        .map(|directory| of_directory(&plan, &found(directory, &[], console)?))
         .collect::<Result<_>>()?;
     let plans: Vec<_> = arguments
         .seeds

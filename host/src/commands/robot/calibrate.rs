@@ -7,6 +7,7 @@ use oneiro_base::console::{Console, counted};
 use oneiro_base::contents::{Column, Entry, README, describe};
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
 use oneiro_base::files::directory::Filling;
 use oneiro_lab::calibrate::readings::{Errors, RANGES};
 use oneiro_lab::calibrate::{Calibration, logged, page};
@@ -17,6 +18,7 @@ use oneiro_report::numbers::significant;
 use serde_json::json;
 
 use crate::cli::RobotCalibrate;
+use crate::commands::places::settings_typed;
 
 const PAGE: &str = "calibration.html";
 const ERRORS: &str = "errors.csv";
@@ -67,7 +69,16 @@ pub(crate) fn run(arguments: &RobotCalibrate, console: Console) -> Result {
     filling.finish()?;
     let text = format!("{}\n{settings}", summary(&calibration));
     console.print_answer(&Answer::new(text, value(&calibration)))?;
-    console.say(format!("wrote {}", out.join(PAGE).display()));
+    let experiment = files::for_shell(&arguments.experiment.display().to_string());
+    console.say(format!(
+        "wrote {0}: {PAGE}, and {SETTINGS} with values for {1}; put those that you want into that file",
+        out.display(),
+        arguments.experiment.display()
+    ));
+    console.next(format_args!(
+        "oneiro check {experiment}{}",
+        settings_typed(&arguments.set)
+    ));
     Ok(())
 }
 

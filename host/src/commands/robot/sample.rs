@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use oneiro::tables::SensorTables;
 use oneiro::world::WorldSpec;
 use oneiro_base::console::{Console, counted};
 use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
 use oneiro_lab::device;
 use oneiro_lab::engine::watcher::stop_signal;
 use oneiro_lab::experiment::Experiment;
@@ -76,6 +78,7 @@ pub(crate) fn run(arguments: &RobotSample, console: Console) -> Result {
         samples.sensors.classes.len(),
         arguments.out.display()
     ));
+    say_next(&samples.sensors, arguments, console);
     Ok(())
 }
 
@@ -110,6 +113,7 @@ fn described(path: &Path, arguments: &RobotSample, console: Console) -> Result {
         arguments.out.display(),
         robot.names().join(", ")
     ));
+    say_next(&sensors, arguments, console);
     Ok(())
 }
 
@@ -174,7 +178,17 @@ fn wired(wire: Wire, arguments: &RobotSample, console: Console) -> Result {
         if motors.is_some() { " and one of motors" } else { "" },
         arguments.out.display()
     ));
+    say_next(&sensors, arguments, console);
     Ok(())
+}
+
+/// Says how to look at the first table.
+fn say_next(sensors: &SensorTables, arguments: &RobotSample, console: Console) {
+    if let Some(first) = sensors.classes.first() {
+        let table = arguments.out.join(format!("{}.sam", first.class));
+        let table = files::for_shell(&table.display().to_string());
+        console.next(format_args!("oneiro robot tables show {table}"));
+    }
 }
 
 /// The speed in the state 10 of a wheel, mm/s.

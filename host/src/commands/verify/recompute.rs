@@ -35,7 +35,7 @@ pub(super) fn run(arguments: &Verify, directories: &[PathBuf], console: Console)
             .experiment()
             .audit(&recorded, arguments.fraction, &engine, console.bars())?;
         if let Some(result) = &result {
-            console.print_text(format!("{result}  {}", directory.display()))?;
+            console.print_text(format!("{}  {}", console.hash(result), directory.display()))?;
         }
         console.print_text(audit.answer.text)?;
         let mut value = audit.answer.value;

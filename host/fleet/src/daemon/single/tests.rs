@@ -32,6 +32,7 @@ fn quiet() -> Console {
     Console::new(Output {
         json: false,
         quiet: true,
+        verbose: false,
     })
 }
 

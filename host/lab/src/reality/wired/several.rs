@@ -14,6 +14,7 @@ const LONG: Duration = Duration::from_secs(20);
 const QUIET: Output = Output {
     json: false,
     quiet: true,
+    verbose: false,
 };
 
 /// Values of episodes that start where the last one stopped, recorded in a place.

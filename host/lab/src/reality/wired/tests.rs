@@ -163,6 +163,7 @@ pub(super) fn opened(spec: &WorldSpec, directory: &Path, walk: u32) -> Lives {
     let quiet = Console::new(Output {
         json: false,
         quiet: true,
+        verbose: false,
     });
     Lives::new(spec, &Mock::new(Vec::new()), &values, quiet, "tcp:robot:1", None).unwrap()
 }

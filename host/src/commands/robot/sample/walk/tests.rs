@@ -48,6 +48,7 @@ pub(super) fn quiet() -> Console {
     Console::new(Output {
         json: false,
         quiet: true,
+        verbose: false,
     })
 }
 
