@@ -1,11 +1,14 @@
 //! `oneiro reproduce`: a paper's whole study.
 
+use std::path::Path;
+
 use oneiro_base::console::Console;
 use oneiro_base::exit::Result;
 use oneiro_lab::reality::site;
+use oneiro_studies::file::{MIGLINO1995, ODOWD2014, Shipped, StudyFile};
 use oneiro_studies::{Findings, Request, miglino1995, odowd2014};
 
-use crate::cli::{Miglino1995, Odowd2014, Paper, Reproduce};
+use crate::cli::{ALL_ARMS, Miglino1995, Odowd2014, Paper, Reproduce};
 
 /// Runs the requested study.
 pub(crate) fn run(arguments: &Reproduce, console: Console) -> Result {
@@ -22,6 +25,9 @@ pub(crate) fn run(arguments: &Reproduce, console: Console) -> Result {
 fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Findings> {
     let (file, out) = (arguments.study.as_deref(), arguments.out.as_deref());
     let backend = &arguments.backend.resolve();
+    if arguments.arm == ALL_ARMS {
+        return arms(&MIGLINO1995, file).map(Findings::Table);
+    }
     if !arguments.sweeps.is_empty() {
         return miglino1995::judge_sweeps(&arguments.sweeps, out).map(Findings::Table);
     }
@@ -48,6 +54,9 @@ fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Findings> {
 
 fn of_2014(arguments: &Odowd2014, console: Console) -> Result<Findings> {
     let out = arguments.out.as_deref();
+    if arguments.arm == ALL_ARMS {
+        return arms(&ODOWD2014, arguments.study.as_deref()).map(Findings::Table);
+    }
     if !arguments.sweeps.is_empty() {
         return odowd2014::judge_sweeps(&arguments.sweeps, out).map(Findings::Table);
     }
@@ -67,4 +76,12 @@ fn of_2014(arguments: &Odowd2014, console: Console) -> Result<Findings> {
         backend: &arguments.backend.resolve(),
     };
     odowd2014::run(&asked, &request, console)
+}
+
+/// The arms of a study with their assumptions, one per line.
+fn arms(shipped: &'static Shipped, file: Option<&Path>) -> Result<String> {
+    let arms = StudyFile::open(shipped, file)?.arms()?;
+    let width = arms.iter().map(|arm| arm.name.len()).max().unwrap_or_default() + 2;
+    let lines: Vec<String> = arms.iter().map(|arm| format!("{:<width$}{}", arm.name, arm.words)).collect();
+    Ok(lines.join("\n"))
 }
