@@ -1,4 +1,4 @@
-//! The command line: its commands, arguments and help texts. What they do is in `commands`.
+//! The command line: its commands, arguments and help texts. `commands` runs them.
 
 mod choices;
 mod device;
@@ -30,16 +30,19 @@ pub(crate) use self::device::Backend;
 use self::numbers::{number, of_key, out_of_range, seed, whole};
 pub(crate) use self::reproduce::{ALL_ARMS, Miglino1995, Odowd2014, Paper, Reproduce};
 
+/// The first line of the program's help.
+const ABOUT: &str = "Evolve robot controllers in simulation; the same seed gives the same bits on every device.";
+
 /// The last lines of the program's help.
-const FIRST: &str = "First: oneiro new NAME, then oneiro run NAME.toml --seed 1, then oneiro replay RUN_DIR
-Help for a command: oneiro COMMAND --help";
+const FIRST: &str = "First: `oneiro new NAME`, then `oneiro run NAME.toml --seed 1`, then `oneiro replay RUN_DIR`.
+Each command has --help.";
 
 /// The program's name.
 const PROGRAM: &str = "oneiro";
 
-/// Evolve robot controllers in simulation; the same seed gives the same bits on every device
+/// The command line.
 #[derive(Debug, Parser)]
-#[command(name = PROGRAM, version, propagate_version = true, after_help = FIRST)]
+#[command(about = ABOUT, name = PROGRAM, version, propagate_version = true, after_help = FIRST)]
 pub(crate) struct Cli {
     /// Print data as JSON
     #[arg(long, global = true, display_order = 900)]
@@ -64,10 +67,11 @@ pub(crate) fn show(error: &clap::Error) -> u8 {
     error.exit_code() as u8
 }
 
+/// Options of [`Backend`].
+const DEVICE: [&str; 4] = ["backend", "threads", "recheck", "specialise"];
+
 /// The whole command line.
 pub(crate) fn command() -> clap::Command {
-    /// Options of [`Backend`].
-    const DEVICE: [&str; 4] = ["backend", "threads", "recheck", "specialise"];
     let for_recomputing = |argument: clap::Arg| {
         if DEVICE.contains(&argument.get_id().as_str()) {
             argument.requires("recompute")
@@ -82,27 +86,98 @@ pub(crate) fn command() -> clap::Command {
     wrapped(numbers::with_hyphens(groups::grouped(program)))
 }
 
-/// A command with the help of all its options in lines that fit a terminal of 100 columns.
+/// A command whose help is in lines that fit a terminal of 100 columns, with the device's options under a heading.
 fn wrapped(command: clap::Command) -> clap::Command {
-    /// Columns beside the names of options.
-    const WIDTH: usize = 66;
-    let lines = |help: String| {
-        let mut lines = String::new();
-        let mut column = 0;
-        for word in help.split(' ') {
-            let is_first = lines.is_empty();
-            let is_over = !is_first && column + 1 + word.len() > WIDTH;
-            lines.push_str(if is_over { "\n" } else if is_first { "" } else { " " });
-            lines.push_str(word);
-            column = word.len() + if is_over || is_first { 0 } else { column + 1 };
+    /// Columns of a terminal.
+    const WIDTH: usize = 100;
+    /// Columns for a tab, a short option and a gap, in addition to an option's name.
+    const BESIDE: usize = 8;
+    let has_device = command.get_arguments().any(|argument| argument.get_id() == "recheck");
+    let command = command.mut_args(|argument| {
+        let is_of_device = has_device && DEVICE.contains(&argument.get_id().as_str());
+        if is_of_device {
+            argument.help_heading("Device")
+        } else {
+            argument
         }
-        lines
+    });
+    // Clap formats arguments only when the command is built.
+    let width = |argument: &clap::Arg| {
+        let name = argument.get_long().map_or(0, |long| "--".len() + long.len());
+        let names = argument.get_value_names().unwrap_or_default().iter();
+        let names = names.filter(|_| argument.get_action().takes_values());
+        let values: usize = names.map(|name| " <>".len() + name.len()).sum();
+        let range = argument.get_num_args().unwrap_or_default();
+        let more =
+            if range.max_values() > 1 { "...".len() } else { 0 } + if range.min_values() == 0 { "[]".len() } else { 0 };
+        name + values + more + BESIDE
     };
-    let command = command.mut_args(|argument| match argument.get_help().map(ToString::to_string) {
-        Some(help) => argument.help(lines(help)),
-        None => argument,
+    let mut taken: Vec<(Option<String>, usize)> = Vec::new();
+    let group = |argument: &clap::Arg| {
+        let positional = argument.is_positional().then(|| "Arguments".to_owned());
+        positional.or_else(|| argument.get_help_heading().map(str::to_owned))
+    };
+    for argument in command.get_arguments().filter(|argument| !argument.is_hide_set()) {
+        let (group, width) = (group(argument), width(argument));
+        match taken.iter_mut().find(|(known, _)| *known == group) {
+            Some((_, widest)) => *widest = width.max(*widest),
+            None => taken.push((group, width)),
+        }
+    }
+    let command = command.mut_args(|argument| {
+        let Some(help) = argument.get_help().map(ToString::to_string) else {
+            return argument;
+        };
+        let beside = taken.iter().find(|(known, _)| *known == group(&argument));
+        let text = help + &values(&argument);
+        let lines = filled(&text, WIDTH - beside.map_or(0, |(_, widest)| *widest));
+        let takes_values = argument.get_action().takes_values();
+        argument
+            .help(lines)
+            .hide_default_value(takes_values)
+            .hide_possible_values(takes_values)
     });
     command.mut_subcommands(wrapped)
+}
+
+/// The default and the allowed words of an option, as its help has them.
+fn values(argument: &clap::Arg) -> String {
+    let defaults = argument
+        .get_default_values()
+        .iter()
+        .map(|value| value.to_string_lossy());
+    let defaults: Vec<_> = defaults.filter(|_| argument.get_action().takes_values()).collect();
+    let words = argument.get_possible_values();
+    let words: Vec<&str> = words.iter().map(clap::builder::PossibleValue::get_name).collect();
+    let is_listed = argument.get_action().takes_values() && !argument.is_hide_possible_values_set();
+    let mut text = String::new();
+    if !defaults.is_empty() {
+        text += &format!(" [default: {}]", defaults.join(","));
+    }
+    if is_listed && !words.is_empty() {
+        text += &format!(" [possible values: {}]", words.join(", "));
+    }
+    text
+}
+
+/// A text in lines of a width.
+fn filled(text: &str, width: usize) -> String {
+    let mut lines = String::new();
+    let mut column = 0;
+    for word in text.split(' ') {
+        let is_first = lines.is_empty();
+        let is_over = !is_first && column + 1 + word.len() > width;
+        lines.push_str(if is_over {
+            "\n"
+        } else if is_first {
+            ""
+        } else {
+            " "
+        });
+        lines.push_str(word);
+        column = word.len() + if is_over || is_first { 0 } else { column + 1 };
+    }
+    lines
 }
 
 impl Cli {
@@ -395,7 +470,7 @@ pub(crate) struct Check {
     #[arg(long, value_name = "RULE", num_args = 0..=1, default_missing_value = ALL_RULES)]
     #[arg(conflicts_with_all = ["experiment", "set", "out"])]
     pub(crate) explain: Option<String>,
-    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; repeatable
+    /// Change a value, such as noise.sensor=[0.0,0.4]; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
     /// Draw the arena into this file (SVG)
@@ -424,7 +499,7 @@ pub(crate) struct Run {
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
-    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; repeatable
+    /// Change a value, such as noise.sensor=[0.0,0.4]; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
     /// The run's directory, with --seeds the directory of all runs [default: runs/NAME-SEED-HASH]
@@ -453,17 +528,16 @@ pub(crate) struct Evaluate {
     /// The experiment's TOML file, before --genomes [default: that of the runs in --genomes]
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: Option<PathBuf>,
-    /// .npy (f4 or f8, rows x genes), .csv (a genome per row, with or without gene names), champion.json, or directories of runs and
-    /// sweeps (their champions)
+    /// .npy (f4 or f8, rows x genes), .csv (a genome per row), champion.json, directories of runs or sweeps (their champions)
     #[arg(long, value_name = "FILE|DIR", required_unless_present = "random", num_args = 1.., value_hint = ValueHint::AnyPath)]
     pub(crate) genomes: Vec<PathBuf>,
-    /// Add N random genomes, drawn by --seed from the range of the first generation
+    /// Add N random genomes, drawn by --seed from the initial range
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=100_000))]
     pub(crate) random: Option<u32>,
     /// Take the last generations of runs instead of the champions
     #[arg(long)]
     pub(crate) population: bool,
-    /// Seed of starts and noise; use one that the run did not use [default: the experiment's, else 1; 1 if only runs are given]
+    /// Seed of starts and noise; use one that the run did not use [default: the experiment's; 1 for runs]
     #[arg(long, value_name = "N", value_parser = seed())]
     pub(crate) seed: Option<u64>,
     /// Episodes of each genome [default: the experiment's; with --best 100], or of each pair in a tournament [default: 10; at most
@@ -473,30 +547,30 @@ pub(crate) struct Evaluate {
     /// Give all genomes the same starts and the same noise
     #[arg(long)]
     pub(crate) common_starts: bool,
-    /// Start an episode at each pose of this file: x and y in mm, heading in turns (columns x_mm, y_mm, heading_turns)
+    /// Start an episode at each pose of this file (columns x_mm, y_mm, heading_turns)
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
     pub(crate) starts: Option<PathBuf>,
-    /// The experiment's noise, or none; custom parts and a forager's proximity sensors keep theirs
+    /// The experiment's noise, or none (except in custom parts and in foragers' proximity)
     #[arg(long, value_name = "on|off", value_enum, default_value_t = Noise::On)]
     pub(crate) noise: Noise,
+    /// Change a value, such as noise.sensor=[0.0,0.4]; repeatable
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
+    pub(crate) set: Vec<String>,
+    /// File for the results (.csv, .npy) or - for standard output; with --best: for the best genome (.json)
+    #[arg(long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
+    pub(crate) out: PathBuf,
+    /// Write a trace of each episode into this directory (new or empty)
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) traces: Option<PathBuf>,
     /// Rows and columns of the results.
     #[command(flatten)]
     pub(crate) rows: Rows,
-    /// Write a trace of each episode into this directory, which must be empty or new
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    pub(crate) traces: Option<PathBuf>,
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
     /// Episodes on a robot instead.
     #[command(flatten)]
     pub(crate) on_robot: OnRobot,
-    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; repeatable
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
-    pub(crate) set: Vec<String>,
-    /// File for the results (.csv or .npy, never overwritten), or - for standard output; with --best: for the best genome (.json)
-    #[arg(long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
-    pub(crate) out: PathBuf,
     /// The best genome instead.
     #[command(flatten)]
     pub(crate) ranked: Ranked,
@@ -539,7 +613,7 @@ const USUAL: [&str; 18] = [
 #[command(next_help_heading = "Comparing genomes")]
 pub(crate) struct Ranked {
     /// Re-evaluate champions, luckiest individuals and last generations on the same new episodes, and report the best. Another --seed
-    /// shows its true mean
+    /// gives its unbiased mean
     #[arg(long, conflicts_with_all = USUAL)]
     pub(crate) best: bool,
     /// Take all individuals of the runs instead of the last generations
@@ -554,8 +628,7 @@ pub(crate) struct Ranked {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Comparing genomes")]
 pub(crate) struct Played {
-    /// Play the bests of two populations (`evolution.kind = "coevolution"`) against each other, and write tournament.csv and pictures
-    /// into the run
+    /// Play the bests of two populations against each other (coevolution only); writes tournament.csv and pictures into the run
     #[arg(long, conflicts_with_all = USUAL, conflicts_with_all = ["experiment", "set", "out", "best"])]
     pub(crate) tournament: bool,
     /// Take every Nth generation only
@@ -567,7 +640,7 @@ pub(crate) struct Played {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct Rows {
-    /// One row for each genome: mean fitness, standard deviation and 95 % confidence interval
+    /// One row per genome: mean fitness, standard deviation, 95 % confidence interval
     #[arg(long)]
     pub(crate) summary: bool,
     /// Add measures of behaviour, such as the distance driven (docs/measures.md)
@@ -579,34 +652,33 @@ pub(crate) struct Rows {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "On a robot")]
 pub(crate) struct OnRobot {
-    /// Evaluate on a robot: an address from `oneiro robot list`, or a Khepera's surrogate, such as `surrogate:1`; repeat it for more
-    /// robots, which divide the episodes
+    /// Evaluate on this robot (`oneiro robot list`) or surrogate, such as `surrogate:1`; repeatable: robots divide the episodes
     #[arg(long = "robot", value_name = "ADDRESS", conflicts_with_all = ["starts", "noise", "measures", "traces"])]
     pub(crate) robots: Vec<String>,
     /// Record episodes in this directory; completed episodes are not repeated
     #[arg(long, value_name = "DIR", requires = "robots", value_hint = ValueHint::DirPath)]
     pub(crate) lives: Option<PathBuf>,
-    /// How an episode gets its start: walk (the robot drives at random) or hand (you place the robot)
-    #[arg(long, value_name = "HOW", value_parser = choice::<Starts>(), default_value = Starts::default().word(), requires = "lives")]
+    /// Start: walk (random drive) or hand (you place it)
+    #[arg(long, value_name = "HOW", value_parser = choice::<Starts>(), hide_possible_values = true, default_value = Starts::default().word(), requires = "lives")]
     pub(crate) between: Starts,
-    /// Time of that random drive, 0 to 600 s; 0: start where the last episode ended
+    /// Time of that random drive, 0 to 600 s; 0: no drive
     #[arg(long, value_name = "SECONDS", default_value_t = wired::WALK_S, requires = "lives", value_parser = number::<f64>(0.0..=wired::LONGEST_WALK_S))]
     pub(crate) walk: f64,
-    /// Wheel speed at the controller's maximum output, mm/s [default: the experiment's; 80 for sampled motors]
+    /// Wheel speed at maximum output, mm/s [default: the experiment's, or 80]
     #[arg(long, value_name = "MM_S", requires = "lives", value_parser = number::<f64>(wired::SPEEDS_MM_S[0]..=wired::SPEEDS_MM_S[1]))]
     pub(crate) speed: Option<f64>,
-    /// Read an experiment's sensor from a robot's sensor with another name, such as `left_90=prox_5`; repeatable
+    /// A sensor's name on the robot, such as `left_90=prox_5`; repeatable
     #[arg(long = "sensor", value_name = "NAME=NAME", requires = "lives", value_parser = pair)]
     pub(crate) sensors: Vec<(String, String)>,
-    /// Address of a tracker that sends poses, such as `udp:0.0.0.0:5005#1` for its robot 1; repeat it for more robots, in their order
-    /// [default: odometry]
+    /// Tracker of the robot's pose, such as `udp:0.0.0.0:5005#1` for its robot 1; repeatable, in the robots' order [default:
+    /// odometry]
     #[arg(long = "tracker", value_name = "ADDRESS", requires = "lives")]
     pub(crate) trackers: Vec<String>,
-    /// Maximum age of a tracker's pose before the robot is stopped, 50 to 2000 ms
+    /// Maximum age of a pose, 50 to 2000 ms, or the robot stops
     #[arg(long, value_name = "MS", default_value_t = tracker::AGE_MS, requires = "trackers",
         value_parser = whole::<u64>(tracker::AGES_MS))]
     pub(crate) tracker_age: u64,
-    /// Set a value of the guard, such as `expiry_ms=200`; repeatable (docs/robots-on-the-wire.md)
+    /// Set a value of the guard, such as `expiry_ms=200`; repeatable
     #[arg(long, value_name = "KEY=VALUE", requires = "lives")]
     pub(crate) guard: Vec<String>,
     #[arg(
@@ -623,7 +695,7 @@ pub(crate) struct OnRobot {
     pub(crate) severity: Option<f32>,
 }
 
-/// Whether lives have their experiment's noise.
+/// Whether episodes have their experiment's noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Noise {
     // The help lists the words without meanings.
@@ -741,7 +813,7 @@ pub(crate) struct DeviceBench {
     /// An experiment to time, by its first 500 cycles [default: the Khepera of the 1995 paper]
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: Option<PathBuf>,
-    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; repeatable
+    /// Change a value, such as noise.sensor=[0.0,0.4]; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting, requires = "experiment")]
     pub(crate) set: Vec<String>,
     /// Batch sizes [default: 1000,10000,100000,1000000, as far as time allows]
@@ -777,7 +849,7 @@ pub(crate) struct DeviceCompile {
     /// The experiment's TOML file
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: PathBuf,
-    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; repeatable
+    /// Change a value, such as noise.sensor=[0.0,0.4]; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
     /// Compile it even if this version of Rust has compiled it before
@@ -803,8 +875,10 @@ pub(crate) enum RobotCommand {
     /// Stop a robot's wheels and show its sensors until Ctrl-C: bars, or JSON lines if not on a terminal
     Watch(RobotWatch),
     /// Drive a robot by keys or from a file, under a guard that stops the wheels if this program dies or hangs
-    #[command(after_help = "Keys: arrows or W, A, S, D drive forwards, turn left, drive backwards and turn right while held;
-+ and - change the speed; space stops, R resumes, Q quits.")]
+    #[command(
+        after_help = "Keys: arrows or W, A, S, D drive forwards, turn left, drive backwards and turn right while held;
++ and - change the speed; space stops, R resumes, Q quits."
+    )]
     Drive(RobotDrive),
     /// Switch a robot's lights on or off, with its wheels stopped
     Light(RobotLight),
@@ -913,12 +987,12 @@ pub(crate) struct RobotSample {
     /// Directory for tables and pictures; an interrupted sampling continues there
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
-    /// Options for a robot on a wire.
+    /// Options for a connected robot.
     #[command(flatten)]
     pub(crate) wired: SampleWired,
 }
 
-/// Options of `oneiro robot sample` for robots on a wire.
+/// Options of `oneiro robot sample` for connected robots.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Connected robots")]
 pub(crate) struct SampleWired {
@@ -944,7 +1018,7 @@ pub(crate) struct SampleWired {
     /// Sample no motors
     #[arg(long, conflicts_with = "full_speed")]
     pub(crate) no_motors: bool,
-    /// Set a value of the guard, such as `link_ms=400`; repeatable (docs/robots-on-the-wire.md)
+    /// Set a value of the guard, such as `link_ms=400`; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
     /// Record all bytes of the link in this file, for a bug report (never overwritten)
@@ -982,7 +1056,7 @@ pub(crate) struct RobotCalibrate {
     /// Directory for a page, a table of errors and the resulting settings; must be empty or new
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
-    /// Change a value of the experiment, such as noise.sensor=[0.0,0.4]; repeatable
+    /// Change a value, such as noise.sensor=[0.0,0.4]; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     pub(crate) set: Vec<String>,
     /// The device that evaluates.
@@ -1028,7 +1102,7 @@ pub(crate) struct OnBoard {
     /// The robot's TOML file (docs/fleet.md)
     #[arg(value_name = "ROBOT.toml", value_hint = ValueHint::FilePath)]
     pub(crate) file: PathBuf,
-    /// Live in the twin that conducts at this socket, instead of on a robot
+    /// Run in the twin at this socket instead of on a robot
     #[cfg(unix)]
     #[arg(long, value_name = "PATH", hide = true)]
     pub(crate) conductor: Option<PathBuf>,
@@ -1054,7 +1128,7 @@ pub(crate) struct Guard {
     /// Kinds of sensors to read [default: all that the robot has]
     #[arg(long, value_name = "KIND,..", value_delimiter = ',', value_parser = choice::<Kind>())]
     pub(crate) kinds: Vec<Kind>,
-    /// Set a value of the guard, such as `expiry_ms=200`; repeatable (docs/robots-on-the-wire.md)
+    /// Set a value of the guard, such as `expiry_ms=200`; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
 }
@@ -1064,7 +1138,7 @@ pub(crate) struct Guard {
 pub(crate) enum Speed {
     /// In mm/s.
     MmPerS(f64),
-    /// A share of the greatest, 0 to 1.
+    /// A fraction of the maximum, 0 to 1.
     Share(f64),
 }
 
@@ -1372,7 +1446,7 @@ fn pose(text: &str) -> Result<[f32; 3], String> {
     pose.ok_or_else(|| "allowed: x and y in mm and a heading in turns, such as 100,90,0.125".to_owned())
 }
 
-/// Parses a speed in mm/s, 1 to 1100, or as a share of the greatest, 1 % to 100 %.
+/// Parses a speed in mm/s, 1 to 1100, or as a percentage of the maximum, 1 % to 100 %.
 fn speed(text: &str) -> Result<Speed, String> {
     let (number, is_share) = match text.strip_suffix('%') {
         Some(number) => (number, true),
@@ -1381,7 +1455,7 @@ fn speed(text: &str) -> Result<Speed, String> {
     match number.trim_end().parse::<f64>() {
         Ok(share) if is_share && (1.0..=100.0).contains(&share) => Ok(Speed::Share(share / 100.0)),
         Ok(speed) if !is_share && (1.0..=1100.0).contains(&speed) => Ok(Speed::MmPerS(speed)),
-        _ => Err("allowed: 1 to 1100 mm/s, such as 50, or 1% to 100% of the greatest, such as 25%".to_owned()),
+        _ => Err("allowed: 1 to 1100 mm/s, such as 50, or 1% to 100% of the maximum, such as 25%".to_owned()),
     }
 }
 
@@ -1476,7 +1550,11 @@ mod tests {
         while let Some((path, mut command)) = commands.pop() {
             let help = command.render_long_help().to_string();
             let allowed = if path == PROGRAM { 24..=40 } else { 1..=70 };
-            assert!(allowed.contains(&lines(&help)), "{path}: {} lines\n{help}", lines(&help));
+            assert!(
+                allowed.contains(&lines(&help)),
+                "{path}: {} lines\n{help}",
+                lines(&help)
+            );
             assert_eq!(command.render_help().to_string(), help, "{path}");
             count += 1;
             let inner = command.get_subcommands().filter(|own| own.get_name() != "help");

@@ -19,7 +19,7 @@ use crate::cli::New;
 
 mod keys;
 
-/// Writes `NAME.toml`, and a file for each part that is named; or an example with its parts; or lists keys.
+/// Writes `NAME.toml`, and a file for each named part; or an example with its parts; or lists keys.
 pub(crate) fn run(arguments: &New, console: Console) -> Result {
     if let Some(part) = &arguments.keys {
         return console.print_answer(&keys::list(part)?);
@@ -92,7 +92,11 @@ fn template(arguments: &New, console: Console) -> Result {
         }
     }
     let start = Start { name, robots, parts };
-    let text = if arguments.all_keys { start.whole() } else { start.short() };
+    let text = if arguments.all_keys {
+        start.whole()
+    } else {
+        start.short()
+    };
     let mut files = vec![(format!("{name}.toml"), text)];
     files.extend(
         start
@@ -107,7 +111,10 @@ fn template(arguments: &New, console: Console) -> Result {
 /// experiments share parts, and a command that was killed goes on.
 fn write<Text: AsRef<str>>(all: &[(Text, Text)], out: Option<&Path>, console: Console) -> Result {
     let out = out.unwrap_or(Path::new(""));
-    let all: Vec<(PathBuf, &str)> = all.iter().map(|(file, text)| (out.join(file.as_ref()), text.as_ref())).collect();
+    let all: Vec<(PathBuf, &str)> = all
+        .iter()
+        .map(|(file, text)| (out.join(file.as_ref()), text.as_ref()))
+        .collect();
     let is_new = |(path, text): &&(PathBuf, &str)| !files::is_already(path, text.as_bytes());
     let new: Vec<_> = all.iter().filter(is_new).collect();
     for (path, _) in &new {

@@ -82,6 +82,9 @@ fn of_2014(arguments: &Odowd2014, console: Console) -> Result<Findings> {
 fn arms(shipped: &'static Shipped, file: Option<&Path>) -> Result<String> {
     let arms = StudyFile::open(shipped, file)?.arms()?;
     let width = arms.iter().map(|arm| arm.name.len()).max().unwrap_or_default() + 2;
-    let lines: Vec<String> = arms.iter().map(|arm| format!("{:<width$}{}", arm.name, arm.words)).collect();
+    let lines: Vec<String> = arms
+        .iter()
+        .map(|arm| format!("{:<width$}{}", arm.name, arm.words))
+        .collect();
     Ok(lines.join("\n"))
 }

@@ -58,7 +58,11 @@ impl Start<'_> {
         set("name", format!("{:?}", self.name), "name of its runs");
         let is_swarm = matches!(self.robots, Robots::Swarm(_));
         let is_forager = matches!(self.robots, Robots::Forager);
-        let cycles = if is_swarm || is_forager { "600".to_owned() } else { usual("cycles") };
+        let cycles = if is_swarm || is_forager {
+            "600".to_owned()
+        } else {
+            usual("cycles")
+        };
         set("cycles", cycles, "length of an episode");
         if is_swarm {
             set("trials", "5".to_owned(), "episodes of each genome in a generation");
@@ -69,7 +73,11 @@ impl Start<'_> {
                 usual("robot.tables"),
                 "a Khepera's recorded sensors; `oneiro new NAME --robot epuck` has another robot",
             ),
-            Robots::Forager => set("robot.kind", "\"forager\"".to_owned(), "an e-puck with a nest, food and a lamp"),
+            Robots::Forager => set(
+                "robot.kind",
+                "\"forager\"".to_owned(),
+                "an e-puck with a nest, food and a lamp",
+            ),
             Robots::Parametric(robot) | Robots::Swarm(robot) => {
                 let others = format!("one of {}", super::robots::names());
                 set(PRESET, format!("{:?}", robot.name), &others);
@@ -79,10 +87,18 @@ impl Start<'_> {
             set("robot.count", "10".to_owned(), "robots in the swarm");
         }
         match self.robots {
-            Robots::Khepera => set("arena.preset", usual("arena.preset"), "or your own: width_mm and height_mm"),
+            Robots::Khepera => set(
+                "arena.preset",
+                usual("arena.preset"),
+                "or your own: width_mm and height_mm",
+            ),
             Robots::Forager => {
                 set("arena.radius_mm", usual("arena.radius_mm"), "radius of the round arena");
-                set("arena.food_items", usual("arena.food_items"), "items of food at any time");
+                set(
+                    "arena.food_items",
+                    usual("arena.food_items"),
+                    "items of food at any time",
+                );
             }
             Robots::Parametric(robot) => {
                 set("arena.width_mm", "1000.0".to_owned(), "width of the rectangle");
@@ -100,12 +116,24 @@ impl Start<'_> {
             }
         }
         if is_forager {
-            set("arena.light_noise", usual("arena.light_noise"), "maximum error of a light reading, a fraction");
+            set(
+                "arena.light_noise",
+                usual("arena.light_noise"),
+                "maximum error of a light reading, a fraction",
+            );
         } else {
-            let error = if is_swarm { "error on top of the robot's own noise" } else { "error of a reading" };
+            let error = if is_swarm {
+                "error on top of the robot's own noise"
+            } else {
+                "error of a reading"
+            };
             let range = format!("{error}, minimum and maximum, a fraction");
             set("noise.sensor", usual("noise.sensor"), &range);
-            set("noise.motor", usual("noise.motor"), "maximum error of a move, a fraction");
+            set(
+                "noise.motor",
+                usual("noise.motor"),
+                "maximum error of a move, a fraction",
+            );
         }
         for kind in [compose::Kind::Sensor, compose::Kind::Controller, compose::Kind::Task] {
             let [chosen, part] = match kind {
@@ -128,25 +156,53 @@ impl Start<'_> {
                 set(part, format!("{file:?}"), &words);
             } else if kind == compose::Kind::Controller {
                 match self.robots {
-                    Robots::Forager => set(chosen, "\"behaviours\"".to_owned(), "what it does with food and without"),
-                    Robots::Swarm(_) => set(chosen, "\"network\"".to_owned(), "readings to wheels; [[controller.layers]] adds layers"),
+                    Robots::Forager => set(
+                        chosen,
+                        "\"behaviours\"".to_owned(),
+                        "what it does with food and without",
+                    ),
+                    Robots::Swarm(_) => set(
+                        chosen,
+                        "\"network\"".to_owned(),
+                        "readings to wheels; [[controller.layers]] adds layers",
+                    ),
                     _ => set(chosen, usual(chosen), "or hidden, recurrent, network"),
                 }
             } else if kind == compose::Kind::Task {
                 match self.robots {
                     Robots::Forager => set(chosen, "\"foraging\"".to_owned(), "rewards food in the nest"),
-                    _ => set(chosen, usual(chosen), "rewards fast, straight driving far from obstacles"),
+                    _ => set(
+                        chosen,
+                        usual(chosen),
+                        "rewards fast, straight driving far from obstacles",
+                    ),
                 }
             }
         }
         if is_swarm {
-            set("evolution.kind", "\"cma-es\"".to_owned(), "the optimiser; `oneiro new --keys evolution.kind` lists all");
-            set("evolution.generations", "40".to_owned(), "generations");
+            set(
+                "evolution.kind",
+                "\"cma-es\"".to_owned(),
+                "the optimiser; `oneiro new --keys evolution.kind` lists all",
+            );
+            set("evolution.generations", "40".to_owned(), "number of generations");
             set("evolution.population", "50".to_owned(), "genomes in a generation");
         } else {
-            set("evolution.generations", usual("evolution.generations"), "generations");
-            set("evolution.population", usual("evolution.population"), "genomes in a generation");
-            set("evolution.parents", usual("evolution.parents"), "the best that have children");
+            set(
+                "evolution.generations",
+                usual("evolution.generations"),
+                "number of generations",
+            );
+            set(
+                "evolution.population",
+                usual("evolution.population"),
+                "genomes in a generation",
+            );
+            set(
+                "evolution.parents",
+                usual("evolution.parents"),
+                "the best that have children",
+            );
         }
         lines
     }
@@ -179,7 +235,9 @@ impl Start<'_> {
             }
         };
         let parts = self.parts.iter();
-        let parts: Vec<String> = parts.map(|(kind, file)| format!("the {} in {file}", kind.word())).collect();
+        let parts: Vec<String> = parts
+            .map(|(kind, file)| format!("the {} in {file}", kind.word()))
+            .collect();
         let with = if parts.is_empty() { "" } else { ", with " };
         format!("{robot}{with}{}: docs/{page}.md", parts.join(" and "))
     }
@@ -194,7 +252,10 @@ impl Start<'_> {
                 text.extend(["\n[", own, "]\n"]);
                 table = own;
             }
-            let unit = Settings::rows().iter().find(|row| row.key == key).map_or("", |row| row.unit);
+            let unit = Settings::rows()
+                .iter()
+                .find(|row| row.key == key)
+                .map_or("", |row| row.unit);
             text += &format!("{:<27} # {words}{}\n", format!("{name} = {value}"), unit_words(unit));
         }
         text += "\n# `oneiro new --keys` lists all other keys; `oneiro new NAME --all-keys` writes them.\n";
@@ -223,7 +284,8 @@ impl Start<'_> {
             Robots::Parametric(robot) | Robots::Swarm(robot) => Some(robot),
             Robots::Khepera | Robots::Forager => None,
         };
-        let is_described = |key: &str| robot.is_some_and(|robot| key == PRESET || robot.has(key.trim_start_matches("robot.")));
+        let is_described =
+            |key: &str| robot.is_some_and(|robot| key == PRESET || robot.has(key.trim_start_matches("robot.")));
         let mut table = "";
         for entry in &entries {
             let (own, name) = entry.place();
