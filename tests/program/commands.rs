@@ -297,7 +297,7 @@ fn mistakes_are_told_with_what_to_do_instead() {
         (
             3,
             &["new", "--example", "odowd2014"],
-            &["`oneiro new --swarm NAME` writes the 2014 study's experiment"],
+            &["is unknown; did you mean odowd2014-over?"],
         ),
         (
             3,

@@ -289,6 +289,7 @@ fn shorter(line: &str) -> String {
         return line.to_owned();
     };
     // One, or the only one of a list.
+    let value = value.split('#').next().unwrap_or_default();
     let number = value
         .trim()
         .trim_start_matches('[')
@@ -521,6 +522,76 @@ const HOURS: [&str; 5] = [
 /// commands are parsed all the same (`host/src/cli/documented.rs`).
 const COSTLY: [&str; 3] = ["/evostick-", "/automode-", "/miglino1995/"];
 
+/// Robots that ship.
+const ROBOTS: [&str; 6] = ["khepera", "epuck", "thymio2", "kheperax", "epuck-rm1.1", "epuck-rm1.2"];
+
+/// What `oneiro new` writes fits a screen, and is the same experiment as with all keys: it has the same results.
+#[test]
+fn short_experiments_are_the_whole_ones() {
+    let [short, whole] = ["new-short", "new-whole"].map(|name| Desk::new(name, false));
+    let parts = ["--sensor", "eyes", "--controller", "brain", "--task", "goal"];
+    let mut variants: Vec<Vec<&str>> = vec![
+        vec![],
+        vec!["--swarm"],
+        vec!["--forager"],
+        parts[..2].to_vec(),
+        parts[2..4].to_vec(),
+        parts[4..].to_vec(),
+        parts.to_vec(),
+        [&["--swarm"], &parts[..]].concat(),
+        [&["--forager"], &parts[2..]].concat(),
+        [&["--robot", "epuck"], &parts[..]].concat(),
+    ];
+    for robot in ROBOTS {
+        variants.push(vec!["--robot", robot]);
+        variants.push(vec!["--swarm", "--robot", robot]);
+    }
+    let mut results = BTreeSet::new();
+    for (number, words) in variants.iter().enumerate() {
+        let folder = format!("variant-{number}");
+        let result = |desk: &Desk, more: &[&str]| {
+            let place = &desk.place;
+            place.good(&[&["new", "mine", "--out", &folder], &words[..], more].concat());
+            let path = format!("{folder}/mine.toml");
+            let checked = place.run(&["check", &path]).exits(0);
+            assert!(!checked.stderr.contains("warning"), "{words:?}: {}", checked.stderr);
+            let out = format!("{folder}/run");
+            let set = [
+                "cycles=60",
+                "evolution.generations=2",
+                "evolution.finalists=0",
+                "trials=1",
+            ];
+            let set = set.iter().flat_map(|set| ["--set", set]);
+            let run: Vec<&str> = ["run", &path, "--seed", "1", "--out", &out, "--backend", "cpu"]
+                .into_iter()
+                .chain(set)
+                .collect();
+            place.good(&run);
+            place.good(&["verify", &out])
+        };
+        let [one, other] = [result(&short, &[]), result(&whole, &["--all-keys"])];
+        assert_eq!(one, other, "{words:?}");
+        results.insert(one);
+        let [short, whole] = [&short, &whole].map(|desk| desk.place.text(format!("{folder}/mine.toml")));
+        assert!(short.lines().count() <= 30, "{words:?}: {short}");
+        assert!(short.lines().all(|line| line.len() <= 118), "{words:?}: {short}");
+        assert!(
+            short.contains("`oneiro new --keys`") && short.contains("--all-keys"),
+            "{short}"
+        );
+        for key in ["name", "generations", "population"] {
+            assert!(short.contains(&format!("\n{key} = ")), "{words:?} {key}: {short}");
+        }
+        for table in ["robot", "arena", "controller", "task", "evolution"] {
+            assert!(short.contains(&format!("\n[{table}]\n")), "{words:?} {table}: {short}");
+        }
+        assert!(whole.lines().count() > 300, "{words:?}");
+    }
+    // `--robot epuck-rm1.1` alone is a swarm.
+    assert_eq!(results.len(), variants.len() - 3, "{results:?}");
+}
+
 /// What `oneiro new` writes and prints can be typed.
 #[test]
 fn new_experiments() {
@@ -533,9 +604,10 @@ fn new_experiments() {
         vec!["sensor", "--sensor", "own-sensor"],
         vec!["controller", "--controller", "own-controller"],
         vec!["task", "--task", "own-task"],
+        vec!["whole", "--all-keys"],
+        vec!["whole-swarm", "--swarm", "--all-keys"],
     ];
-    let robots = ["khepera", "epuck", "thymio2", "kheperax"];
-    variants.extend(robots.map(|robot| vec![robot, "--robot", robot]));
+    variants.extend(ROBOTS.map(|robot| vec![robot, "--robot", robot]));
     for words in variants {
         let ran = place.run(&[&["new"], &words[..]].concat()).exits(0);
         let name = format!("{}.toml", words[0]);

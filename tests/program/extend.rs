@@ -168,7 +168,9 @@ fn the_five_minutes() {
         .run(&["new", "third", "--task", "../elsewhere"])
         .exits(3)
         .says(&["--task", "allowed"]);
-    place.run(&["new", "third", "--task", "own", "--swarm"]).exits(2);
+    place
+        .run(&["new", "third", "--task", "own", "--swarm", "--forager"])
+        .exits(2);
 }
 
 /// Lives that a task ends early have their fitness and measures.
@@ -340,7 +342,7 @@ fn each_part_runs_as_it_is_written() {
     let range =
         "sensor.values.range = 300 mm: greatest distance that it measures (default: 300; allowed: 1 to 2000 mm)\n";
     assert!(genes.contains(range), "{genes}");
-    place.good(&[&["new", "again"], &parts[..]].concat());
+    place.good(&[&["new", "again", "--all-keys"], &parts[..]].concat());
     let new = place.text("again.toml");
     let goal = "# goal = 250.0 # 10 to 10000 mm: distance from the start at which the episode is over\n";
     assert!(new.contains("\n[task.values]\n") && new.contains(goal), "{new}");
@@ -505,6 +507,7 @@ fn examples_are_written_with_their_parts() {
             "automode-aggregation",
             "automode-cues",
             "automode-foraging",
+            "odowd2014-over",
         ]
     );
     let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../experiments");
@@ -518,12 +521,12 @@ fn examples_are_written_with_their_parts() {
     place
         .run(&["new", "--example", "homing"])
         .exits(0)
-        .says(&["homing.toml is already there, as it would be written; next: oneiro check homing.toml"]);
+        .says(&["homing.toml is already there, unchanged; next: oneiro check homing.toml"]);
     place.write("homing.toml", "# another's");
     place
         .run(&["new", "--example", "homing"])
         .exits(3)
-        .says(&["homing.toml: exists already"]);
+        .says(&["homing.toml: exists already", "write into another folder: --out DIR"]);
     assert_eq!(place.text("homing.toml"), "# another's");
     fs::remove_file(place.at("homing.toml")).unwrap();
     place.good(&["new", "--example", "homing"]);
@@ -538,14 +541,17 @@ fn examples_are_written_with_their_parts() {
     place.run(&["new", "--example", "moon"]).exits(3).says(&[
         "--example moon: is unknown; allowed: homing, road-sign, kheperax, phototaxis, wall-following, discrimination, aggregation, gather, predator-prey, \
          evostick-aggregation, evostick-foraging, evostick-cues, evostick-shelter, evostick-network, evostick-coverage, evostick-exploration, \
-         automode-aggregation, automode-cues, automode-foraging. \
-         `oneiro new --swarm NAME` writes the 2014 study's experiment",
+         automode-aggregation, automode-cues, automode-foraging, odowd2014-over",
     ]);
     place
         .run(&["new", "--example", "agregation"])
         .exits(3)
         .says(&["is unknown; did you mean aggregation? (allowed: homing, "]);
     place.run(&["new", "mine", "--example", "homing"]).exits(2);
+    // Another folder is made.
+    place.good(&["new", "--example", "homing", "--out", "other"]);
+    assert!(place.at("other/homing/task.wgsl").exists());
+    place.good(&["check", "other/homing.toml"]);
     place.run(&["new"]).exits(2);
 }
 

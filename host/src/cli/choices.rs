@@ -1,4 +1,4 @@
-//! Flags that take one of several words, which the help lists with their meanings.
+//! Flags that take one of several words, which the help lists.
 
 use std::ffi::OsStr;
 
@@ -8,10 +8,7 @@ use oneiro_studies::file::{Arm, Shipped, StudyFile};
 
 /// Reads a word of a choice.
 pub(super) fn choice<C: Choice + Send + Sync>() -> impl TypedValueParser<Value = C> {
-    let words = C::CHOICES.iter().map(|(word, _, meaning)| {
-        let (first, rest) = meaning.split_at(1);
-        PossibleValue::new(*word).help(first.to_uppercase() + rest)
-    });
+    let words = C::CHOICES.iter().map(|(word, ..)| PossibleValue::new(*word));
     PossibleValuesParser::new(words).map(|text| {
         let found = C::CHOICES.iter().find(|(word, ..)| *word == text);
         found.expect("the words are those of the choice").1.clone()
@@ -36,7 +33,7 @@ impl TypedValueParser for ArmParser {
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
         let arms = StudyFile::open(self.0, None).and_then(|file| file.arms()).ok()?;
-        let value = |arm: Arm| PossibleValue::new(arm.name).help(arm.words);
+        let value = |arm: Arm| PossibleValue::new(arm.name);
         Some(Box::new(arms.into_iter().map(value)))
     }
 }

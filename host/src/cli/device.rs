@@ -11,23 +11,22 @@ use oneiro_lab::engine::handle::Engine;
 
 use super::numbers::{number, whole};
 
-/// Share of a GPU's rollouts that the CPU repeats by default.
+/// Fraction of a GPU's episodes to repeat on the CPU, 0 to 1
 const RECHECK: f64 = 0.01;
 
 /// Options of the device that evaluates.
 #[derive(Args, Debug)]
 pub(crate) struct Backend {
-    /// auto (the CPU, and an exact GPU for batches that it does sooner), cpu, gpu, gpu:NAME, gpu:INDEX or pool (the CPU and all exact GPUs)
+    /// auto (CPU; a bit-exact GPU for batches it would finish earlier), cpu, gpu, gpu:NAME, gpu:INDEX or pool (all)
     #[arg(id = "backend", long = "backend", value_name = "BACKEND", default_value = "auto")]
     pub(crate) name: String,
     /// CPU threads, 1 to 1024 [default: one per processor]
     #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024))]
     pub(crate) threads: Option<u16>,
-    /// Share of a GPU's rollouts that the CPU repeats and compares, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value_t = RECHECK, value_parser = number::<f64>(0.0..=1.0))]
+    /// Fraction of a GPU's episodes to repeat on the CPU, 0 to 1
+    #[arg(long, value_name = "FRACTION", default_value_t = RECHECK, value_parser = number::<f64>(0.0..=1.0))]
     pub(crate) recheck: f64,
-    /// When a GPU's kernels are compiled again for one world, which takes a moment and makes them several times as fast:
-    /// auto (for worlds with enough to do), always or never
+    /// Compile GPU kernels for this world: auto, always or never
     #[arg(long, value_name = "WHEN", default_value = "auto", value_parser = Specialise::from_str)]
     pub(crate) specialise: Specialise,
 }

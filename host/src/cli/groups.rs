@@ -54,7 +54,7 @@ mod tests {
         assert_eq!(shown.len(), grouped.len());
     }
 
-    /// Each command has a line of its own on a terminal of usual width.
+    /// Each command has one line on a terminal of 80 columns.
     #[test]
     fn the_list_fits_a_terminal() {
         let help = super::super::command().render_help().to_string();

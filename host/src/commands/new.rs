@@ -1,7 +1,7 @@
-//! `oneiro new`: a commented experiment to start from, and the keys that it may have.
+//! `oneiro new`: an experiment to start from, and the keys that it may have.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use oneiro::compose;
 use oneiro::parameter::nearest;
@@ -11,8 +11,8 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
 use oneiro_base::plain;
 use oneiro_lab::experiment::examples::{EXAMPLES, Example};
-use oneiro_lab::experiment::reference::{self, Template};
-use oneiro_lab::experiment::robots;
+use oneiro_lab::experiment::robots::Shipped;
+use oneiro_lab::experiment::start::{Robots, Start};
 use oneiro_lab::experiment::values::instead;
 use serde_json::json;
 
@@ -20,7 +20,7 @@ use crate::cli::New;
 
 mod keys;
 
-/// Writes `NAME.toml`, and a file for each part that is named; or an example with its parts; or lists keys.
+/// Writes `NAME.toml`, and a file for each named part; or an example with its parts; or lists keys.
 pub(crate) fn run(arguments: &New, console: Console) -> Result {
     if let Some(part) = &arguments.keys {
         return console.print_answer(&keys::list(part)?);
@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &New, console: Console) -> Result {
     match &arguments.example {
         None => template(arguments, console),
         Some(none) if none.is_empty() => console.print_answer(&list()),
-        Some(name) => example(name, console),
+        Some(name) => example(name, arguments.out.as_deref(), console),
     }
 }
 
@@ -44,27 +44,42 @@ fn list() -> Answer {
 }
 
 /// Writes an example and its parts.
-fn example(name: &str, console: Console) -> Result {
+fn example(name: &str, out: Option<&Path>, console: Console) -> Result {
     let Some(found) = EXAMPLES.iter().find(|own| own.name == name) else {
         let names: Vec<&str> = EXAMPLES.iter().map(|own| own.name).collect();
-        let instead = instead(nearest(names.iter().copied(), name), &names.join(", "));
+        let begun = names.iter().copied().find(|own| own.starts_with(name));
+        let meant = begun.or_else(|| nearest(names.iter().copied(), name));
         return Err(Failure::input(format_args!(
-            "--example {name}: is unknown{instead}. `oneiro new --swarm NAME` writes the 2014 study's experiment"
+            "--example {name}: is unknown{}",
+            instead(meant, &names.join(", "))
         )));
     };
-    write(found.files, console)
+    write(found.files, out, console)
 }
 
-/// Writes an experiment with every value at its default.
+/// The robot of a swarm, unless --robot names another.
+const OF_SWARM: &str = "epuck-rm1.1";
+
+/// Writes an experiment to start from.
 fn template(arguments: &New, console: Console) -> Result {
     let given = arguments.name.as_deref().unwrap_or_default();
     let name = plain("NAME", "an experiment", given.strip_suffix(".toml").unwrap_or(given))?;
-    let path = format!("{name}.toml");
+    let robot = arguments.robot.as_deref().or(arguments.swarm.then_some(OF_SWARM));
+    let robots = match robot.map(Shipped::named).transpose()? {
+        Some(robot) if arguments.swarm || robot.is_for_swarms() => Robots::Swarm(robot),
+        Some(robot) => Robots::Parametric(robot),
+        None if arguments.forager => Robots::Forager,
+        None => Robots::Khepera,
+    };
+    let is_swarm = matches!(robots, Robots::Swarm(_));
     let mut parts = Vec::new();
     for (kind, part) in [
-        (compose::Kind::Sensor, &arguments.sensor),
-        (compose::Kind::Controller, &arguments.controller),
-        (compose::Kind::Task, &arguments.task),
+        (compose::Kind::Sensor, arguments.sensor.as_deref()),
+        (compose::Kind::Controller, arguments.controller.as_deref()),
+        (
+            compose::Kind::Task,
+            arguments.task.as_deref().or(is_swarm.then_some(name)),
+        ),
     ] {
         if let Some(part) = part {
             let word = kind.word();
@@ -77,36 +92,37 @@ fn template(arguments: &New, console: Console) -> Result {
             parts.push((kind, file));
         }
     }
-    let template = match &parts[..] {
-        [] if arguments.swarm => Template::Swarm,
-        parts if arguments.forager => Template::Forager(parts),
-        [] => Template::Single,
-        parts => Template::Own(parts),
+    let start = Start { name, robots, parts };
+    let text = if arguments.all_keys {
+        start.whole()
+    } else {
+        start.short()
     };
-    let text = match &arguments.robot {
-        Some(robot) => reference::described(name, robots::text(robot)?, &parts),
-        None => reference::example(name, template),
-    };
-    let mut files = vec![(path.clone(), text)];
+    let mut files = vec![(format!("{name}.toml"), text)];
     files.extend(
-        parts
+        start
+            .parts
             .iter()
-            .map(|(kind, file)| (file.clone(), reference::part(*kind, arguments.forager).to_owned())),
+            .map(|(kind, file)| (file.clone(), start.part(*kind).to_owned())),
     );
-    write(&files, console)
+    write(&files, arguments.out.as_deref(), console)
 }
 
-/// Writes files, an experiment's first, and says what to do next. Files that are there already, as they would be written, stay:
+/// Writes files into a folder, an experiment's first, and says what to do next. Files that are already there with the same bytes stay:
 /// experiments share parts, and a command that was killed goes on.
-fn write<Text: AsRef<str>>(all: &[(Text, Text)], console: Console) -> Result {
-    let is_new = |(file, text): &&(Text, Text)| !files::is_already(Path::new(file.as_ref()), text.as_ref().as_bytes());
+fn write<Text: AsRef<str>>(all: &[(Text, Text)], out: Option<&Path>, console: Console) -> Result {
+    let out = out.unwrap_or(Path::new(""));
+    let all: Vec<(PathBuf, &str)> = all
+        .iter()
+        .map(|(file, text)| (out.join(file.as_ref()), text.as_ref()))
+        .collect();
+    let is_new = |(path, text): &&(PathBuf, &str)| !files::is_already(path, text.as_bytes());
     let new: Vec<_> = all.iter().filter(is_new).collect();
-    for (file, _) in &new {
+    for (path, _) in &new {
         // Its folder is made.
-        files::must_not_exist(Path::new(file.as_ref()))?;
+        files::must_not_exist(path).map_err(|failure| failure.and_say(", or write into another folder: --out DIR"))?;
     }
-    for (index, (file, text)) in new.iter().enumerate() {
-        let path = Path::new(file.as_ref());
+    for (index, (path, text)) in new.iter().enumerate() {
         let folder = path.parent().unwrap_or(path);
         // The current directory has no name.
         let made = if folder.as_os_str().is_empty() {
@@ -114,21 +130,21 @@ fn write<Text: AsRef<str>>(all: &[(Text, Text)], console: Console) -> Result {
         } else {
             plain::make_directory(folder).map_err(|error| files::uncreated(folder, &error))
         };
-        let written = made.and_then(|()| files::write_new(path, text.as_ref().as_bytes()));
+        let written = made.and_then(|()| files::write_new(path, text.as_bytes()));
         written.inspect_err(|_| {
             // All or none; the error that follows says what to do.
             for (written, _) in &new[..index] {
-                let _ = fs::remove_file(written.as_ref());
+                let _ = fs::remove_file(written);
             }
             // It stays if it holds anything else.
             let _ = fs::remove_dir(folder);
         })?;
     }
-    let path = all[0].0.as_ref();
+    let path = files::for_shell(&all[0].0.display().to_string());
     let next = format!("next: oneiro check {path}, then oneiro run {path}");
-    let names: Vec<&str> = new.iter().map(|(file, _)| file.as_ref()).collect();
+    let names: Vec<String> = new.iter().map(|(path, _)| path.display().to_string()).collect();
     console.say(match &names[..] {
-        [] => format!("{path} is already there, as it would be written; {next}"),
+        [] => format!("{path} is already there, unchanged; {next}"),
         names => format!("wrote {}; {next}", names.join(", ")),
     });
     Ok(())

@@ -1,15 +1,18 @@
 //! `oneiro reproduce`: a paper's whole study.
 
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use oneiro_base::answer::Answer;
-use oneiro_base::console::Console;
+use oneiro_base::console::{Console, columns};
 use oneiro_base::exit::Result;
 use oneiro_lab::reality::site;
+use oneiro_studies::file::{MIGLINO1995, ODOWD2014, Shipped, StudyFile};
 use oneiro_studies::{Findings, Request, miglino1995, odowd2014};
+use serde_json::json;
 
 use super::places::{SWEEPS, found};
-use crate::cli::{Miglino1995, Odowd2014, Paper, Reproduce};
+use crate::cli::{ALL_ARMS, Miglino1995, Odowd2014, Paper, Reproduce};
 
 /// Runs the requested study.
 pub(crate) fn run(arguments: &Reproduce, console: Console) -> Result {
@@ -28,6 +31,9 @@ fn sweeps(named: &[PathBuf], console: Console) -> Result<Vec<PathBuf>> {
 fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Answer<Findings>> {
     let (file, out) = (arguments.study.as_deref(), arguments.out.as_deref());
     let backend = &arguments.backend.resolve();
+    if arguments.arm == ALL_ARMS {
+        return arms(&MIGLINO1995, file);
+    }
     if !arguments.sweeps.is_empty() {
         return miglino1995::judge_sweeps(&sweeps(&arguments.sweeps, console)?, out);
     }
@@ -54,6 +60,9 @@ fn of_1995(arguments: &Miglino1995, console: Console) -> Result<Answer<Findings>
 
 fn of_2014(arguments: &Odowd2014, console: Console) -> Result<Answer<Findings>> {
     let out = arguments.out.as_deref();
+    if arguments.arm == ALL_ARMS {
+        return arms(&ODOWD2014, arguments.study.as_deref());
+    }
     if !arguments.sweeps.is_empty() {
         return odowd2014::judge_sweeps(&sweeps(&arguments.sweeps, console)?, out);
     }
@@ -73,4 +82,24 @@ fn of_2014(arguments: &Odowd2014, console: Console) -> Result<Answer<Findings>> 
         backend: &arguments.backend.resolve(),
     };
     odowd2014::run(&asked, &request, console)
+}
+
+/// The arms of a study with their assumptions.
+fn arms(shipped: &'static Shipped, file: Option<&Path>) -> Result<Answer<Findings>> {
+    let arms = StudyFile::open(shipped, file)?.arms()?;
+    let words: Vec<_> = arms
+        .iter()
+        .map(|arm| vec![arm.name.clone(), arm.words.clone()])
+        .collect();
+    let rows = arms
+        .iter()
+        .map(|arm| [("arm", &arm.name), ("assumption", &arm.words)])
+        .map(|row| {
+            row.into_iter()
+                .map(|(column, cell)| (column.to_owned(), json!(cell)))
+                .collect()
+        })
+        .collect();
+    let tables = Findings::Tables(BTreeMap::from([("arms".to_owned(), rows)]));
+    Ok(Answer::new(columns(&["arm", "assumption"], &words), tables))
 }

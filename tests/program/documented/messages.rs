@@ -48,8 +48,7 @@ fn furnished() -> Place {
         "experiment = \"small.toml\"\nseeds = \"1..2\"\n[grid]\nnoise.motor = [0.0, 0.1]\n",
     );
     for words in [
-        &["--swarm", "swarm"][..],
-        &["part", "--task", "own"],
+        &["part", "--task", "own"][..],
         &["--example", "gather"],
         &["--example", "predator-prey"],
         &["--example", "kheperax"],
@@ -57,6 +56,8 @@ fn furnished() -> Place {
     ] {
         place.good(&[&["new", "--quiet"], words].concat());
     }
+    // A swarm of the foraging study.
+    place.write("swarm.toml", "[swarm]\n");
     fs::create_dir(place.at("empty")).unwrap();
     let run = |experiment: &str, out: &str, set: &[&str]| {
         let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();

@@ -134,7 +134,7 @@ fn an_element_of_a_list_is_swept() {
 #[test]
 fn a_described_robot_is_written() {
     let place = Place::new("robots");
-    for robot in ["khepera", "epuck", "thymio2", "kheperax"] {
+    for robot in ["khepera", "epuck", "thymio2", "kheperax", "epuck-rm1.1", "epuck-rm1.2"] {
         place.good(&["new", robot, "--robot", robot, "--task", &format!("{robot}-task")]);
         let path = format!("{robot}.toml");
         let checked = place.run(&["check", &path]).exits(0);
@@ -147,7 +147,7 @@ fn a_described_robot_is_written() {
     place
         .run(&["new", "other", "--robot", "epuk"])
         .exits(3)
-        .says(&["--robot epuk: is unknown; did you mean epuck? (allowed: khepera, epuck, thymio2, kheperax)"]);
+        .says(&["--robot epuk: is unknown; did you mean epuck? (allowed: khepera, epuck, thymio2, kheperax, epuck-rm1.1, epuck-rm1.2)"]);
     place.run(&["new", "other", "--robot", "epuck", "--forager"]).exits(2);
     assert!(!place.at("other.toml").exists());
 }

@@ -798,7 +798,7 @@ fn what_can_not_be_driven_is_refused() {
             &["mine.txt: exists already"],
         ),
         (&[nobody, "--speed", "0"], 2, &["allowed: 1 to 1100 mm/s"]),
-        (&[nobody, "--speed", "101%"], 2, &["1% to 100% of the greatest"]),
+        (&[nobody, "--speed", "101%"], 2, &["1% to 100% of the maximum"]),
         (&[nobody, "--dry-run", "--record", "x"], 2, &["--dry-run"]),
     ] {
         let ran = place.run(&[&["robot", "drive"], arguments].concat());

@@ -17,7 +17,7 @@ macro_rules! file {
 }
 
 /// All of them.
-pub static EXAMPLES: [Example; 19] = [
+pub static EXAMPLES: [Example; 20] = [
     Example {
         name: "homing",
         about: "a Khepera with a battery returns to its charger",
@@ -30,7 +30,7 @@ pub static EXAMPLES: [Example; 19] = [
     },
     Example {
         name: "road-sign",
-        about: "a Khepera turns at the end of a corridor to the side of the lamp that it passed",
+        about: "a Khepera passes a lamp in a corridor, and turns to the lamp's side at the end",
         files: &[
             file!("road-sign.toml"),
             file!("road-sign/sensors.wgsl"),
@@ -49,7 +49,7 @@ pub static EXAMPLES: [Example; 19] = [
     },
     Example {
         name: "phototaxis",
-        about: "a robot described by numbers finds a light behind obstacles",
+        about: "a parametric robot finds a light behind obstacles",
         files: &[file!("phototaxis.toml"), file!("phototaxis/task.wgsl")],
     },
     Example {
@@ -59,7 +59,7 @@ pub static EXAMPLES: [Example; 19] = [
     },
     Example {
         name: "discrimination",
-        about: "a Khepera finds a cylinder and stays with it, in a room whose walls look alike",
+        about: "a Khepera finds a cylinder and stays near it, in a room whose walls look similar",
         files: &[file!("discrimination.toml"), file!("discrimination/task.wgsl")],
     },
     Example {
@@ -73,7 +73,7 @@ pub static EXAMPLES: [Example; 19] = [
     },
     Example {
         name: "gather",
-        about: "ten robots gather on a dark patch of the floor: a mission that counts them",
+        about: "ten robots gather on a dark patch of the floor",
         files: &[file!("gather.toml"), file!("gather/mission.wgsl")],
     },
     Example {
@@ -98,12 +98,12 @@ pub static EXAMPLES: [Example; 19] = [
     },
     Example {
         name: "evostick-cues",
-        about: "twenty e-pucks gather on the black spot that is before a lamp",
+        about: "twenty e-pucks gather on the black spot in front of a lamp",
         files: &[file!("evostick-cues.toml"), file!("evostick/cues.wgsl")],
     },
     Example {
         name: "evostick-shelter",
-        about: "twenty e-pucks find a shelter that is open to one side",
+        about: "twenty e-pucks find a shelter with one open side",
         files: &[file!("evostick-shelter.toml"), file!("evostick/shelter.wgsl")],
     },
     Example {
@@ -113,7 +113,7 @@ pub static EXAMPLES: [Example; 19] = [
     },
     Example {
         name: "evostick-coverage",
-        about: "twenty e-pucks spread over an arena but for its black spots",
+        about: "twenty e-pucks spread over an arena except its black spots",
         files: &[file!("evostick-coverage.toml"), file!("evostick/coverage.wgsl")],
     },
     Example {
@@ -128,12 +128,17 @@ pub static EXAMPLES: [Example; 19] = [
     },
     Example {
         name: "automode-cues",
-        about: "twenty e-pucks gather on a black spot before a lamp, as state machines",
+        about: "twenty e-pucks gather on a black spot in front of a lamp, as state machines",
         files: &[file!("automode-cues.toml"), file!("evostick/cues.wgsl")],
     },
     Example {
         name: "automode-foraging",
         about: "twenty e-pucks bring items to a nest, as state machines",
         files: &[file!("automode-foraging.toml"), file!("evostick/foraging.wgsl")],
+    },
+    Example {
+        name: "odowd2014-over",
+        about: "ten e-pucks forage, and evolve in their on-board simulators: the foraging study of 2014",
+        files: &[file!("odowd2014-over.toml")],
     },
 ];

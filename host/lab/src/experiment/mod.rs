@@ -11,6 +11,7 @@ pub mod reference;
 pub mod robots;
 pub mod settings;
 pub mod source;
+pub mod start;
 pub mod swarm;
 #[cfg(any(test, feature = "testing"))]
 pub mod tried;

@@ -26,33 +26,41 @@ const WHEELS: [&str; 5] = [
     "latency_cycles",
 ];
 
+/// A robot that ships.
+#[derive(Clone, Copy, Debug)]
+pub struct Shipped {
+    pub name: &'static str,
+    /// An experiment with this robot only, with comments.
+    pub(super) text: &'static str,
+}
+
+impl Shipped {
+    /// The robot of a name.
+    ///
+    /// # Errors
+    /// Exit 3: the name, and the allowed names.
+    pub fn named(name: &str) -> Result<Self> {
+        let found = ROBOTS.iter().find(|(known, _)| *known == name);
+        found.map(|&(name, text)| Self { name, text }).ok_or_else(|| {
+            let instead = instead(nearest(ROBOTS.iter().map(|(known, _)| *known), name), &names());
+            Failure::input(format_args!("--robot {name}: is unknown{instead}"))
+        })
+    }
+
+    /// Whether it is only for swarms: it has a reference model.
+    pub fn is_for_swarms(&self) -> bool {
+        values(self.text).contains_key("model")
+    }
+
+    /// Whether it has this key.
+    pub(super) fn has(&self, key: &str) -> bool {
+        values(self.text).contains_key(key)
+    }
+}
+
 /// All names, separated by commas.
-pub(super) fn names() -> String {
+pub fn names() -> String {
     ROBOTS.map(|(name, _)| name).join(", ")
-}
-
-/// The names of single robots: those without a `model`.
-fn single() -> impl Iterator<Item = &'static str> {
-    let lives_alone = |text: &str| !values(text).contains_key("model");
-    ROBOTS
-        .iter()
-        .filter(move |(_, text)| lives_alone(text))
-        .map(|(name, _)| *name)
-}
-
-/// The description of a single robot, with its comments.
-///
-/// # Errors
-/// Exit 3: the name, and the allowed names.
-pub fn text(name: &str) -> Result<&'static str> {
-    let found = ROBOTS
-        .iter()
-        .find(|(known, _)| *known == name && single().any(|own| own == name));
-    found.map(|(_, text)| *text).ok_or_else(|| {
-        let allowed = single().collect::<Vec<_>>().join(", ");
-        let instead = instead(nearest(single(), name), &allowed);
-        Failure::input(format_args!("--robot {name}: is unknown{instead}"))
-    })
 }
 
 /// Name of the robot that an experiment changes. Experiments with all their values have the robot's values instead of its name, so that
