@@ -24,10 +24,9 @@ pub(crate) struct Reproduce {
 /// The papers.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Paper {
-    /// Miglino, Lund and Nolfi, "Evolving mobile robots in simulated and real environments", 1995
+    /// Miglino, Lund and Nolfi 1995: mobile robots in simulated and real environments
     Miglino1995(Miglino1995),
-    /// O'Dowd, Studley and Winfield, "The distributed co-evolution of an on-board simulator and controller for swarm
-    /// robot behaviours", 2014
+    /// O'Dowd, Studley and Winfield 2014: a swarm co-evolves on-board simulators and controllers
     Odowd2014(Odowd2014),
 }
 

@@ -139,7 +139,7 @@ fn a_described_robot_is_written() {
         let path = format!("{robot}.toml");
         let checked = place.run(&["check", &path]).exits(0);
         assert!(!checked.stderr.contains("warning"), "{}", checked.stderr);
-        assert!(checked.stdout.contains("robot       radius"), "{}", checked.stdout);
+        assert!(checked.stdout.contains(", radius "), "{}", checked.stdout);
         fitness(&place, &path, "cpu", &[]);
     }
     place.good(&["new", "alone", "--robot", "epuck"]);

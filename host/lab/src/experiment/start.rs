@@ -227,19 +227,16 @@ impl Start<'_> {
                 "An e-puck learns when to seek light and when to avoid it, to bring food to its nest".to_owned(),
                 "epuck",
             ),
-            Robots::Forager => ("An e-puck that brings food to its nest".to_owned(), "epuck"),
+            Robots::Forager => ("An e-puck in an arena with food and a nest".to_owned(), "epuck"),
             Robots::Parametric(robot) => (format!("A parametric robot ({})", robot.name), "robots"),
             Robots::Swarm(robot) => {
-                let about = format!("Ten robots ({}) learn to gather on a black spot", robot.name);
+                let about = format!("Ten robots ({}) gather on a black spot", robot.name);
                 (about, "swarms")
             }
         };
-        let parts = self.parts.iter();
-        let parts: Vec<String> = parts
-            .map(|(kind, file)| format!("the {} in {file}", kind.word()))
-            .collect();
-        let with = if parts.is_empty() { "" } else { ", with " };
-        format!("{robot}{with}{}: docs/{page}.md", parts.join(" and "))
+        let files: Vec<&str> = self.parts.iter().map(|(_, file)| &**file).collect();
+        let with = if files.is_empty() { "" } else { ", with " };
+        format!("{robot}{with}{}: docs/{page}.md", files.join(", "))
     }
 
     /// The experiment at a glance: at most [`SHORT`] lines, with the keys that most people change first.
