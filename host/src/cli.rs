@@ -1507,7 +1507,7 @@ mod tests {
     #[test]
     fn options_of_evaluations_are_refused_where_they_have_no_effect() {
         const OTHERS: &str = "experiment genomes seed trials set out best individuals all tournament every backend threads recheck \
-                            specialise json quiet help version";
+                            specialise json quiet verbose help version";
         let mut program = command();
         program.build();
         let evaluate = program.find_subcommand("evaluate").unwrap();

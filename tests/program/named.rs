@@ -402,7 +402,7 @@ fn what_is_next_can_be_typed() {
             place.write("mine.toml", text.replace("generations = 200", "generations = 2"));
         }
         let groups = ["sweep", "robot"];
-        let name = words[..1 + usize::from(groups.contains(&words[0]))].join(" ");
+        let name = words[..=usize::from(groups.contains(&words[0]))].join(" ");
         for line in ran.stderr.lines() {
             let Some((_, next)) = line.split_once("next: ") else {
                 continue;
