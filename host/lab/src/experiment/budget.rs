@@ -238,8 +238,8 @@ mod tests {
              1 finalist x 4 = 4; 34 unused"
         );
         assert_eq!(
-            words(Kind::Race, &["evolution.episodes=1000", "evolution.finalists=0"]),
-            "1,000 episodes: generations of up to 100 individuals x 2 trials = 1,000; 0 unused"
+            words(Kind::Race, &["evolution.episodes=1000"]),
+            "1,000 episodes: generations of up to 100 individuals x 2 trials = 984, 4 finalists x 4 = 16; 0 unused"
         );
     }
 }

@@ -159,7 +159,7 @@ heading_turns = 0.375
         let both = ALL.replace("heading_turns = 0.375", "heading_turns = 0.375\nheading_deg = 90");
         let refused = read(&both, &[]).unwrap_err();
         assert!(
-            refused.contains("e.toml:23:15: start.heading_deg: is already given, as start.heading_turns (e.toml:22:17)"),
+            refused.contains("e.toml:21:15: start.heading_deg: is already given, as start.heading_turns (e.toml:20:17)"),
             "{refused}"
         );
         let typed = |setting: &str| Setting::typed(setting).unwrap();
