@@ -167,8 +167,8 @@ fn files(place: &Place) {
         ),
         ("backwards", "experiment = \"small.toml\"\nseeds = \"5..1\"\n"),
         (
-            "uneven",
-            "experiment = \"small.toml\"\nseeds = \"1..2\"\n[[list]]\nnoise.motor = 0.1\n[[list]]\ncycles = 5\n",
+            "contradiction",
+            "experiment = \"small.toml\"\nseeds = \"1..2\"\n[[list]]\nevolution.episodes = 900\nevolution.generations = 5\n",
         ),
         (
             "fleet",

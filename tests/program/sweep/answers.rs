@@ -313,3 +313,19 @@ fn of_slurm_have_no_more_tasks_than_runs() {
         .says(&["--shards: counts the tasks of --print-slurm", "`--shard 1/4`"]);
     assert!(!place.at("out").exists());
 }
+
+/// Cells whose runs have different numbers of episodes are warned of, and one budget ends that.
+#[test]
+fn of_a_plan_warn_of_unequal_budgets() {
+    let place = Place::with_sweep("budgets", SWEEP);
+    let warning = || {
+        place
+            .run(&["sweep", "plan", "sweep.toml", "--no-estimate"])
+            .exits(0)
+            .stderr
+    };
+    let unequal = "runs of different cells have different numbers of episodes, 260 to 500";
+    assert!(warning().contains(unequal), "{}", warning());
+    place.write("sweep.toml", SWEEP.replace("[set]", "[set]\nevolution.episodes = 500"));
+    assert_eq!(warning(), "");
+}

@@ -315,12 +315,10 @@ sweep.toml:6: | noise.motor: is already given, as noise (sweep.toml:4:9); allowe
 noise.motor = [0.0, 0.1] => noise.motor = [0.0] / noise.motor = [0.5]
 sweep.toml:5:
 # Rows.
-+ [[list]] / cycles = 1 / [[list]] / trials = 1
-sweep.toml:5:1: list[1]: has other keys than the first row; allowed: cycles
-+ [[list]] / cycles = 1 / [[list]] / cycles = 2 / trials = 1
-sweep.toml:5:1: list[1]: has other keys than the first row; allowed: cycles
-+ [[list]] / cycles = 1 / trials = 2 / [[list]] / trials = 1
-sweep.toml:6:1: list[1]: has other keys than the first row; allowed: cycles, trials
++ [[list]] / evolution.kind = "cma-es" / [[list]] / evolution.kind = "random" / evolution.strategy.sigma = 0.5
+sweep.toml:7:28: evolution.strategy.sigma: is given; allowed: only with | cma-es | no cell of the sweep uses it
++ [[list]] / evolution.generations = 2 / evolution.episodes = 9000
+sweep.toml:4:25: evolution.generations: is given beside evolution.episodes; allowed: one of them
 + [[list]] / cycles = 1 / [[list]] / cycles = 1
 sweep.toml:5:1: list[1]: is there a second time; allowed: each row once
 + [[list]]

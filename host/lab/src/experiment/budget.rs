@@ -150,13 +150,21 @@ mod tests {
         .into();
         let file = match kind {
             Kind::Coevolution => {
-                set.extend(["evolution.population=6", "evolution.opponents.contests=2"].map(str::to_owned));
+                let few = [
+                    "evolution.population=6",
+                    "evolution.parents=3",
+                    "evolution.opponents.contests=2",
+                ];
+                set.extend(few.map(str::to_owned));
                 "predator-prey.toml"
             }
             // It has four genes.
             Kind::Grid => "aggregation.toml",
             _ => "khepera-avoidance.toml",
         };
+        if kind == Kind::Race {
+            set.push("record.individuals=false".into());
+        }
         if matches!(kind, Kind::MapElites | Kind::Novelty) {
             let descriptor = "{ measure = 'end_x_mm', least = 0, greatest = 600, cells = 20 }";
             set.push(format!("evolution.descriptors=[{descriptor}]"));
@@ -229,7 +237,11 @@ mod tests {
             small.contains("evolution.episodes: is 215; allowed: 216 or more, for one generation and its finalists"),
             "{small}"
         );
-        let many = text(Kind::CmaEs, &["evolution.episodes=100000000"]).unwrap_err();
+        let many = text(
+            Kind::CmaEs,
+            &["evolution.episodes=100000000", "evolution.population=12"],
+        )
+        .unwrap_err();
         assert!(many.contains("makes 4166666 generations of 12 individuals"), "{many}");
     }
 
@@ -249,8 +261,8 @@ mod tests {
              1 finalist x 4 = 4; 34 unused"
         );
         assert_eq!(
-            words(Kind::Race, &["evolution.episodes=1000", "evolution.finalists=0"]),
-            "1,000 episodes: generations of up to 13 individuals x 2 trials = 1,000; 0 unused"
+            words(Kind::Race, &["evolution.episodes=1000"]),
+            "1,000 episodes: generations of up to 100 individuals x 2 trials = 984, 4 finalists x 4 = 16; 0 unused"
         );
     }
 }

@@ -28,6 +28,7 @@ const VALUES: &[(&str, &[&str])] = &[
     ("evolution.init", &["'TWO'"]),
     ("evolution.initial_shares", &["SHARES"]),
     ("evolution.finalists", &["0", "1", "3"]),
+    ("evolution.episodes", &["120", "400"]),
     ("robot.sensors[].name", &["'zz'"]),
     ("robot.sensors[].response", &["[[0, 1], [30, 0.2]]"]),
     ("evolution.opponents.first_gene", &["'prey_to_left_1'"]),
