@@ -22,8 +22,6 @@ use crate::commands::subjects::{Named, Subjects, Which};
 
 /// Episodes of each genome without `--trials`.
 const EPISODES: u32 = 100;
-/// Generation in the keys of the lives, which no run uses for its evolution or its finalists.
-const GENERATION: u64 = (1 << 32) + 1;
 /// Genomes that are shown without `--all`.
 const SHOWN: usize = 20;
 
@@ -47,12 +45,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         worlds: std::slice::from_ref(experiment.world()),
         genomes: &subjects.genomes,
         count: lives as usize,
-        keys: Keys {
-            seed,
-            generation: GENERATION,
-            common: true,
-            numbers: None,
-        },
+        keys: Keys::of_champions(seed),
     };
     let mut evaluator = arguments.backend.open()?;
     console.say(format!(

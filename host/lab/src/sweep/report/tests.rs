@@ -88,8 +88,10 @@ impl Example {
             results: &results,
             generations: &generations,
             factors: &self.factors,
+            compared: Compared::Levels,
             outcome: ("fitness", "fitness of the champion"),
             others: &self.others,
+            unfinished: None,
             time: ("generation", "generation"),
             value: ("best", "best fitness"),
         })
@@ -734,7 +736,7 @@ fn long_runs_are_thinned_out_and_end_where_they_do() {
 fn levels_have_an_order_where_they_are_numbers_or_ranges() {
     let order = |texts: &[&str], runs: &[u32]| {
         let mut runs = runs.to_vec();
-        let factor = Factor::new("f", texts.iter().map(|&text| text.to_owned()).collect(), &mut runs);
+        let factor = Factor::new("f", Compared::Levels, texts.iter().map(|&text| text.to_owned()).collect(), &mut runs);
         let levels: Vec<String> = factor.levels.iter().map(|level| level.text.clone()).collect();
         (factor.kind, levels, runs)
     };
@@ -762,7 +764,7 @@ fn a_bin_has_all_runs_of_its_levels() {
     let texts: Vec<String> = (0..11).map(|level| level.to_string()).collect();
     // Half of all runs have level 3: no bin splits them, and one bin is left empty.
     let mut runs: Vec<u32> = (0..11).chain(std::iter::repeat_n(3, 10)).collect();
-    let factor = Factor::new("f", texts, &mut runs);
+    let factor = Factor::new("f", Compared::Levels, texts, &mut runs);
     let groups: Vec<(usize, usize)> = factor.groups.iter().map(|group| (group.first, group.last)).collect();
     assert_eq!(groups, [(0, 2), (3, 3), (4, 6), (7, 10)]);
     assert_eq!(factor.groups[1].label, "3");
