@@ -373,7 +373,8 @@ mod tests {
             values: vec![1.0, 2.0],
         };
         let svg = learning_curve("t", "fitness", &[line]);
-        let body = figure("Figure 1", "A <figure id=\"x\">.", &svg) + &paragraph("between") + &figure("Pair 2, n", "B.", &svg);
+        let body =
+            figure("Figure 1", "A <figure id=\"x\">.", &svg) + &paragraph("between") + &figure("Pair 2, n", "B.", &svg);
         let html = document("t", "", &[Section::new("all", "All", body)]);
         let found: Vec<(&str, &str)> = figures(&html).collect();
         assert_eq!(found, [("figure-1", svg.as_str()), ("pair-2-n", svg.as_str())]);

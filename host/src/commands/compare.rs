@@ -55,7 +55,11 @@ pub(crate) fn run(arguments: &Compare, console: Console) -> Result {
     plan.warnings.splice(0..0, warnings);
     console.warn(&plan.warnings);
     let runs: usize = conditions.iter().map(|own| own.runs.len()).sum();
-    let all = format!("{}, {}", counted(conditions.len(), "condition", "conditions"), counted(runs, "run", "runs"));
+    let all = format!(
+        "{}, {}",
+        counted(conditions.len(), "condition", "conditions"),
+        counted(runs, "run", "runs")
+    );
     let appraisals = match plan.score {
         Score::New { episodes, seed } => {
             let mut evaluator = arguments.backend.open()?;
@@ -79,6 +83,10 @@ pub(crate) fn run(arguments: &Compare, console: Console) -> Result {
     let written = compare::write(out, &conditions, &plan, appraisals.as_deref())?;
     let mut value = written.json;
     value["files"] = json!(written.files);
-    let text = format!("{}\nreport  {}", columns(&written.heads, &written.rows), out.join(compare::PAGE).display());
+    let text = format!(
+        "{}\nreport  {}",
+        columns(&written.heads, &written.rows),
+        out.join(compare::PAGE).display()
+    );
     console.print_answer(&Answer::new(text, value))
 }

@@ -37,12 +37,23 @@ const EFFECTS: &str = "effects.csv";
 const TIMES: u64 = 200;
 
 static RUNS_COLUMNS: [Column; 12] = [
-    Column::whole("run", "", "its number, from 0: condition by condition, and seed by seed within one"),
+    Column::whole(
+        "run",
+        "",
+        "its number, from 0: condition by condition, and seed by seed within one",
+    ),
     Column::text("id", "the hash of the run's experiment and seed"),
     Column::text(CONDITION, "its condition"),
     Column::whole("seed", "", "the run's seed"),
-    Column::text("source", "the run's directory, or its sweep's with the run's number there"),
-    Column::whole("episodes", "", "episodes that its evolution may spend, without those of finalists"),
+    Column::text(
+        "source",
+        "the run's directory, or its sweep's with the run's number there",
+    ),
+    Column::whole(
+        "episodes",
+        "",
+        "episodes that its evolution may spend, without those of finalists",
+    ),
     Column::number(
         "score",
         "",
@@ -57,7 +68,7 @@ static RUNS_COLUMNS: [Column; 12] = [
     Column::number(
         "recorded_mean",
         "",
-        "the recorded mean of the champion's fresh lives; empty without finalists",
+        "the recorded mean of the champion's new episodes (`evolution.finalist_lives`); empty without finalists",
     ),
     Column::number("fitness", "", "the highest score of any individual in its generation"),
     Column::text("result", "the hash of the run's results"),
@@ -104,13 +115,17 @@ impl Score {
     fn words(self) -> String {
         match self {
             Self::New { episodes, seed } => {
-                format!("mean fitness of the champion in {episodes} new episodes, the same for all (seed {seed}); more is better")
+                format!(
+                    "mean fitness of the champion in {episodes} new episodes, the same for all (seed {seed}); more is better"
+                )
             }
             Self::RecordedMean => {
-                "recorded mean fitness of the champion\u{2019}s new episodes, each run\u{2019}s own; more is better".to_owned()
+                "recorded mean fitness of the champion\u{2019}s new episodes, each run\u{2019}s own; more is better"
+                    .to_owned()
             }
             Self::Fitness => {
-                "recorded fitness of the best individual in its generation, by which it was selected; more is better".to_owned()
+                "recorded fitness of the best individual in its generation, by which it was selected; more is better"
+                    .to_owned()
             }
         }
     }
@@ -161,7 +176,13 @@ impl Plan {
         }
         let score = match new {
             Some((episodes, seed)) if shares_task => Score::New { episodes, seed },
-            _ if conditions.iter().flat_map(|own| &own.runs).all(|run| run.mean.is_some()) => Score::RecordedMean,
+            _ if conditions
+                .iter()
+                .flat_map(|own| &own.runs)
+                .all(|run| run.mean.is_some()) =>
+            {
+                Score::RecordedMean
+            }
             _ => Score::Fitness,
         };
         if score == Score::Fitness {
@@ -212,7 +233,13 @@ fn budgets(conditions: &[Condition]) -> Option<String> {
         conditions.iter().min_by_key(|own| own.experiment.episodes())?,
         conditions.iter().max_by_key(|own| own.experiment.episodes())?,
     );
-    (episodes.len() > 1).then(|| format!("budgets are unequal: from {} to {} episodes a run", words(least), words(most)))
+    (episodes.len() > 1).then(|| {
+        format!(
+            "budgets are unequal: from {} to {} episodes a run",
+            words(least),
+            words(most)
+        )
+    })
 }
 
 fn not_comparable(difference: &Difference, first: &Condition, other: &Condition) -> Failure {
@@ -258,7 +285,7 @@ fn differences(first: &Condition, others: &[Condition]) -> Vec<String> {
     known.into_values().collect()
 }
 
-/// Re-evaluates the champions of all runs in new episodes. Each lives in the world of its condition; random numbers are common to all.
+/// Re-evaluates the champions of all runs in new episodes, in the worlds of their conditions. Random numbers are common to all.
 ///
 /// # Errors
 /// As the evaluator's.
@@ -284,7 +311,11 @@ pub fn steps(conditions: &[Condition], episodes: u32) -> u64 {
 }
 
 fn champions(condition: &Condition) -> Population {
-    let genes: Vec<f32> = condition.runs.iter().flat_map(|run| run.champion.iter().copied()).collect();
+    let genes: Vec<f32> = condition
+        .runs
+        .iter()
+        .flat_map(|run| run.champion.iter().copied())
+        .collect();
     Population::new(condition.experiment.world().gene_layout().genes(), genes)
 }
 
@@ -311,18 +342,23 @@ pub struct Written {
 ///
 /// # Errors
 /// Exit 6 if writing fails.
-pub fn write(out: &Path, conditions: &[Condition], plan: &Plan, appraisals: Option<&[Vec<Appraisal>]>) -> Result<Written> {
+pub fn write(
+    out: &Path,
+    conditions: &[Condition],
+    plan: &Plan,
+    appraisals: Option<&[Vec<Appraisal>]>,
+) -> Result<Written> {
     let [runs, curves] = [RUNS, CURVES].map(|name| out.join(name));
     disk::write(&runs, table_of_runs(conditions, plan, appraisals).as_bytes())?;
     disk::write(&curves, table_of_curves(conditions).as_bytes())?;
     let names: Vec<&str> = conditions.iter().map(|own| own.name.as_str()).collect();
     let is_race = |own: &Condition| own.experiment.settings().evolution.kind == Kind::Race;
     let caption = if conditions.iter().any(is_race) {
-        "The score of a generation is the best of those by which its individuals were selected, so it is too high by luck, the more so the \
-         fewer episodes it is of. A race\u{2019}s generations are of unequal numbers of episodes, and are drawn as if they were equal."
+        "The left panel shows scores that selection saw: the best of each generation is too high by luck, more so with fewer episodes an \
+         individual. A race\u{2019}s generations have different numbers of episodes; they are drawn as if these were equal."
     } else {
-        "The score of a generation is the best of those by which its individuals were selected, so it is too high by luck, the more so the \
-         fewer episodes it is of."
+        "The left panel shows scores that selection saw: the best of each generation is too high by luck, more so with fewer episodes an \
+         individual."
     };
     let request = conditions::Request {
         tables: Tables {
@@ -392,9 +428,16 @@ fn table_of_runs(conditions: &[Condition], plan: &Plan, appraisals: Option<&[Vec
 
 /// The best score by episodes spent. All runs have the same times, so that means can be taken over them.
 fn table_of_curves(conditions: &[Condition]) -> String {
-    let most = conditions.iter().map(|own| own.experiment.episodes()).max().unwrap_or(0);
+    let most = conditions
+        .iter()
+        .map(|own| own.experiment.episodes())
+        .max()
+        .unwrap_or(0);
     let ends = conditions.iter().map(|own| own.experiment.episodes());
-    let times: BTreeSet<u64> = (1..=TIMES).map(|time| (most * time).div_ceil(TIMES)).chain(ends).collect();
+    let times: BTreeSet<u64> = (1..=TIMES)
+        .map(|time| (most * time).div_ceil(TIMES))
+        .chain(ends)
+        .collect();
     let mut table = Csv::new(&CURVES_COLUMNS);
     let mut number = 0_u64;
     for condition in conditions {
@@ -417,7 +460,8 @@ fn best_at(run: &Run, end: u64, times: impl Iterator<Item = u64>) -> Vec<(u64, f
     let mut values = Vec::new();
     for time in times {
         // A generation is over when its part of all episodes is spent.
-        while done < generations && u128::from(end) * u128::from(done + 1) <= u128::from(time) * u128::from(generations) {
+        while done < generations && u128::from(end) * u128::from(done + 1) <= u128::from(time) * u128::from(generations)
+        {
             best = all.next().map_or(best, |score| best.max(score));
             done += 1;
         }

@@ -10,8 +10,8 @@ use oneiro_base::exit::{Failure, Result};
 use crate::experiment::Experiment;
 use crate::experiment::source::Setting;
 use crate::record::SavedRun;
-use crate::runs::single::{best_by_generation, champion};
 use crate::runs::CHAMPION_MEAN;
+use crate::runs::single::{best_by_generation, champion};
 use crate::sweep::report::table::Table;
 use crate::sweep::store::Store;
 use crate::sweep::tables::Readable;
@@ -170,8 +170,10 @@ impl Sources {
         if self.ids.insert(run.id.clone()) {
             self.conditions[condition].runs.push(run);
         } else {
-            self.warnings
-                .push(format!("{}: the same run was named before, and counts once", run.source));
+            self.warnings.push(format!(
+                "{}: the same run was named before, and counts once",
+                run.source
+            ));
         }
     }
 
@@ -258,8 +260,7 @@ fn results(readable: &Readable, plan: &Plan, sweep: &Sweep, place: &str) -> Resu
     let mut runs = BTreeMap::new();
     let path = readable.table(contents::RESULTS);
     let mut table = Table::open(&path)?;
-    let [number, id, seed, fitness, result] =
-        ["run", "id", "seed", "best", "result"].map(|name| table.column(name));
+    let [number, id, seed, fitness, result] = ["run", "id", "seed", "best", "result"].map(|name| table.column(name));
     let (number, id, seed, fitness, result) = (number?, id?, seed?, fitness?, result?);
     let (mean, champion_generation) = (table.column(CHAMPION_MEAN)?, table.column("champion_generation")?);
     while table.advance()? {
@@ -316,4 +317,3 @@ fn number_of(table: &Table<'_>, column: usize, sweep: &Sweep) -> Result<u32> {
     let run = u32::try_from(number).ok().filter(|run| (*run as usize) < sweep.runs());
     run.ok_or_else(|| table.corrupt(format_args!("run {number} is none of this sweep's")))
 }
-

@@ -371,7 +371,10 @@ impl Experiment {
 
     fn task_values(&self) -> Table {
         let own = |key: &str| self.values.get(key).map(|value| (key.to_owned(), value.clone()));
-        let mut values: Table = ["cycles", "arena", "start", "task"].into_iter().filter_map(own).collect();
+        let mut values: Table = ["cycles", "arena", "start", "task"]
+            .into_iter()
+            .filter_map(own)
+            .collect();
         if let Some(count) = values::at(&self.values, "robot.count") {
             let count = Table::from_iter([("count".to_owned(), count.clone())]);
             values.insert("robot".into(), count.into());

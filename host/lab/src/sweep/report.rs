@@ -51,7 +51,10 @@ pub(super) fn contents(factors: &[Column]) -> Vec<Entry> {
     let cells = cells::columns(factors, std::slice::from_ref(&others));
     vec![
         Entry::file(PAGE, "written by `oneiro sweep report`: figures, tables and tests"),
-        Entry::file(format!("{}/", page::FIGURES), format!("written by it: {}", page::FIGURES_ABOUT)),
+        Entry::file(
+            format!("{}/", page::FIGURES),
+            format!("written by it: {}", page::FIGURES_ABOUT),
+        ),
         Entry::table(
             CELLS,
             "written by `oneiro sweep report`: one row per cell, best first",
@@ -132,7 +135,11 @@ impl Unfinished {
         };
         let shown: Vec<String> = stretches.iter().take(SHOWN).map(stretch).collect();
         let rest: usize = stretches.iter().skip(SHOWN).map(|runs| runs.len()).sum();
-        let more = if rest > 0 { format!(" and {rest} more") } else { String::new() };
+        let more = if rest > 0 {
+            format!(" and {rest} more")
+        } else {
+            String::new()
+        };
         format!("{there} of {} runs; missing: {}{more}", self.runs, shown.join(", "))
     }
 }
@@ -183,7 +190,10 @@ pub fn report(tables: &Tables<'_>) -> Result<Report> {
 fn facts(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>) -> String {
     let number = |n: usize| count(n as u64);
     let all = runs.outcomes();
-    let runs_words = tables.unfinished.as_ref().map_or_else(|| number(runs.all.len()), Unfinished::words);
+    let runs_words = tables
+        .unfinished
+        .as_ref()
+        .map_or_else(|| number(runs.all.len()), Unfinished::words);
     let mut facts = vec![("runs", runs_words)];
     if all.not_numbers > 0 {
         let runs = if all.not_numbers == 1 { "run has" } else { "runs have" };
@@ -193,7 +203,11 @@ fn facts(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>) -> String {
         );
         facts.push(("NaN", words));
     }
-    let all_cells = tables.unfinished.as_ref().map_or(0, |unfinished| unfinished.without_runs.len()) + cells.ranked.len();
+    let all_cells = tables
+        .unfinished
+        .as_ref()
+        .map_or(0, |unfinished| unfinished.without_runs.len())
+        + cells.ranked.len();
     facts.push(("cells", number(all_cells)));
     let (fewest, most) = cells.runs();
     let each = if fewest == most {
@@ -216,7 +230,10 @@ fn facts(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>) -> String {
         format!("Evolutions side by side: what the swept {keys}, which settings are best, and how sure that is.")
     };
     let unfinished = tables.unfinished.as_ref().map_or_else(String::new, |unfinished| {
-        format!("<p><b>Unfinished: {}.</b> This report is of the runs that are finished.</p>\n", unfinished.words())
+        format!(
+            "<p><b>Unfinished: {}.</b> This report is of the runs that are finished.</p>\n",
+            unfinished.words()
+        )
     });
     format!("<p class=\"lead\">{lead}</p>\n{unfinished}{}", page::facts(&facts))
 }

@@ -122,11 +122,7 @@ fn draw(svg: &mut Svg, map: &HeatMap<'_>, square: Option<&Square>, (x, y): (f64,
     let (ground, ink, words) = if mean.is_finite() {
         let share = share(map, mean);
         let ink = if share > 0.5 { "#ffffff" } else { INK };
-        (
-            ramp(&HEAT, share),
-            ink,
-            in_figure(mean, DIGITS),
-        )
+        (ramp(&HEAT, share), ink, in_figure(mean, DIGITS))
     } else {
         ("#ffffff".to_owned(), INK, "no number".to_owned())
     };

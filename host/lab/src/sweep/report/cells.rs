@@ -61,7 +61,10 @@ impl<'a> Cells<'a> {
             tables.outcome.1,
             if all > SHOWN { ": cells.csv has all of them" } else { "" },
         );
-        let without = tables.unfinished.as_ref().map_or(&[][..], |unfinished| &unfinished.without_runs);
+        let without = tables
+            .unfinished
+            .as_ref()
+            .map_or(&[][..], |unfinished| &unfinished.without_runs);
         let without = if without.is_empty() {
             String::new()
         } else {

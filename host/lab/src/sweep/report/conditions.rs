@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use oneiro_base::contents::Column;
 use oneiro_base::exit::Result;
 use oneiro_report::csv::{Csv, known};
-use oneiro_report::numbers::{NONE, count, shown};
+use oneiro_report::numbers::{NONE, count, shown, significant};
 use oneiro_report::page::{self, Cell, Head, Row, Section, list, paragraph, table};
 use serde_json::{Value, json};
 
@@ -56,10 +56,21 @@ pub const HEADS: [&str; 7] = ["condition", "runs", "NaN", "episodes a run", "med
 
 /// The columns of the table of conditions.
 pub static COLUMNS: [Column; 13] = [
-    Column::text(CONDITION, "its name: the experiment's, or a sweep's with the values of a cell"),
+    Column::text(
+        CONDITION,
+        "its name: the experiment's, or a sweep's with the values of a cell",
+    ),
     Column::whole("runs", "", "the number of its finished runs"),
-    Column::whole("nan", "", "the number of runs whose score is not a number; the columns below are without them"),
-    Column::whole("episodes", "", "episodes that a run's evolution may spend, without those of finalists"),
+    Column::whole(
+        "nan",
+        "",
+        "the number of runs whose score is not a number; the columns below are without them",
+    ),
+    Column::whole(
+        "episodes",
+        "",
+        "episodes that a run's evolution may spend, without those of finalists",
+    ),
     Column::number("median", "", "the median of the runs' scores"),
     Column::number(
         "median_low",
@@ -68,7 +79,11 @@ pub static COLUMNS: [Column; 13] = [
     ),
     Column::number("median_high", "", "its upper bound"),
     Column::number("mean", "", "the mean of the runs' scores"),
-    Column::number("mean_low", "", "the lower bound of the mean's 95 % confidence interval, by Student's t"),
+    Column::number(
+        "mean_low",
+        "",
+        "the lower bound of the mean's 95 % confidence interval, by Student's t",
+    ),
     Column::number("mean_high", "", "its upper bound"),
     Column::number("sd", "", "the standard deviation of the runs' scores"),
     Column::number("min", "", "the lowest score"),
@@ -92,7 +107,11 @@ pub fn report(request: &Request<'_>) -> Result<Report> {
     let samples = runs.samples(0);
     // Conditions are the levels of the only factor, and not cells besides.
     let effects = Effects::of(&runs, std::slice::from_ref(&samples), &Cells { ranked: Vec::new() });
-    let names: Vec<&str> = runs.factors[0].groups.iter().map(|group| group.label.as_str()).collect();
+    let names: Vec<&str> = runs.factors[0]
+        .groups
+        .iter()
+        .map(|group| group.label.as_str())
+        .collect();
     let conditions: Vec<Condition<'_>> = names
         .iter()
         .zip(&samples)
@@ -157,7 +176,7 @@ impl Condition<'_> {
     }
 
     fn texts(&self) -> Vec<String> {
-        let plain = |x: f64| known(x);
+        let plain = |x: f64| significant(x, DIGITS as usize);
         let interval = self.sample.median_interval();
         vec![
             self.name.to_owned(),
@@ -183,7 +202,10 @@ fn lead(request: &Request<'_>, runs: &Runs, conditions: &[Condition<'_>]) -> Str
     ];
     let not_numbers = runs.outcomes().not_numbers;
     if not_numbers > 0 {
-        let words = format!("{} of the runs have a score that is no number; they are left out of all else", count(not_numbers as u64));
+        let words = format!(
+            "{} of the runs have a score that is no number; they are left out of all else",
+            count(not_numbers as u64)
+        );
         facts.push(("NaN", words));
     }
     if !request.differences.is_empty() {
@@ -205,7 +227,7 @@ fn lead(request: &Request<'_>, runs: &Runs, conditions: &[Condition<'_>]) -> Str
 fn summary(tables: &Tables<'_>, conditions: &[Condition<'_>]) -> Section {
     let words = format!(
         "One row per condition: {}. The interval of the median is that of 95 % confidence by order statistics, which needs six runs; that \
-         of the mean is Student\u{2019}s. Episodes are those that the evolution of one run may spend; those of finalists come on top.",
+         of the mean is by Student\u{2019}s t. Episodes are those that the evolution of one run may spend, without those of finalists.",
         tables.outcome.1
     );
     let head = [
@@ -319,4 +341,73 @@ fn test(names: &[&str], one: &Comparison) -> Value {
         "p": one.p,
         "p_holm": one.p_holm,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use oneiro_base::files::plain;
+
+    use super::*;
+
+    /// A score that is no number is counted, and left out of the rest. Conditions keep their order, even those named like numbers.
+    #[test]
+    fn scores_that_are_no_numbers_are_counted() {
+        let folder = std::env::temp_dir().join(format!("oneiro-conditions-{}", std::process::id()));
+        plain::make_directory(&folder).unwrap();
+        let [runs, curves] = ["runs.csv", "curves.csv"].map(|name| folder.join(name));
+        let (mut rows, mut steps) = (String::new(), String::new());
+        for run in 0..14_u32 {
+            let condition = if run < 7 { "20" } else { "10" };
+            let score = if run == 3 {
+                String::new()
+            } else {
+                format!("{}.0625", 100 * (run % 7) + run / 7)
+            };
+            rows += &format!("{run},id{run},{condition},{},{score},result{run}\n", run % 7);
+            steps += &format!("{run},50,1\n{run},100,{run}\n");
+        }
+        let write = |path: &std::path::Path, text: String| oneiro_base::disk::write(path, text.as_bytes()).unwrap();
+        write(&runs, format!("run,id,{CONDITION},seed,score,result\n{rows}"));
+        write(&curves, format!("run,episodes,best\n{steps}"));
+        let request = Request {
+            tables: Tables {
+                title: "t",
+                results: &runs,
+                generations: &curves,
+                factors: &[CONDITION.to_owned()],
+                compared: Compared::Conditions,
+                outcome: ("score", "score"),
+                others: &[],
+                unfinished: None,
+                time: ("episodes", "episodes spent"),
+                value: ("best", "best score so far"),
+            },
+            episodes: BTreeMap::from([("20".to_owned(), 100), ("10".to_owned(), 200)]),
+            about: "a score".to_owned(),
+            warnings: &["w < v".to_owned()],
+            differences: &[],
+            caption: String::new(),
+        };
+        let report = report(&request).unwrap();
+        let _ = std::fs::remove_dir_all(&folder);
+        assert_eq!(report.json["not_numbers"], 1);
+        // Six numbers: the interval of the median is from the least to the greatest. Seven: the same.
+        let lines: Vec<&str> = report.conditions_csv.lines().collect();
+        assert!(
+            lines[1].starts_with("20,7,1,100,300.062,0.0625,600.062,"),
+            "{}",
+            lines[1]
+        );
+        assert!(
+            lines[2].starts_with("10,7,0,200,301.062,1.0625,601.062,301.062,"),
+            "{}",
+            lines[2]
+        );
+        assert_eq!(report.rows[0][..6], ["20", "7", "1", "100", "300.1", "0.0625 to 600.1"]);
+        assert!(report.html.contains("(+1 NaN)") && report.html.contains("w &lt; v"));
+        // One pair, the later condition first, as levels of a sweep's keys are.
+        assert_eq!(report.json["tests"][0]["first"], "10");
+        assert_eq!(report.json["tests"].as_array().unwrap().len(), 1);
+        assert!(report.json["tests"][0]["p_holm"] == report.json["tests"][0]["p"]);
+    }
 }

@@ -107,7 +107,8 @@ impl<'a> Table<'a> {
     pub(crate) fn gene(&self, column: usize) -> Result<f32> {
         // By way of f64 it would be rounded twice.
         let gene: Option<f32> = self.cell(column).parse().ok();
-        gene.filter(|gene| gene.is_finite()).ok_or_else(|| self.not_a(column, "gene"))
+        gene.filter(|gene| gene.is_finite())
+            .ok_or_else(|| self.not_a(column, "gene"))
     }
 
     /// Exit 5 with a problem of this row.
