@@ -389,6 +389,8 @@ pub(crate) enum Command {
     Replay(Replay),
     /// Evaluate genomes, find the best, or play a tournament
     Evaluate(Evaluate),
+    /// Compare experiments: scores, tests and figures in one report
+    Compare(Compare),
     /// Check a run's files; recompute its results and compare the bits
     Verify(Verify),
     /// Find, watch, drive and stop a robot; sample and calibrate it
@@ -1278,6 +1280,32 @@ pub(crate) struct FleetCompare {
     pub(crate) backend: Backend,
 }
 
+/// `oneiro compare`
+#[derive(Args, Debug)]
+pub(crate) struct Compare {
+    /// Directories of runs, folders that hold runs, and sweeps, each of whose cells is a condition
+    #[arg(value_name = "RUNS_OR_SWEEP", required = true, value_hint = ValueHint::DirPath)]
+    pub(crate) sources: Vec<PathBuf>,
+    /// Write compare.html, its figures and its tables into this directory [default: compare]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+    /// New episodes of each champion, the same for all [default: 100]
+    #[arg(long, value_name = "K", value_parser = whole::<u32>(1..=1_000_000))]
+    pub(crate) trials: Option<u32>,
+    /// Seed of the new episodes [default: 1]
+    #[arg(long, value_name = "N", value_parser = seed())]
+    pub(crate) seed: Option<u64>,
+    /// Change a value of all experiments for the new episodes, such as noise.sensor=[0.0,0.4]. May be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
+    pub(crate) set: Vec<String>,
+    /// Compare the champions' recorded scores; simulate nothing
+    #[arg(long, conflicts_with_all = ["trials", "seed", "set"])]
+    pub(crate) recorded: bool,
+    /// The device that evaluates.
+    #[command(flatten)]
+    pub(crate) backend: Backend,
+}
+
 /// `oneiro sweep`
 #[derive(Args, Debug)]
 pub(crate) struct Sweep {
@@ -1310,7 +1338,7 @@ pub(crate) enum SweepCommand {
     },
     /// Write a report: learning curves, heat maps, tables, and tests of which cells differ
     Report {
-        /// The directory of a finished sweep
+        /// The sweep's directory. If the sweep is unfinished, the report is of its finished runs, and lists the others
         #[arg(value_hint = ValueHint::DirPath)]
         dir: PathBuf,
         /// The column of results.csv to compare cells by; higher is better [default: champion_mean; peak without finalists; real with

@@ -25,7 +25,7 @@ checkpoint_every = 2
 const SWEEP: &str = "experiment = \"small.toml\"\nseeds = \"1..3\"\n";
 
 /// Commands under limits: a name, which begins with that of the command, and the arguments, in which `OUT` is a new path.
-const COMMANDS: [(&str, &[&str]); 38] = [
+const COMMANDS: [(&str, &[&str]); 39] = [
     ("new", &["new", "OUT.toml"]),
     ("check", &["check", "small.toml"]),
     ("check parts", &["check", "parts.toml"]),
@@ -60,6 +60,10 @@ const COMMANDS: [(&str, &[&str]); 38] = [
     ("verify again", &["verify", "run", "--recompute", "--fraction", "1"]),
     ("verify", &["verify", "run"]),
     ("list", &["list", "."]),
+    (
+        "compare",
+        &["compare", "run", "random", "--trials", "2", "--out", "OUT"],
+    ),
     ("device list", &["device", "list"]),
     ("device list explained", &["device", "list", "--explain"]),
     (
@@ -133,6 +137,7 @@ impl Place {
             place.good(&run);
         };
         shortened("run", "small.toml", &[]);
+        shortened("random", "small.toml", &["evolution.kind=random"]);
         place.good(&["sweep", "run", "sweep.toml", "--out", "sweep"]);
         let few = ["cycles=30", "evolution.generations=2", "evolution.finalists=0"];
         let parents = [

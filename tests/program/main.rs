@@ -32,6 +32,7 @@ mod clients;
 #[cfg(feature = "compose")]
 mod coevolution;
 mod commands;
+mod compare;
 #[cfg(feature = "native")]
 mod documented;
 mod elsewhere;

@@ -19,6 +19,7 @@ mod damages;
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod disks;
 mod lives;
+mod partial;
 #[cfg(unix)]
 mod processes;
 mod refusals;

@@ -16,6 +16,7 @@
 )]
 
 pub mod calibrate;
+pub mod compare;
 pub mod device;
 pub mod engine;
 pub mod exchange;

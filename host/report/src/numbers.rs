@@ -51,24 +51,33 @@ pub fn to_six_places(number: f64) -> f64 {
     fixed(number, 6).parse().unwrap_or(number)
 }
 
+/// Significant digits of a number in a report's tables and figures: no report shows more than four. Tables as CSV have [six](super::csv).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Digits {
+    /// Of effects, shares and deviations.
+    Three = 3,
+    /// Of what was measured.
+    Four = 4,
+}
+
 /// Formats a number for readers, as HTML.
-pub fn shown(x: f64, digits: usize) -> String {
+pub fn shown(x: f64, digits: Digits) -> String {
+    let text = in_figure(x, digits);
+    match text.split_once('e') {
+        Some((mantissa, exponent)) => format!("{mantissa}\u{2009}\u{b7}\u{2009}10<sup>{exponent}</sup>"),
+        None => text,
+    }
+}
+
+/// Formats a number for readers, as the text of a figure.
+pub fn in_figure(x: f64, digits: Digits) -> String {
     if x.is_nan() {
         return NONE.to_owned();
     }
     if x.is_infinite() {
         return if x > 0.0 { "\u{221e}" } else { "\u{2212}\u{221e}" }.to_owned();
     }
-    let text = significant(x, digits);
-    let signed = |text: &str| text.replace('-', "\u{2212}");
-    match text.split_once('e') {
-        Some((mantissa, exponent)) => format!(
-            "{}\u{2009}\u{b7}\u{2009}10<sup>{}</sup>",
-            signed(mantissa),
-            signed(exponent)
-        ),
-        None => signed(&text),
-    }
+    significant(x, digits as usize).replace('-', "\u{2212}")
 }
 
 /// Formats a probability, as HTML.
@@ -76,7 +85,7 @@ pub fn probability(p: f64) -> String {
     if p == 0.0 {
         "&lt;\u{2009}10<sup>\u{2212}300</sup>".to_owned()
     } else {
-        shown(p, if p < 1e-3 { 2 } else { 3 })
+        shown(p, Digits::Three)
     }
 }
 
@@ -167,10 +176,21 @@ mod tests {
 
     #[test]
     fn readers_see_powers_and_minus_signs() {
-        assert_eq!(shown(-1.5, 3), "\u{2212}1.5");
-        assert_eq!(shown(2.5e-12, 2), "2.5\u{2009}\u{b7}\u{2009}10<sup>\u{2212}12</sup>");
-        assert_eq!(shown(f64::NAN, 3), NONE);
-        assert_eq!(shown(f64::NEG_INFINITY, 3), "\u{2212}\u{221e}");
+        use Digits::{Four, Three};
+        assert_eq!(shown(-1.5, Three), "\u{2212}1.5");
+        assert_eq!(
+            shown(2.5e-12, Three),
+            "2.5\u{2009}\u{b7}\u{2009}10<sup>\u{2212}12</sup>"
+        );
+        assert_eq!(in_figure(-2.5e-12, Three), "\u{2212}2.5e\u{2212}12");
+        for text in [shown, in_figure] {
+            assert_eq!(text(f64::NAN, Three), NONE);
+            assert_eq!(text(f64::NEG_INFINITY, Three), "\u{2212}\u{221e}");
+            // Not the title of 0.892 that says 0.9, nor a zero with a sign.
+            assert_eq!(text(0.892, Three), "0.892");
+            assert_eq!(text(19_142.37, Four), "19140");
+            assert_eq!(text(-0.0, Four), "0");
+        }
     }
 
     #[test]

@@ -2,8 +2,17 @@
 //! were escaped where they were made.
 
 use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use oneiro_base::disk;
+use oneiro_base::exit::Result;
 
 use crate::figures::escaped;
+
+/// The folder beside a page that has its figures as files.
+pub const FIGURES: &str = "figures";
+/// What it holds, for descriptions of directories.
+pub const FIGURES_ABOUT: &str = "the report's figures, each as a standalone SVG file, named as in the report";
 
 /// Style of the page on screen and on paper.
 const STYLE: &str = include_str!("page/style.css");
@@ -44,6 +53,39 @@ pub fn document(title: &str, lead: &str, sections: &[Section]) -> String {
     )
 }
 
+/// Writes a page that [`document`] made, and [its figures](figures) into a folder beside it. Returns their paths, the page's first.
+///
+/// # Errors
+/// Exit 3 if a link or a file has the folder's name; exit 6 if writing fails.
+pub fn write(directory: &Path, name: &str, html: &str) -> Result<Vec<PathBuf>> {
+    let mut paths = vec![directory.join(name)];
+    disk::write(&paths[0], html.as_bytes())?;
+    let mut figures = figures(html).peekable();
+    if figures.peek().is_some() {
+        let folder = disk::make_folder(directory, FIGURES)?;
+        for (name, svg) in figures {
+            let path = folder.join(format!("{name}.svg"));
+            disk::write(&path, svg.as_bytes())?;
+            paths.push(path);
+        }
+    }
+    Ok(paths)
+}
+
+/// The figures of a page: the target of each one's links, and its picture, an SVG file that needs nothing of the page.
+pub fn figures(html: &str) -> impl Iterator<Item = (&str, &str)> {
+    let figures = html.split(FIGURE).skip(1);
+    figures.filter_map(|figure| {
+        let (name, rest) = figure.split_once("\">\n")?;
+        let (svg, _) = rest.split_once(CAPTION)?;
+        Some((name, svg))
+    })
+}
+
+/// How a figure begins, and its caption.
+const FIGURE: &str = "<figure id=\"";
+const CAPTION: &str = "<figcaption>";
+
 /// A paragraph of text.
 pub fn paragraph(text: &str) -> String {
     format!("<p>{}</p>\n", escaped(text))
@@ -70,7 +112,7 @@ pub fn breakable(text: &str) -> String {
 /// A picture with its name, such as `Figure 6`, and a caption.
 pub fn figure(name: &str, words: &str, svg: &str) -> String {
     format!(
-        "<figure id=\"{}\">\n{svg}<figcaption><b>{}.</b> {}</figcaption>\n</figure>\n",
+        "{FIGURE}{}\">\n{svg}{CAPTION}<b>{}.</b> {}</figcaption>\n</figure>\n",
         id(name),
         escaped(name),
         escaped(words)
@@ -315,5 +357,29 @@ pub mod check {
         assert_eq!(unbalanced("<p>a <b>c</b><br/></p>"), None);
         assert_eq!(unbalanced("<p><b>c</p></b>"), Some("/p".into()));
         assert_eq!(unbalanced("<p><b>c</b>"), Some("p".into()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figures::{Series, learning_curve};
+
+    /// Each figure is a file by itself: SVG with its name space, size, font and colours, and no style of the page.
+    #[test]
+    fn figures_of_a_page_are_files() {
+        let line = Series {
+            label: "a < b",
+            values: vec![1.0, 2.0],
+        };
+        let svg = learning_curve("t", "fitness", &[line]);
+        let body =
+            figure("Figure 1", "A <figure id=\"x\">.", &svg) + &paragraph("between") + &figure("Pair 2, n", "B.", &svg);
+        let html = document("t", "", &[Section::new("all", "All", body)]);
+        let found: Vec<(&str, &str)> = figures(&html).collect();
+        assert_eq!(found, [("figure-1", svg.as_str()), ("pair-2-n", svg.as_str())]);
+        assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=") && svg.contains("font-family="));
+        assert!(!svg.contains("class=") && svg.ends_with("</svg>\n"));
+        assert_eq!(figures(&document("t", "", &[])).count(), 0);
     }
 }

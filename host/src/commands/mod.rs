@@ -8,6 +8,7 @@ use oneiro_lab::engine::watcher::stop_at_once;
 use crate::cli::Command;
 
 mod check;
+mod compare;
 mod completions;
 pub(crate) mod cost;
 pub(crate) mod device;
@@ -47,6 +48,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Run(arguments) => run::run(&arguments, console),
         Command::Resume(arguments) => resume::run(&arguments, console),
         Command::Evaluate(arguments) => evaluate::run(&arguments, console),
+        Command::Compare(arguments) => compare::run(&arguments, console),
         Command::Replay(arguments) => replay::run(&arguments, console),
         Command::Verify(arguments) => verify::run(&arguments, console),
         Command::List(arguments) => list::run(&arguments, console),

@@ -20,9 +20,10 @@ use oneiro_lab::sweep::estimate::{Devices, Estimate, Timed, estimates, fastest};
 use oneiro_lab::sweep::file::Axis;
 use oneiro_lab::sweep::journal::{self, Journal, Line};
 use oneiro_lab::sweep::store::{AllFinished, Shard, Store};
-use oneiro_lab::sweep::tables::{self, Written};
+use oneiro_lab::sweep::tables::{self, Readable, Written};
 use oneiro_lab::sweep::work::Work;
 use oneiro_lab::sweep::{Plan, RunIndex, Sweep, report};
+use oneiro_report::page::write as write_page;
 use serde::{Serialize, Serializer};
 use serde_json::json;
 
@@ -584,12 +585,16 @@ pub(crate) fn merge(dirs: &[PathBuf], out: Option<&Path>, console: Console) -> R
 fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<(Answer, u64)> {
     let store = Store::open(dir)?;
     let (sweep, plan) = store.sweep()?;
-    let results = tables::table(dir, contents::RESULTS)?;
-    let generations = tables::table(dir, contents::GENERATIONS)?;
-    if dir.join(contents::SUMS).exists() {
-        // Nothing is computed from a table that was changed.
-        tables::verify(dir)?;
-    }
+    let out = out.unwrap_or(dir);
+    plain::make_directory(out).map_err(|error| Failure::unreadable(out, &error))?;
+    let readable = Readable::of(&store, &sweep, &plan, out)?;
+    let unfinished = unfinished(&sweep, &readable);
+    let mut warnings = readable.problems.clone();
+    warnings.extend(
+        unfinished
+            .as_ref()
+            .map(|unfinished| format!("{}: is unfinished: {}", dir.display(), unfinished.words())),
+    );
     let Shown { by, time, value } = plan.shown;
     let columns = &plan.outcomes;
     let by = match outcome {
@@ -624,26 +629,47 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<(An
     let factors: Vec<String> = sweep.file().axes.iter().flat_map(Axis::factors).cloned().collect();
     let page = report::report(&report::Tables {
         title: &store.what().name,
-        results: &results,
-        generations: &generations,
+        results: &readable.table(contents::RESULTS),
+        generations: &readable.table(contents::GENERATIONS),
         factors: &factors,
+        compared: report::Compared::Levels,
         outcome: by,
         others: &others,
+        unfinished,
         time,
         value,
     })?;
-    let out = out.unwrap_or(dir);
-    plain::make_directory(out).map_err(|error| Failure::unreadable(out, &error))?;
-    let files = [
-        (report::PAGE, &page.html),
-        (report::CELLS, &page.cells_csv),
-        (report::EFFECTS, &page.effects_csv),
-    ];
-    for (name, text) in files {
-        disk::write(&out.join(name), text.as_bytes())?;
+    let mut files = write_page(out, report::PAGE, &page.html)?;
+    for (name, text) in [(report::CELLS, &page.cells_csv), (report::EFFECTS, &page.effects_csv)] {
+        let path = out.join(name);
+        disk::write(&path, text.as_bytes())?;
+        files.push(path);
     }
-    let files = files.map(|(name, _)| out.join(name).display().to_string());
-    Ok((Answer::new(files.join("\n"), page.json), page.best))
+    let files: Vec<String> = files.iter().map(|path| path.display().to_string()).collect();
+    let answer = Answer {
+        warnings,
+        ..Answer::new(files.join("\n"), page.json)
+    };
+    Ok((answer, page.best))
+}
+
+/// What the tables of a sweep lack, if anything.
+fn unfinished(sweep: &Sweep, readable: &Readable) -> Option<report::Unfinished> {
+    let missing = readable.missing.clone();
+    let seeds = sweep.file().seeds.len();
+    let mut missing_of = vec![0; sweep.file().cells()];
+    for run in &missing {
+        missing_of[sweep.cell_of(*run)] += 1;
+    }
+    (!missing.is_empty()).then(|| report::Unfinished {
+        runs: sweep.runs(),
+        runs_a_cell: seeds,
+        without_runs: (0..sweep.file().cells())
+            .filter(|cell| missing_of[*cell] == seeds)
+            .map(|cell| sweep.described(cell))
+            .collect(),
+        missing,
+    })
 }
 
 fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &cli::Backend, console: Console) -> Result {

@@ -16,6 +16,7 @@ use oneiro_base::files::directory::{self, Form, Found, Holds};
 use oneiro_base::sealed::{self, Problem};
 use oneiro_lab::device::Backend;
 use oneiro_report::csv::Csv;
+use oneiro_report::page;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -42,6 +43,7 @@ static CLAIM: Column = Column::text("CLAIM", "the verdict on a claim, one column
 pub(super) fn contents(of_study: Vec<Entry>, sensitivity: bool) -> Vec<Entry> {
     let mut all = vec![
         Entry::file(REPORT, "the report: a verdict on each claim, with figures and tables"),
+        Entry::file(format!("{}/", page::FIGURES), page::FIGURES_ABOUT),
         Entry::file(CLAIMS, "each claim with its verdict, its figures and its tests"),
         Entry::file(RESULTS, "the study's results, before they are judged"),
     ];
@@ -209,7 +211,7 @@ fn write_report<S: Reproduction>(
     claims: &[Claim],
     arms: Option<&Sensitivity>,
 ) -> Result {
-    disk::write(&path.join(REPORT), study.html(found, claims, arms).as_bytes())
+    page::write(path, REPORT, &study.html(found, claims, arms)).map(drop)
 }
 
 /// Claims by assumption as CSV: one row per assumption, one column per claim.

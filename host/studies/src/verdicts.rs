@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use oneiro_base::console::counted;
 use oneiro_report::figures::escaped;
-use oneiro_report::numbers::{NONE, probability, shown};
+use oneiro_report::numbers::{Digits, NONE, probability, shown};
 use oneiro_report::page::{Cell, Head, Row, Section, id, joined, paragraph, table};
 
 use crate::claims::{Claim, Effect, MET_IN, RESAMPLES, Table, Test};
@@ -13,7 +13,7 @@ use crate::file::Arm;
 use crate::verdict::Verdict;
 
 /// Significant digits of effects and statistics.
-const DIGITS: usize = 4;
+const DIGITS: Digits = Digits::Four;
 
 /// All verdicts, from the best to the worst.
 const VERDICTS: [Verdict; 3] = [Verdict::Holds, Verdict::Undecided, Verdict::Opposed];

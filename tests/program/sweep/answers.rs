@@ -216,11 +216,6 @@ fn of_a_report_are_drawn_from_the_tables() {
             "allowed: best, ",
             "`oneiro evaluate --genomes out --measures --summary`",
         ]);
-    place.good(&sweep("part", &["--shard", "1/2"]));
-    place.run(&["sweep", "report", "part"]).exits(3).says(&[
-        "part: has no results.csv yet: 6 of 12 runs are done here",
-        "repeat the `oneiro sweep run` that began it",
-    ]);
 }
 
 /// Tables have the runs of shards elsewhere too, and runs that two shards have done are both shards'.

@@ -2,7 +2,7 @@
 
 use oneiro_base::console::counted;
 use oneiro_report::figures::{Band, Panel, Spread, escaped, grid};
-use oneiro_report::numbers::{shown, significant};
+use oneiro_report::numbers::{Digits, in_figure, shown};
 use oneiro_report::page::{Cell, Head, Row, Section, document, facts, figure, paragraph, table};
 use oneiro_statistics::{mean, quantile};
 
@@ -71,28 +71,28 @@ fn moves(calibration: &Calibration) -> String {
     facts(&[
         (
             "speed of the left wheel, as a share of the commanded one",
-            significant(left, 4),
+            in_figure(left, Digits::Four),
         ),
         (
             "speed of the right wheel, as a share of the commanded one",
-            significant(right, 4),
+            in_figure(right, Digits::Four),
         ),
-        ("right over left", significant(right / left, 4)),
+        ("right over left", in_figure(right / left, Digits::Four)),
         (
             "time from a command to its effect",
             format!("{:.0} ms", 1000.0 * moves.latency),
         ),
         (
             "standard deviation of the left wheel's way in a cycle",
-            format!("{} mm", significant(left_deviation, 3)),
+            format!("{} mm", in_figure(left_deviation, Digits::Three)),
         ),
         (
             "standard deviation of the right wheel's way in a cycle",
-            format!("{} mm", significant(right_deviation, 3)),
+            format!("{} mm", in_figure(right_deviation, Digits::Three)),
         ),
         (
             "standard deviation of a moving wheel's way, of what was expected",
-            significant(moves.relative, 3),
+            in_figure(moves.relative, Digits::Three),
         ),
     ])
 }
@@ -104,7 +104,7 @@ fn heads() -> Vec<Head<'static>> {
 }
 
 fn row(sensor: &SensorErrors) -> Row {
-    let number = |x: f64| Cell::number(shown(x, 3));
+    let number = |x: f64| Cell::number(shown(x, Digits::Three));
     let (all, ranges) = sensor.at.split_last().expect("all is the last");
     let size = |errors: &Errors| number(if errors.count < 2 { f64::NAN } else { errors.size() });
     let cells = [Cell::name(&sensor.name)].into_iter().chain(ranges.iter().map(size));

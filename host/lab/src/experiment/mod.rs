@@ -376,7 +376,49 @@ impl Experiment {
             }
             Value::Table(values)
         };
-        difference("", Some(&values(self)), Some(&values(other)))
+        differences(&values(self), &values(other)).into_iter().next()
+    }
+
+    /// All keys that make the episodes of two experiments differ, with both values.
+    pub fn differences(&self, other: &Self) -> Vec<Difference> {
+        let values = |own: &Self| Value::Table(own.world_values());
+        differences(&values(self), &values(other))
+    }
+
+    /// The keys by which two experiments have different tasks, with both values. Those of [`SCORE_NAME`] say what is scored; the others
+    /// where, by how many robots and for how long.
+    pub fn task_differences(&self, other: &Self) -> Vec<Difference> {
+        let values = |own: &Self| Value::Table(own.task_values());
+        differences(&values(self), &values(other))
+    }
+
+    /// The keys by which two experiments combine the fitness of several episodes in different ways, with both values.
+    pub fn score_differences(&self, other: &Self) -> Vec<Difference> {
+        let values = |own: &Self| {
+            let keys = SCORE.iter().filter_map(|key| own.values.get_key_value(*key));
+            Value::Table(keys.map(|(key, value)| (key.clone(), value.clone())).collect())
+        };
+        differences(&values(self), &values(other))
+    }
+
+    fn task_values(&self) -> Table {
+        let own = |key: &str| self.values.get(key).map(|value| (key.to_owned(), value.clone()));
+        let mut values: Table = ["cycles", "arena", "start", "task"]
+            .into_iter()
+            .filter_map(own)
+            .collect();
+        if let Some(count) = values::at(&self.values, "robot.count") {
+            let count = Table::from_iter([("count".to_owned(), count.clone())]);
+            values.insert("robot".into(), count.into());
+        }
+        // Two files may have one name.
+        let files = self.values.get("files").and_then(Value::as_table);
+        if let Some(Value::String(part)) = values.get_mut("task").and_then(|task| task.get_mut("part"))
+            && let Some(hash) = files.and_then(|files| files.get(part.as_str())?.as_str())
+        {
+            *part = format!("{part}, hash {hash:.12}");
+        }
+        values
     }
 
     /// Hashes of everything that decides the results of its runs, which excludes what is recorded and when.
@@ -415,8 +457,11 @@ fn course(settings: &Settings, genes: usize) -> Course {
 /// Keys that decide how the fitness of an individual's several episodes is combined.
 const SCORE: [&str; 2] = ["trials", "trial_score"];
 
+/// Keys that say what a score counts.
+pub const SCORE_NAME: [&str; 2] = ["task.kind", "task.part"];
+
 /// A key in which two experiments differ.
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
     pub key: String,
     /// Both values as TOML, or a note that there is none.
@@ -432,31 +477,41 @@ impl Difference {
             values.remove("record");
             Some(Value::Table(values))
         };
-        difference("", Some(&values(one)?), Some(&values(other)?))
+        differences(&values(one)?, &values(other)?).into_iter().next()
     }
 }
 
-/// Finds the first difference between two values of a key.
-fn difference(key: &str, one: Option<&Value>, other: Option<&Value>) -> Option<Difference> {
+/// All differences between two tables of values, in the order of their keys.
+fn differences(one: &Value, other: &Value) -> Vec<Difference> {
+    let mut found = Vec::new();
+    add_differences("", Some(one), Some(other), &mut found);
+    found
+}
+
+/// Adds the differences between two values of a key.
+fn add_differences(key: &str, one: Option<&Value>, other: Option<&Value>, found: &mut Vec<Difference>) {
     if one == other {
-        return None;
+        return;
     }
     if let (Some(Value::Table(one)), Some(Value::Table(other))) = (one, other) {
         let mut keys: Vec<&String> = one.keys().chain(other.keys()).collect();
         keys.sort();
-        let inner = |inner: &String| match key {
-            "" => inner.clone(),
-            outer => format!("{outer}.{inner}"),
-        };
-        return keys
-            .into_iter()
-            .find_map(|key| difference(&inner(key), one.get(key), other.get(key)));
+        keys.dedup();
+        for inner in keys {
+            let path = if key.is_empty() {
+                inner.clone()
+            } else {
+                format!("{key}.{inner}")
+            };
+            add_differences(&path, one.get(inner), other.get(inner), found);
+        }
+        return;
     }
     let shown = |value: Option<&Value>| value.map_or_else(|| "not set".to_owned(), ToString::to_string);
-    Some(Difference {
+    found.push(Difference {
         key: key.to_owned(),
         values: [shown(one), shown(other)],
-    })
+    });
 }
 
 /// Identities of an experiment's runs: hashes of all values that affect results, and a run's seed.

@@ -64,6 +64,16 @@ impl Keys<'_> {
         }
     }
 
+    /// Keys of new episodes that are common to all genomes, and that no run uses for its evolution or its finalists.
+    pub fn of_champions(seed: u64) -> Self {
+        Self {
+            seed,
+            generation: (1 << 32) + 1,
+            common: true,
+            numbers: None,
+        }
+    }
+
     /// Key of a genome's episode.
     pub fn of(self, genome: usize, life: usize) -> Key {
         let genome = if self.common { 0 } else { genome };

@@ -5,12 +5,15 @@ use std::path::Path;
 
 use oneiro_base::contents::{Column, Entry};
 use oneiro_base::exit::Result;
-use oneiro_report::numbers::{count, probability};
+use oneiro_report::numbers::{Digits, count, probability};
 use oneiro_report::page;
+
+use super::RunIndex;
 
 mod cells;
 mod champions;
 mod comparisons;
+pub mod conditions;
 mod curves;
 mod effects;
 mod factors;
@@ -20,7 +23,7 @@ mod pairs;
 mod pictures;
 mod runs;
 mod sample;
-mod table;
+pub(crate) mod table;
 #[cfg(test)]
 mod tests;
 
@@ -31,7 +34,7 @@ use runs::Runs;
 use sample::Sample;
 
 /// Significant digits of outcomes.
-const DIGITS: usize = 6;
+const DIGITS: Digits = Digits::Four;
 
 /// The files of a report.
 pub const PAGE: &str = "report.html";
@@ -48,6 +51,10 @@ pub(super) fn contents(factors: &[Column]) -> Vec<Entry> {
     let cells = cells::columns(factors, std::slice::from_ref(&others));
     vec![
         Entry::file(PAGE, "written by `oneiro sweep report`: figures, tables and tests"),
+        Entry::file(
+            format!("{}/", page::FIGURES),
+            format!("written by it: {}", page::FIGURES_ABOUT),
+        ),
         Entry::table(
             CELLS,
             "written by `oneiro sweep report`: one row per cell, best first",
@@ -62,6 +69,7 @@ pub(super) fn contents(factors: &[Column]) -> Vec<Entry> {
 }
 
 /// Input of a report.
+#[derive(Debug)]
 pub struct Tables<'a> {
     /// Title of the sweep.
     pub title: &'a str,
@@ -71,14 +79,69 @@ pub struct Tables<'a> {
     pub generations: &'a Path,
     /// Swept columns of the table of runs, in order.
     pub factors: &'a [String],
+    pub compared: Compared,
     /// Outcome by which cells are compared; higher is better: its column, and its name with unit for readers.
     pub outcome: (&'a str, &'a str),
     /// Other outcomes that tables show.
     pub others: &'a [String],
+    /// What the tables lack, if the sweep is unfinished.
+    pub unfinished: Option<Unfinished>,
     /// Column of integer times in the table of generations, and the name of its axis.
     pub time: (&'a str, &'a str),
     /// Column of values that lines show, and the name of its axis.
     pub value: (&'a str, &'a str),
+}
+
+/// What a report compares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compared {
+    /// The levels of a sweep's keys.
+    Levels,
+    /// Conditions, in the order of their runs.
+    Conditions,
+}
+
+impl Compared {
+    /// Their name, singular and plural.
+    fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::Levels => ["level", "levels"],
+            Self::Conditions => ["condition", "conditions"],
+        }
+    }
+}
+
+/// What the tables of an unfinished sweep lack.
+#[derive(Debug)]
+pub struct Unfinished {
+    /// Number of planned runs, in all and in each cell.
+    pub runs: usize,
+    pub runs_a_cell: usize,
+    /// Planned runs that aren't finished, in ascending order.
+    pub missing: Vec<RunIndex>,
+    /// Cells of which no run is finished: their keys and values.
+    pub without_runs: Vec<String>,
+}
+
+impl Unfinished {
+    /// How many runs there are, and which are missing.
+    pub fn words(&self) -> String {
+        const SHOWN: usize = 12;
+        let there = self.runs - self.missing.len();
+        let stretches: Vec<&[RunIndex]> = self.missing.chunk_by(|a, b| a + 1 == *b).collect();
+        let stretch = |runs: &&[RunIndex]| match runs {
+            [first, .., last] => format!("{first} to {last}"),
+            _ => runs[0].to_string(),
+        };
+        let shown: Vec<String> = stretches.iter().take(SHOWN).map(stretch).collect();
+        let rest: usize = stretches.iter().skip(SHOWN).map(|runs| runs.len()).sum();
+        let more = if rest > 0 {
+            format!(" and {rest} more")
+        } else {
+            String::new()
+        };
+        format!("{there} of {} runs; missing: {}{more}", self.runs, shown.join(", "))
+    }
 }
 
 /// A report.
@@ -132,7 +195,11 @@ pub fn report(tables: &Tables<'_>) -> Result<Report> {
 fn facts(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>) -> String {
     let number = |n: usize| count(n as u64);
     let all = runs.outcomes();
-    let mut facts = vec![("runs", number(runs.all.len()))];
+    let runs_words = tables
+        .unfinished
+        .as_ref()
+        .map_or_else(|| number(runs.all.len()), Unfinished::words);
+    let mut facts = vec![("runs", runs_words)];
     if all.not_numbers > 0 {
         let runs = if all.not_numbers == 1 { "run has" } else { "runs have" };
         let words = format!(
@@ -141,7 +208,12 @@ fn facts(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>) -> String {
         );
         facts.push(("NaN", words));
     }
-    facts.push(("cells", number(cells.ranked.len())));
+    let all_cells = tables
+        .unfinished
+        .as_ref()
+        .map_or(0, |unfinished| unfinished.without_runs.len())
+        + cells.ranked.len();
+    facts.push(("cells", number(all_cells)));
     let (fewest, most) = cells.runs();
     let each = if fewest == most {
         number(most)
@@ -162,7 +234,13 @@ fn facts(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>) -> String {
         let keys = if runs.factors.len() == 1 { "key does" } else { "keys do" };
         format!("Evolutions side by side: what the swept {keys}, which settings are best, and how sure that is.")
     };
-    format!("<p class=\"lead\">{lead}</p>\n{}", page::facts(&facts))
+    let unfinished = tables.unfinished.as_ref().map_or_else(String::new, |unfinished| {
+        format!(
+            "<p><b>Unfinished: {}.</b> This report is of the runs that are finished.</p>\n",
+            unfinished.words()
+        )
+    });
+    format!("<p class=\"lead\">{lead}</p>\n{unfinished}{}", page::facts(&facts))
 }
 
 /// A note if cells have so few runs that no two of them can differ by the test of Mann and Whitney, whatever their outcomes.

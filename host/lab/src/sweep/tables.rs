@@ -58,6 +58,39 @@ fn text(value: &Value) -> String {
 /// Exit 1 if runs are missing, exit 5 if recorded data is damaged, exit 6 if writing fails.
 pub fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &AllFinished) -> Result<Written> {
     finished.is_all_of(sweep)?;
+    let (hash, tables) = write_finished(directory, sweep, plan, finished)?;
+    let converted = tables
+        .par_iter()
+        .map(|(table, columns)| also_as_parquet(table, columns));
+    let converted: Vec<Result<_>> = converted.collect();
+    let mut files: Vec<PathBuf> = tables.into_iter().map(|(table, _)| table).collect();
+    for parquet in converted {
+        files.extend(parquet?);
+    }
+    let named_hash = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        Ok((name.into_owned(), hash_of(path)?))
+    };
+    let sums = Sums {
+        hash: hash.clone(),
+        files: files.par_iter().map(named_hash).collect::<Result<_>>()?,
+    };
+    disk::write(&directory.join(SUMS), &disk::json(&sums))?;
+    disk::sync_directory(directory)?;
+    Ok(Written {
+        runs: finished.runs.len(),
+        hash,
+        files,
+    })
+}
+
+/// Writes the tables of the finished runs. Returns the hash of the first two, and all with their columns.
+fn write_finished(
+    directory: &Path,
+    sweep: &Sweep,
+    plan: &Plan,
+    finished: &AllFinished,
+) -> Result<(String, Vec<(PathBuf, Vec<Column>)>)> {
     let [results, generations, champions] = [RESULTS, GENERATIONS, CHAMPIONS].map(|name| directory.join(name));
     let genes = columns_of_champions(&plan.layouts);
     // Where runs are short, their tables are a third of the work.
@@ -93,29 +126,73 @@ pub fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &AllFinishe
     if !genes.is_empty() {
         tables.push((champions, genes));
     }
-    let converted = tables
-        .par_iter()
-        .map(|(table, columns)| also_as_parquet(table, columns));
-    let converted: Vec<Result<_>> = converted.collect();
-    let mut files: Vec<PathBuf> = tables.into_iter().map(|(table, _)| table).collect();
-    for parquet in converted {
-        files.extend(parquet?);
+    Ok((hash, tables))
+}
+
+/// The tables of a sweep that may be unfinished.
+#[derive(Debug)]
+pub struct Readable {
+    /// The folder that has them.
+    folder: PathBuf,
+    /// Whether they are of this reading alone, and removed after it.
+    is_temporary: bool,
+    /// Planned runs that aren't in them, in ascending order.
+    pub missing: Vec<RunIndex>,
+    /// Warnings about damaged records.
+    pub problems: Vec<String>,
+}
+
+impl Readable {
+    /// The tables of a sweep's directory; as long as there are none, those of the runs that its shards have finished, which are written
+    /// into a temporary folder in `beside`.
+    ///
+    /// # Errors
+    /// Exit 3 if no run is finished; exit 5 if a table was changed or a record is damaged; exit 6 if reading or writing fails.
+    pub fn of(store: &Store, sweep: &Sweep, plan: &Plan, beside: &Path) -> Result<Self> {
+        let directory = store.directory();
+        if directory.join(RESULTS).exists() && directory.join(GENERATIONS).exists() {
+            if directory.join(SUMS).exists() {
+                // Nothing is computed from a table that was changed.
+                verify(directory)?;
+            }
+            return Ok(Self {
+                folder: directory.to_owned(),
+                is_temporary: false,
+                missing: Vec::new(),
+                problems: Vec::new(),
+            });
+        }
+        let mut finished = AllFinished::default();
+        store.finished(Some(&plan.ids), &mut finished)?;
+        if finished.runs.is_empty() {
+            // Says what to do.
+            table(directory, RESULTS)?;
+        }
+        let folder = beside.join(format!(".partial-{}", std::process::id()));
+        plain::make_new_directory(&folder).map_err(|error| Failure::storage(&folder, &error))?;
+        let own = Self {
+            folder,
+            is_temporary: true,
+            missing: finished.missing(sweep).collect(),
+            problems: std::mem::take(&mut finished.problems),
+        };
+        write_finished(&own.folder, sweep, plan, &finished)?;
+        Ok(own)
     }
-    let named_hash = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        Ok((name.into_owned(), hash_of(path)?))
-    };
-    let sums = Sums {
-        hash: hash.clone(),
-        files: files.par_iter().map(named_hash).collect::<Result<_>>()?,
-    };
-    disk::write(&directory.join(SUMS), &disk::json(&sums))?;
-    disk::sync_directory(directory)?;
-    Ok(Written {
-        runs: finished.runs.len(),
-        hash,
-        files,
-    })
+
+    /// The path of a table.
+    pub fn table(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+}
+
+impl Drop for Readable {
+    fn drop(&mut self) {
+        if self.is_temporary {
+            // What is left over does no harm.
+            let _ = std::fs::remove_dir_all(&self.folder);
+        }
+    }
 }
 
 /// State of the tables when they were written. All hashes are BLAKE3.
@@ -371,6 +448,11 @@ impl Write for Hashed<'_> {
 }
 
 impl AllFinished {
+    /// The runs that no shard has finished.
+    fn missing(&self, sweep: &Sweep) -> impl Iterator<Item = RunIndex> {
+        (0..sweep.runs() as RunIndex).filter(|run| !self.runs.contains_key(run))
+    }
+
     /// Checks that shards have done all runs.
     ///
     /// # Errors
@@ -382,8 +464,7 @@ impl AllFinished {
         if count == 0 {
             return Ok(());
         }
-        let missing = (0..all as RunIndex).filter(|run| !self.runs.contains_key(run));
-        let shown: Vec<String> = missing.take(SHOWN).map(|run| run.to_string()).collect();
+        let shown: Vec<String> = self.missing(sweep).take(SHOWN).map(|run| run.to_string()).collect();
         let more = if count > shown.len() { ", ..." } else { "" };
         let are = if count == 1 { "is" } else { "are" };
         Err(Failure::failed(format_args!(

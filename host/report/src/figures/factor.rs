@@ -3,7 +3,7 @@
 use super::bands::{Panel, draw};
 use super::plot::{Plot, Range};
 use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, Svg, ramp};
-use crate::numbers::{Spread, significant};
+use crate::numbers::{Digits, Spread, in_figure};
 
 const WIDTH: f64 = 1060.0;
 const HEIGHT: f64 = 380.0;
@@ -268,7 +268,7 @@ fn decades(range: &Range) -> Vec<(f64, String)> {
     let ticks = powers.flat_map(|power| factors.iter().map(move |factor| factor * 10_f64.powi(power)));
     ticks
         .filter(|tick| (range.low..=range.high).contains(&tick.log10()))
-        .map(|tick| (tick.log10(), significant(tick, 3)))
+        .map(|tick| (tick.log10(), in_figure(tick, Digits::Three)))
         .collect()
 }
 

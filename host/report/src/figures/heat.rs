@@ -3,10 +3,10 @@
 use super::plot::label_room;
 use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, SOFT_INK, Svg, ramp};
 use super::tables::HEAT;
-use crate::numbers::significant;
+use crate::numbers::{Digits, in_figure};
 
 /// Significant digits of the numbers in the squares.
-const DIGITS: usize = 4;
+const DIGITS: Digits = Digits::Four;
 const TOP: f64 = 78.0;
 const BOTTOM: f64 = 62.0;
 const RIGHT: f64 = 16.0;
@@ -122,11 +122,7 @@ fn draw(svg: &mut Svg, map: &HeatMap<'_>, square: Option<&Square>, (x, y): (f64,
     let (ground, ink, words) = if mean.is_finite() {
         let share = share(map, mean);
         let ink = if share > 0.5 { "#ffffff" } else { INK };
-        (
-            ramp(&HEAT, share),
-            ink,
-            significant(mean, DIGITS).replace('-', "\u{2212}"),
-        )
+        (ramp(&HEAT, share), ink, in_figure(mean, DIGITS))
     } else {
         ("#ffffff".to_owned(), INK, "no number".to_owned())
     };
@@ -148,7 +144,7 @@ fn key(svg: &mut Svg, map: &HeatMap<'_>, left: f64) {
     if !map.high.is_finite() || !map.low.is_finite() {
         return;
     }
-    let words = |value: f64| significant(value, DIGITS).replace('-', "\u{2212}");
+    let words = |value: f64| in_figure(value, DIGITS);
     let low = words(map.low);
     svg.words((left, 51.0), 12.0, Anchor::Start, SOFT, &low);
     let from = left + 8.0 + 7.0 * low.chars().count() as f64;

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::plot::{Plot, Range};
 use super::svg::{Anchor, BOLD, SOFT, Svg, number, ramp};
 use super::tables::HEAT;
-use crate::numbers::significant;
+use crate::numbers::{Digits, in_figure};
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 660.0;
@@ -36,8 +36,8 @@ pub fn tournament(title: &str, every: u32, count: usize, scores: &[f64]) -> Stri
     svg.words((LEFT, 28.0), 16.0, Anchor::Start, BOLD, title);
     let key = format!(
         "score of the first population from {} (light) to {} (dark)",
-        significant(low, 4),
-        significant(high, 4)
+        in_figure(low, Digits::Four),
+        in_figure(high, Digits::Four)
     );
     svg.words((LEFT, 50.0), 12.0, Anchor::Start, SOFT, &key);
     plot.axes(

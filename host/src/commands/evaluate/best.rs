@@ -23,8 +23,6 @@ use crate::commands::subjects::{Named, Subjects, Which};
 
 /// Episodes of each genome without `--trials`.
 const EPISODES: u32 = 100;
-/// Generation in the keys of the lives, which no run uses for its evolution or its finalists.
-const GENERATION: u64 = (1 << 32) + 1;
 /// A file to write the best genome to.
 const BEST: &str = "best.json";
 /// Genomes that are shown without `--all`.
@@ -50,12 +48,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         worlds: std::slice::from_ref(experiment.world()),
         genomes: &subjects.genomes,
         count: lives as usize,
-        keys: Keys {
-            seed,
-            generation: GENERATION,
-            common: true,
-            numbers: None,
-        },
+        keys: Keys::of_champions(seed),
     };
     let mut evaluator = arguments.backend.open()?;
     console.say(format!(

@@ -15,6 +15,7 @@ use oneiro_lab::device;
 use oneiro_lab::experiment::Experiment;
 use oneiro_report::csv::{Csv, known};
 use oneiro_report::numbers::significant;
+use oneiro_report::page::{FIGURES, FIGURES_ABOUT, write as write_page};
 use serde_json::json;
 
 use crate::cli::RobotCalibrate;
@@ -43,7 +44,7 @@ static COLUMNS: [Column; 6] = [
 /// Compares, and writes the page, the table and the settings.
 pub(crate) fn run(arguments: &RobotCalibrate, console: Console) -> Result {
     let out = &arguments.out;
-    let is_own = |name: &str| [PAGE, ERRORS, SETTINGS, README].contains(&name);
+    let is_own = |name: &str| [PAGE, FIGURES, ERRORS, SETTINGS, README].contains(&name);
     let filling = Filling::begin("--out", out, is_own)?;
     let experiment = Experiment::read(&arguments.experiment, &arguments.set)?;
     let world = experiment.world();
@@ -62,7 +63,8 @@ pub(crate) fn run(arguments: &RobotCalibrate, console: Console) -> Result {
     device::close(engine, console);
     let settings = calibration.settings(world);
     let html = page::page(experiment.name(), &calibration, &settings);
-    for (file, text) in [(PAGE, &html), (ERRORS, &errors(&calibration)), (SETTINGS, &settings)] {
+    write_page(out, PAGE, &html)?;
+    for (file, text) in [(ERRORS, &errors(&calibration)), (SETTINGS, &settings)] {
         disk::write(&out.join(file), text.as_bytes())?;
     }
     describe(out, "Calibration of a simulator by lives on a robot", &contents())?;
@@ -86,6 +88,7 @@ pub(crate) fn run(arguments: &RobotCalibrate, console: Console) -> Result {
 pub(crate) fn contents() -> Vec<Entry> {
     vec![
         Entry::file(PAGE, "the comparison, with figures"),
+        Entry::file(format!("{FIGURES}/"), FIGURES_ABOUT),
         Entry::table(ERRORS, "errors of readings: one row per sensor and distance", &COLUMNS),
         Entry::file(
             SETTINGS,

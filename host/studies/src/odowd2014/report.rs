@@ -3,7 +3,7 @@
 
 use oneiro::swarm::Swarm;
 use oneiro_report::figures::escaped;
-use oneiro_report::numbers::shown;
+use oneiro_report::numbers::{Digits, shown};
 use oneiro_report::page::{self, Cell, joined};
 use serde::Serialize;
 use serde_json::Value;
@@ -106,7 +106,7 @@ fn named(what: &str, combination: &Combination) -> String {
 }
 
 /// Significant digits of numbers on the page.
-const DIGITS: usize = 4;
+const DIGITS: Digits = Digits::Four;
 
 /// Name of a case, a kind or a rule of credit in files and arguments.
 pub(super) fn name(value: &impl Serialize) -> String {

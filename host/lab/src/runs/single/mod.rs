@@ -449,6 +449,14 @@ fn unmeasured(directory: &Path) -> Result<u64> {
     sum.ok_or_else(|| Failure::corrupt(format_args!("{}: is not what was written", path.display())))
 }
 
+/// The best fitness of each generation of a run.
+///
+/// # Errors
+/// Exit 5 if the table isn't what was written.
+pub(crate) fn best_by_generation(directory: &Path) -> Result<Vec<f64>> {
+    Ok(rows(directory)?.iter().map(|row| row.best.into()).collect())
+}
+
 /// Reads a run's table of generations.
 fn rows(directory: &Path) -> Result<Vec<Row>> {
     let path = directory.join(GENERATIONS);

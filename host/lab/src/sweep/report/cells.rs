@@ -3,9 +3,10 @@
 use oneiro_base::contents::Column;
 use oneiro_report::csv::{Csv, known};
 use oneiro_report::numbers::{count, shown};
-use oneiro_report::page::{self, Head, Row, Section, paragraph, table};
+use oneiro_report::page::{self, Head, Row, Section, list, paragraph, table};
 use oneiro_statistics::mean;
 
+use super::effects::LEAST;
 use super::runs::{Cell, Runs};
 use super::sample::Sample;
 use super::{DIGITS, Tables};
@@ -60,6 +61,16 @@ impl<'a> Cells<'a> {
             tables.outcome.1,
             if all > SHOWN { ": cells.csv has all of them" } else { "" },
         );
+        let without = tables
+            .unfinished
+            .as_ref()
+            .map_or(&[][..], |unfinished| &unfinished.without_runs);
+        let without = if without.is_empty() {
+            String::new()
+        } else {
+            paragraph("No run is finished yet of these cells:")
+                + &list(&without.iter().take(SHOWN).map(String::as_str).collect::<Vec<_>>())
+        };
         let mut head = vec![Head::Number("Cell")];
         head.extend(runs.factors.iter().map(|factor| Head::Text(&factor.name)));
         head.extend(["n", "mean", "s.d.", "median", "least", "greatest"].map(Head::Number));
@@ -73,7 +84,7 @@ impl<'a> Cells<'a> {
                 let [least, _, median, _, greatest] = sample.quartiles();
                 let mut cells = vec![page::Cell::number(rank.to_string())];
                 cells.extend(runs.texts(&cell.levels).map(page::Cell::name));
-                cells.push(page::Cell::number(counted(sample)));
+                cells.push(page::Cell::number(self.counted(tables, sample)));
                 let figures = [sample.mean(), sample.deviation(), median, least, greatest];
                 cells.extend(figures.map(|figure| page::Cell::number(shown(figure, DIGITS))));
                 cells.into()
@@ -82,8 +93,21 @@ impl<'a> Cells<'a> {
         Section::new(
             "cells",
             "Cells",
-            format!("{}{}", paragraph(&words), table("", "", &head, &rows)),
+            format!("{}{}{without}", paragraph(&words), table("", "", &head, &rows)),
         )
+    }
+
+    /// Number of a cell's outcomes, of how many if the sweep is unfinished, and whether they are too few to compare.
+    fn counted(&self, tables: &Tables<'_>, sample: &Sample) -> String {
+        let of = tables.unfinished.as_ref().map_or_else(String::new, |unfinished| {
+            format!(" of {}", count(unfinished.runs_a_cell as u64))
+        });
+        let few = if sample.values.len() < LEAST && self.ranked.len() > 1 {
+            " <span class=\"small\">too few to test</span>"
+        } else {
+            ""
+        };
+        counted(sample) + &of + few
     }
 
     /// All cells as CSV, with the means of the other outcomes if they are numbers.

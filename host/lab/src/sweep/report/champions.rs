@@ -40,6 +40,8 @@ pub(super) fn section(tables: &Tables<'_>, runs: &Runs) -> Section {
         cells.push(Cell::number(run.seed.to_string()));
         cells.push(Cell::number(shown(run.outcome, DIGITS)));
         cells.extend(run.others.iter().map(|other| match other.parse() {
+            // Of a whole number, such as that of a generation, each digit counts.
+            Ok(_) if other.bytes().all(|byte| byte.is_ascii_digit()) => Cell::number(other.to_string()),
             Ok(number) => Cell::number(shown(number, DIGITS)),
             Err(_) => Cell::text(other),
         }));

@@ -2,7 +2,7 @@
 
 use oneiro_base::contents::Column;
 use oneiro_report::csv::{Csv, known};
-use oneiro_report::numbers::{NONE, count, probability, shown};
+use oneiro_report::numbers::{Digits, NONE, count, probability, shown};
 use oneiro_report::page::{Cell, Head, Row, Section, list, paragraph, table};
 
 use super::cells::Cells;
@@ -14,7 +14,7 @@ use super::{DIGITS, Tables, marked};
 /// Number of comparisons of a family on the page.
 const SHOWN: usize = 200;
 /// Significant digits of effect sizes.
-const EFFECT: usize = 3;
+const EFFECT: Digits = Digits::Three;
 
 /// Explanation of the tests, and both families of comparisons.
 pub(super) fn section(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>, effects: &Effects) -> Section {
@@ -31,7 +31,7 @@ pub(super) fn section(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>, effec
 }
 
 /// Explanation that applies to all tables.
-fn tests(tables: &Tables<'_>) -> String {
+pub(super) fn tests(tables: &Tables<'_>) -> String {
     list(&[
         &format!(
             "Differences are of means of {}, first minus second: above 0 where the first is the greater.",
@@ -131,7 +131,7 @@ fn of_cells(runs: &Runs, cells: &Cells<'_>, effects: &Effects) -> String {
 }
 
 /// How many tests a family has.
-fn size_of(family: &Family) -> String {
+pub(super) fn size_of(family: &Family) -> String {
     match family.comparisons.len() {
         1 => "this test alone".to_owned(),
         several => format!("these {} tests", count(several as u64)),
@@ -139,7 +139,7 @@ fn size_of(family: &Family) -> String {
 }
 
 /// Names the samples that were too small.
-fn untested(family: &Family, what: &str) -> String {
+pub(super) fn untested(family: &Family, what: &str) -> String {
     match family.untested {
         0 => String::new(),
         n => format!(
@@ -150,7 +150,7 @@ fn untested(family: &Family, what: &str) -> String {
 }
 
 /// A note if no possible result could have been significant.
-fn hopeless(family: &Family) -> String {
+pub(super) fn hopeless(family: &Family) -> String {
     let least = family.least_p();
     if family.comparisons.is_empty() || least < LEVEL {
         return String::new();
@@ -158,7 +158,7 @@ fn hopeless(family: &Family) -> String {
     format!(
         " With samples as small as these and as many tests, no corrected p can be below {}: nothing could be marked, \
          whatever the runs say. More seeds, or fewer cells, would make these tests worth something.",
-        shown(least, 2)
+        shown(least, EFFECT)
     )
 }
 
@@ -177,7 +177,7 @@ fn seeds(family: &Family, correlation: Option<f64>) -> String {
         format!(
             " How far runs of one seed are above or below the means of their cells is correlated by r = {} from cell to \
              cell.",
-            shown(r, 2)
+            shown(r, EFFECT)
         )
     });
     format!(
@@ -189,7 +189,7 @@ fn seeds(family: &Family, correlation: Option<f64>) -> String {
 }
 
 /// A table of comparisons: all of them, or those with the smallest p.
-fn comparisons(family: &Family, names: &[Head<'_>], cells: impl Fn(&Comparison) -> Vec<Cell>) -> String {
+pub(super) fn comparisons(family: &Family, names: &[Head<'_>], cells: impl Fn(&Comparison) -> Vec<Cell>) -> String {
     let mut head = names.to_vec();
     head.extend(
         [

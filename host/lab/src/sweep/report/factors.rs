@@ -1,7 +1,7 @@
 //! Each factor: the variance it explains, the curves of its levels, and their outcomes.
 
 use oneiro_report::figures::escaped;
-use oneiro_report::numbers::{NONE, count, probability, shown};
+use oneiro_report::numbers::{Digits, NONE, count, probability, shown};
 use oneiro_report::page::{Cell, Head, Row, Section, breakable, paragraph, table};
 
 use super::curves::Curves;
@@ -145,7 +145,7 @@ fn unbalanced(runs: &Runs) -> String {
 
 /// Numbers of the overview.
 fn explained(effect: Option<&FactorEffect>) -> [String; 5] {
-    let share = effect.map_or(NONE.to_owned(), |effect| shown(effect.explained, 3));
+    let share = effect.map_or(NONE.to_owned(), |effect| shown(effect.explained, Digits::Three));
     match effect.and_then(|effect| effect.test.as_ref()) {
         Some(test) => [
             share,
@@ -214,7 +214,7 @@ pub(super) fn one_by_one(
 }
 
 /// Names the best level, whether it lies inside the swept range, and how certain that is.
-fn verdict(factor: &Factor, samples: &[Sample], place: usize, effects: &Effects) -> String {
+pub(super) fn verdict(factor: &Factor, samples: &[Sample], place: usize, effects: &Effects) -> String {
     let [unit, units] = factor.unit();
     let Some(best) = Best::of(factor, samples) else {
         return paragraph("No run has an outcome that is a number.");
@@ -278,12 +278,12 @@ fn distinction(comparison: Option<&Comparison>, group: usize) -> String {
     let interval = comparison.interval.map_or_else(String::new, |delta| {
         // That of Cliff's delta, on the scale of A, and for the group.
         let ends = [delta.low, delta.high].map(|end| f64::midpoint(if is_first { end } else { -end }, 1.0));
-        let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])].map(|end| shown(end, 3));
+        let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])].map(|end| shown(end, Digits::Three));
         format!(" (95\u{a0}%: {low} to {high})")
     });
     format!(
         "A\u{a0}=\u{a0}{}{interval}, corrected p\u{a0}=\u{a0}{}, {verdict}",
-        shown(a, 3),
+        shown(a, Digits::Three),
         probability(comparison.p_holm)
     )
 }

@@ -25,6 +25,8 @@ pub(super) fn json(
         "title": tables.title,
         "outcome": tables.outcome.0,
         "runs": runs.all.len(),
+        "planned_runs": tables.unfinished.as_ref().map_or(runs.all.len(), |unfinished| unfinished.runs),
+        "missing": tables.unfinished.as_ref().map_or(&[][..], |unfinished| &unfinished.missing),
         "not_numbers": all.not_numbers,
         "cells": cells.ranked.len(),
         "factors": (0..runs.factors.len()).map(|place| factor(runs, place, &samples[place], effects)).collect::<Vec<_>>(),
@@ -82,7 +84,7 @@ fn levels(runs: &Runs, levels: &[u32]) -> Value {
     names.zip(runs.texts(levels).map(Value::from)).collect()
 }
 
-fn figures(sample: &Sample) -> Value {
+pub(super) fn figures(sample: &Sample) -> Value {
     let [least, lower, median, upper, greatest] = sample.quartiles();
     json!({
         "n": sample.values.len(),

@@ -2,6 +2,8 @@
 
 use oneiro_report::numbers::significant;
 
+use super::Compared;
+
 /// Maximum number of a factor's levels that are all shown. If there are more and they have an order, they are grouped in bins.
 const MOST: usize = 10;
 /// Number of bins, each with about the same number of runs.
@@ -48,13 +50,17 @@ pub(super) struct Factor {
     pub(super) groups: Vec<Group>,
     /// The group of each level.
     group_of: Vec<usize>,
+    compared: Compared,
 }
 
 impl Factor {
     /// Makes a factor from the levels of all runs. `runs` has indices into `texts`, which become indices into the
     /// ordered levels.
-    pub(super) fn new(name: &str, texts: Vec<String>, runs: &mut [u32]) -> Self {
-        let (kind, mut order) = ordered(&texts);
+    pub(super) fn new(name: &str, compared: Compared, texts: Vec<String>, runs: &mut [u32]) -> Self {
+        let (kind, mut order) = match compared {
+            Compared::Levels => ordered(&texts),
+            Compared::Conditions => words(&texts),
+        };
         if kind == Kind::Words {
             let mut first = vec![usize::MAX; texts.len()];
             for (run, &place) in runs.iter().enumerate().rev() {
@@ -88,6 +94,7 @@ impl Factor {
             group_of: group_of.collect(),
             levels,
             groups,
+            compared,
         }
     }
 
@@ -111,7 +118,7 @@ impl Factor {
         if self.is_binned() {
             ["bin", "bins"]
         } else {
-            ["level", "levels"]
+            self.compared.names()
         }
     }
 }
@@ -132,11 +139,14 @@ fn ordered(texts: &[String]) -> (Kind, Vec<([f64; 2], usize)>) {
     } else if let Some(keys) = all(range) {
         (Kind::Ranges, keys)
     } else {
-        (
-            Kind::Words,
-            (0..texts.len()).map(|place| ([f64::NAN; 2], place)).collect(),
-        )
+        words(texts)
     }
+}
+
+/// Some texts as words.
+fn words(texts: &[String]) -> (Kind, Vec<([f64; 2], usize)>) {
+    let places = (0..texts.len()).map(|place| ([f64::NAN; 2], place));
+    (Kind::Words, places.collect())
 }
 
 fn number(text: &str) -> Option<f64> {

@@ -5,11 +5,11 @@ use oneiro_report::numbers::count;
 use oneiro_report::page::figure;
 use oneiro_statistics::quantile_of_sorted;
 
-use super::Tables;
 use super::curves::{Curves, Line};
 use super::levels::{Factor, Group, Kind};
 use super::runs::Runs;
 use super::sample::Sample;
+use super::{Compared, Tables};
 
 /// Maximum number of runs drawn as points; the outcomes of more are drawn as boxes.
 const MOST_POINTS: usize = 600;
@@ -34,7 +34,7 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples
     };
     let lines: Vec<Drawn<'_>> = of_lines.iter().map(line).collect();
     let scale = scale(own);
-    let many = samples.iter().map(|sample| sample.values.len()).sum::<usize>() > MOST_POINTS;
+    let drawn = Marks::of(tables, samples.iter().map(|sample| sample.values.len()).sum());
     let of_columns = greatest(samples, MOST_COLUMNS);
     let mut columns: Vec<Column<'_>> = Vec::new();
     for (group, x) in of_columns.iter().copied().zip(0_u32..) {
@@ -44,9 +44,9 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples
         } else {
             [first, last].map(|level| own.levels[level].value)
         };
-        columns.push(column(&labels[group], &styles[group].0, ends, &samples[group], many));
+        columns.push(column(&labels[group], &styles[group].0, ends, &samples[group], drawn));
     }
-    if own.is_binned() && !many {
+    if own.is_binned() && drawn.points {
         // Within a bin, runs are drawn at their levels.
         for column in &mut columns {
             column.points.clear();
@@ -81,7 +81,7 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples
         band_words(curves),
         some(of_lines.len()),
         tables.outcome.1,
-        outcome_words(many),
+        drawn.words(),
         some(of_columns.len()),
     );
     figure(&format!("Figure {}", place + 1), &words, &svg)
@@ -90,7 +90,7 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples
 /// Draws all runs together.
 pub(super) fn all_runs(tables: &Tables<'_>, runs: &Runs, curves: &Curves) -> String {
     let all = runs.outcomes();
-    let many = all.values.len() > MOST_POINTS;
+    let drawn = Marks::of(tables, all.values.len());
     let style = (level_styles(1, false)[0].0.clone(), "");
     let line = Drawn {
         label: "",
@@ -104,7 +104,7 @@ pub(super) fn all_runs(tables: &Tables<'_>, runs: &Runs, curves: &Curves) -> Str
             tables,
             "",
             Scale::Names,
-            &[column("all runs", &style.0, [0.0; 2], &all, many)],
+            &[column("all runs", &style.0, [0.0; 2], &all, drawn)],
         ),
     );
     let words = format!(
@@ -112,21 +112,21 @@ pub(super) fn all_runs(tables: &Tables<'_>, runs: &Runs, curves: &Curves) -> Str
         tables.value.1,
         band_words(curves),
         tables.outcome.1,
-        outcome_words(many),
+        drawn.words(),
     );
     figure("Figure 1", &words, &svg)
 }
 
 /// Outcomes of runs whose levels are at one position, or in a range of positions.
-fn column<'a>(label: &'a str, colour: &'a str, [from, to]: [f64; 2], sample: &Sample, many: bool) -> Column<'a> {
-    let values = sample.values.iter().filter(|_| !many);
+fn column<'a>(label: &'a str, colour: &'a str, [from, to]: [f64; 2], sample: &Sample, drawn: Marks) -> Column<'a> {
+    let values = sample.values.iter().filter(|_| drawn.points);
     Column {
         label,
         colour,
         from,
         to,
         mean: sample.spread(),
-        quartiles: (many && !sample.values.is_empty()).then(|| sample.quartiles()),
+        quartiles: (drawn.boxes && !sample.values.is_empty()).then(|| sample.quartiles()),
         points: values.map(|&value| (from, value)).collect(),
     }
 }
@@ -237,13 +237,31 @@ fn band_words(curves: &Curves) -> String {
     words.join("; ")
 }
 
-/// Caption for the marks of runs and their mean.
-fn outcome_words(many: bool) -> &'static str {
-    if many {
-        "boxes: the middle half of the runs with the median, lines to the least and the greatest; diamonds: means with \
-         their 95 % confidence intervals"
-    } else {
-        "a point a run; diamonds: means with their 95 % confidence intervals"
+/// How the outcomes of runs are drawn.
+#[derive(Clone, Copy)]
+struct Marks {
+    points: bool,
+    boxes: bool,
+}
+
+impl Marks {
+    /// Those of so many runs.
+    fn of(tables: &Tables<'_>, runs: usize) -> Self {
+        Self {
+            points: runs <= MOST_POINTS,
+            boxes: runs > MOST_POINTS || tables.compared == Compared::Conditions,
+        }
+    }
+
+    /// Caption for the marks of runs and their mean.
+    fn words(self) -> String {
+        let points = if self.points { "a point a run; " } else { "" };
+        let boxes = if self.boxes {
+            "boxes: the middle half of the runs with the median, lines to the least and the greatest; "
+        } else {
+            ""
+        };
+        format!("{points}{boxes}diamonds: means with their 95 % confidence intervals")
     }
 }
 

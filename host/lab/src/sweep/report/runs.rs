@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use oneiro_base::exit::Result;
 
-use super::Tables;
 use super::levels::Factor;
 use super::sample::Sample;
 use super::table::Table;
+use super::{Compared, Tables};
 
 /// Letters shown of an identifier or a hash.
 const SHORT: usize = 12;
@@ -79,7 +79,7 @@ impl Runs {
         }
         runs.sort_by_key(|run| run.number);
         let factors = tables.factors.iter().zip(texts).enumerate();
-        let factors = factors.map(|(place, (name, texts))| factor(name, texts, place, &mut runs));
+        let factors = factors.map(|(place, (name, texts))| factor(name, tables.compared, texts, place, &mut runs));
         Ok(Self {
             factors: factors.collect(),
             cells: cells(&runs),
@@ -139,13 +139,13 @@ fn place(texts: &mut BTreeMap<String, u32>, text: &str) -> u32 {
 }
 
 /// Makes a factor with ordered levels, and updates the runs' levels to that order.
-fn factor(name: &str, texts: BTreeMap<String, u32>, place: usize, runs: &mut [Run]) -> Factor {
+fn factor(name: &str, compared: Compared, texts: BTreeMap<String, u32>, place: usize, runs: &mut [Run]) -> Factor {
     let mut sorted = vec![String::new(); texts.len()];
     for (text, place) in texts {
         sorted[place as usize] = text;
     }
     let mut levels: Vec<u32> = runs.iter().map(|run| run.levels[place]).collect();
-    let factor = Factor::new(name, sorted, &mut levels);
+    let factor = Factor::new(name, compared, sorted, &mut levels);
     for (run, level) in runs.iter_mut().zip(levels) {
         run.levels[place] = level;
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use oneiro_report::figures::Spread;
-use oneiro_statistics::{mean, quantile_of_sorted, t_within, variance};
+use oneiro_statistics::{Interval, mean, median_interval, quantile_of_sorted, t_within, variance};
 
 /// Confidence level of intervals.
 pub(super) const CONFIDENCE: f64 = 0.95;
@@ -57,6 +57,11 @@ impl Sample {
     /// Minimum, quartiles and maximum; NaN if there are no values.
     pub(super) fn quartiles(&self) -> [f64; 5] {
         [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| quantile_of_sorted(&self.values, share))
+    }
+
+    /// Confidence interval of the median; `None` for fewer than six values.
+    pub(super) fn median_interval(&self) -> Option<Interval> {
+        median_interval(&self.values, CONFIDENCE).ok()
     }
 
     /// Mean with its confidence interval.

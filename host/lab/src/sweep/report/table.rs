@@ -10,7 +10,7 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
 
 /// A CSV file whose first line names its columns, and the row read last.
-pub(super) struct Table<'a> {
+pub(crate) struct Table<'a> {
     path: &'a Path,
     reader: Reader<BufReader<File>>,
     head: StringRecord,
@@ -24,7 +24,7 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// Exit 3 if it doesn't exist, exit 5 if it has no first line, exit 6 if reading fails.
-    pub(super) fn open(path: &'a Path) -> Result<Self> {
+    pub(crate) fn open(path: &'a Path) -> Result<Self> {
         let (file, is_cut) = open(path).map_err(|error| Failure::unreadable(path, &error))?;
         let mut reader = Reader::from_reader(BufReader::with_capacity(1 << 16, file));
         let head = reader.headers().cloned().map_err(|error| failure(path, error))?;
@@ -45,7 +45,7 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// Exit 5 if there is no column with that name.
-    pub(super) fn column(&self, name: &str) -> Result<usize> {
+    pub(crate) fn column(&self, name: &str) -> Result<usize> {
         let place = self.head.iter().position(|column| column == name);
         place.ok_or_else(|| self.corrupt_at(1, format_args!("has no column \u{201c}{name}\u{201d}")))
     }
@@ -54,7 +54,7 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// Exit 5 if a name has no column.
-    pub(super) fn columns(&self, names: &[String]) -> Result<Vec<usize>> {
+    pub(crate) fn columns(&self, names: &[String]) -> Result<Vec<usize>> {
         names.iter().map(|name| self.column(name)).collect()
     }
 
@@ -62,7 +62,7 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// Exit 5 if it has too few or too many cells, isn't text, or is cut short; exit 6 if reading fails.
-    pub(super) fn advance(&mut self) -> Result<bool> {
+    pub(crate) fn advance(&mut self) -> Result<bool> {
         let last = self.line();
         let has_row = self.reader.read_record(&mut self.row);
         match has_row.map_err(|error| failure(self.path, error))? {
@@ -73,7 +73,7 @@ impl<'a> Table<'a> {
     }
 
     /// A cell of this row.
-    pub(super) fn cell(&self, column: usize) -> &str {
+    pub(crate) fn cell(&self, column: usize) -> &str {
         // A row has as many cells as the first line, which column indices come from.
         self.row.get(column).unwrap_or_default()
     }
@@ -82,7 +82,7 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// Exit 5 if it is anything else.
-    pub(super) fn whole(&self, column: usize) -> Result<u64> {
+    pub(crate) fn whole(&self, column: usize) -> Result<u64> {
         let cell = self.cell(column);
         cell.parse().map_err(|_| self.not_a(column, "whole number"))
     }
@@ -91,7 +91,7 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// Exit 5 if it is anything else.
-    pub(super) fn number(&self, column: usize) -> Result<f64> {
+    pub(crate) fn number(&self, column: usize) -> Result<f64> {
         let cell = self.cell(column);
         if cell.is_empty() {
             return Ok(f64::NAN);
@@ -100,8 +100,19 @@ impl<'a> Table<'a> {
         Ok(if number.is_finite() { number } else { f64::NAN })
     }
 
+    /// A cell with a gene.
+    ///
+    /// # Errors
+    /// Exit 5 if it is anything else.
+    pub(crate) fn gene(&self, column: usize) -> Result<f32> {
+        // By way of f64 it would be rounded twice.
+        let gene: Option<f32> = self.cell(column).parse().ok();
+        gene.filter(|gene| gene.is_finite())
+            .ok_or_else(|| self.not_a(column, "gene"))
+    }
+
     /// Exit 5 with a problem of this row.
-    pub(super) fn corrupt(&self, problem: impl Display) -> Failure {
+    pub(crate) fn corrupt(&self, problem: impl Display) -> Failure {
         self.corrupt_at(self.line(), problem)
     }
 

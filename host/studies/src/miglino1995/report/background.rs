@@ -1,13 +1,13 @@
 //! The study's methods and limits, and what it would have cost with the paper's hardware.
 
-use oneiro_report::numbers::{count, shown};
+use oneiro_report::numbers::{Digits, count, shown};
 use oneiro_report::page::{self, Cell, Head, Row, Section, paragraph, table};
 
 use super::{Report, episode_seconds, last_generation, paper, runs_of};
 use crate::miglino1995::results::Condition;
 use crate::{assumptions, verdicts};
 
-const DIGITS: usize = 4;
+const DIGITS: Digits = Digits::Four;
 /// Seconds in a day.
 const DAY: f64 = 86_400.0;
 
@@ -115,7 +115,7 @@ fn differences(study: &Report<'_>) -> String {
         .differences
         .iter()
         .map(|difference| {
-            let number = |x| Cell::number(shown(x, 3));
+            let number = |x| Cell::number(shown(x, Digits::Three));
             Row::from(vec![
                 Cell::text(&difference.name),
                 number(difference.activation),

@@ -2,7 +2,7 @@
 
 use oneiro_base::console::counted;
 use oneiro_report::figures::{self, Band, Journey, Panel, Spread, evenly};
-use oneiro_report::numbers::{NONE, percent, shown, spread_words, spreads};
+use oneiro_report::numbers::{Digits, NONE, percent, shown, spread_words, spreads};
 use oneiro_report::page::{Cell, Head, Row, figure, paragraph, table};
 use oneiro_statistics::mean;
 
@@ -15,7 +15,7 @@ const SHOWN: usize = 5;
 /// Cycles between two compared positions (equation 2), and the number of them in the paper's figure.
 const EVERY: f64 = 5.0;
 const POSITIONS: usize = 100;
-const DIGITS: usize = 4;
+const DIGITS: Digits = Digits::Four;
 /// Dash patterns of lines.
 const REPEATED: &str = "1.5 4";
 const UNRELATED: &str = "9 5";
@@ -260,7 +260,7 @@ fn cells(name: String, runs: &[&Run]) -> Vec<Cell> {
         (|episode| episode.forwards, percent),
         (|episode| episode.visited, percent),
         (|episode| episode.collided, percent),
-        (|episode| episode.speed, |x| shown(x, 3)),
+        (|episode| episode.speed, |x| shown(x, Digits::Three)),
         (|episode| episode.length, |x| shown(x, DIGITS)),
         (|episode| f64::from(u8::from(episode.stuck_in_corner)), percent),
     ];

@@ -2,7 +2,7 @@
 
 use oneiro_base::console::counted;
 use oneiro_report::figures::{self, Band, Panel, Spread, evenly};
-use oneiro_report::numbers::{NONE, probability, shown, spread_words, spreads};
+use oneiro_report::numbers::{Digits, NONE, probability, shown, spread_words, spreads};
 use oneiro_report::page::{Cell, Head, Row, dotted, figure, paragraph, table};
 use oneiro_statistics::mean;
 
@@ -13,9 +13,8 @@ use crate::miglino1995::results::{Condition, Level, Results, Run};
 
 /// Generations before the transfer that are shown again, enlarged.
 const NEAR: f64 = 10.0;
-/// Significant digits of mean fitness, and of F as printed in the paper.
-const FITNESS: usize = 4;
-const F_DIGITS: usize = 5;
+/// Significant digits of mean fitness and of F.
+const DIGITS: Digits = Digits::Four;
 
 /// Figures 6 to 8 and Table 1.
 pub(super) fn html(study: &Report<'_>) -> String {
@@ -215,15 +214,16 @@ fn row(condition: Condition, means: [f64; 2], test: Option<&Test>, (papers, pape
     let or_none = |cell: fn(&Test) -> String| test.map_or(NONE.to_owned(), cell);
     vec![
         Cell::html(name(condition)),
-        Cell::number(shown(means[0], FITNESS)),
-        Cell::number(shown(means[1], FITNESS)),
+        Cell::number(shown(means[0], DIGITS)),
+        Cell::number(shown(means[1], DIGITS)),
         Cell::number(or_none(degrees_of_freedom)),
-        Cell::number(or_none(|test| shown(test.value, F_DIGITS))),
+        Cell::number(or_none(|test| shown(test.value, DIGITS))),
         Cell::number(or_none(|test| probability(test.p))),
         Cell::text(test.map_or("not tested", |test| remark(test.p < paper::LEVEL))),
         Cell::number(format!(
             "<span class=\"paper\">{}</span><br/><span class=\"small\">{}</span>",
-            shown(papers, F_DIGITS),
+            // As printed.
+            papers,
             paper::DEGREES_OF_FREEDOM
         )),
         Cell::html(format!("<span class=\"paper\">{}</span>", remark(papers_significant))),

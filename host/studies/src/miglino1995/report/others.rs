@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use oneiro_report::numbers::{NONE, shown, significant};
+use oneiro_report::numbers::{Digits, NONE, shown, significant};
 use oneiro_report::page::{Cell, Head, Row, table};
 use oneiro_statistics::{Interval, bootstrap_interval, mean, variance};
 use rand_pcg::Pcg64;
@@ -12,7 +12,7 @@ use super::{colours, last_generation, runs_of};
 use crate::miglino1995::results::{Condition, Controls, Family, Results, Run, Variant};
 
 /// Significant digits of fitness.
-const DIGITS: usize = 4;
+const DIGITS: Digits = Digits::Four;
 /// Width and height of a strip of runs, in pixels.
 const STRIP: (f64, f64) = (300.0, 18.0);
 
@@ -96,7 +96,7 @@ fn interval(values: &[f64]) -> Option<Interval> {
 /// Cells with a mean, its interval and the runs themselves.
 fn cells(values: &[f64], scale: &Scale, colour: &str) -> [Cell; 3] {
     let interval = interval(values).map_or(NONE.to_owned(), |Interval { low, high }| {
-        format!("{} to {}", shown(low, 3), shown(high, 3))
+        format!("{} to {}", shown(low, Digits::Three), shown(high, Digits::Three))
     });
     [
         Cell::number(shown(mean(values.iter().copied()), DIGITS)),
@@ -209,7 +209,7 @@ pub(super) fn variants(results: &Results) -> String {
                     Cell::number(shown(mean(variant.simulated.iter().copied()), DIGITS)),
                     mean_real,
                     interval,
-                    Cell::number(shown(variance(&variant.real).sqrt(), 3)),
+                    Cell::number(shown(variance(&variant.real).sqrt(), Digits::Three)),
                     strip,
                 ]
                 .into(),

@@ -1,12 +1,12 @@
 //! The study's methods and limits.
 
-use oneiro_report::numbers::shown;
+use oneiro_report::numbers::{Digits, shown};
 use oneiro_report::page::{self, Section, list, paragraph};
 
 use super::{Report, credit_words, paper, system};
 use crate::{assumptions, verdicts};
 
-const DIGITS: usize = 4;
+const DIGITS: Digits = Digits::Four;
 
 /// The study's subject, as HTML.
 pub(super) const ABOUT: &str = "<p class=\"lead\">\u{201c}The distributed co-evolution of an on-board simulator and \

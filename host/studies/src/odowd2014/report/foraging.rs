@@ -2,7 +2,7 @@
 
 use oneiro_base::console::counted;
 use oneiro_report::figures::{self, Band, Panel, evenly};
-use oneiro_report::numbers::{probability, shown, spread_words, spreads};
+use oneiro_report::numbers::{Digits, probability, shown, spread_words, spreads};
 use oneiro_report::page::{Cell, Head, Row, dotted, figure, table};
 use oneiro_statistics::{mean, variance};
 
@@ -80,7 +80,7 @@ fn tests(results: &Results, combination: &Combination) -> String {
     let (control_minutes, control_rates) = (minutes(control.iter().copied()), rates(&control));
     let rows: Vec<Row> = cases(combination)
         .map(|(case, runs)| {
-            let number = |x| Cell::number(shown(x, 3));
+            let number = |x| Cell::number(shown(x, Digits::Three));
             let over = |minutes: std::ops::Range<usize>| mean(runs.iter().map(|run| run.rate(minutes.clone())));
             let case_rates = rates(&runs);
             let mut cells = vec![

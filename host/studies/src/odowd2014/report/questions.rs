@@ -3,7 +3,7 @@
 use oneiro::foraging::Light;
 use oneiro_base::contents::Column;
 use oneiro_report::csv::{Csv, number};
-use oneiro_report::numbers::{NONE, shown};
+use oneiro_report::numbers::{Digits, NONE, shown};
 use oneiro_report::page::{Cell, Head, Row, paragraph, table};
 use oneiro_statistics::mean;
 
@@ -130,12 +130,12 @@ pub(super) fn html(results: &Results) -> String {
                 answer.late_share,
                 answer.late_s0,
             ];
-            cells.extend(numbers.map(|value| Cell::number(shown(value, 3))));
+            cells.extend(numbers.map(|value| Cell::number(shown(value, Digits::Three))));
             let converged = answer
                 .converged
                 .map_or(NONE.to_owned(), |interval| interval.to_string());
             cells.push(Cell::number(converged));
-            cells.extend([answer.heard, answer.reached].map(|value| Cell::number(shown(value, 3))));
+            cells.extend([answer.heard, answer.reached].map(|value| Cell::number(shown(value, Digits::Three))));
             cells.into()
         })
         .collect();

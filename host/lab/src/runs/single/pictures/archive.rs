@@ -3,7 +3,7 @@
 use oneiro_report::figures::HEAT;
 use oneiro_report::figures::plot::{Plot, Range};
 use oneiro_report::figures::svg::{Anchor, BOLD, SOFT, Svg, ramp};
-use oneiro_report::numbers::significant;
+use oneiro_report::numbers::{Digits, in_figure};
 
 use super::Picture;
 
@@ -54,7 +54,7 @@ pub(in super::super) fn drawn(title: &str, [across, up]: [(&str, [f64; 2]); 2], 
     let fitness = || elites.iter().map(|elite| elite[2]);
     let (low, high) = (fitness().fold(f64::NAN, f64::min), fitness().fold(f64::NAN, f64::max));
     if low.is_finite() && high.is_finite() {
-        let words = |value: f64| significant(value, 4).replace('-', "\u{2212}");
+        let words = |value: f64| in_figure(value, Digits::Four);
         let key = format!("fitness from {} (light) to {} (dark)", words(low), words(high));
         svg.words((LEFT, 50.0), 12.0, Anchor::Start, SOFT, &key);
     }
