@@ -551,9 +551,17 @@ fn short_experiments_are_the_whole_ones() {
             let checked = place.run(&["check", &path]).exits(0);
             assert!(!checked.stderr.contains("warning"), "{words:?}: {}", checked.stderr);
             let out = format!("{folder}/run");
-            let set = ["cycles=60", "evolution.generations=2", "evolution.finalists=0", "trials=1"];
+            let set = [
+                "cycles=60",
+                "evolution.generations=2",
+                "evolution.finalists=0",
+                "trials=1",
+            ];
             let set = set.iter().flat_map(|set| ["--set", set]);
-            let run: Vec<&str> = ["run", &path, "--seed", "1", "--out", &out, "--backend", "cpu"].into_iter().chain(set).collect();
+            let run: Vec<&str> = ["run", &path, "--seed", "1", "--out", &out, "--backend", "cpu"]
+                .into_iter()
+                .chain(set)
+                .collect();
             place.good(&run);
             place.good(&["verify", &out])
         };
@@ -563,7 +571,10 @@ fn short_experiments_are_the_whole_ones() {
         let [short, whole] = [&short, &whole].map(|desk| desk.place.text(format!("{folder}/mine.toml")));
         assert!(short.lines().count() <= 30, "{words:?}: {short}");
         assert!(short.lines().all(|line| line.len() <= 118), "{words:?}: {short}");
-        assert!(short.contains("`oneiro new --keys`") && short.contains("--all-keys"), "{short}");
+        assert!(
+            short.contains("`oneiro new --keys`") && short.contains("--all-keys"),
+            "{short}"
+        );
         for key in ["name", "generations", "population"] {
             assert!(short.contains(&format!("\n{key} = ")), "{words:?} {key}: {short}");
         }
