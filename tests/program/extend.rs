@@ -168,7 +168,9 @@ fn the_five_minutes() {
         .run(&["new", "third", "--task", "../elsewhere"])
         .exits(3)
         .says(&["--task", "allowed"]);
-    place.run(&["new", "third", "--task", "own", "--swarm", "--forager"]).exits(2);
+    place
+        .run(&["new", "third", "--task", "own", "--swarm", "--forager"])
+        .exits(2);
 }
 
 /// Lives that a task ends early have their fitness and measures.

@@ -49,8 +49,15 @@ fn the_example_holds_the_defaults() {
     let empty = read(&scratch, "name = \"khepera-avoidance\"", &[]).unwrap();
     assert_eq!(example.settings(), empty.settings());
     let text = khepera().whole();
-    let set: Vec<&str> = text.lines().map(|line| line.strip_prefix("# ").unwrap_or(line)).collect();
-    for line in empty.resolved_toml(1).lines().filter(|line| line.contains('=') && !line.starts_with("seed")) {
+    let set: Vec<&str> = text
+        .lines()
+        .map(|line| line.strip_prefix("# ").unwrap_or(line))
+        .collect();
+    for line in empty
+        .resolved_toml(1)
+        .lines()
+        .filter(|line| line.contains('=') && !line.starts_with("seed"))
+    {
         assert!(set.contains(&line), "{line} is not shown");
     }
     for line in empty.resolved_toml(1).lines().filter(|line| line.contains('=')) {
