@@ -26,7 +26,7 @@ pub(crate) struct Reproduce {
 pub(crate) enum Paper {
     /// Miglino, Lund and Nolfi 1995: mobile robots in simulated and real environments
     Miglino1995(Miglino1995),
-    /// O'Dowd, Studley and Winfield 2014: a swarm co-evolves on-board simulators and controllers
+    /// O'Dowd, Studley and Winfield 2014: a swarm co-evolves on-board simulators
     Odowd2014(Odowd2014),
 }
 

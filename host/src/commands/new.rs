@@ -66,6 +66,12 @@ fn template(arguments: &New, console: Console) -> Result {
     let name = plain("NAME", "an experiment", given.strip_suffix(".toml").unwrap_or(given))?;
     let robot = arguments.robot.as_deref().or(arguments.swarm.then_some(OF_SWARM));
     let robots = match robot.map(Shipped::named).transpose()? {
+        Some(robot) if arguments.swarm && !robot.may_swarm() => {
+            return Err(Failure::input(format_args!(
+                "--robot {}: is too fast for a swarm; allowed with --swarm: robots that move at most 0.75 of their radius in a cycle",
+                robot.name
+            )));
+        }
         Some(robot) if arguments.swarm || robot.is_for_swarms() => Robots::Swarm(robot),
         Some(robot) => Robots::Parametric(robot),
         None if arguments.forager => Robots::Forager,

@@ -52,6 +52,13 @@ impl Shipped {
         values(self.text).contains_key("model")
     }
 
+    /// Whether several may share a world: swarms need robots that move at most 0.75 of their radius in a cycle.
+    pub fn may_swarm(&self) -> bool {
+        let robot = values(self.text);
+        let number = |key: &str| robot.get(key).and_then(Value::as_float).unwrap_or_default();
+        number("greatest_speed_mm_s") / 10.0 <= 0.75 * number("body_radius_mm")
+    }
+
     /// Whether it has this key.
     pub(super) fn has(&self, key: &str) -> bool {
         values(self.text).contains_key(key)

@@ -103,10 +103,6 @@ impl Start<'_> {
             Robots::Parametric(robot) => {
                 set("arena.width_mm", "1000.0".to_owned(), "width of the rectangle");
                 set("arena.height_mm", "1000.0".to_owned(), "height");
-                if robot.text.contains("kind = \"light\"") {
-                    let lamp = "[{ x_mm = 500.0, y_mm = 500.0 }]".to_owned();
-                    set("arena.lights", lamp, "a lamp for its light sensors");
-                }
             }
             Robots::Swarm(_) => {
                 set("arena.width_mm", "2000.0".to_owned(), "width of the rectangle");
@@ -114,6 +110,11 @@ impl Start<'_> {
                 let spot = "[{ x_mm = 1000.0, y_mm = 1000.0, radius_mm = 300.0, grey = 0.0 }]".to_owned();
                 set("arena.patches", spot, "a black spot on the floor");
             }
+        }
+        if let Some(robot) = self.shipped().filter(|robot| robot.text.contains("kind = \"light\"")) {
+            let at = if is_swarm { "1000.0" } else { "500.0" };
+            let words = format!("a lamp for the light sensors of {}", robot.name);
+            set("arena.lights", format!("[{{ x_mm = {at}, y_mm = {at} }}]"), &words);
         }
         if is_forager {
             set(
@@ -207,6 +208,14 @@ impl Start<'_> {
         lines
     }
 
+    /// The robot that ships, if it has one.
+    fn shipped(&self) -> Option<Shipped> {
+        match self.robots {
+            Robots::Parametric(robot) | Robots::Swarm(robot) => Some(robot),
+            Robots::Khepera | Robots::Forager => None,
+        }
+    }
+
     /// All keys that it may have.
     fn entries(&self) -> Vec<Entry> {
         match self.robots {
@@ -281,10 +290,7 @@ impl Start<'_> {
                  where each default is from."
             )
         );
-        let robot = match self.robots {
-            Robots::Parametric(robot) | Robots::Swarm(robot) => Some(robot),
-            Robots::Khepera | Robots::Forager => None,
-        };
+        let robot = self.shipped();
         let is_described =
             |key: &str| robot.is_some_and(|robot| key == PRESET || robot.has(key.trim_start_matches("robot.")));
         let mut table = "";
