@@ -83,12 +83,18 @@ const SHORTER: [(&str, &str, &str); 12] = [
 ];
 
 /// Pictures, the page whose blocks draw them, the file that they draw or draw into, and whether they do only at full length.
-const DRAWN: [(&str, &str, &str, bool); 21] = [
+const DRAWN: [(&str, &str, &str, bool); 22] = [
     ("docs/champion.svg", "README.md", "runs/*/path.svg", false),
     (
         "docs/learning-curve.svg",
         "README.md",
         "runs/*/learning-curve.svg",
+        false,
+    ),
+    (
+        "docs/pictures/swarm.svg",
+        "docs/tutorials/swarm-mission.md",
+        "swarm.svg",
         false,
     ),
     (

@@ -59,7 +59,7 @@ pub(crate) fn masked(output: &str) -> String {
             match *word {
                 word if is_number(word.trim_start_matches('(')) && (is_unit(index + 1) || is_scaled) => "N",
                 word if SCALES.contains(&word) && is_unit(index + 1) => "",
-                word if UNITS.contains(&word) && index > 0 && is_number(words[index - 1]) => "UNIT",
+                _ if is_unit(index) => "UNIT",
                 word if is_date(word) => "DATE",
                 word => word,
             }
