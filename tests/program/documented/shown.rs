@@ -34,7 +34,7 @@ pub(crate) fn renewed(page: &str, printed: &[(usize, String)]) -> String {
 }
 
 /// An output without what differs between machines and moments, as `docs/testing.md` says: the name of the device, the number
-/// before a unit of time or speed, dates, and how far apart words are.
+/// before a unit of time or speed, dates, files that only some builds write, and how far apart words are.
 pub(crate) fn masked(output: &str) -> String {
     const UNITS: [&str; 7] = ["ms", "s", "min", "h", "steps/s", "robot-steps/s", "episodes/s"];
     const SCALES: [&str; 4] = ["k", "M", "G", "million"];
@@ -72,11 +72,6 @@ pub(crate) fn masked(output: &str) -> String {
             .collect::<Vec<_>>()
             .join(" ")
     };
-    output
-        .lines()
-        .map(line)
-        .collect::<Vec<_>>()
-        .join("\n")
-        .trim()
-        .to_owned()
+    let lines = output.lines().filter(|line| !line.ends_with(".parquet")).map(line);
+    lines.collect::<Vec<_>>().join("\n").trim().to_owned()
 }
