@@ -856,8 +856,8 @@ fn mistakes_in_pages_are_found() {
 /// Controls: another output than the shown one is noticed, wherever it differs, and nothing else is.
 #[test]
 fn another_output_is_noticed() {
-    let desk = Desk::new("shown", false);
     const SCRIPT: &str = "oneiro list runs || echo failed\necho 'took 12.5 s at 3.1 M steps/s' >&2\necho best 7\n";
+    let desk = Desk::new("shown", false);
     let page = |output: &str| {
         format!("# A page\n\n```sh\n{SCRIPT}```\n\n```text\n{output}```\n\nNow:\n\n```text\nno output\n```\n")
     };

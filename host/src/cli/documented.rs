@@ -401,15 +401,14 @@ fn named_commands() -> Vec<Named> {
 
 /// Text of a help in a page.
 fn in_page(text: &str) -> String {
-    let mut escaped = String::new();
-    for (index, part) in text.split('`').enumerate() {
-        let is_code = index % 2 == 1;
+    let part = |(index, part): (usize, &str)| {
         let part = part.replace('|', "\\|");
-        escaped += &match is_code {
-            true => format!("`{part}`"),
-            false => part.replace('<', "&lt;").replace('*', "\\*").replace('[', "\\["),
-        };
-    }
+        if index % 2 == 1 {
+            return format!("`{part}`");
+        }
+        part.replace('<', "&lt;").replace('*', "\\*").replace('[', "\\[")
+    };
+    let escaped: String = text.split('`').enumerate().map(part).collect();
     escaped.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -479,8 +478,8 @@ fn page_of_commands() -> String {
     let is_common = |row: &String| all.iter().filter(|own| *own == row).count() >= COMMON;
     let common: BTreeSet<&String> = all.iter().filter(|row| is_common(row)).collect();
     assert!(!common.is_empty());
-    let mut page = format!("\n## Options of many commands\n{TABLE}");
-    page.extend(common.into_iter().map(String::as_str));
+    let mut page = vec![format!("\n## Options of many commands\n{TABLE}")];
+    page.extend(common.into_iter().cloned());
     for Named { name, command } in commands.iter().skip(1) {
         let about = command
             .get_long_about()
@@ -495,13 +494,13 @@ fn page_of_commands() -> String {
             .split_whitespace()
             .collect::<Vec<_>>()
             .join(" ");
-        page += &format!(
+        page.push(format!(
             "\n{level} `{name}`\n\n{}.\n\n    {usage}\n",
             about.join("\n\n").trim_end_matches('.')
-        );
+        ));
         let (common, own): (Vec<_>, Vec<_>) = rows(command).into_iter().partition(|(_, row)| is_common(row));
         if !own.is_empty() {
-            page += TABLE;
+            page.push(TABLE.to_owned());
             page.extend(own.into_iter().map(|(_, row)| row));
         }
         let common: Vec<String> = common
@@ -514,10 +513,13 @@ fn page_of_commands() -> String {
             .filter(|own| !global.contains(&own.as_str()))
             .collect();
         if !common.is_empty() {
-            page += &format!("\nAnd {}: [above](#options-of-many-commands).\n", common.join(", "));
+            page.push(format!(
+                "\nAnd {}: [above](#options-of-many-commands).\n",
+                common.join(", ")
+            ));
         }
     }
-    page
+    page.concat()
 }
 
 #[test]
