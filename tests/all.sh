@@ -90,6 +90,9 @@ cargo clippy --workspace --all-targets --features oneiro-host/parquet --locked -
 
 [ -z "${jobs[tools]:-}" ] || join "tools"
 
+say "the book"
+docs/build.sh
+
 say "documentation"
 # With the examples, what these need counts as well: all is then checked as for the lints, and nothing a second time.
 RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --features oneiro-host/parquet --no-deps --lib --examples --quiet

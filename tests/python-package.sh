@@ -65,6 +65,10 @@ example() {
 example README.md .
 example docs/python.md .
 example python/README.md experiments
+tutorial=docs/tutorials/from-python.md
+example $tutorial . >"$scratch/printed"
+awk '/^```text$/ { on = 1; next } /^```$/ { on = 0 } on' $tutorial | diff - "$scratch/printed" ||
+    fail "$tutorial shows other output than its blocks print (above, after >)"
 
 say "its tests"
 packages=(

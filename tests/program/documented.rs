@@ -4,10 +4,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 
 mod messages;
 mod pages;
+#[path = "../scratch/mod.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
+mod scratch;
+mod shown;
 mod typed;
 
 use crate::fixtures::copy;
@@ -79,12 +83,18 @@ const SHORTER: [(&str, &str, &str); 12] = [
 ];
 
 /// Pictures, the page whose blocks draw them, the file that they draw or draw into, and whether they do only at full length.
-const DRAWN: [(&str, &str, &str, bool); 21] = [
+const DRAWN: [(&str, &str, &str, bool); 22] = [
     ("docs/champion.svg", "README.md", "runs/*/path.svg", false),
     (
         "docs/learning-curve.svg",
         "README.md",
         "runs/*/learning-curve.svg",
+        false,
+    ),
+    (
+        "docs/pictures/swarm.svg",
+        "docs/tutorials/swarm-mission.md",
+        "swarm.svg",
         false,
     ),
     (
@@ -217,10 +227,23 @@ impl Desk {
     /// Types a script into a shell that stops at the first command that fails. Returns the processor time that its commands took, in
     /// the shell's words, or what it said.
     fn types(&self, folder: &str, script: &str) -> Result<String, String> {
-        let script = script.replace("cargo run --release -- ", "oneiro ") + "\n{ set +x; } 2>/dev/null; times >&2\n";
+        let script = format!("set -x\n{script}\n{{ set +x; }} 2>/dev/null; times >&2\n");
+        let output = self.shell(folder, &script)?;
+        let said = String::from_utf8_lossy(&output.stderr);
+        Ok(said.lines().next_back().unwrap_or_default().to_owned())
+    }
+
+    /// As [`Desk::types`], and returns what its commands print, errors and data in their order.
+    fn prints(&self, script: &str) -> Result<String, String> {
+        let output = self.shell(".", &format!("exec 2>&1\n{script}"))?;
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    }
+
+    fn shell(&self, folder: &str, script: &str) -> Result<Output, String> {
+        let script = script.replace("cargo run --release -- ", "oneiro ");
         let path = with_python();
         let output = Command::new("bash")
-            .args(["-euo", "pipefail", "-xc", &script])
+            .args(["-euo", "pipefail", "-c", &script])
             .current_dir(self.place.at(folder))
             .env("PATH", format!("{}:{path}", self.place.at("bin").display()))
             .env("XDG_CACHE_HOME", cache())
@@ -228,10 +251,11 @@ impl Desk {
             .stdin(Stdio::null())
             .output()
             .map_err(|error| format!("there is no bash: {error}"))?;
-        let said = String::from_utf8_lossy(&output.stderr);
         if output.status.success() {
-            return Ok(said.lines().next_back().unwrap_or_default().to_owned());
+            return Ok(output);
         }
+        let said = [&output.stdout[..], &output.stderr[..]].concat();
+        let said = String::from_utf8_lossy(&said);
         let last: Vec<&str> = said.lines().rev().take(12).collect();
         let last: Vec<&str> = last.into_iter().rev().collect();
         Err(format!("{:?}\n{}", output.status.code(), last.join("\n")))
@@ -335,22 +359,28 @@ impl Use {
     }
 }
 
+/// A page that connects to a robot: it is typed among the tests in real time.
+const WITH_ROBOT: &str = "docs/tutorials/first-drive.md";
+
 /// Types all blocks of a page, one after another, into one folder.
 fn type_page(page: &str) -> Result<(), String> {
-    let (blocks, _) = typed::blocks(&typed::text(Path::new(page)));
-    let desk = Desk::new(&page.replace(['/', '.'], "-"), !is_long());
+    let text = typed::text(Path::new(page));
+    let (blocks, _) = typed::blocks(&text);
+    let is_whole = is_long() || shown::shows(page);
+    let desk = Desk::new(&page.replace(['/', '.'], "-"), !is_whole);
     for block in &blocks {
         for word in &block.info {
             if let Some(name) = word.strip_prefix("file=") {
                 let lines = block
                     .text
                     .lines()
-                    .map(|line| if is_long() { line.to_owned() } else { shorter(line) });
+                    .map(|line| if is_whole { line.to_owned() } else { shorter(line) });
                 desk.place.write(name, lines.collect::<Vec<_>>().join("\n") + "\n");
             }
         }
     }
-    for block in &blocks {
+    let mut printed = Vec::new();
+    for (index, block) in blocks.iter().enumerate() {
         let Some(script) = block.script() else { continue };
         let at = |problem: String| format!("{page}:{}: {problem}", block.line);
         match Use::of(block).map_err(at)? {
@@ -374,9 +404,14 @@ fn type_page(page: &str) -> Result<(), String> {
                 }
             }
         }
+        if let (true, Some(text)) = (shown::shows(page), shown::of(&text, &blocks, index)) {
+            printed.push((text, desk.prints(&script).map_err(at)?));
+            continue;
+        }
         let took = desk.types(".", &short(page, &script)).map_err(at)?;
         eprintln!("{page}:{}: {took}", block.line);
     }
+    scratch::holds(&typed::root().join(page), &shown::renewed(&text, &printed))?;
     drawn(page, &desk)
 }
 
@@ -453,7 +488,14 @@ fn pages() {
             "{page}: {long}"
         );
     }
-    each(&pages, type_page);
+    let others: Vec<String> = pages.iter().filter(|page| *page != WITH_ROBOT).cloned().collect();
+    assert!(others.len() < pages.len());
+    each(&others, type_page);
+}
+
+/// The page that connects to a robot.
+pub(crate) fn type_page_with_robot() {
+    type_page(WITH_ROBOT).unwrap_or_else(|problem| panic!("{problem}"));
 }
 
 /// The commands in the comments at the head of each experiment and sweep, from the folder that they name files from.
@@ -892,6 +934,48 @@ fn mistakes_in_pages_are_found() {
             named("Exchange", Some("host/lab/src/exchange/")),
             named("Far", None)
         ]
+    );
+}
+
+/// Controls: another output than the shown one is noticed, wherever it differs, and nothing else is.
+#[test]
+fn another_output_is_noticed() {
+    const SCRIPT: &str = "oneiro list runs || echo failed\necho 'took 12.5 s at 3.1 M steps/s' >&2\necho best 7\n";
+    let desk = Desk::new("shown", false);
+    let page = |output: &str| {
+        format!("# A page\n\n```sh\n{SCRIPT}```\n\n```text\n{output}```\n\nNow:\n\n```text\nno output\n```\n")
+    };
+    let renewed = |output: &str| {
+        let page = page(output);
+        let (blocks, _) = typed::blocks(&page);
+        let shown: Vec<Option<usize>> = (0..3).map(|index| shown::of(&page, &blocks, index)).collect();
+        assert_eq!(shown, [Some(1), None, None]);
+        let printed = desk.prints(&blocks[0].script().unwrap()).unwrap();
+        let renewed = shown::renewed(&page, &[(1, printed)]);
+        (page, renewed)
+    };
+    let printed = desk.prints(SCRIPT).unwrap();
+    assert!(
+        printed.starts_with("oneiro: runs") && printed.ends_with("best 7\n"),
+        "{printed}"
+    );
+    for right in [printed.clone(), printed.replace("12.5 s at 3.1 M", "1.5 min at 700 k")] {
+        let (page, renewed) = renewed(&right);
+        assert_eq!(page, renewed);
+    }
+    for wrong in [
+        printed.replace("best 7", "best 8"),
+        printed.replace("failed\n", ""),
+        printed.replace("took", "in"),
+        printed.clone() + "more\n",
+        String::new(),
+    ] {
+        let (_, renewed) = renewed(&wrong);
+        assert_eq!(renewed, page(&printed), "{wrong}");
+    }
+    assert_eq!(
+        shown::masked("a on cpu (avx512x64, 2 threads)\nat 2026-11-28 in 3 ms,  4 runs "),
+        shown::masked("a on cpu (neon, 8 threads) \nat 2025-01-02 in 12.5 s, 4 runs")
     );
 }
 

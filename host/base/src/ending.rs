@@ -1,5 +1,5 @@
 //! How the program ends when it can't continue: too little memory, too few threads, a panic, a crash in a library. It
-//! always prints a sentence and ends with an exit code of the README's. Earlier records are complete, as after any
+//! always prints a sentence and ends with an exit code of `docs/commands.md`. Earlier records are complete, as after any
 //! kill.
 
 use std::alloc::{GlobalAlloc, Layout};

@@ -20,7 +20,7 @@ macro_rules! complete {
 }
 pub use crate::complete;
 
-/// Exit codes other than 0; the README lists them for users.
+/// Exit codes other than 0; `docs/commands.md` lists them for users.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Code {

@@ -7,6 +7,7 @@ use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use super::Cli;
+use crate::scratch::holds;
 
 #[path = "../../../tests/program/documented/typed.rs"]
 mod typed;
@@ -256,7 +257,7 @@ fn what_is_written_to_be_typed_is_a_command_line() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     let of = |part: &str| all.iter().filter(|typed| typed.place.contains(part)).count();
     for (part, least) in [
-        ("README.md", 50),
+        ("README.md", 3),
         ("docs/", 250),
         ("experiments/", 30),
         ("host/", 100),
@@ -335,8 +336,7 @@ const OTHERS: [&str; 13] = [
     "w",
 ];
 
-/// Options that a page names without their command are options of some command; those in the README's table of commands are
-/// options of the command in their row.
+/// Options that a page names without their command are options of some command.
 #[test]
 fn options_in_documents_are_options() {
     let mut known = BTreeSet::new();
@@ -366,22 +366,168 @@ fn options_in_documents_are_options() {
             }
         }
     }
-    let readme = typed::text(Path::new("README.md"));
-    for row in readme.lines().filter(|line| line.starts_with("| `oneiro ")) {
-        let mut spans = typed::inline(row).into_iter().map(|(_, span)| span);
-        let words = in_sentence(spans.next().unwrap_or_default());
-        let is_name = |word: &&String| {
-            word.chars()
-                .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
-        };
-        let names: Vec<&str> = words.iter().take_while(is_name).map(String::as_str).collect();
-        for option in spans.filter(|span| span.starts_with("--")) {
-            let typed = format!("{} {option}", names.join(" "));
-            if let Err(problem) = parsed(in_sentence(&typed)) {
-                wrong.push(format!("README.md: {typed}: {problem}"));
-            }
-        }
-    }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(named > 50, "{named}");
+}
+
+/// Options of at least so many commands are on the page once.
+const COMMON: usize = 8;
+
+/// A command and its name in full.
+struct Named {
+    name: String,
+    command: clap::Command,
+}
+
+/// All commands that the help shows, each before its sub-commands, in the order of the help.
+fn named_commands() -> Vec<Named> {
+    fn add(name: &str, command: &clap::Command, found: &mut Vec<Named>) {
+        let name = format!("{name} {}", command.get_name());
+        found.push(Named {
+            name: name.trim().to_owned(),
+            command: command.clone(),
+        });
+        let shown = command
+            .get_subcommands()
+            .filter(|own| !own.is_hide_set() && own.get_name() != "help");
+        shown.for_each(|own| add(name.trim(), own, found));
+    }
+    let mut program = super::command();
+    program.build();
+    let mut found = Vec::new();
+    add("", &program, &mut found);
+    found
+}
+
+/// Text of a help in a page.
+fn in_page(text: &str) -> String {
+    let part = |(index, part): (usize, &str)| {
+        let part = part.replace('|', "\\|");
+        if index % 2 == 1 {
+            return format!("`{part}`");
+        }
+        part.replace('<', "&lt;").replace('*', "\\*").replace('[', "\\[")
+    };
+    let escaped: String = text.split('`').enumerate().map(part).collect();
+    escaped.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// An argument's row: how it is typed, what it means, its words and its default.
+fn row(argument: &clap::Arg) -> String {
+    let values: Vec<String> = argument
+        .get_value_names()
+        .unwrap_or_default()
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    let takes = argument.get_action().takes_values();
+    let dots = match argument.get_num_args() {
+        Some(range) if range.max_values() > 1 => " ..",
+        _ => "",
+    };
+    let value = if takes { values.join(" ") + dots } else { String::new() };
+    let typed = match (argument.get_long(), argument.get_short()) {
+        (Some(long), Some(short)) => format!("--{long}`, `-{short} {value}"),
+        (Some(long), None) => format!("--{long} {value}"),
+        (None, _) => value,
+    };
+    let help = argument
+        .get_long_help()
+        .or(argument.get_help())
+        .map(ToString::to_string)
+        .unwrap_or_default();
+    let words = argument
+        .get_possible_values()
+        .into_iter()
+        .filter(|own| !own.is_hide_set() && takes);
+    let words: Vec<String> = words
+        .map(|own| match own.get_help() {
+            Some(help) => format!("`{}` ({})", own.get_name(), in_page(&help.to_string())),
+            None => format!("`{}`", own.get_name()),
+        })
+        .collect();
+    let mut cells = vec![in_page(&help)];
+    if !words.is_empty() {
+        cells.push(format!("Values: {}", words.join(", ")));
+    }
+    let default: Vec<_> = argument
+        .get_default_values()
+        .iter()
+        .map(|own| own.to_string_lossy())
+        .collect();
+    if takes && !default.is_empty() && !argument.is_hide_default_value_set() {
+        cells.push(format!("Default: `{}`", default.join(",")));
+    }
+    format!("| `{}` | {} |\n", typed.trim().replace('|', "\\|"), cells.join(". "))
+}
+
+/// The reference of commands: each with its arguments, those of many commands first and once.
+fn page_of_commands() -> String {
+    const TABLE: &str = "\n| argument | meaning |\n|---|---|\n";
+    let commands = named_commands();
+    let rows = |command: &clap::Command| -> Vec<(Option<String>, String)> {
+        let shown = command.get_arguments().filter(|own| !own.is_hide_set());
+        let shown = shown.filter(|own| !["help", "version"].contains(&own.get_id().as_str()));
+        shown.map(|own| (own.get_long().map(str::to_owned), row(own))).collect()
+    };
+    let all: Vec<String> = commands
+        .iter()
+        .flat_map(|own| rows(&own.command))
+        .map(|(_, row)| row)
+        .collect();
+    let is_common = |row: &String| all.iter().filter(|own| *own == row).count() >= COMMON;
+    let common: BTreeSet<&String> = all.iter().filter(|row| is_common(row)).collect();
+    assert!(!common.is_empty());
+    let mut page = vec![format!("\n## Options of many commands\n{TABLE}")];
+    page.extend(common.into_iter().cloned());
+    for Named { name, command } in commands.iter().skip(1) {
+        let about = command
+            .get_long_about()
+            .or(command.get_about())
+            .map(ToString::to_string)
+            .unwrap_or_default();
+        let about: Vec<String> = about.split("\n\n").map(in_page).collect();
+        let level = "#".repeat(name.split(' ').count());
+        let usage = command.clone().render_usage().to_string();
+        let usage = usage
+            .trim_start_matches("Usage: ")
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ");
+        page.push(format!(
+            "\n{level} `{name}`\n\n{}.\n\n    {usage}\n",
+            about.join("\n\n").trim_end_matches('.')
+        ));
+        let (common, own): (Vec<_>, Vec<_>) = rows(command).into_iter().partition(|(_, row)| is_common(row));
+        if !own.is_empty() {
+            page.push(TABLE.to_owned());
+            page.extend(own.into_iter().map(|(_, row)| row));
+        }
+        let common: Vec<String> = common
+            .into_iter()
+            .filter_map(|(long, _)| Some(format!("`--{}`", long?)))
+            .collect();
+        let global = ["`--json`", "`--quiet`"];
+        let common: Vec<String> = common
+            .into_iter()
+            .filter(|own| !global.contains(&own.as_str()))
+            .collect();
+        if !common.is_empty() {
+            page.push(format!(
+                "\nAnd {}: [above](#options-of-many-commands).\n",
+                common.join(", ")
+            ));
+        }
+    }
+    page.concat()
+}
+
+#[test]
+#[cfg_attr(not(feature = "twin"), ignore = "the page has all commands")]
+fn the_page_of_commands_is_that_of_the_command_line() {
+    const MARK: &str = "move it here. -->\n";
+    let path = typed::root().join("docs/commands.md");
+    let text = typed::text(Path::new("docs/commands.md"));
+    let (head, _) = text.split_once(MARK).unwrap();
+    holds(&path, &format!("{head}{MARK}{}", page_of_commands())).unwrap();
 }

@@ -1,4 +1,4 @@
-//! What README's table "Extend it" says of things that ship: which files they are in.
+//! What CONTRIBUTING's table of new things says of things that ship: which files they are in.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,10 @@ use super::*;
 
 /// Files and folders that a row of the table names.
 fn named(row: &str) -> Vec<PathBuf> {
-    let table = include_str!("../../../README.md").split("## Extend it").nth(1).unwrap();
+    let table = include_str!("../../../CONTRIBUTING.md")
+        .split("## Add a thing")
+        .nth(1)
+        .unwrap();
     let line = table.lines().find(|line| line.starts_with(&format!("| {row} |")));
     let line = line.unwrap_or_else(|| panic!("no row `{row}`"));
     let paths = line

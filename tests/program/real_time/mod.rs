@@ -6,6 +6,8 @@ mod khepera;
 mod playground;
 mod sample_wire;
 mod transfer;
+#[cfg(feature = "native")]
+mod tutorial;
 mod wire;
 #[cfg(feature = "compose")]
 mod wired;
