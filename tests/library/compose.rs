@@ -1420,7 +1420,7 @@ fn a_cycle_of_too_many_loops_is_refused() {
         let refused = looping(end, cycles).unwrap_err();
         assert!(
             refused.starts_with(&format!("task.part: loops up to {turns}"))
-                && refused.ends_with("allowed: up to 100000, so that a run can be stopped [too-many-turns]"),
+                && refused.ends_with("allowed: at most 100000, so that a run can be stopped [too-many-turns]"),
             "{end}: {refused}"
         );
     }
@@ -1447,7 +1447,7 @@ fn loops_end_in_time_on_a_gpu() {
         .unwrap_err()
         .to_string();
     assert!(
-        refused.contains("unrolling them makes the kernel too long"),
+        refused.contains("unrolled they make the kernel too long"),
         "{refused}"
     );
 }
