@@ -131,7 +131,8 @@ pub(super) fn check(settings: &Settings, _: &Surroundings<'_>) -> Checked {
         .iter()
         .try_fold(1_u64, |all, descriptor| all.checked_mul(descriptor.cells.into()));
     if settings.tables.archive.cells == Cells::Grid && cells.is_none_or(|cells| cells > MOST_CELLS) {
-        let problem = format!("have more than {MOST_CELLS} cells in all; allowed: fewer, or a centroidal archive");
+        let problem =
+            format!("have more than {MOST_CELLS} cells in all; allowed: at most that, or a centroidal archive");
         return refused("evolution.descriptors", problem);
     }
     Ok(())

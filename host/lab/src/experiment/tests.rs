@@ -717,7 +717,7 @@ const REFUSED: &[(&str, &str)] = &[
     (
         "[evolution]\nkind = \"map-elites\"\n[[evolution.descriptors]]\nmeasure = \"cells\"\nleast = 0\ngreatest = 9\n\
          cells = 1001\n[[evolution.descriptors]]\nmeasure = \"end_x_mm\"\nleast = 0\ngreatest = 9\ncells = 1000",
-        "evolution.descriptors: have more than 1000000 cells in all; allowed: up to that, or a centroidal archive",
+        "evolution.descriptors: have more than 1000000 cells in all; allowed: at most that, or a centroidal archive",
     ),
     (
         "[evolution.archive]\niso = 0.1",
