@@ -117,13 +117,13 @@ impl Worlds {
     /// No world; the first invalid value; worlds of different kernels.
     pub fn new<W: WorldKind>(worlds: &[W]) -> Result<Self, Invalid> {
         let Some(first) = worlds.first() else {
-            return Err(Invalid::new("worlds", "there is none; allowed: one and more"));
+            return Err(Invalid::new("worlds", "is empty; allowed: at least one"));
         };
         let kernel = first.kernel();
         for (index, world) in worlds.iter().enumerate() {
             if world.kernel().name != kernel.name {
                 let problem = format!(
-                    "is {}, the first world's {}; allowed: one kernel in a batch",
+                    "is {}, but the first world's is {}; allowed: one kernel per batch",
                     world.kernel().name,
                     kernel.name
                 );
@@ -145,7 +145,7 @@ impl Worlds {
         if let Some(index) = facts.iter().position(too_long) {
             let turns = facts[index].loops.max(facts[index].begin_loops);
             let problem = format!(
-                "loops up to {turns} times in a cycle; allowed: up to {}, so that a run can be stopped",
+                "loops up to {turns} times a cycle; allowed: at most {}, so that a run can be stopped",
                 most(&facts[index])
             );
             return Err(Invalid::new(format!("worlds[{index}].kernel"), problem));
@@ -175,7 +175,7 @@ impl Worlds {
     /// As [`Worlds::batch`], and no cycle.
     pub fn beginnings(&self, rollouts: &[Rollout<'_>], cycles: u32) -> Result<Batch, Invalid> {
         if cycles == 0 {
-            return Err(Invalid::new("cycles", "are 0; allowed: one and more"));
+            return Err(Invalid::new("cycles", "are 0; allowed: at least 1"));
         }
         self.episodes(&pieces([rollouts]), 0..cycles, &[], false, None)
     }
@@ -227,7 +227,7 @@ impl Worlds {
         trace: Option<TraceRequest>,
     ) -> Result<Batch, Invalid> {
         if cycles.is_empty() {
-            let problem = format!("are {} to {}; allowed: one and more", cycles.start, cycles.end);
+            let problem = format!("are {} to {}; allowed: at least 1", cycles.start, cycles.end);
             return Err(Invalid::new("cycles", problem));
         }
         let words = self.0.state_words as usize;
@@ -275,7 +275,7 @@ impl Worlds {
             cycles,
         };
         if trace.is_some_and(|trace| trace.every == 0) {
-            return Err(Invalid::new("trace.every", "is 0; allowed: 1 and more cycles"));
+            return Err(Invalid::new("trace.every", "is 0; allowed: at least 1 cycle"));
         }
         let longest = batch
             .groups

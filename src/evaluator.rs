@@ -67,8 +67,8 @@ pub enum Error {
     TooLarge(String),
     /// A kernel's loops turned more often than its text allows, so the machine code made of it at run time is wrong.
     #[error(
-        "the loops of the kernel {kernel} turned {turns} times and had not ended, though its text says that they must: its machine \
-         code is wrong, which is a mistake in Oneiro; please report it with the experiment"
+        "the kernel {kernel} looped {turns} times, more than its source allows: its machine code is wrong. This is a \
+         mistake in Oneiro; please report it with the experiment"
     )]
     Unbounded {
         /// Name of the kernel.
@@ -87,8 +87,8 @@ pub enum Error {
     },
     /// An audited episode has different bits on the CPU.
     #[error(
-        "rollout {rollout}: {device} computed {there} (bits {:08x}), the CPU {here} (bits {:08x}); \
-         results of this device can't be trusted to be exact",
+        "episode {rollout}: {device} computed {there} (bits {:08x}), the CPU {here} (bits {:08x}); results of this \
+         device can't be trusted to be exact",
         there.to_bits(), here.to_bits()
     )]
     Differs {

@@ -396,7 +396,7 @@ impl Allowed {
             && number != 0.0
             && number.abs() < LEAST
         {
-            return Err(format!("is {number:e}; allowed: 0, or {LEAST:e} and more in size"));
+            return Err(format!("is {number:e}; allowed: 0, or at least {LEAST:e} in size"));
         }
         let is_allowed = match (self.bounded(other), datum) {
             (Self::Whole(least, greatest), Datum::Whole(number)) => {

@@ -1,6 +1,7 @@
 //! Tests: the pages describe what the program writes.
 
 mod imports;
+mod words;
 
 use std::fs;
 use std::path::Path;

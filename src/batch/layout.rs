@@ -195,7 +195,7 @@ fn canonical(gene: f32) -> f32 {
 fn bad_genes(rollout: usize, genes: &[f32], count: usize) -> Invalid {
     if genes.len() != count {
         let problem = format!(
-            "there are {}; allowed: {count}, as its world's controller takes",
+            "there are {}; allowed: {count}, for its world's controller",
             genes.len()
         );
         return Invalid::new(format!("rollouts[{rollout}].genes"), problem);

@@ -139,7 +139,7 @@ impl Auto {
                 None => Gpu::Opening(work),
                 Some(Ok(gpu)) => Gpu::Open(Member::new(gpu, false)),
                 Some(Err(reason)) => {
-                    let warning = format!("{}: {reason}; the CPU does all work", self.name);
+                    let warning = format!("{}: {reason}; the CPU evaluates everything", self.name);
                     self.warnings.push(warning);
                     Gpu::Gone
                 }
@@ -188,10 +188,10 @@ impl Auto {
         let Gpu::Open(gpu) = &mut self.gpu else { return None };
         let done = gpu.evaluate(part, control, &mut self.warnings);
         match done {
-            Err(error @ Error::TooLarge(_)) => self.warnings.push(format!("{error}; the CPU does this batch")),
+            Err(error @ Error::TooLarge(_)) => self.warnings.push(format!("{error}; the CPU evaluates this batch")),
             Err(error @ Error::NoDevice(_)) => {
                 self.warnings
-                    .push(format!("{error}; from now on the CPU does all work"));
+                    .push(format!("{error}; from now on the CPU evaluates everything"));
                 self.gpu = Gpu::Gone;
             }
             done => return Some(done.map(|(result, _)| result)),

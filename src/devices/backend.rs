@@ -43,7 +43,7 @@ pub struct Options {
 pub fn open(name: &str, options: Options) -> Result<Box<dyn Evaluator>, Error> {
     if !(0.0..=1.0).contains(&options.audit_share) {
         return Err(Error::NoDevice(format!(
-            "an audited share of {}; allowed: 0 to 1",
+            "an audited fraction of {}; allowed: 0 to 1",
             options.audit_share
         )));
     }

@@ -77,8 +77,8 @@ impl Cpu {
             })?;
         if pool.broadcast(|_| float_mode::is_default()).contains(&false) {
             return Err(Error::NoDevice(
-                "this program's threads round floats in another way than to the nearest, or flush small ones to zero; \
-                 allowed: the processor's default mode"
+                "this program's threads do not round floats to nearest, or flush subnormal ones to zero; allowed: the \
+                 processor's default mode"
                     .into(),
             ));
         }
@@ -89,7 +89,7 @@ impl Cpu {
             chunk: CHUNK,
             specialised: Specialised::default(),
             warnings: (threads < wanted)
-                .then(|| format!("{threads} of {wanted} threads compute, since no more can be started"))
+                .then(|| format!("only {threads} of {wanted} threads could be started"))
                 .into_iter()
                 .collect(),
         })

@@ -35,7 +35,7 @@ impl Pool {
     /// [`Error::NoDevice`] if there are none, or if one isn't exact: results would depend on the division of work.
     pub fn new(evaluators: Vec<Box<dyn Evaluator>>) -> Result<Self, Error> {
         if evaluators.is_empty() {
-            return Err(Error::NoDevice("a pool of no devices; allowed: one and more".into()));
+            return Err(Error::NoDevice("the pool has no devices; allowed: at least one".into()));
         }
         for evaluator in &evaluators {
             let Device { name, exact, .. } = evaluator.device();
@@ -90,8 +90,7 @@ impl Evaluator for Pool {
                 match member.gone.take() {
                     None => {}
                     Some(lost @ (Error::Lost { .. } | Error::NoDevice(_))) => {
-                        self.warnings
-                            .push(format!("{lost}; the other devices of the pool go on without it"));
+                        self.warnings.push(format!("{lost}; the pool continues without it"));
                         member.gone = Some(lost);
                     }
                     Some(error) => return Err(error),

@@ -52,7 +52,7 @@ pub struct Differences {
     pub light: f32,
     /// Maximum share of their travel that wheels lose in a cycle.
     pub slip: f32,
-    /// Whether wheels obey one cycle late.
+    /// Whether wheels execute commands one cycle late.
     pub latency: bool,
     /// Darkening of the lamp off its axis: its light is multiplied by `1 - beam sin^2`.
     pub beam: f32,
@@ -125,11 +125,11 @@ pub fn parameters<T: AsMut<Swarm>>() -> Vec<Parameter<T>> {
         row("robot.individuals", "", Whole(0, i64::MAX as u64), "ours: the seed of how robots differ",
             "The seed from which the differences between robots are drawn.", |spec, _| Some(&mut spec.as_mut().individuals)),
         row("messages.range_mm", "mm", Number(0.0, 10_000.0), "O'Dowd et al. 2014, section 4.3",
-            "How far messages reach, between centres.", |spec, _| Some(&mut spec.as_mut().range)),
+            "Range of messages, between centres.", |spec, _| Some(&mut spec.as_mut().range)),
         row("messages.heard", "", Number(0.0, 1.0), "ours; arm",
-            "Chance that a robot in range is heard, once a second.", |spec, _| Some(&mut spec.as_mut().heard)),
+            "Probability, once a second, of receiving a robot in range.", |spec, _| Some(&mut spec.as_mut().heard)),
         row("messages.line_of_sight", "", Any, "ours; arm",
-            "Whether a third robot in the way keeps a message from being heard.", |spec, _| Some(&mut spec.as_mut().line_of_sight)),
+            "Whether a robot between two others blocks their messages.", |spec, _| Some(&mut spec.as_mut().line_of_sight)),
         row("differences.wheels", "", Number(0.0, 0.2), "ours; arm without differences",
             "Standard deviation of the wheels' sizes, as a fraction: a robot curves.", |spec, _| Some(&mut spec.as_mut().differences.wheels)),
         row("differences.proximity", "", Number(0.0, 0.2), "ours; arm without differences",
@@ -137,17 +137,17 @@ pub fn parameters<T: AsMut<Swarm>>() -> Vec<Parameter<T>> {
         row("differences.light", "", Number(0.0, 0.2), "ours; arm without differences",
             "Standard deviation of the gains of light sensors.", |spec, _| Some(&mut spec.as_mut().differences.light)),
         row("differences.slip", "", Number(0.0, 1.0), "ours; arm without differences",
-            "Maximum fraction of its way that a wheel loses in a cycle.", |spec, _| Some(&mut spec.as_mut().differences.slip)),
+            "Maximum fraction of its travel that a wheel loses in a cycle.", |spec, _| Some(&mut spec.as_mut().differences.slip)),
         row("differences.latency", "", Any, "ours; arm without differences",
-            "Whether wheels obey one cycle late.", |spec, _| Some(&mut spec.as_mut().differences.latency)),
+            "Whether wheels execute commands one cycle late.", |spec, _| Some(&mut spec.as_mut().differences.latency)),
         row("differences.beam", "", Number(0.0, 1.0), "ours; arm without differences",
-            "How much darker the lamp is across its axis.", |spec, _| Some(&mut spec.as_mut().differences.beam)),
+            "Fraction by which the lamp is darker across its axis.", |spec, _| Some(&mut spec.as_mut().differences.beam)),
         row("differences.reflection", "", Number(0.0, 1.0), "ours; arm without differences",
-            "Light that the walls throw back next to the lamp, of 1.", |spec, _| Some(&mut spec.as_mut().differences.reflection)),
+            "Light reflected by the walls next to the lamp, from 0 to 1.", |spec, _| Some(&mut spec.as_mut().differences.reflection)),
         row("differences.shadows", "", Number(0.0, 1.0), "ours; arm without differences",
-            "Share of the lamp's light that a robot takes from one right behind it.", |spec, _| Some(&mut spec.as_mut().differences.shadows)),
+            "Fraction of the lamp's light that a robot blocks for one directly behind it.", |spec, _| Some(&mut spec.as_mut().differences.shadows)),
         row("differences.tracking_loss", "", Number(0.0, 1.0), "ours; arm without differences",
-            "Chance that the tracking system tells a robot nothing in a cycle.", |spec, _| Some(&mut spec.as_mut().differences.tracking_loss)),
+            "Probability that the tracking system sends a robot nothing in a cycle.", |spec, _| Some(&mut spec.as_mut().differences.tracking_loss)),
     ]
 }
 
@@ -303,7 +303,7 @@ impl WorldKind for Swarm {
         if self.forager.start.is_some() {
             return Err(Invalid::new(
                 "start",
-                "is given; allowed: none, robots of a swarm start anywhere",
+                "is given; allowed: none, since a swarm's robots start anywhere",
             ));
         }
         integer("interval", self.interval, 1..=1_000_000)

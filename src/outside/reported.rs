@@ -35,7 +35,7 @@ use crate::world::{Collision, Noise, Robot, World, WorldSpec};
 const POSE: usize = 3;
 
 /// Why a forager can't act outside its simulator.
-const FORAGER: &str = "is `forager`, whose food only its simulator knows; allowed: `sampled` or `differential`";
+const FORAGER: &str = "is `forager`, whose food exists only in its simulator; allowed: `sampled` or `differential`";
 
 /// A world whose reality is reported. Of its arena and its sensors only what a user's parts and the task ask for counts.
 #[derive(Clone, Debug)]

@@ -80,9 +80,7 @@ impl Stepped {
             return Err(Invalid::new("episodes", problem));
         }
         if let Some(robots) = spec.robot.members() {
-            let problem = format!(
-                "is {robots}; allowed: not set, since robots that share a world by it can't be commanded from outside"
-            );
+            let problem = format!("is {robots}; allowed: not set, since swarms can't be commanded from outside");
             return Err(Invalid::new("robot.count", problem));
         }
         if spec.cycles > GREATEST_CYCLES {
@@ -334,7 +332,7 @@ impl Stepped {
                 None => format!("is {episode}; allowed: 0 to {}", all - 1),
                 Some(true) => format!("names episode {episode} twice; allowed: each once"),
                 Some(_) if must_live && !self.alive[episode] => {
-                    format!("names episode {episode}, which has ended or not begun; allowed: episodes that go on")
+                    format!("names episode {episode}, which has ended or not begun; allowed: running episodes")
                 }
                 Some(seen) => {
                     *seen = true;

@@ -476,7 +476,7 @@ impl Network {
         }
         if self.outputs == Some(Outputs::FirstTwo) {
             if self.layers.last().is_none_or(|layer| layer.units < 2) {
-                let problem = "is `first_two`, and the last layer has no two units; allowed: `weighted`";
+                let problem = "is `first_two`, but the last layer has fewer than two units; allowed: `weighted`";
                 return Err(Invalid::new("controller.outputs", problem));
             }
             let checked = only_where(

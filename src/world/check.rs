@@ -125,7 +125,9 @@ fn forager(spec: &mut WorldSpec) -> Result<(), Invalid> {
         (
             "noise",
             spec.noise != Noise::NONE,
-            "is not zero in a forager's episode; allowed: none, since it has its own (arena.light_noise, robot.wheel_noise)".to_owned(),
+            "is not zero for a forager; allowed: none, since arena.light_noise and robot.wheel_noise are a forager's \
+             noise"
+                .to_owned(),
         ),
         (
             "robot.collision",
@@ -135,7 +137,10 @@ fn forager(spec: &mut WorldSpec) -> Result<(), Invalid> {
         (
             "sensor.part",
             taken.is_some(),
-            format!("has a reading called `{}` as a forager has; allowed: another name", taken.map_or("", String::as_str)),
+            format!(
+                "has a reading called `{}` as a forager has; allowed: another name",
+                taken.map_or("", String::as_str)
+            ),
         ),
     ];
     if let Some((key, _, problem)) = refused.into_iter().find(|(_, is_refused, _)| *is_refused) {
@@ -157,8 +162,8 @@ fn only_walls(arena: &Arena) -> Result<(), Invalid> {
     match lists.into_iter().find(|(_, is_empty)| !is_empty) {
         None => Ok(()),
         Some((list, _)) => {
-            let problem = "is given, and no sensor of a sampled robot sees it; allowed: none, or \
-                           robot.kind = \"differential\"";
+            let problem = "is given, but sampled robots do not sense it; allowed: none, or robot.kind = \
+                           \"differential\"";
             Err(Invalid::new(format!("arena.{list}"), problem))
         }
     }
@@ -270,7 +275,7 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
         (
             "task.part",
             task.is_some_and(|part| part.functions().contains(&"task_ends")),
-            "has `task_ends`, which ends a single robot's episode, as `mission_ends` does that of several",
+            "has `task_ends`, which ends only a single robot's episode; `mission_ends` ends a swarm's",
         ),
         ("start.kind", spec.start != Start::Random, "is not `random`"),
         ("noise.walk_range_mm", spec.noise.walk_range != 0.0, "is not 0"),
@@ -298,13 +303,13 @@ fn together(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     }
     if let Some(radius) = start_radius(&spec.arena) {
         let problem = format!(
-            "is {radius}, with room to draw the starts of {most:.0} of {count} robots; allowed: a larger one, or a smaller robot.count"
+            "is {radius}, with room for the starts of {most:.0} of {count} robots; allowed: a larger radius, or a \
+             smaller robot.count"
         );
         return Err(Invalid::new("arena.start_radius_mm", problem));
     }
-    let problem = format!(
-        "is {count}, and the arena has room to draw the starts of {most:.0}; allowed: fewer, or a larger arena"
-    );
+    let problem =
+        format!("is {count}, but the arena has room for the starts of {most:.0}; allowed: fewer, or a larger arena");
     Err(Invalid::new("robot.count", problem))
 }
 
@@ -327,7 +332,7 @@ fn new_cell(spec: &WorldSpec) -> Result<(), Invalid> {
     let Field { width, height, .. } = spec.arena.field;
     let cells = pack::cells(width) * pack::cells(height);
     if spec.surrogate.is_some() {
-        let problem = "is not zero in a surrogate's episode; allowed: 0, since a robot does not know its place";
+        let problem = "is not zero in a surrogate's episode; allowed: 0, since a robot can't measure its place";
         return Err(Invalid::new("task.new_cell", problem));
     }
     if cells > GREATEST_CELLS {
@@ -352,8 +357,8 @@ fn greatest_speed(spec: &WorldSpec, physics: &Physics) -> Result<(), Invalid> {
     let farthest = farthest(spec, physics);
     if farthest >= diameter {
         let problem = format!(
-            "the greatest displacement of a cycle is {farthest} mm, noise included; \
-             allowed: less than the body's diameter, {diameter} mm, so that no robot jumps over a wall"
+            "the maximum displacement of a cycle is {farthest} mm, noise included; allowed: less than the body's \
+             diameter, {diameter} mm, so that no robot crosses a wall"
         );
         return Err(Invalid::new(key, problem));
     }
@@ -483,7 +488,7 @@ fn polygon(arena: &Arena) -> Result<(), Invalid> {
     const KEY: &str = "arena.corners_mm";
     let sides = arena.polygon_sides();
     if sides.len() != arena.sides || arena.sides == 1 || arena.sides == 2 {
-        let problem = format!("has {} corners; allowed: 3 and more", sides.len());
+        let problem = format!("has {} corners; allowed: at least 3", sides.len());
         return Err(Invalid::new(KEY, problem));
     }
     let next = sides.iter().cycle().skip(1);
@@ -527,14 +532,14 @@ fn wall(field: &str, wall: &Wall) -> Result<(), Invalid> {
         let length = wall.to[axis] - wall.from[axis];
         if length != 0.0 && length.abs() < LEAST {
             let problem =
-                format!("its ends differ by {length:e} mm in {name}; allowed: 0, or {LEAST:e} and more in size");
+                format!("its ends differ by {length:e} mm in {name}; allowed: 0, or at least {LEAST:e} in size");
             return Err(Invalid::new(field, problem));
         }
     }
     let [x, y] = [wall.to[0] - wall.from[0], wall.to[1] - wall.from[1]];
     let squared = x * x + y * y;
     if squared < 1.0 {
-        let problem = format!("is {} mm long; allowed: 1 mm and more", squared.sqrt());
+        let problem = format!("is {} mm long; allowed: at least 1 mm", squared.sqrt());
         return Err(Invalid::new(field, problem));
     }
     Ok(())

@@ -129,11 +129,7 @@ pub enum Contact {
 impl Choice for Contact {
     const CHOICES: Choices<Self> = &[
         ("push", Self::Push, "each gives way by half of the overlap"),
-        (
-            "stop",
-            Self::Stop,
-            "a robot whose way is not free stays where it is, and turns",
-        ),
+        ("stop", Self::Stop, "a blocked robot turns, and does not move"),
     ];
 }
 

@@ -145,13 +145,14 @@ impl Differential {
             && acceleration != 0.0
             && acceleration < LEAST_ACCELERATION
         {
-            let problem = format!("is {acceleration}; allowed: 0, or {LEAST_ACCELERATION} and more");
+            let problem = format!("is {acceleration}; allowed: 0, or at least {LEAST_ACCELERATION}");
             return Err(Invalid::new("robot.acceleration_mm_s2", problem));
         }
         let (acceleration, latency) = (self.acceleration.unwrap_or(0.0), self.latency.unwrap_or(0));
         if self.sampled_motors && (acceleration > 0.0 || latency > 0) && body.motors.full_speed().is_none() {
-            let problem = "have no speeds between states; allowed with acceleration or latency: 2 states and more of ascending \
-                           speeds, the same for both wheels, and a robot that goes forwards and backwards as they do";
+            let problem = "have no speeds between states; allowed with acceleration or latency: at least 2 states of \
+                           ascending speeds. They are the same for both wheels, and move the robot forwards and \
+                           backwards alike";
             return Err(Invalid::new("robot.motors", problem));
         }
         if self.battery.is_none() && self.battery_ends_life == Some(true) {
@@ -218,7 +219,7 @@ impl Differential {
             ));
         }
         if self.turn_before_move.is_some() && !self.sampled_motors {
-            let problem = "is given; allowed: only with robot.motors, since the way of described wheels is an arc";
+            let problem = "is given; allowed: only with robot.motors, since parametric wheels drive arcs";
             return Err(Invalid::new("robot.turn_before_move", problem));
         }
         Ok(match (self.wheel_base, self.greatest_speed) {
@@ -278,8 +279,8 @@ impl Differential {
         let most = FARTHEST * body.radius;
         if farthest > most {
             let problem = format!(
-                "robots get {farthest} mm in a cycle, noise included; allowed with robot.count: up to {FARTHEST} of the body's \
-                 radius, {most} mm"
+                "robots move up to {farthest} mm in a cycle, noise included; allowed with robot.count: up to \
+                 {FARTHEST} of the body's radius, {most} mm"
             );
             return Err(Invalid::new("robot.greatest_speed_mm_s", problem));
         }
@@ -315,7 +316,7 @@ impl Differential {
             };
             if let Some(first) = places[..second].iter().position(near) {
                 return invalid(format!(
-                    "has places {first} and {second} on each other; allowed: {least} mm and more between two of them"
+                    "has overlapping places {first} and {second}; allowed: at least {least} mm between any two"
                 ));
             }
         }

@@ -71,7 +71,7 @@ impl Noise {
         let (low, high) = self.sensor;
         let span = high - low;
         if span < 0.0 || (span < LEAST && (low, high) != (0.0, 0.0)) {
-            let problem = format!("is [{low:?}, {high:?}]; allowed: [0, 0], or a smaller and a greater number");
+            let problem = format!("is [{low:?}, {high:?}]; allowed: [0, 0] or [minimum, maximum]");
             return Err(Invalid::new("noise.sensor", problem));
         }
         // A longer step could leave the range on the other side after it is reflected.

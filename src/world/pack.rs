@@ -172,7 +172,7 @@ fn random_start(free: &Free) -> Result<[f32; 3], Invalid> {
         _ => Err(Invalid::new(
             "arena",
             format!(
-                "a robot's body is free in {:.0} % of the field that it starts in; allowed for random starts: 25 % and more",
+                "a robot's body is free in {:.0} % of its start field; allowed for random starts: at least 25 %",
                 100.0 * free.share
             ),
         )),

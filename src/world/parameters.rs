@@ -162,7 +162,7 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
         row("arena.blocks[].heading_turns", "turns", TURNS, "",
             "Direction of its length, counter-clockwise from the x axis.", |spec, index| Some(&mut spec.as_mut().arena.blocks.get_mut(index)?.heading)),
         row("arena.blocks[].class", "", CLASS, "",
-            "Its class; none is built in, `oneiro robot sample` makes one.", |spec, index| Some(&mut spec.as_mut().arena.blocks.get_mut(index)?.class)),
+            "Its class, which selects the sensor table; `oneiro robot sample` makes one, since none is built in.", |spec, index| Some(&mut spec.as_mut().arena.blocks.get_mut(index)?.class)),
         row("arena.lights", "", Any, OURS,
             "Lights, for a parametric robot's light sensors.", |spec, _| Some(&mut spec.as_mut().arena.lights)),
         row("arena.lights[].x_mm", "mm", COORDINATE, "",
@@ -273,8 +273,8 @@ pub fn parameters<T: AsMut<WorldSpec> + AsForaging>() -> Vec<Parameter<T>> {
     foragers.extend([
         row("arena.light", "", Any, "O'Dowd et al. 2014, Figure 2",
             "Where the lamp is.", |spec: &mut T, _| Some(&mut spec.as_foraging()?.light)),
-        row("arena.food_earns_s", "s", Number(0.1, 1e5), "O'Dowd et al. 2014, section 4.5: a life",
-            "How long food earns something, from the start of an episode: food earns the remaining seconds.", |spec, _| match &mut spec.as_mut().robot.build {
+        row("arena.food_earns_s", "s", Number(0.1, 1e5), "O'Dowd et al. 2014, section 4.5: an evaluation",
+            "Time from the start of an episode in which food counts: it earns the remaining seconds.", |spec, _| match &mut spec.as_mut().robot.build {
                 Build::Forager(forager) => Some(&mut forager.food_earns),
                 _ => None,
             }),
@@ -394,7 +394,7 @@ impl Choice for Speed {
         (
             "unsigned",
             Self::Unsigned,
-            "(|left| + |right|) / 2: driving backwards counts as driving forwards does",
+            "(|left| + |right|) / 2: driving backwards counts like driving forwards",
         ),
         ("signed", Self::Signed, "(left + right) / 2"),
     ];

@@ -147,7 +147,7 @@ impl Build {
 
 impl Choice for Build {
     const CHOICES: Choices<Self> = &[
-        ("sampled", Self::Sampled, "from tables of samples, as the Khepera"),
+        ("sampled", Self::Sampled, "from tables of samples, such as the Khepera"),
         (
             "differential",
             Self::Differential(Differential::open()),

@@ -173,7 +173,7 @@ impl Response {
         }
         let is_late = |[near, far]: &&[[f32; 2]; 2]| far[0] - near[0] < LEAST_STEP;
         if let Some(&[[near, _], [far, _]]) = points.array_windows().find(is_late) {
-            let allowed = format!("each distance {LEAST_STEP} mm and more beyond the one before");
+            let allowed = format!("each distance at least {LEAST_STEP} mm beyond the one before");
             let problem = format!("goes from {near} to {far} mm; allowed: {allowed}");
             return Err(Invalid::new("response", problem));
         }

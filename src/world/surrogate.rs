@@ -371,7 +371,7 @@ impl Surrogate {
                 |all: &mut dyn Iterator<Item = Difference>| all.map(Difference::name).collect::<Vec<_>>().join(", ");
             let on = names(&mut idle.into_iter().filter(is_on));
             let allowed = names(&mut acts.into_iter());
-            let problem = format!("are {on}, which change nothing for this robot; allowed with one of {allowed}");
+            let problem = format!("are {on}, which have no effect on this robot; allowed with one of {allowed}");
             return Err(Invalid::new("surrogate.differences", problem));
         }
         number("surrogate.severity", self.differences.severity, 0.0..=2.0)?;

@@ -180,7 +180,7 @@ impl SensorTables {
             for (other, other_path) in classes.iter().zip(paths) {
                 if other.class == import.table.class {
                     return Err(error(format!(
-                        "a second table of the class {}; allowed: one file a class, named after it",
+                        "a second table of the class {}; allowed: one file per class, named after it",
                         other.class
                     )));
                 }
@@ -194,7 +194,7 @@ impl SensorTables {
                 }
                 if other.readings == import.table.readings {
                     warnings.push(format!(
-                        "{} and {} hold the same readings: the robot can't tell {} from {}",
+                        "{} and {} hold the same readings: the robot can't distinguish {} from {}",
                         other_path.as_ref().display(),
                         path.display(),
                         other.class,
@@ -322,10 +322,10 @@ impl Choice for MotorStates {
         (
             "symmetric",
             Self::Symmetric20,
-            "-10 to 10 without 0: no way of driving is faster than its reverse",
+            "-10 to 10 without 0: as fast backwards as forwards",
         ),
         ("asymmetric", Self::Asymmetric20, "-10 to 9"),
-        ("evorobot", Self::Evorobot21, "-10 to 10, 21 states, as Evorobot has it"),
+        ("evorobot", Self::Evorobot21, "-10 to 10, 21 states, as in Evorobot"),
     ];
 }
 

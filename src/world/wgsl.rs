@@ -168,7 +168,7 @@ fn response_cells(robot: &Described, arena: &Arena, sensor: &Sensor) -> Option<[
     Some([first + before, response.0.len()])
 }
 
-/// The readings of a described robot, in place of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
+/// The readings of a parametric robot, instead of those of `sensor/readings.wgsl` and `sensor/sampled.wgsl`. Those of an individual
 /// differ from the description.
 fn readings(robot: &Described, tables: &SensorTables, arena: &Arena, is_individual: bool) -> String {
     let (all, listed) = (robot.readings(), robot.sensors.len());

@@ -202,11 +202,11 @@ fn bad_rollouts_are_refused_by_index() {
         .to_string()
     };
     assert_eq!(one(2, &good, None), "rollouts[0].world: is 2; allowed: 0 to 1");
-    let problem = "rollouts[0].genes: there are 17; allowed: 18, as its world's controller takes";
+    let problem = "rollouts[0].genes: there are 17; allowed: 18, for its world's controller";
     assert_eq!(one(1, &good[..17], None), problem);
     assert_eq!(
         one(1, &good, Some(TraceRequest { every: 0 })),
-        "trace.every: is 0; allowed: 1 and more cycles"
+        "trace.every: is 0; allowed: at least 1 cycle"
     );
     let none = Batch::new(&worlds, &[], None).unwrap_err().to_string();
     assert!(none.starts_with("rollouts: there are 0; allowed: 1 to"), "{none}");
@@ -214,7 +214,7 @@ fn bad_rollouts_are_refused_by_index() {
         Batch::new::<World>(&[], &[], None)
             .unwrap_err()
             .to_string()
-            .starts_with("worlds: there is none")
+            .starts_with("worlds: is empty")
     );
 }
 
@@ -223,7 +223,7 @@ fn kinds_of_controllers_do_not_mix() {
     let worlds = [world(|_| ()), world(|spec| spec.controller = Controller::Recurrent)];
     let invalid = Batch::new(&worlds, &[], None).unwrap_err();
     assert_eq!(invalid.field, "worlds[1].kernel");
-    assert!(invalid.problem.contains("allowed: one kernel in a batch"), "{invalid}");
+    assert!(invalid.problem.contains("allowed: one kernel per batch"), "{invalid}");
 }
 
 #[test]
@@ -281,7 +281,7 @@ fn beginnings_keep_no_states() {
     );
     assert_eq!(beginnings.all().inputs(), stretch.all().inputs());
     let refused = packed.beginnings(&crowd.rollouts(), 0).unwrap_err();
-    assert_eq!(refused.to_string(), "cycles: are 0; allowed: one and more");
+    assert_eq!(refused.to_string(), "cycles: are 0; allowed: at least 1");
 }
 
 /// Lists that are packed at the same time make the batch of one list, and its errors.

@@ -329,7 +329,7 @@ fn what_cannot_be_is_refused() {
     }
     let text = refused(&|_, robot| robot.greatest_speed = Some(900.0));
     assert!(
-        text.starts_with("robot.greatest_speed_mm_s: the greatest displacement"),
+        text.starts_with("robot.greatest_speed_mm_s: the maximum displacement"),
         "{text}"
     );
     let text = refused(&|_, robot| robot.wheel_base = Some(f32::NAN));

@@ -702,7 +702,7 @@ fn what_cannot_be_is_refused() {
     let cases: [(&Change, &str); 16] = [
         (
             &|_, robot| robot.acceleration = Some(0.5),
-            "robot.acceleration_mm_s2: is 0.5; allowed: 0, or 1 and more",
+            "robot.acceleration_mm_s2: is 0.5; allowed: 0, or at least 1",
         ),
         (
             &|_, robot| robot.acceleration = Some(-1.0),
@@ -764,7 +764,8 @@ fn what_cannot_be_is_refused() {
         ),
         (
             &|_, robot| robot.sensors[0].response = Some(Response(vec![[0.0, 1.0], [9.0, 0.5], [9.0, 0.0]])),
-            "robot.sensors[0].response: goes from 9 to 9 mm; allowed: each distance 0.01 mm and more beyond the one before",
+            "robot.sensors[0].response: goes from 9 to 9 mm; allowed: each distance at least 0.01 mm beyond the one \
+             before",
         ),
         (
             &|_, robot| robot.sensors[0].response = Some(Response(vec![[0.0, 1.0], [101.0, 0.5]])),

@@ -425,7 +425,7 @@ fn a_foragers_own_functions_are_closed() {
     for (text, expected) in [
         (
             own_near,
-            "own.wgsl:4:4: `near` is a name of Oneiro's; choose another [reserved-name]",
+            "own.wgsl:4:4: `near` is a name that Oneiro uses; choose another [reserved-name]",
         ),
         (
             TASK.replace("BODY", "nest_of(0u).x"),
@@ -455,7 +455,7 @@ fn a_foragers_own_functions_are_closed() {
     assert!(
         invalid
             .problem
-            .contains("the constant `LAMP` of `lamp` is a name of Oneiro's"),
+            .contains("the constant `LAMP` of `lamp` is a name that Oneiro uses"),
         "{invalid}"
     );
 }

@@ -501,7 +501,8 @@ fn what_changes_nothing_is_refused() {
     let bare = spec(|_, own| own.sensors = vec![robot().sensors[3].clone()]);
     assert_eq!(
         refused(&bare, Difference::Arcs),
-        "surrogate.differences: are arcs, which change nothing for this robot; allowed with one of latency, motor_lag, wheels"
+        "surrogate.differences: are arcs, which have no effect on this robot; allowed with one of latency, motor_lag, \
+         wheels"
     );
     for difference in [Difference::Geometry, Difference::Illumination, Difference::Slip] {
         assert!(refused(&bare, difference).contains(difference.name()));

@@ -482,8 +482,11 @@ fn refusals_say_what_is_allowed() {
         single(|own| own.count = Some(129)),
         "robot.count: is 129; allowed: 1 to 128"
     );
-    assert!(single(|own| own.count = Some(60)).starts_with("robot.count: is 60, and the arena has room"));
-    assert!(single(|own| own.greatest_speed = Some(300.0)).starts_with("robot.greatest_speed_mm_s: robots get 31."));
+    assert!(single(|own| own.count = Some(60)).starts_with("robot.count: is 60, but the arena has room"));
+    assert!(single(|own| own.greatest_speed = Some(300.0)).starts_with(
+        "robot.greatest_speed_mm_s: robots move up to \
+                                                                        31."
+    ));
     let twice = "struct TaskState { way: f32 } struct MissionState { way: u32 }
         fn mission_cycle(episode: Episode, step: u32, before: MissionState) -> Tally { return Tally(0.0f, before); }";
     let twice = Part::new(Kind::Task, "own.wgsl", twice).unwrap_err().to_string();

@@ -462,11 +462,11 @@ fn mistakes_are_refused() {
     let cases = [
         (
             first_two(vec![]),
-            "controller.outputs: is `first_two`, and the last layer has no two units; allowed: `weighted`",
+            "controller.outputs: is `first_two`, but the last layer has fewer than two units; allowed: `weighted`",
         ),
         (
             first_two(vec![layer(LayerKind::Dense, 1)]),
-            "controller.outputs: is `first_two`, and the last layer has no two units; allowed: `weighted`",
+            "controller.outputs: is `first_two`, but the last layer has fewer than two units; allowed: `weighted`",
         ),
         (
             Network {

@@ -401,7 +401,10 @@ fn batches_go_where_they_are_done_sooner() {
     assert!((2..=3).contains(&there) && here == 100 - there, "{here} and {there}");
     let (here, there, warnings) = shared(50, None, 10);
     assert_eq!((here, there), (10, 0));
-    assert_eq!(warnings, ["cpu is slow", "a card: it burnt; the CPU does all work"]);
+    assert_eq!(
+        warnings,
+        ["cpu is slow", "a card: it burnt; the CPU evaluates everything"]
+    );
 }
 
 #[test]
@@ -463,12 +466,12 @@ fn the_cpu_does_what_a_gpu_can_not() {
         (auto.warnings().to_vec(), auto.device().name)
     };
     let (warnings, name) = failing(|| Error::TooLarge("a card: too large".into()));
-    assert_eq!(warnings, ["a card: too large; the CPU does this batch"]);
+    assert_eq!(warnings, ["a card: too large; the CPU evaluates this batch"]);
     assert_eq!(name, "cpu or a card");
     let (warnings, name) = failing(|| Error::NoDevice("a card refuses the kernel".into()));
     assert_eq!(
         warnings,
-        ["a card refuses the kernel; from now on the CPU does all work"]
+        ["a card refuses the kernel; from now on the CPU evaluates everything"]
     );
     assert_eq!(name, "cpu");
 }

@@ -239,7 +239,7 @@ fn what_is_not_allowed_is_refused() {
     let error = message(stepped.step(&mut cpu, &control, &[0], &[0.5, 0.5]));
     assert_eq!(
         error,
-        "episodes: names episode 0, which has ended or not begun; allowed: episodes that go on"
+        "episodes: names episode 0, which has ended or not begun; allowed: running episodes"
     );
     stepped.begin(&mut cpu, &control, &[(0, key(0)), (1, key(1))]).unwrap();
     let mut refused = |who: &[usize], commands: &[f32]| message(stepped.step(&mut cpu, &control, who, commands));

@@ -197,10 +197,10 @@ fn invalid_values_are_refused_by_name() {
             spec.robot.turn_before_move = 1e-40;
         }),
         ("noise.sensor", "-1 to 1", |spec| spec.noise.sensor = (0.0, 1.1)),
-        ("noise.sensor", "a smaller and a greater", |spec| {
+        ("noise.sensor", "[minimum, maximum]", |spec| {
             spec.noise.sensor = (0.4, 0.0);
         }),
-        ("noise.sensor", "a smaller and a greater", |spec| {
+        ("noise.sensor", "[minimum, maximum]", |spec| {
             spec.noise.sensor = (0.2, 0.2);
         }),
         ("noise.sensor", "is NaN", |spec| spec.noise.sensor = (f32::NAN, 0.2)),
@@ -239,7 +239,7 @@ fn invalid_values_are_refused_by_name() {
         ("arena.walls[2].to_mm", "-100000 to 100000", |spec| {
             spec.arena.walls[2].to[1] = 1e9;
         }),
-        ("arena.walls[1]", "1 mm and more", |spec| {
+        ("arena.walls[1]", "at least 1 mm", |spec| {
             spec.arena.walls[1].to = spec.arena.walls[1].from;
         }),
         ("arena.walls[0]", "differ by", |spec| {
@@ -312,7 +312,7 @@ fn invalid_values_are_refused_by_name() {
         ("robot.motors.cells[7].turn", "-0.5 to 0.5", |spec| {
             spec.robot.motors = motors(|motors| motors.cells[7].turn = 0.6);
         }),
-        ("robot.motors", "jumps over a wall", |spec| {
+        ("robot.motors", "crosses a wall", |spec| {
             spec.robot.motors = motors(|motors| motors.cells[7].displacement = 55.0);
         }),
         ("robot.sensors.reading_scale", "is 0;", |spec| {

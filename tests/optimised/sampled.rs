@@ -432,7 +432,7 @@ fn what_cannot_be_is_refused() {
             },
         ),
         (
-            "robot.motors: have no speeds between states; allowed with acceleration or latency: 2 states and more",
+            "robot.motors: have no speeds between states; allowed with acceleration or latency: at least 2 states",
             &|spec, robot| {
                 let mut motors = (*spec.robot.motors).clone();
                 motors.cells[3].left = 0.5;

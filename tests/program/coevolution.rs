@@ -301,11 +301,11 @@ fn wrong_input_is_refused() {
     for (value, words) in [
         (
             "evolution.opponents.first_gene=moon",
-            "is \"moon\"; allowed: a gene but the first: ",
+            "is \"moon\"; allowed: a gene except the first: ",
         ),
         (
             "evolution.opponents.first_gene=predator_to_left_left_90",
-            "allowed: a gene but the first: ",
+            "allowed: a gene except the first: ",
         ),
         ("evolution.opponents.kind=all", "allowed: "),
         ("evolution.opponents.contests=0", "is 0; allowed: 1 to 10000"),
@@ -316,7 +316,7 @@ fn wrong_input_is_refused() {
         ),
         (
             "robot.starts_mm=[[117.5, 235.0], [150.0, 235.0]]",
-            "on each other; allowed: 57 mm and more",
+            "has overlapping places 0 and 1; allowed: at least 57 mm",
         ),
         (
             "robot.starts_mm=[[117.5, 235.0], [460.0, 235.0]]",

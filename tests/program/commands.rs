@@ -180,7 +180,7 @@ fn experiments_that_are_not_allowed_exit_with_3_and_say_where() {
         ),
         (
             "[noise]\nsensor = [0.02, -0.02]\n",
-            &["noise.sensor: is [0.02, -0.02]; allowed: [0, 0], or a smaller"],
+            &["noise.sensor: is [0.02, -0.02]; allowed: [0, 0] or [minimum"],
         ),
         (
             "[evolution]\ngenerations = 40.0\n",
@@ -1437,7 +1437,7 @@ fn a_fleet_is_planned_deployed_stopped_and_collected_without_a_robot_that_is_off
     place
         .run(&["fleet", "collect", "fleet.toml", "--min", "2"])
         .exits(0)
-        .says(&["robot 0, boot 1: was in contact with none"]);
+        .says(&["robot 0, boot 1: was in contact with no other"]);
     assert_eq!(place.text("fleet/timeline.jsonl").lines().count(), 2);
     assert_eq!(place.text("fleet/clocks.csv").lines().count(), 3);
 

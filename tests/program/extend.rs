@@ -438,7 +438,7 @@ fn a_forager_takes_parts() {
             "arena.preset=\"open\"",
             "arena: has a preset, sides or objects; allowed: none of them, a forager's arena is round",
         ),
-        ("noise.motor=0.1", "noise: is not zero in a forager's episode"),
+        ("noise.motor=0.1", "noise: is not zero for a forager"),
         ("robot.collision=\"slide\"", "robot.collision: is given; allowed: none"),
         ("arena.nest_radius_mm=601", "arena.nest_radius_mm: is 601"),
         (

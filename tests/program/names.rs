@@ -335,7 +335,7 @@ fn starts_are_read_by_name() {
     assert_eq!(bits("capitals.csv").0, expected);
     let (plain, said) = bits("plain.csv");
     assert_eq!(plain, expected);
-    let words = "plain.csv: names no columns; they are taken in this order: `x_mm`, `y_mm`, `heading_turns`";
+    let words = "plain.csv: names no columns; they are read in this order: `x_mm`, `y_mm`, `heading_turns`";
     assert!(said.contains(words), "{said}");
     place
         .run(&["evaluate", "own.toml", "--genomes", "own", "--starts", "units.csv"])

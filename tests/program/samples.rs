@@ -365,11 +365,11 @@ fn what_cannot_be_is_refused() {
         ),
         (
             "robot.acceleration_mm_s2=0.1",
-            "robot.acceleration_mm_s2: is 0.1; allowed: 0, or 1 and more",
+            "robot.acceleration_mm_s2: is 0.1; allowed: 0, or at least 1",
         ),
         (
             "robot.body_radius_mm=9",
-            "robot.motors: the greatest displacement of a cycle is",
+            "robot.motors: the maximum displacement of a cycle is",
         ),
         (
             "robot.kind=sampled",

@@ -152,7 +152,7 @@ impl Layout {
         Self {
             cells: names.len(),
             columns: (0..names.len()).collect(),
-            word: Some(format!("names no columns; they are taken in this order: {order}")),
+            word: Some(format!("names no columns; they are read in this order: {order}")),
         }
     }
 
@@ -221,10 +221,7 @@ mod tests {
     #[test]
     fn what_is_not_by_name_is_said() {
         assert_eq!(word("b,a\n1,2\n"), "");
-        assert_eq!(
-            word("1,2\n"),
-            "names no columns; they are taken in this order: `a`, `b`"
-        );
+        assert_eq!(word("1,2\n"), "names no columns; they are read in this order: `a`, `b`");
         assert_eq!(
             word("id,A,c,B,d,e,f\nx,1,0,2,0,0,0\n"),
             "has other columns, which are ignored: `id`, `c`, `d`, `e` and 1 more"

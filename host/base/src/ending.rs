@@ -20,8 +20,8 @@ const SHORT: &str = concat!(
 );
 /// Said of a crash.
 const CRASHED: &str = concat!(
-    "oneiro: a crash in Oneiro, or in a library such as a graphics driver, of which --backend cpu loads none. Please report it with the \
-     command. ",
+    "oneiro: a crash in Oneiro, or in a library such as a graphics driver; --backend cpu loads no driver. Please \
+     report it with the command. ",
     complete!(),
     "\n"
 );

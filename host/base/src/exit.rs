@@ -15,7 +15,7 @@ use crate::plain;
 #[macro_export]
 macro_rules! complete {
     () => {
-        "Recorded results are complete: `oneiro resume` finishes a run, the same command a sweep or a study"
+        "Recorded results are complete. `oneiro resume` finishes a run; the same command finishes a sweep or a study"
     };
 }
 pub use crate::complete;
@@ -56,7 +56,7 @@ pub enum Failure {
 }
 
 /// Message for stopped work of which nothing was recorded.
-const NOT_RECORDED: &str = "stopped; nothing of this was recorded, and the same command begins it anew";
+const NOT_RECORDED: &str = "stopped; nothing was recorded; run the same command to start again";
 
 /// The result of a command.
 pub type Result<T = ()> = std::result::Result<T, Failure>;

@@ -76,7 +76,7 @@ fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     })
 }
 
-/// Explains that a directory was named instead of a file, and which of its files could be meant.
+/// Explains that a directory was named instead of a file, and suggests files in it.
 fn instead_of_directory(directory: &Path) -> String {
     /// Extensions that commands read, except for TOML's: genomes, tables.
     const READ: [&str; 5] = ["npy", "csv", "json", "sam", "sample"];

@@ -111,11 +111,11 @@ impl Table for Values {
             row("evolution.opponents.kind", "", Any, "Floreano and Nolfi 1997",
                 "The opponents, among the other population's best.", |values, _| Some(&mut values.as_mut().opponents()?.kind)),
             row("evolution.opponents.generations", "", Whole(1, 1_000_000), "Floreano and Nolfi 1997",
-                "Of recent opponents: of how many of the last generations they are the best; a hall of fame has those of all.", |values, _| Some(&mut values.as_mut().opponents()?.generations)),
+                "Number of last generations whose best are recent opponents; a hall of fame has the best of all generations.", |values, _| Some(&mut values.as_mut().opponents()?.generations)),
             row("evolution.opponents.contests", "", Whole(1, 10_000), "Floreano and Nolfi 1997",
                 "Episodes of each individual in a generation, each against another opponent while there are enough.", |values, _| Some(&mut values.as_mut().opponents()?.contests)),
             row("evolution.opponents.total", "", Number(-1e6, 1e6), "Floreano and Nolfi 1997",
-                "The sum of both scores of an episode: the first population's is the fitness, and the second's the rest.", |values, _| Some(&mut values.as_mut().opponents()?.total)),
+                "The sum of both scores of an episode: fitness is the first population's score, and the second scores the rest.", |values, _| Some(&mut values.as_mut().opponents()?.total)),
         ]
     }
 }
@@ -127,11 +127,11 @@ fn check(settings: &Settings, surroundings: &Surroundings<'_>) -> Checked {
     if opponents.split(genes).is_none() {
         let names: Vec<&str> = genes.iter().skip(1).map(|gene| &*gene.name).collect();
         if names.is_empty() {
-            let problem = "is \"coevolution\" with one gene; allowed: two genes and more, one for each population";
+            let problem = "is \"coevolution\" with one gene; allowed: at least two genes, one for each population";
             return refused("evolution.kind", problem);
         }
         let (first, names) = (&opponents.first_gene, names.join(", "));
-        let problem = format!("is {first:?}; allowed: a gene but the first: {names}");
+        let problem = format!("is {first:?}; allowed: a gene except the first: {names}");
         return refused("evolution.opponents.first_gene", problem);
     }
     if surroundings.has_robot {

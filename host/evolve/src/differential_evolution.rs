@@ -33,7 +33,7 @@ pub(crate) const ENTRY: Entry = Entry {
         [
             NAME,
             "differential evolution, whose steps are differences between individuals: Storn and Price 1997",
-            "genes that are numbers, with scores that are hardly noisy; it has few values to choose",
+            "numeric genes with hardly noisy scores; it has few settings",
         ],
         |beginning| Box::new(DifferentialEvolution::new(beginning)),
     )
@@ -69,7 +69,7 @@ impl Table for Values {
             row("evolution.differential.weight", "", Number(0.0, 2.0), SOURCE,
                 "The factor F of differences.", |values, _| Some(&mut values.as_mut().differential()?.weight)),
             row("evolution.differential.crossover_rate", "", Number(0.0, 1.0), SOURCE,
-                "The chance CR of each gene of a trial vector to be changed; one is in any case.", |values, _| Some(&mut values.as_mut().differential()?.crossover_rate)),
+                "The probability CR that a gene of a trial vector changes; at least one gene does.", |values, _| Some(&mut values.as_mut().differential()?.crossover_rate)),
         ]
     }
 }

@@ -14,7 +14,7 @@ const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
     features: &[Feature::SetsFirstGenes, Feature::SetsGenerations, Feature::OneDraw],
-    population: "the combinations of as many of the last genes as make up to 10,000",
+    population: "the combinations of the last genes, at most 10,000",
     complete,
     check,
     spend,

@@ -30,7 +30,7 @@ pub(crate) const ENTRY: Entry = Entry {
         [
             NAME,
             "an archive of the best of each kind of behaviour: Mouret and Clune 2015",
-            "to see what behaviours there are, and when the best is reached by detours",
+            "to see which behaviours are possible, and when the best is reached by detours",
         ],
         |beginning| {
             Box::new(MapElites::new(

@@ -24,7 +24,7 @@ pub(crate) const ENTRY: Entry = Entry {
         [
             NAME,
             "evolution strategy with mirrored samples, ranks and Adam: Salimans et al. 2017",
-            "networks of hundreds of genes and more, with several episodes each",
+            "networks of hundreds of genes or more, with several episodes each",
         ],
         |beginning| Box::new(OpenEs::new(beginning.settings, beginning.seed, &beginning.ranges())),
     )

@@ -24,7 +24,7 @@ const VERSION: u32 = 1;
 
 pub(crate) const ENTRY: Entry = Entry {
     features: &[Feature::SetsFirstGenes, Feature::SetsGenerations, Feature::Unrecorded],
-    population: "as many as its first race may have, which is the most at a time",
+    population: "the maximum of its first race",
     complete,
     check,
     evaluations: |settings| settings.tables.race.evaluations(),
@@ -71,7 +71,7 @@ impl Default for Values {
 }
 
 impl Values {
-    /// Candidates that may live for a generation.
+    /// Candidates that may be evaluated for a generation.
     fn evaluations(&self) -> u64 {
         self.lives / u64::from(self.trials.max(1))
     }
@@ -91,7 +91,7 @@ impl Table for Values {
     fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         vec![
             row("evolution.race.lives", "", Whole(1, 1_000_000_000), "the budget of EvoStick and AutoMoDe in Francesca et al. 2014",
-                "Episodes of all candidates, after which the race is over; those of finalists don't count.", |values, _| Some(&mut values.as_mut().race()?.lives)),
+                "Maximum number of episodes of all candidates; those of finalists don't count.", |values, _| Some(&mut values.as_mut().race()?.lives)),
             row("evolution.race.first_test", "", Whole(2, 100), "irace (López-Ibáñez et al. 2016)",
                 "Generations before the first test of a race.", |values, _| Some(&mut values.as_mut().race()?.first_test)),
             row("evolution.race.confidence", "", Number(0.5, 0.999_999), "irace (López-Ibáñez et al. 2016)",

@@ -130,7 +130,7 @@ impl Settings {
             if let Some([low, high]) = range
                 && low >= high
             {
-                let problem = format!("is [{low}, {high}]; allowed: a smaller and a greater number");
+                let problem = format!("is [{low}, {high}]; allowed: [minimum, maximum]");
                 return refused(key, problem);
             }
         }
@@ -251,25 +251,25 @@ pub fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         row("evolution.kind", "", Any, OURS,
             "The optimiser: see docs/optimisers.md; default: genetic.", |values, _| Some(&mut values.as_mut().kind)),
         row("evolution.population", "", Whole(1, 1_000_000), "Miglino et al. 1995, section 3.4",
-            format!("Individuals. Where it is not given, {}.", populations()).leak(), |values, _| Some(&mut values.as_mut().population)),
+            format!("Individuals; default: {}.", populations()).leak(), |values, _| Some(&mut values.as_mut().population)),
         row("evolution.parents", "", WholeUpTo(1, "evolution.population"), "Miglino et al. 1995, section 3.4",
-            "How many of the best have children, with a selection by truncation or uniform.", |values, _| Some(&mut values.as_mut().if_has_parents()?.parents)),
+            "Number of the best that have children, with truncation or uniform selection.", |values, _| Some(&mut values.as_mut().if_has_parents()?.parents)),
         row("evolution.episodes", "", Whole(1, 1_000_000_000_000), OURS,
-            "Instead of `evolution.generations`: the most episodes of a run. Individuals x trials of each generation count (with coevolution x contests, and the last pair), unchanged and re-evaluated individuals too, and the finalists' episodes. An episode that is simulated again for its trace counts once. What follows from it is the number of generations, with grid its levels, and with race the episodes of its candidates.", |values, _| Some(&mut values.as_mut().budget)),
+            "Instead of `evolution.generations`: maximum episodes of a run. Counted are individuals x trials of each generation (with coevolution x contests, and the last pair), including unchanged and re-evaluated individuals, and the finalists' episodes. An episode that is replayed for its trace counts once. The number of generations follows from it; with grid, the levels; with race, the candidates' episodes.", |values, _| Some(&mut values.as_mut().budget)),
         row("evolution.generations", "", Whole(1, MOST_GENERATIONS.into()), "Miglino et al. 1995, section 3.4",
             "Generations that are evaluated.", |values, _| Some(&mut values.as_mut().if_counts_generations()?.generations)),
         row("evolution.elite", "", WholeUpTo(0, "evolution.population"), "ours: none mentioned in Miglino et al. 1995, section 3.4",
-            "How many of the best also keep one copy without mutation; with truncation up to evolution.parents.", |values, _| Some(&mut values.as_mut().genetic()?.elite)),
+            "Number of the best that survive unchanged; with truncation at most evolution.parents.", |values, _| Some(&mut values.as_mut().genetic()?.elite)),
         row("evolution.common_random_numbers", "", Any, OURS,
-            "Whether all individuals of a generation have the same random numbers, and so from the same starts; default: false, but true with open-es, and always with race.", |values, _| Some(&mut values.as_mut().common)),
+            "Whether all individuals of a generation have the same random numbers, including starts; default: false, but true with open-es, and always with race.", |values, _| Some(&mut values.as_mut().common)),
         row("evolution.initial", "", gene, "ours: no range in Miglino et al. 1995, section 3.4",
             "Range of the uniform initial genes.", |values, _| Some(&mut values.as_mut().initial)),
         row("evolution.initial_shares", "", Number(0.0, 1e6), OURS,
-            "The central fraction of that range for random genes: a number for each gene, if they differ.", |values, _| Some(&mut values.as_mut().if_draws_genes()?.initial_shares)),
+            "Central fraction of that range for random genes: a number for each gene; default: 1 for all.", |values, _| Some(&mut values.as_mut().if_draws_genes()?.initial_shares)),
         row("evolution.init", "", Text("a file, .npy or .csv, individuals x genes"), OURS,
-            "Instead of random genes, those of this file.", |values, _| Some(&mut values.as_mut().if_takes_genomes()?.init)),
+            "File of initial genomes, instead of random ones.", |values, _| Some(&mut values.as_mut().if_takes_genomes()?.init)),
         row("evolution.limits", "", gene, OURS,
-            "Range that genes are kept within, if any.", |values, _| Some(&mut values.as_mut().limits)),
+            "Bounds of genes; default: none.", |values, _| Some(&mut values.as_mut().limits)),
     ];
     rows.extend(breeding::rows());
     rows.extend(strategy::rows());

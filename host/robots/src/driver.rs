@@ -95,7 +95,7 @@ pub(crate) fn protocols() -> impl Iterator<Item = &'static Protocol> {
     })
 }
 
-/// What asks, each on its connection, robots that are reached by TCP.
+/// Requests to robots reached by TCP, each on its own connection.
 pub(crate) fn at_tcp(drivers: &[&Driver]) -> Vec<Ask> {
     let ask = |driver: &&Driver| match driver.reach {
         Reach::Tcp { ask, .. } => Some(ask),
@@ -136,7 +136,7 @@ pub(crate) fn robot_names(has_tcp: bool) -> String {
     any_of(names.copied())
 }
 
-/// What to write for robots that are not recognised.
+/// The address to write for robots that are not recognised.
 pub(crate) fn advice() -> String {
     let of = |driver: &&Driver| match &driver.reach {
         Reach::Protocol(protocol) => Some(format!(

@@ -88,7 +88,7 @@ pub enum Error {
         problem: String,
     },
     /// The guard has ended the call for the sake of a stop.
-    #[error("ended for the sake of a stop")]
+    #[error("interrupted by a stop")]
     Interrupted,
     /// This robot does not have it.
     #[error("{robot} has no {what}; allowed: {allowed}")]

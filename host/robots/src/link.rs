@@ -125,7 +125,7 @@ pub(crate) fn send_whole(link: &mut dyn Link, bytes: &[u8], limit: Duration) -> 
     link.write(bytes, until).map_err(|error| match error {
         Error::Unsent { .. } => Error::Disconnected {
             link: link.name().into(),
-            cause: format!("nothing was taken for {} ms", limit.as_millis()),
+            cause: format!("nothing was sent for {} ms", limit.as_millis()),
         },
         error => error,
     })

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use super::dependencies;
 
-/// A word or a sign of a file, and its line.
-type Token = (String, usize);
+/// A word, a sign or a literal with its quotation marks, and its line.
+pub(super) type Token = (String, usize);
 
-/// The words and signs of a file, without comments and literals.
-fn tokens(text: &str) -> Vec<Token> {
+/// The words, signs and texts of a file, without comments, characters and lifetimes.
+pub(super) fn tokens(text: &str) -> Vec<Token> {
     let (mut tokens, mut line) = (Vec::new(), 1);
     let mut rest = text;
     while let Some(first) = rest.chars().next() {
@@ -50,11 +50,12 @@ fn tokens(text: &str) -> Vec<Token> {
             } else {
                 word.max(first.len_utf8())
             };
-            if !first.is_whitespace() {
-                tokens.push((rest[..length].to_owned(), line));
-            }
             length
         };
+        let is_left_out = rest.starts_with("//") || rest.starts_with("/*") || first == '\'' || first.is_whitespace();
+        if !is_left_out {
+            tokens.push((rest[..length].to_owned(), line));
+        }
         line += rest[..length].matches('\n').count();
         rest = &rest[length..];
     }
@@ -78,7 +79,7 @@ fn closed(tokens: &[Token], open: usize) -> usize {
 }
 
 /// Tokens without what is only compiled for tests, and the modules that are only declared for them.
-fn without_tests(tokens: &[Token]) -> (Vec<Token>, Vec<String>) {
+pub(super) fn without_tests(tokens: &[Token]) -> (Vec<Token>, Vec<String>) {
     let (mut kept, mut modules, mut at) = (Vec::new(), Vec::new(), 0);
     let is = |at: usize, word: &str| tokens.get(at).is_some_and(|(token, _)| token == word);
     while at < tokens.len() {
@@ -140,7 +141,7 @@ fn paths(tokens: &[Token], mut at: usize, before: &[String], found: &mut Vec<(Ve
 }
 
 /// A crate's modules by their paths, with their files.
-fn modules(root: &Path, folder: &Path, found: &mut BTreeMap<Vec<String>, PathBuf>) {
+pub(super) fn modules(root: &Path, folder: &Path, found: &mut BTreeMap<Vec<String>, PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
@@ -234,7 +235,7 @@ fn circles(uses: &BTreeMap<(String, String), String>) -> Vec<String> {
         .collect()
 }
 
-fn root() -> PathBuf {
+pub(super) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
 }
 
@@ -282,7 +283,7 @@ fn folders_of_the_library_use_what_architecture_says() {
 }
 
 /// The folders of all crates of the program, of the kernels, and of the Python package.
-fn crates() -> Vec<PathBuf> {
+pub(super) fn crates() -> Vec<PathBuf> {
     let mut crates = Vec::new();
     for folder in ["host", "shaders", "python"].map(|folder| root().join(folder)) {
         let inner = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());

@@ -173,7 +173,7 @@ pub(super) static CLAIM: [Column; 3] = [
     Column::text("claim", "the claim of the paper"),
     Column::text(
         "outcome",
-        "`holds` if all of its contrasts do, `opposed` if one is, else `undecided`",
+        "`holds` if all of its contrasts hold, `opposed` if one is opposed, else `undecided`",
     ),
     Column::text(
         "reason",

@@ -101,12 +101,12 @@ pub(super) trait Reproduction {
 
 /// What the command line asks of any study.
 pub struct Request<'a> {
-    /// The study's file, in place of the compiled-in one.
+    /// The study's file, instead of the compiled-in one.
     pub file: Option<&'a Path>,
     pub arm: &'a str,
     /// Whether to repeat the study under every other arm.
     pub sensitivity: bool,
-    /// The study's directory, in place of the usual one.
+    /// The study's directory, instead of the usual one.
     pub out: Option<&'a Path>,
     /// The device that evaluates.
     pub backend: &'a Backend,
@@ -325,7 +325,7 @@ pub(super) fn check_runs(runs: u32, allowed: &RangeInclusive<u32>) -> Result {
     )))
 }
 
-/// The verdicts, which are in the study's directory too.
+/// The verdicts, which are also in the study's directory.
 fn verdicts(claims: Vec<Claim>, directory: &Path) -> Answer<Findings> {
     let row = |claim: &Claim| vec![claim.id.clone(), claim.verdict.to_string(), brief(&claim.reasons)];
     let rows: Vec<Vec<String>> = claims.iter().map(row).collect();

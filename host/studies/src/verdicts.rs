@@ -119,11 +119,12 @@ pub(super) fn judging_methods() -> String {
          analysis unless the paper's test needs another: individuals, robots and minutes of one run depend on each \
          other."
             .to_owned(),
-        "A verdict rests on intervals, not on the sign of an estimate. Each part of a criterion compares a figure with a bound. It holds if \
-         the figure's 95 % interval over runs lies on the asked side. It is opposed if the interval lies on the other side. It is undecided \
-         if the interval spans the bound, or if there are fewer than five runs. Comparisons that were registered as tests hold by their p \
-         after Holm's correction, and are opposed if the difference has the other sign. A claim holds if all parts hold, and is opposed if \
-         one part is. Each claim also says whether the registered criterion is met by the estimates alone."
+        "A verdict rests on intervals, not on the sign of an estimate. Each part of a criterion compares a figure with \
+         a bound. It holds if the figure's 95 % interval over runs lies on the required side. It is opposed if the \
+         interval lies on the other side. It is undecided if the interval spans the bound, or if there are fewer than \
+         five runs. Comparisons that were registered as tests hold by their p after Holm's correction, and are opposed \
+         if the difference has the other sign. A claim holds if all parts hold, and is opposed if one part is. Each \
+         claim also says whether the registered criterion is met by the estimates alone."
             .to_owned(),
         "The intervals of verdicts are Student's of run means, or Welch's where several conditions enter. A ratio is judged as a difference, \
          such as half of one mean minus another. Intervals of d and of recovered shares are those of the jackknife's pseudo-values of runs; \
@@ -202,13 +203,13 @@ fn article(claim: &Claim) -> String {
 /// The verdict with its reason, and the registered criterion's result.
 fn verdict_and_reason(claim: &Claim) -> String {
     let reasons = match &claim.reasons[..] {
-        [] => "all intervals lie on the asked side".to_owned(),
+        [] => "all intervals lie on the required side".to_owned(),
         reasons => reasons.join("; "),
     };
     let registered = match claim.registered {
         Some(true) => "is met",
         Some(false) => "is not met",
-        None => "can't be asked",
+        None => "can't be evaluated",
     };
     format!(
         "<b>Verdict: {}.</b> {}. By the estimates alone, the registered criterion {registered}.",
@@ -299,9 +300,9 @@ pub(super) fn by_assumption(arms: &Sensitivity) -> String {
             .collect(),
         sum: true,
     });
-    let words = "Which claims hold under which assumption. Each row repeats the whole study with one choice made \
-                 otherwise; its report is in the directory arms. A verdict that changes from row to row depends on a \
-                 choice that the paper leaves open, on reality's differences, or on the few runs.";
+    let words = "Which claims hold under which assumption. Each row repeats the whole study with one changed choice; \
+                 its report is in the directory arms. A verdict that changes from row to row depends on a choice that \
+                 the paper leaves open, on reality's differences, or on the few runs.";
     format!(
         "<h3>Under other assumptions</h3>\n<div id=\"sensitivity\">\n{}</div>\n",
         table("", words, &head, &rows)

@@ -319,8 +319,8 @@ fn instead(text: &str) -> &'static str {
     } else if is_signed && first.contains('=') {
         "its counter is an i32, and has to be a u32: `for (var i = 0u; i < 3u; i++)`"
     } else {
-        "write `for (var i = start; i < end; i += step)`, where `end` is a constant or has a greatest value that shows, \
-         such as `min(x, 8u)`"
+        "write `for (var i = start; i < end; i += step)`, where `end` is a constant or has a visible maximum, such as \
+         `min(x, 8u)`"
     }
 }
 

@@ -321,7 +321,7 @@ fn refused_literal(literal: Literal, text: &str, span: naga::Span) -> Option<Ref
     let written = span.to_range().and_then(|range| text.get(range)).unwrap_or_default();
     match literal {
         Literal::F32(_) if written.contains(['/', '%']) => {
-            let message = "a float constant is computed with `/` or `%`, of floats or of integers; write the value that comes out";
+            let message = "a float constant is computed with `/` or `%`; write its value";
             Some((Rule::NoDivision, message))
         }
         Literal::F32(x) => refused_float(x),

@@ -163,7 +163,8 @@ impl<'a> Checker<'a> {
         for (handle, _) in module.global_variables.iter() {
             let span = module.global_variables.get_span(handle);
             if self.owner(span).is_some() {
-                let message = "a part declares no buffer and no variable outside of functions; keep what it remembers in its state";
+                let message = "a part can't declare a buffer or a variable outside of functions; keep its memory in \
+                               its state";
                 self.refuse(span, None, Rule::OwnBuffers, message.to_owned());
             }
         }
@@ -171,7 +172,7 @@ impl<'a> Checker<'a> {
 
     fn refuse_made(&mut self, span: Span, function: Option<&String>) {
         let episode = self.isolation.episode;
-        let message = format!("an `{episode}` is made here; allowed: pass on the one that the function is given");
+        let message = format!("an `{episode}` is made here; pass on the one that the function receives");
         self.refuse(span, function, Rule::EpisodeAsGiven, message);
     }
 
@@ -216,14 +217,14 @@ impl<'a> Checker<'a> {
             match expression {
                 Expression::GlobalVariable(variable) => {
                     let buffer = module.global_variables[*variable].name.as_deref().unwrap_or_default();
-                    let message = format!("`{buffer}` is a buffer of the kernel's; no part reads or writes it");
+                    let message = format!("`{buffer}` is one of the kernel's buffers; parts can't read or write it");
                     self.refuse(place, name, Rule::KernelBuffers, message);
                 }
                 Expression::As {
                     expr, convert: None, ..
                 } if kind(*expr) == Some(ScalarKind::Float) && kind(handle) != Some(ScalarKind::Float) => {
-                    let message = "the bits of a float differ between devices, if it is 0 or not a number; write `u32(x)` or `i32(x)` for \
-                                   the number that it is";
+                    let message = "the bits of a float differ between devices, if it is 0 or not a number; write \
+                                   `u32(x)` or `i32(x)` for its value";
                     self.refuse(place, name, Rule::FloatBits, message.to_owned());
                 }
                 _ => {}
@@ -320,7 +321,7 @@ impl<'a> Checker<'a> {
                 self.refuse(span, caller, Rule::AllowedCalls, message);
             }
             (None, Some(user)) if !user.called.contains(name.as_str()) => {
-                let message = format!("Oneiro's files would call this `{name}` for their own; choose another name");
+                let message = format!("Oneiro's files would call this `{name}` instead of theirs; choose another name");
                 self.refuse(place, None, Rule::BuiltInName, message);
             }
             _ => {}

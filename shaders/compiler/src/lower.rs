@@ -387,8 +387,8 @@ impl<'a> Lowering<'a> {
         }
         if self.program.values.len() + self.program.labels as usize > GREATEST_SIZE {
             let problem = format!(
-                "the kernel is too large with all its calls inlined; allowed: {GREATEST_SIZE} values and calls, some ten times \
-                 the largest kernel that ships"
+                "the kernel is too large with all its calls inlined; allowed: {GREATEST_SIZE} values and calls, about \
+                 ten times the largest shipped kernel"
             );
             return self.refuse(span, call, Rule::LargeKernel, &problem);
         }

@@ -61,10 +61,10 @@ rules! {
     NoDivision "no-division"
         "Floats are not divided: multiply by `reciprocal(x)`."
         why: "Devices round the quotient of two floats in different ways: Vulkan lets it be off by 2.5 units in the \
-              last place. One bit that differs in one cycle is another path a few cycles later, and the same seed no \
-              longer gives the same run. `reciprocal` is made of multiplications, which every device rounds alike. The \
-              remainder `%` is computed by a division and differs in the same way. A constant that is made by a \
-              division is refused too; write its value."
+              last place. One different bit in one cycle becomes another path a few cycles later, and the same seed \
+              gives another run. `reciprocal` is made of multiplications, which every device rounds alike. The \
+              remainder `%` is computed by a division and differs in the same way. A constant made by a division is \
+              also refused; write its value."
         wrong: "\
 fn mean(a: f32, b: f32, c: f32) -> f32 {
     return (a + b + c) / 3.0f;
@@ -77,7 +77,7 @@ fn mean(a: f32, b: f32, c: f32) -> f32 {
 "
 
     ExactFunctions "exact-functions"
-        "Of WGSL's own functions, only those are called that are exact on every device."
+        "Of WGSL's functions, a part calls only those that are exact on every device."
         why: "WGSL only limits the errors of functions such as `sqrt`, `sin` and `exp`, and each driver computes them \
               in its own way. For others, such as `dot` and `mix`, it leaves open in which order sums are made and \
               whether products are rounded before they are added. Oneiro's own functions are made of operations that \
@@ -109,7 +109,7 @@ fn length_of(v: vec2<f32>) -> f32 {
         right: "const TINY: f32 = 1e-30f;\n"
 
     FloatBits "float-bits"
-        "`bitcast` gives a part the float of some bits, and not the bits of a float."
+        "`bitcast` turns bits into a float, but not a float into bits."
         why: "Devices agree about floats, except about the sign of zero and about the bits of a result that \
               is not a number. A driver may drop `x * 0.0f`, and with it the sign. No other operation shows these bits."
         wrong: "\
@@ -171,9 +171,9 @@ fn bit(index: u32) -> u32 {
 "
 
     NoOverride "no-override"
-        "Constants are declared by `const`, and values that an experiment sets in the part's struct of values."
+        "Constants are declared by `const`. Values that an experiment sets are in the part's struct of values."
         why: "An `override` gets its value when a driver compiles the kernel. The CPU's code is not compiled by a \
-              driver, so nothing would set it there."
+              driver, so nothing would set its value there."
         wrong: "override factor: f32 = 2.0f;\n"
         right: "const FACTOR: f32 = 2.0f;\n"
 
@@ -239,7 +239,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
 "
 
     IndexedArrays "indexed-arrays"
-        "Only arrays that are declared by `var` have an index that is computed; vectors have a constant one."
+        "Only arrays declared by `var` may have a computed index; vectors need a constant one."
         why: "This limit is the compiler's: vectors and values that are declared by `let` are kept in registers, which \
               have no addresses. An array that is declared by `var` is in memory. Readings are the fields of a struct; \
               `reading(readings, i)` gives one by its number."
@@ -306,13 +306,14 @@ fn sum(a: f32, b: f32) -> f32 {
 
     LoopWithoutBound "loop-without-bound"
         "Loops have a bound that is known before they run: `for (var i = start; i < end; i += step)`, where `end` is a \
-         constant or has a greatest value that shows, such as `min(x, 8u)`."
+         constant or has a visible maximum, such as `min(x, 8u)`."
         why: "Nothing can stop a kernel on a GPU. A loop that doesn't end freezes the screen until the driver resets \
               the device, and the run is lost. Software drivers leave long loops without saying so, and results \
-              differ. So Oneiro must know before the first cycle how often each loop turns at most. The counter is a u32 \
-              that nothing else changes, and `step` a constant. Besides `min(x, 8u)`, `end` may be `x % 8u`, `x & 7u`, a \
-              `select` of such, the counter of a loop around it, and sums and products of these. With `<=` or a step above \
-              1, the greatest `end` plus the step must be below 2^32 - 1, or the counter could begin again from 0."
+              differ. So Oneiro must know before the first cycle how often each loop turns at most. The counter is a \
+              u32 that nothing else changes, and `step` a constant. Besides `min(x, 8u)`, `end` may be `x % 8u`, `x & \
+              7u`, a `select` of such, the counter of a loop around it, and sums and products of these. With `<=` or a \
+              step above 1, the maximum of `end` plus the step must be below 2^32 - 1, or the counter could begin \
+              again from 0."
         wrong: "\
 fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
     var sum = 0.0f;
@@ -376,10 +377,10 @@ fn prepare() {}
         right: "fn within_reach(x: f32) -> bool { return x < 27.5f; }\n"
 
     OwnBuffers "own-buffers"
-        "A part declares no buffer and no variable outside of functions: what it remembers is in its struct of state."
-        why: "Oneiro makes a kernel's buffers, and would not fill one that it does not know. A variable outside of \
-              functions begins anew in each piece that an episode is cut into, so that results would depend on the cuts. \
-              The state goes from cycle to cycle on every device."
+        "A part declares no buffer and no variable outside of functions: its memory is its struct of state."
+        why: "Oneiro makes and fills a kernel's buffers; another one would stay empty. A variable outside of functions \
+              begins anew in each piece that an episode is cut into, so that results would depend on the cuts. The \
+              state goes from cycle to cycle on every device."
         wrong: "var<private> cycles: u32;\n"
         right: "\
 struct TaskState { cycles: u32 }
@@ -396,7 +397,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
         right: "fn best(memory: TaskState, sum: f32) -> f32 { return sum; }\n"
 
     BatchPlace "batch-place"
-        "The fields of an `Episode` are not read: `episode` itself is passed on."
+        "A part does not read the fields of an `Episode`: it passes `episode` itself on."
         why: "They say where in its batch an episode is. The same episode has another place on another device, or next to \
               other runs, so a result that depends on its place could not be repeated."
         wrong: "\
@@ -429,7 +430,7 @@ fn draw(episode: Episode, step: u32) -> f32 {
 "
 
     AllowedCalls "allowed-calls"
-        "Of Oneiro's own functions, a part calls those that docs/extend.md lists."
+        "Of Oneiro's functions, a part calls only those that docs/extend.md lists."
         why: "The others take indices into the kernel's buffers, with which a part could reach other episodes, and they \
               change from version to version."
         wrong: "fn is_free(x: f32, y: f32) -> bool { return !touches(0u, vec2<f32>(x, y)); }\n"
@@ -437,8 +438,8 @@ fn draw(episode: Episode, step: u32) -> f32 {
 
     MissingDeclaration "missing-declaration"
         "A part declares what the kernel calls: its function `.._cycle`, a controller's genes, sensors' readings."
-        why: "The kernel calls these functions by their names and uses these constants and structs. What else is \
-              missing has a default, but here none would make sense."
+        why: "The kernel calls these functions by their names and uses these constants and structs. Other functions \
+              have a default, but none makes sense here."
         wrong: "\
 fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {
     return Command(vec2<f32>(gene(episode, 0u), gene(episode, 1u)), before);
@@ -452,7 +453,7 @@ fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: Con
 "
 
     DeclaredForm "declared-form"
-        "What the kernel calls has the parameters and the result that docs/extend.md gives."
+        "Functions that the kernel calls have the parameters and the result that docs/extend.md gives."
         why: "The kernel passes these arguments and takes this result. With others it could not be compiled, and the \
               message would be about one of Oneiro's files."
         wrong: "\
@@ -544,8 +545,8 @@ fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: Con
         right: "struct TaskState { found: u32 }\n"
 
     GeneCount "gene-count"
-        "A controller has 1 to 1024 genes, a number that is known when it is compiled."
-        why: "The optimiser has to know the number of genes before it creates the first individual."
+        "A controller has 1 to 1024 genes, a constant number."
+        why: "The optimiser needs the number of genes before it creates the first individual."
         wrong: "\
 const CONTROLLER_GENES: u32 = 0u;
 fn controller_cycle(episode: Episode, step: u32, readings: Readings, before: ControllerState) -> Command {

@@ -115,7 +115,7 @@ impl Compiler {
                 .iter()
                 .any(|extension| extension.extension_name_as_c_str() == Ok(name))
             {
-                return Err(format!("its driver does not tell ({})", name.to_string_lossy()));
+                return Err(format!("its driver does not report it ({})", name.to_string_lossy()));
             }
             let mut driver = vk::PhysicalDeviceDriverProperties::default();
             let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);

@@ -143,12 +143,12 @@ impl Device {
         let (needed, has) = (STORAGE_BUFFERS, adapter.limits().storage_buffers);
         if has < needed {
             return Err(refused(format!(
-                "binds {has} storage buffers in a kernel; {needed} are needed"
+                "binds {has} storage buffers per kernel; needed: {needed}"
             )));
         }
         let features = match path {
             Path::Spirv if adapter.takes_spirv() => wgpu::Features::PASSTHROUGH_SHADERS,
-            Path::Spirv => return Err(refused(format!("{} takes no SPIR-V", adapter.backend()))),
+            Path::Spirv => return Err(refused(format!("{} does not accept SPIR-V", adapter.backend()))),
             Path::Wgsl => wgpu::Features::empty(),
         };
         let most = adapter.handle.limits();
@@ -263,7 +263,7 @@ impl Device {
                 // The submission was refused by the queue, which has reported the reason.
                 Err(wgpu::PollError::WrongSubmissionIndex(..)) => {
                     self.check()?;
-                    return Err(Fault::Lost("it takes no more work".into()));
+                    return Err(Fault::Lost("it accepts no more work".into()));
                 }
                 Ok(()) => {
                     // Submissions end in their order.

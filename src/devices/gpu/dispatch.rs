@@ -176,8 +176,8 @@ fn cuts(part: &Part<'_>, bounds: Bytes) -> Result<Vec<Cut>, Fault> {
     let fixed = kept + (LANES * size_of::<f32>()) as u64;
     if traced.max(kept) > bounds.binding {
         return Err(Fault::TooLarge(format!(
-            "the trace of {LANES} rollouts takes {} MB and their state {} MB, and the device binds {} MB at once; trace \
-             fewer cycles or have fewer robots",
+            "the trace of {LANES} episodes needs {} MB and their state {} MB; the device binds at most {} MB. Trace \
+             fewer cycles or simulate fewer robots",
             traced >> 20,
             kept >> 20,
             bounds.binding >> 20
@@ -331,9 +331,9 @@ impl Run<'_> {
         let Some(unrolled) = unrolled.map_err(Fault::Refused)? else {
             let Turns { begin, cycle } = self.turns;
             return Err(Fault::TooLarge(format!(
-                "loops turn {cycle} times in a cycle, and {begin} times more in the first; a software driver leaves them after \
-                 {GREATEST_LOOPS}, and unrolling them makes the kernel too long; allowed there: shorter loops, fewer robots or another \
-                 backend"
+                "loops turn {cycle} times a cycle, and {begin} more times in the first. A software driver stops them \
+                 after {GREATEST_LOOPS} turns, and unrolled they make the kernel too long; allowed there: shorter \
+                 loops, fewer robots or another backend"
             )));
         };
         let turns = Turns {

@@ -32,7 +32,7 @@ impl Recovering {
             Err(lost @ Error::Lost { .. }) => lost,
             done => return Some(done),
         };
-        self.warnings.push(format!("{lost}; it is opened again"));
+        self.warnings.push(format!("{lost}; opening it again"));
         let again = gpu.reopen().and_then(|new| {
             *gpu = new;
             self.heard = 0;
@@ -42,7 +42,7 @@ impl Recovering {
             Err(error @ (Error::Lost { .. } | Error::NoDevice(_))) => {
                 let next = self.fallback.device().name;
                 self.warnings
-                    .push(format!("{error}; from now on {next} evaluates in its place"));
+                    .push(format!("{error}; from now on {next} evaluates instead"));
                 self.gpu = None;
                 None
             }

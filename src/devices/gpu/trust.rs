@@ -21,7 +21,7 @@ static VERDICTS: Mutex<BTreeMap<String, Option<String>>> = Mutex::new(BTreeMap::
 pub(super) fn verdict(gpu: &mut Gpu) -> Result<Option<String>, Error> {
     if gpu.device.path() == Path::Wgsl {
         return Ok(Some(
-            "it gets the kernels as WGSL, which its driver may round as it likes".into(),
+            "it receives kernels as WGSL, which its driver may round differently".into(),
         ));
     }
     let adapter = gpu.adapter();

@@ -29,7 +29,7 @@ pub(super) const ENTRY: Entry = Entry {
     )
 };
 
-/// What presses bumpers, given what is done for each.
+/// The code that presses bumpers, from the code for each.
 pub(crate) fn of_an_object(bumpers: &str, widest: &str) -> String {
     if bumpers.is_empty() {
         return String::new();

@@ -69,7 +69,7 @@ pub enum Feature {
     ReadsLights,
     /// It reads the charge of the robot's battery.
     ReadsBattery,
-    /// It reads nothing but other robots.
+    /// It reads only other robots.
     ReadsRobots,
 }
 
@@ -98,7 +98,7 @@ pub enum Mark {
     Direction,
 }
 
-/// A sensor of a connected robot that reads what one of a described robot does.
+/// A sensor of a connected robot with the readings of a parametric robot's sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counterpart {
     /// Its kind, in the words of connected robots.

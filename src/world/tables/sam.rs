@@ -207,7 +207,7 @@ pub(super) fn parse_sensors(text: &str, path: &Path, format: Format) -> Result<I
     }
     if rounded > 0 {
         warnings.push(format!(
-            "{}: {rounded} readings are no multiples of 1/1023; rounded to them",
+            "{}: {rounded} readings are no multiples of 1/1023; they are rounded",
             path.display()
         ));
     }
@@ -268,8 +268,8 @@ pub(super) fn speeds(count: usize) -> Vec<i32> {
 }
 
 pub(super) fn parse_motors(text: &str, path: &Path) -> Result<MotorSamples, Error> {
-    const ALLOWED: &str = "2 to 255 numbers of one count a line: changes of heading from -180 to 180 degrees, \
-                           then displacements from -100 to 100 cm, a line a speed of the left wheel each";
+    const ALLOWED: &str = "2 to 255 numbers, the same count on each line: changes of heading from -180 to 180 degrees, \
+                           then displacements from -100 to 100 cm, each with a line per speed of the left wheel";
     let mut lines = Lines::new(text, path);
     let first = lines.expect(|| ALLOWED.to_owned())?;
     let count = lines

@@ -89,7 +89,7 @@ impl Table for Values {
             row("evolution.archive.centroids", "", Whole(1, 10_000), "Vassiliades et al. 2018, whose archives have up to 10,000",
                 "Cells of a centroidal archive; a grid has those of its descriptors.", |values, _| Some(&mut values.as_mut().archive()?.centroids)),
             row("evolution.archive.iso", "", Number(0.0, 1e6), "Vassiliades and Mouret 2018; pyribs",
-                "Standard deviation of what is added to each gene of a child, in halves of the initial range.", |values, _| Some(&mut values.as_mut().archive()?.iso)),
+                "Standard deviation of the change of each gene of a child, in halves of the initial range.", |values, _| Some(&mut values.as_mut().archive()?.iso)),
             row("evolution.archive.line", "", Number(0.0, 1e6), "Vassiliades and Mouret 2018; pyribs",
                 "Standard deviation of a child's move towards a second elite, as a fraction of the distance.", |values, _| Some(&mut values.as_mut().archive()?.line)),
             row("evolution.archive.reevaluated", "", WholeUpTo(0, "evolution.population"), OURS,
@@ -97,7 +97,7 @@ impl Table for Values {
             row("evolution.archive.acceptance", "", Any, OURS,
                 "The fitness that compares elites.", |values, _| Some(&mut values.as_mut().archive()?.acceptance)),
             row("evolution.archive.offset", "", Number(-1e6, 1e6), OURS,
-                "Fitness that counts as nothing in the QD score, the sum over all elites.", |values, _| Some(&mut values.as_mut().archive()?.offset)),
+                "Fitness that counts as 0 in the QD score, the sum over all elites.", |values, _| Some(&mut values.as_mut().archive()?.offset)),
         ]
     }
 
@@ -131,7 +131,8 @@ pub(super) fn check(settings: &Settings, _: &Surroundings<'_>) -> Checked {
         .iter()
         .try_fold(1_u64, |all, descriptor| all.checked_mul(descriptor.cells.into()));
     if settings.tables.archive.cells == Cells::Grid && cells.is_none_or(|cells| cells > MOST_CELLS) {
-        let problem = format!("have more than {MOST_CELLS} cells in all; allowed: up to that, or a centroidal archive");
+        let problem =
+            format!("have more than {MOST_CELLS} cells in all; allowed: at most that, or a centroidal archive");
         return refused("evolution.descriptors", problem);
     }
     Ok(())

@@ -290,12 +290,12 @@ pub(crate) fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         row("evolution.selection.kind", "", Any, OURS,
             "How parents are selected; default: truncation.", |values, _| Some(&mut values.as_mut().genetic()?.selection.kind)),
         row("evolution.selection.pressure", "", Number(1.0, 2.0), "Baker 1985",
-            "How many children the best has for each of an average individual; the last has 2 less this.", |values, _| {
+            "Children of the best for each child of an average individual; the last has 2 minus this.", |values, _| {
                 let selection = &mut values.as_mut().genetic()?.selection;
                 (selection.kind == SelectionKind::Rank).then_some(&mut selection.pressure)
             }),
         row("evolution.selection.scaling", "", Number(1.0, 10.0), "Goldberg 1989, linear scaling",
-            "How many children the best has for each of an average individual; fewer where the worst would have less than none.", |values, _| {
+            "Children of the best for each child of an average individual; fewer where the worst would have fewer than 0.", |values, _| {
                 let selection = &mut values.as_mut().genetic()?.selection;
                 (selection.kind == SelectionKind::Roulette).then_some(&mut selection.scaling)
             }),
@@ -307,18 +307,18 @@ pub(crate) fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         row("evolution.crossover.kind", "", Any, "ours: none mentioned in Miglino et al. 1995, section 3.4",
             "How a child's genes come from two parents, before they are mutated; default: none.", |values, _| Some(&mut values.as_mut().genetic()?.crossover.kind)),
         row("evolution.crossover.rate", "", Number(0.0, 1.0), OURS,
-            "Chance of a child to have two parents.", |values, _| Some(&mut values.as_mut().if_has_crossover()?.rate)),
+            "Probability that a child has two parents.", |values, _| Some(&mut values.as_mut().if_has_crossover()?.rate)),
         row("evolution.crossover.share", "", Number(0.0, 1.0), OURS,
-            "Chance of each gene of such a child to be the second parent's.", |values, _| {
+            "Probability that a gene of such a child is the second parent's.", |values, _| {
                 let crossover = values.as_mut().if_has_crossover()?;
                 (crossover.kind == CrossoverKind::Uniform).then_some(&mut crossover.share)
             }),
         row("evolution.mutation.kind", "", Any, OURS,
             "How mutation changes a gene.", |values, _| Some(&mut values.as_mut().genetic()?.mutation.kind)),
         row("evolution.mutation.rate", "", Number(0.0, 1.0), "Miglino et al. 1995, section 3.4",
-            "Chance of a change.", |values, _| Some(&mut values.as_mut().genetic()?.mutation.rate)),
-        row("evolution.mutation.per", "", Any, "ours: \"25%\", and not of what, in Miglino et al. 1995, section 3.4",
-            "Whether that chance is per gene or per individual.", |values, _| Some(&mut values.as_mut().if_mutates_by_unit()?.per)),
+            "Probability of a change.", |values, _| Some(&mut values.as_mut().genetic()?.mutation.rate)),
+        row("evolution.mutation.per", "", Any, "ours: \"25%\", but not of what, in Miglino et al. 1995, section 3.4",
+            "Whether that probability is per gene or per individual.", |values, _| Some(&mut values.as_mut().if_mutates_by_unit()?.per)),
         row("evolution.mutation.amount", "", Number(0.0, GREATEST_GENE.into()), "ours: no size in Miglino et al. 1995, section 3.4",
             "Size of the change: the maximum that is added, or its standard deviation; not with replace.", |values, _| Some(&mut values.as_mut().if_mutates_by_amount()?.amount)),
         row("evolution.mutation.bits", "bits", Whole(1, 16), "Floreano and Nolfi 1997",
@@ -347,7 +347,8 @@ pub(crate) fn check(settings: &Settings) -> Checked {
         return refused(
             "evolution.parents",
             format_args!(
-                "is {parents}; allowed: what divides the population, {population}, since each parent makes equally many copies"
+                "is {parents}; allowed: a divisor of the population, {population}, since each parent makes equally \
+                 many copies"
             ),
         );
     }

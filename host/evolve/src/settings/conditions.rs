@@ -1,4 +1,4 @@
-//! What the values of an evolution depend on, and how they are refused.
+//! Conditions of an evolution's values, and their refusals.
 
 use std::fmt::Display;
 

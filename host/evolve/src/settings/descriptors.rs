@@ -63,9 +63,9 @@ pub(crate) fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         row("evolution.descriptors", "", Any, OURS,
             "Measures that describe behaviour: 1 to 6.", |values, _| Some(&mut values.as_mut().if_uses_behaviour()?.descriptors)),
         row("evolution.descriptors[].measure", "", Text("a measure of docs/measures.md"), "",
-            "Name of a measure; of several episodes the mean counts.", |values, index| Some(&mut values.as_mut().if_uses_behaviour()?.descriptors.get_mut(index)?.measure)),
+            "Name of a measure; its mean over several episodes counts.", |values, index| Some(&mut values.as_mut().if_uses_behaviour()?.descriptors.get_mut(index)?.measure)),
         row("evolution.descriptors[].least", "", Any, "",
-            "The minimum of its range, in the measure's unit; values outside count as those at the end.", |values, index| Some(&mut values.as_mut().if_uses_behaviour()?.descriptors.get_mut(index)?.least)),
+            "The minimum of its range, in the measure's unit; values outside count as the nearest end.", |values, index| Some(&mut values.as_mut().if_uses_behaviour()?.descriptors.get_mut(index)?.least)),
         row("evolution.descriptors[].greatest", "", Any, "",
             "The maximum.", |values, index| Some(&mut values.as_mut().if_uses_behaviour()?.descriptors.get_mut(index)?.greatest)),
         row("evolution.descriptors[].cells", "", Whole(1, 100_000), "",
@@ -89,7 +89,7 @@ pub(crate) fn check(settings: &Settings) -> Checked {
             ..
         } = descriptor;
         if least >= greatest || !(greatest - least).is_finite() {
-            let problem = format!("is {greatest}; allowed: above least, {least}");
+            let problem = format!("is {greatest}; allowed: above `least`, {least}");
             return refused(&format!("evolution.descriptors[{index}].greatest"), problem);
         }
         if all[..index].iter().any(|other| other.measure == *measure) {

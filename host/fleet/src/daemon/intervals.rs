@@ -23,7 +23,7 @@ pub(crate) static INTERVALS_COLUMNS: [Column; 12] = [
     Column::whole(
         "brought",
         "items",
-        "food that it brought during this interval, as far as the tracker told",
+        "food that it brought during this interval, by the tracker",
     ),
     Column::number(
         "simulated",

@@ -55,8 +55,8 @@ pub fn contents() -> Vec<Entry> {
         ),
         Entry::file(
             TIMELINE,
-            "the events of all logs in the order of `time_ms`, the experiment's time in ms, one line of JSON each; null where nothing is \
-             known of the clock, at the end",
+            "the events of all logs in the order of `time_ms`, the experiment's time in ms, one line of JSON each; \
+             null where the clock is unknown, at the end",
         ),
         Entry::table(
             CLOCKS,
@@ -66,11 +66,12 @@ pub fn contents() -> Vec<Entry> {
         Entry::file(INTERVALS, "the tables of intervals of all robots, one below the other"),
         Entry::file(
             "operator.json",
-            "written by `oneiro fleet start`: the experiment's time so far, how often it was started, and which datagrams were taken",
+            "written by `oneiro fleet start`: the experiment's time so far, how often it was started, and the accepted \
+             datagrams",
         ),
         Entry::table(
             STATUSES,
-            "one row per second and robot: what robots said while `oneiro fleet start` ran",
+            "one row per second and robot: robots' reports while `oneiro fleet start` ran",
             &STATUSES_COLUMNS,
         ),
         Entry::file(
@@ -188,11 +189,11 @@ pub fn merge(fleet: &Fleet, robots: &[u32]) -> Result<Merged> {
     warnings.extend(intervals(fleet, robots)?);
     warnings.extend(clocks.iter().filter_map(|clock| match clock.by {
         By::Beacon => Some(format!(
-            "robot {}, boot {}: was in contact with none of the others; placed by the beacon alone",
+            "robot {}, boot {}: was in contact with no other robot; its clock is aligned by the beacon alone",
             clock.robot, clock.boot
         )),
         By::Nothing => Some(format!(
-            "robot {}, boot {}: was in contact with none of the others and heard no beacon; its lines have no time",
+            "robot {}, boot {}: was in contact with no other robot and received no beacon; its lines have no time",
             clock.robot, clock.boot
         )),
         By::Reference | By::Contacts => None,
@@ -266,7 +267,7 @@ fn intervals(fleet: &Fleet, robots: &[u32]) -> Result<Vec<String>> {
         if let Some(row) = strange.or((!head.split(',').all(is_name)).then_some(head)) {
             let row: String = row.chars().take(40).collect();
             warnings.push(format!(
-                "robot {robot}: its {INTERVALS} has a row of other than numbers, {row}; it was left out"
+                "robot {robot}: its {INTERVALS} has a row that is not all numbers, {row}; it was left out"
             ));
             continue;
         }

@@ -168,7 +168,7 @@ pub fn compare(fleet: &[Figures], batched: &[Figures]) -> Vec<Compared> {
     type Figure = fn(&Figures) -> f64;
     let all: [(&str, Figure, bool); 3] = [
         ("food, items", |figures| figures.food, true),
-        ("right simulators, share", |figures| figures.right, false),
+        ("right simulators, fraction", |figures| figures.right, false),
         ("gene of simulators", |figures| figures.gene, false),
     ];
     let compared = |(figure, of, is_share): (&'static str, Figure, bool)| {

@@ -113,7 +113,7 @@ impl Stock {
         if state == service::ServiceState::Running && !installed.sent.is_empty() {
             installed
                 .warnings
-                .push("runs what it had before, until `oneiro fleet stop` and `start`".into());
+                .push("runs its earlier files until `oneiro fleet stop` and `start`".into());
         }
         Ok(installed)
     }

@@ -172,9 +172,10 @@ fn absent(ears: &Ears, options: Options) -> Failure {
         .filter_map(|(number, known)| match (known.refusal(), known.heard) {
             (Some(refused), _) => Some(format!("robot {number} {refused}")),
             (None, None) if known.is_stale => Some(format!(
-                "robot {number} was heard and does not answer this start: it does not hear this machine, or old datagrams are sent again"
+                "robot {number} sends, but does not answer this start: it does not receive this machine, or old \
+                 datagrams are replayed"
             )),
-            (None, None) => Some(format!("robot {number} was not heard")),
+            (None, None) => Some(format!("robot {number} sent nothing")),
             (None, Some(_)) => None,
         });
     let why: Vec<String> = why

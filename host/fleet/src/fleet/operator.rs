@@ -355,8 +355,8 @@ impl Ears {
                 (at(), doubt)
             }
             Refusal::Replayed => {
-                let doubt = "sends numbers that were taken before: old datagrams are sent again, or it has lost its directory, and all need \
-                             a new key";
+                let doubt = "sends numbers that were accepted before: old datagrams are replayed, or it has lost its \
+                             directory. All robots need a new key";
                 (at(), doubt.to_owned())
             }
             _ => return,

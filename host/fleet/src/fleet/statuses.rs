@@ -25,14 +25,15 @@ pub(crate) static STATUSES_COLUMNS: [Column; 17] = [
     Column::whole("robot", "", "its number"),
     Column::text(
         "state",
-        "what it does, or `silent` if it has never said anything, `away` if not for 3 s, `ready` if it has not said what it does, `refused` \
-         if it may not take part",
+        "its activity, or `silent` if it has never sent anything, `away` if not for 3 s, `ready` if it has not \
+         reported an activity, `refused` if it may not take part",
     ),
-    Column::number("age_s", "s", "age of its last word; empty if there was none"),
+    Column::number("age_s", "s", "age of its last report; empty if there was none"),
     Column::whole(
         "interval",
         "",
-        "the interval that it is in; this and all below but `problems` are empty if it has not been heard for 3 s, or is refused",
+        "the interval that it is in; this and all below except `problems` are empty if nothing was received for 3 s, \
+         or it is refused",
     ),
     Column::number("s0", "0 to 0.99", "the gene of its simulator"),
     Column::number("g0", "0 to 0.99", "the gene of its controller's behaviour with food"),
@@ -48,8 +49,8 @@ pub(crate) static STATUSES_COLUMNS: [Column; 17] = [
     Column::number("x", "mm", "its position; empty if the tracker does not see it"),
     Column::number("y", "mm", "its position"),
     Column::number("heading", "turns", "counter-clockwise from the x axis"),
-    Column::number("volts", "V", "the voltage of its battery; empty if that is unknown"),
-    Column::text("problems", "what is in its way"),
+    Column::number("volts", "V", "the voltage of its battery; empty if unknown"),
+    Column::text("problems", "its problems now, if any"),
 ];
 
 /// A robot in a second.

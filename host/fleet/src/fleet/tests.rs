@@ -217,7 +217,7 @@ fn daemons_are_started_once_and_their_stop_is_confirmed_by_the_log() {
         let outcomes = place.deploy();
         outcomes[0].1.as_ref().unwrap().warnings.clone()
     };
-    assert!(warnings[0].contains("runs what it had before"), "{warnings:?}");
+    assert!(warnings[0].contains("runs its earlier files"), "{warnings:?}");
     let stop = |robot: &Robot| service::stop(&fleet, robot, Remote::of(&fleet, robot));
     stop(first).unwrap();
     assert_eq!(state(first).0, ServiceState::Stopped);

@@ -135,16 +135,17 @@ pub(crate) static CLOCKS_COLUMNS: [Column; 11] = [
     Column::whole("boot", "", "number of the daemon's start; each has another clock"),
     Column::text(
         "by",
-        "what the clock was aligned by: `contacts`, what robots said and heard; `reference`, the clock that these were aligned to; `beacon`, \
-         only the experiment's time as the robot knew it, since it was in contact with none of the others; `nothing`",
+        "what the clock was aligned by: `contacts`, messages between robots; `reference`, the clock that these were \
+         aligned to; `beacon`, only the experiment's time as the robot received it, since it was in contact with no \
+         other; `nothing`",
     ),
     Column::whole("lines", "", "lines of its log"),
     Column::number(
         "shift",
         "ms",
-        "what is added to its time in the middle of its log; empty if nothing is known",
+        "what is added to its time in the middle of its log; empty if unknown",
     ),
-    Column::number("drift", "ppm", "how much too slow it is"),
+    Column::number("drift", "ppm", "by how much it is too slow"),
     Column::number("pivot", "ms", "the middle of its log, by this clock"),
     Column::whole(
         "pairs",
@@ -154,13 +155,14 @@ pub(crate) static CLOCKS_COLUMNS: [Column; 11] = [
     Column::number(
         "residual",
         "ms",
-        "root mean square of what these pairs are off after the alignment; of `beacon`: of the experiment's times in its log",
+        "root mean square error of these pairs after the alignment; of `beacon`: of the experiment's times in its log",
     ),
     Column::number("greatest", "ms", "the maximum of these"),
     Column::number(
         "bound",
         "ms",
-        "mean of half the time that a message and one back took: by so much the clock may be off if they took it in one direction only",
+        "mean of half the time of a message and its answer: the maximum error of the clock, if one direction took all \
+         of it",
     ),
 ];
 

@@ -419,7 +419,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[noise]\nsensor = [0.4, 0.0]",
-        "test.toml:2:10: noise.sensor: is [0.4, 0.0]; allowed: [0, 0], or a smaller and a greater number",
+        "test.toml:2:10: noise.sensor: is [0.4, 0.0]; allowed: [0, 0] or [minimum, maximum]",
     ),
     (
         "[noise]\nsensro = 1",
@@ -521,7 +521,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[robot]\nbody_radius_mm = 1",
-        "robot.motors: the greatest displacement of a cycle is",
+        "robot.motors: the maximum displacement of a cycle is",
     ),
     (
         "[robot]\npreset = \"epcuk\"",
@@ -545,11 +545,11 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[robot]\npreset = \"epuck\"\ngreatest_speed_mm_s = 900",
-        "test.toml:3:23: robot.greatest_speed_mm_s: the greatest displacement of a cycle is 90 mm",
+        "test.toml:3:23: robot.greatest_speed_mm_s: the maximum displacement of a cycle is 90 mm",
     ),
     (
         "[robot]\npreset = \"epuck\"\nacceleration_mm_s2 = 0.5",
-        "test.toml:3:22: robot.acceleration_mm_s2: is 0.5; allowed: 0, or 1 and more",
+        "test.toml:3:22: robot.acceleration_mm_s2: is 0.5; allowed: 0, or at least 1",
     ),
     (
         "[robot]\npreset = \"epuck\"\nsensors = [{ name = \"one\", range_mm = 50, response = [[0, 1], [50, 2]] }]",
@@ -634,7 +634,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[evolution]\nparents = 30",
-        "test.toml:2:11: evolution.parents: is 30; allowed: what divides the population, 100",
+        "test.toml:2:11: evolution.parents: is 30; allowed: a divisor of the population, 100",
     ),
     (
         "[evolution]\nparents = 200",
@@ -719,7 +719,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[evolution]\nkind = \"map-elites\"\ndescriptors = [{ measure = \"end_x_mm\", least = 1, greatest = 1 }]",
-        "evolution.descriptors[0].greatest: is 1; allowed: above least, 1",
+        "evolution.descriptors[0].greatest: is 1; allowed: above `least`, 1",
     ),
     (
         "[evolution]\nkind = \"map-elites\"\n[[evolution.descriptors]]\nmeasure = \"cells\"\nleast = 0\ngreatest = 9\n\
@@ -729,7 +729,7 @@ const REFUSED: &[(&str, &str)] = &[
     (
         "[evolution]\nkind = \"map-elites\"\n[[evolution.descriptors]]\nmeasure = \"cells\"\nleast = 0\ngreatest = 9\n\
          cells = 1001\n[[evolution.descriptors]]\nmeasure = \"end_x_mm\"\nleast = 0\ngreatest = 9\ncells = 1000",
-        "evolution.descriptors: have more than 1000000 cells in all; allowed: up to that, or a centroidal archive",
+        "evolution.descriptors: have more than 1000000 cells in all; allowed: at most that, or a centroidal archive",
     ),
     (
         "[evolution.archive]\niso = 0.1",
@@ -741,7 +741,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[evolution]\ninitial = [1, 1]",
-        "test.toml:2:11: evolution.initial: is [1, 1]; allowed: a smaller and a greater number",
+        "test.toml:2:11: evolution.initial: is [1, 1]; allowed: [minimum, maximum]",
     ),
     (
         "[evolution]\ninitial = [1, 2, 3]",

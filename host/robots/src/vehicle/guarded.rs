@@ -523,7 +523,7 @@ impl Vehicle for Guarded {
         let person = self.person();
         if !person.is_there() {
             return Err(Trouble::Broken(format!(
-                "standard input is no terminal, so nobody can say when it is done: {what}"
+                "standard input is no terminal, so nobody can confirm this: {what}"
             )));
         }
         person.has_answered();

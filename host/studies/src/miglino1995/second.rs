@@ -238,7 +238,7 @@ static COLUMNS: LazyLock<Vec<Column>> = LazyLock::new(|| {
         Column::whole(
             "changed_by_robots",
             "",
-            "the number of robots without any one of which the outcome is another",
+            "the number of robots without which, one at a time, the outcome changes",
         ),
         Column::text("first_half", "the outcome with the first half of each robot's runs"),
         Column::text("second_half", "the outcome with the second half"),

@@ -557,7 +557,8 @@ impl Settings {
             format!("{reality}; its simulator is made from its samples")
         } else {
             format!(
-                "{reality}; the simulator is made from recordings of another robot ({tables}), to which the surrogate is fitted in nothing"
+                "{reality}; the simulator is made from recordings of another robot ({tables}), to which the surrogate \
+                 is not fitted"
             )
         }
     }
@@ -650,7 +651,7 @@ fn concerns(arm: &Arm, wire: &Wire) -> Result {
 fn of_connected(wire: &Wire, simulated: u32, reality: &RealitySettings, source: &Source<'_>) -> Result<Vec<Setting>> {
     for (key, allowed) in [("robot", "--robot"), ("generations", "reality.generations")] {
         if reality.wire.contains_key(key) {
-            let problem = format!("is given; allowed: {allowed} in its place");
+            let problem = format!("is given; allowed: {allowed} instead");
             return Err(source.invalid_key(&format!("reality.wire.{key}"), problem));
         }
     }
@@ -678,8 +679,8 @@ fn of_simulator(under: &str, set: &Table, source: &Source<'_>) -> Result {
     const TABLES: [&str; 4] = ["noise.", "arena.", "task.", "start."];
     for (key, _) in file::leaves(set) {
         if key != "cycles" && !TABLES.iter().any(|table| key.starts_with(table)) {
-            let problem =
-                "is not of a simulator; allowed: noise.*, arena.*, task.*, start.*, cycles; all else under [set]";
+            let problem = "does not belong to a simulator; allowed: noise.*, arena.*, task.*, start.*, cycles. Other keys go \
+                 under [set]";
             return Err(source.invalid_key(&format!("{under}.{key}"), problem));
         }
     }
@@ -703,7 +704,7 @@ fn check(values: &File, source: &Source<'_>) -> Result {
         ("calibration.severities", severities.is_empty()),
     ] {
         if is_empty {
-            return Err(source.invalid(key, "is empty; allowed: one number and more"));
+            return Err(source.invalid(key, "is empty; allowed: at least one number"));
         }
     }
     for (index, pair) in severities.iter().enumerate() {
@@ -716,7 +717,7 @@ fn check(values: &File, source: &Source<'_>) -> Result {
                 let key = format!("conditions.{}.{key}", condition.name());
                 return Err(source.invalid_key(
                     &key,
-                    "is not of the noise; allowed: noise.*, and other keys under [set]",
+                    "does not belong to the noise; allowed: noise.*. Other keys go under [set]",
                 ));
             }
         }
@@ -740,7 +741,7 @@ fn differences(reality: &RealitySettings, source: &Source<'_>) -> Result<Differe
         (Some(_), Some(_)) => {
             return Err(source.invalid(
                 "reality.without",
-                "is set, and so is reality.only; allowed: one of them",
+                "is set together with reality.only; allowed: one of them",
             ));
         }
     };
@@ -1032,17 +1033,17 @@ mod tests {
             (
                 "[conditions.none]",
                 "[conditions.none]\ncycles = 3",
-                "conditions.none.cycles: is not of the noise",
+                "conditions.none.cycles: does not belong to the noise",
             ),
             (
                 "{ name = \"own samples\" }",
                 "{ name = \"own samples\", evolution.population = 50 }",
-                "variants[3].simulators[0].evolution.population: is not of a simulator; allowed: noise.*, ",
+                "variants[3].simulators[0].evolution.population: does not belong to a simulator; allowed: noise.*, ",
             ),
             (
                 "{ name = \"own samples\" }",
                 "{ name = \"own samples\", robot.states = \"asymmetric\" }",
-                "variants[3].simulators[0].robot.states: is not of a simulator; allowed: noise.*, ",
+                "variants[3].simulators[0].robot.states: does not belong to a simulator; allowed: noise.*, ",
             ),
         ] {
             let refusal = refusal(from, to, "surrogate:3");
@@ -1061,11 +1062,11 @@ mod tests {
             ("guard.speed_mm_s = 5000", "reality.robot: "),
             (
                 "generations = 3",
-                "reality.wire.generations: is given; allowed: reality.generations in its place",
+                "reality.wire.generations: is given; allowed: reality.generations instead",
             ),
             (
                 "robot = \"tcp:a:1\"",
-                "reality.wire.robot: is given; allowed: --robot in its place",
+                "reality.wire.robot: is given; allowed: --robot instead",
             ),
         ] {
             let refusal = refusal("walk_s = 10.0", values, "tcp:localhost:1000");

@@ -45,7 +45,7 @@ fn claim(results: &Results, criterion: &Preregistered) -> Claim {
         let judged = Judged { results, combination };
         let title = combination.title();
         let finding = judged.finding(criterion.id()).unwrap_or_else(|| Finding {
-            parts: vec![Part::undecided("runs that it needs were not asked for, or are too few")],
+            parts: vec![Part::undecided("the study lacks runs that it needs, or has too few")],
             ..Finding::default()
         });
         verdicts.push((title.clone(), finding.verdict()));
@@ -84,7 +84,7 @@ fn claim(results: &Results, criterion: &Preregistered) -> Claim {
         "{}{}{}{}",
         list("The registered criterion is met", &met),
         list("It fails", &fails),
-        list("Runs that it needs were not asked for", &unknown),
+        list("The study lacks runs that it needs", &unknown),
         criterion.remark()
     );
     criterion.judged(in_all(verdicts), all, remark.trim_end().into())

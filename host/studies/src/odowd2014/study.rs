@@ -361,8 +361,7 @@ fn check(values: &File, source: &Source<'_>) -> Result {
     let has_light_over =
         |conditions: &Conditions| conditions.cases.contains(&Case::Over) && conditions.kinds.contains(&Kind::Evolved);
     if !values.conditions.iter().any(has_light_over) {
-        let problem =
-            "lack the case \"over\" of the kind \"evolved\", which others are compared with; allowed: with it";
+        let problem = "lack the case \"over\" of the kind \"evolved\", the reference of the others; allowed: with it";
         return Err(source.invalid("conditions", problem));
     }
     for (key, is_empty) in [
@@ -370,7 +369,7 @@ fn check(values: &File, source: &Source<'_>) -> Result {
         ("credits", values.credits.is_empty()),
     ] {
         if is_empty {
-            return Err(source.invalid(key, "is empty; allowed: one and more"));
+            return Err(source.invalid(key, "is empty; allowed: at least one"));
         }
     }
     let scales = values.scales.iter().enumerate();

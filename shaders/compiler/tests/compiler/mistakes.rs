@@ -192,8 +192,8 @@ fn habits_from_other_languages_are_answered() {
         ),
         (
             "for (var i = 0u; i < n; i++) {}",
-            "write `for (var i = start; i < end; i += step)`, where `end` is a constant or has a greatest value that shows, \
-             such as `min(x, 8u)`",
+            "write `for (var i = start; i < end; i += step)`, where `end` is a constant or has a visible maximum, such \
+             as `min(x, 8u)`",
         ),
         // Whether anything uses the element or not.
         ("var a = array<f32, 2>(x, x); let y = a[n & 1u];", SAME_INDEX),

@@ -132,7 +132,7 @@ fn constant_problems(genes: &[GeneField], taken: &BTreeSet<String>) -> Refusals 
     let refusal = |gene: &GeneField| {
         let (name, constant) = (&gene.name, gene.constant());
         let problem =
-            format!("in `{GENES}`: the constant `{constant}` of `{name}` is a name of Oneiro's; choose another");
+            format!("in `{GENES}`: the constant `{constant}` of `{name}` is a name that Oneiro uses; choose another");
         refusal(&gene.place, Rule::ReservedName, problem)
     };
     refused.map(refusal).collect()
@@ -282,7 +282,7 @@ fn declared_problems(
 
 /// The refusal of a declaration with one of Oneiro's names.
 fn taken_name(item: &Declaration) -> Refusal {
-    let message = format!("`{}` is a name of Oneiro's; choose another", item.name);
+    let message = format!("`{}` is a name that Oneiro uses; choose another", item.name);
     refusal(&item.place, Rule::ReservedName, message)
 }
 
@@ -292,7 +292,7 @@ fn buffer_problems(part: &compiler::Part) -> Refusals {
     let mut refuse = |place: &Place, rule, message| problems.push(refusal(place, rule, message));
     let buffers: Vec<_> = LIFE_PERCEPTRON.bindings.iter().map(|binding| binding.name).collect();
     for (place, name) in uses(part, &buffers) {
-        let message = format!("`{name}` is a buffer of the kernel's; choose another name");
+        let message = format!("`{name}` is one of the kernel's buffers; choose another name");
         refuse(&place, Rule::KernelBuffers, message);
     }
     for (place, name) in accesses(part, &PLACES_IN_THE_BATCH) {

@@ -41,7 +41,7 @@ impl GeneField {
     /// Reads the number and the range of its genes, or says what is wrong with them.
     fn read(&mut self, Member { name, ty, comment, .. }: &Member) -> Result<(), String> {
         if !is_identifier(name) {
-            return Err("its name has other than letters from a to z, digits and _, or no letter first".to_owned());
+            return Err("its name is not letters from a to z, digits and _, a letter first".to_owned());
         }
         let elements = ty.strip_prefix("array<f32,").and_then(|ty| ty.strip_suffix('>'));
         if ty != "f32" && elements.is_none() {

@@ -87,7 +87,7 @@ pub(super) fn problem(part: &compiler::Part) -> Option<Refusal> {
         let too_many = [
             (all, GREATEST_PART, "words and signs in a part"),
             (statement, GREATEST_STATEMENT, "words and signs in a statement"),
-            (depth, GREATEST_DEPTH, "brackets in each other"),
+            (depth, GREATEST_DEPTH, "nested brackets"),
             (branches, GREATEST_BRANCHES, "`else` and `case` in a function"),
             (
                 declarations,
@@ -217,12 +217,7 @@ mod tests {
                 1_000,
                 "1001: there are too many words and signs in a statement; allowed: 1000",
             ),
-            (
-                "{",
-                "(",
-                99,
-                "101: there are too many brackets in each other; allowed: 100",
-            ),
+            ("{", "(", 99, "101: there are too many nested brackets; allowed: 100"),
             (
                 "{",
                 "else{}",

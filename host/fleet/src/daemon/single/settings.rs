@@ -161,7 +161,7 @@ impl Settings {
     }
 }
 
-/// Reads an experiment whose episodes can run on a robot, as far as that is known before it is connected.
+/// Reads an experiment whose episodes can run on a robot, as far as that can be checked without one.
 fn experiment(path: &Path, file: &File, source: &Source<'_>) -> Result<Experiment> {
     let invalid = |problem: &str| {
         let name = file.experiment.display();

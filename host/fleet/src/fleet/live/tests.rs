@@ -351,9 +351,10 @@ fn what_was_recorded_before_a_start_shows_no_robot() {
         shown.push(old);
         let failure = failure.unwrap_err();
         let words = if has_windows {
-            "robot 0 sends numbers that were taken before: old datagrams are sent again"
+            "robot 0 sends numbers that were accepted before: old datagrams are replayed"
         } else {
-            "robot 1 was heard and does not answer this start: it does not hear this machine, or old datagrams are sent again"
+            "robot 1 sends, but does not answer this start: it does not receive this machine, or old datagrams are \
+             replayed"
         };
         assert!(failure.code() == 4 && failure.to_string().contains(words), "{failure}");
     }

@@ -433,7 +433,7 @@ impl Script<'_> {
         }
         Err(self.source.invalid(
             &format!("{place}.to_s"),
-            "is no later than from_s; allowed: a stretch of the experiment's time",
+            "is not after from_s; allowed: a later time of the experiment",
         ))
     }
 
@@ -497,7 +497,7 @@ impl Script<'_> {
             if is_given && !is_clock {
                 return Err(self
                     .source
-                    .invalid_key(&key(name), "is of clocks; allowed: in a table [[clock]]"));
+                    .invalid_key(&key(name), "applies only to clocks; allowed: in a table [[clock]]"));
             }
         }
         if is_clock {
@@ -538,7 +538,7 @@ impl Script<'_> {
         const MOST: u32 = 100_000;
         let key = |key: &str| format!("{place}.{key}");
         if operator && event.robots.is_some() {
-            let problem = "is not of the operator; allowed: without it";
+            let problem = "does not apply to the operator; allowed: without it";
             return Err(self.source.invalid_key(&key("robots"), problem));
         }
         let robots = self.robots(place, event.robots.as_deref())?;
@@ -568,7 +568,7 @@ impl Script<'_> {
             }
             _ => Err(self.source.invalid(
                 place,
-                "says when in another way; allowed: at_s alone, or times with from_s and to_s",
+                "has no time, or two kinds of it; allowed: at_s alone, or times with from_s and to_s",
             )),
         }
     }
@@ -684,7 +684,7 @@ mod tests {
             ),
             (
                 "[[packets]]\nfrom_s = 20\nto_s = 20",
-                "packets[0].to_s: is no later than from_s",
+                "packets[0].to_s: is not after from_s",
             ),
             (
                 "[[packets]]\nchannel = \"light\"",
@@ -703,7 +703,10 @@ mod tests {
                 "[[kill]]\nrobots = []\nat_s = 1",
                 "kill[0].robots: is empty; allowed: numbers from 0 to 9",
             ),
-            ("[[kill]]", "kill[0]: says when in another way; allowed: at_s alone"),
+            (
+                "[[kill]]",
+                "kill[0]: has no time, or two kinds of it; allowed: at_s alone",
+            ),
             (
                 "[[kill]]\nat_s = 1\nto_s = 2",
                 "allowed: at_s alone, or times with from_s and to_s",
@@ -712,7 +715,7 @@ mod tests {
             ("[[pause]]\nat_s = 1", "pause[0]: for_s is missing; allowed: 0 to 600 s"),
             (
                 "[[serial]]\nat_s = 1\nfor_s = 1\nppm = 3",
-                "serial[0].ppm: is of clocks",
+                "serial[0].ppm: applies only to clocks",
             ),
             (
                 "[[clock]]\nat_s = 1\njump_s = -1",
@@ -724,7 +727,7 @@ mod tests {
             ),
             (
                 "[[operator]]\nrobots = [1]\nat_s = 1\nfor_s = 1",
-                "operator[0].robots: is not of the operator",
+                "operator[0].robots: does not apply to the operator",
             ),
         ] {
             let refusal = faults(text).unwrap_err();

@@ -40,9 +40,9 @@ static STOPS_COLUMNS: [Column; 6] = [
     Column::number(
         "stood_ms",
         "ms",
-        "how long wheels turned after that until both stood; empty if they had not when the fault, or 5 s, had passed",
+        "time from then until both wheels stood; empty if one still turned when the fault, or 5 s, had passed",
     ),
-    Column::number("travel", "mm", "how far the robot went in the arena until then"),
+    Column::number("travel", "mm", "the robot's way in the arena until then"),
 ];
 
 /// A row of the arena's table.

@@ -38,8 +38,8 @@ pub(super) fn html(study: &Report<'_>) -> String {
     ));
     if study.results.is_wired {
         body.push_str(&paragraph(
-            "Somebody put the robot at that start. Its real path is that of its odometers, or of the tracker if there was one, and nothing \
-             reports its collisions.",
+            "A person put the robot at that start. Its real path is from its odometers, or from the tracker if there \
+             was one. Collisions are not recorded.",
         ));
     }
     for condition in Condition::ALL {

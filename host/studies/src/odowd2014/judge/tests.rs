@@ -255,7 +255,7 @@ fn without_their_runs_claims_are_undecided() {
         };
         assert_eq!((registered, verdict), expected, "{id}");
     }
-    assert!(claims[0].remark.contains("Runs that it needs were not asked for"));
+    assert!(claims[0].remark.contains("The study lacks runs that it needs"));
     let interventions = [Evolved, SimulatorShuffled, SimulatorWrong];
     let claims = study(vec![combination(Credit::Lagged, as_in_the_paper, &interventions)]);
     assert_eq!(claims[0].verdict, Verdict::Undecided);
