@@ -15,8 +15,8 @@ use serde::Serialize;
 
 use super::random::Uniform;
 pub use super::{Kind, Tables};
-pub use budget::{Course, Episodes, MOST_GENERATIONS};
 pub use breeding::{Crossover, CrossoverKind, Mutation, MutationKind, MutationUnit, Selection, SelectionKind};
+pub use budget::{Course, Episodes, MOST_GENERATIONS};
 pub(crate) use conditions::{Checked, Feature, Given, refused};
 pub use conditions::{Need, Surroundings};
 pub use descriptors::Descriptor;

@@ -318,7 +318,12 @@ fn of_slurm_have_no_more_tasks_than_runs() {
 #[test]
 fn of_a_plan_warn_of_unequal_budgets() {
     let place = Place::with_sweep("budgets", SWEEP);
-    let warning = || place.run(&["sweep", "plan", "sweep.toml", "--no-estimate"]).exits(0).stderr;
+    let warning = || {
+        place
+            .run(&["sweep", "plan", "sweep.toml", "--no-estimate"])
+            .exits(0)
+            .stderr
+    };
     let unequal = "runs of different cells have different numbers of episodes, 260 to 500";
     assert!(warning().contains(unequal), "{}", warning());
     place.write("sweep.toml", SWEEP.replace("[set]", "[set]\nevolution.episodes = 500"));

@@ -33,7 +33,9 @@ pub struct Episodes {
 impl Episodes {
     /// All of them.
     pub fn total(self) -> u64 {
-        self.generations.saturating_add(self.pair).saturating_add(self.finalists)
+        self.generations
+            .saturating_add(self.pair)
+            .saturating_add(self.finalists)
     }
 }
 

@@ -150,7 +150,11 @@ mod tests {
         .into();
         let file = match kind {
             Kind::Coevolution => {
-                let few = ["evolution.population=6", "evolution.parents=3", "evolution.opponents.contests=2"];
+                let few = [
+                    "evolution.population=6",
+                    "evolution.parents=3",
+                    "evolution.opponents.contests=2",
+                ];
                 set.extend(few.map(str::to_owned));
                 "predator-prey.toml"
             }
@@ -166,7 +170,9 @@ mod tests {
             set.push(format!("evolution.descriptors=[{descriptor}]"));
         }
         set.extend_from_slice(more);
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments").join(file);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../../experiments")
+            .join(file);
         runs::read(&path, &set)
     }
 
@@ -184,16 +190,24 @@ mod tests {
             let words = experiment.budget().unwrap();
             if kind == Kind::Grid {
                 let levels = own.settings().evolution.tables.grid.levels;
-                let refused = with(&format!("evolution.grid.levels={}", levels + 1)).unwrap_err().to_string();
+                let refused = with(&format!("evolution.grid.levels={}", levels + 1))
+                    .unwrap_err()
+                    .to_string();
                 assert!(refused.contains("evolution.episodes: is 1234; allowed: "), "{refused}");
             } else {
                 assert!(all + most > budget, "{name}: {all}, {most} at once");
             }
             if kind != Kind::Race {
                 assert_eq!(own.episodes().total(), all, "{name}");
-                assert!(words.ends_with(&format!("; {} unused", budget - all)), "{name}: {words}");
+                assert!(
+                    words.ends_with(&format!("; {} unused", budget - all)),
+                    "{name}: {words}"
+                );
             }
-            assert!(experiment.episodes() == Some(budget) && words.contains(" episodes: "), "{words}");
+            assert!(
+                experiment.episodes() == Some(budget) && words.contains(" episodes: "),
+                "{words}"
+            );
         }
     }
 
@@ -201,11 +215,16 @@ mod tests {
     fn a_budget_takes_the_place_of_generations() {
         let text = |kind: Kind, set: &[&str]| {
             let set: Vec<String> = set.iter().map(|own| (*own).to_owned()).collect();
-            read(kind, &set).map(|own| own.resolved_toml(1)).map_err(|failure| failure.to_string())
+            read(kind, &set)
+                .map(|own| own.resolved_toml(1))
+                .map_err(|failure| failure.to_string())
         };
         // The file has generations, which a setting outranks, and the other way round.
         let made = text(Kind::Genetic, &["evolution.episodes=1016"]).unwrap();
-        assert!(made.contains("\nepisodes = 1016\n") && !made.contains("generations"), "{made}");
+        assert!(
+            made.contains("\nepisodes = 1016\n") && !made.contains("generations"),
+            "{made}"
+        );
         for (kind, other) in [
             (Kind::Genetic, "evolution.generations=200"),
             (Kind::Race, "evolution.race.lives=500"),
@@ -218,7 +237,11 @@ mod tests {
             small.contains("evolution.episodes: is 215; allowed: 216 or more, for one generation and its finalists"),
             "{small}"
         );
-        let many = text(Kind::CmaEs, &["evolution.episodes=100000000", "evolution.population=12"]).unwrap_err();
+        let many = text(
+            Kind::CmaEs,
+            &["evolution.episodes=100000000", "evolution.population=12"],
+        )
+        .unwrap_err();
         assert!(many.contains("makes 4166666 generations of 12 individuals"), "{many}");
     }
 

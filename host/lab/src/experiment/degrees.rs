@@ -15,9 +15,15 @@ pub(super) fn name(key: &str, unit: &str) -> Option<String> {
 pub(crate) fn in_turns<T: Described>(path: &str) -> Option<String> {
     let (table, last) = path.rsplit_once('.').unwrap_or(("", path));
     let turns = last.contains("_deg").then(|| last.replace("_deg", "_turns"))?;
-    let turns = if table.is_empty() { turns } else { format!("{table}.{turns}") };
+    let turns = if table.is_empty() {
+        turns
+    } else {
+        format!("{table}.{turns}")
+    };
     let key = key_of(&turns);
-    let is_angle = T::rows().iter().any(|row| row.key == key && row.unit.starts_with("turns"));
+    let is_angle = T::rows()
+        .iter()
+        .any(|row| row.key == key && row.unit.starts_with("turns"));
     is_angle.then_some(turns)
 }
 
@@ -139,14 +145,26 @@ heading_turns = 0.375
             let path = format!("{}.{last}", list.replace("[]", "[0]"));
             let last = last.replace("_turns", "_deg");
             // The bumper is the second sensor.
-            let path = if last == "width_deg" { path.replace("[0]", "[1]") } else { path };
+            let path = if last == "width_deg" {
+                path.replace("[0]", "[1]")
+            } else {
+                path
+            };
             let base = if key.starts_with("noise.") { VEER } else { ALL };
             let setting = |key: &str, value: f64| Setting::at(format!("--set {key}"), key, &value.into());
             let [turns, degrees] = [(path.clone(), 0.02), (path.replace("_turns", "_deg"), 7.2)]
                 .map(|(key, value)| read(base, &[setting(&key, value)]).unwrap());
             assert_eq!(degrees.world().spec(), turns.world().spec(), "{path}");
-            assert_ne!(degrees.world().spec(), read(base, &[]).unwrap().world().spec(), "{path}");
-            let both = read(base, &[setting(&path, 0.02), setting(&path.replace("_turns", "_deg"), 7.2)]).unwrap_err();
+            assert_ne!(
+                degrees.world().spec(),
+                read(base, &[]).unwrap().world().spec(),
+                "{path}"
+            );
+            let both = read(
+                base,
+                &[setting(&path, 0.02), setting(&path.replace("_turns", "_deg"), 7.2)],
+            )
+            .unwrap_err();
             assert!(both.contains(&format!("{last}: is already given, as {path}")), "{both}");
             known += 1;
         }
@@ -159,25 +177,39 @@ heading_turns = 0.375
         let both = ALL.replace("heading_turns = 0.375", "heading_turns = 0.375\nheading_deg = 90");
         let refused = read(&both, &[]).unwrap_err();
         assert!(
-            refused.contains("e.toml:21:15: start.heading_deg: is already given, as start.heading_turns (e.toml:20:17)"),
+            refused
+                .contains("e.toml:21:15: start.heading_deg: is already given, as start.heading_turns (e.toml:20:17)"),
             "{refused}"
         );
         let typed = |setting: &str| Setting::typed(setting).unwrap();
         // What has the higher rank replaces the other.
         for (text, set) in [
             (ALL.to_owned(), "start.heading_deg=90"),
-            (ALL.replace("start]", "start]\nheading_deg = 80").replace("heading_turns = 0.375", ""), "start.heading_turns=0.25"),
+            (
+                ALL.replace("start]", "start]\nheading_deg = 80")
+                    .replace("heading_turns = 0.375", ""),
+                "start.heading_turns=0.25",
+            ),
         ] {
             let made = read(&text, &[typed(set)]).unwrap().resolved_toml(1);
             assert!(made.contains("heading_turns = 0.25\n"), "{made}");
         }
         for (set, expected) in [
-            ("start.heading_deg=720", "start.heading_turns: is 2; allowed: -1 to 1 turns, each of 360 degrees"),
-            ("start.heading_deg=north", "start.heading_turns: is \"north\"; allowed: a number"),
+            (
+                "start.heading_deg=720",
+                "start.heading_turns: is 2; allowed: -1 to 1 turns, each of 360 degrees",
+            ),
+            (
+                "start.heading_deg=north",
+                "start.heading_turns: is \"north\"; allowed: a number",
+            ),
             ("task.heading_deg=1", "unknown key `heading_deg`"),
         ] {
             let refused = read(ALL, &[typed(set)]).unwrap_err();
-            assert!(refused.starts_with(&format!("--set {set}")) && refused.contains(expected), "{refused}");
+            assert!(
+                refused.starts_with(&format!("--set {set}")) && refused.contains(expected),
+                "{refused}"
+            );
         }
         // Conversion is one division in double precision.
         let third = read(ALL, &[typed("start.heading_deg=120")]).unwrap().resolved_toml(1);

@@ -177,7 +177,11 @@ impl Entry {
             .only_with
             .as_ref()
             .map_or_else(String::new, |words| format!("; only with {} = {words}", self.kind));
-        format!("{} Allowed: {allowed}{}{only}.", self.about, unit_words(self.key, self.unit))
+        format!(
+            "{} Allowed: {allowed}{}{only}.",
+            self.about,
+            unit_words(self.key, self.unit)
+        )
     }
 }
 

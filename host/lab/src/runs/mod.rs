@@ -60,7 +60,12 @@ pub trait Experiment: Debug + Send + Sync {
     /// Episodes of a run: its budget if it has one, else those that its values make; none for swarms of the foraging study.
     fn episodes(&self) -> Option<u64> {
         let own = self.single()?;
-        Some(own.settings().evolution.budget.unwrap_or_else(|| own.episodes().total()))
+        Some(
+            own.settings()
+                .evolution
+                .budget
+                .unwrap_or_else(|| own.episodes().total()),
+        )
     }
     /// What a run makes of its budget of episodes, in words, if it has one.
     fn budget(&self) -> Option<String> {

@@ -397,7 +397,9 @@ fn blocks(key: &str, axes: &[Axis], seeds: &[u64], source: &Source<'_>) -> Resul
     let (least, greatest) = (seeds.iter().min().unwrap_or(&0), seeds.iter().max().unwrap_or(&0));
     let mut values: Vec<String> = Vec::new();
     let mut block = |level: &Vec<Option<Placed>>| {
-        let value = level[index].as_ref().map_or_else(String::new, |(value, _)| value.to_string());
+        let value = level[index]
+            .as_ref()
+            .map_or_else(String::new, |(value, _)| value.to_string());
         let known = values.iter().position(|known| *known == value).unwrap_or(values.len());
         if known == values.len() {
             values.push(value);
@@ -468,7 +470,10 @@ fn list(rows: &[Table], source: &Source<'_>) -> Result<Option<Axis>> {
         }
         // Rows above may lack the last keys.
         let value = |level: &[Option<Placed>], key: usize| Some(level.get(key)?.as_ref()?.0.clone());
-        if levels.iter().any(|other| (0..keys.len()).all(|key| value(other, key) == value(&level, key))) {
+        if levels
+            .iter()
+            .any(|other| (0..keys.len()).all(|key| value(other, key) == value(&level, key)))
+        {
             return Err(source.invalid(&table, "is there a second time; allowed: each row once"));
         }
         levels.push(level);
@@ -682,7 +687,9 @@ mod tests {
         assert_eq!(file.cells(), 12);
         let values = |cell| {
             let values = file.values(cell).into_iter();
-            let words: Vec<String> = values.map(|value| value.map_or("-".into(), |(value, _)| value.to_string())).collect();
+            let words: Vec<String> = values
+                .map(|value| value.map_or("-".into(), |(value, _)| value.to_string()))
+                .collect();
             words.join(" ")
         };
         assert_eq!(values(0), "\"u\" 1 0.1 1 1");
@@ -698,12 +705,29 @@ mod tests {
         let text = "seeds = [1]\nseeds_by = \"b\"\n[[list]]\na = 1\nb = 2\n[[list]]\nc = 3\nb = 3\n[[list]]\na = 1\n";
         let file = read(text).unwrap();
         assert_eq!(file.keys().collect::<Vec<_>>(), ["a", "b", "c"]);
-        let values = |cell| file.values(cell).into_iter().map(|value| value?.0.as_integer()).collect::<Vec<_>>();
-        let rows = [[Some(1), Some(2), None], [None, Some(3), Some(3)], [Some(1), None, None]];
+        let values = |cell| {
+            file.values(cell)
+                .into_iter()
+                .map(|value| value?.0.as_integer())
+                .collect::<Vec<_>>()
+        };
+        let rows = [
+            [Some(1), Some(2), None],
+            [None, Some(3), Some(3)],
+            [Some(1), None, None],
+        ];
         assert!((0..3).all(|cell| values(cell) == rows[cell]));
-        assert_eq!((0..3).map(|cell| file.settings(cell).len()).collect::<Vec<_>>(), [2, 2, 1]);
+        assert_eq!(
+            (0..3).map(|cell| file.settings(cell).len()).collect::<Vec<_>>(),
+            [2, 2, 1]
+        );
         // A row without the key has seeds of its own.
-        assert_eq!((0..3).map(|cell| file.seeds_of(cell).next().unwrap()).collect::<Vec<_>>(), [1, 2, 3]);
+        assert_eq!(
+            (0..3)
+                .map(|cell| file.seeds_of(cell).next().unwrap())
+                .collect::<Vec<_>>(),
+            [1, 2, 3]
+        );
         for (more, refused) in [
             ("[[list]]\na = 1\n", "list[3]: is there a second time"),
             ("[[list]]\nd = 1\n[grid]\nd.e = [1]\n", "d.e: is already given, as d"),
@@ -776,7 +800,9 @@ mod tests {
     fn few_whole_numbers_are_each_drawn_once() {
         let text = "seeds = [1]\n[random]\nsamples = 4\n[random.ranges]\na = { from = 1, to = 4 }\n";
         let file = read(text).unwrap();
-        let mut drawn: Vec<i64> = (0..4).filter_map(|cell| file.values(cell)[0].unwrap().0.as_integer()).collect();
+        let mut drawn: Vec<i64> = (0..4)
+            .filter_map(|cell| file.values(cell)[0].unwrap().0.as_integer())
+            .collect();
         drawn.sort_unstable();
         assert_eq!(drawn, [1, 2, 3, 4]);
         let refused = refusal(&text.replace("samples = 4", "samples = 5"));
