@@ -316,7 +316,7 @@ fn checks_and_plans_say_how_long() {
         "experiment = \"small.toml\"\nseeds = \"1..3\"\n[grid]\nevolution.generations = [6, 60]\ntrials = [1, 2]\n",
     );
     let plan = place.run(&["sweep", "plan", "unequal.toml"]).exits(0).says(&[
-        "the cells have unequal budgets: 36 (evolution.generations = 6, trials = 1) to 720 (evolution.generations = 60, trials = 2) \
+        "the cells have unequal budgets: 71 (evolution.generations = 6, trials = 1) to 755 (evolution.generations = 60, trials = 2) \
          episodes a run",
         "next: oneiro sweep run unequal.toml",
     ]);
@@ -329,7 +329,7 @@ fn checks_and_plans_say_how_long() {
         .collect();
     assert_eq!(cells[0][..3], ["cell", "evolution.generations", "trials"]);
     let episodes: Vec<&str> = cells[1..].iter().map(|row| row[3]).collect();
-    assert_eq!(episodes, ["36", "72", "360", "720"]);
+    assert_eq!(episodes, ["71", "107", "395", "755"]);
     let value: serde_json::Value =
         serde_json::from_str(&place.good(&["sweep", "plan", "unequal.toml", "--json"])).unwrap();
     let device = &value["devices"][0];
@@ -341,7 +341,7 @@ fn checks_and_plans_say_how_long() {
         cells.iter().all(|own| *own > 0.0) && (sum / seconds(&device["seconds"]) - 1.0).abs() < 1e-9,
         "{device}"
     );
-    assert_eq!(value["runs"][11]["episodes"], 720);
+    assert_eq!(value["runs"][11]["episodes"], 755);
     // Swarms with on-board simulators have no such budget.
     place.write("swarm.toml", foragers(2, ""));
     place.write(

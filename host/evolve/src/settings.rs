@@ -255,7 +255,7 @@ pub fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         row("evolution.parents", "", WholeUpTo(1, "evolution.population"), "Miglino et al. 1995, section 3.4",
             "Number of the best that have children, with truncation or uniform selection.", |values, _| Some(&mut values.as_mut().if_has_parents()?.parents)),
         row("evolution.episodes", "", Whole(1, 1_000_000_000_000), OURS,
-            "Instead of `evolution.generations`: maximum episodes of a run. Counted are individuals x trials of each generation (with coevolution x contests, and the last pair), including unchanged and re-evaluated individuals, and the finalists' episodes. An episode that is replayed for its trace counts once. The number of generations follows from it; with grid, the levels; with race, the candidates' episodes.", |values, _| Some(&mut values.as_mut().budget)),
+            "Instead of `evolution.generations`: maximum episodes of a run. Counted are individuals x trials of each generation (with coevolution x `evolution.opponents.contests`, and the last pair), including unchanged and re-evaluated individuals, and the finalists' episodes. An episode that is replayed for its trace counts once. The number of generations follows from it; with grid, the levels; with race, the candidates' episodes.", |values, _| Some(&mut values.as_mut().budget)),
         row("evolution.generations", "", Whole(1, MOST_GENERATIONS.into()), "Miglino et al. 1995, section 3.4",
             "Generations that are evaluated.", |values, _| Some(&mut values.as_mut().if_counts_generations()?.generations)),
         row("evolution.elite", "", WholeUpTo(0, "evolution.population"), "ours: none mentioned in Miglino et al. 1995, section 3.4",

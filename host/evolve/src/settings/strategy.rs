@@ -34,6 +34,7 @@ impl Default for Strategy {
     }
 }
 
+#[allow(clippy::ref_option, reason = "serde passes it like this")]
 fn or_earlier<S: Serializer>(rate: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
     rate.unwrap_or(0.01).serialize(serializer)
 }

@@ -100,7 +100,7 @@ impl Start<'_> {
                     "items of food at any time",
                 );
             }
-            Robots::Parametric(robot) => {
+            Robots::Parametric(_) => {
                 set("arena.width_mm", "1000.0".to_owned(), "width of the rectangle");
                 set("arena.height_mm", "1000.0".to_owned(), "height");
             }

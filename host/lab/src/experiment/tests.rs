@@ -589,7 +589,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[arena]\nwidth_mm = 40\nheight_mm = 40",
-        "arena: a robot's body is free in 0 % of the field",
+        "arena: a robot's body is free in 0 % of its start field",
     ),
     (
         "[controller]\nunits = 3",

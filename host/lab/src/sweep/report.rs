@@ -13,7 +13,7 @@ use super::RunIndex;
 mod cells;
 mod champions;
 mod comparisons;
-pub mod conditions;
+pub(crate) mod conditions;
 mod curves;
 mod effects;
 mod factors;
