@@ -345,6 +345,8 @@ fn test(names: &[&str], one: &Comparison) -> Value {
 
 #[cfg(test)]
 mod tests {
+    use std::fmt::Write as _;
+
     use oneiro_base::files::plain;
 
     use super::*;
@@ -363,8 +365,8 @@ mod tests {
             } else {
                 format!("{}.0625", 100 * (run % 7) + run / 7)
             };
-            rows += &format!("{run},id{run},{condition},{},{score},result{run}\n", run % 7);
-            steps += &format!("{run},50,1\n{run},100,{run}\n");
+            let _ = writeln!(rows, "{run},id{run},{condition},{},{score},result{run}", run % 7);
+            let _ = writeln!(steps, "{run},50,1\n{run},100,{run}");
         }
         let write = |path: &std::path::Path, text: String| oneiro_base::disk::write(path, text.as_bytes()).unwrap();
         write(&runs, format!("run,id,{CONDITION},seed,score,result\n{rows}"));
