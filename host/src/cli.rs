@@ -155,10 +155,10 @@ fn values(argument: &clap::Arg) -> String {
     let is_listed = argument.get_action().takes_values() && !argument.is_hide_possible_values_set();
     let mut text = String::new();
     if !defaults.is_empty() {
-        text += &format!(" [default: {}]", defaults.join(","));
+        text.extend([" [default: ", &defaults.join(","), "]"]);
     }
     if is_listed && !words.is_empty() {
-        text += &format!(" [possible values: {}]", words.join(", "));
+        text.extend([" [possible values: ", &words.join(", "), "]"]);
     }
     text
 }
@@ -554,7 +554,7 @@ pub(crate) struct Evaluate {
     /// Give all genomes the same starts and the same noise
     #[arg(long)]
     pub(crate) common_starts: bool,
-    /// Start an episode at each pose of this file (columns x_mm, y_mm, heading_turns)
+    /// Start an episode at each pose of this file (columns `x_mm`, `y_mm`, `heading_turns`)
     #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath, conflicts_with = "trials")]
     pub(crate) starts: Option<PathBuf>,
     /// The experiment's noise, or none (except in custom parts and in foragers' proximity)
@@ -1341,7 +1341,7 @@ pub(crate) enum SweepCommand {
         /// The sweep's directory. If the sweep is unfinished, the report is of its finished runs, and lists the others
         #[arg(value_hint = ValueHint::DirPath)]
         dir: PathBuf,
-        /// The column of results.csv to compare cells by; higher is better [default: champion_mean; peak without finalists; real with
+        /// The column of results.csv to compare cells by; higher is better [default: `champion_mean`; peak without finalists; real with
         /// `[reality]`; rate for the foraging study]
         #[arg(long, value_name = "COLUMN")]
         outcome: Option<String>,

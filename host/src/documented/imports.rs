@@ -44,13 +44,10 @@ pub(super) fn tokens(text: &str) -> Vec<Token> {
                 .next()
                 .filter(|(_, c)| *c == '\'')
                 .map_or(1, |(at, _)| at + 1)
+        } else if rest.starts_with("::") {
+            2
         } else {
-            let length = if rest.starts_with("::") {
-                2
-            } else {
-                word.max(first.len_utf8())
-            };
-            length
+            word.max(first.len_utf8())
         };
         let is_left_out = rest.starts_with("//") || rest.starts_with("/*") || first == '\'' || first.is_whitespace();
         if !is_left_out {

@@ -125,7 +125,11 @@ fn texts_have_one_word_for_each_thing() {
             .collect();
         let of_tests: Vec<Vec<String>> = files
             .iter()
-            .flat_map(|(module, _, (_, tests))| tests.iter().map(|name| [&module[..], &[name.clone()]].concat()))
+            .flat_map(|(module, _, (_, tests))| {
+                tests
+                    .iter()
+                    .map(|name| [&module[..], std::slice::from_ref(name)].concat())
+            })
             .collect();
         for (module, path, (tokens, _)) in &files {
             if of_tests.iter().any(|tests| module.starts_with(tests)) {

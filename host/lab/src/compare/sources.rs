@@ -12,6 +12,7 @@ use crate::experiment::source::Setting;
 use crate::record::SavedRun;
 use crate::runs::CHAMPION_MEAN;
 use crate::runs::single::{best_by_generation, champion};
+use crate::sweep::file::Axis;
 use crate::sweep::report::table::Table;
 use crate::sweep::store::Store;
 use crate::sweep::tables::Readable;
@@ -123,21 +124,19 @@ impl Sources {
             self.warnings
                 .push(format!("{place}: is unfinished: {missing} missing of {}", sweep.runs()));
         }
-        let mut all = results(&readable, &plan, &sweep, &place)?;
+        let all = results(&readable, &plan, &sweep, &place)?;
         let mut conditions: BTreeMap<usize, usize> = BTreeMap::new();
-        for (number, run) in std::mem::take(&mut all) {
+        for (number, run) in all {
             let cell = sweep.cell_of(number);
-            let condition = match conditions.get(&cell) {
-                Some(known) => *known,
-                None => {
-                    let own = sweep.experiment_of(cell)?;
-                    comparable(own.single(), &place)?;
-                    let key = own.identities().of(0);
-                    let name = cell_name(&sweep, cell);
-                    let new = self.condition(key, name, &place, || sweep.single_of(cell, &set))?;
-                    conditions.insert(cell, new);
-                    new
-                }
+            let condition = if let Some(known) = conditions.get(&cell) {
+                *known
+            } else {
+                let own = sweep.experiment_of(cell)?;
+                comparable(own.single(), &place)?;
+                let (key, name) = (own.identities().of(0), cell_name(&sweep, cell));
+                let new = self.condition(key, name, &place, || sweep.single_of(cell, &set))?;
+                conditions.insert(cell, new);
+                new
             };
             self.add(condition, run);
         }
@@ -242,7 +241,7 @@ fn cell_name(sweep: &Sweep, cell: usize) -> String {
         .axes
         .iter()
         .filter(|axis| axis.levels.len() > 1)
-        .flat_map(|axis| axis.factors());
+        .flat_map(Axis::factors);
     let varied: BTreeSet<&String> = varied.collect();
     let keys: Vec<&str> = file.keys().collect();
     let values = keys.iter().zip(sweep.levels(cell));

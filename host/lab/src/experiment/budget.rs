@@ -9,15 +9,15 @@ use oneiro_report::numbers::count;
 pub(super) fn words(budget: u64, episodes: Episodes, evolution: &Settings, course: Course) -> String {
     let count = |n: u64| count(n).replace('\u{202f}', ",");
     let individuals = counted(evolution.population, "individual", "individuals");
-    let individuals = match evolution.kind {
-        Kind::Race => format!("generations of up to {individuals}"),
-        _ => {
-            let generations = counted(evolution.generations, "generation", "generations");
+    let individuals = if evolution.kind == Kind::Race {
+        format!("generations of up to {individuals}")
+    } else {
+        let generations = counted(evolution.generations, "generation", "generations");
+        if evolution.is_coevolution() {
             let contests = counted(evolution.tables.opponents.contests, "contest", "contests");
-            match evolution.is_coevolution() {
-                true => format!("{generations} of 2 x {individuals} x {contests}"),
-                false => format!("{generations} of {individuals}"),
-            }
+            format!("{generations} of 2 x {individuals} x {contests}")
+        } else {
+            format!("{generations} of {individuals}")
         }
     };
     let trials = counted(course.trials, "trial", "trials");

@@ -126,7 +126,8 @@ heading_turns = 0.375
                     let (key, value) = rest.split_once('=').unwrap();
                     let number = value.trim_matches([' ', ',', '}', '\n']);
                     let turned = format!("{}", 360.0 * number.parse::<f64>().unwrap());
-                    degrees += &format!("{before}_deg{key}={}", value.replace(number, &turned));
+                    let value = value.replace(number, &turned);
+                    degrees.extend([before, "_deg", key, "=", &value]);
                     keys += 1;
                 }
                 None => degrees += part,

@@ -1,5 +1,7 @@
 //! Experiments to start from: what `oneiro new NAME` writes, at a glance or with all keys.
 
+use std::fmt::Write as _;
+
 use oneiro::compose;
 
 use super::reference::{self, Entry};
@@ -262,11 +264,8 @@ impl Start<'_> {
                 .iter()
                 .find(|row| row.key == key)
                 .map_or("", |row| row.unit);
-            text += &format!(
-                "{:<27} # {words}{}\n",
-                format!("{name} = {value}"),
-                unit_words(key, unit)
-            );
+            let line = format!("{name} = {value}");
+            let _ = writeln!(text, "{line:<27} # {words}{}", unit_words(key, unit));
         }
         text += "\n# `oneiro new --keys` lists all other keys; `oneiro new NAME --all-keys` writes them.\n";
         if text.lines().count() > SHORT {

@@ -460,12 +460,11 @@ fn list(rows: &[Table], source: &Source<'_>) -> Result<Option<Axis>> {
         }
         let mut level = vec![None; keys.len()];
         for Leaf { key, value, place } in leaves {
-            match keys.iter().position(|known| *known == key) {
-                Some(known) => level[known] = Some((value, place)),
-                None => {
-                    keys.push(key);
-                    level.push(Some((value, place)));
-                }
+            if let Some(known) = keys.iter().position(|known| *known == key) {
+                level[known] = Some((value, place));
+            } else {
+                keys.push(key);
+                level.push(Some((value, place)));
             }
         }
         // Rows above may lack the last keys.

@@ -84,13 +84,11 @@ pub fn write(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &AllFinishe
     })
 }
 
+/// Tables with their columns.
+type Tables = Vec<(PathBuf, Vec<Column>)>;
+
 /// Writes the tables of the finished runs. Returns the hash of the first two, and all with their columns.
-fn write_finished(
-    directory: &Path,
-    sweep: &Sweep,
-    plan: &Plan,
-    finished: &AllFinished,
-) -> Result<(String, Vec<(PathBuf, Vec<Column>)>)> {
+fn write_finished(directory: &Path, sweep: &Sweep, plan: &Plan, finished: &AllFinished) -> Result<(String, Tables)> {
     let [results, generations, champions] = [RESULTS, GENERATIONS, CHAMPIONS].map(|name| directory.join(name));
     let genes = columns_of_champions(&plan.layouts);
     // Where runs are short, their tables are a third of the work.

@@ -1,6 +1,7 @@
 //! `oneiro check`: an experiment summarised and drawn.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::path::Path;
 
 use oneiro::compose::{self, Kind, OwnPart, OwnParts};
@@ -255,7 +256,10 @@ fn summary(experiment: &Experiment) -> String {
         ),
     ];
     let lines = lines.into_iter().filter(|(_, value)| !value.is_empty());
-    let lines: String = lines.map(|(what, value)| format!("  {what:<12}{value}\n")).collect();
+    let lines = lines.fold(String::new(), |mut text, (what, value)| {
+        let _ = writeln!(text, "  {what:<12}{value}");
+        text
+    });
     let (names, ranges) = (world.gene_layout().names(), world.gene_layout().ranges());
     let genes = names.iter().zip(ranges).enumerate().map(|(gene, (name, range))| {
         let range = range.map_or_else(String::new, |[least, greatest]| format!(", {least} to {greatest}"));

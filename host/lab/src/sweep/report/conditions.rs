@@ -17,11 +17,11 @@ use super::sample::Sample;
 use super::{Compared, DIGITS, Tables, comparisons, factors, json as figures, pictures};
 
 /// The column of the table of runs that names each run's condition.
-pub const CONDITION: &str = "condition";
+pub(crate) const CONDITION: &str = "condition";
 
 /// What conditions are compared by, and what readers should know.
 #[derive(Debug)]
-pub struct Request<'a> {
+pub(crate) struct Request<'a> {
     /// The table of runs has `run`, `id`, [`CONDITION`], `seed`, the outcome and `result`; that of generations `run`, the time and the
     /// value.
     pub tables: Tables<'a>,
@@ -39,7 +39,7 @@ pub struct Request<'a> {
 
 /// A report of conditions.
 #[derive(Debug)]
-pub struct Report {
+pub(crate) struct Report {
     /// The page, self-contained.
     pub html: String,
     /// All conditions, in their order, as CSV.
@@ -52,10 +52,10 @@ pub struct Report {
 }
 
 /// The heads of [`Report::rows`].
-pub const HEADS: [&str; 7] = ["condition", "runs", "NaN", "episodes a run", "median", "95 %", "mean"];
+pub(crate) const HEADS: [&str; 7] = ["condition", "runs", "NaN", "episodes a run", "median", "95 %", "mean"];
 
 /// The columns of the table of conditions.
-pub static COLUMNS: [Column; 13] = [
+pub(crate) static COLUMNS: [Column; 13] = [
     Column::text(
         CONDITION,
         "its name: the experiment's, or a sweep's with the values of a cell",
@@ -91,7 +91,7 @@ pub static COLUMNS: [Column; 13] = [
 ];
 
 /// The columns of the table of comparisons, as in a sweep's report.
-pub fn effects_columns() -> &'static [Column] {
+pub(crate) fn effects_columns() -> &'static [Column] {
     &comparisons::COLUMNS
 }
 
@@ -99,7 +99,7 @@ pub fn effects_columns() -> &'static [Column] {
 ///
 /// # Errors
 /// As [`super::report`].
-pub fn report(request: &Request<'_>) -> Result<Report> {
+pub(crate) fn report(request: &Request<'_>) -> Result<Report> {
     let tables = &request.tables;
     debug_assert_eq!(tables.compared, Compared::Conditions);
     let runs = Runs::read(tables)?;
@@ -345,6 +345,8 @@ fn test(names: &[&str], one: &Comparison) -> Value {
 
 #[cfg(test)]
 mod tests {
+    use std::fmt::Write as _;
+
     use oneiro_base::plain;
 
     use super::*;
@@ -363,8 +365,8 @@ mod tests {
             } else {
                 format!("{}.0625", 100 * (run % 7) + run / 7)
             };
-            rows += &format!("{run},id{run},{condition},{},{score},result{run}\n", run % 7);
-            steps += &format!("{run},50,1\n{run},100,{run}\n");
+            let _ = writeln!(rows, "{run},id{run},{condition},{},{score},result{run}", run % 7);
+            let _ = writeln!(steps, "{run},50,1\n{run},100,{run}");
         }
         let write = |path: &std::path::Path, text: String| oneiro_base::disk::write(path, text.as_bytes()).unwrap();
         write(&runs, format!("run,id,{CONDITION},seed,score,result\n{rows}"));
