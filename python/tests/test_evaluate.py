@@ -225,7 +225,7 @@ print("begun", flush=True)
 try:
     oneiro.evaluate(exp, np.zeros((100_000, exp.genes)), seed=1, backend="cpu")
 except KeyboardInterrupt as stopped:
-    print(*getattr(stopped, "__notes__", ["begins it anew"]), flush=True)
+    print(*getattr(stopped, "__notes__", ["to start again"]), flush=True)
 # It can go on.
 exp = oneiro.Experiment.load(sys.argv[1])
 print(oneiro.evaluate(exp, np.zeros((1, exp.genes)), seed=1, backend="cpu").fitness.shape)
@@ -235,5 +235,5 @@ print(oneiro.evaluate(exp, np.zeros((1, exp.genes)), seed=1, backend="cpu").fitn
 def test_control_c_stops():
     rest, seconds = interrupted(LONG, AVOIDANCE, after=1)
     note, shape = rest.splitlines()
-    assert note.endswith("begins it anew") and "command" not in note and shape == "(1, 1)"
+    assert note.endswith("to start again") and "command" not in note and shape == "(1, 1)"
     assert seconds < 20
