@@ -47,7 +47,7 @@ impl Case {
     }
 }
 
-const CASES: [Case; 32] = [
+const CASES: [Case; 33] = [
     Case::new("run", "small.toml --seed 1 --out WORK/out"),
     Case::new("run", "inputs.toml --seeds 1..3 --out WORK/out"),
     Case::new("run", "foragers.toml --seed 1 --out WORK/out"),
@@ -56,6 +56,7 @@ const CASES: [Case; 32] = [
     Case::new("sweep merge", "swept --out WORK/out"),
     Case::new("sweep report", "WORK/swept"),
     Case::new("sweep extract", "swept 4 --out WORK/out"),
+    Case::new("compare", "swept --out WORK/out"),
     Case::new("evaluate", "small.toml --random 3 --traces WORK/out"),
     Case {
         stays: true,

@@ -84,7 +84,8 @@ fn evaluated(place: &Place, experiment: &str, genomes: &[&str]) -> (Vec<String>,
     let ran = place.run(&all).exits(0);
     let rows: Vec<Value> = serde_json::from_str(&ran.stdout).unwrap();
     let bits = rows.iter().map(|row| row["bits"].as_str().unwrap().to_owned());
-    (bits.collect(), ran.stderr)
+    let said = ran.stderr.lines().filter(|line| !line.starts_with("next: "));
+    (bits.collect(), said.collect::<Vec<_>>().join("\n"))
 }
 
 fn population(place: &Place, file: &str) -> Vec<Vec<f64>> {

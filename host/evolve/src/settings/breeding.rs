@@ -317,7 +317,7 @@ pub(crate) fn rows<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
             "How mutation changes a gene.", |values, _| Some(&mut values.as_mut().genetic()?.mutation.kind)),
         row("evolution.mutation.rate", "", Number(0.0, 1.0), "Miglino et al. 1995, section 3.4",
             "Probability of a change.", |values, _| Some(&mut values.as_mut().genetic()?.mutation.rate)),
-        row("evolution.mutation.per", "", Any, "ours: \"25%\", but not of what, in Miglino et al. 1995, section 3.4",
+        row("evolution.mutation.per", "", Any, "ours: \"25%\", and not of what, in Miglino et al. 1995, section 3.4",
             "Whether that probability is per gene or per individual.", |values, _| Some(&mut values.as_mut().if_mutates_by_unit()?.per)),
         row("evolution.mutation.amount", "", Number(0.0, GREATEST_GENE.into()), "ours: no size in Miglino et al. 1995, section 3.4",
             "Size of the change: the maximum that is added, or its standard deviation; not with replace.", |values, _| Some(&mut values.as_mut().if_mutates_by_amount()?.amount)),
