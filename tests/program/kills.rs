@@ -586,7 +586,7 @@ impl Bench {
 }
 
 /// The first word of commands that are tested together.
-const RUNS: [&str; 6] = ["run", "resume", "sweep", "evaluate", "replay", "check"];
+const RUNS: [&str; 7] = ["run", "resume", "sweep", "compare", "evaluate", "replay", "check"];
 
 fn is_of_runs(command: &str) -> bool {
     RUNS.contains(&command.split(' ').next().unwrap())

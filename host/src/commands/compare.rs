@@ -1,6 +1,6 @@
 //! `oneiro compare`: different experiments with one score, in one report.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use oneiro::evaluator::Control;
 use oneiro_base::answer::Answer;
@@ -16,6 +16,7 @@ use oneiro_lab::experiment::kinds::is_sweep;
 use serde_json::json;
 
 use super::list;
+use super::places::{RUNS, SWEEPS, found};
 use crate::cli::Compare;
 
 /// The directory of a comparison that has no other.
@@ -33,15 +34,20 @@ pub(crate) fn run(arguments: &Compare, console: Console) -> Result {
             "--trials {episodes}: champions are compared by means of several episodes; allowed: 2 to 1000000"
         )));
     }
+    let named: Vec<PathBuf> = arguments
+        .sources
+        .iter()
+        .map(|source| found(source, &[RUNS, SWEEPS], console))
+        .collect::<Result<_>>()?;
     // Nothing is written unless all can be read.
-    for path in &arguments.sources {
+    for path in &named {
         if !is_sweep(path) {
             list::runs(path)?;
         }
     }
     plain::make_directory(out).map_err(|error| files::uncreated(out, &error))?;
     let mut sources = Sources::default();
-    for path in &arguments.sources {
+    for path in &named {
         if is_sweep(path) {
             sources.add_sweep(path, &arguments.set, out)?;
         } else {
