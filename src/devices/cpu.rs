@@ -617,10 +617,7 @@ mod tests {
             let error = evaluate(|_| 0).unwrap_err();
             assert!(matches!(error, Error::Unbounded { .. }), "{name}: {error}");
             let text = error.to_string();
-            assert!(
-                text.starts_with("the loops of the kernel life_perceptron turned "),
-                "{text}"
-            );
+            assert!(text.starts_with("the kernel life_perceptron looped "), "{text}");
         }
     }
 
