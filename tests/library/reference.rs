@@ -462,7 +462,7 @@ fn what_does_not_fit_is_refused() {
         ),
         (
             &|spec| robot(spec).wheel_noise = Some(0.45),
-            "robot.greatest_speed_mm_s: robots get",
+            "robot.greatest_speed_mm_s: robots move",
         ),
         (
             &|spec| spec.arena.walls.swap(1, 2),
