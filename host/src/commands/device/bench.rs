@@ -230,13 +230,13 @@ pub(crate) fn run(arguments: &DeviceBench, console: Console) -> Result {
     if let Some(path) = &arguments.share {
         share(path, &figures)?;
         console.say(format!(
-            "{} has these figures, the processor's name, the devices and their drivers, and nothing else of this machine",
+            "{} has these figures, the processor's name, the devices and their drivers; nothing else about this machine",
             path.display()
         ));
     }
     let mut text = format!(
-        "Million robot-steps per second, and times {} on one thread.\n\
-         {}, {} a rollout.\n\n{}\n",
+        "Million robot-steps per second, and the ratio to {} on one thread.\n\
+         {}, {} an episode.\n\n{}\n",
         subject.reference().map_or("the slowest lane code", |(lanes, _)| lanes),
         subject.text,
         counted(subject.cycles, "cycle", "cycles"),
@@ -253,7 +253,7 @@ pub(crate) fn run(arguments: &DeviceBench, console: Console) -> Result {
         let _ = writeln!(
             text,
             "{device}: first result, of {}, {seconds:.2} s after opening it",
-            counted(*rollouts, "rollout", "rollouts")
+            counted(*rollouts, "episode", "episodes")
         );
     }
     console.print_answer(&Answer::new(text, figures))
