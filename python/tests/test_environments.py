@@ -69,7 +69,7 @@ def test_steps_are_a_controllers_life(name, mode, request):
             ended[env, life[env]] = True
         waits[:] = False
         if mode is AutoresetMode.DISABLED and done.any():
-            with pytest.raises(oneiro.InputError, match="some lives have ended"):
+            with pytest.raises(oneiro.InputError, match="some episodes have ended"):
                 envs.step(told)
             observations, _ = envs.reset(options={"reset_mask": done})
         if mode is AutoresetMode.NEXT_STEP:

@@ -1398,7 +1398,8 @@ fn a_fleet_is_planned_deployed_stopped_and_collected_without_a_robot_that_is_off
     assert_eq!(plan["robots"][2]["files"][3]["bytes"], 65);
     let text = place.good(&["fleet", "plan", "fleet.toml"]);
     assert!(
-        text.contains("3 robots for 50 min, 150 robot-minutes") && text.contains("7 of the experiment's robots are absent"),
+        text.contains("3 robots for 50 min, 150 robot-minutes")
+            && text.contains("7 of the experiment's robots are absent"),
         "{text}"
     );
     assert!(!text.contains(place.text("key").trim()), "a key is never printed");

@@ -318,7 +318,7 @@ pub(crate) fn measure(
     // Rollouts and steps per second.
     let mut references: Vec<(u32, f64)> = Vec::new();
     for &size in &plan.sizes {
-        console.say(format!("timing batches of {}", counted(size, "rollout", "rollouts")));
+        console.say(format!("timing batches of {}", counted(size, "episode", "episodes")));
         let batch = subject.batch(size)?;
         let steps = batch.steps() as f64;
         let affordable = |&i: &usize| {
@@ -419,7 +419,7 @@ pub(crate) fn table(cells: &[Cell]) -> String {
             devices.push(device);
         }
     }
-    let heads: Vec<String> = sizes.iter().map(|size| counted(*size, "rollout", "rollouts")).collect();
+    let heads: Vec<String> = sizes.iter().map(|size| counted(*size, "episode", "episodes")).collect();
     let mut head = vec!["device", "threads"];
     head.extend(heads.iter().map(String::as_str));
     let rows: Vec<Vec<String>> = devices
