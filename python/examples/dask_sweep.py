@@ -3,7 +3,7 @@
 #
 # Each shard of the sweep is a task. Shards merge into the tables that a single process makes, byte for byte, however many there
 # are. Run from the repository's root, with `pip install "dask[distributed]"` and the package (docs/python.md says how to build
-# it). Here the cluster is this machine's; on another one the folder must be shared, or each shard gets a folder of its own and
+# it). Here the cluster is this machine's; on another one the folder must be shared, or each shard gets a separate folder and
 # `oneiro.merge` all of them.
 
 # %%

@@ -1,7 +1,7 @@
 # %% [markdown]
 # # A first evolution
 #
-# A Khepera learns to avoid walls with the algorithm of its experiment, asked for genomes and told their fitness. Run from the
+# A Khepera learns to avoid walls with its experiment's optimiser, by `ask` for genomes and `tell` for their fitness. Run from the
 # repository's root, with `pip install matplotlib` and the package (docs/python.md says how to build it).
 
 # %%
@@ -14,10 +14,10 @@ GENERATIONS = 60
 FRESH_LIVES = 1000
 
 exp = oneiro.Experiment.load("experiments/khepera-avoidance.toml", set={"evolution.generations": GENERATIONS})
-print(f"{exp.name}: {exp.genes} genes, {exp.trials} life of each individual in a generation")
+print(f"{exp.name}: {exp.genes} genes, {exp.trials} episode of each individual in a generation")
 
 # %% [markdown]
-# Each generation's genomes live once, with the random numbers that `oneiro run` would give them: with the same seed this evolution
+# Each genome has one episode, with the same random numbers as in `oneiro run`: with the same seed this evolution
 # has the bits of a run of the program.
 
 # %%
@@ -36,10 +36,10 @@ axes.set(xlabel="generation", ylabel="fitness", title=exp.name)
 axes.legend()
 
 # %% [markdown]
-# The best score of an evolution is also its luckiest: what its genome is worth, lives that no selection has seen must tell.
+# The best score of an evolution is also its luckiest: evaluate its genome on new episodes to see what it is worth.
 
 # %%
 luckiest = evolution.luckiest
 fresh = oneiro.evaluate(exp, luckiest.genome, seed=2, lives=FRESH_LIVES).fitness[0]
 error = fresh.std(ddof=1) / np.sqrt(fresh.size)
-print(f"luckiest life {luckiest.score:.1f}, mean of {fresh.size} fresh lives {fresh.mean():.1f} +- {error:.1f}")
+print(f"luckiest episode {luckiest.score:.1f}, mean of {fresh.size} new episodes {fresh.mean():.1f} +- {error:.1f}")

@@ -1,9 +1,9 @@
 # %% [markdown]
-# # An optimiser of your own
+# # A custom optimiser
 #
-# `cma` evolves obstacle avoidance, every generation is recorded, and fresh lives judge what it found. Run from the repository's
-# root, with `pip install cma` and the package (docs/python.md says how to build it). Bits are promised of the lives only: what
-# `cma` makes of them may differ between its versions and NumPy's.
+# `cma` evolves obstacle avoidance. Every generation is recorded, and new episodes test the result. Run from the repository's
+# root, with `pip install cma` and the package (docs/python.md says how to build it). Only simulated episodes are bit-reproducible:
+# `cma`'s results may differ between its versions and NumPy's.
 
 # %%
 import tempfile
@@ -22,8 +22,8 @@ search = cma.CMAEvolutionStrategy(np.zeros(exp.genes), 1.0, {"popsize": 40, "see
 recorder = oneiro.Recorder(exp, seed=1, out=FOLDER, optimiser=f"cma {cma.__version__}", lives=5)
 
 # %% [markdown]
-# All genomes of a generation get the same random numbers, so that they differ by what they are and not by their luck.
-# Every tenth generation the state is saved: `cma` draws from NumPy's global generator, which is part of it.
+# All genomes of a generation get the same random numbers, so that luck doesn't decide between them.
+# Every tenth generation saves the state, which includes NumPy's global generator: `cma` draws from it.
 
 
 # %%
@@ -41,12 +41,12 @@ def evolve(recorder, search, generations):
 search = evolve(recorder, search, GENERATIONS)
 
 # %% [markdown]
-# A stopped evolution goes on from what was saved: `recorder = oneiro.Recorder.open(FOLDER)`, `search, state = recorder.restore()`,
-# `np.random.set_state(state)`. Some of what was recorded lives again: a single bit that differs is an error.
+# A stopped evolution continues from the saved state: `recorder = oneiro.Recorder.open(FOLDER)`, `search, state = recorder.restore()`,
+# `np.random.set_state(state)`. `audit` re-evaluates some recorded individuals: a bit that differs is an error.
 
 # %%
 print(recorder.audit(share=0.05))
 best = oneiro.evaluate(exp, search.result.xfavorite, seed=2, lives=1000).fitness
 print(
-    f"{best.mean():.1f} +- {best.std() / np.sqrt(best.size):.1f}, mean of {best.size} fresh lives and its standard error"
+    f"{best.mean():.1f} +- {best.std() / np.sqrt(best.size):.1f}, mean of {best.size} new episodes and its standard error"
 )

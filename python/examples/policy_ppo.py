@@ -1,7 +1,7 @@
 # %% [markdown]
 # # A policy by PPO against the evolved champion
 #
-# Stable-Baselines3 trains a network on the steps of lives; evolution has as many steps. Both are judged on the same fresh starts.
+# Stable-Baselines3 trains a network; evolution has as many steps. Both are tested on the same new starts.
 # Run from the repository's root, with `pip install "stable-baselines3>=2.6"` (which brings torch) and the package
 # (docs/python.md says how to build it).
 
@@ -26,7 +26,7 @@ model = PPO("MlpPolicy", envs, n_steps=256, batch_size=512, seed=1, device="cpu"
 model.learn(STEPS)
 
 # %% [markdown]
-# Fresh lives of the policy: the first episodes of environments with another seed are the first lives of as many genomes of
+# New episodes of the policy: the first episodes of environments with another seed are the first episodes of as many genomes of
 # `oneiro.evaluate` with that seed, so both get the same starts and the same noise.
 
 # %%
@@ -55,8 +55,8 @@ champion = oneiro.evaluate(exp, np.tile(genome, (FRESH_LIVES, 1)), seed=2).fitne
 # %%
 def summary(name, fitness):
     error = fitness.std(ddof=1) / np.sqrt(fitness.size)
-    print(f"{name}: {fitness.mean():.1f} +- {error:.1f}, mean of {fitness.size} fresh lives and its standard error")
+    print(f"{name}: {fitness.mean():.1f} +- {error:.1f}, mean of {fitness.size} new episodes and its standard error")
 
 
 summary(f"PPO after {STEPS} steps", policy)
-summary(f"evolution after {spent} lives", champion)
+summary(f"evolution after {spent} episodes", champion)

@@ -1,10 +1,10 @@
 # %% [markdown]
 # # Quality diversity, with a picture of the archive
 #
-# `ribs` fills an archive of the places where lives in Kheperax's maze end (CMA-ME). Run from the repository's root, with
-# `pip install "ribs[visualize]"` and the package (docs/python.md says how to build it). Bits are promised of the lives only: what
-# `ribs` makes of them may differ between its versions and NumPy's. (`map-elites` is also among Oneiro's own optimisers, whose
-# bits are promised.)
+# `ribs` fills an archive of the places where episodes in Kheperax's maze end (CMA-ME). Run from the repository's root, with
+# `pip install "ribs[visualize]"` and the package (docs/python.md says how to build it). Only simulated episodes are bit-reproducible:
+# the results of `ribs` may differ between its versions and NumPy's. (Oneiro also has the optimiser `map-elites`, which is
+# bit-reproducible.)
 
 # %%
 import matplotlib.pyplot as plt
@@ -40,4 +40,4 @@ print(f"coverage {100 * archive.stats.coverage:.1f} %, best {archive.stats.obj_m
 # %%
 figure, axes = plt.subplots()
 grid_archive_heatmap(archive, ax=axes)
-axes.set(xlabel="end, x (mm)", ylabel="end, y (mm)", title=f"{len(archive)} elites: fitness by where a life ends")
+axes.set(xlabel="end, x (mm)", ylabel="end, y (mm)", title=f"{len(archive)} elites: fitness by where an episode ends")

@@ -1,6 +1,6 @@
-"""Evolves robot controllers in simulated lives, bit for bit the same on every device.
+"""Evolves robot controllers in simulation; the same seed gives the same bits on every device.
 
-Everything is maximised. Whatever is random is made from seeds, so the same call gives the same bits on every machine.
+Fitness is maximised. Random numbers depend on seeds only, so the same call gives the same bits on every machine.
 `docs/python.md` in the repository describes the whole interface.
 """
 

@@ -1,4 +1,4 @@
-"""Evolutions that are asked for genomes and told their fitness."""
+"""Evolutions with `ask` for genomes and `tell` for their fitness."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ class Luckiest(NamedTuple):
 
 
 class Evolution:
-    """The evolution of a run of an experiment, by its optimiser, to be evaluated in any way.
+    """An evolution by the experiment's optimiser; the caller evaluates its genomes.
 
-    Evaluated with its `keys` and its `seed`, and with the experiment's `trials` as lives, it is the evolution of `oneiro run`.
-    It can be pickled between any two calls.
+    With its `keys`, its `seed` and the experiment's `trials` as `lives` in `evaluate`, it is the evolution of `oneiro run`.
+    It can be pickled between calls.
     """
 
     def __init__(self, exp: Experiment, *, seed: int, kind: str | None = None) -> None:
-        """Begins before the first generation. `kind` takes the place of the experiment's `evolution.kind`."""
+        """Starts before the first generation. `kind` replaces the experiment's `evolution.kind`."""
         seed = whole("seed", seed)
         if kind is None:
             self._native = _native.Evolution(exp, seed)
@@ -52,7 +52,7 @@ class Evolution:
 
     @property
     def generation(self) -> int:
-        """Number of the generation that is to be evaluated next, from 0."""
+        """Number of the next generation to evaluate, from 0."""
         return self._native.generation
 
     @property
@@ -73,18 +73,18 @@ class Evolution:
 
     @property
     def descriptor_names(self) -> list[str]:
-        """Names of the measures by which its optimiser describes behaviour; empty if it does not."""
+        """Names of the behaviour measures that its optimiser uses; empty if it uses none."""
         return self._native.descriptor_names
 
     def ask(self) -> NDArray[np.float32]:
-        """The genomes to evaluate next, `[n, genes]`. Asked again, it names the same."""
+        """The genomes to evaluate next, `[n, genes]`; the same until `tell`."""
         return self._native.ask()
 
     def tell(self, fitness: ArrayLike, descriptors: ArrayLike | None = None) -> None:
         """Takes the fitness of `ask()`'s genomes, `[n]` or `[n, lives]`, and makes the next generation.
 
-        Several lives are combined as the experiment's `trial_score` says. NaN ranks last. An optimiser that describes behaviour takes
-        `descriptors` too, `[n, measures]` or `[n, lives, measures]`, of which the mean counts: either those of `descriptor_names`, or
+        The experiment's `trial_score` combines a genome's episodes. NaN ranks last. An optimiser that uses behaviour also needs
+        `descriptors`, `[n, measures]` or `[n, lives, measures]`, whose means count: either those of `descriptor_names`, or
         all that `evaluate` measures.
         """
         import numpy as np
@@ -104,7 +104,7 @@ class Evolution:
         if descriptors is None and not names:
             return np.empty(0)
         if not names:
-            raise InputError(f"descriptors: are given, and the optimiser {self.kind} takes none; allowed: None")
+            raise InputError(f"descriptors: are given, but the optimiser {self.kind} uses none; allowed: None")
         if descriptors is None:
             wanted = f"[{count}, {len(names)}] of {', '.join(names)}"
             raise InputError(f"descriptors: are needed by the optimiser {self.kind}; allowed: {wanted}")
@@ -119,11 +119,11 @@ class Evolution:
         return np.ascontiguousarray(own).ravel()
 
     def state(self) -> bytes:
-        """All that it needs to continue, sealed: it can only be restored into an evolution of the same experiment."""
+        """Its state, sealed: only an evolution of the same experiment can restore it."""
         return self._native.state()
 
     def restore(self, state: bytes) -> None:
-        """Continues from a state. One that is damaged, or of another experiment, is refused, and nothing has changed."""
+        """Continues from a state. A damaged state, or one of another experiment, is an error and changes nothing."""
         self._native.restore(state)
 
     def __repr__(self) -> str:

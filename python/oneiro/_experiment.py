@@ -83,20 +83,20 @@ def in_order(exp: Experiment, genomes: ArrayLike | Table) -> NDArray[np.float32]
 
 
 class Outcome(NamedTuple):
-    """Results of lives: of each genome, and of each of its lives."""
+    """Results of evaluated genomes, for each of their episodes."""
 
     fitness: NDArray[np.float32]
     """`[n, lives]`"""
     device: str
-    """What they were computed by, such as `cpu (avx2x16, 2 threads)`."""
+    """The device that computed them, such as `cpu (avx2x16, 2 threads)`."""
     exact: bool
-    """Whether that device guarantees the bits of every other exact one."""
+    """Whether that device guarantees the same bits as all exact devices."""
     descriptors: NDArray[np.float64] | None = None
     """`[n, lives, measures]`, in the order of `Experiment.descriptor_names`; None unless requested."""
     traces: NDArray[np.void] | None = None
     """`[n, lives, cycles]`, a structured array with the columns of a run's `trace.csv`; zeros after an early end. None unless requested."""
     lengths: NDArray[np.uint32] | None = None
-    """`[n, lives]`, the cycles of each life that `traces` has."""
+    """`[n, lives]`, the cycles of each episode in `traces`."""
 
 
 def evaluate(
@@ -111,14 +111,15 @@ def evaluate(
     descriptors: bool = False,
     traces: bool | None = None,
 ) -> Outcome:
-    """Lets genomes, `[n, genes]`, live in the experiment's world, `lives` times each.
+    """Evaluates genomes, `[n, genes]`, in the experiment's world, with `lives` episodes each.
 
-    Genomes of an array are in the order of `exp.gene_names`. Those of a table, such as a data frame, are found by the names of its columns.
+    An array's genomes are in the order of `exp.gene_names`. A table's genes, such as a data frame's, are found by its columns' names.
 
-    The random numbers of a life, its start among them, are made from `seed`, the genome's key and the life's number. By default a
-    genome's key is its index, so that results are those of `oneiro evaluate`. `keys`, `[n]`, names other ones: parts of a
-    population that keep their keys have the results that they have in the whole. With `[n, 2]` the first number is a generation:
-    with `Evolution.keys` the lives are those of `oneiro run`, and measured as there: without the end of their last cycle. `common_starts` gives all genomes the random numbers of the first.
+    An episode's random numbers, including its start, depend on `seed`, the genome's key and the episode's number. By default a
+    genome's key is its index, as in `oneiro evaluate`. `keys`, `[n]`, sets other ones: parts of a population that keep their keys
+    have the same results as in the whole. With `[n, 2]` the first number is a generation: with `Evolution.keys` the episodes are
+    those of `oneiro run`, and their measures, as there, exclude the end of the last cycle. `common_starts` gives all genomes the
+    random numbers of the first.
     """
     import numpy as np
 

@@ -19,7 +19,8 @@ def devices() -> dict[str, Any]:
 def selftest(backend: str = "all", *, rollouts: int = 4000) -> dict[str, Any]:
     """Checks that this machine computes the same bits as every other; returns the report of `oneiro device test --json`.
 
-    Its `passed` is whether all `checks` did. Of each controller there are `rollouts`, from 1000. After Ctrl-C nobody waits for it, but it goes on in the background.
+    Its `passed` is whether all `checks` passed. `rollouts`, at least 1000, is the number of episodes of each controller. After
+    Ctrl-C the call returns, and the test continues in the background.
     """
     if not 1000 <= whole("rollouts", rollouts) <= 1_000_000:
         raise InputError(f"rollouts: is {rollouts}; allowed: 1000 to 1000000")

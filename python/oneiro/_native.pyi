@@ -17,7 +17,7 @@ class Experiment:
 
     @staticmethod
     def load(path: str | os.PathLike[str], set: Mapping[str, Any] | None = None) -> Experiment:
-        """Reads an experiment's file, with values that override its own, as `--set` does: `{"evolution.population": 50}`."""
+        """Reads an experiment's file, with other values for some keys, as `--set` does: `{"evolution.population": 50}`."""
 
     @property
     def name(self) -> str:
@@ -41,7 +41,7 @@ class Experiment:
 
     @property
     def bounds(self) -> NDArray[np.float32]:
-        """`[genes, 2]`: least and greatest value of each gene, its own range, or else `evolution.limits`, or else -1e6 to 1e6."""
+        """`[genes, 2]`: minimum and maximum of each gene: its range, else `evolution.limits`, else -1e6 to 1e6."""
 
     @property
     def hash(self) -> str:
@@ -49,18 +49,18 @@ class Experiment:
 
     @property
     def trials(self) -> int:
-        """Lives of each individual in its evolution."""
+        """Episodes of each individual in its evolution."""
 
     @property
     def cycles(self) -> int:
-        """Control cycles of a life, at most."""
+        """Maximum control cycles of an episode."""
 
     @property
     def descriptor_names(self) -> list[str]:
-        """Names of the measures of a life, as `oneiro evaluate --measures` has them."""
+        """Names of the measures of an episode, as `oneiro evaluate --measures` has them."""
 
     def to_toml(self) -> str:
-        """It as TOML with every default written out. Files have the names that a run's directory gives them."""
+        """The experiment as TOML with all defaults. Files have their names in a run's directory."""
 
     def _with(self, set: list[str]) -> Experiment: ...
     def _gene_columns(self, names: list[str]) -> tuple[list[int], str | None]: ...

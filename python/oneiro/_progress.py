@@ -13,7 +13,7 @@ from typing import Any
 def bar(label: str) -> Iterator[Callable[[int, int], None] | None]:
     """Yields a function that takes the robot-steps done and in all; None without tqdm or a terminal.
 
-    tqdm is only imported once there is something to show, after some 50 ms of work.
+    tqdm is only imported once there is something to show, after about 50 ms of work.
     """
     if not sys.stderr.isatty() and "ipykernel" not in sys.modules:
         yield None

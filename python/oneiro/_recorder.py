@@ -1,4 +1,4 @@
-"""Evolutions by optimisers of others, recorded."""
+"""Records of evolutions by other libraries' optimisers."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 _ABOUT = "recorder.json"
 _EXPERIMENT = "experiment.pickle"
 _STATE = "optimiser.pickle"
-_PROMISE = "The lives have the bits that every exact device gives. The genomes were chosen by another library, whose bits are not promised."
+_PROMISE = "Only simulated episodes are bit-reproducible, on every exact device. Another library chose the genomes; its bits are not promised."
 
 
 class Recorder:
     """Evaluates the genomes of another library's optimiser, generation after generation, and records them in a directory.
 
-    The optimiser's state can be saved beside them, so that a stopped evolution goes on; recorded individuals can live again, and must
-    have the same bits (`audit`). State is pickled: open only directories that you trust.
+    `save` and `restore` the optimiser's state to continue a stopped evolution. `audit` re-evaluates recorded individuals and compares
+    the bits. State is pickled: open only directories that you trust.
     """
 
     def __init__(
@@ -44,9 +44,9 @@ class Recorder:
         common_starts: bool = True,
         backend: str = "auto",
     ) -> None:
-        """Begins in a new directory. `optimiser` names the library and its version, such as `"cma 4.5.0"`.
+        """Starts in a new directory. `optimiser` names the library and its version, such as `"cma 4.5.0"`.
 
-        Each genome lives `lives` times in a generation, by default the experiment's `trials`; with `common_starts` all genomes of a
+        Each genome has `lives` episodes in a generation, by default the experiment's `trials`. With `common_starts` all genomes of a
         generation have the same random numbers.
         """
         about = {
@@ -60,7 +60,7 @@ class Recorder:
         }
         path = Path(out)
         if path.exists() and any(path.iterdir()):
-            raise InputError(f"{path}: is not empty; allowed: a new directory, or Recorder.open to go on in this one")
+            raise InputError(f"{path}: is not empty; allowed: a new directory, or Recorder.open to continue this one")
         try:
             path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -75,11 +75,11 @@ class Recorder:
         self.experiment = exp
         self.about = about
         self.backend = backend
-        """Where lives are lived; results don't depend on it."""
+        """The device that evaluates; results don't depend on it."""
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], *, backend: str = "auto") -> Recorder:
-        """Opens a directory, to go on in it or to read it."""
+        """Opens a directory to continue or to read it."""
         path = Path(path)
         try:
             about = json.loads((path / _ABOUT).read_text())
@@ -96,11 +96,11 @@ class Recorder:
 
     @property
     def generation(self) -> int:
-        """Number of the generation that is evaluated next, from 0."""
+        """Number of the next generation to evaluate, from 0."""
         return len(self._files())
 
     def evaluate(self, genomes: ArrayLike | Table, *, descriptors: bool = False) -> Outcome:
-        """Lets the next generation's genomes, `[n, genes]`, live, and records them with their fitness."""
+        """Evaluates the next generation's genomes, `[n, genes]`, and records them with their fitness."""
         import numpy as np
 
         generation = self.generation
@@ -122,7 +122,7 @@ class Recorder:
         _write(self.path / _STATE, pickle.dumps((self.generation, state)))
 
     def restore(self) -> Any:
-        """The state that was saved last. Generations that were recorded after it are dropped: the optimiser makes them again."""
+        """The last saved state. Deletes the generations recorded after it: the optimiser makes them again."""
         try:
             generation, state = pickle.loads((self.path / _STATE).read_bytes())
         except FileNotFoundError:
@@ -157,12 +157,12 @@ class Recorder:
 
     @property
     def scores(self) -> list[NDArray[np.float32]]:
-        """Mean fitness of each genome over its lives, generation by generation."""
+        """Mean fitness of each genome over its episodes, generation by generation."""
         return [self.recorded(generation)[1].mean(axis=1) for generation in range(self.generation)]
 
     @property
     def luckiest(self) -> Luckiest | None:
-        """The genome with the best score so far, which says less than the mean of many fresh lives; None before the first."""
+        """The genome with the best score so far; None before the first generation. Evaluate it on new episodes to see what it is worth."""
         import numpy as np
 
         from ._evolution import Luckiest
@@ -177,9 +177,9 @@ class Recorder:
         return None if best is None else Luckiest(*best, self.recorded(best[0])[0][best[1]])
 
     def audit(self, share: float = 0.01) -> dict[str, int]:
-        """Lets a share of the recorded individuals live again, at least one of each generation.
+        """Re-evaluates a fraction (`share`) of the recorded individuals, at least one of each generation.
 
-        Raises `FailedError` if a bit of their fitness differs; returns how many individuals and lives were compared.
+        Raises `FailedError` if a bit of their fitness differs; returns how many individuals and episodes (`lives`) were compared.
         """
         import numpy as np
 

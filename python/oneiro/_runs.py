@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def table(path: Path) -> Any:
     """A table as a DataFrame of pandas, or else of Polars, or else as a dictionary of NumPy's arrays.
 
-    Numbers are read here, so that they have all bits in any of them.
+    Numbers have all their bits in each of these.
     """
     import csv
 
@@ -94,11 +94,11 @@ class Run:
         return Champion(genome, values)
 
     def verify(self) -> str:
-        """Checks that its files are as they were written; returns the hash of its results."""
+        """Checks that its files are unchanged; returns the hash of its results."""
         return self._native.verify()
 
     def audit(self, share: float = 0.01, *, backend: str = "auto") -> dict[str, Any]:
-        """Evaluates a share of its recorded individuals again; raises `FailedError` if a single bit differs."""
+        """Re-evaluates a fraction (`share`) of its recorded individuals; raises `FailedError` if a bit differs."""
         import json
 
         return json.loads(self._native.audit(share, backend))
@@ -136,16 +136,16 @@ class Sweep(NamedTuple):
 
 
 def run(exp: Experiment, *, seed: int, out: str | os.PathLike[str], backend: str = "auto") -> Run:
-    """Runs an experiment into a directory. A finished run that is there already is left as it is.
+    """Runs an experiment into a directory. A finished run there stays unchanged.
 
-    After Ctrl-C, `resume` goes on from where it was stopped.
+    After Ctrl-C, `resume` continues it.
     """
     with bar(exp.name) as progress:
         return Run(_native.run(exp, whole("seed", seed), os.fspath(out), backend, progress))
 
 
 def resume(dir: str | os.PathLike[str], *, backend: str = "auto") -> Run:
-    """Goes on with a run that was stopped or killed."""
+    """Continues a stopped or killed run."""
     with bar("resuming") as progress:
         return Run(_native.resume(os.fspath(dir), backend, progress))
 
@@ -174,7 +174,7 @@ def sweep_shard(
 ) -> None:
     """Runs a shard of a sweep, such as `"3/8"`: the third of eight. `merge` makes the tables once all shards are done.
 
-    Shards may run in other processes or on other machines, in one directory that they share or in one each.
+    Shards may run in other processes or on other machines, in one shared directory or in separate ones.
     """
     _swept(plan, out, shard, jobs, backend)
 
@@ -185,7 +185,7 @@ def merge(*dirs: str | os.PathLike[str], out: str | os.PathLike[str] | None = No
     They are the tables that `sweep` would have made.
     """
     if not dirs:
-        raise InputError("merge: names no directory; allowed: one and more")
+        raise InputError("merge: names no directory; allowed: at least one")
     tables = _native.merge([os.fspath(folder) for folder in dirs], None if out is None else os.fspath(out))
     return _sweep(Path(dirs[0] if out is None else out), tables)
 

@@ -1,12 +1,12 @@
 """Environments for Gymnasium 1.1 and later.
 
-A step is a control cycle of 100 ms. An action is the command of the two motors, from -1, fastest backwards, to 1, fastest
+A step is a control cycle of 100 ms. An action commands the two motors, from -1, fastest backwards, to 1, fastest
 forwards; an observation is the robot's readings, as a controller gets them; the reward is the task's. The experiment's controller is
-left out. The task or an empty battery may end a life early, which terminates it; the end of its cycles truncates it.
+not used. The task or an empty battery may end an episode early, which terminates it; after its last cycle it is truncated.
 
-With the seed `s`, the episode `j` of the environment `i` is the life `j` of the genome `i` of `oneiro.evaluate(exp, genomes, seed=s)`: a
-controller's outputs as actions, `2 * output - 1` in double precision, have that life's rewards and fitness, bit for bit. (Outputs below
-2^-29 are rounded on the way.)
+With the seed `s`, episode `j` of environment `i` is episode `j` of genome `i` in `oneiro.evaluate(exp, genomes, seed=s)`: a
+controller's outputs as actions, `2 * output - 1` in double precision, give the same bits of rewards and fitness. (Outputs below
+2^-29 are rounded.)
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ __all__ = ["Env", "VectorEnv"]
 MOTORS = 2
 """Commands of an action."""
 GREATEST_READING = 1000.0
-"""Beyond which readings of sensors of a user's own are clipped, either way."""
+"""Readings of custom sensors are clipped to this magnitude."""
 
 
 def spaces(lives: _native.Stepped) -> tuple[gymnasium.spaces.Box, gymnasium.spaces.Box]:
@@ -52,17 +52,17 @@ def commands(actions: Any, lives: int) -> NDArray[np.float32]:
 
 
 class Lives:
-    """Lives, and the seeds of those that come."""
+    """Episodes, and the seeds of the next ones."""
 
     def __init__(self, exp: Experiment, count: int, backend: str) -> None:
         self.native = _native.Stepped(exp, whole("num_envs", count, 1), backend)
         self.count = count
         self.seeds: NDArray[np.uint64] | None = None
-        # Of each life the number of the genome, and that of the life.
+        # For each environment the number of the genome, and that of the episode.
         self.numbers = np.zeros((count, 2), np.uint64)
 
     def seed(self, seed: int | list[int | None] | tuple[int | None, ...] | None) -> NDArray[np.bool_]:
-        """Sets the seeds of the lives that begin next. Returns which are new; the others go on with their next life."""
+        """Sets the seeds of the next episodes. Returns which are new; the others continue with their next episode."""
         new = np.zeros(self.count, bool)
         if self.seeds is None:
             self.seeds = np.random.default_rng().integers(2**63, size=self.count, dtype=np.uint64)
@@ -86,7 +86,7 @@ class Lives:
         return new
 
     def begin(self, which: NDArray[np.bool_], new: NDArray[np.bool_] | None = None) -> None:
-        """Begins lives: new ones as their seeds say, the others with their next number."""
+        """Begins episodes: new ones by their seeds, the others with their next number."""
         assert self.seeds is not None
         self.numbers[which if new is None else which & ~new, 1] += np.uint64(1)
         who = np.flatnonzero(which).astype(np.uintp)
@@ -94,10 +94,10 @@ class Lives:
 
 
 class VectorEnv(gymnasium.vector.VectorEnv):
-    """Many environments, stepped together in the simulator's own kernels.
+    """Many environments, stepped together in the simulator's kernels.
 
-    `infos` has `fitness`, that of lives that have ended with this step, and the mask `_fitness`; with `SAME_STEP` these are in
-    `final_info`, beside `final_obs`. Observations are new arrays in every step. Readings of a life that has been terminated are 0.
+    `infos` has the `fitness` of episodes that end with this step, and the mask `_fitness`; with `SAME_STEP` these are in
+    `final_info`, beside `final_obs`. Observations are new arrays in every step. Readings of a terminated episode are 0.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}
@@ -126,9 +126,9 @@ class VectorEnv(gymnasium.vector.VectorEnv):
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begins all lives, or those of `options["reset_mask"]`.
+        """Begins all episodes, or those of `options["reset_mask"]`.
 
-        A seed for all gives each its own starts and noise; with a list, an environment has those of a single one with that seed.
+        One seed gives each environment different starts and noise; with a list, each has those of a single `Env` with that seed.
         """
         mask = np.ones(self.num_envs, bool)
         if options and "reset_mask" in options:
@@ -136,7 +136,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (self.num_envs,):
                 raise InputError(f"options: reset_mask isn't allowed; allowed: a boolean array, [{self.num_envs}]")
             if not mask.any():
-                raise InputError("options: reset_mask is False throughout; allowed: one and more True")
+                raise InputError("options: reset_mask is False throughout; allowed: at least one True")
         new = self._lives.seed(seed)
         self._lives.begin(mask, new | ~self._begun)
         self._begun |= mask
@@ -146,7 +146,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
     def step(
         self, actions: Any
     ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """Lets all lives live for a cycle. Those that have ended begin anew, as the mode says."""
+        """Steps all episodes by one cycle. Ended ones restart according to `autoreset_mode`."""
         if not self._begun.all():
             raise InputError("step: some environments haven't begun; allowed: after reset")
         told = commands(actions, self.num_envs)
@@ -158,7 +158,7 @@ class VectorEnv(gymnasium.vector.VectorEnv):
             lives.native.step(who, told[~self._done])
             lives.begin(self._done)
         else:
-            raise InputError("step: some lives have ended; allowed: after reset with options={'reset_mask': ..}")
+            raise InputError("step: some episodes have ended; allowed: after reset with options={'reset_mask': ..}")
         observations, rewards, fitness, cycles, ended = lives.native.state()
         truncated = (cycles == self._length) & ~ended
         self._done = ended | truncated
@@ -192,13 +192,13 @@ class Env(gymnasium.Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-        """Begins a life: with a seed its first one, without one the next."""
+        """Begins an episode: with a seed its first one, otherwise the next."""
         super().reset(seed=seed)
         self._lives.begin(np.ones(1, bool), self._lives.seed(seed))
         return self._lives.native.state()[0][0], {}
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Lets the life live for a cycle. `info` has its `fitness` once it has ended."""
+        """Steps the episode by one cycle. At its end `info` has its `fitness`."""
         self._lives.native.step(None, commands(np.asarray(action)[None], 1))
         observations, rewards, fitness, cycles, ended = self._lives.native.state()
         terminated = bool(ended[0])

@@ -1,9 +1,9 @@
 """The arena of a swarm as an environment for PettingZoo 1.25 and later.
 
-A step is a control cycle of 100 ms. An action is the speeds of a robot's two wheels as shares of the greatest, -1 to 1; an observation
-is what it reads, and whether it carries food, 0 to 1 (`ParallelEnv.readings` names them); the reward is what it earned by food
-brought to the nest, as in the study of 2014. All robots are switched on from the start, and their intervals begin together. The
-experiment's on-board evolution is left out.
+A step is a control cycle of 100 ms. An action is the speeds of a robot's two wheels as fractions of the maximum, -1 to 1. An observation
+is its readings, and whether it carries food, 0 to 1 (`ParallelEnv.readings` names them). The reward is for food brought to the nest,
+as in the study of 2014. All robots are switched on from the start, and their intervals begin together. There is no on-board
+evolution.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = ["ParallelEnv"]
 
 
 class ParallelEnv(pettingzoo.ParallelEnv):
-    """The robots of a swarm as agents: `robot_0`, `robot_1`, and so on. All act at once, until the life ends and truncates them."""
+    """The robots of a swarm as agents: `robot_0`, `robot_1`, and so on. All act at once; the end of the episode truncates them."""
 
     metadata: dict[str, Any] = {"name": "oneiro_swarm_v0", "render_modes": []}
 
@@ -56,7 +56,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, np.ndarray], dict[str, dict[str, Any]]]:
-        """Begins a life: with a seed its first one, without one the next."""
+        """Begins an episode: with a seed its first one, otherwise the next."""
         if seed is None and self._seed is not None:
             self._life += 1
         else:
@@ -75,7 +75,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):
         dict[str, bool],
         dict[str, dict[str, Any]],
     ]:
-        """Lets all robots live for a cycle."""
+        """Steps all robots by one cycle."""
         if not self.agents:
             return {}, {}, {}, {}, {}
         if set(actions) != set(self.agents):

@@ -22,7 +22,7 @@ class VecEnv(vec_env.VecEnv):
     """Many environments, stepped together: those of `oneiro.gym.VectorEnv`, as Stable-Baselines3 calls them.
 
     Its learners need no `DummyVecEnv` or `SubprocVecEnv` around it. `infos` has `terminal_observation`, `TimeLimit.truncated` and the
-    episode's return and length, as its `Monitor` records them; `fitness` is that of the life.
+    episode's return and length, as its `Monitor` records them; `fitness` is the episode's.
     """
 
     def __init__(self, exp: Experiment, num_envs: int = 1, *, backend: str = "cpu") -> None:
@@ -33,7 +33,7 @@ class VecEnv(vec_env.VecEnv):
         super().__init__(num_envs, self._envs.single_observation_space, self._envs.single_action_space)
 
     def reset(self) -> np.ndarray:
-        """Begins all lives."""
+        """Begins all episodes."""
         seeds = list(self._seeds)
         observations, _ = self._envs.reset(seed=None if all(seed is None for seed in seeds) else seeds)
         self._reset_seeds()
@@ -48,7 +48,7 @@ class VecEnv(vec_env.VecEnv):
         self._actions = actions
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
-        """Lets all lives live for a cycle."""
+        """Steps all episodes by one cycle."""
         observations, rewards, terminated, truncated, infos = self._envs.step(self._actions)
         self._returns += rewards
         self._lengths += 1
@@ -74,12 +74,12 @@ class VecEnv(vec_env.VecEnv):
         return [getattr(self._envs, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Environments have no attributes of their own."""
-        raise NotImplementedError("the environments share one object, and have no attributes of their own")
+        """Attributes of single environments are not supported."""
+        raise NotImplementedError("the environments share one object, whose attributes can't be set")
 
     def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
-        """Environments have no methods of their own."""
-        raise NotImplementedError("the environments share one object, and have no methods of their own")
+        """Methods of single environments are not supported."""
+        raise NotImplementedError("the environments share one object, whose methods can't be called")
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """None is wrapped."""

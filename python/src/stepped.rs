@@ -1,4 +1,4 @@
-//! Lives that are commanded cycle by cycle.
+//! Episodes that are commanded cycle by cycle.
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use oneiro_host::api::{Task, stepped as api};
@@ -7,11 +7,11 @@ use pyo3::prelude::*;
 use crate::done;
 use crate::experiment::Experiment;
 
-/// Lives in an experiment's world.
+/// Episodes in an experiment's world.
 #[pyclass(module = "oneiro._native")]
 pub(crate) struct Stepped(api::Stepped);
 
-/// Readings, rewards, fitness, cycles, and whether lives have ended early.
+/// Readings, rewards, fitness, cycles, and whether episodes have ended early.
 type State<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray1<f64>>,
@@ -44,7 +44,7 @@ impl Stepped {
         self.0.length()
     }
 
-    /// Begins lives, by their numbers, with seeds and two more numbers each.
+    /// Begins episodes, by their numbers, with seeds and two more numbers each.
     fn begin(
         &mut self,
         py: Python<'_>,
@@ -58,7 +58,7 @@ impl Stepped {
         done(py, || self.0.begin(&lives, &Task::default()))
     }
 
-    /// Lets lives, by their numbers or all, live for a cycle.
+    /// Steps episodes, by their numbers or all, by one cycle.
     fn step(
         &mut self,
         py: Python<'_>,
@@ -73,7 +73,7 @@ impl Stepped {
         done(py, || self.0.step(&who, commands, &Task::default()))
     }
 
-    /// What lives are now, in new arrays.
+    /// The state of episodes, in new arrays.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<State<'py>> {
         let state = self.0.state();
         let lives = state.cycles().len();
@@ -132,7 +132,7 @@ impl Arena {
         done(py, || self.0.step(speeds))
     }
 
-    /// What robots are now, in new arrays.
+    /// The state of robots, in new arrays.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Robots<'py>> {
         let readings = PyArray1::from_vec(py, self.0.readings());
         Ok((

@@ -69,7 +69,7 @@ def test_steps_are_a_controllers_life(name, mode, request):
             ended[env, life[env]] = True
         waits[:] = False
         if mode is AutoresetMode.DISABLED and done.any():
-            with pytest.raises(oneiro.InputError, match="some lives have ended"):
+            with pytest.raises(oneiro.InputError, match="some episodes have ended"):
                 envs.step(told)
             observations, _ = envs.reset(options={"reset_mask": done})
         if mode is AutoresetMode.NEXT_STEP:
@@ -149,7 +149,7 @@ def test_what_is_refused(avoidance):
         envs.reset(options={"reset_mask": [True, False]})
     with pytest.raises(oneiro.InputError, match="num_envs: is 0"):
         VectorEnv(avoidance, 0)
-    with pytest.raises(oneiro.InputError, match="is of a swarm"):
+    with pytest.raises(oneiro.InputError, match="is of the foraging study"):
         VectorEnv(oneiro.Experiment.load(EXPERIMENTS / "odowd2014-over.toml"))
 
 
@@ -216,7 +216,7 @@ def test_pettingzoos_tests():
     assert all((first[agent] == again[agent]).all() for agent in env.agents)
     with pytest.raises(oneiro.InputError, match="allowed: one for each of"):
         env.step({"robot_0": np.zeros(2)})
-    with pytest.raises(oneiro.InputError, match="its robot is alone in its world"):
+    with pytest.raises(oneiro.InputError, match="it has a single robot, not a swarm"):
         oneiro.pettingzoo.ParallelEnv(oneiro.Experiment.load(EXPERIMENTS / "kheperax.toml"))
 
 

@@ -48,7 +48,7 @@ def test_values_that_are_refused_have_the_programs_messages(tmp_path):
     with pytest.raises(oneiro.InputError, match="missing.toml: No such file"):
         oneiro.Experiment.load(tmp_path / "missing.toml")
     swarm = oneiro.Experiment.load(EXPERIMENTS / "odowd2014-over.toml")
-    with pytest.raises(oneiro.InputError, match="is of a swarm"):
+    with pytest.raises(oneiro.InputError, match="is of the foraging study"):
         swarm.genes  # noqa: B018
 
 

@@ -84,7 +84,7 @@ fn kernels_compiled_ahead_have_the_same_bits() {
     let ran = place
         .compile(EXPERIMENT, &["--json"])
         .exits(0)
-        .says(&["compiling life_", "comparing 256 lives"]);
+        .says(&["compiling life_", "comparing 256 episodes"]);
     let report: Value = serde_json::from_str(&ran.stdout).unwrap();
     assert!(
         report["seconds"].as_f64().unwrap() > 0.1 && report["bytes"].as_u64().unwrap() > 10_000,
@@ -176,6 +176,6 @@ fn what_cannot_be_compiled_is_refused() {
     let ships = place
         .compile("khepera-avoidance", &["--json"])
         .exits(0)
-        .says(&["there is nothing to do"]);
+        .says(&["there is nothing to compile"]);
     assert!(ships.stdout.contains("\"ships\": true"), "{}", ships.stdout);
 }

@@ -654,7 +654,7 @@ fn without_noise_wheels_have_none_either() {
             "cycles=10",
         ])
         .exits(0)
-        .says(&["a part of your own keeps the noise that it draws itself"]);
+        .says(&["custom parts keep the noise that they draw"]);
 }
 
 #[test]
@@ -695,7 +695,7 @@ fn a_summary_has_the_means_of_measures_and_ends_with_their_span() {
     means.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (greatest, genome) = means[4];
     ran.says(&[&format!(
-        "mean fitness of 5 genomes: median {}, greatest {greatest} (genome {genome})",
+        "mean fitness of 5 genomes: median {}, maximum {greatest} (genome {genome})",
         means[2].0
     )]);
 }
@@ -1021,7 +1021,7 @@ fn the_bench_times_an_experiment() {
     assert_eq!(short["cycles"], 70);
     let text = place.good(&quick_bench(&[]));
     assert!(
-        text.contains("gather.toml, random genes, 500 cycles a rollout."),
+        text.contains("gather.toml, random genes, 500 cycles an episode."),
         "{text}"
     );
 
@@ -1086,8 +1086,8 @@ fn a_cycle_s_operations_are_counted() {
     place.write("sweep.toml", "experiment = \"small.toml\"\nseeds = \"1..3\"\n");
     let plan = ["sweep", "plan", "sweep.toml", "--no-estimate"];
     let with_cards = place.good(&[&plan[..], &["--cards"]].concat());
-    assert!(with_cards.contains("no card does more than"), "{with_cards}");
-    assert!(!place.good(&plan).contains("no card does more than"));
+    assert!(with_cards.contains("maximum of a card"), "{with_cards}");
+    assert!(!place.good(&plan).contains("maximum of a card"));
 }
 
 #[test]
@@ -1398,7 +1398,8 @@ fn a_fleet_is_planned_deployed_stopped_and_collected_without_a_robot_that_is_off
     assert_eq!(plan["robots"][2]["files"][3]["bytes"], 65);
     let text = place.good(&["fleet", "plan", "fleet.toml"]);
     assert!(
-        text.contains("3 robots for 50 min, 150 robot-minutes") && text.contains("7 more, which stay away"),
+        text.contains("3 robots for 50 min, 150 robot-minutes")
+            && text.contains("7 of the experiment's robots are absent"),
         "{text}"
     );
     assert!(!text.contains(place.text("key").trim()), "a key is never printed");
@@ -1411,7 +1412,7 @@ fn a_fleet_is_planned_deployed_stopped_and_collected_without_a_robot_that_is_off
         .says(&["and --min asks for 3"]);
     let text = place.good(&["fleet", "deploy", "fleet.toml", "--min", "2"]);
     assert!(
-        text.contains("1      host-1    FAILED: ssh: ") && text.contains("2      host-2    as it was"),
+        text.contains("1      host-1    FAILED: ssh: ") && text.contains("2      host-2    unchanged"),
         "{text}"
     );
     place.good(&["fleet", "deploy", "fleet.toml", "--robots", "0,2"]);

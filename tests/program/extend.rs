@@ -793,12 +793,12 @@ fn random_genomes_are_evaluated_and_summed_up() {
             "--summary",
         ])
         .exits(2)
-        .says(&["--summary: one rollout of each genome has no interval; allowed: with --trials 2 or more"]);
+        .says(&["--summary: one episode of each genome has no interval; allowed: with --trials 2 or more"]);
     place.run(&["evaluate", "corridor.toml"]).exits(2).says(&["--genomes"]);
     let noted = place
         .run(&["evaluate", "corridor.toml", "--random", "2", "--trials", "2"])
         .exits(0);
-    noted.says(&["each genome has starts and random numbers of its own; --common-starts gives all the same"]);
+    noted.says(&["each genome has different starts and random numbers; --common-starts gives all the same"]);
 }
 
 /// An optimiser that uses behaviour counts individuals that have none, in its run, in its list and in a sweep's table.

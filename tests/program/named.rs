@@ -66,7 +66,7 @@ fn a_run_has_its_experiments_name_and_its_seed_and_a_letter_if_that_is_another_r
     }
     let result = place.text("runs/small-1-b/DONE");
     fs::remove_file(place.at("runs/small-1-b/DONE")).unwrap();
-    let resumed = place.run_small(&wide).says(&["begun before, and continue"]);
+    let resumed = place.run_small(&wide).says(&["started before, and continue"]);
     assert!(resumed.stdout.contains("runs/small-1-b\n"), "{}", resumed.stdout);
     assert_eq!(place.text("runs/small-1-b/DONE"), result);
     // Somebody else's files, and a file.

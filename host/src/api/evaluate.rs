@@ -198,7 +198,7 @@ fn watched(world: &World, request: &Request<'_>, evaluator: &mut dyn Evaluator, 
         let all = count.checked_mul(words);
         if all.is_none_or(|all| traces.try_reserve_exact(all).is_err()) {
             let problem =
-                format!("traces: {count} lives of {cycles} cycles don't fit into memory; allowed: fewer at a time");
+                format!("traces: {count} episodes of {cycles} cycles don't fit into memory; allowed: fewer at a time");
             return Err(Error::input(problem));
         }
         traces.resize(count * words, 0);

@@ -139,7 +139,7 @@ impl Experiment {
     pub(super) fn single(&self) -> oneiro_base::exit::Result<&experiment::Experiment> {
         self.0.any.single().ok_or_else(|| {
             Failure::input(format_args!(
-                "{}: is of a swarm, whose controllers live among others; allowed: experiments of single robots",
+                "{}: is of the foraging study; allowed: experiments without a table `swarm`",
                 self.name()
             ))
         })
@@ -313,7 +313,7 @@ impl Evolution {
     pub fn tell(&mut self, fitness: &[f32], behaviour: &[f64]) -> Result {
         if self.own.is_finished() {
             return Err(Failure::failed(format_args!(
-                "all {} generations have been evaluated; allowed: evolution.generations of more",
+                "all {} generations have been evaluated; allowed: a higher evolution.generations",
                 self.own.generation()
             )))?;
         }
@@ -378,7 +378,9 @@ impl Evolution {
 }
 
 fn refused(what: &str, problem: impl Display) -> Failure {
-    Failure::input(format_args!("{what}: {problem}; allowed: as many for each genome"))
+    Failure::input(format_args!(
+        "{what}: {problem}; allowed: the same number for each genome"
+    ))
 }
 
 #[cfg(all(test, feature = "compose"))]

@@ -104,9 +104,9 @@ impl Arena {
         let Some(own) = experiment.any().swarm() else {
             let what = match &experiment.world()?.spec().robot.build {
                 Build::Differential(own) if own.count.is_some() => {
-                    "its robots share a world by robot.count, and can't be commanded from outside"
+                    "the robots of robot.count can't be commanded from outside"
                 }
-                _ => "its robot is alone in its world, so it isn't a swarm",
+                _ => "it has a single robot, not a swarm",
             };
             return Err(Error::input(format_args!(
                 "{}: {what}; allowed: experiments with a table `swarm`, such as odowd2014-over.toml",
@@ -170,7 +170,7 @@ impl Arena {
         let forager = &self.swarm.forager;
         let Some((world, before)) = self.own.as_mut().filter(|_| self.cycle < length) else {
             return Err(Error::input(
-                "step: the arena's life has ended or not begun; allowed: after reset",
+                "step: the episode has ended or not begun; allowed: after reset",
             ));
         };
         let begins = self.cycle.is_multiple_of(self.swarm.interval);

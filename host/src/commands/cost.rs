@@ -163,11 +163,11 @@ mod counted {
             .map(|(place, operations, text)| vec![format!("{operations:.1}"), place.clone(), (*text).clone()])
             .collect();
         let text = format!(
-            "Operations of a cycle, of {LIVES} lives of random genomes that a GPU runs together: what one of them does, all wait for.\n\n\
+            "Operations per cycle, with {LIVES} episodes of random genomes side by side on a GPU: all wait for what one of them does.\n\n\
              {}\n\
-             This world's kernel by lines, the dearest first; a line of a part of your own has all that it calls.\n\n{}\n\
-             Billion steps per second of this world's kernel, if a card issued an operation of every lane in every tick of its clock.\n\
-             A card does less: an H100 did 0.7 of it with the 1995 experiment (docs/gpu.md).\n\n{}",
+             This world's kernel by lines, most operations first. A line of a custom part includes what it calls.\n\n{}\n\
+             This world's maximum in billion steps per second: a card issues one operation per lane and clock tick.\n\
+             Real rates are lower: an H100 reached 0.7 of it with the 1995 experiment (docs/gpu.md).\n\n{}",
             columns(&["", "any world", "this world"], &rows),
             columns(&["operations", "line", ""], &dearest),
             columns(&["card", "at most"], &cards),

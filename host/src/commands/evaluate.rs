@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         arguments.trials.unwrap_or(settings.trials) as usize
     };
     if arguments.rows.summary && trials < 2 {
-        let problem = "--summary: one rollout of each genome has no interval; allowed: with --trials 2 or more";
+        let problem = "--summary: one episode of each genome has no interval; allowed: with --trials 2 or more";
         return Err(Failure::usage(problem));
     }
     let lives = Lives {
@@ -130,7 +130,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         device::name_for(evaluator.as_ref(), worlds[0].kernel())
     ));
     if subjects.genomes.len() > 1 && arguments.starts.is_none() && !arguments.common_starts {
-        console.say("each genome has starts and random numbers of its own; --common-starts gives all the same");
+        console.say("each genome has different starts and random numbers; --common-starts gives all the same");
     }
 
     let is_trace = |name: &str| name == README || name.starts_with("trace-");
@@ -184,7 +184,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     device::tell_warnings(evaluator.as_ref(), console);
     sink.take(&table, console)?;
     if let Some((directory, traces)) = arguments.traces.as_deref().zip(traces) {
-        let about = "the life of a genome in a trial: one row per cycle";
+        let about = "an episode of a genome: one row per cycle";
         let entry = Entry::table("trace-GENOME-TRIAL.csv", about, TraceTable::new(&worlds[0]).columns());
         describe(directory, "Traces of oneiro", &[entry])?;
         traces.finish()?;
@@ -247,10 +247,10 @@ fn without_noise(spec: &mut WorldSpec) -> Option<&'static str> {
         Build::Forager(own) => {
             own.foraging.light_noise = 0.0;
             own.foraging.wheel_noise = 0.0;
-            return Some("a forager's proximity sensors keep the noise that was measured");
+            return Some("a forager's proximity sensors keep their measured noise");
         }
     }
-    (!spec.own.is_empty()).then_some("a part of your own keeps the noise that it draws itself")
+    (!spec.own.is_empty()).then_some("custom parts keep the noise that they draw")
 }
 
 /// Writes the next lines of a life's trace.
@@ -283,7 +283,7 @@ impl Sink {
         match out.extension().and_then(|extension| extension.to_str()) {
             Some("csv") => Ok(Self::Csv(out.to_owned())),
             Some("npy") if arguments.rows.summary => Err(Failure::usage(format_args!(
-                "--out {}: has the fitness of each rollout; allowed with --summary: .csv, or - for standard output",
+                "--out {}: has the fitness of each episode; allowed with --summary: .csv, or - for standard output",
                 out.display()
             ))),
             Some("npy") if arguments.rows.measures => Err(Failure::usage(format_args!(
@@ -335,13 +335,13 @@ struct Table {
 
 static OWN: [Column; 4] = [
     Column::whole("genome", "", "its number, from 0"),
-    Column::whole("trial", "", "the number of its rollout, from 0"),
-    Column::number("fitness", "", "the rollout's fitness"),
+    Column::whole("trial", "", "the number of its episode, from 0"),
+    Column::number("fitness", "", "the episode's fitness"),
     Column::text("bits", "the fitness as its 32 bits, in hex"),
 ];
 static SUMMARY: [Column; 6] = [
     Column::whole("genome", "", "its number, from 0"),
-    Column::whole("lives", "", "its rollouts"),
+    Column::whole("lives", "", "its episodes"),
     Column::number("mean", "", "their mean fitness"),
     Column::number("deviation", "", "the standard deviation of their fitness"),
     Column::number(
@@ -394,7 +394,7 @@ impl Table {
         let median = f64::midpoint(means[(means.len() - 1) / 2].0, means[middle].0);
         let [median, greatest] = [median, greatest].map(|number| significant(number, 6));
         Some(format!(
-            "mean fitness of {} genomes: median {median}, greatest {greatest} (genome {genome})",
+            "mean fitness of {} genomes: median {median}, maximum {greatest} (genome {genome})",
             means.len()
         ))
     }
@@ -556,7 +556,7 @@ mod tests {
         assert_eq!(json!(unequal)[1]["mean_collisions"], 4.5);
         assert_eq!(
             summary(false).span().unwrap(),
-            "mean fitness of 2 genomes: median 1.1, greatest 1.5 (genome 1)"
+            "mean fitness of 2 genomes: median 1.1, maximum 1.5 (genome 1)"
         );
         assert_eq!(json!(summary(true))[1]["mean"], 1.5);
         let mut zero = summary(true);

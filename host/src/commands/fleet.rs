@@ -119,7 +119,7 @@ fn members(fleet: &Fleet, robots: &[&Robot]) -> String {
     );
     let absent = fleet.experiment.settings().world.robots as usize - fleet.robots.len();
     let absent = if absent > 0 {
-        format!("; the experiment has {absent} more, which stay away")
+        format!("; {absent} of the experiment's robots are absent")
     } else {
         String::new()
     };
@@ -149,7 +149,7 @@ fn alone(robots: &[&Robot]) -> String {
         &robots.iter().map(row).collect::<Vec<_>>(),
     );
     let count = robots.len();
-    format!("robots that live by themselves: {count}; each drives as long as its daemon runs\n\n{table}")
+    format!("single robots: {count}; each drives while its daemon runs\n\n{table}")
 }
 
 /// What one robot gets, and the commands on its computer.
@@ -160,7 +160,7 @@ fn example(fleet: &Computers, robot: &Robot, stock: &Stock) -> String {
     let files = columns(&["file", "bytes"], &files.iter().map(row).collect::<Vec<_>>());
     let remote = Remote::of(fleet, robot);
     format!(
-        "\nEach robot's computer gets, here into {} of robot {}:\n\n{files}\nrobot.toml:\n\n{}\nstart: {}\nstop:  {}\n",
+        "\nFiles for each robot's computer, here in {} of robot {}:\n\n{files}\nrobot.toml:\n\n{}\nstart: {}\nstop:  {}\n",
         fleet.place(robot),
         robot.number,
         robot.toml,
@@ -181,7 +181,7 @@ fn deploy(arguments: &FleetWork, console: Console) -> Result {
         |robot, remote| report_done(robot, stock.install(fleet, robot, remote), console),
         |installed| {
             let sent = match &installed.sent[..] {
-                [] => "as it was".to_owned(),
+                [] => "unchanged".to_owned(),
                 sent => format!("sent {}, {} bytes", sent.join(", "), installed.bytes),
             };
             let warnings: Vec<String> = installed.warnings.iter().map(|own| format!("warning: {own}")).collect();
@@ -273,11 +273,7 @@ fn collected(arguments: &FleetWork, console: Console) -> Result {
     match &any {
         AnyFleet::Foragers(fleet) => merged(fleet, &numbers, console)?,
         AnyFleet::Alone(_) => {
-            describe(
-                &fleet.directory,
-                "Records of robots that live by themselves",
-                &collect::contents_alone(),
-            )?;
+            describe(&fleet.directory, "Records of single robots", &collect::contents_alone())?;
             let directory = fleet.directory.display();
             console.say(format!(
                 "the records of {} are in {directory}; robot-N/best.npy is robot N's best",
@@ -299,7 +295,7 @@ fn merged(fleet: &Fleet, numbers: &[u32], console: Console) -> Result {
         .map(|clock| clock.residual)
         .fold(0.0, f64::max);
     console.say(format!(
-        "{} of {} in {}; clocks agree to {residual:.1} ms (the worst root mean square; {} has all)",
+        "{} of {} in {}; clocks agree to {residual:.1} ms (maximum root mean square; {} has all)",
         counted(merged.lines, "line", "lines"),
         counted(merged.clocks.len(), "clock", "clocks"),
         fleet.directory.join(collect::TIMELINE).display(),
@@ -356,7 +352,7 @@ fn print_outcomes<T: Send>(
         (vec![number.to_string(), host, words], value)
     };
     let (rows, values): (Vec<_>, Vec<_>) = outcomes.iter().map(row).unzip();
-    let text = columns(&["robot", "computer", "what came of it"], &rows);
+    let text = columns(&["robot", "computer", "outcome"], &rows);
     console.print_answer(&Answer::new(text, values))?;
     Ok(outcomes)
 }

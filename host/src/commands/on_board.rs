@@ -77,8 +77,8 @@ fn alone(file: &Path, parsed: &Parsed<'_>, console: Console) -> Result {
 #[cfg(not(feature = "compose"))]
 fn alone(file: &Path, _: &Parsed<'_>, _: Console) -> Result {
     Err(Failure::input(format_args!(
-        "{}: has neither robot nor key nor [radio], so it is not of a member of a swarm, and for another robot this program was built \
-         without the feature `compose`; allowed: a program built with it (docs/robots-on-the-wire.md)",
+        "{}: has neither robot nor key nor [radio], so it is not for a forager; this program was built without the feature \
+         `compose`, which other robots need; allowed: a program built with it (docs/robots-on-the-wire.md)",
         file.display()
     )))
 }

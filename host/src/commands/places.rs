@@ -102,7 +102,10 @@ pub(crate) fn sorted_out(
     }
     if !todo.is_empty() {
         let are = if todo.len() == 1 { "was" } else { "were" };
-        console.say(format!("{} of {all} runs {are} begun before, and continue", todo.len()));
+        console.say(format!(
+            "{} of {all} runs {are} started before, and continue",
+            todo.len()
+        ));
     }
     todo.extend(new);
     Ok(Places { done, todo })

@@ -218,13 +218,10 @@ impl Planned<'_> {
                 ]
             };
             let rows: Vec<Vec<String>> = self.cards_at_most.iter().map(card).collect();
-            format!(
-                "\n{}",
-                columns(&["no card does more than", "M steps/s", "all runs"], &rows)
-            )
+            format!("\n{}", columns(&["maximum of a card", "M steps/s", "all runs"], &rows))
         };
         let robots = plan.robot_time.map_or_else(String::new, |time| {
-            format!("on robots: {time}; they take no sweeps, but each run with `oneiro run`\n\n")
+            format!("on robots: {time}; robots run no sweeps: start each run with `oneiro run`\n\n")
         });
         format!(
             "{}: {}, {} from {} each; {:.4} billion robot-steps; {} of memory for each run in progress\n\n\
@@ -288,8 +285,8 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
     let began = Instant::now();
     if arguments.shards.is_some() && !arguments.print_slurm {
         return Err(Failure::usage(
-            "--shards: counts the tasks of --print-slurm; allowed: with it. Without Slurm, `--shard 1/4` does the first of four \
-             shares of the runs, `--shard 2/4` the second, each in a process of its own",
+            "--shards: counts the tasks of --print-slurm; allowed: with it. Without Slurm, `--shard 1/4` does the first quarter \
+             of the runs, `--shard 2/4` the second, each in a separate process",
         ));
     }
     // Before the sweep's directory is made.
@@ -606,8 +603,8 @@ fn reported(dir: &Path, outcome: Option<&str>, out: Option<&Path>) -> Result<(An
                 let allowed = allowed.join(", ");
                 let instead = if name.starts_with("end_") {
                     format!(
-                        ". What a life ends with is in no table of a sweep; of the champions, `oneiro evaluate --genomes {} \
-                         --measures --summary` has it",
+                        ". A sweep's tables have no measures of an episode's end; `oneiro evaluate --genomes {} --measures \
+                         --summary` computes them for the champions",
                         dir.display()
                     )
                 } else {
@@ -709,7 +706,7 @@ fn extract(dir: &Path, run: &str, out: Option<&Path>, backend: &cli::Backend, co
     {
         return Err(Failure::failed(format_args!(
             "run {run} gave {} here and {} in the sweep; one of the machines can't be trusted: \
-             `oneiro device test` tells which",
+             `oneiro device test` shows which",
             console.hash(&result),
             console.hash(&known)
         )));
@@ -742,7 +739,7 @@ fn chosen(text: &str, plan: &Plan, dir: &Path) -> Result<RunIndex> {
             all - 1
         ))),
         _ => Err(Failure::input(format_args!(
-            "{}: {text} begins the ids of several runs",
+            "{}: {text} is the beginning of several ids",
             dir.display()
         ))),
     }

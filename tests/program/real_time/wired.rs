@@ -105,7 +105,7 @@ fn lives_are_recorded_and_not_lived_again() {
     let ran = ran.says(&[
         "4 episodes of 1 s, each after 0.5 s of driving about: 0.1 robot-minutes",
         "on Khepera (5.02,5.01) at serial:",
-        "life 4 of 4: genome 1, trial 1, fitness",
+        "episode 4 of 4: genome 1, trial 1, fitness",
     ]);
     assert!(body.stands());
     let index = Table::read(&place, "lives/lives.csv");

@@ -230,13 +230,13 @@ pub(crate) fn run(arguments: &DeviceBench, console: Console) -> Result {
     if let Some(path) = &arguments.share {
         share(path, &figures)?;
         console.say(format!(
-            "{} has these figures, the processor's name, the devices and their drivers, and nothing else of this machine",
+            "{} has these figures, the processor's name, the devices and their drivers; nothing else about this machine",
             path.display()
         ));
     }
     let mut text = format!(
-        "Million robot-steps per second, and times {} on one thread.\n\
-         {}, {} a rollout.\n\n{}\n",
+        "Million robot-steps per second, and the ratio to {} on one thread.\n\
+         {}, {} an episode.\n\n{}\n",
         subject.reference().map_or("the slowest lane code", |(lanes, _)| lanes),
         subject.text,
         counted(subject.cycles, "cycle", "cycles"),
@@ -253,7 +253,7 @@ pub(crate) fn run(arguments: &DeviceBench, console: Console) -> Result {
         let _ = writeln!(
             text,
             "{device}: first result, of {}, {seconds:.2} s after opening it",
-            counted(*rollouts, "rollout", "rollouts")
+            counted(*rollouts, "episode", "episodes")
         );
     }
     console.print_answer(&Answer::new(text, figures))
@@ -318,7 +318,7 @@ pub(crate) fn measure(
     // Rollouts and steps per second.
     let mut references: Vec<(u32, f64)> = Vec::new();
     for &size in &plan.sizes {
-        console.say(format!("timing batches of {}", counted(size, "rollout", "rollouts")));
+        console.say(format!("timing batches of {}", counted(size, "episode", "episodes")));
         let batch = subject.batch(size)?;
         let steps = batch.steps() as f64;
         let affordable = |&i: &usize| {
@@ -419,7 +419,7 @@ pub(crate) fn table(cells: &[Cell]) -> String {
             devices.push(device);
         }
     }
-    let heads: Vec<String> = sizes.iter().map(|size| counted(*size, "rollout", "rollouts")).collect();
+    let heads: Vec<String> = sizes.iter().map(|size| counted(*size, "episode", "episodes")).collect();
     let mut head = vec!["device", "threads"];
     head.extend(heads.iter().map(String::as_str));
     let rows: Vec<Vec<String>> = devices

@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &DeviceCompile, console: Console) -> Result {
     let kernel = worlds.kernel().name;
     if ahead::ships(&worlds) {
         let message = format!(
-            "{kernel}, the kernel of {}, ships with this program, compiled: there is nothing to do",
+            "{kernel}, the kernel of {}, ships with this program: there is nothing to compile",
             experiment.name()
         );
         return console.print_answer(&Answer {
@@ -57,7 +57,7 @@ pub(crate) fn run(arguments: &DeviceCompile, console: Console) -> Result {
         known
     } else {
         console.say(format!(
-            "compiling {kernel} by Rust {}: some ten seconds in all",
+            "compiling {kernel} with Rust {}: about ten seconds",
             toolchain.version()
         ));
         let begin = Instant::now();
@@ -100,9 +100,7 @@ impl Report {
     /// # Errors
     /// Exit 1: a bit differs. Exit 4: code can't be run.
     fn check(&mut self, worlds: &Worlds, compiled: &Compiled, console: Console) -> Result {
-        console.say(format!(
-            "comparing {LIVES} lives of random genomes with those by {REFERENCE}"
-        ));
+        console.say(format!("comparing {LIVES} episodes of random genomes with {REFERENCE}"));
         let genomes: Vec<_> = (0..LIVES)
             .map(|index| workload::genome(worlds.genes()[0], 1.0, 1, index))
             .collect();
@@ -126,8 +124,8 @@ impl Report {
             let [own_first, own] = lived(name)?;
             if !is_same(&own_first, &first) || !is_same(&own, &whole) {
                 return Err(Failure::failed(format_args!(
-                    "{name}, compiled by Rust {}, has other bits than {REFERENCE} for {}: nothing is kept of it; this is a mistake \
-                     in Oneiro or in the toolchain, please report it with the experiment",
+                    "{name}, compiled with Rust {}, has other bits than {REFERENCE} for {}, and is not kept. This is a mistake in \
+                     Oneiro or in the toolchain: please report it with the experiment",
                     compiled.rust, self.kernel
                 )));
             }
@@ -178,8 +176,8 @@ impl Report {
             })
             .collect();
         let text = format!(
-            "{} {made}, by Rust {}: {} kB. Commands on this machine use it by themselves.\n\
-             Of {LIVES} lives of random genomes every number is the same, bit for bit, as by {REFERENCE}.\n\n{}",
+            "{} {made}, with Rust {}: {} kB. Commands on this machine use it automatically.\n\
+             {LIVES} episodes of random genomes have the same bits as by {REFERENCE}.\n\n{}",
             self.kernel,
             compiled.rust,
             compiled.bytes.div_ceil(1_000),

@@ -99,5 +99,5 @@ fn compiled(adapter: &oneiro::gpu::Adapter) -> Result<Vec<Compiled>, String> {
     not(any(windows, target_os = "linux", target_os = "android", target_os = "freebsd"))
 ))]
 fn compiled(_: &oneiro::gpu::Adapter) -> Result<Vec<Compiled>, String> {
-    Err("only drivers of Vulkan tell".into())
+    Err("only Vulkan drivers report it".into())
 }

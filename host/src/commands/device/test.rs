@@ -199,7 +199,7 @@ fn examined(arguments: &DeviceTest, console: Console) -> Result<Found> {
     // Each has some dozen robots.
     subjects.push(("swarm".into(), Lives::of_swarms()?, arguments.rollouts / 20));
     for (name, lives, rollouts) in subjects {
-        console.say(format!("lives of the {name}"));
+        console.say(format!("episodes: {name}"));
         let reference = Reference::new(&name, &lives, rollouts)?;
         for candidate in &candidates {
             reference.check(candidate, &mut checks)?;
@@ -445,7 +445,7 @@ impl Reference {
         }
         let mut cut = candidate.open(Some(CHUNK), Specialise::Never)?;
         let lives = in_parts(cut.as_mut(), &self.batch)?;
-        checks.push(same("fitness, lives and batch cut", self.fitness(&lives)));
+        checks.push(same("fitness, episodes and batch cut", self.fitness(&lives)));
         let lives = evaluator.evaluate(&self.altered, &control)?;
         let what = format!("{lives_of}: one constant 1 ulp up must show");
         checks.push(Check::control(what, name, self.trace(&lives)));

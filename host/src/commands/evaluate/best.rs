@@ -52,12 +52,12 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     };
     let mut evaluator = arguments.backend.open()?;
     console.say(format!(
-        "{}, {lives} lives each, seed {seed}, on {}",
+        "{}, {lives} episodes each, seed {seed}, on {}",
         counted(subjects.genomes.len(), "genome", "genomes"),
         device::name(evaluator.as_ref())
     ));
     let control = Control::new();
-    let fitness = progress::watched(all.steps(), "appraising", console.bars(), &control, || {
+    let fitness = progress::watched(all.steps(), "evaluating", console.bars(), &control, || {
         all.fitness(evaluator.as_mut(), &control)
     })?;
     device::tell_warnings(evaluator.as_ref(), console);

@@ -34,7 +34,7 @@ pub(super) fn lived(arguments: &Evaluate, lives: &Lives<'_>, console: Console) -
     let told = |life: usize, lived: &Lived| {
         let LifeIndex { genome, number } = indices[life];
         console.say(format!(
-            "life {} of {}: genome {genome}, trial {number}, fitness {}",
+            "episode {} of {}: genome {genome}, trial {number}, fitness {}",
             1 + ended.fetch_add(1, Ordering::Relaxed),
             indices.len(),
             lived.fitness
@@ -59,11 +59,11 @@ fn site(values: &OnRobot, console: Console) -> Result<Site> {
     match (Robots::at(&values.robots).map_err(refused)?, &values.lives) {
         (Robots::Surrogate(seed), None) => Ok(Site::drawn(seed, values.severity.unwrap_or(SEVERITY))),
         (Robots::Surrogate(_), Some(_)) => Err(Failure::usage(format_args!(
-            "--lives: {} is simulated, and its lives need no record; allowed: with a robot on a wire",
+            "--lives: {} is simulated, and its episodes need no record; allowed: with a connected robot",
             addresses()
         ))),
         (Robots::Wired(_), None) => Err(Failure::usage(format_args!(
-            "--robot {}: lacks --lives DIR; allowed: a directory where its lives are recorded",
+            "--robot {}: lacks --lives DIR; allowed: a directory for the record of its episodes",
             addresses()
         ))),
         (Robots::Wired(wires), Some(directory)) => {

@@ -39,7 +39,7 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
     let contests = arguments.trials.unwrap_or(CONTESTS);
     if contests > MOST_CONTESTS {
         return Err(Failure::input(format_args!(
-            "--trials {contests}: are too many contests of each pair; allowed with --tournament: 1 to {MOST_CONTESTS}"
+            "--trials {contests}: is too many episodes of each pair; allowed with --tournament: 1 to {MOST_CONTESTS}"
         )));
     }
     let mut runs = Vec::new();
@@ -218,7 +218,7 @@ impl Played {
             "{}: {} of each population, {} a pair\n  {:<12}{:>10}{:>14}{:>14}{:>10}{:>18}\n",
             directory.display(),
             counted(self.generations.len(), "best one", "best ones"),
-            counted(self.contests, "contest", "contests"),
+            counted(self.contests, "episode", "episodes"),
             "population",
             "mean",
             format!("first {ENDS}"),

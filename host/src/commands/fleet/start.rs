@@ -73,7 +73,7 @@ pub(super) fn run(arguments: &FleetStart, console: Console) -> Result {
             Ok(())
         }
         End::Stopped(at) => Err(Failure::stopped(format_args!(
-            "stopped after {:.1} min of the experiment; robots stand, and their daemons run: `oneiro fleet start` goes on, `stop` ends them",
+            "stopped after {:.1} min of the experiment; robots stand, and their daemons run: `oneiro fleet start` continues, `stop` ends them",
             minutes(at)
         ))),
     }

@@ -32,11 +32,7 @@ static COLUMNS: [Column; 6] = [
         "from the robot's rim to the nearest object; `all` for all distances",
     ),
     Column::whole("cycles", "", "cycles that were compared"),
-    Column::number(
-        "mean",
-        "",
-        "mean of what was read minus what was predicted, as activations",
-    ),
+    Column::number("mean", "", "mean of reading minus prediction, as activations"),
     Column::number("deviation", "", "its standard deviation"),
     Column::number("size", "", "the root of its mean square"),
 ];
@@ -55,7 +51,7 @@ pub(crate) fn run(arguments: &RobotCalibrate, console: Console) -> Result {
     }
     if lives.is_empty() {
         return Err(Failure::input(
-            "--lives: there is no complete life; allowed: one and more",
+            "--lives: has no complete episode; allowed: one and more",
         ));
     }
     let engine = arguments.backend.engine()?;
@@ -67,13 +63,13 @@ pub(crate) fn run(arguments: &RobotCalibrate, console: Console) -> Result {
     for (file, text) in [(ERRORS, &errors(&calibration)), (SETTINGS, &settings)] {
         disk::write(&out.join(file), text.as_bytes())?;
     }
-    describe(out, "Calibration of a simulator by lives on a robot", &contents())?;
+    describe(out, "Calibration of a simulator by episodes on a robot", &contents())?;
     filling.finish()?;
     let text = format!("{}\n{settings}", summary(&calibration));
     console.print_answer(&Answer::new(text, value(&calibration)))?;
     let experiment = files::for_shell(&arguments.experiment.display().to_string());
     console.say(format!(
-        "wrote {0}: {PAGE}, and {SETTINGS} with values for {1}; put those that you want into that file",
+        "wrote {0}: {PAGE}, and {SETTINGS} with values for {1}; copy those that you want into that file",
         out.display(),
         arguments.experiment.display()
     ));
@@ -92,7 +88,7 @@ pub(crate) fn contents() -> Vec<Entry> {
         Entry::table(ERRORS, "errors of readings: one row per sensor and distance", &COLUMNS),
         Entry::file(
             SETTINGS,
-            "values for an experiment that follow, with comments; nothing uses them by itself",
+            "resulting values for an experiment, with comments; nothing uses them automatically",
         ),
     ]
 }
@@ -123,7 +119,7 @@ fn errors(calibration: &Calibration) -> String {
 
 fn summary(calibration: &Calibration) -> String {
     let readings = &calibration.readings;
-    let lives = counted(calibration.lives, "life", "lives");
+    let lives = counted(calibration.lives, "episode", "episodes");
     let mut text = format!(
         "{lives}, {}; readings are {:.0} ms old\n",
         counted(calibration.cycles, "cycle", "cycles"),

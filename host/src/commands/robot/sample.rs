@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &RobotSample, console: Console) -> Result {
         (true, Err(_)) => None,
         (false, Err(invalid)) => {
             let or = if invalid.is_no_address() {
-                ", or FILE.toml, an experiment with a described robot"
+                ", or FILE.toml, an experiment with a parametric robot"
             } else {
                 ""
             };
@@ -57,7 +57,7 @@ pub(crate) fn run(arguments: &RobotSample, console: Console) -> Result {
     };
     if let Some(option) = arguments.wired.given() {
         return Err(Failure::input(format_args!(
-            "{option}: is given with --robot {}; allowed: with a robot on a wire",
+            "{option}: is given with --robot {}; allowed: with a connected robot",
             arguments.robot
         )));
     }

@@ -118,7 +118,7 @@ fn a_run_ends_on_a_robot() {
     let plan = ["sweep", "plan", "sweep.toml", "--no-estimate"];
     let planned = place.good(&plan);
     // Two runs of four lives of a second.
-    let words = "on robots: 0.1 robot-minutes; they take no sweeps, but each run with `oneiro run`";
+    let words = "on robots: 0.1 robot-minutes; robots run no sweeps: start each run with `oneiro run`";
     assert!(planned.contains(words), "{planned}");
     let planned: Value = serde_json::from_str(&place.good(&[&plan[..], &["--json"]].concat())).unwrap();
     let minutes = |key: &str| planned[key].as_f64().unwrap();
@@ -130,7 +130,7 @@ fn a_run_ends_on_a_robot() {
     let calibrate = ["robot", "calibrate", "wire.toml", "--lives", "out/lives", "--out"];
     let told = place.good(&[&calibrate[..], &["calibrated"]].concat());
     assert!(
-        told.contains("4 lives, 40 cycles") && told.contains("wheels turn at"),
+        told.contains("4 episodes, 40 cycles") && told.contains("wheels turn at"),
         "{told}"
     );
     let told: Value = serde_json::from_str(&place.good(&[&calibrate[..], &["again", "--json"]].concat())).unwrap();

@@ -250,7 +250,7 @@ fn genomes_are_evaluated_on_three_robots() {
     let ran = place.run(&arguments).exits(0);
     let ran = ran.says(&[
         "4 episodes of 1 s, each after 0.5 s of driving about: 0.1 robot-minutes, 0.1 minutes with 3 robots",
-        "life 4 of 4: ",
+        "episode 4 of 4: ",
     ]);
     assert!(bodies.iter().all(Body::stands));
     assert_eq!(robots_of(&place, "lives").len(), 3);

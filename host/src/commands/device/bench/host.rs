@@ -180,13 +180,13 @@ fn table(rows: &[Row]) -> String {
         })
         .collect();
     let mut text = format!(
-        "Million individuals per second that the host evolves and records, on a device that answers at once (`{NULL}`).\n\
+        "Million individuals per second that the host evolves and records, with a device that takes no time (`{NULL}`).\n\
          Runs of {INDIVIDUALS} individuals and {GENERATIONS} generations of the default experiment, as in a sweep; medians of {TURNS} turns.\n\n"
     );
     // Writing to a string can't fail.
     let _ = write!(
         text,
-        "{}\nShares are of the time of the engine's thread and of all that work for it; results are placed by the device's thread meanwhile.\n",
+        "{}\nPercentages are of the time of the engine's thread and its workers. Meanwhile the device's thread stores the results.\n",
         columns(&head, &cells)
     );
     text

@@ -77,7 +77,7 @@ impl AtTerminal {
         if !terminal.is_there() {
             return Err(Failure::input(
                 "standard input is no terminal, and somebody has to place the robot for each row; allowed: a terminal, or \
-                 --yes where the robot or the object is moved otherwise",
+                 --yes if a machine places the robot or the object",
             ));
         }
         Ok(Self { terminal, console })

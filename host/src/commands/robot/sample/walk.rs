@@ -449,7 +449,7 @@ fn doubts(overlap: Overlap, row: &Row, names: &[String], is_near: bool) -> Vec<(
             }
             if difference > MOST_DIFFERENCE {
                 let words = format!(
-                    "readings of the same bearings are {difference:.0} apart in the mean; allowed: {MOST_DIFFERENCE} of \
+                    "readings of the same bearings differ by {difference:.0} on average; allowed: {MOST_DIFFERENCE} of \
                      {GREATEST_READING}"
                 );
                 doubts.push((words, false));
@@ -463,7 +463,10 @@ fn doubts(overlap: Overlap, row: &Row, names: &[String], is_near: bool) -> Vec<(
         .collect();
     if !saturated.is_empty() {
         doubts.push((
-            format!("the greatest reading at most bearings: {}", saturated.join(", ")),
+            format!(
+                "the maximum reading at more than half of the bearings: {}",
+                saturated.join(", ")
+            ),
             false,
         ));
     }

@@ -281,7 +281,7 @@ fn saturated_dead_and_noisy_rows_are_doubted() {
     assert!(of(good, row(3, 1022), true).is_empty());
     assert_eq!(
         of(good, row(3, 1023), true),
-        ["the greatest reading at most bearings: two"]
+        ["the maximum reading at more than half of the bearings: two"]
     );
     assert_eq!(of(Overlap::Blank, row(0, 0), true), ["all readings are 0"]);
     assert!(of(Overlap::Blank, row(0, 0), false).is_empty());
@@ -289,7 +289,7 @@ fn saturated_dead_and_noisy_rows_are_doubted() {
         drift: 0.0,
         difference: 80.4,
     };
-    assert!(of(noisy, row(1, 1), true)[0].contains("are 80 apart in the mean; allowed: 60 of 1023"));
+    assert!(of(noisy, row(1, 1), true)[0].contains("differ by 80 on average; allowed: 60 of 1023"));
     assert!(of(Overlap::Unlike, row(1, 1), true)[0].contains("it has not turned exactly once, or something has moved"));
 }
 
