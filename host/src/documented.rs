@@ -33,7 +33,7 @@ fn page() -> String {
         ("A sweep of single robots", of_single),
         ("A sweep of swarms", of_swarms),
         ("A comparison", oneiro_lab::compare::contents()),
-        ("Lives on a robot", logbook::all_contents()),
+        ("Episodes on a robot", logbook::all_contents()),
         ("A calibration", commands::robot::calibrate::contents()),
         #[cfg(all(unix, feature = "compose"))]
         (

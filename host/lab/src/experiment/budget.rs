@@ -14,7 +14,7 @@ pub(super) fn words(budget: u64, episodes: Episodes, evolution: &Settings, cours
     } else {
         let generations = counted(evolution.generations, "generation", "generations");
         if evolution.is_coevolution() {
-            let contests = counted(evolution.tables.opponents.contests, "contest", "contests");
+            let contests = counted(evolution.tables.opponents.contests, "episode", "episodes");
             format!("{generations} of 2 x {individuals} x {contests}")
         } else {
             format!("{generations} of {individuals}")

@@ -235,8 +235,7 @@ impl Experiment for SwarmExperiment {
 
     fn check_lives(&self, _: u32) -> Result<String> {
         Err(Failure::usage(
-            "--lives: is given for a swarm, whose arithmetic is shipped and checked by the tests; allowed: experiments of single \
-             robots",
+            "--lives: is given for the foraging study, which has no custom arithmetic to check; allowed: other experiments",
         ))
     }
 
