@@ -236,7 +236,7 @@ fn the_pages_battery_empties() {
     );
     let checked = place.good(&["check", "battery.toml"]);
     assert!(
-        checked.contains("up to 166 mm/s, a battery of 3 s, which ends life when it is empty"),
+        checked.contains("up to 166 mm/s, a battery of 3 s, which ends the episode when empty"),
         "{checked}"
     );
     let trace = traced(&place, "battery.toml", "run");
@@ -448,7 +448,7 @@ fn a_described_robot_is_summed_up_and_drawn() {
     let more = place.good(&[&check[..], &["--set", patches, "--set", "evolution.elite=1"]].concat());
     for words in [
         "0 blocks, 1 light, 2 floor patches; ",
-        "; the best one is in the next generation as it is\n",
+        "; the best one survives unchanged\n",
     ] {
         assert!(more.contains(words), "{more}");
     }

@@ -286,8 +286,8 @@ fn breeding(evolution: &Settings) -> String {
             OpponentKind::HallOfFame => "all earlier generations".to_owned(),
         };
         return format!(
-            " of each of two populations; {} of each individual with the best of {met}",
-            counted(opponents.contests, "episode", "episodes")
+            " of each of two populations; each individual meets {}, the best of {met}",
+            counted(opponents.contests, "opponent", "opponents")
         );
     }
     if evolution.kind != Optimiser::Genetic {
@@ -548,7 +548,7 @@ mod tests {
         assert_eq!(
             noise(all, &robot, &own),
             "-0.2 to 0.2 is added to each activation; what is perceived walks within 30 mm, 1.5 mm a cycle; \
-             motion varies by a share of 0.1; each activation varies by a share of 0.5; \
+             motion varies by a fraction of 0.1; each activation varies by a fraction of 0.5; \
              the robot veers by up to 0.06 turns a metre; commands act up to 0.6 cycles late; all except the walk is drawn once an episode"
         );
         robot.build = Build::Differential(Differential {
@@ -557,7 +557,7 @@ mod tests {
         });
         assert_eq!(
             noise(Noise::default(), &robot, &own),
-            "each wheel's speed varies by a share of 0.05"
+            "each wheel's speed varies by a fraction of 0.05"
         );
     }
 }

@@ -347,7 +347,7 @@ mod tests {
         );
         let said = told["first"][2].as_str().unwrap();
         assert!(
-            said.contains("cell 12, fitness 12") && said.contains("this life 1.5") && said.contains("<b> 5"),
+            said.contains("cell 12, fitness 12") && said.contains("this episode 1.5") && said.contains("<b> 5"),
             "{said}"
         );
         assert!(
