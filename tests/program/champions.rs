@@ -1167,7 +1167,7 @@ fn incomparable_genomes_are_refused_with_the_key() {
         (3, &["mixed"], &["different experiments (controller.kind: "]),
         (3, &["mixed", "--best", "small.toml"], &["22 genes", "allowed: 18"]),
         (3, &["hidden", "--best", "small.toml"], &["46 genes", "allowed: 18"]),
-        (3, &["swarms"], &["swarms", "allowed: sweeps of single robots"]),
+        (3, &["swarms"], &["swarms", "allowed: sweeps of other experiments"]),
         (
             3,
             &["unfinished"],

@@ -309,7 +309,7 @@ fn mistakes_are_told_with_what_to_do_instead() {
             3,
             &["evaluate", "swarm.toml", "--random", "3"],
             &[
-                "swarm.toml: is a swarm of the 2014 study; allowed: experiments of single robots, or of robots with robot.count",
+                "swarm.toml: is the foraging study; allowed: experiments with one robot, or with robot.count",
             ],
         ),
         (

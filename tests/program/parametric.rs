@@ -353,7 +353,7 @@ fn the_pages_robot_runs() {
             "arena.floor=0.5",
         ])
         .exits(3)
-        .says(&["arena: has a preset and values of its own"]);
+        .says(&["arena: has a preset and other keys"]);
     let both = ["run", "own.toml", "--seed", "1", "--set", "robot.tables=khepera"];
     place.run(&both).exits(3).says(&["robot.tables"]);
     let other = ["check", "own.toml", "--set", "robot.kind=sampled"];

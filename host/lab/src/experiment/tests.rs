@@ -569,7 +569,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[arena]\npreset = \"open\"\nwidth_mm = 3",
-        "test.toml:1:1: arena: has a preset and values of its own",
+        "test.toml:1:1: arena: has a preset and other keys",
     ),
     (
         "[[arena.walls]]\nfrom_mm = [0, 0]\nto_mm = [9, 9]",

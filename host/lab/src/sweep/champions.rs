@@ -29,7 +29,7 @@ impl Champions {
         let refused = |problem: &str| Err(Failure::input(format_args!("{}: {problem}", directory.display())));
         if plan.layouts.contains(&None) {
             return refused(
-                "is a sweep of the foraging study, whose controllers evolve together; allowed: sweeps of experiments",
+                "is a sweep of the foraging study, whose controllers evolve together; allowed: sweeps of other experiments",
             );
         }
         let path = tables::table(directory, contents::CHAMPIONS)?;

@@ -213,7 +213,9 @@ impl Experiment for SwarmExperiment {
     fn check(&self, picture: Option<&Path>) -> Result<Answer> {
         let settings = self.settings();
         if picture.is_some() {
-            return Err(Failure::usage("--out: an arena of a swarm is drawn by `oneiro replay`"));
+            return Err(Failure::usage(
+                "--out: `oneiro replay` draws the foraging study's arena",
+            ));
         }
         let value = json!({
             "name": self.name(),
