@@ -592,7 +592,7 @@ fn a_champion_lives_from_another_start() {
     let words = place.good(&["replay", "runs/run-2", "--seed", "5", "--out", "again"]);
     assert!(words.contains("not compared"), "{words}");
     assert!(
-        words.contains(" of 2 lives (mean) (bits ") && words.contains("\nlife 0: fitness "),
+        words.contains(" of 2 episodes (mean) (bits ") && words.contains("\nepisode 0: fitness "),
         "{words}"
     );
     place
@@ -750,7 +750,7 @@ fn a_champion_is_the_finalist_with_the_best_mean() {
     assert_eq!(checked["robot_steps"].as_u64(), Some((20 * 5 * 2 + 21 * LIVES) * 300));
     let shown = place.good(&["resume", "runs/run-2"]);
     assert!(
-        shown.contains("of 100 lives (95 %: ") && shown.contains("luckiest  fitness"),
+        shown.contains("of 100 episodes (95 %: ") && shown.contains("luckiest  fitness"),
         "{shown}"
     );
 }
@@ -811,7 +811,7 @@ fn without_finalists_the_champion_is_the_luckiest() {
             "evolution.finalist_lives=1000",
         ])
         .exits(3)
-        .says(&["evolution.finalist_lives", "1000000 lives"]);
+        .says(&["evolution.finalist_lives", "1000000 episodes"]);
 }
 
 /// A sweep of cells that differ in their evolution alone, and its directory `sweep/`.
@@ -1167,7 +1167,7 @@ fn incomparable_genomes_are_refused_with_the_key() {
         (3, &["mixed"], &["different experiments (controller.kind: "]),
         (3, &["mixed", "--best", "small.toml"], &["22 genes", "allowed: 18"]),
         (3, &["hidden", "--best", "small.toml"], &["46 genes", "allowed: 18"]),
-        (3, &["swarms"], &["swarms", "allowed: sweeps of single robots"]),
+        (3, &["swarms"], &["swarms", "allowed: sweeps of other experiments"]),
         (
             3,
             &["unfinished"],

@@ -309,13 +309,13 @@ fn mistakes_are_told_with_what_to_do_instead() {
             3,
             &["evaluate", "swarm.toml", "--random", "3"],
             &[
-                "swarm.toml: is a swarm of the 2014 study; allowed: experiments of single robots, or of robots with robot.count",
+                "swarm.toml: is the foraging study; allowed: experiments with one robot, or with robot.count",
             ],
         ),
         (
             3,
             &["replay", "robots", "--start", "100,100,0"],
-            &["--start: is given, and robots that live together start at random; allowed: with single robots"],
+            &["--start: is given, and a swarm's robots start at random; allowed: with single robots"],
         ),
         (
             3,
@@ -636,12 +636,12 @@ fn without_noise_wheels_have_none_either() {
         let line = summary.lines().find(|line| line.starts_with("  noise "));
         line.unwrap().to_owned()
     };
-    assert!(noise(&sensors_off).ends_with("  each wheel's speed varies by a share of 0.3"));
+    assert!(noise(&sensors_off).ends_with("  each wheel's speed varies by a fraction of 0.3"));
     assert!(noise(&["--set", "robot.wheel_noise=0", sensors_off[0], sensors_off[1]]).ends_with("  none"));
 
     place.good(&["new", "parts", "--task", "mine"]);
     let parts = place.good(&["check", "parts.toml"]);
-    assert!(parts.contains("none; parts may have their own"), "{parts}");
+    assert!(parts.contains("none; custom parts may add noise"), "{parts}");
     place
         .run(&[
             "evaluate",

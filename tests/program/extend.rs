@@ -84,15 +84,15 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
     for (body, words) in [
         (
             "    let heat = 0.5f * before.heat;\n    return Reward(heat, TaskState(heat));",
-            &["own.wgsl:11:16: 0.5f * 1.1754944e-38f is 5.877472e-39f, which is subnormal, in 6 of 6 lives"][..],
+            &["own.wgsl:11:16: 0.5f * 1.1754944e-38f is 5.877472e-39f, which is subnormal, in 6 of 6 episodes"][..],
         ),
         (
             "    let heat = before.heat *\n        (1e30f + now.start.x);\n    return Reward(0.0f, TaskState(heat));",
-            &["own.wgsl:11:16: 1e30f * 1e30f is inff, which is infinite, in 6 of 6 lives"],
+            &["own.wgsl:11:16: 1e30f * 1e30f is inff, which is infinite, in 6 of 6 episodes"],
         ),
         (
             "    return Reward(share(max(now.moved.left - 2.0f, 0.0f)), before);",
-            &["own.wgsl:8:12: reciprocal(0.0f) is out of its range", "in 6 of 6 lives"],
+            &["own.wgsl:8:12: reciprocal(0.0f) is out of its range", "in 6 of 6 episodes"],
         ),
         (
             "    let step = u32(now.start.x - 1e6f);\n    return Reward(f32(step), before);",
@@ -102,7 +102,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
             "    return Reward(root(now.moved.left - 2.0f), before);",
             &[
                 "own.wgsl:11:19: root(-",
-                "f) is out of its range, which is 0, and from 8e-31, in 6 of 6 lives; allowed: ",
+                "f) is out of its range, which is 0, and from 8e-31, in 6 of 6 episodes; allowed: ",
             ],
         ),
         (
@@ -127,7 +127,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
         place.run(&check).exits(3).says(words);
     }
     place.write("own.wgsl", part("    return Reward(now.start.x, before);"));
-    place.run(&check).exits(0).says(&["6 lives: all numbers are exact"]);
+    place.run(&check).exits(0).says(&["6 episodes: all numbers are exact"]);
     // So are those of the page's parts, of what ships, and of a described robot's surrogate.
     circles(&place);
     place.write("described.toml", "cycles = 100\n[robot]\npreset = \"epuck\"\n");
@@ -136,7 +136,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
         place
             .run(&["check", file, "--lives", "4"])
             .exits(0)
-            .says(&["4 lives: all numbers are exact"]);
+            .says(&["4 episodes: all numbers are exact"]);
     }
 }
 
@@ -743,7 +743,7 @@ fn what_comes_after_a_run_is_as_the_page_says() {
     // Cells are compared by what no selection has seen, and two runs are too few to differ.
     let page = place.text("sweep/report.html");
     for words in [
-        "<dd>mean fitness of the champion's fresh lives; more is better</dd>",
+        "<dd>mean fitness of the champion's new episodes; more is better</dd>",
         "<dd>2; two cells of so few can't differ with p below 0.333: take more seeds</dd>",
     ] {
         assert!(page.contains(words), "{page}");
@@ -842,7 +842,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {
                 "cpu",
             ];
             let said = place.run(&run).exits(0).stderr;
-            let warning = format!("warning: {out}: 36 individuals have a measure that is NaN, and so no behaviour");
+            let warning = format!("warning: {out}: 36 individuals have a measure that is NaN: no behaviour");
             assert_eq!(said.contains(&warning), expected > 0, "{said}");
             let rows = (0..3).map(|generation| format!("{generation},{}\n", expected / 3));
             assert_eq!(
@@ -905,12 +905,12 @@ fn parts_are_shown_and_what_hardly_is_meant_is_told() {
         (
             "own.arrived != 0u",
             "true",
-            "warning: run: the champion's life ended before its first cycle: its task ended it at once",
+            "warning: run: the champion's episode ended before its first cycle: its task ended it at once",
         ),
         (
             "return Reward(",
             "return Reward(reciprocal(0.0f * pose_of(now)) + ",
-            "no mean of 100 lives: the fitness of some is not a number (NaN)",
+            "no mean of 100 episodes: the fitness of some is not a number (NaN)",
         ),
     ] {
         let helper = "fn pose_of(now: Experience) -> f32 { return now.end.x; }\n";

@@ -465,7 +465,7 @@ fn pipes_and_links_in_lives_fleets_and_samples() {
     }
     planted(
         &place,
-        "Lives on a robot",
+        "Episodes on a robot",
         "lives",
         &["robot calibrate small.toml --lives DIR --out calibrated --backend cpu"],
     );

@@ -227,7 +227,7 @@ fn a_life_that_ends_early_is_played_to_its_end() {
     assert!(page.contains("10 robots share a world for 0.7 s: 7 lines, one each 0.1 s."));
     assert_eq!(place.text(format!("{out}/replay.csv")).lines().count(), 8);
     let (out, replayed) = mission(0);
-    replayed.says(&["warning: there is no page that plays the life: it ends before its first cycle"]);
+    replayed.says(&["warning: there is no page that plays the episode: it ends before its first cycle"]);
     assert!(!place.at(format!("{out}/replay.html")).exists());
 }
 

@@ -236,7 +236,7 @@ fn the_pages_battery_empties() {
     );
     let checked = place.good(&["check", "battery.toml"]);
     assert!(
-        checked.contains("up to 166 mm/s, a battery of 3 s, which ends life when it is empty"),
+        checked.contains("up to 166 mm/s, a battery of 3 s, which ends the episode when empty"),
         "{checked}"
     );
     let trace = traced(&place, "battery.toml", "run");
@@ -353,7 +353,7 @@ fn the_pages_robot_runs() {
             "arena.floor=0.5",
         ])
         .exits(3)
-        .says(&["arena: has a preset and values of its own"]);
+        .says(&["arena: has a preset and other keys"]);
     let both = ["run", "own.toml", "--seed", "1", "--set", "robot.tables=khepera"];
     place.run(&both).exits(3).says(&["robot.tables"]);
     let other = ["check", "own.toml", "--set", "robot.kind=sampled"];
@@ -448,7 +448,7 @@ fn a_described_robot_is_summed_up_and_drawn() {
     let more = place.good(&[&check[..], &["--set", patches, "--set", "evolution.elite=1"]].concat());
     for words in [
         "0 blocks, 1 light, 2 floor patches; ",
-        "; the best one is in the next generation as it is\n",
+        "; the best one survives unchanged\n",
     ] {
         assert!(more.contains(words), "{more}");
     }

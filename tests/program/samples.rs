@@ -440,7 +440,7 @@ fn what_cannot_be_is_refused() {
     };
     bad(
         "cycles = 5\n",
-        "its robot.kind is `sampled`; allowed: an experiment with a described robot",
+        "its robot.kind is `sampled`; allowed: an experiment with a parametric robot",
     );
     bad(&twin, "has no sensor of the kind proximity; allowed: one or more");
     let other = place.text("own.toml").replace("200.0", "100.0");

@@ -165,7 +165,7 @@ fn lives_are_recorded_and_not_lived_again() {
     assert_ne!(changed, last);
     place.write("lives/life-2.csv", format!("{head}\n{changed}\n"));
     let refused = place.run(&arguments(&address, &[])).exits(5);
-    refused.says(&["life 2: its table gives the fitness"]);
+    refused.says(&["episode 2: its table gives the fitness"]);
 }
 
 /// A Khepera at 9600 baud, where sensors, odometers and a command take 92 ms together.
@@ -254,7 +254,7 @@ fn what_ends_a_life_early_is_recorded() {
     assert!(took < Duration::from_millis(500), "{took:?}");
     let ran = place::Ran::new(&["evaluate"], &program.wait_with_output().unwrap()).exits(75);
     ran.says(&[
-        "cut short, and lived again: the sensors can't be read",
+        "cut short; the episode is repeated: the sensors can't be read",
         "run the same command again to continue",
     ]);
     let index = Table::read(&place, "lives/lives.csv");
@@ -442,7 +442,7 @@ fn what_can_not_be_lived_is_refused() {
         (
             &["--robot", &robot, "--lives", "new", "--speed", "300"],
             3,
-            &["the greatest speed is 300 mm/s, and the guard allows 200.0 mm/s"],
+            &["the maximum speed is 300 mm/s, and the guard allows 200.0 mm/s"],
         ),
         (
             &["--robot", &robot, "--lives", "new", "--sensor", "left_90=prox_5"],

@@ -422,7 +422,7 @@ fn of_sweeps_say_where_and_what_is_allowed() {
     refused_with(
         &place,
         "a swarm in reality",
-        &["sweep.toml:3:1: reality: is given for a swarm", "allowed: "],
+        &["sweep.toml:3:1: reality: is given for the foraging study", "allowed: "],
     );
     let list = |count: u32| format!("{:?}", (1..=count).collect::<Vec<_>>());
     let keys = [

@@ -17,7 +17,7 @@ pub fn lives(directory: &Path, sensors: &[String]) -> Result<Vec<Logged>> {
     let index = directory.join(INDEX);
     if !index.is_file() {
         return Err(Failure::input(format_args!(
-            "{}: has no {INDEX}; allowed: what `oneiro evaluate --robot --lives` has written, or the folder lives of a run",
+            "{}: has no {INDEX}; allowed: a folder that `oneiro evaluate --robot --lives` wrote, or a run's folder `lives`",
             directory.display()
         )));
     }
@@ -100,7 +100,7 @@ impl Table {
             head.iter().position(|own| own == *name).ok_or_else(|| {
                 let own: Vec<&str> = head.iter().collect();
                 Failure::input(format_args!(
-                    "{path}: has no column `{name}`, but {}; allowed: lives of the experiment's robot",
+                    "{path}: has no column `{name}`, but {}; allowed: episodes of the experiment's robot",
                     own.join(", ")
                 ))
             })

@@ -26,7 +26,7 @@ pub fn page(name: &str, calibration: &Calibration, settings: &str) -> String {
     let lead = paragraph(&format!(
         "How well the simulator of {name} predicts the robot, by {cycles} cycles of {}. Errors are what the robot read, \
          as an activation from 0 to 1, minus what the simulator reads at the same place.",
-        counted(*lives, "recorded life", "recorded lives")
+        counted(*lives, "recorded episode", "recorded episodes")
     ));
     let age = facts(&[
         ("cycles compared", readings.compared.to_string()),
@@ -50,9 +50,7 @@ pub fn page(name: &str, calibration: &Calibration, settings: &str) -> String {
     let lines = settings.lines().map(|line| escaped(line) + "\n").collect::<String>();
     let settings = format!(
         "{}<pre>{lines}</pre>\n",
-        paragraph(
-            "An experiment with these has a simulator whose errors are spread as the robot's. Nothing has been changed."
-        ),
+        paragraph("With these settings, the simulator's errors spread as the robot's do. Nothing has been changed."),
     );
     let sections = [
         Section::new("readings", "Readings", age + &sensors + &errors),
@@ -70,11 +68,11 @@ fn moves(calibration: &Calibration) -> String {
     let [left_deviation, right_deviation] = moves.deviation;
     facts(&[
         (
-            "speed of the left wheel, as a share of the commanded one",
+            "speed of the left wheel, as a fraction of the commanded one",
             in_figure(left, Digits::Four),
         ),
         (
-            "speed of the right wheel, as a share of the commanded one",
+            "speed of the right wheel, as a fraction of the commanded one",
             in_figure(right, Digits::Four),
         ),
         ("right over left", in_figure(right / left, Digits::Four)),
@@ -83,15 +81,15 @@ fn moves(calibration: &Calibration) -> String {
             format!("{:.0} ms", 1000.0 * moves.latency),
         ),
         (
-            "standard deviation of the left wheel's way in a cycle",
+            "standard deviation of the left wheel's travel in a cycle",
             format!("{} mm", in_figure(left_deviation, Digits::Three)),
         ),
         (
-            "standard deviation of the right wheel's way in a cycle",
+            "standard deviation of the right wheel's travel in a cycle",
             format!("{} mm", in_figure(right_deviation, Digits::Three)),
         ),
         (
-            "standard deviation of a moving wheel's way, of what was expected",
+            "standard deviation of a moving wheel's travel, as a fraction of the expected travel",
             in_figure(moves.relative, Digits::Three),
         ),
     ])

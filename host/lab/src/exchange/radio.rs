@@ -151,7 +151,7 @@ pub enum Refusal {
     #[error("has version {0} of datagrams; allowed: {VERSION}")]
     OtherVersion(u16),
     /// It is of another experiment.
-    #[error("sender {sender} lives another experiment, {}", shown(*hash, program.as_deref()))]
+    #[error("sender {sender} runs another experiment, {}", shown(*hash, program.as_deref()))]
     OtherExperiment {
         /// Who sealed it.
         sender: u16,
@@ -173,7 +173,7 @@ pub enum Refusal {
     #[error("{0} is out of range")]
     OutOfRange(&'static str),
     /// This radio has sent it.
-    #[error("is one's own")]
+    #[error("is from this robot itself")]
     Own,
 }
 

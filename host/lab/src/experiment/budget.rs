@@ -14,8 +14,8 @@ pub(super) fn words(budget: u64, episodes: Episodes, evolution: &Settings, cours
     } else {
         let generations = counted(evolution.generations, "generation", "generations");
         if evolution.is_coevolution() {
-            let contests = counted(evolution.tables.opponents.contests, "contest", "contests");
-            format!("{generations} of 2 x {individuals} x {contests}")
+            let opponents = counted(evolution.tables.opponents.contests, "opponent", "opponents");
+            format!("{generations} of 2 x {individuals} x {opponents}")
         } else {
             format!("{generations} of {individuals}")
         }
@@ -257,7 +257,7 @@ mod tests {
         );
         assert_eq!(
             words(Kind::Coevolution, &["evolution.episodes=1000"]),
-            "1,000 episodes: 20 generations of 2 x 6 individuals x 2 contests x 2 trials = 960, the last pair x 2 trials = 2, \
+            "1,000 episodes: 20 generations of 2 x 6 individuals x 2 opponents x 2 trials = 960, the last pair x 2 trials = 2, \
              1 finalist x 4 = 4; 34 unused"
         );
         assert_eq!(

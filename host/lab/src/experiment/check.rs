@@ -121,7 +121,7 @@ pub(super) fn memory(settings: &Settings, genes: usize) -> Checked {
     let problem = format!(
         "is {population}, of {} with {}: {:.1} GB of memory; allowed: up to {} GB",
         counted(genes, "gene", "genes"),
-        counted(trials, "life", "lives"),
+        counted(trials, "episode", "episodes"),
         gigabytes(bytes),
         gigabytes(MOST)
     );
@@ -184,7 +184,7 @@ fn outside(settings: &Settings, world: &World) -> Vec<(String, String)> {
         let is = if is_start {
             "is outside of the arena"
         } else {
-            "is where no robot gets near enough to notice it"
+            "is too far away for any robot to sense"
         };
         (key, format!("{is}: {of_arena}"))
     };
@@ -202,7 +202,8 @@ fn outside(settings: &Settings, world: &World) -> Vec<(String, String)> {
 fn finalists(Finalists { count, lives }: Finalists) -> Checked {
     const MOST: u64 = 1_000_000;
     if (1 + u64::from(count)) * u64::from(lives) > MOST {
-        let problem = format!("is {lives} for {count} finalists and the luckiest; allowed: up to {MOST} lives in all");
+        let problem =
+            format!("is {lives} for {count} finalists and the luckiest; allowed: up to {MOST} episodes in all");
         return invalid("evolution.finalist_lives", problem);
     }
     Ok(())
@@ -260,7 +261,7 @@ fn arena(settings: &Settings) -> Checked {
         ),
         Some(_) if is_own_arena(settings) => invalid(
             "arena",
-            "has a preset and values of its own; allowed: preset, or width_mm, height_mm and objects of its own",
+            "has a preset and other keys; allowed: only preset, or width_mm, height_mm and objects",
         ),
         None if corners.is_some() && (width_mm.is_some() || height_mm.is_some() || open.is_some()) => invalid(
             "arena.corners_mm",
@@ -268,7 +269,7 @@ fn arena(settings: &Settings) -> Checked {
         ),
         None if is_own_arena(settings) && corners.is_none() && (width_mm.is_none() || height_mm.is_none()) => invalid(
             "arena",
-            "lacks its size; allowed: width_mm and height_mm, or corners_mm, and with them objects of its own",
+            "lacks its size; allowed: width_mm and height_mm, or corners_mm, and objects",
         ),
         _ => match (start_radius, width_mm, height_mm) {
             (Some(radius), Some(width), Some(height)) if 2.0 * radius > width.min(*height) => invalid(

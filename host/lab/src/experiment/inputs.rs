@@ -214,7 +214,7 @@ impl<'a> Inputs<'a> {
     /// Samples of the surrogate of `[reality]`.
     fn of_reality(&self, key: &str) -> Result<Arc<Samples>> {
         let Some(site) = self.reality.as_ref().filter(|site| !site.is_wired()) else {
-            let problem = "is \"reality\"; allowed: only with a surrogate as reality.robot; sample a robot on a wire with `oneiro robot sample`";
+            let problem = "is \"reality\"; allowed: only with a surrogate as reality.robot; `oneiro robot sample` samples a connected robot";
             return Err(self.source.invalid(key, problem));
         };
         self.samples(key, site)

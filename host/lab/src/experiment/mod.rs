@@ -73,7 +73,7 @@ impl Experiment {
         if file.has("swarm") {
             let path = path.display();
             return Err(Failure::input(format_args!(
-                "{path}: is a swarm of the 2014 study; allowed: experiments of single robots, or of robots with robot.count"
+                "{path}: is the foraging study; allowed: experiments with one robot, or with robot.count"
             )));
         }
         Self::of(path, &file, &Setting::all_typed(set)?, &Files::default())

@@ -148,13 +148,13 @@ fn rows() -> Vec<Parameter<Settings>> {
     rows.extend(world::parameters());
     insert(&mut rows, "cycles", [
         row("trials", "", Whole(1, 10_000), "Miglino et al. 1995, section 3.1",
-            "Lives of each individual in each generation.", |own, _| Some(&mut own.trials)),
+            "Episodes of each individual in each generation.", |own, _| Some(&mut own.trials)),
         row("trial_score", "", Any, OURS,
-            "What several lives of an individual count as.", |own, _| Some(&mut own.trial_score)),
+            "How fitness over several episodes is combined.", |own, _| Some(&mut own.trial_score)),
     ]);
     insert(&mut rows, "robot.kind", [
         row("robot.preset", "", Text(robots::names().leak()), OURS,
-            "A robot that ships, by name; keys that are given take the place of its own. A run's `config.toml` has its values instead of its name: see docs/robots.md.", |own, _| Some(&mut own.robot.preset)),
+            "Name of a robot that ships with Oneiro. Other keys override its values. A run's `config.toml` has the values instead of the name: see docs/robots.md.", |own, _| Some(&mut own.robot.preset)),
     ]);
     insert(&mut rows, "robot.body_radius_mm", [
         row("robot.tables", "", Text("\"khepera\", \"reality\", \"surrogate:SEED\" or a list of files"), OURS,
@@ -180,90 +180,90 @@ fn rows() -> Vec<Parameter<Settings>> {
     let values = Text("a table of numbers, by the names that the part declares");
     insert(&mut rows, "noise.motor", [
         row("sensor.part", "", file, OURS,
-            "Sensors of your own beside the robot's, in WGSL: see docs/extend.md.", |own, _| Some(&mut own.sensor.part)),
+            "Custom sensors, in WGSL, beside the robot's: see docs/extend.md.", |own, _| Some(&mut own.sensor.part)),
         row("sensor.values", "", values, OURS,
-            "Values of those sensors; each has the default that the part declares.", |own, _| Some(&mut own.sensor.values)),
+            "Values of the custom sensors; the part declares their defaults.", |own, _| Some(&mut own.sensor.values)),
     ]);
     insert(&mut rows, "controller.kind", [
         row("controller.part", "", file, OURS,
-            "A controller of your own.", |own, _| (own.world.controller == Controller::Own).then_some(&mut own.controller.part)),
+            "A custom controller, in WGSL: see docs/extend.md.", |own, _| (own.world.controller == Controller::Own).then_some(&mut own.controller.part)),
         row("controller.values", "", values, OURS,
-            "Values of that controller; each has the default that the part declares.", |own, _| (own.world.controller == Controller::Own).then_some(&mut own.controller.values)),
+            "Values of the custom controller; the part declares their defaults.", |own, _| (own.world.controller == Controller::Own).then_some(&mut own.controller.values)),
     ]);
     insert(&mut rows, "task.kind", [
         row("task.part", "", file, OURS,
-            "A task of your own.", |own, _| (own.world.task == Task::Own).then_some(&mut own.task.part)),
+            "A custom task, in WGSL: see docs/extend.md.", |own, _| (own.world.task == Task::Own).then_some(&mut own.task.part)),
         row("task.values", "", values, OURS,
-            "Values of that task; each has the default that the part declares.", |own, _| (own.world.task == Task::Own).then_some(&mut own.task.values)),
+            "Values of the custom task; the part declares their defaults.", |own, _| (own.world.task == Task::Own).then_some(&mut own.task.values)),
     ]);
     insert(&mut rows, "robot.turn_before_move", [
         row("arena.preset", "", Text(Arena::NAMES.join(", ").leak()), "Miglino et al. 1995, section 3.1; where its obstacles stand is ours",
-            "An arena of the catalogue; or, in its place, one of your own by the keys that follow.", |own, _| Some(&mut own.arena.preset)),
+            "Name of an arena in the catalogue; the keys below define another one instead.", |own, _| Some(&mut own.arena.preset)),
         row("arena.width_mm", "mm", LENGTH, OURS,
-            "Width of an arena of your own; its lower left corner is at (0, 0).", |own, _| Some(&mut own.arena.width_mm)),
+            "Width of a rectangular arena; its lower left corner is at (0, 0).", |own, _| Some(&mut own.arena.width_mm)),
         row("arena.height_mm", "mm", LENGTH, OURS,
-            "Its height.", |own, _| Some(&mut own.arena.height_mm)),
+            "Height of a rectangular arena.", |own, _| Some(&mut own.arena.height_mm)),
         row("arena.open", "", Any, OURS,
-            "Whether it has no sides, and robots may leave the field that they start in; default: false.", |own, _| Some(&mut own.arena.open)),
+            "Whether the arena has no sides, so that robots may leave the field they start in; default: false.", |own, _| Some(&mut own.arena.open)),
         row("arena.corners_mm", "mm", Text("3 pairs of numbers and more, x and y of each corner"), OURS,
-            "Corners of a convex polygon, counter-clockwise, in place of width and height; its sides are walls of the class wall.", |own, _| Some(&mut own.arena.corners)),
+            "Corners of a convex polygon, counter-clockwise, instead of width and height. Its sides are walls of the class wall.", |own, _| Some(&mut own.arena.corners)),
         row("arena.start_radius_mm", "mm", LENGTH, OURS,
-            "Radius of the disc in the arena's middle that robots start in, of those that live together; default: they start anywhere in the field, and in a polygon in the greatest disc within it.", |own, _| Some(&mut own.arena.start_radius)),
+            "Radius of the disc in the arena's middle where a swarm's robots start. Default: anywhere in a rectangular field, or the largest disc inside a polygon.", |own, _| Some(&mut own.arena.start_radius)),
     ]);
     rows.extend(evolution::rows());
     insert(&mut rows, "evolution.limits", [
         row("evolution.finalists", "", Whole(0, 10_000), OURS,
-            "How many of the last generation's best, or of a whole grid's, live again, with the luckiest of the run: the best mean is the champion; 0 for none.", |own, _| Some(&mut own.finalists.count)),
+            "How many of the last generation's best, or of a whole grid's, are re-evaluated with the luckiest of the run. The best mean is the champion; 0: no re-evaluation.", |own, _| Some(&mut own.finalists.count)),
         row("evolution.finalist_lives", "", Whole(2, 10_000), OURS,
-            "Lives of each finalist, with common random numbers that evolution never used.", |own, _| Some(&mut own.finalists.lives)),
+            "Episodes of each finalist, with common random numbers that evolution never used.", |own, _| Some(&mut own.finalists.lives)),
     ]);
     rows.extend([
-        row("reality.robot", "", Text("an address, such as surrogate:1 or serial:/dev/ttyUSB0, or a list of several on wires"), OURS,
-            "The robot on which the last generations live, after those that are simulated: on a wire (docs/robots-on-the-wire.md), or a surrogate, which stands in for a Khepera. Several robots on wires, as a list, share the lives of a generation. Lives on a wire are recorded in the run's folder `lives`, and never repeated.", |own: &mut Settings, _| Some(&mut own.reality.robot)),
+        row("reality.robot", "", Text("an address, such as surrogate:1 or serial:/dev/ttyUSB0, or a list of several connected robots"), OURS,
+            "The robot that evaluates the last generations, after the simulated ones: connected (docs/robots-on-the-wire.md), or a surrogate, which stands in for a Khepera. Several connected robots, as a list, share a generation's episodes. Episodes on connected robots are recorded in the run's folder `lives`, and never repeated.", |own: &mut Settings, _| Some(&mut own.reality.robot)),
         row("reality.generations", "", WholeUpTo(1, "evolution.generations"), "Miglino et al. 1995, section 4",
-            "How many of the last generations live there and are selected by their fitness there; 20, or all if there are fewer, if it is not given.", |own, _| Some(&mut own.reality.generations)),
+            "How many of the last generations are evaluated and selected there. Default: 20, or all if there are fewer.", |own, _| Some(&mut own.reality.generations)),
         row("reality.severity", "", Number(0.0, 2.0), "ours: the 1995 study was calibrated to it",
-            "How much a surrogate differs from the simulator made from its samples; 1.75 if it is not given.", |own, _| Some(&mut own.reality.severity)),
+            "How much a surrogate differs from the simulator made from its samples. Default: 1.75.", |own, _| Some(&mut own.reality.severity)),
         row("reality.motion_severity", "", Number(0.0, 2.0), OURS,
-            "How much a surrogate differs in its latency, its motors and its collisions, in place of `reality.severity`, which then is of what its sensors see.", |own, _| Some(&mut own.reality.motion_severity)),
+            "How much a surrogate differs in latency, motors and collisions, instead of `reality.severity`, which then applies only to its sensors.", |own, _| Some(&mut own.reality.motion_severity)),
         row("reality.differences.geometry", "", Number(0.0, 2.0), OURS,
-            "Severity of geometry, in place of `reality.severity`. At 1 rays meet all objects at once and exactly, instead of one by one on the samples' grid. Of a described robot: where its sensors look, and how strong they are.", |own, _| Some(own.reality.difference(Difference::Geometry))),
+            "Severity of geometry, instead of `reality.severity`. At 1 rays meet all objects at once and exactly, instead of one by one on the samples' grid. For a parametric robot: its sensors' directions and strengths.", |own, _| Some(own.reality.difference(Difference::Geometry))),
         row("reality.differences.reflectivity", "", Number(0.0, 2.0), OURS,
-            "Severity of reflectivity, in place of `reality.severity`. At 1 each object reflects up to 20 % more or less.", |own, _| Some(own.reality.difference(Difference::Reflectivity))),
+            "Severity of reflectivity, instead of `reality.severity`. At 1 each object reflects up to 20 % more or less.", |own, _| Some(own.reality.difference(Difference::Reflectivity))),
         row("reality.differences.illumination", "", Number(0.0, 2.0), OURS,
-            "Severity of illumination, in place of `reality.severity`. At 1 light over the arena varies by up to 30 %, and adds up to 0.02 to each activation.", |own, _| Some(own.reality.difference(Difference::Illumination))),
+            "Severity of illumination, instead of `reality.severity`. At 1 light over the arena varies by up to 30 %, and adds up to 0.02 to each activation.", |own, _| Some(own.reality.difference(Difference::Illumination))),
         row("reality.differences.read_noise", "", Number(0.0, 2.0), OURS,
-            "Severity of the noise of readings, in place of `reality.severity`. At 1 readings have noise, with a standard deviation of 3.4 of 1023 and 3 % of the reading.", |own, _| Some(own.reality.difference(Difference::ReadNoise))),
+            "Severity of reading noise, instead of `reality.severity`. At 1 readings have noise, with a standard deviation of 3.4 of 1023 and 3 % of the reading.", |own, _| Some(own.reality.difference(Difference::ReadNoise))),
         row("reality.differences.latency", "", Number(0.0, 2.0), OURS,
-            "Severity of latency, in place of `reality.motion_severity`. At 1 readings are 20 to 40 ms old.", |own, _| Some(own.reality.difference(Difference::Latency))),
+            "Severity of latency, instead of `reality.motion_severity`. At 1 readings are 20 to 40 ms old.", |own, _| Some(own.reality.difference(Difference::Latency))),
         row("reality.differences.motor_lag", "", Number(0.0, 2.0), OURS,
-            "Severity of the motors' lag, in place of `reality.motion_severity`. At 1 wheels follow their commands with a time constant of 20 ms.", |own, _| Some(own.reality.difference(Difference::MotorLag))),
+            "Severity of motor lag, instead of `reality.motion_severity`. At 1 wheels follow their commands with a time constant of 20 ms.", |own, _| Some(own.reality.difference(Difference::MotorLag))),
         row("reality.differences.wheels", "", Number(0.0, 2.0), OURS,
-            "Severity of unequal wheels, in place of `reality.motion_severity`. At 1 each wheel turns up to 1 % faster or slower than it should.", |own, _| Some(own.reality.difference(Difference::Wheels))),
+            "Severity of unequal wheels, instead of `reality.motion_severity`. At 1 each wheel turns up to 1 % faster or slower than it should.", |own, _| Some(own.reality.difference(Difference::Wheels))),
         row("reality.differences.arcs", "", Number(0.0, 2.0), OURS,
             "Severity of arcs, instead of `reality.motion_severity`. At 1 the robot drives arcs, instead of straight lines each followed by a turn. Parametric robots need sampled motors for it.", |own, _| Some(own.reality.difference(Difference::Arcs))),
         row("reality.differences.slip", "", Number(0.0, 2.0), OURS,
             "Severity of slip, instead of `reality.motion_severity`. At 1 a blocked robot moves and turns half as far as if it slid along the object, instead of not at all. Parametric robots need `robot.collision` undo or keep_turn for it.", |own, _| Some(own.reality.difference(Difference::Slip))),
         row("reality.starts", "", Any, OURS,
-            "How lives on a wire get their starts; \"walk\" if it is not given.", |own, _| Some(&mut own.reality.starts)),
+            "How episodes on a connected robot get their starts. Default: \"walk\".", |own, _| Some(&mut own.reality.starts)),
         row("reality.speed_mm_s", "mm/s", Number(wired::SPEEDS_MM_S[0], wired::SPEEDS_MM_S[1]), OURS,
-            "Speed of the wheels of a robot on a wire at the controller's greatest output; 80, or that of the described robot, if it is not given.", |own, _| Some(&mut own.reality.speed)),
+            "Wheel speed of a connected robot at the controller's maximum output. Default: the parametric robot's maximum speed, else 80.", |own, _| Some(&mut own.reality.speed)),
         row("reality.walk_s", "s", Number(0.0, wired::LONGEST_WALK_S), OURS,
-            "How long a robot on a wire drives about at random before each life; 10 if it is not given. 0: a life starts where the last one ended.", |own, _| Some(&mut own.reality.walk)),
+            "How long a connected robot drives at random before each episode. Default: 10. 0: an episode starts where the last one ended.", |own, _| Some(&mut own.reality.walk)),
         row("reality.sensors", "", Text("a table of the robot's names, by the experiment's"), OURS,
-            "Sensors of a robot on a wire whose names differ from the experiment's: the robot's name by the experiment's.", |own, _| Some(&mut own.reality.sensors)),
+            "Sensors whose names on the connected robot differ from the experiment's: the robot's name by the experiment's.", |own, _| Some(&mut own.reality.sensors)),
         row("reality.tracker", "", Text("udp:HOST:PORT or udp:HOST:PORT#ID, or a list of as many as there are robots"), OURS,
-            "Where to listen to a tracker that reports the pose of a robot on a wire, for several robots in the order of `reality.robot`; poses are from odometers if it is not given.", |own, _| Some(&mut own.reality.tracker)),
+            "Where to receive a connected robot's pose from a tracker; for several robots, in the order of `reality.robot`. Default: poses are from odometers.", |own, _| Some(&mut own.reality.tracker)),
         row("reality.tracker_age_ms", "ms", Number(*tracker::AGES_MS.start() as f64, *tracker::AGES_MS.end() as f64), OURS,
-            "Age of the tracker's last sighting at which the robot counts as lost and is stopped; 300 if it is not given.", |own, _| Some(&mut own.reality.tracker_age)),
+            "Age of the tracker's last sighting at which the robot counts as lost and is stopped. Default: 300.", |own, _| Some(&mut own.reality.tracker_age)),
         row("reality.guard", "", Text("a table of the guard's values, by their names"), OURS,
-            "Values of the guard of a robot on a wire, which docs/robots-on-the-wire.md lists.", |own, _| Some(&mut own.reality.guard)),
+            "Values of a connected robot's guard, listed in docs/robots-on-the-wire.md.", |own, _| Some(&mut own.reality.guard)),
         row("record.checkpoint_every", "generations", Whole(1, u32::MAX.into()), OURS,
-            "Generations from one checkpoint to the next: what a power cut costs at most.", |own, _| Some(&mut own.record.checkpoint_every)),
+            "Generations from one checkpoint to the next: the most that a power cut loses.", |own, _| Some(&mut own.record.checkpoint_every)),
         row("record.individuals", "", Any, OURS,
-            "Whether every individual is kept, so that `oneiro verify --recompute` can evaluate any of them again; false with race.", |own, _| Some(&mut own.record.individuals)),
+            "Whether every individual is recorded, so that `oneiro verify --recompute` can re-evaluate any of them; false with race.", |own, _| Some(&mut own.record.individuals)),
         row("files", "", Text("a table of BLAKE3 hashes, by the names of files"), OURS,
-            "Hashes of the files that are named above, checked where they are given; a run's own `config.toml` has them all.", |own, _| Some(&mut own.files)),
+            "Hashes of the files named above, checked if given. A run's `config.toml` has them all.", |own, _| Some(&mut own.files)),
     ]);
     rows
 }
@@ -271,8 +271,8 @@ fn rows() -> Vec<Parameter<Settings>> {
 /// Rows that all kinds of experiments begin with.
 pub(super) fn head<T>(name: Select<T>, seed: Select<T>) -> Vec<Parameter<T>> {
     let plain = Text("letters, digits, - and _, since directories are named so");
-    let about = "What runs are called; the file's name where it is missing.";
-    let seeds = "The seed of a run that the command line gives none; where neither does, one is drawn and reported.";
+    let about = "Name of the runs. Default: the file's name.";
+    let seeds = "Default seed if `--seed` is absent; otherwise one is drawn and reported.";
     vec![
         row("name", "", plain, "ours", about, name),
         row("seed", "", Whole(0, GREATEST_SEED), "ours", seeds, seed),
@@ -295,7 +295,7 @@ pub enum TrialScore {
 impl Choice for TrialScore {
     const CHOICES: Choices<Self> = &[
         ("mean", Self::Mean, "the mean of their fitness"),
-        ("least", Self::Least, "the least of their fitness"),
+        ("least", Self::Least, "the minimum of their fitness"),
     ];
 }
 

@@ -493,7 +493,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[robot]\nkind = \"differential\"\nwheel_base_mm = 50\ngreatest_speed_mm_s = 80\ntables = \"reality\"\n[reality]\nrobot = \"surrogate:1\"",
-        "robot.tables: is \"reality\", of a described robot; allowed: only of a sampled one",
+        "robot.tables: is \"reality\", and the robot is parametric; allowed: only with a sampled robot",
     ),
     (
         "[reality]\nmotion_severity = 1.0",
@@ -569,7 +569,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "[arena]\npreset = \"open\"\nwidth_mm = 3",
-        "test.toml:1:1: arena: has a preset and values of its own",
+        "test.toml:1:1: arena: has a preset and other keys",
     ),
     (
         "[[arena.walls]]\nfrom_mm = [0, 0]\nto_mm = [9, 9]",
@@ -801,7 +801,7 @@ const REFUSED: &[(&str, &str)] = &[
     ),
     (
         "trials = 10000\n[evolution]\npopulation = 1000000",
-        "test.toml:3:14: evolution.population: is 1000000, of 18 genes with 10000 lives: 1266.7 GB of memory; allowed: up to 4 GB",
+        "test.toml:3:14: evolution.population: is 1000000, of 18 genes with 10000 episodes: 1266.7 GB of memory; allowed: up to 4 GB",
     ),
     ("trials = 0", "test.toml:1:10: trials: is 0; allowed: 1 to 10000"),
     ("Ω = 1", "test.toml:1:1"),

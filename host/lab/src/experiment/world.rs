@@ -75,7 +75,7 @@ fn robot(settings: &Settings, mut own: Robot, source: &Source<'_>, inputs: &mut 
         ("robot.motors", motors.as_deref() == Some(FROM_REALITY)),
     ];
     if let Some((key, _)) = from_reality.iter().find(|(_, is_so)| *is_so) {
-        let problem = "is \"reality\", of a described robot; allowed: only of a sampled one; see `oneiro robot sample --robot FILE.toml`";
+        let problem = "is \"reality\", and the robot is parametric; allowed: only with a sampled robot; see `oneiro robot sample --robot FILE.toml`";
         return Err(source.invalid(key, problem));
     }
     match tables {

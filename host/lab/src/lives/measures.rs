@@ -154,7 +154,7 @@ pub fn remembered_as(name: &str, scalar: Scalar) -> Column {
 pub fn score_of(robot: &str) -> Column {
     let column = Column::number("", "", "").named(format!("score_robot_{robot}"));
     column.about(format!(
-        "what the task has given robot {robot}, counted from 0; only if robots live together and the task scores each of them"
+        "robot {robot}'s score from the task, counted from 0; only of swarms whose task scores each robot"
     ))
 }
 
@@ -167,7 +167,7 @@ pub static LIFE: [(Column, Part, Measured); 9] = [
     (Column::number("mean_speed_mm_s", "mm/s", "the mean speed"), Part::Path, |own| own.speed),
     (Column::number("stuck_s", "s", "time stuck: less than 50 mm in 9.9 s"), Part::Stuck, |own| own.stuck),
     (Column::number("mean_turning_turns_s", "turns/s", "the mean size of its turns"), Part::Turning, |own| own.turning),
-    (Column::number("end_x_mm", "mm", "x of the place where the life ends, or where its last cycle begins if it ends early"), Part::End, |own| own.end[0].into()),
+    (Column::number("end_x_mm", "mm", "x of the place where the episode ends, or where its last cycle begins if it ends early"), Part::End, |own| own.end[0].into()),
     (Column::number("end_y_mm", "mm", "y of that place"), Part::End, |own| own.end[1].into()),
     (Column::number("wall_distance_mm", "mm", "the free distance from the body's rim to the nearest wall, block or round obstacle, 0 where it touches: mean over the cycles, at the start of each"), Part::Room, |own| own.wall_distance),
 ];

@@ -58,15 +58,16 @@ impl Described {
     /// The values that it lacks for sampling, and what is allowed.
     pub fn new(spec: &WorldSpec) -> std::result::Result<Self, String> {
         let Build::Differential(own) = &spec.robot.build else {
-            return Err("its robot.kind is `sampled`; allowed: an experiment with a described robot".into());
+            return Err("its robot.kind is `sampled`; allowed: an experiment with a parametric robot".into());
         };
         let mut robot = own.clone();
         robot.sensors.retain(|sensor| sensor.kind == SensorKind::Proximity);
         if robot.sensors.is_empty() {
-            return Err("has no sensor of the kind proximity; allowed: one or more. Tables have readings by the distance and \
-                        bearing of an object, which those of other kinds don't measure: leave them in the experiment as they are \
-                        described"
-                .into());
+            return Err(
+                "has no sensor of the kind proximity; allowed: one or more. Only proximity readings depend on an \
+                        object's distance and bearing alone: leave other sensors in the experiment unchanged"
+                    .into(),
+            );
         }
         let body_radius = spec.robot.body_radius;
         let sight = robot

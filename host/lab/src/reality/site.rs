@@ -118,7 +118,7 @@ impl Wired {
             match outcome {
                 Ok(()) => robots.add(robot, &wire.to_string(), spec, &self.values, self.console)?,
                 Err(failure) if failure.code() == Code::Device as u8 && self.wires.len() > 1 => {
-                    self.console.ask(format!("{wire}: takes no lives: {failure}"));
+                    self.console.ask(format!("{wire}: takes no episodes: {failure}"));
                     failed.get_or_insert(failure);
                 }
                 Err(failure) => return Err(failure),
@@ -378,7 +378,7 @@ impl Site {
         match self {
             Self::Surrogate { seed, surrogate } => Ok((*seed, surrogate)),
             Self::Wired(_) => Err(Failure::input(
-                "the robot is on a wire, and can't be simulated; allowed: surrogate:SEED",
+                "a connected robot can't be simulated; allowed: surrogate:SEED",
             )),
         }
     }
@@ -406,7 +406,7 @@ impl Robots {
         let wire = |address| match address {
             Address::Wire(wire) => Ok(wire),
             Address::Surrogate(seed) => Err(format!(
-                "names surrogate:{seed} beside other robots; allowed: one surrogate alone, since all of its lives are simulated at once, or robots on wires"
+                "names surrogate:{seed} beside other robots; allowed: one surrogate alone, or connected robots"
             )),
         };
         let wires: Vec<Wire> = all.into_iter().map(wire).collect::<Result<_, _>>()?;

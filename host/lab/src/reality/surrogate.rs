@@ -187,7 +187,7 @@ impl Sampled for SurrogateRobot<'_> {
         let sensors = Arc::clone(&self.world.spec().robot.sensors);
         let trace = self.held(sensors, arena, start, speeds, CYCLES)?;
         let [.., before, after] = &trace[..] else {
-            return Err(Trouble::Broken("a life without a trace".into()));
+            return Err(Trouble::Broken("an episode without a trace".into()));
         };
         let [along_x, along_y] = direction(f64::from(before.heading));
         let (x, y) = (f64::from(after.x - before.x), f64::from(after.y - before.y));

@@ -54,11 +54,11 @@ pub enum Starts {
 
 impl Choice for Starts {
     const CHOICES: Choices<Self> = &[
-        ("walk", Self::Walk, "the robot drives about at random before each life"),
+        ("walk", Self::Walk, "the robot drives at random before each episode"),
         (
             "hand",
             Self::Hand,
-            "somebody puts the robot where the simulator would start, and presses Enter",
+            "somebody puts the robot at the simulator's start and presses Enter",
         ),
     ];
 }
@@ -107,7 +107,7 @@ impl Values {
         // An experiment has its speeds in f32, in which 128.8 is more than the e-puck's.
         if speed as f32 > greatest as f32 {
             return Err(Failure::input(format_args!(
-                "the greatest speed is {speed} mm/s, and {whose} {greatest:.1} mm/s; allowed: a lower speed_mm_s of its lives \
+                "the maximum speed is {speed} mm/s, and {whose} {greatest:.1} mm/s; allowed: a lower reality.speed_mm_s \
                  (--speed), or a higher speed_mm_s of its guard"
             )));
         }
@@ -281,8 +281,8 @@ impl Lives {
             Some(other) if other.world == world && lock(&other.logbook).names == names => Arc::clone(&other.logbook),
             Some(other) => {
                 return Err(Failure::input(format_args!(
-                    "the {robot} at {address} has other sensors than the robot at {}, and a generation is selected by lives on both; \
-                     allowed: robots that are alike",
+                    "the {robot} at {address} has other sensors than the robot at {}, and both evaluate \
+                     the same generation; allowed: robots with the same sensors",
                     other.robot
                 )));
             }
@@ -371,7 +371,7 @@ impl Lives {
         let (fitness, _) = replayed(&self.reported, &mut self.cpu, life, row.start, &cycles)?;
         if row.fitness().map(f32::to_bits) != Some(fitness.to_bits()) {
             return Err(Failure::corrupt(format_args!(
-                "life {}: its table gives the fitness {fitness}, but the index has another",
+                "episode {}: its table gives the fitness {fitness}, but the index has another",
                 row.number
             ))
             .into());
@@ -443,7 +443,7 @@ impl Lives {
         let batch = Batch::new(&[world?], &[rollout], trace)?;
         let outcome = self.cpu.evaluate(&batch, &Control::new())?;
         let record = outcome.traces.first().and_then(|trace| trace.first());
-        let record = record.ok_or_else(|| Trouble::Broken("a life without a trace".into()))?;
+        let record = record.ok_or_else(|| Trouble::Broken("an episode without a trace".into()))?;
         Ok([record.x, record.y, record.heading])
     }
 

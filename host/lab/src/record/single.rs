@@ -41,7 +41,7 @@ impl SingleRun {
     pub fn experiment(&self) -> Result<&Experiment> {
         self.0.experiment().single().ok_or_else(|| {
             Failure::input(format_args!(
-                "{}: is the run of a swarm, whose controllers live among others; allowed: runs of single robots",
+                "{}: is a run of the foraging study, whose controllers evolve together; allowed: runs of other experiments",
                 self.directory().display()
             ))
         })

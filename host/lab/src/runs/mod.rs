@@ -300,8 +300,8 @@ pub fn of(
     if values.has("swarm") {
         if let Some(Reality { place, .. }) = reality {
             return Err(Failure::input(format_args!(
-                "{place}: reality: is given for a swarm, whose arena is its reality; allowed: with experiments of single \
-                 robots"
+                "{place}: reality: is given for the foraging study, whose arena is its reality; allowed: with other \
+                 experiments"
             )));
         }
         return Ok(Arc::new(SwarmExperiment::of(path, values, set)?));

@@ -123,7 +123,7 @@ fn own_parameters<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         row("light_moves_minute", "min", Whole(0, GREATEST_MINUTES), "O'Dowd et al. 2014, section 4.5",
             "When the light moves, in the cases where it does.", |own, _| Some(&mut own.as_mut().light_moves_minute)),
         row("controllers.population", "", Whole(1, 1000), "O'Dowd et al. 2014, section 4.2",
-            "Genotypes of controllers on board of each robot.", |own, _| Some(&mut own.as_mut().controllers.population)),
+            "Controller genotypes on each robot.", |own, _| Some(&mut own.as_mut().controllers.population)),
         row("controllers.parents", "", WholeUpTo(1, "controllers.population"), "O'Dowd et al. 2014, section 4.2",
             "How many of them overwrite the others.", |own, _| Some(&mut own.as_mut().controllers.parents)),
         row("controllers.mutation_rate", "", Number(0.0, 1.0), "O'Dowd et al. 2014, section 4.2",
@@ -133,27 +133,27 @@ fn own_parameters<T: AsMut<Settings>>() -> Vec<Parameter<T>> {
         row("controllers.boundary", "", Any, "ours; arms",
             "What holds genes within 0 to 0.99.", |own, _| Some(&mut own.as_mut().controllers.boundary)),
         row("controllers.guests", "", WholeUpTo(0, "controllers.population"), "ours; arms",
-            "How many controllers of robots that were heard, the best first, replace the last copies in a robot's own simulator.", |own, _| Some(&mut own.as_mut().controllers.guests)),
+            "How many controllers received from other robots, the best first, replace the last copies in the robot's simulator.", |own, _| Some(&mut own.as_mut().controllers.guests)),
         row("simulators.mutation_scale", "", Number(0.0, 10.0), "as controllers.mutation_scale; 2 in O'Dowd et al. 2014, section 4.3",
-            "Standard deviation of the change of a simulator's gene, which always changes.", |own, _| Some(&mut own.as_mut().simulators.mutation_scale)),
+            "Standard deviation of the change of a simulator's gene; every copy's gene changes.", |own, _| Some(&mut own.as_mut().simulators.mutation_scale)),
         row("simulators.boundary", "", Any, "ours; arms",
             "What holds genes within 0 to 0.99.", |own, _| Some(&mut own.as_mut().simulators.boundary)),
         row("simulators.credit", "", Any, "O'Dowd et al. 2014, section 4.3: lagged; lagged and matched side by side",
             "Which simulator a robot's fitness is credited to.", |own, _| Some(&mut own.as_mut().simulators.credit)),
         row("simulators.pairs", "", Whole(1, 1000), "O'Dowd et al. 2014, section 4.3; arms",
-            "Pairs that a robot remembers.", |own, _| Some(&mut own.as_mut().simulators.pairs)),
+            "Pairs (a simulator and its fitness) that a robot stores.", |own, _| Some(&mut own.as_mut().simulators.pairs)),
         row("simulators.key", "", Any, "ours; arm",
-            "What is the same pair, heard again.", |own, _| Some(&mut own.as_mut().simulators.key)),
+            "What identifies a pair received again.", |own, _| Some(&mut own.as_mut().simulators.key)),
         row("simulators.leaves", "", Any, "ours; arm",
-            "Which pair makes room for another.", |own, _| Some(&mut own.as_mut().simulators.leaves)),
+            "Which pair a new one replaces.", |own, _| Some(&mut own.as_mut().simulators.leaves)),
         row("simulators.says", "", Any, "O'Dowd et al. 2014, section 4.3: so far; arm",
-            "What robots say of their fitness.", |own, _| Some(&mut own.as_mut().simulators.says)),
+            "Which fitness robots report.", |own, _| Some(&mut own.as_mut().simulators.says)),
         row("clock.interval_s", "s", Whole(10, 180), "O'Dowd et al. 2014, section 4.3",
-            "An interval.", |own, _| Some(&mut own.as_mut().clock.interval_s)),
+            "Length of an interval.", |own, _| Some(&mut own.as_mut().clock.interval_s)),
         row("clock.offset_s", "s", WholeUpTo(0, "clock.interval_s"), "ours; arms",
             "Robots are switched on one after the other within this time.", |own, _| Some(&mut own.as_mut().clock.offset_s)),
         row("clock.installed_s", "s", WholeUpTo(1, "clock.interval_s"), "ours: at the interval's end; arm",
-            "When in an interval the best of its simulations takes over, not before all robots are on; the 34 s of computing of section 4.3 would allow 34.", |own, _| Some(&mut own.as_mut().clock.installed_s)),
+            "When in an interval the best simulated controller takes over, not before all robots are on; the 34 s of computing of section 4.3 would allow 34.", |own, _| Some(&mut own.as_mut().clock.installed_s)),
     ]
 }
 
@@ -177,7 +177,7 @@ impl Choice for Case {
             Self::OppositeThenOver,
             "5: opposite the nest, later over it",
         ),
-        ("random", Self::Random, "6: no evolution, all search at random"),
+        ("random", Self::Random, "6: no evolution, all robots search at random"),
     ];
 }
 
@@ -214,7 +214,7 @@ impl Choice for Leaves {
             Self::Lowest,
             "the one of the lowest fitness, if the other's is higher",
         ),
-        ("oldest", Self::Oldest, "the one that was heard first"),
+        ("oldest", Self::Oldest, "the one received first"),
     ];
 }
 

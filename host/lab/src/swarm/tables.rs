@@ -25,7 +25,7 @@ pub const WITH_FOOD: Column = Column::number(
     "the gene of the acting controller's behaviour with food, at the interval's end",
 );
 pub const WITHOUT_FOOD: Column = Column::number("g1", "0 to 0.99", "the gene of its behaviour without food");
-pub const HEARD: Column = Column::whole("heard", "robots", "the number of robots that it heard");
+pub const HEARD: Column = Column::whole("heard", "robots", "the number of robots whose messages it received");
 pub const TAKEN: Column = Column::whole("taken", "", "1 if its next simulator came from another robot, else 0");
 
 /// The table of intervals: its file, and its columns.
@@ -115,7 +115,7 @@ static OUTCOMES: [Outcome; 21] = [
         Column::number(
             "late_right",
             "0 to 1",
-            "the share of simulators with the light in its true position, in the last fifth of the intervals",
+            "the fraction of simulators with the light in its true position, in the last fifth of the intervals",
         ),
         |own| fixed(own.run.share(own.light_at_the_end(), own.last()), 6),
     ),
@@ -131,7 +131,7 @@ static OUTCOMES: [Outcome; 21] = [
         Column::number(
             "before_later",
             "0 to 1",
-            "in these intervals the share with the light where it is at the end",
+            "in these intervals the fraction with the light where it is at the end",
         ),
         |own| fixed(own.run.share(own.light_at_the_end(), own.before()), 6),
     ),
@@ -139,7 +139,7 @@ static OUTCOMES: [Outcome; 21] = [
         Column::number(
             "second_later",
             "0 to 1",
-            "the share with the light where it is at the end, from when it may move",
+            "the fraction with the light where it is at the end, from when it may move",
         ),
         |own| fixed(own.run.share(own.light_at_the_end(), own.second()), 6),
     ),
@@ -147,7 +147,7 @@ static OUTCOMES: [Outcome; 21] = [
         Column::number(
             "settled_later",
             "0 to 1",
-            "the share with the light where it is at the end, after the first fifth of the intervals",
+            "the fraction with the light where it is at the end, after the first fifth of the intervals",
         ),
         |own| {
             fixed(

@@ -28,7 +28,9 @@ impl Champions {
         let (sweep, plan) = Store::open(directory)?.sweep()?;
         let refused = |problem: &str| Err(Failure::input(format_args!("{}: {problem}", directory.display())));
         if plan.layouts.contains(&None) {
-            return refused("is of swarms, whose controllers live among others; allowed: sweeps of single robots");
+            return refused(
+                "is a sweep of the foraging study, whose controllers evolve together; allowed: sweeps of other experiments",
+            );
         }
         let path = tables::table(directory, contents::CHAMPIONS)?;
         Ok(Self { sweep, plan, path })

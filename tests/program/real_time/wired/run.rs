@@ -65,7 +65,7 @@ fn a_run_ends_on_a_robot() {
     let place = placed("run", &address, 10);
     let checked = place.good(&["check", "wire.toml"]);
     assert!(
-        checked.contains("generations 2 to 2 live on serial:") && checked.contains(": 0.1 robot-minutes"),
+        checked.contains("generations 2 to 2 are evaluated on serial:") && checked.contains(": 0.1 robot-minutes"),
         "{checked}"
     );
     let ran = place.run(&RUN).exits(0);
@@ -107,13 +107,13 @@ fn a_run_ends_on_a_robot() {
         "{audited}"
     );
     place.run(&["replay", "out"]).exits(3).says(&[
-        "out: its champion lived on a robot on a wire, and such a life can't be repeated",
+        "out: its champion was evaluated on a connected robot, and such an episode can't be repeated",
         "oneiro evaluate --genomes out",
     ]);
     assert!(place.good(&["evaluate", "--genomes", "out"]).lines().count() > 1);
     place.write("sweep.toml", "experiment = \"wire.toml\"\nseeds = [1, 2]\n");
     let refused = place.run(&["sweep", "run", "sweep.toml", "--out", "swept"]).exits(3);
-    refused.says(&["reality.robot: is on a wire; allowed: with `oneiro run`"]);
+    refused.says(&["reality.robot: is a connected robot; allowed: with `oneiro run`"]);
     assert!(!place.at("swept").exists());
     let plan = ["sweep", "plan", "sweep.toml", "--no-estimate"];
     let planned = place.good(&plan);

@@ -184,7 +184,7 @@ fn the_life_of_a_robot_that_falls_silent_goes_to_another() {
     let said: Vec<&str> = ran.stderr.lines().filter(|line| line.starts_with(&set_aside)).collect();
     assert!(
         said.iter()
-            .any(|line| line.contains("set aside, and its life goes to the next robot that is free")),
+            .any(|line| line.contains("set aside; the next free robot takes its episode")),
         "{}",
         ran.stderr
     );
@@ -220,7 +220,7 @@ fn the_life_of_a_robot_that_falls_silent_goes_to_another() {
     // One that is not there from the beginning is left out.
     let some = placed("silent-some", &addresses[..2], 5);
     let ran = some.run(&RUN).exits(0);
-    ran.says(&[&format!("{}: takes no lives: ", addresses[1])]);
+    ran.says(&[&format!("{}: takes no episodes: ", addresses[1])]);
     assert_eq!(robots_of(&some, "out/lives"), [addresses[0].clone()].into());
     let mad = [
         "--set",

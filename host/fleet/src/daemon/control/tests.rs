@@ -433,7 +433,7 @@ fn others_are_refused_by_name() {
     drop(bench);
     let log = place.log();
     assert!(
-        log.contains("sender 0 lives another experiment, 0707070707070707, with program 0.9"),
+        log.contains("sender 0 runs another experiment, 0707070707070707, with program 0.9"),
         "{log}"
     );
     assert!(log.contains("has version 9 of datagrams; allowed: 2"), "{log}");

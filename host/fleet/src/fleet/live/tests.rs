@@ -266,7 +266,7 @@ fn a_robot_of_another_experiment_is_refused_by_name() {
     assert_eq!(ears.present(), 0);
     let refused = ears.robots[&0].refusal().unwrap().to_owned();
     assert!(
-        refused.contains("lives another experiment, 0707070707070707, with program"),
+        refused.contains("runs another experiment, 0707070707070707, with program"),
         "{refused}"
     );
 }

@@ -210,7 +210,7 @@ fn each_refusal_names_its_reason() {
     let words = there(Some("0.3.0")).to_string();
     assert_eq!(
         words,
-        "sender 300 lives another experiment, e2e2e2e2e2e2e2e2, with program 0.3.0"
+        "sender 300 runs another experiment, e2e2e2e2e2e2e2e2, with program 0.3.0"
     );
     assert_eq!(
         Refusal::OtherVersion(1).to_string(),

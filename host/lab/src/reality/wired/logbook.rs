@@ -81,7 +81,7 @@ static COLUMNS: [Column; CELLS] = [
     Column::text("status", "complete, or why it was cut short"),
     Column::text("key", "the key of its random numbers, in hex"),
     Column::text("genome", "hash of its genes, which are in genome-HASH.npy"),
-    Column::text("world", "hash of the world, the robot's sensors and its greatest speed"),
+    Column::text("world", "hash of the world, the robot's sensors and its maximum speed"),
     Column::number("start_x_mm", "mm", "where it started"),
     Column::number("start_y_mm", "mm", "where it started"),
     Column::number(
@@ -89,14 +89,14 @@ static COLUMNS: [Column; CELLS] = [
         "turns",
         "where it headed, counter-clockwise from the x axis",
     ),
-    Column::whole("cycles", "100 ms", "cycles that were lived"),
+    Column::whole("cycles", "100 ms", "cycles that were run"),
     Column::number("fitness", "", "its fitness, if it is complete"),
     Column::text("bits", "the fitness as its 32 bits, in hex"),
-    Column::number("late_min_ms", "ms", "how late a cycle's command was sent: least"),
+    Column::number("late_min_ms", "ms", "how late a cycle's command was sent: minimum"),
     Column::number("late_median_ms", "ms", "the same: median"),
     Column::number("late_99_ms", "ms", "the same: 99 % were not later"),
-    Column::number("late_max_ms", "ms", "the same: greatest"),
-    Column::text("robot", "address of the robot that lived it"),
+    Column::number("late_max_ms", "ms", "the same: maximum"),
+    Column::text("robot", "address of the robot that ran it"),
 ];
 
 impl Row {
@@ -249,7 +249,7 @@ impl Logbook {
         let busy = || {
             let directory = directory.display();
             Failure::input(format_args!(
-                "--lives {directory}: another process records lives there; allowed: one at a time"
+                "--lives {directory}: another process records episodes there; allowed: one at a time"
             ))
         };
         // Often it is a folder of a run's directory, which may belong to another run.
@@ -291,7 +291,7 @@ impl Logbook {
             book.rows[row].cycles = lines.saturating_sub(1) as u32;
             book.rows[row].status = "the program ended".into();
         }
-        describe(directory, "Lives on a robot", &contents(&book.columns()))?;
+        describe(directory, "Episodes on a robot", &contents(&book.columns()))?;
         book.save()?;
         Ok(book)
     }
@@ -416,9 +416,9 @@ pub fn table(number: impl Display) -> String {
 
 static BEFORE: [Column; 4] = [
     Column::whole("cycle", "100 ms", "its number, from 0"),
-    Column::number("time_s", "s", "when the sensors were looked at, since the life began"),
+    Column::number("time_s", "s", "when the sensors were read, since the episode began"),
     Column::number("late_ms", "ms", "how late the cycle's command was sent"),
-    Column::number("age_ms", "ms", "greatest age of a reading then"),
+    Column::number("age_ms", "ms", "maximum age of a reading then"),
 ];
 
 static AFTER: [Column; 8] = [
@@ -427,7 +427,7 @@ static AFTER: [Column; 8] = [
     Column::number(
         "left_mm",
         "mm",
-        "travel of the left wheel since the life began, at the end of the cycle",
+        "travel of the left wheel since the episode began, at the end of the cycle",
     ),
     Column::number("right_mm", "mm", "the same of the right wheel"),
     Column::number("x_mm", "mm", "where the cycle ended"),
@@ -437,7 +437,7 @@ static AFTER: [Column; 8] = [
         "turns",
         "where it headed then, counter-clockwise from the x axis",
     ),
-    Column::number("reward", "", "what the task gave for the cycle"),
+    Column::number("reward", "", "the cycle's reward"),
 ];
 
 /// Columns of an episode's table: the robot's and the world's names of sensors.
@@ -466,10 +466,13 @@ pub fn all_contents() -> Vec<Entry> {
 /// Files of a directory of episodes.
 fn contents(columns: &[Column]) -> Vec<Entry> {
     vec![
-        Entry::table(INDEX, "all lives: one row per life", &COLUMNS),
-        Entry::table("life-NUMBER.csv", "a life: one row per cycle", columns),
-        Entry::file("genome-HASH.npy", "the genes of a life, as `--genomes` takes them"),
-        Entry::file(disk::LOCK, "keeps a second process from recording lives here"),
+        Entry::table(INDEX, "all episodes: one row per episode", &COLUMNS),
+        Entry::table("life-NUMBER.csv", "an episode: one row per cycle", columns),
+        Entry::file(
+            "genome-HASH.npy",
+            "the genes of an episode's controller, for `--genomes`",
+        ),
+        Entry::file(disk::LOCK, "keeps a second process from recording episodes here"),
     ]
 }
 
@@ -481,7 +484,7 @@ fn rows(path: &Path) -> Result<Vec<Row>> {
     let names = |count| COLUMNS.iter().take(count).map(|column| &*column.name);
     let is_known = |head: &csv::StringRecord| [CELLS, CELLS - 1].into_iter().any(|count| head.iter().eq(names(count)));
     if !reader.headers().is_ok_and(is_known) {
-        return Err(corrupt("has other columns than a table of lives"));
+        return Err(corrupt("has other columns than a table of episodes"));
     }
     let rows = reader.records().zip(2..).map(|(cells, line)| {
         let row = cells.ok().as_ref().and_then(Row::read);

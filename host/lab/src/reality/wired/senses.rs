@@ -92,7 +92,7 @@ fn kind_of(wanted: &Wanted<'_>) -> Result<Kind, String> {
         let all = SensorKind::CHOICES.iter();
         let allowed: Vec<&str> = all.filter(|own| kind(own.1).is_some()).map(|own| own.0).collect();
         format!(
-            "sensor {}: is of the kind {}, which no robot on a wire has; allowed: {}",
+            "sensor {}: is of the kind {}, which no connected robot has; allowed: {}",
             wanted.name,
             wanted.kind.word(),
             allowed.join(", ")
@@ -107,7 +107,8 @@ fn kind_of(wanted: &Wanted<'_>) -> Result<Kind, String> {
 pub(super) fn kinds(spec: &WorldSpec) -> Result<Vec<Kind>, String> {
     if let Build::Forager(_) = spec.robot.build {
         return Err(
-            "robot.kind is `forager`, whose food only its simulator knows; allowed: another kind of robot".to_owned(),
+            "robot.kind is `forager`, whose food exists only in its simulator; allowed: another kind of robot"
+                .to_owned(),
         );
     }
     let mut kinds = Vec::new();

@@ -84,9 +84,9 @@ impl Taker<'_> {
             }
             *self.standing = Standing::Aside;
             let what = if is_unread || board.robots() == 1 {
-                "cut short, and lived again"
+                "cut short; the episode is repeated"
             } else {
-                "set aside, and its life goes to the next robot that is free"
+                "set aside; the next free robot takes its episode"
             };
             self.lives.say(&format!("{what}: {trouble}"));
         }
@@ -110,7 +110,7 @@ impl Taker<'_> {
         }
         *self.standing = Standing::Gone;
         if board.robots() > 1 {
-            self.lives.warn(&format!("takes no more lives: {trouble}"));
+            self.lives.warn(&format!("takes no more episodes: {trouble}"));
         }
         board.leave(trouble);
     }

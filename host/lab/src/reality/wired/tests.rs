@@ -414,7 +414,7 @@ fn records_that_are_not_what_was_written_are_refused() {
     write("life-1.csv", &table);
     let bits = place.column("lives.csv", "bits")[0].clone();
     write("lives.csv", &index.replace(&bits, "3f800000"));
-    assert!(refused().contains("life 1: its table gives the fitness"));
+    assert!(refused().contains("episode 1: its table gives the fitness"));
     write("lives.csv", &index.replace(&bits, "bits"));
     let values = Values {
         starts: Starts::Walk,

@@ -17,7 +17,7 @@ use crate::genomes;
 pub(super) static GROWTH: [Column; 5] = [
     Column::whole("generation", "", "its number, from 0"),
     Column::whole("elites", "", "cells that have one after it"),
-    Column::number("coverage", "", "the share of all cells that have one"),
+    Column::number("coverage", "", "the fraction of all cells that have one"),
     Column::number(
         "qd_score",
         "",

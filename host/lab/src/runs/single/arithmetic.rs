@@ -45,10 +45,13 @@ pub(super) fn check(experiment: &Experiment, lives: u32) -> Result<String> {
         }
     }
     if found.is_empty() {
-        return Ok(format!("{}: all numbers are exact", counted(lives, "life", "lives")));
+        return Ok(format!(
+            "{}: all numbers are exact",
+            counted(lives, "episode", "episodes")
+        ));
     }
     let lines = found.into_iter().map(|(place, (what, count))| {
-        let lives = counted(lives, "life", "lives");
+        let lives = counted(lives, "episode", "episodes");
         format!("{place}: {what}, in {count} of {lives}; allowed: results that are 0, or normal and finite, of arguments in their range")
     });
     Err(Failure::input(lines.collect::<Vec<_>>().join("\n")))

@@ -184,16 +184,16 @@ fn summary(experiment: &Experiment) -> String {
                 Start::Random if spec.robot.has_starts() => {
                     "each robot at its place (robot.starts_mm), with a random heading".to_owned()
                 }
-                Start::Random => "a random free pose for each life".to_owned(),
+                Start::Random => "a random free pose for each episode".to_owned(),
                 Start::At { x, y, heading } => format!("at ({x}, {y}) mm, heading {heading} turns"),
             },
         ),
         (
-            "life",
+            "episode",
             format!(
                 "{} of 100 ms, {} for each individual",
                 counted(settings.world.cycles, "cycle", "cycles"),
-                counted(settings.trials, "life", "lives")
+                counted(settings.trials, "episode", "episodes")
             ),
         ),
         (
@@ -226,7 +226,7 @@ fn summary(experiment: &Experiment) -> String {
                     let time = experiment.robot_time();
                     let time = time.map_or_else(String::new, |time| format!(": {time}"));
                     format!(
-                        "generations {first} to {} live on {robots}{time}",
+                        "generations {first} to {} are evaluated on {robots}{time}",
                         evolution.generations - 1
                     )
                 }
@@ -236,13 +236,13 @@ fn summary(experiment: &Experiment) -> String {
         (
             "champion",
             match experiment.finalists() {
-                0 => "the luckiest life of the run".to_owned(),
+                0 => "the luckiest individual of the run".to_owned(),
                 _ if evolution.is_coevolution() => {
-                    let lives = counted(settings.finalists.lives, "life", "lives");
+                    let lives = counted(settings.finalists.lives, "episode", "episodes");
                     format!("the best of both populations in the last generation, with the mean of {lives}")
                 }
                 finalists => {
-                    let lives = counted(settings.finalists.lives, "life", "lives");
+                    let lives = counted(settings.finalists.lives, "episode", "episodes");
                     format!(
                         "the best mean of {lives}, of {}",
                         counted(finalists, "finalist", "finalists")
@@ -286,8 +286,8 @@ fn breeding(evolution: &Settings) -> String {
             OpponentKind::HallOfFame => "all earlier generations".to_owned(),
         };
         return format!(
-            " of each of two populations; {} of each individual with the best of {met}",
-            counted(opponents.contests, "contest", "contests")
+            " of each of two populations; each individual meets {}, the best of {met}",
+            counted(opponents.contests, "opponent", "opponents")
         );
     }
     if evolution.kind != Optimiser::Genetic {
@@ -295,8 +295,8 @@ fn breeding(evolution: &Settings) -> String {
     }
     let elite = match evolution.elite {
         0 => String::new(),
-        1 => "; the best one is in the next generation as it is".to_owned(),
-        elite => format!("; the best {elite} are in the next generation as they are"),
+        1 => "; the best one survives unchanged".to_owned(),
+        elite => format!("; the best {elite} survive unchanged"),
     };
     let parents = match evolution.selection.kind {
         SelectionKind::Truncation => format!(
@@ -350,7 +350,7 @@ fn foragers_noise(robot: &Robot) -> Option<String> {
     };
     let (light, wheels) = (foraging.light_noise, foraging.wheel_noise);
     Some(format!(
-        "of proximity as measured, {light} of light, a share of {wheels} of each wheel's way"
+        "of proximity as measured, {light} of light, a fraction of {wheels} of each wheel's travel"
     ))
 }
 
@@ -377,16 +377,10 @@ fn robot(robot: &Robot, name: Option<&str>) -> String {
     parts.push(radius);
     parts.extend(own.wheel_base.map(|base| format!("wheels {base} mm apart")));
     parts.extend(own.greatest_speed.map(|speed| format!("up to {speed} mm/s")));
-    parts.extend(
-        own.wheel_noise
-            .map(|noise| format!("{} % noise of wheels", 100.0 * noise)),
-    );
+    parts.extend(own.wheel_noise.map(|noise| format!("{} % wheel noise", 100.0 * noise)));
     parts.extend(own.count.map(|count| {
         let contact = own.contact.unwrap_or_default().word();
-        format!(
-            "{}: {contact}",
-            counted(count, "robot that lives with others", "robots that live together")
-        )
+        format!("{}: {contact}", counted(count, "robot in a swarm", "robots in a swarm"))
     }));
     let states = robot.motors.states;
     parts.extend(own.sampled_motors.then(|| format!("{states} x {states} motor states")));
@@ -397,7 +391,11 @@ fn robot(robot: &Robot, name: Option<&str>) -> String {
     parts.extend(latency.map(|latency| format!("obeys {} late", counted(latency, "cycle", "cycles"))));
     parts.extend(own.battery.map(|seconds| {
         let ends = own.battery_ends_life == Some(true);
-        let end = if ends { ", which ends life when it is empty" } else { "" };
+        let end = if ends {
+            ", which ends the episode when empty"
+        } else {
+            ""
+        };
         format!("a battery of {seconds} s{end}")
     }));
     parts.join(", ")
@@ -497,11 +495,11 @@ fn noise(noise: Noise, robot: &Robot, own: &OwnParts) -> String {
         ));
     }
     if noise.motor > 0.0 {
-        parts.push(format!("motion varies by a share of {}", noise.motor));
+        parts.push(format!("motion varies by a fraction of {}", noise.motor));
     }
     let given = |value: Option<f32>| value.filter(|value| *value > 0.0);
     if let Some(gain) = given(noise.gain) {
-        parts.push(format!("each activation varies by a share of {gain}"));
+        parts.push(format!("each activation varies by a fraction of {gain}"));
     }
     if let Some(veer) = given(noise.veer) {
         parts.push(format!("the robot veers by up to {veer} turns a metre"));
@@ -510,7 +508,7 @@ fn noise(noise: Noise, robot: &Robot, own: &OwnParts) -> String {
         parts.push(format!("commands act up to {} late", counted(delay, "cycle", "cycles")));
     }
     if noise.drawn == Some(Drawn::Life) {
-        parts.push("all but the walk is drawn once for a life".to_owned());
+        parts.push("all except the walk is drawn once an episode".to_owned());
     }
     if let Build::Differential(Differential {
         wheel_noise: Some(wheels),
@@ -518,13 +516,13 @@ fn noise(noise: Noise, robot: &Robot, own: &OwnParts) -> String {
     }) = robot.build
         && wheels > 0.0
     {
-        parts.push(format!("each wheel's speed varies by a share of {wheels}"));
+        parts.push(format!("each wheel's speed varies by a fraction of {wheels}"));
     }
     if parts.is_empty() {
         parts.push("none".to_owned());
     }
     if !own.is_empty() {
-        parts.push("parts may have their own".to_owned());
+        parts.push("custom parts may add noise".to_owned());
     }
     parts.join("; ")
 }
@@ -550,8 +548,8 @@ mod tests {
         assert_eq!(
             noise(all, &robot, &own),
             "-0.2 to 0.2 is added to each activation; what is perceived walks within 30 mm, 1.5 mm a cycle; \
-             motion varies by a share of 0.1; each activation varies by a share of 0.5; \
-             the robot veers by up to 0.06 turns a metre; commands act up to 0.6 cycles late; all but the walk is drawn once for a life"
+             motion varies by a fraction of 0.1; each activation varies by a fraction of 0.5; \
+             the robot veers by up to 0.06 turns a metre; commands act up to 0.6 cycles late; all except the walk is drawn once an episode"
         );
         robot.build = Build::Differential(Differential {
             wheel_noise: Some(0.05),
@@ -559,7 +557,7 @@ mod tests {
         });
         assert_eq!(
             noise(Noise::default(), &robot, &own),
-            "each wheel's speed varies by a share of 0.05"
+            "each wheel's speed varies by a fraction of 0.05"
         );
     }
 }

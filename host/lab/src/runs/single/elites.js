@@ -62,7 +62,7 @@
     element('which').textContent = row[0];
     element('said').textContent = data.columns.map((name, i) => `${name} ${row[i]}`).join(', ');
     element('robots').innerHTML = '';
-    if (data.lengths[index] === 0) element('clock').textContent = 'the life ended before its first cycle';
+    if (data.lengths[index] === 0) element('clock').textContent = 'the episode ended before its first cycle';
     play();
   }
 

@@ -62,7 +62,7 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
     if replay.trial >= settings.trials {
         let last = settings.trials - 1;
         return Err(Failure::input(format_args!(
-            "--trial {}: no such life; allowed: 0 to {last}",
+            "--trial {}: no such episode; allowed: 0 to {last}",
             replay.trial
         )));
     }
@@ -207,7 +207,7 @@ impl Page<'_> {
         };
         let dots: Vec<_> = elites.iter().map(dot).collect();
         let picture = pictures::archive::drawn(&title, [axis(0), up], &dots);
-        let (stage, place) = figures::stage(arena, &format!("{name}: the life of an elite"));
+        let (stage, place) = figures::stage(arena, &format!("{name}: an elite's episode"));
 
         let bounds = arena.bounds();
         let share = |value: f32, from: f32, size: f32| (65535.0 * ((value - from) / size).clamp(0.0, 1.0)) as u16;
@@ -235,7 +235,7 @@ impl Page<'_> {
             "evaluations",
             "generation",
             "individual",
-            "this life",
+            "this episode",
         ];
         columns.extend(descriptors.iter().map(|own| &*own.measure));
         let data = json!({
@@ -250,12 +250,12 @@ impl Page<'_> {
         // Its text must not end the element.
         let data = data.to_string().replace('<', "\\u003c");
         let body = format!(
-            "<p>Click a square, or a row of the table below: the elite's life plays beside. <button type=\"button\" \
+            "<p>Click a square, or a row of the table below, to play the elite's episode. <button type=\"button\" \
          id=\"play\">Play</button> <output id=\"clock\"></output></p>\n\
          <div id=\"pictures\">\n<figure>{picture}</figure>\n<figure>{stage}</figure>\n</div>\n\
-         <p id=\"said\" role=\"status\"></p>\n<p>As a picture and a table of its own: <code>oneiro replay {} --elite \
+         <p id=\"said\" role=\"status\"></p>\n<p>As a picture and a table: <code>oneiro replay {} --elite \
          <span id=\"which\">CELL</span></code></p>\n<div class=\"scroll\" id=\"rows\"><table id=\"table\"></table></div>\n\
-         <noscript><p>This page plays lives with JavaScript, which is switched off.</p></noscript>\n\
+         <noscript><p>This page plays episodes with JavaScript, which is switched off.</p></noscript>\n\
          <style>#pictures {{ display: grid; grid-template-columns: 1fr 1fr; gap: 12px; align-items: start; }}\n\
          #pictures [data-elite] {{ cursor: pointer; }} #pictures [data-elite].chosen {{ stroke: #26282e; stroke-width: 2; }}\n\
          #rows {{ max-height: 30em; overflow-y: auto; }} #rows tr.chosen td {{ background: var(--ground); }}\n\
@@ -347,7 +347,7 @@ mod tests {
         );
         let said = told["first"][2].as_str().unwrap();
         assert!(
-            said.contains("cell 12, fitness 12") && said.contains("this life 1.5") && said.contains("<b> 5"),
+            said.contains("cell 12, fitness 12") && said.contains("this episode 1.5") && said.contains("<b> 5"),
             "{said}"
         );
         assert!(

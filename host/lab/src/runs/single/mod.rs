@@ -92,7 +92,7 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: b
         Entry::table(GENERATIONS, "one row per generation", &rows::COLUMNS),
         Entry::file(
             CHAMPION,
-            "the champion: its score (as a number and as bits), the mean of its fresh lives with a 95 % confidence interval, its \
+            "the champion: its score (as a number and as bits), the mean of its new episodes with a 95 % confidence interval, its \
              generation and index, the keys of its random numbers, and its genes by name",
         ),
         Entry::file(CHAMPION_GENES, "its genes (f32)"),
@@ -115,7 +115,8 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: b
         ));
     }
     if has_trace {
-        let record = "the champion's first life: one row per cycle, or per Nth cycle of a life of more than 10,000";
+        let record =
+            "the champion's first episode: one row per cycle, or per Nth cycle of an episode of more than 10,000";
         all.push(Entry::table(TRACE, record, TraceTable::new(world).columns()));
     }
     all
@@ -123,7 +124,7 @@ fn files(world: &World, has_finalists: bool, has_individuals: bool, has_trace: b
 
 /// The texts of state machines and behaviour trees in a run's directory.
 fn texts(has_finalists: bool) -> Vec<Entry> {
-    let text = "with `controller.kind = \"state-machine\"` or `\"behaviour-tree\"`: the champion's text in AutoMoDe's form, which `--genomes` takes, too";
+    let text = "with `controller.kind = \"state-machine\"` or `\"behaviour-tree\"`: the champion's text in AutoMoDe's form, also for `--genomes`";
     let mut all = vec![Entry::file(CHAMPION_TEXT, text)];
     if has_finalists {
         all.push(Entry::file(LUCKIEST_TEXT, "with it: the luckiest's text"));
@@ -147,7 +148,7 @@ fn archive_files(columns: &[Column]) -> [Entry; 4] {
         Entry::file(ARCHIVE_GENES, "its genes (f32, elites x genes), in the same order"),
         Entry::file(
             ARCHIVE_PAGE,
-            "written by `oneiro replay --elites`: a page that shows the archive, and plays a life of the elite that is clicked",
+            "written by `oneiro replay --elites`: a page that shows the archive, and plays an episode of the clicked elite",
         ),
     ]
 }
@@ -168,7 +169,7 @@ fn coevolution_files() -> [Entry; 5] {
         ),
         Entry::file(
             HALL,
-            "with it: the best of both populations in each generation (f32, generations x genes), which `--genomes` takes, too",
+            "with it: the best of both populations in each generation (f32, generations x genes), also for `--genomes`",
         ),
         Entry::file(
             TOURNAMENT,
@@ -185,43 +186,44 @@ fn coevolution_files() -> [Entry; 5] {
 
 /// The folder of a run that ends on a connected robot.
 fn lives() -> Entry {
-    let about = "every life on a robot on a wire, with a `README.md` of its own; only with `reality.robot`. `oneiro verify` leaves it out";
+    let about =
+        "every episode on a connected robot, with a `README.md`; only with `reality.robot`. `oneiro verify` ignores it";
     Entry::file(LIVES, about)
 }
 
 /// The files that `oneiro replay` adds: a pair for one episode, or for each of several.
 fn replays(has_several: bool) -> [Entry; 4] {
     let (name, life) = if has_several {
-        (format!("{REPLAY}-K"), "life K of several, from 0")
+        (format!("{REPLAY}-K"), "episode K of several, from 0")
     } else {
-        (REPLAY.to_owned(), "the replayed life")
+        (REPLAY.to_owned(), "the replayed episode")
     };
     let table = format!("written by `oneiro replay`: {life}, with the columns of `{TRACE}`");
     [
         Entry::file(format!("{name}.csv"), table),
         Entry::file(
             format!("{name}.svg"),
-            "written by `oneiro replay`: a picture of that life",
+            "written by `oneiro replay`: a picture of that episode",
         ),
         Entry::file(
             format!("{name}-WHAT.csv"),
             format!(
-                "written by `oneiro replay` for another life than the champion's recorded one: WHAT is `elite-CELL`, `genome-NAME`, \
+                "written by `oneiro replay` for another episode than the champion's recorded one: WHAT is `elite-CELL`, `genome-NAME`, \
                  `start-X_Y_HEADING` and `seed-N`, of those that were given; with the columns of `{TRACE}`"
             ),
         ),
         Entry::file(
             format!("{name}-WHAT.svg"),
-            "written by `oneiro replay`: a picture of that life",
+            "written by `oneiro replay`: a picture of that episode",
         ),
     ]
 }
 
 /// The files that it adds for swarms.
 fn replays_together() -> [Entry; 2] {
-    let page = "written by `oneiro replay` of robots that live together: a page that plays the life, with the same numbers in its name as \
-                the other files of that life";
-    let table = "written by it: what each robot did in that life, a row each";
+    let page = "written by `oneiro replay` of a swarm: a page that plays the episode, with the same numbers in its name as \
+                that episode's other files";
+    let table = "written by it: one row per robot, with what it did in that episode";
     [
         Entry::file("replay.html", page),
         Entry::table("replay-robots.csv", table, &together::COLUMNS),
@@ -531,7 +533,7 @@ impl super::Experiment for Single {
     fn check_sweep(&self) -> Result {
         if self.ends_outside() {
             return Err(Failure::input(
-                "reality.robot: is on a wire; allowed: with `oneiro run`, which lives one run after the other",
+                "reality.robot: is a connected robot; allowed: with `oneiro run`, which does one run at a time",
             ));
         }
         if self.is_compared {
@@ -654,7 +656,7 @@ impl super::Experiment for Single {
         } else if self.is_compared {
             ("real", "mean fitness of the first generation in reality")
         } else if self.experiment.finalists() > 0 {
-            (CHAMPION_MEAN, "mean fitness of the champion's fresh lives")
+            (CHAMPION_MEAN, "mean fitness of the champion's new episodes")
         } else {
             ("peak", "mean fitness of the last generation's parents")
         };
@@ -702,7 +704,7 @@ impl super::Experiment for Single {
             let shown = |number: Option<f64>| number.map_or_else(|| "NaN".to_owned(), |number| significant(number, 6));
             let [low, high] = interval.map_or([None; 2], |bounds| bounds.map(Some)).map(shown);
             let mean = shown(mean);
-            let lives = counted(lives, "life", "lives");
+            let lives = counted(lives, "episode", "episodes");
             let appraised = if mean == "NaN" {
                 format!("no mean of {lives}: the fitness of some is not a number (NaN)")
             } else {
@@ -724,7 +726,7 @@ impl super::Experiment for Single {
             warnings.extend((unmeasured > 0).then(|| {
                 let individuals = counted(unmeasured, "individual has", "individuals have");
                 format!(
-                    "{}: {individuals} a measure that is NaN, and so no behaviour: no place in an archive, and no novelty",
+                    "{}: {individuals} a measure that is NaN: no behaviour, no place in an archive, no novelty",
                     run.directory.display()
                 )
             }));
@@ -732,7 +734,7 @@ impl super::Experiment for Single {
         // The trace of an episode that ended before its first cycle has only its header.
         let trace = plain::open(&run.directory.join(TRACE)).map(|trace| BufReader::new(trace.take(1 << 20)));
         if trace.is_ok_and(|trace| trace.lines().take(2).count() == 1) {
-            let problem = "the champion's life ended before its first cycle: its task ended it at once";
+            let problem = "the champion's episode ended before its first cycle: its task ended it at once";
             warnings.push(format!("{}: {problem}", run.directory.display()));
         }
         Ok(Summary {

@@ -70,7 +70,7 @@ static OF_ALL: [Outcome; 11] = [
         Column::number(
             CHAMPION_MEAN,
             "",
-            "the mean of the champion's fresh lives (`evolution.finalist_lives`); empty without finalists, when the champion is the \
+            "the mean of the champion's new episodes (`evolution.finalist_lives`); empty without finalists, when the champion is the \
          luckiest",
         ),
         |run| run.appraisal.map(|own| fixed(own.mean, 6)),
@@ -131,7 +131,7 @@ static OF_ARCHIVE: [Outcome; 2] = [
         Column::number(
             "coverage",
             "",
-            "with `evolution.kind = \"map-elites\"`: the share of all cells that have an elite; empty with other optimisers",
+            "with `evolution.kind = \"map-elites\"`: the fraction of all cells that have an elite; empty with other optimisers",
         ),
         |run| run.archive.map(|(archive, _)| archive.coverage().to_string()),
     ),

@@ -31,8 +31,8 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     if single.ends_outside() {
         let directory = run.directory.display();
         return Err(Failure::input(format_args!(
-            "{directory}: its champion lived on a robot on a wire, and such a life can't be repeated; allowed: runs in a simulator. \
-             Its lives are in {directory}/{LIVES}, and `oneiro evaluate --genomes {directory}` lets it live in the simulator"
+            "{directory}: its champion was evaluated on a connected robot, and such an episode can't be repeated; allowed: runs in a \
+             simulator. Its episodes are in {directory}/{LIVES}; `oneiro evaluate --genomes {directory}` simulates it"
         )));
     }
     if replay.elites {
@@ -50,7 +50,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     let settings = experiment.settings();
     if replay.trial >= settings.trials {
         return Err(Failure::input(format_args!(
-            "--trial {}: no such life; allowed: 0 to {}",
+            "--trial {}: no such episode; allowed: 0 to {}",
             replay.trial,
             settings.trials - 1
         )));
@@ -59,7 +59,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
         (replay.start, &experiment.world().spec().robot.build)
     {
         return Err(Failure::input(
-            "--start: is given, and robots that live together start at random; allowed: with single robots, or --seed for other starts",
+            "--start: is given, and a swarm's robots start at random; allowed: with single robots, or --seed for other starts",
         ));
     }
     let is_new = replay.start.is_some() || replay.seed.is_some() || other.is_some();
@@ -152,7 +152,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
         "device": engine.name(),
     });
     let compared = if is_new {
-        "a new life, which is not compared with the record"
+        "a new episode, not compared with the record"
     } else {
         "as recorded"
     };
@@ -164,8 +164,8 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
         1 => (String::new(), String::new()),
         trials => {
             let (score, trial) = (settings.trial_score.word(), replay.trial);
-            let one = format!("\nlife {trial}: fitness {life} (bits {:08x})", life.to_bits());
-            (format!(" of {trials} lives ({score})"), one)
+            let one = format!("\nepisode {trial}: fitness {life} (bits {:08x})", life.to_bits());
+            (format!(" of {trials} episodes ({score})"), one)
         }
     };
     let text = format!(

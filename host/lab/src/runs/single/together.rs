@@ -27,7 +27,7 @@ pub(super) static COLUMNS: [Column; 6] = [
     Column::number(
         "score",
         "",
-        "what the task has given this robot; empty if the mission scores the swarm as a whole",
+        "the robot's score from the task; empty if the mission scores the whole swarm",
     ),
     Column::number(
         "distance_mm",
@@ -35,7 +35,11 @@ pub(super) static COLUMNS: [Column; 6] = [
         "the length of its path, from the start of the first cycle to that of the last",
     ),
     Column::whole("contacts", "cycles", "those that ended elsewhere than if it were alone"),
-    Column::whole("heard", "", "messages that it heard; empty without a reference model"),
+    Column::whole(
+        "heard",
+        "",
+        "messages that it received; empty without a reference model",
+    ),
     Column::text(
         "states",
         "cycles after which its machine was in each state, from state 0 on, or in each branch of its behaviour tree; empty without either",
@@ -78,7 +82,7 @@ pub(super) fn watch(
     fitness: f32,
     engine: &Engine,
 ) -> Result<(Option<Watched>, Option<String>)> {
-    let none = |why: &dyn Display| (None, Some(format!("there is no page that plays the life: {why}")));
+    let none = |why: &dyn Display| (None, Some(format!("there is no page that plays the episode: {why}")));
     if world.robots() == 1 {
         return Ok((None, None));
     }
@@ -92,7 +96,7 @@ pub(super) fn watch(
     let lived = watched.live(life, &processor)?;
     if lived.to_bits() != fitness.to_bits() {
         return Err(Failure::failed(format_args!(
-            "the watched life has the fitness {lived} on this processor, but the same life {fitness} on {}",
+            "the watched episode has the fitness {lived} on this processor, but {fitness} on {}",
             engine.name()
         )));
     }

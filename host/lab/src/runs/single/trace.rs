@@ -136,17 +136,17 @@ fn column(detail: &Detail, robot: &Robot) -> Column {
             .about(format!("the {reading} before sensor noise")),
         (DetailKind::Perceived | DetailKind::Real, None) => OWN
             .named(format!("sensor_{name}"))
-            .about(format!("the reading `{name}` of the experiment's own sensors")),
+            .about(format!("the reading `{name}` of the experiment's custom sensors")),
         (DetailKind::Other, _) => OWN.named(name.clone()).about(
             "another robot's pose at the start of the cycle: x and y in mm, and z, its heading in turns".to_owned(),
         ),
         (DetailKind::Heard, _) => Column::whole("", "", "").named(name.clone()).about(
-            "the robots whose messages it has heard since the line before: a bit for each, the lowest for robot 0"
+            "the robots whose messages it has received since the row before: a bit for each, the lowest for robot 0"
                 .to_owned(),
         ),
         (DetailKind::Earned, _) => OWN
             .named(name.clone())
-            .about("what the task has given this robot since the line before".to_owned()),
+            .about("the robot's score from the task since the row before".to_owned()),
         (DetailKind::Memory(part), _) => {
             let word = part.word();
             let own = match detail.scalar {
@@ -172,11 +172,11 @@ static POSE: [Recorded; 3] = [
 static ACTION: [Recorded; 7] = [
     (Column::number("output_left", "0 to 1", "the controller's output for the left wheel"), |record| record.left),
     (Column::number("output_right", "0 to 1", "the controller's output for the right wheel"), |record| record.right),
-    (Column::number("speed_left", "-1 to 1", "the speed of the left wheel as a share of the greatest: the selected one, or of a described robot the mean over the cycle"), |record| record.speed_left),
+    (Column::number("speed_left", "-1 to 1", "the speed of the left wheel as a fraction of the maximum: the selected speed, or a parametric robot's mean over the cycle"), |record| record.speed_left),
     (Column::number("speed_right", "-1 to 1", "the speed of the right wheel, in the same way"), |record| record.speed_right),
     (Column::number("collided", "", "1 if the cycle ended in a collision, else 0"), |record| record.collided),
     (Column::number("reward", "", "the reward of the cycle"), |record| record.reward),
-    (Column::number("fitness", "", "the sum of the rewards up to and including this cycle; where a task of your own has `task_score`, the life's fitness is what that makes of the last sum"), |record| record.fitness),
+    (Column::number("fitness", "", "the sum of the rewards up to and including this cycle; if a custom task has `task_score`, the episode's fitness is its result for the last sum"), |record| record.fitness),
 ];
 #[rustfmt::skip]
 static SEEN: [Recorded; 2] = [

@@ -47,7 +47,7 @@ pub(super) static OUTCOMES: [OutcomeColumn<Text>; 14] = [
         Column::number(
             "simulated",
             "",
-            "with `robots = \"own\"`: the mean fitness of the first generation that lives in reality, in the simulator",
+            "with `robots = \"own\"`: the simulated mean fitness of the first generation that is evaluated in reality",
         ),
         |own| fixed(own.simulated.mean, 6),
     ),
@@ -108,13 +108,13 @@ pub(super) static OUTCOMES: [OutcomeColumn<Text>; 14] = [
         Column::number(
             "path_gap_mm",
             "mm",
-            "the distance between a life in the simulator without noise and one in reality, from one start, of the individual that is \
+            "the distance between an episode in the simulator without noise and one in reality, from one start, of the individual that is \
          best in the simulator: the sum over every fifth cycle",
         ),
         |own| fixed(own.paths[0], 6),
     ),
     OutcomeColumn::new(
-        Column::number("path_repeat_mm", "mm", "that distance between two lives in reality"),
+        Column::number("path_repeat_mm", "mm", "that distance between two episodes in reality"),
         |own| fixed(own.paths[1], 6),
     ),
 ];

@@ -213,7 +213,9 @@ impl Experiment for SwarmExperiment {
     fn check(&self, picture: Option<&Path>) -> Result<Answer> {
         let settings = self.settings();
         if picture.is_some() {
-            return Err(Failure::usage("--out: an arena of a swarm is drawn by `oneiro replay`"));
+            return Err(Failure::usage(
+                "--out: `oneiro replay` draws the foraging study's arena",
+            ));
         }
         let value = json!({
             "name": self.name(),
@@ -235,8 +237,7 @@ impl Experiment for SwarmExperiment {
 
     fn check_lives(&self, _: u32) -> Result<String> {
         Err(Failure::usage(
-            "--lives: is given for a swarm, whose arithmetic is shipped and checked by the tests; allowed: experiments of single \
-             robots",
+            "--lives: is given for the foraging study, which has no custom arithmetic to check; allowed: other experiments",
         ))
     }
 

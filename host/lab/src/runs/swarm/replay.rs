@@ -35,7 +35,7 @@ pub(super) fn run(
     ];
     if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
         return Err(Failure::usage(format_args!(
-            "{option}: is given for a swarm of the 2014 study, which is replayed whole; allowed: with runs that have a champion"
+            "{option}: is given for the foraging study, which is replayed whole; allowed: with runs that have a champion"
         )));
     }
     let job = again(experiment, recorded.seed, engine, bars)?;

@@ -73,7 +73,7 @@ impl<'a> Cells<'a> {
         };
         let mut head = vec![Head::Number("Cell")];
         head.extend(runs.factors.iter().map(|factor| Head::Text(&factor.name)));
-        head.extend(["n", "mean", "s.d.", "median", "least", "greatest"].map(Head::Number));
+        head.extend(["n", "mean", "s.d.", "median", "minimum", "maximum"].map(Head::Number));
         let rows: Vec<Row> = self
             .ranked
             .iter()

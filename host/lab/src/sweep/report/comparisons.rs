@@ -34,22 +34,22 @@ pub(super) fn section(tables: &Tables<'_>, runs: &Runs, cells: &Cells<'_>, effec
 pub(super) fn tests(tables: &Tables<'_>) -> String {
     list(&[
         &format!(
-            "Differences are of means of {}, first minus second: above 0 where the first is the greater.",
+            "Differences are of means of {}, first minus second: above 0 where the first is higher.",
             tables.outcome.1
         ),
-        "A (Vargha and Delaney) is the chance that a run of the first has a greater outcome than one of the second, ties \
+        "A (Vargha and Delaney) is the chance that a run of the first has a higher outcome than one of the second, ties \
          counted half; \u{3b4} (Cliff) is 2 A \u{2212} 1. 0.5 and 0 mean no difference.",
         &format!(
-            "The interval is the 95 % percentile bootstrap interval of \u{3b4}, each sample resampled on its own \
+            "The interval is the 95 % percentile bootstrap interval of \u{3b4}, each sample resampled separately \
              {RESAMPLES} times ({FEWER_RESAMPLES} times or more where runs are very many), from fixed seeds. An interval \
              of one number means that the samples do not overlap."
         ),
         &format!(
-            "p is that of Mann and Whitney\u{2019}s U test, two-sided: exact where neither sample has more than {EXACT} \
+            "p: Mann-Whitney U test, two-sided: exact where neither sample has more than {EXACT} \
              runs or ties, else by the normal approximation with corrections for ties and continuity."
         ),
-        "Each table is a family of its own for Holm\u{2019}s correction: with its corrected p values, the chance of one \
-         or more false marks in a table is at most 0.05. Marked with * and bold: corrected p below 0.05.",
+        "p values are Holm-corrected within each table: the chance of one or more false marks in a table is at most 0.05. \
+         Marked with * and bold: corrected p below 0.05.",
         &format!("Samples of fewer than {LEAST} runs whose outcome is a number are not tested."),
     ])
 }
@@ -106,7 +106,7 @@ fn of_cells(runs: &Runs, cells: &Cells<'_>, effects: &Effects) -> String {
         "All pairs of cells, by their numbers in the table of cells, the better first."
     } else {
         "Each cell against the best, by their numbers in the table of cells. The best was picked by these same runs, so \
-         that its lead is more likely too great than too small."
+         its lead is more likely too large than too small."
     };
     let words = format!(
         "{which} The family: {}.{}{}",
@@ -209,7 +209,7 @@ pub(super) fn comparisons(family: &Family, names: &[Head<'_>], cells: impl Fn(&C
     if shown_ones.len() > SHOWN {
         shown_ones.sort_by(|a, b| a.p.total_cmp(&b.p));
         shown_ones.truncate(SHOWN);
-        words = format!("The {SHOWN} of the least p; effects.csv has all of them.");
+        words = format!("The {SHOWN} with the lowest p; effects.csv has all of them.");
     }
     let row = |one: &&Comparison| -> Row {
         let mut row = cells(one);

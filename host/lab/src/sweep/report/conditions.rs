@@ -239,8 +239,8 @@ fn summary(tables: &Tables<'_>, conditions: &[Condition<'_>]) -> Section {
         Head::Number("mean"),
         Head::Number("95 % of the mean"),
         Head::Number("s.d."),
-        Head::Number("least"),
-        Head::Number("greatest"),
+        Head::Number("minimum"),
+        Head::Number("maximum"),
     ];
     let range = |ends: Option<[f64; 2]>| {
         let words = |[low, high]: [f64; 2]| format!("{} to {}", shown(low, DIGITS), shown(high, DIGITS));

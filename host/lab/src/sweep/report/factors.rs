@@ -77,10 +77,10 @@ impl Best {
 /// Table of the variance that each factor explains.
 pub(super) fn overview(tables: &Tables<'_>, runs: &Runs, samples: &[Vec<Sample>], effects: &Effects) -> Section {
     let words = format!(
-        "What each swept key explains of {}, over all levels of the others. The best level is that of the greatest mean. \
-         \u{3b5}\u{b2} = H / (n \u{2212} 1) is the share of the variance of ranks that lies between levels, 0 to 1. H is \
-         Kruskal and Wallis\u{2019}s, for factors of more than two levels; their p values, one a factor, are a family \
-         that Holm\u{2019}s correction is for. Levels with fewer than {LEAST} runs are left out of both. Marked with * and \
+        "What each swept key explains of {}, over all levels of the others. The best level has the highest mean. \
+         \u{3b5}\u{b2} = H / (n \u{2212} 1) is the fraction of rank variance between levels, 0 to 1. H: Kruskal-Wallis \
+         statistic, for factors of more than two levels. p values are Holm-corrected across factors. Levels with \
+         fewer than {LEAST} runs are left out of both. Marked with * and \
          bold: corrected p below 0.05.{}",
         tables.outcome.1,
         unbalanced(runs)
@@ -117,7 +117,7 @@ pub(super) fn overview(tables: &Tables<'_>, runs: &Runs, samples: &[Vec<Sample>]
     };
     let rows: Vec<Row> = runs.factors.iter().enumerate().map(row).collect();
     let body = if rows.is_empty() {
-        paragraph("Nothing was swept but the seed: there is one cell, and nothing to compare.")
+        paragraph("Only the seed was swept: there is one cell, and nothing to compare.")
     } else {
         paragraph(&words) + &table("", "", &head, &rows)
     };
@@ -297,8 +297,8 @@ fn numbers(tables: &Tables<'_>, factor: &Factor, samples: &[Sample], place: usiz
         Head::Number("95 % interval"),
         Head::Number("s.d."),
         Head::Number("median"),
-        Head::Number("least"),
-        Head::Number("greatest"),
+        Head::Number("minimum"),
+        Head::Number("maximum"),
     ];
     let row = |(group, sample): (&Group, &Sample)| -> Row {
         let [least, _, median, _, greatest] = sample.quartiles();
@@ -324,7 +324,7 @@ fn numbers(tables: &Tables<'_>, factor: &Factor, samples: &[Sample], place: usiz
     let shown_ones = pictures::greatest(samples, SHOWN);
     let some = if shown_ones.len() < samples.len() {
         format!(
-            " Of {} levels, the {SHOWN} of the greatest means.",
+            " Of {} levels, the {SHOWN} with the highest means.",
             count(samples.len() as u64)
         )
     } else {

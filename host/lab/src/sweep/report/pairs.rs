@@ -65,8 +65,8 @@ pub(super) fn section(tables: &Tables<'_>, runs: &Runs, effects: &Effects) -> Op
         String::new()
     };
     let words = format!(
-        "Mean of {} over all levels of the other factors, and the number of runs. The darker the greater, on one scale in \
-         all pictures; the greatest of each picture has a frame.{of_all}",
+        "Mean of {} over all levels of the other factors, and the number of runs. Darker is higher, on one scale in all pictures; the \
+         highest of each picture has a frame.{of_all}",
         tables.outcome.1
     );
     let figures = pairs

@@ -69,7 +69,7 @@ pub(super) fn picture(tables: &Tables<'_>, runs: &Runs, curves: &Curves, samples
     let [unit, units] = own.unit();
     let some = |drawn: usize| {
         if drawn < own.groups.len() {
-            format!(" Of {} {units}, the {drawn} of the greatest means.", own.groups.len())
+            format!(" Of {} {units}, the {drawn} with the highest means.", own.groups.len())
         } else {
             String::new()
         }
@@ -257,7 +257,7 @@ impl Marks {
     fn words(self) -> String {
         let points = if self.points { "a point a run; " } else { "" };
         let boxes = if self.boxes {
-            "boxes: the middle half of the runs with the median, lines to the least and the greatest; "
+            "boxes: the middle half of the runs with the median, lines to the minimum and the maximum; "
         } else {
             ""
         };

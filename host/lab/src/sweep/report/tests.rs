@@ -557,7 +557,7 @@ fn many_numbers_are_grouped_in_bins() {
 fn without_a_factor_there_is_nothing_to_compare() {
     let runs: Vec<Run> = (0..6).map(|run| (vec![], run, 10.0 + run as f64)).collect();
     let report = Example::new("none", &[], &runs).report();
-    assert!(report.html.contains("Nothing was swept but the seed") && report.html.contains(">All runs<"));
+    assert!(report.html.contains("Only the seed was swept") && report.html.contains(">All runs<"));
     assert!(report.html.contains("There are not two cells to compare."));
     assert_eq!(
         (report.effects_csv.lines().count(), rows(&report.cells_csv).len()),

@@ -8,7 +8,7 @@ use super::Picture;
 
 pub(super) const PICTURE: Picture = Picture {
     name: "path.svg",
-    about: "a picture of that life",
+    about: "a picture of that episode",
     is_drawn: |single| !single.ends_outside(),
     draw: |run| {
         let world = run.experiment.world().spec();
