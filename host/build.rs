@@ -2,26 +2,16 @@
 //! unwinding needs.
 
 use std::env;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 fn main() {
     // Files that determine the commit, and whether the build differs from it.
-    let crates = [
-        "base",
-        "evolve",
-        "fleet",
-        "lab",
-        "report",
-        "robots",
-        "statistics",
-        "studies",
-    ];
-    let sources = ["build.rs", "src", "../src", "../shaders", "../.git/logs/HEAD"];
-    for path in sources.into_iter().chain(crates) {
-        if Path::new(path).exists() {
-            println!("cargo::rerun-if-changed={path}");
-        }
+    let fixed = ["build.rs", "src", "../src", "../shaders", "../.git/logs/HEAD"].map(PathBuf::from);
+    let folders = Path::new(".").read_dir().into_iter().flatten().flatten();
+    let crates = folders.map(|folder| folder.path().join("src"));
+    for path in fixed.into_iter().chain(crates).filter(|path| path.exists()) {
+        println!("cargo::rerun-if-changed={}", path.display());
     }
     println!("cargo::rustc-check-cfg=cfg(no_unwinding)");
     if is_for_robot() {

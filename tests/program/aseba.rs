@@ -52,10 +52,9 @@ pub(crate) fn in_a_network(test: &str, untested: &str) -> bool {
     let mut path: Vec<&str> = folders.take_while(|name| *name != "program").collect();
     path.reverse();
     let test = [&path[..], &[test]].concat().join("::");
-    let command = format!(
-        "'{}' --exact --nocapture --include-ignored {test}",
-        env::current_exe().unwrap().display()
-    );
+    // Also if the program was built again since.
+    let program = format!("/proc/{}/exe", std::process::id());
+    let command = format!("'{program}' --exact --nocapture --include-ignored {test}");
     let run = shell(flags, &command)
         .env(INSIDE, "1")
         .stderr(Stdio::inherit())

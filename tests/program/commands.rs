@@ -308,9 +308,7 @@ fn mistakes_are_told_with_what_to_do_instead() {
         (
             3,
             &["evaluate", "swarm.toml", "--random", "3"],
-            &[
-                "swarm.toml: is the foraging study; allowed: experiments with one robot, or with robot.count",
-            ],
+            &["swarm.toml: is the foraging study; allowed: experiments with one robot, or with robot.count"],
         ),
         (
             3,

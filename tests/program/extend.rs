@@ -92,7 +92,10 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
         ),
         (
             "    return Reward(share(max(now.moved.left - 2.0f, 0.0f)), before);",
-            &["own.wgsl:8:12: reciprocal(0.0f) is out of its range", "in 6 of 6 episodes"],
+            &[
+                "own.wgsl:8:12: reciprocal(0.0f) is out of its range",
+                "in 6 of 6 episodes",
+            ],
         ),
         (
             "    let step = u32(now.start.x - 1e6f);\n    return Reward(f32(step), before);",

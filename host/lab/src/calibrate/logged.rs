@@ -163,7 +163,7 @@ mod tests {
             let scratch = scratch(name, files);
             lives(scratch.path(), &["front".into()]).unwrap_err().to_string()
         };
-        assert!(refused("empty", &[]).contains("has no lives.csv; allowed: what `oneiro evaluate --robot"));
+        assert!(refused("empty", &[]).contains("has no lives.csv; allowed: a folder that `oneiro evaluate --robot"));
         let other = LIFE.replace("front", "back");
         let words = refused("other", &[("lives.csv", INDEX), ("life-1.csv", &other)]);
         assert!(words.contains("has no column `front`, but cycle, time_s"), "{words}");

@@ -653,7 +653,7 @@ fn many_unordered_levels_are_compared_with_the_best() {
     assert!(of_arena.iter().all(|row| row["first"] == "arenas/44.toml"));
     let figure = part(&report.html, "figure", "figure-1");
     assert_eq!(figure.matches("<polyline").count(), 10);
-    assert!(figure.contains("Of 45 levels, the 10 of") && figure.contains("Of 45 levels, the 40 of"));
+    assert!(figure.contains("Of 45 levels, the 10 with") && figure.contains("Of 45 levels, the 40 with"));
     assert!(figure.contains(">arenas/5.toml<") && !figure.contains(">arenas/4.toml<"));
     assert!(!report.html.contains("id=\"pairs\""), "45 columns are too many");
     assert!(part(&report.html, "section", "effects").contains("or, of more than 12, each against the best,"));
