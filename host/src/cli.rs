@@ -3,6 +3,7 @@
 mod choices;
 mod device;
 mod groups;
+pub(crate) mod man;
 mod moved;
 mod numbers;
 mod reproduce;
@@ -230,7 +231,7 @@ fn directories(command: &clap::Command, matches: &ArgMatches) -> exit::Result {
 }
 
 /// Words that other programs have for this one's options, and for its commands.
-const OTHER_WORDS: [(&str, &str); 18] = [
+const OTHER_WORDS: [(&str, &str); 21] = [
     ("device", "--backend NAME"),
     ("gpu", "--backend gpu"),
     ("cuda", "--backend gpu"),
@@ -239,6 +240,9 @@ const OTHER_WORDS: [(&str, &str); 18] = [
     ("runs", "--seeds 1..N"),
     ("workers", "--threads N"),
     ("share", "--fraction F"),
+    ("lives", "--episodes N"),
+    ("lives", "--log DIR"),
+    ("set", "--guard KEY=VALUE"),
     ("contests", "--trials N"),
     ("evolve", "run"),
     ("train", "run"),
@@ -401,6 +405,8 @@ pub(crate) enum Command {
     Device(Device),
     /// Print a completion script for a shell
     Completions(Completions),
+    /// Write a man page for each command into a directory
+    Man(Man),
     /// Run on a robot's computer: control it while evolving in its simulator
     #[command(hide = true)]
     OnBoard(OnBoard),
@@ -484,7 +490,7 @@ pub(crate) struct Check {
     pub(crate) out: Option<PathBuf>,
     /// Simulate N episodes of random genomes, and check that all numbers are finite and normal
     #[arg(long, value_name = "N", default_value_t = 0, conflicts_with = "explain", value_parser = whole::<u32>(0..=u32::MAX.into()))]
-    pub(crate) lives: u32,
+    pub(crate) episodes: u32,
     /// Count a cycle's operations on a GPU, and the maximum steps per second of known cards
     #[arg(long, conflicts_with = "explain")]
     pub(crate) cost: bool,
@@ -604,7 +610,7 @@ const USUAL: [&str; 18] = [
     "summary",
     "measures",
     "robots",
-    "lives",
+    "log",
     "between",
     "walk",
     "speed",
@@ -662,37 +668,37 @@ pub(crate) struct OnRobot {
     /// Evaluate on this robot (`oneiro robot list`) or surrogate, such as `surrogate:1`; repeatable: robots divide the episodes
     #[arg(long = "robot", value_name = "ADDRESS", conflicts_with_all = ["starts", "noise", "measures", "traces"])]
     pub(crate) robots: Vec<String>,
-    /// Record episodes in this directory; completed episodes are not repeated
+    /// Log episodes in this directory; completed episodes are not repeated
     #[arg(long, value_name = "DIR", requires = "robots", value_hint = ValueHint::DirPath)]
-    pub(crate) lives: Option<PathBuf>,
+    pub(crate) log: Option<PathBuf>,
     /// Start: walk (random drive) or hand (you place it)
-    #[arg(long, value_name = "HOW", value_parser = choice::<Starts>(), hide_possible_values = true, default_value = Starts::default().word(), requires = "lives")]
+    #[arg(long, value_name = "HOW", value_parser = choice::<Starts>(), hide_possible_values = true, default_value = Starts::default().word(), requires = "log")]
     pub(crate) between: Starts,
     /// Time of that random drive, 0 to 600 s; 0: no drive
-    #[arg(long, value_name = "SECONDS", default_value_t = wired::WALK_S, requires = "lives", value_parser = number::<f64>(0.0..=wired::LONGEST_WALK_S))]
+    #[arg(long, value_name = "SECONDS", default_value_t = wired::WALK_S, requires = "log", value_parser = number::<f64>(0.0..=wired::LONGEST_WALK_S))]
     pub(crate) walk: f64,
     /// Wheel speed at maximum output, mm/s [default: the experiment's, or 80]
-    #[arg(long, value_name = "MM_S", requires = "lives", value_parser = number::<f64>(wired::SPEEDS_MM_S[0]..=wired::SPEEDS_MM_S[1]))]
+    #[arg(long, value_name = "MM_S", requires = "log", value_parser = number::<f64>(wired::SPEEDS_MM_S[0]..=wired::SPEEDS_MM_S[1]))]
     pub(crate) speed: Option<f64>,
     /// A sensor's name on the robot, such as `left_90=prox_5`; repeatable
-    #[arg(long = "sensor", value_name = "NAME=NAME", requires = "lives", value_parser = pair)]
+    #[arg(long = "sensor", value_name = "NAME=NAME", requires = "log", value_parser = pair)]
     pub(crate) sensors: Vec<(String, String)>,
     /// Tracker of the robot's pose, such as `udp:0.0.0.0:5005#1` for its robot 1; repeatable, in the robots' order [default:
     /// odometry]
-    #[arg(long = "tracker", value_name = "ADDRESS", requires = "lives")]
+    #[arg(long = "tracker", value_name = "ADDRESS", requires = "log")]
     pub(crate) trackers: Vec<String>,
     /// Maximum age of a pose, 50 to 2000 ms, or the robot stops
     #[arg(long, value_name = "MS", default_value_t = tracker::AGE_MS, requires = "trackers",
         value_parser = whole::<u64>(tracker::AGES_MS))]
     pub(crate) tracker_age: u64,
     /// Set a value of the guard, such as `expiry_ms=200`; repeatable
-    #[arg(long, value_name = "KEY=VALUE", requires = "lives")]
+    #[arg(long, value_name = "KEY=VALUE", requires = "log")]
     pub(crate) guard: Vec<String>,
     #[arg(
         long,
         value_name = "LAMBDA",
         requires = "robots",
-        conflicts_with = "lives",
+        conflicts_with = "log",
         value_parser = of_key::<f32>("reality.severity"),
         help = format!(
             "How much a surrogate differs from its simulator, 0 to 2 [default: {}]",
@@ -1027,8 +1033,8 @@ pub(crate) struct SampleWired {
     #[arg(long, conflicts_with = "full_speed")]
     pub(crate) no_motors: bool,
     /// Set a value of the guard, such as `link_ms=400`; repeatable
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub(crate) set: Vec<String>,
+    #[arg(long = "guard", value_name = "KEY=VALUE")]
+    pub(crate) values: Vec<String>,
     /// Record all bytes of the link in this file, for a bug report (never overwritten)
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) record: Option<PathBuf>,
@@ -1045,7 +1051,7 @@ impl SampleWired {
             (self.rows.is_some(), "--rows"),
             (self.full_speed.is_some(), "--full-speed"),
             (self.no_motors, "--no-motors"),
-            (!self.set.is_empty(), "--set"),
+            (!self.values.is_empty(), "--guard"),
             (self.record.is_some(), "--record"),
         ];
         given.into_iter().find_map(|(is_given, name)| is_given.then_some(name))
@@ -1058,9 +1064,9 @@ pub(crate) struct RobotCalibrate {
     /// The experiment's TOML file
     #[arg(value_hint = ValueHint::FilePath)]
     pub(crate) experiment: PathBuf,
-    /// Directories of episodes from `oneiro evaluate --robot` or from runs with `[reality]` on a connected robot
+    /// Directories of episodes logged by `oneiro evaluate --robot` or by runs with `[reality]` on a connected robot
     #[arg(long, value_name = "DIR", required = true, num_args = 1.., value_hint = ValueHint::DirPath)]
-    pub(crate) lives: Vec<PathBuf>,
+    pub(crate) log: Vec<PathBuf>,
     /// Directory for a page, a table of errors and the resulting settings; must be empty or new
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,
@@ -1137,8 +1143,8 @@ pub(crate) struct Guard {
     #[arg(long, value_name = "KIND,..", value_delimiter = ',', value_parser = choice::<Kind>())]
     pub(crate) kinds: Vec<Kind>,
     /// Set a value of the guard, such as `expiry_ms=200`; repeatable
-    #[arg(long, value_name = "KEY=VALUE")]
-    pub(crate) set: Vec<String>,
+    #[arg(long = "guard", value_name = "KEY=VALUE")]
+    pub(crate) values: Vec<String>,
 }
 
 /// A speed on the command line.
@@ -1323,9 +1329,9 @@ pub(crate) enum SweepCommand {
     Run(SweepRun),
     /// Show a sweep's progress, also while it runs
     Status {
-        /// The sweep's directory
+        /// The sweep's directory [default: the newest in sweeps/]
         #[arg(value_hint = ValueHint::DirPath)]
-        dir: PathBuf,
+        dir: Option<PathBuf>,
     },
     /// Join the results of shards from any machines into one table
     Merge {
@@ -1338,9 +1344,10 @@ pub(crate) enum SweepCommand {
     },
     /// Write a report: learning curves, heat maps, tables, and tests of which cells differ
     Report {
-        /// The sweep's directory. If the sweep is unfinished, the report is of its finished runs, and lists the others
+        /// The sweep's directory [default: the newest in sweeps/]. If the sweep is unfinished, the report is of its finished runs, and
+        /// lists the others
         #[arg(value_hint = ValueHint::DirPath)]
-        dir: PathBuf,
+        dir: Option<PathBuf>,
         /// The column of results.csv to compare cells by; higher is better [default: `champion_mean`; peak without finalists; real with
         /// `[reality]`; rate for the foraging study]
         #[arg(long, value_name = "COLUMN")]
@@ -1455,6 +1462,14 @@ fn duration(text: &str) -> Result<Duration, String> {
 pub(crate) struct Completions {
     /// The shell
     pub(crate) shell: clap_complete::Shell,
+}
+
+/// `oneiro man`
+#[derive(Args, Debug)]
+pub(crate) struct Man {
+    /// The pages' directory, such as ~/.local/share/man/man1; older pages are replaced
+    #[arg(value_hint = ValueHint::DirPath)]
+    pub(crate) dir: PathBuf,
 }
 
 /// Parses `A..B`, both included.

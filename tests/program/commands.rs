@@ -109,7 +109,7 @@ fn a_command_line_that_makes_no_sense_exits_with_2() {
         &["verify", "run", "--backend", "cpu"],
         &["evaluate", "small.toml", "--random", "2", "--best"],
         &["evaluate", "--best", "--genomes", "run", "--summary"],
-        &["evaluate", "--best", "--genomes", "run", "--lives", "30"],
+        &["evaluate", "--best", "--genomes", "run", "--log", "30"],
         &["evaluate", "--best", "--genomes", "run", "--walk", "30"],
         &["evaluate", "--tournament", "--genomes", "run", "--set", "cycles=5"],
         &["evaluate", "--genomes", "run", "--every", "2"],
@@ -934,6 +934,29 @@ fn every_shell_has_its_completions() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         assert!(place.good(&["completions", shell]).contains("recompute"), "{shell}");
     }
+}
+
+/// Pages of an older program are replaced.
+#[test]
+fn each_command_has_a_man_page() {
+    let place = Place::new("man");
+    for _ in 0..2 {
+        place.good(&["man", "man1"]);
+        for name in ["oneiro.1", "oneiro-run.1", "oneiro-sweep-report.1"] {
+            assert!(place.at("man1").join(name).is_file(), "{name}");
+        }
+        assert!(!place.at("man1/oneiro-guard.1").exists());
+        let page = fs::read_to_string(place.at("man1/oneiro-run.1")).unwrap();
+        assert!(
+            page.contains(".TH oneiro-run 1") && page.contains("\\-\\-seed"),
+            "{page}"
+        );
+        place.write("man1/oneiro-run.1", "an older page");
+        place.good(&["man", "man1"]);
+        assert!(fs::read_to_string(place.at("man1/oneiro-run.1")).unwrap() == page);
+    }
+    place.write("file", "");
+    place.run(&["man", "file"]).exits(3);
 }
 
 #[test]

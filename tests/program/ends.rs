@@ -25,7 +25,7 @@ checkpoint_every = 2
 const SWEEP: &str = "experiment = \"small.toml\"\nseeds = \"1..3\"\n";
 
 /// Commands under limits: a name, which begins with that of the command, and the arguments, in which `OUT` is a new path.
-const COMMANDS: [(&str, &[&str]); 39] = [
+const COMMANDS: [(&str, &[&str]); 40] = [
     ("new", &["new", "OUT.toml"]),
     ("check", &["check", "small.toml"]),
     ("check parts", &["check", "parts.toml"]),
@@ -78,7 +78,7 @@ const COMMANDS: [(&str, &[&str]); 39] = [
     ),
     (
         "robot calibrate",
-        &["robot", "calibrate", "small.toml", "--lives", "run", "--out", "OUT"],
+        &["robot", "calibrate", "small.toml", "--log", "run", "--out", "OUT"],
     ),
     ("robot", &["robot", "list"]),
     ("robot ping", &["robot", "ping", "tcp:127.0.0.1:9"]),
@@ -109,6 +109,7 @@ const COMMANDS: [(&str, &[&str]); 39] = [
     ("sweep report", &["sweep", "report", "sweep"]),
     ("sweep extract", &["sweep", "extract", "sweep", "0", "--out", "OUT"]),
     ("completions", &["completions", "bash"]),
+    ("man", &["man", "OUT"]),
     ("help", &["help"]),
 ];
 /// Commands that take many seconds where there is enough memory.

@@ -80,7 +80,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
         "own.toml",
         "cycles = 200\n[task]\nkind = \"own\"\npart = \"own.wgsl\"\n",
     );
-    let check = ["check", "own.toml", "--lives", "6"];
+    let check = ["check", "own.toml", "--episodes", "6"];
     for (body, words) in [
         (
             "    let heat = 0.5f * before.heat;\n    return Reward(heat, TaskState(heat));",
@@ -137,7 +137,7 @@ fn task_cycle(episode: Episode, now: Experience, before: TaskState) -> Reward {{
     place.write("plain.toml", "cycles = 100\n[controller]\nkind = \"hidden\"\n");
     for file in ["circles.toml", "described.toml", "plain.toml"] {
         place
-            .run(&["check", file, "--lives", "4"])
+            .run(&["check", file, "--episodes", "4"])
             .exits(0)
             .says(&["4 episodes: all numbers are exact"]);
     }

@@ -467,7 +467,7 @@ fn pipes_and_links_in_lives_fleets_and_samples() {
         &place,
         "Episodes on a robot",
         "lives",
-        &["robot calibrate small.toml --lives DIR --out calibrated --backend cpu"],
+        &["robot calibrate small.toml --log DIR --out calibrated --backend cpu"],
     );
 
     // A calibration that a kill has left.
@@ -477,7 +477,7 @@ fn pipes_and_links_in_lives_fleets_and_samples() {
         "robot",
         "calibrate",
         "small.toml",
-        "--lives",
+        "--log",
         "lives",
         "--out",
         "calibrated",
@@ -486,13 +486,13 @@ fn pipes_and_links_in_lives_fleets_and_samples() {
     ]);
     place.write(
         "calibrated/unfinished",
-        "oneiro robot calibrate small.toml --lives lives --out planted --backend cpu\n",
+        "oneiro robot calibrate small.toml --log lives --out planted --backend cpu\n",
     );
     planted(
         &place,
         "A calibration",
         "calibrated",
-        &["robot calibrate small.toml --lives lives --out DIR --backend cpu"],
+        &["robot calibrate small.toml --log lives --out DIR --backend cpu"],
     );
 
     fs::remove_dir(place.at("victims")).unwrap();
@@ -589,7 +589,7 @@ fn pipes_and_devices_as_input() {
         "reproduce miglino1995 --study X.toml --out study",
         "reproduce miglino1995 --tables X.sam,X.sam --out study",
         "robot sample --robot X.toml --out sampled",
-        "robot calibrate X.toml --lives run --out calibrated",
+        "robot calibrate X.toml --log run --out calibrated",
     ];
     for plant in [
         Plant::Pipe,

@@ -47,7 +47,7 @@ impl Case {
     }
 }
 
-const CASES: [Case; 33] = [
+const CASES: [Case; 34] = [
     Case::new("run", "small.toml --seed 1 --out WORK/out"),
     Case::new("run", "inputs.toml --seeds 1..3 --out WORK/out"),
     Case::new("run", "foragers.toml --seed 1 --out WORK/out"),
@@ -83,13 +83,14 @@ const CASES: [Case; 33] = [
     },
     Case::new("robot sample", "--objects wall --out WORK/out"),
     Case::new("robot sample", "--robot described.toml --out WORK/out"),
-    Case::new("robot calibrate", "small.toml --lives lives --out WORK/out"),
+    Case::new("robot calibrate", "small.toml --log lives --out WORK/out"),
     Case::new("robot tables convert", "wall.sam WORK/out.sample"),
     Case::new("robot tables export", "--builtin motor WORK/out.sam"),
     Case::new("robot tables show", "wall --out WORK/out.svg"),
     Case::new("new", "other --sensor sensors --task task"),
     Case::new("new", "--example gather"),
     Case::new("check", "small.toml --out WORK/out.svg"),
+    Case::new("man", "WORK/out"),
     Case {
         drawn: &["out.json"],
         stays: true,
@@ -159,7 +160,7 @@ const ELSEWHERE: [(&str, &str); 3] = [
 ];
 
 /// Options that name what is written, except for recordings of links, which are kept and not overwritten.
-const WRITING: [&str; 4] = ["--out <", "--traces <", "--share <FILE", "--lives <DIR"];
+const WRITING: [&str; 4] = ["--out <", "--traces <", "--share <FILE", "--log <DIR"];
 
 #[test]
 fn each_command_is_killed_or_writes_nothing() {
@@ -676,7 +677,7 @@ fn what_a_kill_leaves_is_no_others() {
         "robot",
         "calibrate",
         "wall.sam",
-        "--lives",
+        "--log",
         "lives",
         "--out",
         "calibrated",

@@ -66,7 +66,7 @@ fn a_run_has_its_experiments_name_and_its_seed_and_a_letter_if_that_is_another_r
     }
     let result = place.text("runs/small-1-b/DONE");
     fs::remove_file(place.at("runs/small-1-b/DONE")).unwrap();
-    let resumed = place.run_small(&wide).says(&["started before, and continue"]);
+    let resumed = place.run_small(&wide).says(&["continued"]);
     assert!(resumed.stdout.contains("runs/small-1-b\n"), "{}", resumed.stdout);
     assert_eq!(place.text("runs/small-1-b/DONE"), result);
     // Somebody else's files, and a file.
@@ -219,6 +219,12 @@ fn a_name_its_beginning_or_nothing_means_a_run() {
         .run(&["sweep", "report", "sweeep"])
         .exits(3)
         .says(&["did you mean sweeps/sweep?"]);
+    for command in ["status", "report"] {
+        place
+            .run(&["sweep", command])
+            .exits(0)
+            .says(&["the newest sweep is sweeps/sweep"]);
+    }
     // Experiments and their folders.
     fs::create_dir(place.at("experiments")).unwrap();
     place.write("experiments/gather.toml", SMALL);
@@ -383,7 +389,7 @@ fn what_is_next_can_be_typed() {
         "evaluate small.toml --genomes runs/small-3/champion.npy",
         "evaluate small.toml --genomes sweeps/sweep",
         "robot sample --objects wall --out samples",
-        "robot calibrate small.toml --lives lives --out calibration",
+        "robot calibrate small.toml --log lives --out calibration",
     ]
     .map(str::to_owned)
     .into();

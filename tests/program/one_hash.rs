@@ -372,7 +372,7 @@ fn compare(seed: u32, devices: &mut Devices, gpu_share: u32, tally: &Tally) -> R
         Err(Error::Inexact { place, what }) if subject.is_drawn => {
             return Err(format!("it is inexact: {place}: {what}"));
         }
-        // The documents say so, and `check --lives` finds it.
+        // The documents say so, and `check --episodes` finds it.
         Err(Error::Inexact { .. }) => {
             count(&tally.inexact);
             return Ok(());

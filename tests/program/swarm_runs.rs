@@ -94,7 +94,7 @@ fn stopped_runs_are_repeated_and_changed_ones_are_detected() {
     place
         .run(&[&["run", &file][..], &short].concat())
         .exits(0)
-        .says(&["2 of 3 runs are already done", "1 of 3 runs was begun before"]);
+        .says(&["2 of 3 runs are already done", "1 of 3 runs is continued"]);
     place.good(&["verify", "runs"]);
     place.good(&[&["run", &file][..], &short].concat());
 

@@ -300,7 +300,7 @@ fn what_is_no_command_line_is_noticed() {
     for right in [
         "oneiro run X.toml --seed N --out DIR",
         "oneiro sweep run X.toml --shard I/N --time-budget TIME",
-        "oneiro evaluate --genomes F --lives DIR --robot ADDRESS",
+        "oneiro evaluate --genomes F --log DIR --robot ADDRESS",
     ] {
         for found in [
             block(right),

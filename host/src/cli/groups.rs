@@ -9,7 +9,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
     ("Evolve", &["new", "check", "run", "resume", "sweep", "reproduce"]),
     ("Look at results", &["list", "replay", "evaluate", "compare", "verify"]),
     ("Robots", &["robot", "fleet"]),
-    ("This machine", &["device", "completions"]),
+    ("This machine", &["device", "completions", "man"]),
 ];
 
 /// The program with its commands in groups, which clap has for options only.

@@ -5,10 +5,7 @@ const MOVED: [(&str, &str); 11] = [
     ("audit", "verify RUN_DIR --recompute --fraction 0.01"),
     ("bench", "device bench"),
     ("best", "evaluate --best --genomes RUN_DIR --trials 100"),
-    (
-        "calibrate",
-        "robot calibrate EXPERIMENT.toml --lives LIVES_DIR --out DIR",
-    ),
+    ("calibrate", "robot calibrate EXPERIMENT.toml --log LOG_DIR --out DIR"),
     ("compile", "device compile EXPERIMENT.toml"),
     ("devices", "device list"),
     ("keys", "new --keys noise"),

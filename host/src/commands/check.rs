@@ -24,9 +24,9 @@ pub(crate) fn run(arguments: &Check, console: Console) -> Result {
         runs::read(path, &arguments.set)
     })?;
     console.warn(experiment.warnings());
-    if arguments.lives > 0 {
+    if arguments.episodes > 0 {
         let checked = meanwhile("checking numbers", console.bars(), || {
-            experiment.check_lives(arguments.lives)
+            experiment.check_lives(arguments.episodes)
         });
         console.say(checked?);
     }

@@ -114,10 +114,10 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
             measures: Vec::new(),
         };
         sink.take(&table, console)?;
-        if let (Some(experiment), Some(lives)) = (&arguments.experiment, &arguments.on_robot.lives) {
+        if let (Some(experiment), Some(lives)) = (&arguments.experiment, &arguments.on_robot.log) {
             let [experiment, lives] = [experiment, lives].map(|path| shell(path));
             console.next(format_args!(
-                "oneiro robot calibrate {experiment} --lives {lives} --out calibration"
+                "oneiro robot calibrate {experiment} --log {lives} --out calibration"
             ));
         }
         return Ok(());

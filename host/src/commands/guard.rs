@@ -22,7 +22,7 @@ pub(crate) fn run(arguments: GuardProcess) -> Result {
 fn options(GuardProcess { guard, odometry }: GuardProcess) -> Result<Options> {
     Ok(Options {
         wire: robot::wire(&guard.link.address)?,
-        values: Values::of(&guard.set).map_err(Failure::input)?,
+        values: Values::of(&guard.values).map_err(Failure::input)?,
         recording: guard.link.record.as_deref().map(robot::recording).transpose()?,
         wanted: Wanted {
             kinds: guard.kinds,

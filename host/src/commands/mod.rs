@@ -17,6 +17,7 @@ pub(crate) mod fleet;
 mod guard;
 mod list;
 mod live;
+mod man;
 mod new;
 mod on_board;
 pub(crate) mod places;
@@ -60,5 +61,6 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Reproduce(arguments) => reproduce::run(&arguments, console),
         Command::Sweep(arguments) => sweep::run(&arguments, console),
         Command::Completions(arguments) => completions::run(&arguments, console),
+        Command::Man(arguments) => man::run(&arguments, console),
     }
 }

@@ -13,7 +13,7 @@ use oneiro::parameter;
 use oneiro_base::console::Console;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files;
-use oneiro_lab::experiment::kinds::{begun, is_run};
+use oneiro_lab::experiment::kinds::{begun, is_run, is_sweep};
 use oneiro_lab::record::{self, Begun, Done, RunPlace, Standing, standing};
 use oneiro_lab::runs::Experiment;
 
@@ -101,11 +101,7 @@ pub(crate) fn sorted_out(
         already_done(done.len(), all, console);
     }
     if !todo.is_empty() {
-        let are = if todo.len() == 1 { "was" } else { "were" };
-        console.say(format!(
-            "{} of {all} runs {are} started before, and continue",
-            todo.len()
-        ));
+        console.say(done_of(todo.len(), all, "continued"));
     }
     todo.extend(new);
     Ok(Places { done, todo })
@@ -171,7 +167,7 @@ pub(super) fn found(path: &Path, folders: &[&str], console: Console) -> Result<P
     let nearest = nearest.or_else(|| files::nearest(path, is_alike));
     let hint = match nearest {
         Some(nearest) => format!("; did you mean {}?", nearest.display()),
-        None if folders.contains(&RUNS) && !newest_first(Path::new(RUNS)).is_empty() => {
+        None if folders.contains(&RUNS) && !newest_first(RUNS, is_run).is_empty() => {
             "; `oneiro list` shows the runs here".to_owned()
         }
         None => String::new(),
@@ -187,8 +183,25 @@ pub(super) fn named_or_newest(named: Option<&Path>, folders: &[&str], console: C
     if let Some(path) = named {
         return found(path, folders, console);
     }
-    let newest = newest_first(Path::new(RUNS)).into_iter().next().ok_or_else(no_runs)?;
+    let newest = newest_first(RUNS, is_run).into_iter().next().ok_or_else(no_runs)?;
     console.say(format!("the newest run is {}", newest.display()));
+    Ok(newest)
+}
+
+/// The sweep that is named; otherwise the newest.
+///
+/// # Errors
+/// As [`found`]; exit 3 if there is no sweep.
+pub(super) fn sweep_or_newest(named: Option<&Path>, console: Console) -> Result<PathBuf> {
+    if let Some(path) = named {
+        return found(path, &[SWEEPS], console);
+    }
+    let Some(newest) = newest_first(SWEEPS, is_sweep).into_iter().next() else {
+        return Err(Failure::input(format_args!(
+            "{SWEEPS}: has no sweeps yet; allowed: a sweep's directory, as `oneiro sweep run SWEEP.toml` writes it"
+        )));
+    };
+    console.say(format!("the newest sweep is {}", newest.display()));
     Ok(newest)
 }
 
@@ -199,18 +212,19 @@ pub(super) fn no_runs() -> Failure {
     ))
 }
 
-/// The runs in a folder: those that were begun last come first.
-fn newest_first(folder: &Path) -> Vec<PathBuf> {
-    let mut runs: Vec<PathBuf> = directories(folder).into_iter().map(|name| folder.join(name)).collect();
-    runs.retain(|run| is_run(run));
-    sort_by_age(&mut runs);
-    runs
+/// The runs or sweeps in a folder: those that were begun last come first.
+fn newest_first(folder: &str, is_own: fn(&Path) -> bool) -> Vec<PathBuf> {
+    let folder = Path::new(folder);
+    let mut all: Vec<PathBuf> = directories(folder).into_iter().map(|name| folder.join(name)).collect();
+    all.retain(|directory| is_own(directory));
+    sort_by_age(&mut all);
+    all
 }
 
-/// Sorts runs: those that were begun last come first. The names decide between those that were begun at the same time.
-pub(super) fn sort_by_age(runs: &mut [PathBuf]) {
-    runs.sort_by(|a, b| files::by_numbers(b, a));
-    runs.sort_by_cached_key(|run| Reverse(begun(run)));
+/// Sorts runs or sweeps: those that were begun last come first. The names decide between those that were begun at the same time.
+pub(super) fn sort_by_age(all: &mut [PathBuf]) {
+    all.sort_by(|a, b| files::by_numbers(b, a));
+    all.sort_by_cached_key(|directory| Reverse(begun(directory)));
 }
 
 /// The names of the directories in a folder, in the order of the numbers in them; none if it can't be read.

@@ -28,7 +28,7 @@ use serde::{Serialize, Serializer};
 use serde_json::json;
 
 use super::cost::{self, Ceiling};
-use super::places::{RUNS, SWEEPS, already_done, done_of, found, typed};
+use super::places::{RUNS, SWEEPS, already_done, done_of, found, sweep_or_newest, typed};
 use super::report::Report;
 use super::run::run_all;
 use super::slurm;
@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
     match &arguments.command {
         SweepCommand::Plan(arguments) => plan(arguments, console),
         SweepCommand::Run(arguments) => sweep(arguments, console),
-        SweepCommand::Status { dir } => status(&found(dir, &[SWEEPS], console)?, console),
+        SweepCommand::Status { dir } => status(&sweep_or_newest(dir.as_deref(), console)?, console),
         SweepCommand::Merge { dirs, out } => {
             let dirs = dirs.iter().map(|dir| found(dir, &[SWEEPS], console));
             let dirs = dirs.collect::<Result<Vec<_>>>()?;
@@ -53,7 +53,7 @@ pub(super) fn run(arguments: &cli::Sweep, console: Console) -> Result {
             print_tables(&tables, out.as_ref().unwrap_or(&dirs[0]), None, console)
         }
         SweepCommand::Report { dir, outcome, out } => {
-            let dir = found(dir, &[SWEEPS], console)?;
+            let dir = sweep_or_newest(dir.as_deref(), console)?;
             let (answer, best) = reported(&dir, outcome.as_deref(), out.as_deref())?;
             console.print_answer(&answer)?;
             console.next(format_args!("oneiro sweep extract {} {best}", typed(&dir)));

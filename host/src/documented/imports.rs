@@ -146,7 +146,13 @@ pub(super) fn modules(root: &Path, folder: &Path, found: &mut BTreeMap<Vec<Strin
         } else if path.extension().is_some_and(|extension| extension == "rs") {
             let module = path.strip_prefix(root).unwrap().with_extension("");
             let mut module: Vec<_> = module.iter().map(|name| name.to_str().unwrap().to_owned()).collect();
-            if ["mod", "lib", "main"].contains(&module.last().unwrap().as_str()) {
+            // Beside a library, a program is another crate.
+            let is_root = match module.last().unwrap().as_str() {
+                "mod" | "lib" => true,
+                "main" => !path.with_file_name("lib.rs").exists(),
+                _ => false,
+            };
+            if is_root {
                 module.pop();
             }
             found.insert(module, path);

@@ -360,7 +360,7 @@ impl Program {
         let place = Place::new(name);
         let mut arguments = vec!["guard", address];
         for setting in settings {
-            arguments.extend(["--set", setting]);
+            arguments.extend(["--guard", setting]);
         }
         Self::of(place, &arguments)
     }
@@ -701,7 +701,7 @@ fn a_dry_run_says_what_would_be_sent_and_opens_nothing() {
   0.200 s: left    0.0 mm/s, right    0.0 mm/s
 ";
     assert_eq!(text, expected);
-    let text = place.good(&[&arguments[..], &["--json", "--set", "speed_mm_s=10"]].concat());
+    let text = place.good(&[&arguments[..], &["--json", "--guard", "speed_mm_s=10"]].concat());
     let first: Value = serde_json::from_str(text.lines().next().unwrap()).unwrap();
     assert_eq!(first, json!({ "time_s": 0.0, "left_mm_s": 8, "right_mm_s": -8 }));
     let second: Value = serde_json::from_str(text.lines().nth(1).unwrap()).unwrap();
@@ -782,7 +782,7 @@ fn what_can_not_be_driven_is_refused() {
             &["a surrogate has no link"],
         ),
         (
-            &[nobody, "--commands", "good.txt", "--set", "expiry_ms=700"],
+            &[nobody, "--commands", "good.txt", "--guard", "expiry_ms=700"],
             3,
             &["guard expiry_ms: `700` is out of range; allowed: 100 to 500 ms"],
         ),

@@ -404,7 +404,7 @@ fn without_the_guard_only_a_thymio_stops_in_the_simulator() {
         eprintln!("thymio2, the guard and the program gone: {} ms", stood.as_millis());
         // Ten events of its own, and a step of the simulator before and after them.
         assert!(stood < Duration::from_millis(650), "{stood:?}");
-        assert_eq!(without_guard(&playground.place, 1, &["--set", "fuse=0"]), None);
+        assert_eq!(without_guard(&playground.place, 1, &["--guard", "fuse=0"]), None);
     });
 }
 
@@ -439,7 +439,7 @@ fn a_faster_simulator_is_driven_too() {
                 &address,
                 "--commands",
                 "nearer.txt",
-                "--set",
+                "--guard",
                 "fuse=0",
             ]);
             let after = nearness(&mut witness);

@@ -298,7 +298,11 @@ fn what_can_not_be_sampled_is_refused() {
             3,
             "`round` is no shape",
         ),
-        (&["--robot", "tcp:127.0.0.1:9", "--yes", "--set", "speed=1"], 3, "speed"),
+        (
+            &["--robot", "tcp:127.0.0.1:9", "--yes", "--guard", "speed=1"],
+            3,
+            "speed",
+        ),
         (
             &["--robot", "tcp:127.0.0.1:9", "--yes"],
             4,

@@ -64,7 +64,7 @@ fn arguments<'a>(address: &'a str, more: &[&'a str]) -> Vec<&'a str> {
         "--walk",
         "0.5",
     ];
-    [&own[..], &["--robot", address, "--lives", "lives"], more].concat()
+    [&own[..], &["--robot", address, "--log", "lives"], more].concat()
 }
 
 /// The fitness of a life, from its table alone.
@@ -402,70 +402,62 @@ fn what_can_not_be_lived_is_refused() {
     let body = Body::default();
     let robot = robots::khepera(&body);
     for (arguments, code, words) in [
-        (&["--robot", "tcp:127.0.0.1:9"][..], 2, &["lacks --lives DIR"][..]),
+        (&["--robot", "tcp:127.0.0.1:9"][..], 2, &["lacks --log DIR"][..]),
         (
-            &["--robot", "surrogate:1", "--lives", "new"],
+            &["--robot", "surrogate:1", "--log", "new"],
             2,
             &["surrogate:1 is simulated"],
         ),
         (
-            &["--robot", "khepera:1", "--lives", "new"],
+            &["--robot", "khepera:1", "--log", "new"],
             3,
             &["`khepera` is no way to reach a robot"],
         ),
-        (&["--lives", "new"], 2, &["--robot"]),
+        (&["--log", "new"], 2, &["--robot"]),
         (
-            &["--robot", &robot, "--lives", "new", "--severity", "1"],
+            &["--robot", &robot, "--log", "new", "--severity", "1"],
             2,
             &["--severity"],
         ),
         (
-            &["--robot", &robot, "--lives", "new", "--walk", "601"],
+            &["--robot", &robot, "--log", "new", "--walk", "601"],
             2,
             &["from 0 to 600"],
         ),
+        (&["--robot", &robot, "--log", "new", "--traces", "t"], 2, &["--traces"]),
+        (&["--robot", "tcp:127.0.0.1:9", "--log", "new"], 4, &["can't be opened"]),
         (
-            &["--robot", &robot, "--lives", "new", "--traces", "t"],
-            2,
-            &["--traces"],
-        ),
-        (
-            &["--robot", "tcp:127.0.0.1:9", "--lives", "new"],
-            4,
-            &["can't be opened"],
-        ),
-        (
-            &["--robot", &robot, "--lives", "mine"],
+            &["--robot", &robot, "--log", "mine"],
             3,
-            &["mine: exists and holds other files", "--lives"],
+            &["mine: exists and holds other files", "--log"],
         ),
         (
-            &["--robot", &robot, "--lives", "new", "--speed", "300"],
+            &["--robot", &robot, "--log", "new", "--speed", "300"],
             3,
             &["the maximum speed is 300 mm/s, and the guard allows 200.0 mm/s"],
         ),
         (
-            &["--robot", &robot, "--lives", "new", "--sensor", "left_90=prox_5"],
+            &["--robot", &robot, "--log", "new", "--sensor", "left_90=prox_5"],
             3,
             &["the Khepera has no sensor prox_5 of the kind proximity; allowed: left_90=proximity_left_90"],
         ),
         (
-            &["--robot", &robot, "--lives", "new", "--tracker", "udp:5005"],
+            &["--robot", &robot, "--log", "new", "--tracker", "udp:5005"],
             3,
             &["udp:HOST:PORT#ID"],
         ),
         (
-            &["--robot", &robot, "--lives", "new", "--tracker", "udp:127.0.0.1:0"],
+            &["--robot", &robot, "--log", "new", "--tracker", "udp:127.0.0.1:0"],
             4,
             &["no sighting of robot 0 within 5 s"],
         ),
         (
-            &["--robot", &robot, "--lives", "new", "--guard", "expiry_ms=1"],
+            &["--robot", &robot, "--log", "new", "--guard", "expiry_ms=1"],
             3,
             &["guard expiry_ms: `1` is out of range"],
         ),
         (
-            &["--robot", &robot, "--lives", "new", "--between", "hand"],
+            &["--robot", &robot, "--log", "new", "--between", "hand"],
             4,
             &["standard input is no terminal", "put the robot at x ="],
         ),

@@ -17,7 +17,7 @@ pub fn lives(directory: &Path, sensors: &[String]) -> Result<Vec<Logged>> {
     let index = directory.join(INDEX);
     if !index.is_file() {
         return Err(Failure::input(format_args!(
-            "{}: has no {INDEX}; allowed: a folder that `oneiro evaluate --robot --lives` wrote, or a run's folder `lives`",
+            "{}: has no {INDEX}; allowed: a folder that `oneiro evaluate --robot --log` wrote, or a run's folder `lives`",
             directory.display()
         )));
     }

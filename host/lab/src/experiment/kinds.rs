@@ -21,12 +21,10 @@ pub fn is_run(directory: &Path) -> bool {
     directory.join(CONFIG).symlink_metadata().is_ok()
 }
 
-/// When a run was begun; `None` if that can't be told.
-pub fn begun(run: &Path) -> Option<SystemTime> {
-    run.join(CONFIG)
-        .symlink_metadata()
-        .and_then(|config| config.modified())
-        .ok()
+/// When a run or a sweep was begun; `None` if that can't be told.
+pub fn begun(directory: &Path) -> Option<SystemTime> {
+    let first = [CONFIG, MADE].map(|name| directory.join(name).symlink_metadata());
+    first.into_iter().find_map(|file| file.ok()?.modified().ok())
 }
 
 /// Whether a directory is a sweep's.

@@ -133,7 +133,7 @@ pub trait Experiment: Debug + Send + Sync {
     /// # Errors
     /// As the command says.
     fn check(&self, picture: Option<&Path>) -> Result<Answer>;
-    /// `oneiro check --lives`: checks each operation in episodes of random genomes, and says that all are exact.
+    /// `oneiro check --episodes`: checks each operation in episodes of random genomes, and says that all are exact.
     ///
     /// # Errors
     /// Exit 3: the operations that devices may compute in different ways, each with its place.

@@ -93,7 +93,7 @@ impl Client {
             command.args(["--kinds", &kind.to_string()]);
         }
         for setting in settings {
-            command.args(["--set", setting]);
+            command.args(["--guard", setting]);
         }
         if wanted.odometry {
             command.arg("--odometry");

@@ -56,14 +56,14 @@ pub(super) fn lived(arguments: &Evaluate, lives: &Lives<'_>, console: Console) -
 fn site(values: &OnRobot, console: Console) -> Result<Site> {
     let addresses = || values.robots.join(" ");
     let refused = |problem: String| Failure::input(format_args!("--robot: {problem}"));
-    match (Robots::at(&values.robots).map_err(refused)?, &values.lives) {
+    match (Robots::at(&values.robots).map_err(refused)?, &values.log) {
         (Robots::Surrogate(seed), None) => Ok(Site::drawn(seed, values.severity.unwrap_or(SEVERITY))),
         (Robots::Surrogate(_), Some(_)) => Err(Failure::usage(format_args!(
-            "--lives: {} is simulated, and its episodes need no record; allowed: with a connected robot",
+            "--log: {} is simulated, and its episodes need no record; allowed: with a connected robot",
             addresses()
         ))),
         (Robots::Wired(_), None) => Err(Failure::usage(format_args!(
-            "--robot {}: lacks --lives DIR; allowed: a directory for the record of its episodes",
+            "--robot {}: lacks --log DIR; allowed: a directory for the log of its episodes",
             addresses()
         ))),
         (Robots::Wired(wires), Some(directory)) => {

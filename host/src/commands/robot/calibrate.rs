@@ -46,13 +46,11 @@ pub(crate) fn run(arguments: &RobotCalibrate, console: Console) -> Result {
     let world = experiment.world();
     let sensors = world.spec().robot.build.readings();
     let mut lives = Vec::new();
-    for directory in &arguments.lives {
+    for directory in &arguments.log {
         lives.extend(logged::lives(directory, &sensors)?);
     }
     if lives.is_empty() {
-        return Err(Failure::input(
-            "--lives: has no complete episode; allowed: one and more",
-        ));
+        return Err(Failure::input("--log: has no complete episode; allowed: one and more"));
     }
     let engine = arguments.backend.engine()?;
     let calibration = Calibration::of(world, &lives, &engine)?;

@@ -40,18 +40,18 @@ const HELP: &str = "(+ -)   arrows or WASD: drive while held   space: stop   R: 
 /// Drives until the keys or the file say that it is over, or Ctrl-C.
 pub(super) fn run(arguments: &RobotDrive, console: Console) -> Result {
     let wire = wire(&arguments.guard.link.address)?;
-    let values = Values::of(&arguments.guard.set).map_err(Failure::input)?;
+    let values = Values::of(&arguments.guard.values).map_err(Failure::input)?;
     let mut driver = Driver::new(arguments)?;
     if arguments.dry_run {
         return rehearse(&wire, values, &mut driver, console);
     }
     console.say(format!("connecting to {wire}"));
-    let Guarded { link, kinds, set } = &arguments.guard;
+    let Guarded { link, kinds, values } = &arguments.guard;
     let wanted = Wanted {
         kinds: kinds.clone(),
         odometry: false,
     };
-    let client = Client::start(&link.address, &wanted, set, link.record.as_deref())?;
+    let client = Client::start(&link.address, &wanted, values, link.record.as_deref())?;
     let mut ride = Ride {
         client,
         driver,

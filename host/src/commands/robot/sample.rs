@@ -139,7 +139,7 @@ fn wired(wire: Wire, arguments: &RobotSample, console: Console) -> Result {
     let guarded = Options {
         wire,
         wanted,
-        settings: options.set.clone(),
+        settings: options.values.clone(),
         record: options.record.clone(),
         tracker: None,
         number: None,
@@ -151,7 +151,7 @@ fn wired(wire: Wire, arguments: &RobotSample, console: Console) -> Result {
         rows: options.rows.unwrap_or(usual.rows),
     };
     walk::check(&objects, grid, &arguments.out)?;
-    let allowed = Values::of(&options.set).map_err(Failure::input)?.speed_mm_s;
+    let allowed = Values::of(&options.values).map_err(Failure::input)?.speed_mm_s;
     if let Some(given) = options.full_speed.filter(|given| *given > allowed) {
         return Err(too_fast(given, "the guard allows", allowed));
     }
@@ -222,6 +222,6 @@ fn full_speed(profile: &Profile, given: Option<f64>) -> Result<f64> {
 
 fn too_fast(given: f64, whose: &str, greatest: f64) -> Failure {
     Failure::input(format_args!(
-        "--full-speed {given}: is more than {whose}; allowed: up to {greatest} mm/s, or more by --set speed_mm_s=.."
+        "--full-speed {given}: is more than {whose}; allowed: up to {greatest} mm/s, or more by --guard speed_mm_s=.."
     ))
 }

@@ -127,7 +127,7 @@ fn a_run_ends_on_a_robot() {
     assert_eq!(body.wheels().1, since);
 
     // Its lives calibrate the simulator.
-    let calibrate = ["robot", "calibrate", "wire.toml", "--lives", "out/lives", "--out"];
+    let calibrate = ["robot", "calibrate", "wire.toml", "--log", "out/lives", "--out"];
     let told = place.good(&[&calibrate[..], &["calibrated"]].concat());
     assert!(
         told.contains("4 episodes, 40 cycles") && told.contains("wheels turn at"),
@@ -247,7 +247,7 @@ fn a_full_disk_stops_the_wheels() {
         &address,
         "--walk",
         "0",
-        "--lives",
+        "--log",
         "disk/own/lives",
     ];
     fs::create_dir(place.at("disk/own")).unwrap();
@@ -335,7 +335,7 @@ fn commands_come_in_time() {
             &address,
         ];
         let priority = format!("realtime={realtime}");
-        let lives = ["--walk", "0", "--lives", "out/lives", "--guard", &priority];
+        let lives = ["--walk", "0", "--log", "out/lives", "--guard", &priority];
         fs::create_dir(place.at("out")).unwrap();
         place.run(&[&own[..], &lives].concat()).exits(0);
         drop(load);

@@ -254,9 +254,9 @@ fn genomes_are_evaluated_on_three_robots() {
     ]);
     assert!(bodies.iter().all(Body::stands));
     assert_eq!(robots_of(&place, "lives").len(), 3);
-    let one = super::arguments(&addresses[0], &["--lives", "others"]);
+    let one = super::arguments(&addresses[0], &["--log", "others"]);
     let one: Vec<&str> = one.into_iter().filter(|word| *word != "lives").collect();
-    let at = one.iter().position(|word| *word == "--lives").unwrap();
+    let at = one.iter().position(|word| *word == "--log").unwrap();
     let alone = place.run(&[&one[..at], &one[at + 1..]].concat()).exits(0);
     assert_eq!(alone.stdout, ran.stdout);
     for (more, words) in [

@@ -75,7 +75,7 @@ fn what_is_wrong_beside_a_robot_does_not_touch_it() {
         "genomes.csv",
         "--robot",
         &address,
-        "--lives",
+        "--log",
     ];
     let sample = ["robot", "sample", "--yes", "--robot", &address, "--out"];
     let udp = format!("udp:{taken}");
@@ -96,7 +96,7 @@ fn what_is_wrong_beside_a_robot_does_not_touch_it() {
             3,
             &[
                 "mine: exists and holds other files",
-                "name another directory with --lives",
+                "name another directory with --log",
             ],
         ),
         (&evaluate, &["letter.txt"], 3, &["letter.txt"]),
@@ -117,7 +117,7 @@ fn what_is_wrong_beside_a_robot_does_not_touch_it() {
             3,
             &["is more than the guard allows"],
         ),
-        (&sample, &["new", "--set", "speed=1"], 3, &["guard speed"]),
+        (&sample, &["new", "--guard", "speed=1"], 3, &["guard speed"]),
         (&sample, &["new", "--record", "letter.txt"], 3, &["exists already"]),
         (
             &["run", "fast.toml", "--out", "out"],
@@ -143,7 +143,7 @@ fn what_is_wrong_beside_a_robot_does_not_touch_it() {
             3,
             &["letter.txt: line 1"],
         ),
-        (&["guard", &address], &["--set", "speed_mm_s=0"], 3, &[]),
+        (&["guard", &address], &["--guard", "speed_mm_s=0"], 3, &[]),
     ];
     for (command, more, code, words) in cases {
         let arguments = [command, more].concat();

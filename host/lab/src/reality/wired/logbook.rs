@@ -28,7 +28,7 @@ const UNDER_WAY: &str = "under way";
 const FORM: Form<'_> = Form {
     mark: INDEX,
     before: &[],
-    option: "--lives",
+    option: "--log",
 };
 
 /// Identifies an episode that is requested again.
@@ -249,7 +249,7 @@ impl Logbook {
         let busy = || {
             let directory = directory.display();
             Failure::input(format_args!(
-                "--lives {directory}: another process records episodes there; allowed: one at a time"
+                "--log {directory}: another process logs episodes there; allowed: one at a time"
             ))
         };
         // Often it is a folder of a run's directory, which may belong to another run.

@@ -1,4 +1,4 @@
-//! `oneiro check --lives`: interprets episodes and checks each operation.
+//! `oneiro check --episodes`: interprets episodes and checks each operation.
 
 use std::collections::BTreeMap;
 

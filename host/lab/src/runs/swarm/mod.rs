@@ -237,7 +237,7 @@ impl Experiment for SwarmExperiment {
 
     fn check_lives(&self, _: u32) -> Result<String> {
         Err(Failure::usage(
-            "--lives: is given for the foraging study, which has no custom arithmetic to check; allowed: other experiments",
+            "--episodes: is given for the foraging study, which has no custom arithmetic to check; allowed: other experiments",
         ))
     }
 
