@@ -725,7 +725,7 @@ pub(crate) struct Replay {
     /// The device that evaluates.
     #[command(flatten)]
     pub(crate) backend: Backend,
-    /// Directory for replay.svg and replay.csv; for a swarm also replay.html and replay-robots.csv [default: the run's directory]
+    /// Directory for replay.html, replay.svg and replay.csv; for a swarm also replay-robots.csv [default: the run's directory]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Which of the champion's trials, from 0
@@ -737,6 +737,16 @@ pub(crate) struct Replay {
     /// Other starts and noise: those of `oneiro evaluate --seed N`
     #[arg(long, value_name = "N", value_parser = seed())]
     pub(crate) seed: Option<u64>,
+    /// Replay the best of this generation instead, from 0
+    #[arg(long, value_name = "N", conflicts_with_all = ["elite", "elites", "genome"], value_parser = whole::<u32>(0..=u32::MAX.into()))]
+    pub(crate) generation: Option<u32>,
+    /// Replay this individual of the generation, from 0
+    #[arg(long, value_name = "K", requires = "generation", value_parser = whole::<u32>(0..=u32::MAX.into()))]
+    pub(crate) individual: Option<u32>,
+    /// See it learn: the bests of these generations from the same start on one page, learning.html, such as 0,3,10,199
+    #[arg(long, value_name = "N,..", value_delimiter = ',', conflicts_with_all = ["elite", "elites", "genome", "generation", "start"],
+        value_parser = whole::<u32>(0..=u32::MAX.into()))]
+    pub(crate) generations: Vec<u32>,
     /// Replay the elite of this archive cell instead (archive.csv lists them)
     #[arg(long, value_name = "CELL", conflicts_with = "genome", value_parser = whole::<u32>(0..=u32::MAX.into()))]
     pub(crate) elite: Option<u32>,

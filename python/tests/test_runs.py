@@ -187,7 +187,7 @@ def test_what_is_told_wrongly_is_refused(short):
     for fitness in [np.zeros(29), np.zeros((30, 0)), np.zeros((30, 2, 1)), 1.0]:
         with pytest.raises(oneiro.InputError, match=r"allowed: \[30\] or \[30, lives\]"):
             evolution.tell(fitness)
-    with pytest.raises(oneiro.InputError, match="takes none"):
+    with pytest.raises(oneiro.InputError, match="uses none"):
         evolution.tell(np.zeros(30), descriptors=np.zeros((30, 2)))
     with pytest.raises(oneiro.InputError):
         oneiro.Evolution(short, seed=1, kind="prayer")

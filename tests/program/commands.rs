@@ -527,6 +527,52 @@ fn from_a_new_experiment_to_its_champion() {
         let trace = place.text(format!("{directory}/replay.csv"));
         assert_eq!(trace.lines().count(), 1 + 50 / 5, "{trace}");
         assert!(place.text(format!("{directory}/replay.svg")).contains("</svg>"));
+        assert!(place.text(format!("{directory}/replay.html")).contains("<canvas"));
+        // Each recorded individual can be seen, a generation's best without a number.
+        let table = place.text(format!("{directory}/generations.csv"));
+        for (generation, row) in table.lines().skip(1).enumerate() {
+            let generation = generation.to_string();
+            let best = place.answer(&["replay", directory, "--json", "--generation", &generation]);
+            assert_eq!(best["compared"], true);
+            assert_eq!(
+                Some(best["fitness"].to_string().as_str()),
+                row.split(',').nth(1),
+                "{row}"
+            );
+            let number = best["individual"].to_string();
+            let same = ["--generation", &generation, "--individual", &number];
+            assert_eq!(
+                place.answer(&[&["replay", directory, "--json"], &same[..]].concat())["bits"],
+                best["bits"]
+            );
+        }
+        let all = place.answer(&["replay", directory, "--json", "--generations", "1,0", "--seed", "4"]);
+        let order: Vec<_> = all["generations"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|own| &own["generation"])
+            .collect();
+        assert_eq!(order, [1, 0]);
+        assert!(
+            place
+                .text(format!("{directory}/learning.html"))
+                .contains("how it learned")
+        );
+    }
+    for (more, words) in [
+        (
+            &["--generation", "99"][..],
+            "--generation 99: is not recorded; allowed: 0 to",
+        ),
+        (
+            &["--generation", "0", "--individual", "999"],
+            "--individual 999: no such individual; allowed: 0 to",
+        ),
+        (&["--generations", "0,99"], "--generation 99: is not recorded"),
+    ] {
+        let run = listed[0]["directory"].as_str().unwrap();
+        place.run(&[&["replay", run], more].concat()).exits(3).says(&[words]);
     }
     // The replay's own files aren't part of the run.
     assert_eq!(place.good(&["verify", "runs"]), verified);

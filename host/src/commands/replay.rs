@@ -24,6 +24,9 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
         seed: arguments.seed,
         elite: arguments.elite,
         elites: arguments.elites,
+        generation: arguments.generation,
+        individual: arguments.individual,
+        generations: &arguments.generations,
         genome: arguments.genome.as_deref(),
     };
     let engine = arguments.backend.engine()?;

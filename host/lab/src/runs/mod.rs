@@ -175,6 +175,11 @@ pub struct Replay<'a> {
     pub elite: Option<u32>,
     /// Whether to replay all elites instead, on a page.
     pub elites: bool,
+    /// A generation whose best replaces the champion, or whose individual of this number does.
+    pub generation: Option<u32>,
+    pub individual: Option<u32>,
+    /// Generations whose bests are shown on one page instead.
+    pub generations: &'a [u32],
     /// The file of a genome other than the champion's.
     pub genome: Option<&'a Path>,
 }

@@ -23,6 +23,9 @@ const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buff
 
 let data = JSON.parse(element('replay').textContent);
 const { names } = data;
+// What the names number.
+const who = data.who || 'robot';
+const Who = who[0].toUpperCase() + who.slice(1);
 const robots = names.length;
 let xs, ys, headings;
 let lines, every, first, last;
@@ -105,12 +108,8 @@ function fitTo({ left, right, bottom, top }) {
   const room = element('room');
   const width = Math.max(room.clientWidth, 120);
   let height = (width * (top - bottom)) / (right - left);
-  if (matchMedia('(min-width: 1081px)').matches) {
-    // Controls stay in sight below.
-    height = Math.min(height, Math.max(320, innerHeight - 298));
-  } else {
-    height = Math.min(height, Math.max(260, 0.8 * innerHeight));
-  }
+  // Controls stay in sight below, on a projector of 1024 by 600 too.
+  height = Math.min(height, Math.max(260, innerHeight - 298));
   view.ratio = devicePixelRatio || 1;
   view.width = width;
   view.height = Math.round(height);
@@ -319,8 +318,8 @@ function followButton(robot, parent) {
   const button = made('button', parent, { type: 'button', className: 'who' });
   const dot = made('span', button, { className: 'dot' });
   button.append(names[robot]);
-  button.title = `follow robot ${names[robot]}`;
-  button.setAttribute('aria-label', `Follow robot ${names[robot]}`);
+  button.title = `follow ${who} ${names[robot]}`;
+  button.setAttribute('aria-label', `Follow ${who} ${names[robot]}`);
   button.addEventListener('click', (event) => {
     follow(followed === robot ? -1 : robot);
     // After a click the space bar is for playing again; who uses the keyboard stays where they are.
@@ -388,7 +387,7 @@ function stepBy(count) {
 
 function follow(robot) {
   followed = robot;
-  say(robot < 0 ? 'Following no robot.' : `Following robot ${names[robot]}.`);
+  say(robot < 0 ? `Following no ${who}.` : `Following ${who} ${names[robot]}.`);
   ask();
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::npy;
-use oneiro_evolve::Population;
+use oneiro_evolve::{Champion, Population};
 
 use super::INDIVIDUALS;
 use crate::experiment::Experiment;
@@ -67,6 +67,39 @@ impl Individuals {
     /// Generation and number of the index-th individual.
     pub(crate) fn place(&self, index: usize) -> (u32, u32) {
         ((index / self.population) as u32, (index % self.population) as u32)
+    }
+
+    /// A recorded individual of a generation: the given one, or its best, the first of equals.
+    ///
+    /// # Errors
+    /// Exit 3 if there is no such generation or individual.
+    pub(super) fn of_generation(&self, generation: u32, individual: Option<u32>) -> Result<Champion> {
+        let (generations, population) = (self.len() / self.population, self.population);
+        if generation as usize >= generations {
+            return Err(Failure::input(format_args!(
+                "--generation {generation}: is not recorded; allowed: 0 to {}",
+                generations.saturating_sub(1)
+            )));
+        }
+        if let Some(individual) = individual.filter(|individual| *individual as usize >= population) {
+            return Err(Failure::input(format_args!(
+                "--individual {individual}: no such individual; allowed: 0 to {}",
+                population - 1
+            )));
+        }
+        let all = (0..population as u32).filter(|number| individual.is_none_or(|individual| individual == *number));
+        let recorded = all.filter_map(|number| {
+            let (genome, fitness) = self.get(generation as usize * population + number as usize)?;
+            Some(Champion {
+                generation,
+                individual: number,
+                fitness,
+                genome: genome.to_vec(),
+            })
+        });
+        let is_better = |one: &Champion, other: &Champion| other.fitness > one.fitness || one.fitness.is_nan();
+        let best = recorded.reduce(|one, other| if is_better(&one, &other) { other } else { one });
+        best.ok_or_else(|| Failure::corrupt("the generation has no individuals"))
     }
 
     /// Genome and score of the index-th individual, counted through all generations.

@@ -17,6 +17,7 @@ mod check;
 mod elites;
 mod individuals;
 pub mod job;
+mod learning;
 #[cfg(all(unix, feature = "compose"))]
 pub mod on_board;
 mod outcomes;
@@ -191,43 +192,47 @@ fn lives() -> Entry {
     Entry::file(LIVES, about)
 }
 
-/// The files that `oneiro replay` adds: a pair for one episode, or for each of several.
-fn replays(has_several: bool) -> [Entry; 4] {
+/// The files that `oneiro replay` adds, for one episode or for each of several.
+fn replays(has_several: bool) -> [Entry; 6] {
     let (name, life) = if has_several {
         (format!("{REPLAY}-K"), "episode K of several, from 0")
     } else {
         (REPLAY.to_owned(), "the replayed episode")
     };
     let table = format!("written by `oneiro replay`: {life}, with the columns of `{TRACE}`");
+    let picture = "written by `oneiro replay`: a picture of that episode";
     [
-        Entry::file(format!("{name}.csv"), table),
         Entry::file(
-            format!("{name}.svg"),
-            "written by `oneiro replay`: a picture of that episode",
+            format!("{name}.html"),
+            format!("written by `oneiro replay`: a page that plays {life}"),
         ),
+        Entry::file(format!("{name}.csv"), table),
+        Entry::file(format!("{name}.svg"), picture),
         Entry::file(
             format!("{name}-WHAT.csv"),
             format!(
-                "written by `oneiro replay` for another episode than the champion's recorded one: WHAT is `elite-CELL`, `genome-NAME`, \
-                 `start-X_Y_HEADING` and `seed-N`, of those that were given; with the columns of `{TRACE}`"
+                "written by `oneiro replay` for another episode than the champion's recorded one: WHAT is `elite-CELL`, `generation-N`, \
+                 `individual-K`, `genome-NAME`, `start-X_Y_HEADING` and `seed-N`, of those that were given; with the columns of `{TRACE}`"
             ),
         ),
+        Entry::file(format!("{name}-WHAT.svg"), picture),
         Entry::file(
-            format!("{name}-WHAT.svg"),
-            "written by `oneiro replay`: a picture of that episode",
+            format!("{name}-WHAT.html"),
+            "written by it: a page that plays that episode",
         ),
     ]
 }
 
-/// The files that it adds for swarms.
-fn replays_together() -> [Entry; 2] {
-    let page = "written by `oneiro replay` of a swarm: a page that plays the episode, with the same numbers in its name as \
-                that episode's other files";
-    let table = "written by it: one row per robot, with what it did in that episode";
-    [
-        Entry::file("replay.html", page),
-        Entry::table("replay-robots.csv", table, &together::COLUMNS),
-    ]
+/// The page that it adds for single robots.
+fn learning_page() -> Entry {
+    let page = "written by `oneiro replay --generations`: a page on which the bests of several generations drive from the same start";
+    Entry::file(learning::LEARNING, page)
+}
+
+/// The table that it adds for swarms.
+fn replays_together() -> Entry {
+    let table = "written by `oneiro replay` of a swarm: one row per robot, with what it did in that episode";
+    Entry::table("replay-robots.csv", table, &together::COLUMNS)
 }
 
 /// The files of the directory of any run.
@@ -244,7 +249,7 @@ pub fn all_contents() -> Vec<Entry> {
         &[lives()],
         &replays(false),
         &replays(true),
-        &replays_together(),
+        &[replays_together(), learning_page()],
     ]
     .concat()
 }
@@ -635,9 +640,10 @@ impl super::Experiment for Single {
         if self.ends_outside() {
             [files, vec![lives()]].concat()
         } else {
-            if world.robots() > 1 {
-                files.extend(replays_together());
-            }
+            files.push(match world.robots() {
+                1 => learning_page(),
+                _ => replays_together(),
+            });
             [&files[..], &replays(settings.trials > 1)].concat()
         }
     }

@@ -12,13 +12,15 @@ use oneiro_base::console::decimal;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
+use oneiro_evolve::Champion;
 use oneiro_report::figures;
 use oneiro_report::numbers::significant;
 use serde_json::json;
 
+use super::individuals::Individuals;
 use super::job::{keys, score};
 use super::trace::TraceTable;
-use super::{Experiment, REPLAY, Recorded, Replay, Single};
+use super::{Experiment, REPLAY, Recorded, Replay, Single, together};
 use crate::engine::handle::Engine;
 use crate::genomes;
 use crate::lives::Keys;
@@ -38,9 +40,13 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     if replay.elites {
         return super::elites::page(single, run, replay, engine);
     }
-    let champion = match replay.elite {
-        Some(cell) => super::archive::elite(run, experiment, cell)?,
-        None => super::champion(run, experiment)?,
+    if !replay.generations.is_empty() {
+        return super::learning::page(single, run, replay, engine);
+    }
+    let champion = match (replay.elite, replay.generation) {
+        (Some(cell), _) => super::archive::elite(run, experiment, cell)?,
+        (None, Some(generation)) => individual(run, experiment, generation, replay.individual)?,
+        (None, None) => super::champion(run, experiment)?,
     };
     let mut messages = Vec::new();
     let other = replay
@@ -127,10 +133,19 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     let [path, table] = ["svg", "csv"].map(|extension| directory.join(format!("{stem}.{extension}")));
     disk::write(&path, picture.as_bytes())?;
     disk::write(&table, TraceTable::new(&world).csv(&trace, every).as_bytes())?;
-    let (watched, warning) = super::together::watch(&world, &shown, replay.every, life, engine)?;
     let mut files = vec![path, table];
-    if let Some(watched) = watched {
-        files.extend(watched.write(directory, &stem, &title)?);
+    let mut warnings = Vec::new();
+    if world.robots() == 1 {
+        let page = directory.join(format!("{stem}.html"));
+        let html = together::page_of_one(&world, shown.genes, &trace, every, &title);
+        disk::write(&page, html.as_bytes())?;
+        files.push(page);
+    } else {
+        let (watched, warning) = together::watch(&world, &shown, replay.every, life, engine)?;
+        if let Some(watched) = watched {
+            files.extend(watched.write(directory, &stem, &title)?);
+        }
+        warnings.extend(warning);
     }
     let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
@@ -175,7 +190,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     Ok(Answer {
         text,
         value,
-        warnings: warning.into_iter().collect(),
+        warnings,
         messages,
     })
 }
@@ -188,10 +203,23 @@ fn differences(replay: &Replay<'_>) -> String {
         stem.replace(|c: char| !c.is_alphanumeric() && !"-_.".contains(c), "_")
     };
     let elite = replay.elite.map(|cell| format!("-elite-{cell}"));
+    let generation = replay.generation.map(|generation| format!("-generation-{generation}"));
+    let individual = replay.individual.map(|individual| format!("-individual-{individual}"));
     let genome = replay.genome.map(|file| format!("-genome-{}", plain(file)));
     let start = replay.start.map(|[x, y, heading]| format!("-start-{x}_{y}_{heading}"));
     let seed = replay.seed.map(|seed| format!("-seed-{seed}"));
-    [elite, genome, start, seed].into_iter().flatten().collect()
+    let all = [elite, generation, individual, genome, start, seed];
+    all.into_iter().flatten().collect()
+}
+
+/// An individual of a recorded generation.
+fn individual(run: &Recorded<'_>, experiment: &Experiment, generation: u32, number: Option<u32>) -> Result<Champion> {
+    if experiment.settings().evolution.is_coevolution() {
+        return Err(Failure::input(
+            "--generation: is given, and this run's individuals were scored against opponents; allowed: runs of one population",
+        ));
+    }
+    Individuals::read(run.directory, experiment)?.of_generation(generation, number)
 }
 
 /// The one genome of a file.

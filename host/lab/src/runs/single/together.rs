@@ -1,4 +1,4 @@
-//! `oneiro replay` of swarms: a page that plays the episode, and a table with a row for each robot.
+//! The page of `oneiro replay` that plays an episode; for swarms also a table with a row for each robot.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -12,8 +12,9 @@ use oneiro::world::World;
 use oneiro_base::contents::Column;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
+use oneiro_evolve::Champion;
 use oneiro_report::csv::Csv;
-use oneiro_report::figures::{self, MissionReplay};
+use oneiro_report::figures::{self, EpisodeReplay};
 use oneiro_report::numbers::significant;
 
 use crate::engine::handle::Engine;
@@ -74,7 +75,73 @@ struct Lived {
     at: Option<[f32; 2]>,
 }
 
-/// Re-simulates and observes an episode of a swarm. None for a single robot; none with a warning if the world can't be observed.
+/// What each robot does in each state of its machine; empty without machines.
+fn states(world: &World, genes: &[f32]) -> Vec<Vec<String>> {
+    let named = |(number, own): (usize, Behaviour)| format!("{number} {}", own.word());
+    let states = |form: Form, robot| -> Vec<String> {
+        let own = form.behaviours(&genes[world.genes_of(robot)]);
+        own.into_iter().enumerate().map(named).collect()
+    };
+    Form::of(world.gene_layout()).map_or_else(Vec::new, |form| {
+        (0..world.robots()).map(|robot| states(form, robot)).collect()
+    })
+}
+
+/// The page of a single robot's episode, whose trace has a record each `every` cycles.
+pub(super) fn page_of_one(world: &World, genes: &[f32], trace: &Trace, every: u32, title: &str) -> String {
+    let most = (PAGE / figures::bytes_of_record(world)).max(1);
+    let thinned = trace.len().div_ceil(most).max(1);
+    figures::episode_page(&EpisodeReplay {
+        title,
+        world,
+        cycles: trace.len() as u32 * every,
+        robots: &[trace.thinned(0, thinned)],
+        generations: &[],
+        every: every * thinned as u32,
+        earned: &[],
+        states: &states(world, genes),
+    })
+}
+
+/// The page of episodes of several generations' bests, each alone in its world, whose traces have a record each `every` cycles. One that
+/// ends earlier stays where it ended.
+pub(super) fn page_of_generations(
+    world: &World,
+    bests: &[Champion],
+    traces: &[Trace],
+    every: u32,
+    title: &str,
+) -> String {
+    let longest = traces.iter().map(|trace| trace.len()).max().unwrap_or(0);
+    let most = (PAGE / figures::bytes_of_record(world) / traces.len()).max(1);
+    let thinned = longest.div_ceil(most).max(1);
+    let levelled = traces.iter().map(|trace| {
+        let mut levelled = trace.clone();
+        let last = trace.thinned(trace.len().saturating_sub(1), 1);
+        while !last.is_empty() && levelled.len() < longest {
+            levelled.append(&last);
+        }
+        levelled.thinned(0, thinned)
+    });
+    let levelled: Vec<Trace> = levelled.collect();
+    let earned: Vec<Vec<f32>> = levelled
+        .iter()
+        .map(|trace| trace.iter().map(|record| record.fitness).collect())
+        .collect();
+    let states = bests.iter().flat_map(|best| states(world, &best.genome));
+    figures::episode_page(&EpisodeReplay {
+        title,
+        world,
+        cycles: longest as u32 * every,
+        robots: &levelled,
+        generations: &bests.iter().map(|best| best.generation).collect::<Vec<_>>(),
+        every: every * thinned as u32,
+        earned: &earned,
+        states: &states.collect::<Vec<_>>(),
+    })
+}
+
+/// Re-simulates and observes an episode of a swarm. None with a warning if the world can't be observed.
 pub(super) fn watch(
     world: &World,
     life: &Rollout<'_>,
@@ -83,9 +150,6 @@ pub(super) fn watch(
     engine: &Engine,
 ) -> Result<(Option<Watched>, Option<String>)> {
     let none = |why: &dyn Display| (None, Some(format!("there is no page that plays the episode: {why}")));
-    if world.robots() == 1 {
-        return Ok((None, None));
-    }
     let observed = match world.observed() {
         Ok(observed) => observed,
         Err(invalid) => return Ok(none(&invalid)),
@@ -110,14 +174,7 @@ impl Watched {
     fn new(world: World, life: &Rollout<'_>, every: u32) -> Self {
         let robots = world.robots() as usize;
         let most = PAGE / (robots * figures::bytes_of_record(&world));
-        let named = |(number, own): (usize, Behaviour)| format!("{number} {}", own.word());
-        let states = |form: Form, robot| -> Vec<String> {
-            let own = form.behaviours(&life.genes[world.genes_of(robot)]);
-            own.into_iter().enumerate().map(named).collect()
-        };
-        let states: Vec<Vec<String>> = Form::of(world.gene_layout()).map_or_else(Vec::new, |form| {
-            (0..world.robots()).map(|robot| states(form, robot)).collect()
-        });
+        let states = states(&world, life.genes);
         let own = |robot| Lived {
             states: vec![0; states.get(robot).map_or(0, Vec::len)],
             ..Lived::default()
@@ -161,12 +218,19 @@ impl Watched {
             directory.join(format!("{stem}-robots.csv")),
         );
         let traces: Vec<Trace> = self.robots.iter().map(|own| own.trace.clone()).collect();
-        let earned: Vec<Vec<f32>> = self.robots.iter().map(|own| own.earned.clone()).collect();
-        let html = figures::mission_page(&MissionReplay {
+        let scores = self.world.details().iter().any(|own| own.kind == DetailKind::Earned);
+        let earned: Vec<Vec<f32>> = self
+            .robots
+            .iter()
+            .filter(|_| scores)
+            .map(|own| own.earned.clone())
+            .collect();
+        let html = figures::episode_page(&EpisodeReplay {
             title,
             world: &self.world,
             cycles: self.robots[0].cycles,
             robots: &traces,
+            generations: &[],
             every: self.every,
             earned: &earned,
             states: &self.states,

@@ -24,7 +24,11 @@ struct Life {
 
 impl Life {
     fn of(spec: WorldSpec, genes: &[f32], states: &[&str]) -> Self {
-        let world = World::new(spec).unwrap().observed().unwrap();
+        let world = World::new(spec).unwrap();
+        let world = match world.robots() {
+            1 => world,
+            _ => world.observed().unwrap(),
+        };
         let life = Rollout {
             world: 0,
             genes,
@@ -65,12 +69,13 @@ impl Life {
         )
     }
 
-    fn replay(&self) -> MissionReplay<'_> {
-        MissionReplay {
+    fn replay(&self) -> EpisodeReplay<'_> {
+        EpisodeReplay {
             title: "a <life>",
             world: &self.world,
             cycles: self.world.cycles(),
             robots: &self.robots,
+            generations: &[],
             every: 1,
             earned: &self.earned,
             states: &self.states,
@@ -78,7 +83,7 @@ impl Life {
     }
 
     fn page(&self) -> String {
-        mission_page(&self.replay())
+        episode_page(&self.replay())
     }
 
     fn word(&self, robot: usize, line: usize, kind: DetailKind, name: &str) -> u32 {
@@ -224,7 +229,12 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
     let line = 40;
     for (shown, robot) in told["shown"].as_array().unwrap().iter().zip([0, 7, 3]) {
         let names = shown["names"].as_array().unwrap();
-        assert_eq!(names.len(), 8 + 2);
+        let remembered = life
+            .world
+            .details()
+            .iter()
+            .filter(|detail| matches!(detail.kind, DetailKind::Memory(_)));
+        assert_eq!(names.len(), 8 + 2 + remembered.count());
         let values: Vec<f64> = shown["values"]
             .as_array()
             .unwrap()
@@ -308,6 +318,92 @@ fn robots_without_messages_and_machines_have_a_page() {
         told,
         json!({ "robot": "Robot 0", "legend": 0, "messages": true, "heads": "RobotScore", "note": "" })
     );
+}
+
+#[test]
+fn a_single_robot_has_a_page_with_its_sensors() {
+    let spec = WorldSpec {
+        cycles: CYCLES,
+        ..WorldSpec::miglino1995()
+    };
+    let life = Life::of(spec, &[0.5; 18], &[]);
+    let ask = "\
+        const at = (id) => document.getElementById(id);\n\
+        const soon = () => new Promise((then) => setTimeout(then, 100));\n\
+        const drawn = window.oneiro.drawn(3);\n\
+        const picture = () => at('arena').toDataURL();\n\
+        const before = picture(); at('sensors').click(); await soon();\n\
+        const sensors = picture() !== before;\n\
+        const fitness = at('chart').getAttribute('aria-label');\n\
+        at('charted').selectedIndex = 3; at('charted').dispatchEvent(new Event('change')); await soon();\n\
+        return { drawn, sensors, fitness, chart: at('chart').getAttribute('aria-label'), each: at('each').hidden,\n\
+            speed: at('speed').value, trails: at('trails').checked,\n\
+            names: [...at('readings').querySelectorAll('dt')].map((node) => node.textContent),\n\
+            values: [...at('readings').querySelectorAll('dd')].map((node) => Number(node.textContent)) };";
+    let Some(told) = browser::told("episode-alone", &life.page(), ask) else {
+        return;
+    };
+    assert_eq!(told["names"].as_array().unwrap()[..8], SENSOR_NAMES.map(Value::from));
+    for (sensor, value) in told["values"].as_array().unwrap()[..8].iter().enumerate() {
+        let word = life.word(0, 30, DetailKind::Perceived, &sensor.to_string());
+        assert!(
+            (value.as_f64().unwrap() - f64::from(f32::from_bits(word))).abs() < 7e-4,
+            "sensor {sensor}"
+        );
+    }
+    assert_eq!([&told["sensors"], &told["each"], &told["trails"]], [true, true, true]);
+    assert!(
+        told["fitness"]
+            .as_str()
+            .unwrap()
+            .starts_with("Fitness over time, 0 to ")
+    );
+    assert!(told["chart"].as_str().unwrap().starts_with("left_10 over time, 0 to "));
+    // Six seconds.
+    assert_eq!(told["speed"], "1\u{d7}");
+    let (drawn, record) = (&told["drawn"]["robots"][0], &life.robots[0][30]);
+    assert!((drawn["x"].as_f64().unwrap() - f64::from(record.x)).abs() < 0.055);
+}
+
+#[test]
+fn bests_of_generations_are_on_one_page() {
+    let spec = WorldSpec {
+        cycles: CYCLES,
+        ..WorldSpec::miglino1995()
+    };
+    let lives = [0.5, -0.25].map(|gene| Life::of(spec.clone(), &[gene; 18], &[]));
+    let robots = lives.each_ref().map(|life| life.robots[0].clone());
+    let earned = robots
+        .each_ref()
+        .map(|trace| trace.iter().map(|record| record.fitness).collect::<Vec<_>>());
+    let page = episode_page(&EpisodeReplay {
+        robots: &robots,
+        generations: &[0, 30],
+        earned: &earned,
+        ..lives[0].replay()
+    });
+    let ask = "\
+        const at = (id) => document.getElementById(id);\n\
+        const drawn = window.oneiro.drawn(3);\n\
+        return { drawn, light: at('light').textContent, heads: at('robots').rows[0].textContent,\n\
+            legend: [...at('legend').children].map((node) => node.textContent),\n\
+            scores: [...document.querySelectorAll('td.own')].map((node) => Number(node.textContent)) };";
+    let Some(told) = browser::told("episode-generations", &page, ask) else {
+        return;
+    };
+    assert_eq!(told["legend"], json!(["generation 0", "generation 30"]));
+    assert_eq!(told["heads"], "GenerationScore");
+    assert!(told["light"].as_str().unwrap().starts_with("Generation 30: fitness if"));
+    for (index, trace) in robots.iter().enumerate() {
+        let drawn = &told["drawn"]["robots"][index];
+        assert_eq!(drawn["name"], [0, 30][index]);
+        assert!((drawn["x"].as_f64().unwrap() - f64::from(trace[30].x)).abs() < 0.055);
+        let score = told["scores"][index].as_f64().unwrap();
+        assert!(
+            (score - f64::from(trace[30].fitness)).abs() <= 1e-5 * score.abs(),
+            "{score}"
+        );
+    }
 }
 
 #[test]

@@ -1,9 +1,11 @@
-// Plays a life of robots that live together: what player.js leaves to it. What each array holds stands in mission.rs.
+// Plays an episode: what player.js leaves to it. What each array holds stands in episode.rs.
 
 const MESSAGE = '#8a3fa0';
-const PLAIN = { name: '', colour: '#2a9d8f', marks: ['#ffffff', '#ffffff'] };
+const SENSOR = '193, 18, 31';
+// An episode takes about so many seconds to play.
+const PLAYED = 25;
 
-const { acts, arena, readings } = data;
+const { acts, arena, readings, sensors, plain } = data;
 unpackPoses({});
 const states = new Uint16Array(bytes(data.state));
 const values = new Uint16Array(bytes(data.values));
@@ -13,10 +15,17 @@ const earned = new Float32Array(bytes(data.earned));
 const hears = senders.length > 0;
 const scoresEach = earned.length > 0;
 const everyone = names.map((_, robot) => robot);
+const alone = robots === 1;
+// Whether each robot is alone in its world, and has a fitness of its own.
+const apart = who === 'generation';
 time = first;
-followed = 0;
+// The last generation.
+followed = apart ? robots - 1 : 0;
+speed = SPEEDS.find((times) => last / times <= 1.2 * PLAYED) || SPEEDS[SPEEDS.length - 1];
+// The reading that the chart shows; -1: fitness.
+let charted = -1;
 
-const act = (robot, line) => acts[states[line * robots + robot]] || PLAIN;
+const act = (robot, line) => acts[states[line * robots + robot]] || plain[robot];
 const number = (value) => Number(value.toPrecision(6)).toLocaleString('en', { maximumFractionDigits: 6 });
 
 function reading(robot, line, index) {
@@ -105,6 +114,42 @@ function drawGround() {
   }
 }
 
+// The sensors of the robot that is followed: where they are and look, and how much each reads.
+function drawSensors(line, { x, y, heading }) {
+  const body = data.body * view.scale;
+  pen.save();
+  pen.translate(...place(x, y));
+  pen.rotate(-2 * Math.PI * heading);
+  for (const { reading: index, bearing, heading: looks, offset, range, width } of sensors) {
+    const { from, to } = readings[index];
+    const share = Math.min(Math.max((reading(followed, line, index) - Math.max(from, 0)) / (to - Math.max(from, 0)), 0), 1);
+    const colour = `rgba(${SENSOR}, ${(0.25 + 0.75 * share).toFixed(3)})`;
+    pen.strokeStyle = colour;
+    pen.fillStyle = colour;
+    if (width !== undefined) {
+      const half = Math.PI * width;
+      pen.lineWidth = 2 + 3 * share;
+      pen.beginPath();
+      pen.arc(0, 0, body + 2, -2 * Math.PI * looks - half, -2 * Math.PI * looks + half);
+      pen.stroke();
+      continue;
+    }
+    const turned = (turns) => [Math.cos(2 * Math.PI * turns), -Math.sin(2 * Math.PI * turns)];
+    const [[right, down], [ahead, aside]] = [turned(bearing), turned(looks)];
+    const [left, top] = [right * offset * view.scale, down * offset * view.scale];
+    if (range) {
+      pen.lineWidth = 1 + 2.5 * share;
+      pen.beginPath();
+      pen.moveTo(left, top);
+      pen.lineTo(left + ahead * range * view.scale, top + aside * range * view.scale);
+      pen.stroke();
+    }
+    disc(left, top, 2 + 2 * share);
+    pen.fill();
+  }
+  pen.restore();
+}
+
 function drawMessages(line, poses) {
   pen.strokeStyle = MESSAGE;
   pen.lineCap = 'round';
@@ -129,11 +174,14 @@ function drawArena(when) {
   const where = locate(when);
   const poses = everyone.map((robot) => pose(robot, where));
   if (element('trails').checked) {
-    drawTrails(where, TRAIL, everyone, INK, Math.max(1.4, 5 * view.scale), 0.4);
-    if (followed >= 0) drawTrails(where, LONG_TRAIL, [followed], FOLLOWED, 2.4, 0.8);
+    const wide = Math.max(1.4, 5 * view.scale);
+    if (apart) everyone.forEach((robot) => drawTrails(where, LONG_TRAIL, [robot], plain[robot].colour, wide, 0.6));
+    else drawTrails(where, TRAIL, everyone, INK, wide, 0.4);
+    if (!apart && followed >= 0) drawTrails(where, LONG_TRAIL, [followed], FOLLOWED, 2.4, 0.8);
   }
   if (hears && element('messages').checked) drawMessages(where.line, poses);
   for (const robot of everyone) drawBody(robot, poses[robot], act(robot, where.line));
+  if (followed >= 0 && element('sensors').checked) drawSensors(where.line, poses[followed]);
 }
 
 // ---- What stands beside it.
@@ -151,7 +199,8 @@ function buildReadings() {
 }
 
 function showReadings(line) {
-  set(element('readings-title'), 'textContent', followed < 0 ? 'Readings: click a robot' : `Robot ${names[followed]} reads`);
+  const whose = alone ? 'Readings' : `${Who} ${names[followed]} reads`;
+  set(element('readings-title'), 'textContent', followed < 0 ? 'Readings: click a robot' : whose);
   bars.forEach(({ bar, value }, index) => {
     if (followed < 0) {
       bar.style.width = 0;
@@ -171,9 +220,11 @@ function showReadings(line) {
 
 function buildTable() {
   const table = element('robots');
+  element('each').hidden = alone;
+  element('robots-title').textContent = `${Who}s`;
   if (acts.length === 0 && !hears && !scoresEach) table.className = 'bare';
   const head = made('tr', made('thead', table));
-  made('th', head, { textContent: 'Robot', scope: 'col' });
+  made('th', head, { textContent: Who, scope: 'col' });
   if (acts.length > 0) made('th', head, { textContent: 'State', scope: 'col' });
   if (hears) made('th', head, { textContent: 'Hears', scope: 'col', className: 'hears', title: 'robots whose messages it hears' });
   if (scoresEach) made('th', head, { textContent: 'Score', scope: 'col', className: 'own', title: 'what the task has given it so far' });
@@ -201,14 +252,33 @@ function showTable(line) {
   });
 }
 
+// What the chart shows of a line; null without a robot that is followed.
+function valueAt(line) {
+  if (charted < 0) return apart ? earned[line * robots + Math.max(followed, 0)] : fitness[line];
+  return followed < 0 ? null : reading(followed, line, charted);
+}
+
+function buildChoice() {
+  const choice = element('charted');
+  ['fitness', ...readings.map(({ name }) => name)].forEach((name) => made('option', choice, { textContent: name }));
+  choice.addEventListener('change', () => {
+    charted = choice.selectedIndex - 1;
+    buildChart();
+    ask();
+  });
+}
+
 function buildChart() {
-  const [low, high] = [Math.min, Math.max].map((of) => fitness.reduce((most, own) => of(most, own), 0));
+  const scores = Array.from(apart ? earned : fitness);
+  const own = charted < 0 ? scores : [readings[charted].low, readings[charted].high];
+  const [low, high] = [Math.min, Math.max].map((of) => own.reduce((most, value) => of(most, value), 0));
   chartView.step = rounded(high - low || 1, 4);
   chartView.low = Math.floor(low / chartView.step) * chartView.step;
   chartView.most = Math.ceil((high > low ? high : low + 1) / chartView.step) * chartView.step;
   chartView.whole = Math.max(last, 0.1);
   chartView.left = 56;
-  chart.setAttribute('aria-label', `Fitness over time, ${number(fitness[0])} to ${number(fitness[lines - 1])}`);
+  const shown = charted < 0 ? 'Fitness' : readings[charted].name;
+  chart.setAttribute('aria-label', `${shown} over time, ${number(low)} to ${number(high)}`);
 }
 
 function drawChart(when) {
@@ -216,14 +286,24 @@ function drawChart(when) {
   drawTimes();
   const curve = (to, colour, width) => {
     chartPen.beginPath();
-    for (let line = 0; line <= to; line++) chartPen.lineTo(chartX(timeOf(line)), chartY(fitness[line]));
+    for (let line = 0; line <= to && valueAt(line) !== null; line++) chartPen.lineTo(chartX(timeOf(line)), chartY(valueAt(line)));
     chartPen.strokeStyle = colour;
     chartPen.lineWidth = width;
     chartPen.lineJoin = 'round';
     chartPen.stroke();
   };
-  curve(lines - 1, '#c9ccd3', 1.5);
-  curve(locate(when).line, FOLLOWED, 2.2);
+  if (apart && charted < 0) {
+    everyone.forEach((robot) => {
+      chartPen.beginPath();
+      for (let line = 0; line < lines; line++) chartPen.lineTo(chartX(timeOf(line)), chartY(earned[line * robots + robot]));
+      chartPen.strokeStyle = plain[robot].colour;
+      chartPen.lineWidth = 1.5;
+      chartPen.stroke();
+    });
+  } else {
+    curve(lines - 1, '#c9ccd3', 1.5);
+  }
+  curve(locate(when).line, apart && followed >= 0 ? plain[followed].colour : FOLLOWED, 2.4);
   drawNow(when);
 }
 
@@ -231,17 +311,23 @@ function buildLegend() {
   for (const { name, colour } of acts) {
     legendEntry(`<circle r="7.5" fill="${colour}"/><path d="M7 0L3.2 3.4V-3.4Z" fill="#ffffff"/>`, name);
   }
+  const kinds = new Map(plain.filter(({ name }) => acts.length === 0 && name).map(({ name, colour }) => [name, colour]));
+  for (const [name, colour] of kinds) {
+    legendEntry(`<circle r="7.5" fill="${colour}"/><path d="M7 0L3.2 3.4V-3.4Z" fill="#ffffff"/>`, name);
+  }
   if (hears) legendEntry(`<path d="M-8 4L8 -4" stroke="${MESSAGE}" stroke-width="2.4" stroke-linecap="round"/>`, 'heard in this line');
   if (arena.lamps.length > 0) legendEntry('<circle r="5" fill="#f2b01e" stroke="#a87400"/>', 'lamp');
 }
 
 function showWords(line) {
-  set(element('light'), 'textContent', `Fitness if the life ended now: ${number(fitness[line])}`);
-  let text = 'Click a robot, or its number in the table, to follow it.';
+  const whose = apart ? `${Who} ${names[Math.max(followed, 0)]}: fitness` : 'Fitness';
+  const now = apart ? earned[line * robots + Math.max(followed, 0)] : fitness[line];
+  set(element('light'), 'textContent', `${whose} if the episode ended now: ${number(now)}`);
+  let text = alone ? 'Click the robot to see its sensors.' : `Click a ${apart ? 'robot' : who}, or its number in the table, to follow it.`;
   if (followed >= 0) {
     const others = heardBy(followed, line).map((other) => names[other]).join(', ');
-    const parts = [act(followed, line).name, hears && `hears ${others || 'nobody'}`].filter((part) => part);
-    text = `Robot ${names[followed]}${parts.length > 0 ? ': ' : ''}${parts.join('; ')}`;
+    const parts = [!apart && act(followed, line).name, hears && `hears ${others || 'nobody'}`].filter((part) => part);
+    text = `${Who} ${names[followed]}${parts.length > 0 ? ': ' : ''}${parts.join('; ')}`;
   }
   set(element('robot'), 'textContent', text);
 }
@@ -273,8 +359,11 @@ window.oneiro = {
 };
 
 element('messages').parentElement.hidden = !hears;
-for (const id of ['trails', 'messages']) element(id).addEventListener('change', ask);
+element('sensors').parentElement.hidden = sensors.length === 0;
+element('trails').checked = alone || apart;
+for (const id of ['trails', 'sensors', 'messages']) element(id).addEventListener('change', ask);
 buildLegend();
+buildChoice();
 buildReadings();
 buildTable();
 spreadTime();

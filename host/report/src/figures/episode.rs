@@ -1,40 +1,50 @@
-//! A self-contained HTML page that replays an episode of a swarm: the arena, all robots with the states of their
-//! machines, which robots each hears, and the followed robot's readings. Readings are rounded to 1/65535 of their range
-//! in this episode.
+//! A self-contained HTML page that replays an episode of one robot or of a swarm: the arena, all robots with the states of
+//! their machines, which robots each hears, and the followed robot's sensors, readings, speeds and memory. Readings are rounded
+//! to 1/65535 of their range in this episode.
 
 use std::collections::BTreeMap;
 
 use oneiro::arena::{Arena, Block, Patch};
 use oneiro::automode::Form;
 use oneiro::batch::Trace;
-use oneiro::compose::{DetailKind, Kind};
+use oneiro::compose::{Detail, DetailKind, Kind, Scalar};
+use oneiro::differential::{BUMPER_WIDTH, Mark, Sensor};
+use oneiro::tables::SENSOR_NAMES;
 use oneiro::world::World;
 use oneiro_base::console::counted;
 use serde_json::{Value, json};
 
 use super::player::{self, Player, packed, turns};
-use super::svg::number;
+use super::svg::{number, ramp};
 
 /// The panel next to the arena.
-const PANEL: &str = include_str!("mission.html");
-const SCRIPT: &str = include_str!("mission.js");
+const PANEL: &str = include_str!("episode.html");
+const SCRIPT: &str = include_str!("episode.js");
 const SWITCHES: &str = "<label class=\"switch\"><input type=\"checkbox\" id=\"trails\"/> trails</label>\n\
+    <label class=\"switch\"><input type=\"checkbox\" id=\"sensors\" checked=\"\"/> sensors</label>\n\
     <label class=\"switch\"><input type=\"checkbox\" id=\"messages\" checked=\"\"/> messages</label>\n";
 /// Colours of a machine's states.
 const COLOURS: [&str; 4] = ["#2a9d8f", "#d9485f", "#2b3a8f", "#b8701a"];
+/// From the first generation shown to the last.
+const AGES: [[u8; 3]; 3] = [[0xe0, 0x8e, 0x1b], [0xc2, 0x3f, 0x6e], [0x2b, 0x3a, 0x8f]];
+/// A Khepera's sensors: where they look, degrees counter-clockwise from straight ahead, in the order of [`SENSOR_NAMES`], and the
+/// range over which they are drawn, mm. As the recordings of 1995 have them, made symmetric.
+const KHEPERA: ([f32; SENSOR_NAMES.len()], f32) = ([72.0, 43.0, 11.0, -11.0, -43.0, -72.0, -167.5, 167.5], 40.0);
 /// Seconds in a cycle.
 const CYCLE: f64 = 0.1;
 
-/// An episode of a swarm, to be replayed.
-pub struct MissionReplay<'a> {
+/// An episode, to be replayed.
+pub struct EpisodeReplay<'a> {
     pub title: &'a str,
-    /// Its world, observed, and the cycles that it lasted.
+    /// Its world, a swarm's observed, and the cycles that it lasted.
     pub world: &'a World,
     pub cycles: u32,
     /// The trace of each robot, with a record each `every` cycles, which is 1 or more.
     pub robots: &'a [Trace],
+    /// Of robots that are alone in a world each, like this one: their generations; empty for robots of one world.
+    pub generations: &'a [u32],
     pub every: u32,
-    /// Each robot's earnings up to each record.
+    /// Each robot's earnings up to each record; empty unless each robot has a score.
     pub earned: &'a [Vec<f32>],
     /// What each robot does in each state of its machine, with the state's number; empty without machines.
     pub states: &'a [Vec<String>],
@@ -43,7 +53,7 @@ pub struct MissionReplay<'a> {
 /// Bytes of a page for each robot and record.
 pub fn bytes_of_record(world: &World) -> usize {
     let count = |wanted: fn(DetailKind) -> bool| world.details().iter().filter(|detail| wanted(detail.kind)).count();
-    let readings = count(|kind| kind == DetailKind::Perceived) + SPEEDS.len();
+    let readings = count(|kind| matches!(kind, DetailKind::Perceived | DetailKind::Memory(_))) + SPEEDS.len();
     let (heard, earned) = (
         count(|kind| kind == DetailKind::Heard),
         count(|kind| kind == DetailKind::Earned),
@@ -56,11 +66,17 @@ pub fn bytes_of_record(world: &World) -> usize {
 const SPEEDS: [&str; 2] = ["speed_left", "speed_right"];
 
 /// Makes the page.
-pub fn mission_page(replay: &MissionReplay<'_>) -> String {
-    let MissionReplay { robots, every, .. } = replay;
+pub fn episode_page(replay: &EpisodeReplay<'_>) -> String {
+    let EpisodeReplay { robots, every, .. } = replay;
     let lead = format!(
         "{} for {} s: {}, one each {} s.",
-        counted(robots.len(), "robot", "robots share a world"),
+        match replay.generations {
+            [] => counted(robots.len(), "robot", "robots in one world"),
+            own => format!(
+                "The bests of {} generations, each alone from the same start,",
+                own.len()
+            ),
+        },
         number(f64::from(replay.cycles) * CYCLE),
         counted(robots[0].len(), "line", "lines"),
         number(f64::from(*every) * CYCLE),
@@ -116,7 +132,7 @@ impl Reading {
     }
 }
 
-impl MissionReplay<'_> {
+impl EpisodeReplay<'_> {
     /// Every robot in every line, line after line.
     fn seen(&self) -> impl Iterator<Item = (&Trace, usize)> {
         (0..self.robots[0].len()).flat_map(|line| self.robots.iter().map(move |robot| (robot, line)))
@@ -130,19 +146,75 @@ impl MissionReplay<'_> {
             .collect()
     }
 
-    /// What robots read, and the speeds of their wheels.
+    /// What robots read, the speeds of their wheels, and what their parts remember.
     fn readings(&self) -> Vec<Reading> {
-        let perceived = self.places(DetailKind::Perceived).into_iter().map(|place| {
-            let values = self
-                .seen()
-                .map(|(trace, line)| f32::from_bits(trace.details(line)[place]));
-            Reading::new(&self.world.details()[place].name, values)
-        });
+        let details = |wanted: fn(DetailKind) -> bool| {
+            let all = self.world.details().iter().enumerate();
+            let own = all.filter(move |(_, detail)| wanted(detail.kind));
+            own.map(|(place, detail)| {
+                let word = |(trace, line): (&Trace, usize)| value(detail.scalar, trace.details(line)[place]);
+                Reading::new(&self.shown_name(detail), self.seen().map(word))
+            })
+        };
+        let perceived = details(|kind| kind == DetailKind::Perceived);
+        let remembered = details(|kind| matches!(kind, DetailKind::Memory(_)));
         let speeds = [0, 1].map(|side| {
             let speed = |(trace, line): (&Trace, usize)| [trace[line].speed_left, trace[line].speed_right][side];
             Reading::new(SPEEDS[side], self.seen().map(speed))
         });
-        perceived.chain(speeds).collect()
+        perceived.chain(speeds).chain(remembered).collect()
+    }
+
+    /// The name of a detail for readers: a Khepera's sensors have numbers in the kernel.
+    fn shown_name(&self, detail: &Detail) -> String {
+        match detail.kind {
+            DetailKind::Memory(part) => format!("{}.{}", part.word(), detail.name),
+            _ => khepera_sensor(detail).map_or_else(|| detail.name.clone(), |sensor| SENSOR_NAMES[sensor].to_owned()),
+        }
+    }
+
+    /// For each reading of a sensor that can be drawn: the sensor's place on the body and the direction in which it looks.
+    fn sensors(&self) -> Vec<Value> {
+        let robot = &self.world.spec().robot;
+        let perceived = self.places(DetailKind::Perceived).into_iter().enumerate();
+        let drawn = perceived.filter_map(|(reading, place)| {
+            let detail = &self.world.details()[place];
+            if let Some(sensor) = khepera_sensor(detail) {
+                let turn = KHEPERA.0[sensor] / 360.0;
+                return Some(json!({ "reading": reading, "bearing": turn, "heading": turn, "offset": robot.body_radius, "range": KHEPERA.1 }));
+            }
+            let sensor = robot.described_sensors().iter().find(|sensor| sensor.name == detail.name)?;
+            drawn(sensor, robot.body_radius, reading)
+        });
+        drawn.collect()
+    }
+
+    /// What is drawn on each robot.
+    fn names(&self) -> Value {
+        match self.generations {
+            [] => (0..self.robots.len()).collect(),
+            own => json!(own),
+        }
+    }
+
+    /// The name and colour of each robot without a machine: those of its generation or of its team, if there are several.
+    fn plain(&self) -> Vec<Value> {
+        let genes = self.world.genes_of(0).len().max(1);
+        let team = |robot: usize| self.world.genes_of(robot as u32).start / genes;
+        let teams = (0..self.robots.len()).map(team).max().map_or(1, |last| last + 1);
+        let last = self.robots.len().saturating_sub(1).max(1) as f64;
+        let named = |robot: usize| match self.generations {
+            [] if (2..=COLOURS.len()).contains(&teams) => {
+                (format!("team {}", team(robot)), COLOURS[team(robot)].to_owned())
+            }
+            [] => (String::new(), COLOURS[0].to_owned()),
+            own => (format!("generation {}", own[robot]), ramp(&AGES, robot as f64 / last)),
+        };
+        let shown = |robot| {
+            let (name, colour) = named(robot);
+            json!({ "name": name, "colour": colour, "marks": ["#ffffff", "#ffffff"] })
+        };
+        (0..self.robots.len()).map(shown).collect()
     }
 
     /// States of all machines, each once.
@@ -159,7 +231,7 @@ impl MissionReplay<'_> {
     /// The state of each robot's machine after the cycle, by its place among those of all machines.
     fn machine_states(&self) -> Vec<u16> {
         let acting = Form::of(self.world.gene_layout()).map(Form::acting);
-        let is_state = |detail: &oneiro::compose::Detail| {
+        let is_state = |detail: &Detail| {
             detail.kind == DetailKind::Memory(Kind::Controller) && Some(detail.name.as_str()) == acting
         };
         let acts = self.acts();
@@ -193,12 +265,7 @@ impl MissionReplay<'_> {
             let words = heard.iter().flat_map(move |place| halves(trace.details(line)[*place]));
             words.take(self.robots.len().div_ceil(16))
         });
-        let scores = self
-            .world
-            .details()
-            .iter()
-            .any(|detail| detail.kind == DetailKind::Earned);
-        let earned = (0..self.robots[0].len()).filter(|_| scores).flat_map(|line| {
+        let earned = (0..self.robots[0].len()).flat_map(|line| {
             let each = self.earned.iter().map(move |earned| earned[line]);
             each.flat_map(|earned| halves(earned.to_bits()))
         });
@@ -209,7 +276,17 @@ impl MissionReplay<'_> {
             ("acts", self.acts().into_iter().enumerate().map(act).collect()),
             ("arena", arena(&spec.arena)),
             ("body", json!(spec.robot.body_radius)),
-            ("names", json!((0..self.robots.len()).collect::<Vec<_>>())),
+            ("sensors", json!(self.sensors())),
+            ("plain", json!(self.plain())),
+            (
+                "who",
+                json!(if self.generations.is_empty() {
+                    "robot"
+                } else {
+                    "generation"
+                }),
+            ),
+            ("names", self.names()),
             ("times", times.collect()),
             ("unit", json!(unit)),
             ("view", self.view()),
@@ -238,6 +315,36 @@ impl MissionReplay<'_> {
             (bottom, top) = (bottom.min(record.y - body), top.max(record.y + body));
         }
         json!({ "left": left, "right": right, "bottom": bottom, "top": top })
+    }
+}
+
+/// The number of a Khepera's sensor, by which the kernel calls it.
+fn khepera_sensor(detail: &Detail) -> Option<usize> {
+    let number = detail.name.parse().ok();
+    number.filter(|sensor| *sensor < SENSOR_NAMES.len())
+}
+
+/// Where a parametric robot's sensor is drawn, and how far it looks; turns and mm. `None`: it isn't drawn.
+fn drawn(sensor: &Sensor, body_radius: f32, reading: usize) -> Option<Value> {
+    let bearing = sensor.bearing.unwrap_or(sensor.heading);
+    let offset = sensor.offset.unwrap_or(body_radius);
+    let mut drawn = json!({ "reading": reading, "bearing": bearing, "heading": sensor.heading, "offset": offset });
+    match sensor.kind.entry().mark {
+        Mark::None => return None,
+        Mark::Arc => drawn["width"] = json!(sensor.width.unwrap_or(BUMPER_WIDTH)),
+        Mark::Ray => drawn["range"] = json!(sensor.range),
+        Mark::Direction => drawn["range"] = json!(0.5 * body_radius),
+        Mark::Dot => {}
+    }
+    Some(drawn)
+}
+
+/// A word of a trace as a number.
+fn value(scalar: Scalar, word: u32) -> f32 {
+    match scalar {
+        Scalar::Float => f32::from_bits(word),
+        Scalar::Unsigned => word as f32,
+        Scalar::Signed => word.cast_signed() as f32,
     }
 }
 

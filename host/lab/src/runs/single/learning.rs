@@ -1,0 +1,76 @@
+//! `oneiro replay --generations`: the bests of several generations on one page, each alone from the same start.
+
+use oneiro::batch::{Batch, Rollout, TraceRequest};
+use oneiro::parameter::Choice;
+use oneiro_base::answer::Answer;
+use oneiro_base::console::decimal;
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::plain;
+use serde_json::json;
+
+use super::individuals::Individuals;
+use super::{Recorded, Replay, Single, together};
+use crate::engine::handle::Engine;
+use crate::lives::Keys;
+
+/// The page.
+pub(super) const LEARNING: &str = "learning.html";
+/// The seed of the episodes' start and noise unless another is given.
+const SEED: u64 = 1;
+
+/// Simulates an episode of each generation's best, all with the same start and random numbers, and writes the page that plays them.
+pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine) -> Result<Answer> {
+    let experiment = &single.experiment;
+    let settings = experiment.settings();
+    if experiment.world().robots() > 1 {
+        return Err(Failure::input(
+            "--generations: is given, and the robots of a swarm share their world; allowed: single robots, or --generation N",
+        ));
+    }
+    let all = Individuals::read(run.directory, experiment)?;
+    let bests = replay
+        .generations
+        .iter()
+        .map(|generation| all.of_generation(*generation, None));
+    let bests = bests.collect::<Result<Vec<_>>>()?;
+    let worlds = bests.iter().map(|best| single.world_of(best.generation));
+    let worlds = worlds.collect::<Result<Vec<_>>>()?;
+    let seed = replay.seed.unwrap_or(SEED);
+    let key = Keys::of_seed(seed).of(0, replay.trial as usize);
+    let rollouts: Vec<Rollout<'_>> = (0..)
+        .zip(&bests)
+        .map(|(world, best)| Rollout {
+            world,
+            genes: &best.genome,
+            key,
+        })
+        .collect();
+    let every = replay.every.min(experiment.world().cycles());
+    let episodes = engine.evaluate(&Batch::new(&worlds, &rollouts, Some(TraceRequest { every }))?)?;
+
+    plain::make_directory(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
+    let path = replay.out.join(LEARNING);
+    let title = format!("{}, seed {}: how it learned", experiment.name(), run.seed);
+    let html = together::page_of_generations(&worlds[0], &bests, &episodes.traces, every, &title);
+    disk::write(&path, html.as_bytes())?;
+    let rows = bests.iter().zip(&episodes.fitness).map(|(best, fitness)| {
+        json!({
+            "generation": best.generation,
+            "individual": best.individual,
+            "fitness": decimal(*fitness),
+            "recorded": decimal(best.fitness),
+        })
+    });
+    let rows: Vec<_> = rows.collect();
+    let lines = bests.iter().zip(&episodes.fitness).map(|(best, fitness)| {
+        let (generation, individual) = (best.generation, best.individual);
+        format!("generation {generation}, individual {individual}: fitness {fitness} here")
+    });
+    let text = lines.chain([path.display().to_string()]).collect::<Vec<_>>().join("\n");
+    let score = settings.trial_score.word();
+    let value = json!({
+        "generations": rows, "seed": seed, "trial": replay.trial, "score": score, "page": path, "device": engine.name(),
+    });
+    Ok(Answer::new(text, value))
+}
