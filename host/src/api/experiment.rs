@@ -178,7 +178,7 @@ impl Experiment {
         Ok((layout.columns, layout.word.map(|word| format!("genomes: {word}"))))
     }
 
-    /// Least and greatest value of each gene: its own range, or else `evolution.limits`, or else that of all genes.
+    /// Minimum and maximum of each gene: its own range, or else `evolution.limits`, or else that of all genes.
     ///
     /// # Errors
     /// Exit 3 for swarms.
@@ -207,7 +207,7 @@ impl Experiment {
         }
     }
 
-    /// Most cycles of a life.
+    /// Maximum number of cycles of an episode.
     ///
     /// # Errors
     /// Exit 3 for swarms.
@@ -215,7 +215,7 @@ impl Experiment {
         Ok(self.world()?.cycles())
     }
 
-    /// Lives of each individual in its evolution.
+    /// Episodes of each individual in its evolution.
     ///
     /// # Errors
     /// Exit 3 for swarms.
@@ -223,7 +223,7 @@ impl Experiment {
         Ok(self.single()?.settings().trials)
     }
 
-    /// Names of the measures of its lives, as `oneiro evaluate --measures` has them.
+    /// Names of the measures of its episodes, as `oneiro evaluate --measures` has them.
     ///
     /// # Errors
     /// Exit 3 for swarms.
@@ -232,7 +232,7 @@ impl Experiment {
         Ok(all.map(|own| own.column.name.into_owned()).collect())
     }
 
-    /// Columns of its lives' traces, without that of the cycle.
+    /// Columns of its episodes' traces, without that of the cycle.
     ///
     /// # Errors
     /// Exit 3 for swarms.
