@@ -1328,6 +1328,9 @@ fn directories_say_what_is_in_them() {
         run(&[&own[..], more].concat());
         run(&["replay", out]);
         run(&["replay", out, "--seed", "5"]);
+        if place.at(out).join("individuals.npy").exists() {
+            run(&["replay", out, "--generations", "0,1"]);
+        }
         contents::check(&place.at(out));
     };
     one("all", &["--set", "evolution.init=genes.npy"]);

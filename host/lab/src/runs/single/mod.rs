@@ -640,10 +640,11 @@ impl super::Experiment for Single {
         if self.ends_outside() {
             [files, vec![lives()]].concat()
         } else {
-            files.push(match world.robots() {
-                1 => learning_page(),
-                _ => replays_together(),
-            });
+            if world.robots() > 1 {
+                files.push(replays_together());
+            } else if settings.record.individuals {
+                files.push(learning_page());
+            }
             [&files[..], &replays(settings.trials > 1)].concat()
         }
     }
