@@ -819,8 +819,11 @@ const NOT_DRAWN: [(&str, &str); 6] = [
     ("docs/collision-slide.svg", "drawn by hand"),
     ("docs/collision-stick.svg", "drawn by hand"),
     ("docs/collision-undo.svg", "drawn by hand"),
-    ("docs/replay.png", "a browser's picture of a page"),
-    ("docs/swarms-page.png", "a browser's picture of a page"),
+    (
+        "docs/learning-page.png",
+        "a browser's picture of a page: docs/pictures.sh",
+    ),
+    ("docs/swarms-page.png", "the same"),
 ];
 
 /// The package for Python is in no registry: each example says where it is built, and to install what the page of examples lists.
