@@ -66,12 +66,20 @@ __all__ = [
 ]
 
 # Modules that need packages of others are imported when they are first used.
-_LAZY = {"gym", "pettingzoo", "sb3"}
+_NEEDS = {
+    "gym": "pip install 'gymnasium>=1.1'",
+    "pettingzoo": "pip install 'gymnasium>=1.1' 'pettingzoo>=1.25'",
+    "sb3": "pip install 'gymnasium>=1.1' 'stable-baselines3>=2.6'",
+}
 
 
 def __getattr__(name: str) -> object:
-    if name in _LAZY:
-        return importlib.import_module(f"oneiro.{name}")
+    if name in _NEEDS:
+        try:
+            return importlib.import_module(f"oneiro.{name}")
+        except ModuleNotFoundError as error:
+            # So `help(oneiro)` leaves it out.
+            raise AttributeError(f"oneiro.{name} needs a package that is not installed: {_NEEDS[name]}") from error
     raise AttributeError(f"module 'oneiro' has no attribute {name!r}")
 
 

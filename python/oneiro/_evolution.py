@@ -26,7 +26,7 @@ class Luckiest(NamedTuple):
 class Evolution:
     """An evolution by the experiment's optimiser; the caller evaluates its genomes.
 
-    With its `keys`, its `seed` and the experiment's `trials` as `lives` in `evaluate`, it is the evolution of `oneiro run`.
+    With its `keys` and its `seed` in `evaluate`, it is the evolution of `oneiro run`, without finalists.
     It can be pickled between calls.
     """
 

@@ -105,13 +105,14 @@ def evaluate(
     *,
     seed: int,
     keys: ArrayLike | None = None,
-    lives: int = 1,
+    lives: int | None = None,
     common_starts: bool = False,
     backend: str = "auto",
     descriptors: bool = False,
     traces: bool | None = None,
 ) -> Outcome:
-    """Evaluates genomes, `[n, genes]`, in the experiment's world, with `lives` episodes each.
+    """Evaluates genomes, `[n, genes]`, in the experiment's world, with `lives` episodes each: by default one, with keys of `[n, 2]`
+    the experiment's `trials`.
 
     An array's genomes are in the order of `exp.gene_names`. A table's genes, such as a data frame's, are found by its columns' names.
 
@@ -148,7 +149,7 @@ def evaluate(
             whole("seed", seed),
             numbers,
             as_in_run,
-            whole("lives", lives, 1),
+            whole("lives", (exp.trials if as_in_run else 1) if lives is None else lives, 1),
             common_starts,
             backend,
             descriptors,

@@ -76,6 +76,7 @@ class Recorder:
         self.about = about
         self.backend = backend
         """The device that evaluates; results don't depend on it."""
+        self._recorded = len(self._files())
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], *, backend: str = "auto") -> Recorder:
@@ -97,7 +98,7 @@ class Recorder:
     @property
     def generation(self) -> int:
         """Number of the next generation to evaluate, from 0."""
-        return len(self._files())
+        return self._recorded
 
     def evaluate(self, genomes: ArrayLike | Table, *, descriptors: bool = False) -> Outcome:
         """Evaluates the next generation's genomes, `[n, genes]`, and records them with their fitness."""
@@ -115,6 +116,7 @@ class Recorder:
             os.replace(part, path)
         except OSError as error:
             raise StorageError(f"{path}: {error.strerror}") from error
+        self._recorded += 1
         return outcome
 
     def save(self, state: Any) -> None:

@@ -135,6 +135,9 @@ impl Model {
 }
 
 impl Reference {
+    /// Defaults of `grey_left`, `grey_middle` and `grey_right`.
+    pub const GREY: [[f32; 2]; 3] = [[0.41, 0.18], [0.34, 0.12], [0.42, 0.18]];
+
     /// All defaults.
     pub const DEFAULT: Self = Self {
         proximity_noise: None,
@@ -182,9 +185,9 @@ impl Reference {
     pub(crate) fn cells(&self, arena: &Arena) -> impl Iterator<Item = [f32; 4]> + use<> {
         let range = self.signal_range.unwrap_or(700.0);
         let [left, middle, right] = [
-            self.grey_left.unwrap_or([0.41, 0.18]),
-            self.grey_middle.unwrap_or([0.34, 0.12]),
-            self.grey_right.unwrap_or([0.42, 0.18]),
+            self.grey_left.unwrap_or(Self::GREY[0]),
+            self.grey_middle.unwrap_or(Self::GREY[1]),
+            self.grey_right.unwrap_or(Self::GREY[2]),
         ];
         let cells = [
             [

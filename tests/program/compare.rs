@@ -85,7 +85,7 @@ fn champions_of_one_task_are_compared_in_new_episodes() {
         value["score"]
             .as_str()
             .unwrap()
-            .contains("20 new episodes, the same for all (seed 9)")
+            .contains("20 new episodes with the same random numbers for all (seed 9), ")
     );
 
     // The same scores as by the command for one experiment.

@@ -52,13 +52,17 @@ pub(crate) fn run(arguments: &Compare, console: Console) -> Result {
             sources.add_sweep(path, &arguments.set, out)?;
         } else {
             for directory in list::runs(path)? {
-                sources.add_run(&directory, &arguments.set)?;
+                sources.add_run(&directory, path, &arguments.set)?;
             }
         }
     }
     let (conditions, warnings) = sources.finish()?;
     let seed = arguments.seed.unwrap_or(1);
-    let mut plan = Plan::of(&conditions, (!arguments.recorded).then_some((episodes, seed)))?;
+    let mut plan = Plan::of(
+        &conditions,
+        (!arguments.recorded).then_some((episodes, seed)),
+        &arguments.set,
+    )?;
     plan.warnings.splice(0..0, warnings);
     console.warn(&plan.warnings);
     let runs: usize = conditions.iter().map(|own| own.runs.len()).sum();
@@ -71,7 +75,8 @@ pub(crate) fn run(arguments: &Compare, console: Console) -> Result {
         Score::New { episodes, seed } => {
             let mut evaluator = arguments.backend.open()?;
             console.say(format!(
-                "{all}; {episodes} new episodes of each champion, seed {seed}, on {}",
+                "{all}; {episodes} new episodes of each champion, seed {seed}{}, on {}",
+                arguments.set.iter().map(|set| format!(", {set}")).collect::<String>(),
                 device::name(evaluator.as_ref())
             ));
             let control = Control::new();

@@ -28,6 +28,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
 use super::places::{settings_typed, typed};
+use super::replay::seed_of_others;
 use super::subjects::{Common, Named, Subjects, Which};
 use crate::cli::{Evaluate, Noise};
 
@@ -75,6 +76,13 @@ pub(crate) fn run(arguments: &Evaluate, console: Console) -> Result {
         Which::Champion
     };
     let mut subjects = Subjects::read(&named, experiment.world().gene_layout(), which, console)?;
+    let is_of_run = |own: &Named| matches!(own, Named::Run(run) if run.seed() == seed);
+    if named.iter().any(is_of_run) && arguments.on_robot.robots.is_empty() {
+        console.warn([format!(
+            "seed {seed} is also the run's, whose first generation had some of these episodes; --seed {} has new ones",
+            seed_of_others(seed)
+        )]);
+    }
     if let Some(count) = arguments.random {
         subjects = subjects.with_random(&experiment.random_genomes(count, seed));
     }

@@ -48,6 +48,6 @@ pub(crate) fn run(arguments: &cli::Replay, console: Console) -> Result {
 }
 
 /// A seed that a run has not seen.
-fn seed_of_others(seed: u64) -> u64 {
+pub(super) fn seed_of_others(seed: u64) -> u64 {
     if seed == GREATEST_SEED { seed - 1 } else { seed + 1 }
 }

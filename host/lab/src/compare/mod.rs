@@ -112,11 +112,13 @@ pub enum Score {
 }
 
 impl Score {
-    fn words(self) -> String {
+    /// `worlds` says which worlds new episodes are in.
+    fn words(self, worlds: &str) -> String {
         match self {
             Self::New { episodes, seed } => {
                 format!(
-                    "mean fitness of the champion in {episodes} new episodes, the same for all (seed {seed}); more is better"
+                    "mean fitness of the champion in {episodes} new episodes with the same random numbers for all (seed {seed}), {worlds}; \
+                     more is better"
                 )
             }
             Self::RecordedMean => {
@@ -147,6 +149,8 @@ pub struct Plan {
     pub warnings: Vec<String>,
     /// Keys of worlds in which conditions differ, with the values of the first and of the other.
     pub differences: Vec<String>,
+    /// Values that all conditions were given for new episodes, as typed.
+    pub set: Vec<String>,
 }
 
 impl Plan {
@@ -154,7 +158,7 @@ impl Plan {
     ///
     /// # Errors
     /// Exit 3 if their scores count different things.
-    pub fn of(conditions: &[Condition], new: Option<(u32, u64)>) -> Result<Self> {
+    pub fn of(conditions: &[Condition], new: Option<(u32, u64)>, set: &[String]) -> Result<Self> {
         let Some((first, others)) = conditions.split_first() else {
             return Err(Failure::input("there are no conditions"));
         };
@@ -198,7 +202,21 @@ impl Plan {
             score,
             warnings,
             differences: differences(first, others),
+            set: set.to_vec(),
         })
+    }
+
+    /// The worlds of new episodes, for readers.
+    fn worlds(&self) -> String {
+        match (&self.set[..], &self.differences[..]) {
+            ([], []) => "in the world that all share".to_owned(),
+            ([], _) => "each in the world of its condition".to_owned(),
+            (set, []) => format!("all with {}", set.join(" and ")),
+            (set, _) => format!(
+                "all with {}, else each in the world of its condition",
+                set.join(" and ")
+            ),
+        }
     }
 }
 
@@ -384,7 +402,7 @@ pub fn write(
             .iter()
             .map(|own| (own.name.clone(), own.experiment.episodes().generations))
             .collect(),
-        about: plan.score.words(),
+        about: plan.score.words(&plan.worlds()),
         warnings: &plan.warnings,
         differences: &plan.differences,
         caption: caption.to_owned(),

@@ -23,7 +23,7 @@ use crate::sweep::{Plan, Sweep, contents};
 pub struct Condition {
     /// The experiment's name, or a sweep's with the values of a cell.
     pub name: String,
-    /// Where its first run is.
+    /// What was named for its first run: the run, a directory of runs or a sweep.
     place: String,
     /// With the settings that override its values.
     pub experiment: Experiment,
@@ -60,11 +60,11 @@ pub struct Sources {
 }
 
 impl Sources {
-    /// Adds the run of a directory. An unfinished one is left out, with a warning.
+    /// Adds the run of a directory, which was named by itself or with a directory of runs. An unfinished one is left out, with a warning.
     ///
     /// # Errors
     /// Exit 3 if it can't be compared; exit 5 if its files aren't what was written.
-    pub fn add_run(&mut self, directory: &Path, set: &[String]) -> Result {
+    pub fn add_run(&mut self, directory: &Path, named: &Path, set: &[String]) -> Result {
         let run = SavedRun::open(directory)?;
         let place = directory.display().to_string();
         let recorded = run.recorded()?;
@@ -93,7 +93,8 @@ impl Sources {
         };
         let key = run.experiment().identities().of(0);
         let (name, config) = (own.name().to_owned(), run.config());
-        let condition = self.condition(key, name, &place, || {
+        let named = named.display().to_string();
+        let condition = self.condition(key, name, &named, || {
             if set.is_empty() {
                 Ok(own.clone())
             } else {

@@ -3,7 +3,7 @@
 
 use oneiro::arena::Arena;
 use oneiro::differential::{Build, Feature};
-use oneiro::reference::Model;
+use oneiro::reference::{Model, Reference};
 use oneiro::surrogate::Difference;
 use oneiro::world::{Controller, Gene, Task, World};
 use oneiro_base::exit::Result;
@@ -248,18 +248,28 @@ fn of_robot(settings: &Settings) -> Vec<Need> {
             only: "with a sensor of the kind light; the model goes by the intensity",
             by: MODEL,
         });
-        needs.push(Need::new(
-            &["robot.grey_left"],
-            own.model != Some(Model::Vectors),
-            "with robot.model = \"rm1.1\" or \"rm1.2\"",
-            MODEL,
-        ));
-        needs.push(Need::new(
-            &["robot.grey_middle", "robot.grey_right"],
-            own.model == Some(Model::Rm11),
-            "with robot.model = \"rm1.1\"",
-            MODEL,
-        ));
+        // A preset gives them to every model, and the record of a run has them.
+        let reference = &own.reference;
+        let greys = [
+            (
+                "robot.grey_left",
+                reference.grey_left,
+                own.model != Some(Model::Vectors),
+            ),
+            (
+                "robot.grey_middle",
+                reference.grey_middle,
+                own.model == Some(Model::Rm11),
+            ),
+            ("robot.grey_right", reference.grey_right, own.model == Some(Model::Rm11)),
+        ];
+        for ((key, grey, is_read), default) in greys.into_iter().zip(Reference::GREY) {
+            let only = match key {
+                "robot.grey_left" => "with robot.model = \"rm1.1\" or \"rm1.2\"",
+                _ => "with robot.model = \"rm1.1\"",
+            };
+            needs.push(Need::new(&[key], is_read || grey == Some(default), only, MODEL));
+        }
     }
     needs
 }

@@ -1031,6 +1031,17 @@ fn resolved_experiments_keep_their_bytes() {
         let name = stem.strip_suffix(".in").unwrap_or(&stem);
         wrong.extend(holds(&resolved.join(format!("{name}.toml")), &text).err());
         identities.extend([name, " ", &identity.to_hex(), "\n"]);
+        // Anybody may run what a run has recorded.
+        let scratch = Scratch::new("recorded");
+        for input in experiment.inputs() {
+            scratch.write(&input.name, &input.content.bytes);
+        }
+        let again = runs::read(&scratch.write("config.toml", &text), &[]).and_then(|again| {
+            let same = again.identities().of(7) == identity;
+            same.then_some(())
+                .ok_or_else(|| Failure::failed("is another experiment"))
+        });
+        wrong.extend(again.err().map(|problem| format!("{name}, as recorded: {problem}")));
     }
     assert!(identities.lines().count() >= 18, "{identities}");
     wrong.extend(holds(&resolved.join("identities.txt"), &identities).err());

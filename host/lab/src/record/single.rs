@@ -29,6 +29,11 @@ impl SingleRun {
         self.0.directory()
     }
 
+    /// Seed of the run.
+    pub fn seed(&self) -> u64 {
+        self.0.seed()
+    }
+
     /// The experiment's file, with every value written out.
     pub fn config(&self) -> PathBuf {
         self.0.config()

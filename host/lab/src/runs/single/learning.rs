@@ -10,16 +10,16 @@ use oneiro_base::plain;
 use serde_json::json;
 
 use super::individuals::Individuals;
+use super::job::keys;
 use super::{Recorded, Replay, Single, together};
 use crate::engine::handle::Engine;
 use crate::lives::Keys;
 
 /// The page.
 pub(super) const LEARNING: &str = "learning.html";
-/// The seed of the episodes' start and noise unless another is given.
-const SEED: u64 = 1;
 
-/// Simulates an episode of each generation's best, all with the same start and random numbers, and writes the page that plays them.
+/// Simulates an episode of each generation's best, all with the same start and random numbers, and writes the page that plays them. It
+/// is the champion's recorded episode unless a seed is given.
 pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engine: &Engine) -> Result<Answer> {
     let experiment = &single.experiment;
     let settings = experiment.settings();
@@ -36,8 +36,21 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
     let bests = bests.collect::<Result<Vec<_>>>()?;
     let worlds = bests.iter().map(|best| single.world_of(best.generation));
     let worlds = worlds.collect::<Result<Vec<_>>>()?;
-    let seed = replay.seed.unwrap_or(SEED);
-    let key = Keys::of_seed(seed).of(0, replay.trial as usize);
+    if replay.trial >= settings.trials {
+        return Err(Failure::input(format_args!(
+            "--trial {}: no such episode; allowed: 0 to {}",
+            replay.trial,
+            settings.trials - 1
+        )));
+    }
+    let key = match replay.seed {
+        Some(seed) => Keys::of_seed(seed).of(0, replay.trial as usize),
+        None => {
+            let champion = super::champion(run, experiment)?;
+            let mut recorded = keys(settings, run.seed, champion.generation, champion.individual);
+            recorded.nth(replay.trial as usize).expect("it is one of its trials")
+        }
+    };
     let rollouts: Vec<Rollout<'_>> = (0..)
         .zip(&bests)
         .map(|(world, best)| Rollout {
@@ -65,12 +78,13 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
     let rows: Vec<_> = rows.collect();
     let lines = bests.iter().zip(&episodes.fitness).map(|(best, fitness)| {
         let (generation, individual) = (best.generation, best.individual);
-        format!("generation {generation}, individual {individual}: fitness {fitness} here")
+        let own = best.fitness;
+        format!("generation {generation}, individual {individual}: fitness {fitness} here, {own} in its generation")
     });
     let text = lines.chain([path.display().to_string()]).collect::<Vec<_>>().join("\n");
     let score = settings.trial_score.word();
     let value = json!({
-        "generations": rows, "seed": seed, "trial": replay.trial, "score": score, "page": path, "device": engine.name(),
+        "generations": rows, "seed": replay.seed, "trial": replay.trial, "score": score, "page": path, "device": engine.name(),
     });
     Ok(Answer::new(text, value))
 }
