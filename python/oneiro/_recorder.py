@@ -76,7 +76,7 @@ class Recorder:
         self.about = about
         self.backend = backend
         """The device that evaluates; results don't depend on it."""
-        self._recorded = len(self._files())
+        self._counted = 0
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], *, backend: str = "auto") -> Recorder:
@@ -98,7 +98,11 @@ class Recorder:
     @property
     def generation(self) -> int:
         """Number of the next generation to evaluate, from 0."""
-        return self._recorded
+        # Counted again only if files came or went otherwise: an evolution may have very many.
+        counted = self._counted
+        if self._file(counted).exists() or (counted > 0 and not self._file(counted - 1).exists()):
+            self._counted = len(self._files())
+        return self._counted
 
     def evaluate(self, genomes: ArrayLike | Table, *, descriptors: bool = False) -> Outcome:
         """Evaluates the next generation's genomes, `[n, genes]`, and records them with their fitness."""
@@ -116,7 +120,7 @@ class Recorder:
             os.replace(part, path)
         except OSError as error:
             raise StorageError(f"{path}: {error.strerror}") from error
-        self._recorded += 1
+        self._counted += 1
         return outcome
 
     def save(self, state: Any) -> None:

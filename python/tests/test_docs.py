@@ -143,7 +143,7 @@ def test_the_page_has_the_packages_signatures():
         ("`resume(", "`resumed(", missing),
         ("`.is_finished`", "`.is_done`", unknown),
         ("kind=None)`", "kind=1)`", lambda text: different(text)[1]),
-        ("lives=1, common_starts", "common_starts", lambda text: different(text)[1]),
+        ("lives=None, common_starts=False", "common_starts=False", lambda text: different(text)[1]),
         ("share=0.01, *", "portion=0.01, *", lambda text: different(text)[1]),
     ],
 )

@@ -224,7 +224,7 @@ fn a_life_that_ends_early_is_played_to_its_end() {
     let (out, replayed) = mission(7);
     assert!(replayed.stdout.contains("fitness 7 "), "{}", replayed.stdout);
     let page = place.text(format!("{out}/replay.html"));
-    assert!(page.contains("10 robots in one world for 0.7 s: 7 lines, one each 0.1 s."));
+    assert!(page.contains("10 robots in one world for 0.7 s, recorded every 0.1 s."));
     assert_eq!(place.text(format!("{out}/replay.csv")).lines().count(), 8);
     let (out, replayed) = mission(0);
     replayed.says(&["warning: there is no page that plays the episode: it ends before its first cycle"]);
@@ -296,7 +296,7 @@ fn a_replay_plays_all_robots_and_has_a_row_for_each() {
     assert!(
         place
             .text("run/replay.html")
-            .contains("3 robots in one world for 2 s: 20 lines, one each 0.1 s.")
+            .contains("3 robots in one world for 2 s, recorded every 0.1 s.")
     );
     let robots = place.text("run/replay-robots.csv");
     assert_eq!(column(&robots, "robot"), ["0", "1", "2"]);
@@ -319,7 +319,7 @@ fn a_replay_plays_all_robots_and_has_a_row_for_each() {
     assert!(
         place
             .text("run/replay-seed-5.html")
-            .contains("5 lines, one each 0.4 s.")
+            .contains("recorded every 0.4 s.")
     );
 }
 

@@ -75,8 +75,8 @@ pub(crate) fn run(arguments: &Compare, console: Console) -> Result {
         Score::New { episodes, seed } => {
             let mut evaluator = arguments.backend.open()?;
             console.say(format!(
-                "{all}; {episodes} new episodes of each champion, seed {seed}{}, on {}",
-                arguments.set.iter().map(|set| format!(", {set}")).collect::<String>(),
+                "{all}; {episodes} new episodes of each champion, {}, on {}",
+                [&[format!("seed {seed}")][..], &arguments.set].concat().join(", "),
                 device::name(evaluator.as_ref())
             ));
             let control = Control::new();

@@ -1,7 +1,7 @@
 //! `oneiro verify`: checks that the files of a run, or the tables of a sweep, are as they were written, and prints the hash of the
 //! results; and compares them with those of this machine.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use oneiro_base::answer::Answer;
 use oneiro_base::console::{Console, counted};
@@ -48,7 +48,21 @@ pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
     }
     console.print_json(&verified)?;
     console.say(format!("{} intact", counted(verified.len(), "run is", "runs are")));
-    console.next(format_args!("oneiro verify {name} --recompute"));
+    // It needs each individual, which a race doesn't record.
+    let has_all = |directory: &PathBuf| {
+        let run = record::SavedRun::open(directory);
+        run.is_ok_and(|run| {
+            run.experiment()
+                .single()
+                .is_none_or(|own| own.settings().record.individuals)
+        })
+    };
+    let command = if list::runs(&named)?.iter().all(has_all) {
+        format!("verify {name} --recompute")
+    } else {
+        format!("evaluate --best --genomes {name} --trials 100")
+    };
+    console.next(format_args!("oneiro {command}"));
     Ok(())
 }
 

@@ -245,20 +245,15 @@ fn combinations(first: &Condition, others: &[Condition]) -> Result<Option<String
 
 /// A warning if runs of different conditions may spend different numbers of episodes.
 fn budgets(conditions: &[Condition]) -> Option<String> {
-    let episodes: BTreeSet<u64> = conditions
-        .iter()
-        .map(|own| own.experiment.episodes().generations)
-        .collect();
-    let words = |own: &Condition| format!("{} ({})", own.experiment.episodes().generations, own.name);
-    let (least, most) = (
-        conditions
-            .iter()
-            .min_by_key(|own| own.experiment.episodes().generations)?,
-        conditions
-            .iter()
-            .max_by_key(|own| own.experiment.episodes().generations)?,
-    );
-    (episodes.len() > 1).then(|| {
+    // Equal budgets of `evolution.episodes` stay equal, whatever is left of them for whole generations.
+    let budget = |own: &Condition| {
+        let given = own.experiment.settings().evolution.budget;
+        given.unwrap_or_else(|| own.experiment.episodes().generations)
+    };
+    let words = |own: &Condition| format!("{} ({})", budget(own), own.name);
+    let least = conditions.iter().min_by_key(|own| budget(own))?;
+    let most = conditions.iter().max_by_key(|own| budget(own))?;
+    (budget(least) < budget(most)).then(|| {
         format!(
             "budgets are unequal: from {} to {} episodes a run",
             words(least),

@@ -29,8 +29,9 @@ const act = (robot, line) => acts[states[line * robots + robot]] || plain[robot]
 const number = (value) => Number(value.toPrecision(6)).toLocaleString('en', { maximumFractionDigits: 6 });
 
 function reading(robot, line, index) {
-  const { low, high } = readings[index];
-  return low + ((high - low) * values[(line * robots + robot) * readings.length + index]) / 65535;
+  const { low, high, whole } = readings[index];
+  const value = low + ((high - low) * values[(line * robots + robot) * readings.length + index]) / 65535;
+  return whole ? Math.round(value) : value;
 }
 
 // Robots whose messages this one has heard.
@@ -214,7 +215,7 @@ function showReadings(line) {
     bar.style.left = `${left}%`;
     bar.style.width = `${right - left}%`;
     // No minus before a zero.
-    set(value, 'textContent', (own + 0).toFixed(3).replace(/^-(0\.0+)$/, '$1'));
+    set(value, 'textContent', (own + 0).toFixed(readings[index].whole ? 0 : 3).replace(/^-(0\.0+)$/, '$1'));
   });
 }
 
@@ -315,7 +316,7 @@ function buildLegend() {
   for (const [name, colour] of kinds) {
     legendEntry(`<circle r="7.5" fill="${colour}"/><path d="M7 0L3.2 3.4V-3.4Z" fill="#ffffff"/>`, name);
   }
-  if (hears) legendEntry(`<path d="M-8 4L8 -4" stroke="${MESSAGE}" stroke-width="2.4" stroke-linecap="round"/>`, 'heard in this line');
+  if (hears) legendEntry(`<path d="M-8 4L8 -4" stroke="${MESSAGE}" stroke-width="2.4" stroke-linecap="round"/>`, 'hears now');
   if (arena.lamps.length > 0) legendEntry('<circle r="5" fill="#f2b01e" stroke="#a87400"/>', 'lamp');
 }
 
@@ -326,7 +327,7 @@ function showWords(line) {
   let text = alone ? 'Click the robot to see its sensors.' : `Click a ${apart ? 'robot' : who}, or its number in the table, to follow it.`;
   if (followed >= 0) {
     const others = heardBy(followed, line).map((other) => names[other]).join(', ');
-    const parts = [!apart && act(followed, line).name, hears && `hears ${others || 'nobody'}`].filter((part) => part);
+    const parts = [!apart && act(followed, line).name, hears && `hears ${others ? `robot ${others}` : 'nobody'}`].filter((part) => part);
     text = `${Who} ${names[followed]}${parts.length > 0 ? ': ' : ''}${parts.join('; ')}`;
   }
   set(element('robot'), 'textContent', text);

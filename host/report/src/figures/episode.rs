@@ -69,7 +69,7 @@ const SPEEDS: [&str; 2] = ["speed_left", "speed_right"];
 pub fn episode_page(replay: &EpisodeReplay<'_>) -> String {
     let EpisodeReplay { robots, every, .. } = replay;
     let lead = format!(
-        "{} for {} s: {}, one each {} s.",
+        "{} for {} s, recorded every {} s.",
         match replay.generations {
             [] => counted(robots.len(), "robot", "robots in one world"),
             own => format!(
@@ -78,7 +78,6 @@ pub fn episode_page(replay: &EpisodeReplay<'_>) -> String {
             ),
         },
         number(f64::from(replay.cycles) * CYCLE),
-        counted(robots[0].len(), "line", "lines"),
         number(f64::from(*every) * CYCLE),
     );
     player::page(&Player {
@@ -100,15 +99,18 @@ struct Reading {
     /// Their minimum and maximum.
     low: f32,
     high: f32,
+    /// Whether these are whole numbers by type.
+    is_whole: bool,
 }
 
 impl Reading {
-    fn new(name: &str, values: impl Iterator<Item = f32>) -> Self {
+    fn new(name: &str, scalar: Scalar, values: impl Iterator<Item = f32>) -> Self {
         let values: Vec<_> = values.collect();
         Self {
             name: name.to_owned(),
             low: values.iter().copied().fold(f32::INFINITY, f32::min),
             high: values.iter().copied().fold(f32::NEG_INFINITY, f32::max),
+            is_whole: scalar != Scalar::Float,
             values,
         }
     }
@@ -122,7 +124,7 @@ impl Reading {
         } else {
             [0.0, to]
         };
-        json!({ "name": self.name, "low": self.low, "high": self.high, "from": from, "to": to })
+        json!({ "name": self.name, "low": self.low, "high": self.high, "from": from, "to": to, "whole": self.is_whole })
     }
 
     /// A value as a fraction of the span.
@@ -153,24 +155,16 @@ impl EpisodeReplay<'_> {
             let own = all.filter(move |(_, detail)| wanted(detail.kind));
             own.map(|(place, detail)| {
                 let word = |(trace, line): (&Trace, usize)| value(detail.scalar, trace.details(line)[place]);
-                Reading::new(&self.shown_name(detail), self.seen().map(word))
+                Reading::new(&shown_name(detail), detail.scalar, self.seen().map(word))
             })
         };
         let perceived = details(|kind| kind == DetailKind::Perceived);
         let remembered = details(|kind| matches!(kind, DetailKind::Memory(_)));
         let speeds = [0, 1].map(|side| {
             let speed = |(trace, line): (&Trace, usize)| [trace[line].speed_left, trace[line].speed_right][side];
-            Reading::new(SPEEDS[side], self.seen().map(speed))
+            Reading::new(SPEEDS[side], Scalar::Float, self.seen().map(speed))
         });
         perceived.chain(speeds).chain(remembered).collect()
-    }
-
-    /// The name of a detail for readers: a Khepera's sensors have numbers in the kernel.
-    fn shown_name(&self, detail: &Detail) -> String {
-        match detail.kind {
-            DetailKind::Memory(part) => format!("{}.{}", part.word(), detail.name),
-            _ => khepera_sensor(detail).map_or_else(|| detail.name.clone(), |sensor| SENSOR_NAMES[sensor].to_owned()),
-        }
     }
 
     /// For each reading of a sensor that can be drawn: the sensor's place on the body and the direction in which it looks.
@@ -315,6 +309,14 @@ impl EpisodeReplay<'_> {
             (bottom, top) = (bottom.min(record.y - body), top.max(record.y + body));
         }
         json!({ "left": left, "right": right, "bottom": bottom, "top": top })
+    }
+}
+
+/// The name of a detail for readers: a Khepera's sensors have numbers in the kernel.
+fn shown_name(detail: &Detail) -> String {
+    match detail.kind {
+        DetailKind::Memory(part) => format!("{}.{}", part.word(), detail.name),
+        _ => khepera_sensor(detail).map_or_else(|| detail.name.clone(), |sensor| SENSOR_NAMES[sensor].to_owned()),
     }
 }
 

@@ -43,13 +43,13 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
             settings.trials - 1
         )));
     }
-    let key = match replay.seed {
-        Some(seed) => Keys::of_seed(seed).of(0, replay.trial as usize),
-        None => {
-            let champion = super::champion(run, experiment)?;
-            let mut recorded = keys(settings, run.seed, champion.generation, champion.individual);
-            recorded.nth(replay.trial as usize).expect("it is one of its trials")
-        }
+    let trial = replay.trial as usize;
+    let key = if let Some(seed) = replay.seed {
+        Keys::of_seed(seed).of(0, trial)
+    } else {
+        let champion = super::champion(run, experiment)?;
+        let mut recorded = keys(settings, run.seed, champion.generation, champion.individual);
+        recorded.nth(trial).expect("it is one of its trials")
     };
     let rollouts: Vec<Rollout<'_>> = (0..)
         .zip(&bests)

@@ -187,10 +187,7 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
         return;
     };
     assert_eq!(told["title"], "a <life>");
-    assert_eq!(
-        told["legend"],
-        json!(["0 exploration", "1 stop", "heard in this line", "lamp"])
-    );
+    assert_eq!(told["legend"], json!(["0 exploration", "1 stop", "hears now", "lamp"]));
     assert_eq!([&told["trails"], &told["back"], &told["messages"]], [true, true, true]);
 
     let near = |value: &Value, expected: f64, most: f64| {
@@ -259,7 +256,7 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
         let others = if others.is_empty() {
             "nobody".to_owned()
         } else {
-            others.join(", ")
+            format!("robot {}", others.join(", "))
         };
         assert_eq!(
             shown["robot"],
