@@ -316,11 +316,7 @@ fn a_replay_plays_all_robots_and_has_a_row_for_each() {
     assert!((way - told).abs() < 1e-5 * way, "{way}, not {told}");
 
     place.good(&["replay", "run", "--every", "4", "--seed", "5"]);
-    assert!(
-        place
-            .text("run/replay-seed-5.html")
-            .contains("recorded every 0.4 s.")
-    );
+    assert!(place.text("run/replay-seed-5.html").contains("recorded every 0.4 s."));
 }
 
 #[test]
