@@ -1,4 +1,5 @@
-//! Tests: texts for users have one word for each thing (CONTRIBUTING.md, "Words").
+//! Tests: texts for users have one word for each thing (CONTRIBUTING.md, "Words"). With `ONEIRO_MESSAGES=FILE` all texts are written to
+//! that file, for a person to read.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -108,7 +109,7 @@ fn old_words_are_found() {
 
 #[test]
 fn texts_have_one_word_for_each_thing() {
-    let (mut problems, mut excepted) = (Vec::new(), BTreeSet::new());
+    let (mut problems, mut excepted, mut messages) = (Vec::new(), BTreeSet::new(), String::new());
     let root = root();
     for source in crates()
         .into_iter()
@@ -138,6 +139,9 @@ fn texts_have_one_word_for_each_thing() {
                 .iter()
                 .filter(|(token, _)| token.ends_with(['"', '#']) && token.contains('"'));
             for (literal, line) in literals {
+                if literal.contains(' ') {
+                    messages.extend([path.as_str(), ":", &line.to_string(), ": ", literal, "\n"]);
+                }
                 let Some(old) = old_word(literal) else { continue };
                 match EXCEPTIONS.iter().find(|(file, _)| *file == path) {
                     Some((file, _)) => _ = excepted.insert(*file),
@@ -145,6 +149,9 @@ fn texts_have_one_word_for_each_thing() {
                 }
             }
         }
+    }
+    if let Some(file) = std::env::var_os("ONEIRO_MESSAGES") {
+        fs::write(file, messages).unwrap();
     }
     assert!(problems.is_empty(), "\n{}", problems.join("\n"));
     assert_eq!(
