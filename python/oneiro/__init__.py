@@ -78,8 +78,10 @@ def __getattr__(name: str) -> object:
         try:
             return importlib.import_module(f"oneiro.{name}")
         except ModuleNotFoundError as error:
+            if (error.name or "").startswith("oneiro"):
+                raise
             # So `help(oneiro)` leaves it out.
-            raise AttributeError(f"oneiro.{name} needs a package that is not installed: {_NEEDS[name]}") from error
+            raise AttributeError(f"oneiro.{name} needs {error.name}, which is not installed: {_NEEDS[name]}") from error
     raise AttributeError(f"module 'oneiro' has no attribute {name!r}")
 
 

@@ -993,10 +993,11 @@ fn each_command_has_a_man_page() {
         }
         assert!(!place.at("man1/oneiro-guard.1").exists());
         let page = fs::read_to_string(place.at("man1/oneiro-run.1")).unwrap();
-        assert!(
-            page.contains(".TH oneiro-run 1") && page.contains("\\-\\-seed"),
-            "{page}"
-        );
+        for words in ["oneiro run", "\\-\\-seed", "\\-\\-quiet"] {
+            assert!(page.contains(words), "{words} in {page}");
+        }
+        let sweep = fs::read_to_string(place.at("man1/oneiro-sweep.1")).unwrap();
+        assert!(!sweep.contains("-help(1)"), "{sweep}");
         place.write("man1/oneiro-run.1", "an older page");
         place.good(&["man", "man1"]);
         assert!(fs::read_to_string(place.at("man1/oneiro-run.1")).unwrap() == page);

@@ -201,7 +201,7 @@ fn doubtful_comparisons_say_so() {
     place.runs("longer", &["--set", "evolution.generations=9"]);
     let all = ["genetic", "longer", "--trials", "3"];
     place.run(&[&["compare"][..], &all].concat()).exits(0).says(&[
-        "warning: budgets are unequal: from 120 (genetic) to 180 (longer) episodes a run",
+        "warning: budgets are unequal: from 135 (genetic) to 195 (longer) episodes a run",
         "3 new episodes of each champion, seed 1",
     ]);
     let page = place.text("compare/compare.html");

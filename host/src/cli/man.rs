@@ -5,18 +5,20 @@ use clap_mangen::Man;
 
 /// The pages with their files' names, such as `oneiro-sweep-run.1`.
 pub(crate) fn pages() -> Vec<(String, Vec<u8>)> {
-    of(super::command(), "")
+    let mut program = super::command().disable_help_subcommand(true);
+    // So that each command knows its whole name and the options of all.
+    program.build();
+    of(program)
 }
 
-/// The page of a command and those of its subcommands; `before` is what its name begins with.
-fn of(command: Command, before: &str) -> Vec<(String, Vec<u8>)> {
-    let name = format!("{before}{}", command.get_name());
+/// The page of a command and those of its subcommands.
+fn of(command: Command) -> Vec<(String, Vec<u8>)> {
     let shown = command.get_subcommands().filter(|inner| !inner.is_hide_set());
-    let inner: Vec<_> = shown.flat_map(|inner| of(inner.clone(), &format!("{name}-"))).collect();
+    let inner: Vec<_> = shown.cloned().flat_map(of).collect();
     let mut page = Vec::new();
-    let man = Man::new(command.name(name.clone()));
+    let man = Man::new(command);
     man.render(&mut page).expect("memory takes any page");
-    let mut all = vec![(format!("{name}.1"), page)];
+    let mut all = vec![(man.get_filename(), page)];
     all.extend(inner);
     all
 }

@@ -248,7 +248,7 @@ fn budgets(conditions: &[Condition]) -> Option<String> {
     // Equal budgets of `evolution.episodes` stay equal, whatever is left of them for whole generations.
     let budget = |own: &Condition| {
         let given = own.experiment.settings().evolution.budget;
-        given.unwrap_or_else(|| own.experiment.episodes().generations)
+        given.unwrap_or_else(|| own.experiment.episodes().total())
     };
     let words = |own: &Condition| format!("{} ({})", budget(own), own.name);
     let least = conditions.iter().min_by_key(|own| budget(own))?;

@@ -19,7 +19,7 @@ const alone = robots === 1;
 // Whether each robot is alone in its world, and has a fitness of its own.
 const apart = who === 'generation';
 time = first;
-// The last generation.
+// The last one that was named.
 followed = apart ? robots - 1 : 0;
 speed = SPEEDS.find((times) => last / times <= 1.2 * PLAYED) || SPEEDS[SPEEDS.length - 1];
 // The reading that the chart shows; -1: fitness.
@@ -122,8 +122,8 @@ function drawSensors(line, { x, y, heading }) {
   pen.translate(...place(x, y));
   pen.rotate(-2 * Math.PI * heading);
   for (const { reading: index, bearing, heading: looks, offset, range, width } of sensors) {
-    const { from, to } = readings[index];
-    const share = Math.min(Math.max((reading(followed, line, index) - Math.max(from, 0)) / (to - Math.max(from, 0)), 0), 1);
+    const { to } = readings[index];
+    const share = Math.min(Math.max(reading(followed, line, index) / to, 0), 1);
     const colour = `rgba(${SENSOR}, ${(0.25 + 0.75 * share).toFixed(3)})`;
     pen.strokeStyle = colour;
     pen.fillStyle = colour;
@@ -312,7 +312,7 @@ function buildLegend() {
   for (const { name, colour } of acts) {
     legendEntry(`<circle r="7.5" fill="${colour}"/><path d="M7 0L3.2 3.4V-3.4Z" fill="#ffffff"/>`, name);
   }
-  const kinds = new Map(plain.filter(({ name }) => acts.length === 0 && name).map(({ name, colour }) => [name, colour]));
+  const kinds = new Map(plain.filter(({ name }) => (apart || acts.length === 0) && name).map(({ name, colour }) => [name, colour]));
   for (const [name, colour] of kinds) {
     legendEntry(`<circle r="7.5" fill="${colour}"/><path d="M7 0L3.2 3.4V-3.4Z" fill="#ffffff"/>`, name);
   }

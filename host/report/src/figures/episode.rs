@@ -73,8 +73,8 @@ pub fn episode_page(replay: &EpisodeReplay<'_>) -> String {
         match replay.generations {
             [] => counted(robots.len(), "robot", "robots in one world"),
             own => format!(
-                "The bests of {} generations, each alone from the same start,",
-                own.len()
+                "The bests of {}, each alone from the same start,",
+                counted(own.len(), "generation", "generations")
             ),
         },
         number(f64::from(replay.cycles) * CYCLE),

@@ -97,7 +97,9 @@ impl Individuals {
                 genome: genome.to_vec(),
             })
         });
-        let is_better = |one: &Champion, other: &Champion| other.fitness > one.fitness || one.fitness.is_nan();
+        let is_better = |one: &Champion, other: &Champion| {
+            other.fitness > one.fitness || (one.fitness.is_nan() && !other.fitness.is_nan())
+        };
         let best = recorded.reduce(|one, other| if is_better(&one, &other) { other } else { one });
         best.ok_or_else(|| Failure::corrupt("the generation has no individuals"))
     }

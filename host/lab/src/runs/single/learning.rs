@@ -25,7 +25,7 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
     let settings = experiment.settings();
     if experiment.world().robots() > 1 {
         return Err(Failure::input(
-            "--generations: is given, and the robots of a swarm share their world; allowed: single robots, or --generation N",
+            "--generations: is given, and the robots of a swarm share their world; allowed: runs of single robots",
         ));
     }
     let all = Individuals::read(run.directory, experiment)?;
@@ -62,6 +62,12 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
     let every = replay.every.min(experiment.world().cycles());
     let episodes = engine.evaluate(&Batch::new(&worlds, &rollouts, Some(TraceRequest { every }))?)?;
 
+    if let Some((best, _)) = bests.iter().zip(&episodes.traces).find(|(_, trace)| trace.is_empty()) {
+        return Err(Failure::input(format_args!(
+            "--generations: the episode of generation {}'s best ends before its first cycle; allowed: other generations, or --seed N",
+            best.generation
+        )));
+    }
     plain::make_directory(replay.out).map_err(|error| Failure::unreadable(replay.out, &error))?;
     let path = replay.out.join(LEARNING);
     let title = format!("{}, seed {}: how it learned", experiment.name(), run.seed);

@@ -135,7 +135,9 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
     disk::write(&table, TraceTable::new(&world).csv(&trace, every).as_bytes())?;
     let mut files = vec![path, table];
     let mut warnings = Vec::new();
-    if world.robots() == 1 {
+    if trace.is_empty() {
+        warnings.push("there is no page that plays the episode: it ends before its first cycle".to_owned());
+    } else if world.robots() == 1 {
         let page = directory.join(format!("{stem}.html"));
         let html = together::page_of_one(&world, shown.genes, &trace, every, &title);
         disk::write(&page, html.as_bytes())?;

@@ -94,7 +94,7 @@ pub(super) fn page_of_one(world: &World, genes: &[f32], trace: &Trace, every: u3
     figures::episode_page(&EpisodeReplay {
         title,
         world,
-        cycles: trace.len() as u32 * every,
+        cycles: (trace.len() as u32 * every).min(world.cycles()),
         robots: &[trace.thinned(0, thinned)],
         generations: &[],
         every: every * thinned as u32,
@@ -132,7 +132,7 @@ pub(super) fn page_of_generations(
     figures::episode_page(&EpisodeReplay {
         title,
         world,
-        cycles: longest as u32 * every,
+        cycles: (longest as u32 * every).min(world.cycles()),
         robots: &levelled,
         generations: &bests.iter().map(|best| best.generation).collect::<Vec<_>>(),
         every: every * thinned as u32,

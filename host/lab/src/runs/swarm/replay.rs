@@ -30,6 +30,8 @@ pub(super) fn run(
         ("--genome", replay.genome.is_some()),
         ("--elite", replay.elite.is_some()),
         ("--elites", replay.elites),
+        ("--generation", replay.generation.is_some()),
+        ("--generations", !replay.generations.is_empty()),
         ("--trial", replay.trial != 0),
         ("--every", replay.every != 1),
     ];
