@@ -250,13 +250,15 @@ fn between(low: f64, high: f64, share: f64) -> f64 {
     low + (high - low) * share
 }
 
+/// Bearings of a Khepera's sensors, degrees clockwise from straight ahead: those of the recordings of 1995, made symmetric.
+pub const BEARINGS: [f64; SENSORS] = [-72.0, -43.0, -11.0, 11.0, 43.0, 72.0, 167.5, -167.5];
+
 impl Individual {
     /// Draws an individual within the range of a real Khepera's eight recorded sensors: half readings at 20.2 to 29.5
     /// mm; a further 8.9 to 13.6 mm to 5 %; widths of 52 to 92 degrees. As in the recordings, far-sighted sensors have
     /// wide views: one random number makes up 60 % of the fade and 85 % of the width, another the rest. Bearings are
     /// those of the recordings, made symmetric, plus or minus up to 5 degrees; wheels vary by up to 1 %.
     pub fn drawn(seed: u64) -> Self {
-        const BEARINGS: [f64; SENSORS] = [-72.0, -43.0, -11.0, 11.0, 43.0, 72.0, 167.5, -167.5];
         let sensor = |index: usize| {
             let [strength, fade, width, bearing] = units(seed, Source::Sensor, index);
             let half = between(20.2, 29.5, strength);

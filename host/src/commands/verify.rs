@@ -36,8 +36,9 @@ pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
         return Ok(());
     }
     let mut verified = Vec::new();
-    for directory in list::runs(&named)? {
-        let done = record::verify(&directory)?;
+    let runs = list::runs(&named)?;
+    for directory in &runs {
+        let done = record::verify(directory)?;
         console.print_text(format!("{}  {}", console.hash(&done.result), directory.display()))?;
         verified.push(json!({
             "directory": directory.display().to_string(),
@@ -57,7 +58,7 @@ pub(crate) fn run(arguments: &Verify, console: Console) -> Result {
                 .is_none_or(|own| own.settings().record.individuals)
         })
     };
-    let command = if list::runs(&named)?.iter().all(has_all) {
+    let command = if runs.iter().all(has_all) {
         format!("verify {name} --recompute")
     } else {
         format!("evaluate --best --genomes {name} --trials 100")

@@ -180,7 +180,7 @@ fn rows() -> Vec<Parameter<Settings>> {
     let values = Text("a table of numbers, by the names that the part declares");
     insert(&mut rows, "noise.motor", [
         row("sensor.part", "", file, OURS,
-            "Custom sensors, in WGSL, beside the robot's: see docs/extend.md.", |own, _| Some(&mut own.sensor.part)),
+            "Custom sensors, in WGSL, in addition to the robot's: see docs/extend.md.", |own, _| Some(&mut own.sensor.part)),
         row("sensor.values", "", values, OURS,
             "Values of the custom sensors; the part declares their defaults.", |own, _| Some(&mut own.sensor.values)),
     ]);

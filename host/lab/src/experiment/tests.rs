@@ -1337,7 +1337,7 @@ fn typed_files_are_looked_for_from_the_working_directory() {
     let scratch = Scratch::new("typed");
     let path = scratch.write("sub/test.toml", "robot.motors = \"motor.sam\"");
     let motors = oneiro::tables::MotorSamples::khepera();
-    // A file beside the sources would have them compiled again.
+    // A file among the sources would have them compiled again.
     let to_root: PathBuf = std::env::current_dir().unwrap().iter().skip(1).map(|_| "..").collect();
     let here = to_root.join(scratch.path().join("typed.sam").strip_prefix("/").unwrap());
     motors.write(&here).unwrap();

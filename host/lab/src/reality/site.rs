@@ -406,7 +406,7 @@ impl Robots {
         let wire = |address| match address {
             Address::Wire(wire) => Ok(wire),
             Address::Surrogate(seed) => Err(format!(
-                "names surrogate:{seed} beside other robots; allowed: one surrogate alone, or connected robots"
+                "names surrogate:{seed} with other robots; allowed: one surrogate alone, or connected robots"
             )),
         };
         let wires: Vec<Wire> = all.into_iter().map(wire).collect::<Result<_, _>>()?;

@@ -184,6 +184,19 @@ pub struct Replay<'a> {
     pub genome: Option<&'a Path>,
 }
 
+impl Replay<'_> {
+    /// Refuses an episode that an individual of so many trials has not.
+    fn check_trial(&self, trials: u32) -> Result {
+        if self.trial < trials {
+            return Ok(());
+        }
+        let (trial, last) = (self.trial, trials - 1);
+        Err(Failure::input(format_args!(
+            "--trial {trial}: no such episode; allowed: 0 to {last}"
+        )))
+    }
+}
+
 /// Where a run is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Recording<'a> {

@@ -9,6 +9,7 @@ use oneiro::automode::Form;
 use oneiro::batch::Trace;
 use oneiro::compose::{Detail, DetailKind, Kind, Scalar};
 use oneiro::differential::{BUMPER_WIDTH, Mark, Sensor};
+use oneiro::surrogate::BEARINGS;
 use oneiro::tables::SENSOR_NAMES;
 use oneiro::world::World;
 use oneiro_base::console::counted;
@@ -27,9 +28,8 @@ const SWITCHES: &str = "<label class=\"switch\"><input type=\"checkbox\" id=\"tr
 const COLOURS: [&str; 4] = ["#2a9d8f", "#d9485f", "#2b3a8f", "#b8701a"];
 /// From the first generation shown to the last.
 const AGES: [[u8; 3]; 3] = [[0xe0, 0x8e, 0x1b], [0xc2, 0x3f, 0x6e], [0x2b, 0x3a, 0x8f]];
-/// A Khepera's sensors: where they look, degrees counter-clockwise from straight ahead, in the order of [`SENSOR_NAMES`], and the
-/// range over which they are drawn, mm. As the recordings of 1995 have them, made symmetric.
-const KHEPERA: ([f32; SENSOR_NAMES.len()], f32) = ([72.0, 43.0, 11.0, -11.0, -43.0, -72.0, -167.5, 167.5], 40.0);
+/// Length of the rays of a Khepera's sensors, mm: most of what they see is nearer.
+const KHEPERA_RANGE: f32 = 40.0;
 /// Seconds in a cycle.
 const CYCLE: f64 = 0.1;
 
@@ -174,8 +174,8 @@ impl EpisodeReplay<'_> {
         let drawn = perceived.filter_map(|(reading, place)| {
             let detail = &self.world.details()[place];
             if let Some(sensor) = khepera_sensor(detail) {
-                let turn = KHEPERA.0[sensor] / 360.0;
-                return Some(json!({ "reading": reading, "bearing": turn, "heading": turn, "offset": robot.body_radius, "range": KHEPERA.1 }));
+                let turn = -BEARINGS[sensor] / 360.0;
+                return Some(json!({ "reading": reading, "bearing": turn, "heading": turn, "offset": robot.body_radius, "range": KHEPERA_RANGE }));
             }
             let sensor = robot.described_sensors().iter().find(|sensor| sensor.name == detail.name)?;
             drawn(sensor, robot.body_radius, reading)

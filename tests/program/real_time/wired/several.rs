@@ -261,7 +261,7 @@ fn genomes_are_evaluated_on_three_robots() {
     assert_eq!(alone.stdout, ran.stdout);
     for (more, words) in [
         (&["--robot", &*addresses[0]][..], "twice; allowed: each robot once"),
-        (&["--robot", "surrogate:1"], "names surrogate:1 beside other robots"),
+        (&["--robot", "surrogate:1"], "names surrogate:1 with other robots"),
         (
             &["--robot", &*addresses[1], "--tracker", "udp:127.0.0.1:5005#1"],
             "there are 2 robots and 1 trackers; allowed: a tracker for each robot",

@@ -59,13 +59,7 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
     let experiment = &single.experiment;
     let settings = experiment.settings();
     let elites = archive::elites(run, experiment, "--elites")?;
-    if replay.trial >= settings.trials {
-        let last = settings.trials - 1;
-        return Err(Failure::input(format_args!(
-            "--trial {}: no such episode; allowed: 0 to {last}",
-            replay.trial
-        )));
-    }
+    replay.check_trial(settings.trials)?;
     let cycles = settings.world.cycles as usize;
     let least = (cycles.div_ceil(POSES_OF_LIFE)).max((elites.len() * cycles).div_ceil(POSES)) as u32;
     let every = replay.every.max(least).min(settings.world.cycles);

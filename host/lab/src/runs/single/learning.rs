@@ -36,13 +36,7 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
     let bests = bests.collect::<Result<Vec<_>>>()?;
     let worlds = bests.iter().map(|best| single.world_of(best.generation));
     let worlds = worlds.collect::<Result<Vec<_>>>()?;
-    if replay.trial >= settings.trials {
-        return Err(Failure::input(format_args!(
-            "--trial {}: no such episode; allowed: 0 to {}",
-            replay.trial,
-            settings.trials - 1
-        )));
-    }
+    replay.check_trial(settings.trials)?;
     let trial = replay.trial as usize;
     let key = if let Some(seed) = replay.seed {
         Keys::of_seed(seed).of(0, trial)

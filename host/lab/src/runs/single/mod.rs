@@ -212,7 +212,7 @@ fn replays(has_several: bool) -> [Entry; 6] {
             format!("{name}-WHAT.csv"),
             format!(
                 "written by `oneiro replay` for another episode than the champion's recorded one: WHAT is `elite-CELL`, `generation-N`, \
-                 `individual-K`, `genome-NAME`, `start-X_Y_HEADING` and `seed-N`, of those that were given; with the columns of `{TRACE}`"
+                 `individual-K`, `genome-NAME`, `start-X_Y_HEADING` and `seed-N`, of the given options; with the columns of `{TRACE}`"
             ),
         ),
         Entry::file(format!("{name}-WHAT.svg"), picture),

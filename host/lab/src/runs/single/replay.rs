@@ -54,13 +54,7 @@ pub(super) fn run(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, engi
         .map(|file| genome(file, experiment, |word| messages.push(word)))
         .transpose()?;
     let settings = experiment.settings();
-    if replay.trial >= settings.trials {
-        return Err(Failure::input(format_args!(
-            "--trial {}: no such episode; allowed: 0 to {}",
-            replay.trial,
-            settings.trials - 1
-        )));
-    }
+    replay.check_trial(settings.trials)?;
     if let (Some(_), Build::Differential(Differential { count: Some(_), .. })) =
         (replay.start, &experiment.world().spec().robot.build)
     {
