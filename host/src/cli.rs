@@ -389,6 +389,8 @@ pub(crate) enum Command {
     Reproduce(Reproduce),
     /// List runs and their state
     List(List),
+    /// Watch runs, sweeps and fleets in a browser while they evolve
+    Watch(Watch),
     /// Replay a run's champion: its path, its trace, a page
     Replay(Replay),
     /// Evaluate genomes, find the best, or play a tournament
@@ -518,6 +520,9 @@ pub(crate) struct Run {
     /// another run has that name]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+    /// The page beside it.
+    #[command(flatten)]
+    pub(crate) beside: Beside,
 }
 
 /// `oneiro resume`
@@ -785,6 +790,37 @@ pub(crate) struct List {
     /// A directory of runs; the newest run comes first [default: runs]
     #[arg(value_hint = ValueHint::DirPath)]
     pub(crate) dir: Option<PathBuf>,
+}
+
+/// `oneiro watch`
+#[derive(Args, Debug)]
+pub(crate) struct Watch {
+    /// Runs, sweeps and fleets, or directories of some, whether they are there already or not [default: runs and sweeps]
+    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) dirs: Vec<PathBuf>,
+    /// The port of this machine; 0: any [default: 8645, or the next that is free]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(0..=65_535))]
+    pub(crate) port: Option<u16>,
+    /// Open the page in the browser
+    #[arg(long)]
+    pub(crate) open: bool,
+    /// Write the page as it is now to a file that needs no server, and end
+    #[arg(long, value_name = "FILE.html", value_hint = ValueHint::FilePath, conflicts_with_all = ["port", "open"])]
+    pub(crate) snapshot: Option<PathBuf>,
+    /// End with the standard input: another command has started this one.
+    #[arg(long, hide = true)]
+    pub(crate) beside: bool,
+}
+
+/// The page beside a command that evolves.
+#[derive(Args, Debug)]
+pub(crate) struct Beside {
+    /// Serve a page that shows the evolution while it runs, and print its address
+    #[arg(long)]
+    pub(crate) watch: bool,
+    /// With --watch: open the page in the browser
+    #[arg(long, requires = "watch")]
+    pub(crate) open: bool,
 }
 
 /// `oneiro device`
@@ -1434,11 +1470,14 @@ pub(crate) struct SweepRun {
     #[command(flatten)]
     pub(crate) backend: Backend,
     /// Print a Slurm job array that runs the sweep, and run nothing
-    #[arg(long)]
+    #[arg(long, conflicts_with = "watch")]
     pub(crate) print_slurm: bool,
     /// With --print-slurm: number of array tasks, at most one for each run [default: 8]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=100_000))]
     pub(crate) shards: Option<u32>,
+    /// The page beside it.
+    #[command(flatten)]
+    pub(crate) beside: Beside,
 }
 
 /// Parses a time such as `90s`, `1.5s`, `30m`, `2h` or `1h30m`.

@@ -15,7 +15,7 @@ use oneiro_lab::sweep::tables::Written;
 use super::experiment::Experiment;
 use super::{Counted, Error, Result, Task, device};
 use crate::COMMIT;
-use crate::cli::{Backend, SweepRun};
+use crate::cli::{Backend, Beside, SweepRun};
 use crate::commands::places::{Place, Places, sorted_out};
 use crate::commands::sweep::{self, Means};
 
@@ -212,6 +212,10 @@ pub fn sweep(
         backend: Backend::named(backend),
         print_slurm: false,
         shards: None,
+        beside: Beside {
+            watch: false,
+            open: false,
+        },
     };
     if jobs.is_some_and(|jobs| !(1..=1_000_000).contains(&jobs)) {
         return Err(Error::input("jobs: is out of range; allowed: 1 to 1000000"));

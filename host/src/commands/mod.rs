@@ -32,6 +32,7 @@ mod slurm;
 mod subjects;
 pub(crate) mod sweep;
 mod verify;
+mod watch;
 
 /// Runs a command.
 pub(crate) fn run(command: Command, console: Console) -> Result {
@@ -50,6 +51,7 @@ pub(crate) fn run(command: Command, console: Console) -> Result {
         Command::Resume(arguments) => resume::run(&arguments, console),
         Command::Evaluate(arguments) => evaluate::run(&arguments, console),
         Command::Compare(arguments) => compare::run(&arguments, console),
+        Command::Watch(arguments) => watch::run(&arguments, console),
         Command::Replay(arguments) => replay::run(&arguments, console),
         Command::Verify(arguments) => verify::run(&arguments, console),
         Command::List(arguments) => list::run(&arguments, console),

@@ -11,6 +11,7 @@ use oneiro_lab::runs;
 
 use super::places::{Places, seeds_and_places, sorted_out};
 use super::report::{self, Report};
+use super::watch::Page;
 use crate::COMMIT;
 use crate::cli;
 
@@ -27,6 +28,11 @@ pub(crate) fn run(arguments: &cli::Run, console: Console) -> Result {
         None => experiment.name().to_owned(),
         Some(seed) => format!("{}, seed {seed} (drawn),", experiment.name()),
     };
+    let directories = todo
+        .iter()
+        .map(RunPlace::directory)
+        .chain(done.iter().map(|(directory, _)| &**directory));
+    let _page = Page::beside(&arguments.beside, directories, console)?;
     let new = run_all(todo, &title, &arguments.backend, console)?;
     let read = |(directory, done): &(PathBuf, Done)| Report::read(directory, done);
     let mut reports = done.iter().map(read).collect::<Result<Vec<_>>>()?;

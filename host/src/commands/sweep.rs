@@ -32,6 +32,7 @@ use super::places::{RUNS, SWEEPS, already_done, done_of, found, sweep_or_newest,
 use super::report::Report;
 use super::run::run_all;
 use super::slurm;
+use super::watch::Page;
 use crate::COMMIT;
 use crate::cli::{self, SweepCommand, SweepPlan, SweepRun};
 
@@ -311,6 +312,11 @@ fn sweep(arguments: &SweepRun, console: Console) -> Result {
         engine: &|| arguments.backend.engine(),
         watch: &mut |name, steps, until| Box::new(Watcher::new(steps, name, until, console.bars())),
     };
+    let _page = Page::beside(
+        &arguments.beside,
+        std::iter::once(&*directory(arguments, &sweep)),
+        console,
+    )?;
     let done = done((arguments, began), (&sweep, &plan), shard, &mut means, console)?;
     if shard != Shard::ALL {
         let Finished { store, of_shard, .. } = &done;

@@ -73,10 +73,11 @@ impl Log {
         Ok(Self::new(path, prefix.bytes, prefix.hasher))
     }
 
-    /// Appends bytes; they are written within a second, or earlier if there are many.
+    /// Appends bytes; they are written after a moment, or earlier if there are many.
     pub(crate) fn push(&mut self, bytes: &[u8]) -> Result {
         const MANY: usize = 1 << 22;
-        const LATE: Duration = Duration::from_secs(1);
+        // `oneiro watch` reads them.
+        const LATE: Duration = Duration::from_millis(250);
         self.hasher.update(bytes);
         self.waiting.extend_from_slice(bytes);
         if self.waiting.len() >= MANY || self.flushed.elapsed() >= LATE {

@@ -33,6 +33,14 @@ pub enum RunPlace {
 }
 
 impl RunPlace {
+    /// The run's directory; a new one may get the next name.
+    pub fn directory(&self) -> &Path {
+        match self {
+            Self::New { directory, .. } => directory,
+            Self::Saved(run) => run.directory(),
+        }
+    }
+
     fn experiment(&self) -> &Arc<dyn Experiment> {
         match self {
             Self::New { experiment, .. } => experiment,

@@ -133,6 +133,15 @@ struct Saved {
     job: Vec<u8>,
 }
 
+/// The saved job of a run's newest good checkpoint. A process may be writing there.
+pub(crate) fn newest_job(directory: &Path, identity: &blake3::Hash) -> Option<Vec<u8>> {
+    let all = checkpoint::list(directory).ok()?;
+    let saved = all
+        .into_iter()
+        .find_map(|(_, path)| checkpoint::read::<Saved>(&path, identity).ok());
+    saved.map(|saved| saved.job)
+}
+
 impl Recorder {
     /// Starts a run's directory.
     ///

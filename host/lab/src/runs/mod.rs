@@ -148,6 +148,29 @@ pub trait Experiment: Debug + Send + Sync {
     /// # Errors
     /// Errors of the evaluator, and files that aren't what was written. Differences aren't errors.
     fn audit(&self, run: &Recorded<'_>, share: f64, engine: &Engine, bars: Bars) -> Result<Audit>;
+    /// `oneiro watch`: simulates the best of a generation, or of the newest complete one, of a run that may still evolve. `None` if there
+    /// is no such generation, or its individuals can't be simulated.
+    ///
+    /// # Errors
+    /// Errors of the evaluator, and of reading the run's files.
+    fn scene(self: Arc<Self>, _: &Recorded<'_>, _generation: Option<u32>, _: &Engine) -> Result<Option<Scene>> {
+        Ok(None)
+    }
+}
+
+/// A generation of a run to look at.
+#[derive(Debug)]
+pub struct Scene {
+    /// The shown individual, the best of its generation, and its recorded score.
+    pub generation: u32,
+    pub individual: u32,
+    pub fitness: f32,
+    /// A page that plays its first episode.
+    pub page: String,
+    /// A picture of the paths of individuals of this generation, for single robots.
+    pub paths: Option<String>,
+    /// A picture of the archive, if the optimiser keeps one: of the newest checkpoint while the run evolves.
+    pub archive: Option<String>,
 }
 
 /// A recorded run of an experiment.

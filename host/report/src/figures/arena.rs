@@ -1,5 +1,7 @@
 //! An arena drawn to scale, and an episode's path in it.
 
+use std::cmp::Ordering;
+
 use glam::DVec2;
 use oneiro::arena::Arena;
 use oneiro::batch::Record;
@@ -8,6 +10,7 @@ use oneiro::parameter::Choice;
 use oneiro::world::Start;
 
 use super::svg::{Anchor, BOLD, INK, SOFT, SOFT_INK, Svg, joined, number, ramp, tick_step};
+use super::tables::HEAT;
 
 /// Longer side of the arena in a picture, in pixels.
 const SIDE: f64 = 880.0;
@@ -22,6 +25,8 @@ const TIME: [[u8; 3]; 4] = [
     [0xd9, 0x48, 0x5f],
     [0xf4, 0xa2, 0x3b],
 ];
+/// Colour of the fittest individual's path.
+const FITTEST: [u8; 3] = [0xd9, 0x48, 0x5f];
 /// Number of single-coloured pieces in which a path is drawn.
 const PIECES: usize = 64;
 /// Duration of a cycle in seconds.
@@ -91,6 +96,39 @@ pub fn life(arena: &Arena, body_radius: f32, title: &str, trace: &[Record], ever
     let collisions = trace.iter().filter(|record| record.collided > 0.0).count();
     let seconds = trace.len().saturating_sub(1) as f64 * f64::from(every) * CYCLE;
     sheet.clock(&mut svg, seconds, collisions);
+    svg.finish()
+}
+
+/// An individual's path: positions in mm, and its fitness.
+pub struct Path {
+    pub places: Vec<[f32; 2]>,
+    pub fitness: f32,
+}
+
+/// Draws the paths of several individuals, each alone in the arena: the darker, the fitter. The fittest is drawn last, and bold.
+pub fn paths(arena: &Arena, title: &str, paths: &[Path]) -> String {
+    const ROOM: f64 = 6.0;
+    let sheet = Sheet::within(arena, (ROOM, ROOM), SIDE);
+    let (width, height) = sheet.extent();
+    let mut svg = Svg::new(width + 2.0 * ROOM, height + 2.0 * ROOM, title);
+    sheet.ground(&mut svg, arena, 5.0);
+    let mut ranked: Vec<&Path> = paths.iter().collect();
+    // NaN is below all numbers.
+    ranked.sort_by(|a, b| {
+        (!a.fitness.is_nan(), a.fitness)
+            .partial_cmp(&(!b.fitness.is_nan(), b.fitness))
+            .unwrap_or(Ordering::Equal)
+    });
+    let last = ranked.len().saturating_sub(1);
+    for (rank, path) in ranked.iter().enumerate() {
+        let places = path.places.iter().map(|place| sheet.place(place.map(f64::from).into()));
+        let (colour, width) = match rank == last {
+            true => (ramp(&[FITTEST], 0.0), 3.5),
+            false => (ramp(&HEAT, rank as f64 / last as f64), 1.4),
+        };
+        let style = format!("stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"");
+        svg.polyline(places, &style);
+    }
     svg.finish()
 }
 

@@ -93,6 +93,13 @@ pub fn grid(title: &str, panels: &[&[Panel<'_>]]) -> String {
     rows(title, panels, LOWER)
 }
 
+/// Draws one panel of a size in pixels.
+pub fn panel(title: &str, panel: &Panel<'_>, (width, height): (f64, f64)) -> String {
+    let mut svg = Svg::new(width, height, title);
+    draw(&mut svg, panel, (0.0, width), (0.0, height));
+    svg.finish()
+}
+
 fn rows(title: &str, rows: &[&[Panel<'_>]], height: f64) -> String {
     let mut svg = Svg::new(WIDTH, height * rows.len() as f64, title);
     let mut top = 0.0;

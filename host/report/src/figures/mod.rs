@@ -20,8 +20,8 @@ mod tables;
 mod tournament;
 
 pub use crate::numbers::Spread;
-pub use arena::{arena, life, stage};
-pub use bands::{Band, Ground, Panel, bands, evenly, grid};
+pub use arena::{Path, arena, life, paths, stage};
+pub use bands::{Band, Ground, Panel, bands, evenly, grid, panel};
 pub use curve::{Series, learning_curve};
 pub use episode::{EpisodeReplay, bytes_of_record, episode_page};
 pub use factor::{Column, Outcomes, Scale, factor, level_styles};

@@ -113,6 +113,24 @@ pub(super) struct RecordedElite {
     pub(super) lived: Champion,
 }
 
+impl RecordedElite {
+    /// An elite of a run that still evolves.
+    pub(super) fn of(cell: u32, elite: &Elite) -> Self {
+        Self {
+            cell,
+            fitness: elite.fitness,
+            evaluations: elite.evaluations,
+            behaviour: elite.behaviour.clone(),
+            lived: Champion {
+                generation: elite.generation,
+                individual: elite.individual,
+                fitness: elite.score,
+                genome: elite.genome.clone(),
+            },
+        }
+    }
+}
+
 /// All elites of a finished run; `asked` is the option that requests them.
 ///
 /// # Errors

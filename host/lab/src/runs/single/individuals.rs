@@ -1,10 +1,12 @@
 //! Every individual of a run with its genes and score: `individuals.npy`.
 
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::npy;
+use oneiro_base::plain;
 use oneiro_evolve::{Champion, Population};
 
 use super::INDIVIDUALS;
@@ -51,6 +53,52 @@ impl Individuals {
             population: experiment.settings().evolution.genomes_per_generation() as usize,
             values: npy::floats(values),
         })
+    }
+
+    /// Reads one generation of a run that may still be written: the given one, or the newest that is complete. `None` if there is none,
+    /// or individuals are not recorded.
+    ///
+    /// # Errors
+    /// Exit 6 if the file can't be read.
+    pub(super) fn of_one(
+        directory: &Path,
+        experiment: &Experiment,
+        generation: Option<u32>,
+    ) -> Result<Option<(u32, Self)>> {
+        let path = directory.join(INDIVIDUALS);
+        let genes = experiment.world().genes();
+        let population = experiment.settings().evolution.genomes_per_generation() as usize;
+        let header = Self::header(experiment).len() as u64;
+        let each = (population * (genes + 1) * size_of::<f32>()) as u64;
+        let read = || -> io::Result<Option<(u32, Vec<u8>)>> {
+            let mut file = match plain::open_table(&path) {
+                Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+                file => file?,
+            };
+            let complete = file.metadata()?.len().saturating_sub(header) / each;
+            let last = complete.checked_sub(1);
+            let Some(number) = generation.map_or(last, |own| {
+                last.filter(|last| u64::from(own) <= *last).map(|_| own.into())
+            }) else {
+                return Ok(None);
+            };
+            file.seek(SeekFrom::Start(header + number * each))?;
+            let mut bytes = vec![0; each as usize];
+            file.read_exact(&mut bytes)?;
+            Ok(Some((number as u32, bytes)))
+        };
+        let read = read().map_err(|error| Failure::storage(&path, &error))?;
+        Ok(read.map(|(number, bytes)| {
+            let values = npy::floats(&bytes);
+            (
+                number,
+                Self {
+                    genes,
+                    population,
+                    values,
+                },
+            )
+        }))
     }
 
     /// Number of individuals in complete generations.

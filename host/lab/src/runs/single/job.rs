@@ -9,6 +9,7 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_base::npy::{self, npy};
 use oneiro_evolve::appraisal::{Appraisal, by_mean};
 use oneiro_evolve::coevolution::{Coevolution, Scores};
+use oneiro_evolve::map_elites::Archive;
 use oneiro_evolve::{Champion, Evolution, SavedEvolution};
 use serde::{Deserialize, Serialize};
 
@@ -175,6 +176,11 @@ impl Evolving {
             transferred,
             ..self
         })
+    }
+
+    /// The elites so far, if the optimiser keeps some.
+    pub(super) fn archive(&self) -> Option<&Archive> {
+        self.evolution.optimizer().archive()
     }
 
     /// Chooses the individuals that are re-evaluated after the last generation: the run's luckiest, and the optimiser's best.
@@ -413,7 +419,7 @@ impl Evolving {
                 bytes,
             });
         }
-        if let Some(archive) = self.evolution.optimizer().archive()
+        if let Some(archive) = self.archive()
             && self.has_directory
         {
             let line = super::archive::line(generation.number, archive, settings.evolution.tables.archive.offset);
@@ -607,7 +613,7 @@ impl Job for Evolving {
             let hall = coevolution.hall();
             files.push((HALL, npy(&[hall.len(), hall.genes()], hall.values())));
         }
-        let archive = self.evolution.optimizer().archive();
+        let archive = self.archive();
         if let Some(archive) = archive {
             files.extend(super::archive::files(archive, &self.single.experiment));
         }

@@ -6,6 +6,7 @@
 //! | [`mod@outcomes`] | a run's values in a sweep's table |
 //! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
 //! | [`on_board`] | the same evolution on a robot's computer, while the robot runs |
+//! | [`scene`] | what `oneiro watch` shows of a generation |
 //! | [`check`], [`replay`] with [`elites`], [`audit`] | `oneiro check`, `replay` and `verify --recompute` for such runs |
 
 mod archive;
@@ -24,6 +25,7 @@ mod outcomes;
 mod pictures;
 mod replay;
 mod rows;
+mod scene;
 mod together;
 pub mod trace;
 mod transferred;
@@ -47,7 +49,7 @@ use oneiro_evolve::{Champion, Population};
 use oneiro_report::numbers::significant;
 use serde_json::json;
 
-use super::{Audit, CHAMPION_MEAN, Reality, Recorded, Recording, Replay, Robots, Shown, Summary, Table};
+use super::{Audit, CHAMPION_MEAN, Reality, Recorded, Recording, Replay, Robots, Scene, Shown, Summary, Table};
 use crate::engine::handle::Engine;
 use crate::engine::job::{Job, Place};
 use crate::experiment::source::LeftOut;
@@ -778,5 +780,9 @@ impl super::Experiment for Single {
 
     fn audit(&self, run: &Recorded<'_>, share: f64, engine: &Engine, bars: Bars) -> Result<Audit> {
         audit::run(self, run, share, engine, bars)
+    }
+
+    fn scene(self: Arc<Self>, run: &Recorded<'_>, generation: Option<u32>, engine: &Engine) -> Result<Option<Scene>> {
+        scene::of(&self, run, generation, engine)
     }
 }

@@ -170,6 +170,16 @@ pub(super) fn watch(
     Ok((Some(watched), None))
 }
 
+/// The page of a swarm's episode. `None` if its world can't be observed, or the episode ends before its first cycle.
+pub(super) fn page_of_swarm(world: &World, life: &Rollout<'_>, engine: &Engine, title: &str) -> Result<Option<String>> {
+    let Ok(observed) = world.observed() else {
+        return Ok(None);
+    };
+    let mut watched = Watched::new(observed, life, 1);
+    watched.live(life, engine)?;
+    Ok((watched.robots[0].cycles > 0).then(|| watched.html(title)))
+}
+
 impl Watched {
     fn new(world: World, life: &Rollout<'_>, every: u32) -> Self {
         let robots = world.robots() as usize;
@@ -217,6 +227,13 @@ impl Watched {
             directory.join(format!("{stem}.html")),
             directory.join(format!("{stem}-robots.csv")),
         );
+        disk::write(&page, self.html(title).as_bytes())?;
+        disk::write(&table, self.table().as_bytes())?;
+        Ok([page, table])
+    }
+
+    /// The page.
+    fn html(&self, title: &str) -> String {
         let traces: Vec<Trace> = self.robots.iter().map(|own| own.trace.clone()).collect();
         let scores = self.world.details().iter().any(|own| own.kind == DetailKind::Earned);
         let earned: Vec<Vec<f32>> = self
@@ -225,7 +242,7 @@ impl Watched {
             .filter(|_| scores)
             .map(|own| own.earned.clone())
             .collect();
-        let html = figures::episode_page(&EpisodeReplay {
+        figures::episode_page(&EpisodeReplay {
             title,
             world: &self.world,
             cycles: self.robots[0].cycles,
@@ -234,10 +251,7 @@ impl Watched {
             every: self.every,
             earned: &earned,
             states: &self.states,
-        });
-        disk::write(&page, html.as_bytes())?;
-        disk::write(&table, self.table().as_bytes())?;
-        Ok([page, table])
+        })
     }
 
     /// A row for each robot.

@@ -1,0 +1,138 @@
+//! `oneiro watch`: a page about runs, sweeps and fleets while they evolve; and the same beside `oneiro run` and `oneiro sweep run`.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use oneiro_base::answer::Answer;
+use oneiro_base::console::Console;
+use oneiro_base::disk;
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::engine::watcher::stop_signal;
+use oneiro_watch::{Server, snapshot};
+use serde_json::json;
+
+use super::places::{RUNS, SWEEPS};
+use crate::cli;
+
+/// Time in which a browser opens the page.
+const OPENING: Duration = Duration::from_secs(15);
+/// Time in which a page that nobody looks at ends.
+const MOMENT: Duration = Duration::from_millis(900);
+
+/// Serves the page until it is stopped.
+pub(super) fn run(arguments: &cli::Watch, console: Console) -> Result {
+    let folders = match &arguments.dirs[..] {
+        [] => [RUNS, SWEEPS].map(PathBuf::from).to_vec(),
+        dirs => dirs.iter().map(|dir| folder(dir)).collect::<Result<_>>()?,
+    };
+    let stop = stop_signal()?;
+    if let Some(file) = &arguments.snapshot {
+        disk::write(file, snapshot(folders, &stop)?.as_bytes())?;
+        let file = file.display().to_string();
+        return console.print_answer(&Answer::new(file.clone(), json!({ "page": file })));
+    }
+    let server = Server::open(folders, arguments.port, &stop)?;
+    let (link, port) = (server.link(), server.port());
+    let over = Arc::new(AtomicBool::new(false));
+    if arguments.beside {
+        console.ask(format!("watch: {link}"));
+        set_at_end_of_input(&over)?;
+    } else {
+        let elsewhere =
+            format!("from another machine: ssh -L {port}:127.0.0.1:{port} THIS_MACHINE, and the same address there");
+        let text = format!("{link}\n{elsewhere}\nCtrl-C ends it; what it shows goes on");
+        console.print_answer(&Answer::new(text, json!({ "url": link, "port": port })))?;
+    }
+    if arguments.open {
+        open(&link, console);
+    }
+    server.serve(&stop, &over, if arguments.open { OPENING } else { Duration::ZERO })
+}
+
+/// A directory that is named, or its name in the usual folders. It may appear later.
+fn folder(dir: &Path) -> Result<PathBuf> {
+    if dir.is_file() {
+        let problem = "is a file; allowed: directories of runs, sweeps and fleets";
+        return Err(Failure::input(format_args!("{}: {problem}", dir.display())));
+    }
+    let usual = [RUNS, SWEEPS].map(|folder| Path::new(folder).join(dir));
+    let known = usual.into_iter().find(|path| !dir.is_dir() && path.is_dir());
+    Ok(known.unwrap_or_else(|| dir.to_owned()))
+}
+
+/// Sets the flag when the standard input ends: the other command has ended, in whatever way.
+fn set_at_end_of_input(over: &Arc<AtomicBool>) -> Result {
+    let over = Arc::clone(over);
+    let wait = move || {
+        let _ = io::copy(&mut io::stdin(), &mut io::sink());
+        over.store(true, Ordering::Relaxed);
+    };
+    let thread = thread::Builder::new().spawn(wait);
+    thread.map_err(|error| Failure::failed(format_args!("no thread waits for the input's end: {error}")))?;
+    Ok(())
+}
+
+/// Opens the page in the browser.
+fn open(link: &str, console: Console) {
+    let program = match std::env::consts::OS {
+        "macos" => "open",
+        "windows" => "explorer",
+        _ => "xdg-open",
+    };
+    let started = Command::new(program)
+        .arg(link)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+    if let Err(error) = started {
+        console.warn([format!("--open: {program}: {error}; open the address yourself")]);
+    }
+}
+
+/// The page beside a command. It ends with it, or when no browser shows it any more.
+pub(super) struct Page(Child, Console);
+
+impl Page {
+    /// Starts the page about these directories if it is wanted.
+    ///
+    /// # Errors
+    /// Exit 1 if the process can't be started.
+    pub(super) fn beside<'a>(
+        wanted: &cli::Beside,
+        directories: impl Iterator<Item = &'a Path>,
+        console: Console,
+    ) -> Result<Option<Self>> {
+        if !wanted.watch {
+            return Ok(None);
+        }
+        let failed = |error| Failure::failed(format_args!("--watch: the page's process: {error}"));
+        let mut command = Command::new(std::env::current_exe().map_err(failed)?);
+        command
+            .args(["watch", "--beside"])
+            .args(wanted.open.then_some("--open"));
+        let child = command
+            .arg("--")
+            .args(directories)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null());
+        Ok(Some(Self(child.spawn().map_err(failed)?, console)))
+    }
+}
+
+impl Drop for Page {
+    fn drop(&mut self) {
+        drop(self.0.stdin.take());
+        thread::sleep(MOMENT);
+        if matches!(self.0.try_wait(), Ok(None)) {
+            self.1
+                .say("the page is still open in a browser: close it, or press Ctrl-C");
+        }
+        let _ = self.0.wait();
+    }
+}

@@ -1,0 +1,37 @@
+//! `oneiro watch`: a page about runs, sweeps and fleets, read from what they write.
+//!
+//! It is a process of its own that writes nothing and is asked nothing by what it shows, so results can't depend on it. Episodes are
+//! simulated again from the genomes that runs record: the same seed gives the same bits here too.
+//!
+//! | file | content |
+//! |---|---|
+//! | `sources` | the directories, and what is known of each |
+//! | `curve` | a table of generations while it grows, in bounded memory |
+//! | `sweeps` | a sweep's cells |
+//! | `scenes` | episodes of the newest best |
+//! | `request` | what a browser may ask for, and who may ask |
+//! | `server` | connections |
+//! | `pages` | the page's parts |
+
+// Only this workspace uses it.
+#![allow(
+    missing_docs,
+    clippy::missing_errors_doc,
+    clippy::missing_panics_doc,
+    reason = "items whose names do not say everything are documented"
+)]
+// `clippy.toml` says what has one place only.
+#![cfg_attr(
+    not(test),
+    warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
+)]
+
+mod curve;
+mod pages;
+mod request;
+mod scenes;
+mod server;
+mod sources;
+mod sweeps;
+
+pub use server::{Server, snapshot};

@@ -1,0 +1,174 @@
+//! The parts of the page.
+
+use oneiro_report::figures::{Band, Panel, escaped, panel};
+use oneiro_report::numbers::Spread;
+use oneiro_statistics::quantile;
+use serde_json::json;
+
+use crate::sources::{Run, Source, Sources};
+
+pub(crate) const PAGE: &str = include_str!("watch.html");
+pub(crate) const STYLE: &str = include_str!("watch.css");
+pub(crate) const SCRIPT: &str = include_str!("watch.js");
+/// Colours of the lines of one run, in the order of its values; the first is also that of the selected run among others.
+const COLOURS: [&str; 3] = ["#d9485f", "#2b3a8f", "#2a9d8f"];
+const OTHERS: &str = "#74777f";
+
+/// Pages and pictures of a directory that are shown as they are.
+pub(crate) const FILES: [&str; 4] = ["report.html", "replay.html", "learning.html", "archive.html"];
+
+/// Widths of a curve in pixels, and its height.
+const WIDTHS: [u32; 2] = [320, 1600];
+const HEIGHT: f64 = 340.0;
+
+/// The learning curve of a run, among those of the same experiment, as wide as the page has room.
+pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
+    let all = sources.group(&run.group);
+    let exactly = |value| Spread {
+        low: value,
+        mean: value,
+        high: value,
+    };
+    let stride = all.iter().map(|(_, run)| run.curve.stride()).max().unwrap_or(1);
+    let lines = |run: &Run, value: usize| -> Vec<(f64, Spread)> {
+        let line = run.curve.line(value, stride);
+        line.into_iter().map(|(time, value)| (time, exactly(value))).collect()
+    };
+    let experiment = run.saved.experiment();
+    let values = run.curve.values();
+    let others = (all.len() > 1).then(|| spread(&all, stride));
+    let this = format!("seed {}", run.saved.seed());
+    let shown: Vec<Band<'_>> = match others {
+        Some(others) => vec![
+            Band {
+                label: "median",
+                colour: OTHERS,
+                dash: "",
+                values: others,
+            },
+            Band {
+                label: &this,
+                colour: COLOURS[0],
+                dash: "",
+                values: lines(run, 0),
+            },
+        ],
+        None => (0..values.len())
+            .map(|value| Band {
+                label: values[value].label,
+                colour: COLOURS[value],
+                dash: "",
+                values: lines(run, value),
+            })
+            .collect(),
+    };
+    let all_values = || shown.iter().flat_map(|band| &band.values);
+    let numbers = |end: fn(&Spread) -> f64| {
+        all_values()
+            .map(move |(_, spread)| end(spread))
+            .filter(|own| own.is_finite())
+    };
+    let title = match all.len() {
+        1 => "each generation".to_owned(),
+        seeds => format!(
+            "{} of each {}, {seeds} seeds",
+            values[0].label,
+            experiment.shown().time.1
+        ),
+    };
+    let width = width.clamp(WIDTHS[0], WIDTHS[1]);
+    let shown = Panel {
+        title: &title,
+        across: experiment.shown().time.1,
+        up: "fitness",
+        to: all_values().map(|(time, _)| *time).fold(1.0, f64::max),
+        low: numbers(|own| own.low).fold(f64::INFINITY, f64::min),
+        high: numbers(|own| own.high).fold(f64::NEG_INFINITY, f64::max),
+        bands: shown,
+        ..Panel::default()
+    };
+    panel(&title, &shown, (width.into(), HEIGHT))
+}
+
+/// Median and quartiles of the first value over runs, where at least two have one.
+fn spread(runs: &[(&str, &Run)], stride: u32) -> Vec<(f64, Spread)> {
+    let lines: Vec<Vec<(f64, f64)>> = runs.iter().map(|(_, run)| run.curve.line(0, stride)).collect();
+    let longest = lines.iter().max_by_key(|line| line.len());
+    let at = |(place, (time, _)): (usize, &(f64, f64))| {
+        let own = lines.iter().filter_map(|line| Some(line.get(place)?.1));
+        let own: Vec<f64> = own.filter(|own| own.is_finite()).collect();
+        let spread = Spread {
+            low: quantile(&own, 0.25),
+            mean: quantile(&own, 0.5),
+            high: quantile(&own, 0.75),
+        };
+        (own.len() > 1).then_some((*time, spread))
+    };
+    longest.into_iter().flatten().enumerate().filter_map(at).collect()
+}
+
+/// Links to the pages in a source's directory.
+pub(crate) fn links(source: &Source) -> String {
+    let there = FILES.iter().filter(|name| source.directory.join(name).is_file());
+    let link = |name: &&str| {
+        format!(
+            "<a href=\"file/{}/{name}\" target=\"_blank\" rel=\"noopener\">{name}</a>",
+            source.id
+        )
+    };
+    there.map(link).collect::<Vec<_>>().join(" ")
+}
+
+/// The page as a file: what is known of all, and the newest run with its episode.
+pub(crate) fn snapshot(sources: &Sources, shown: Option<&Run>, episode: Option<&str>) -> String {
+    let style = format!("<style>\n{STYLE}</style>");
+    let summary = sources.summary();
+    let row = |own: &serde_json::Value| {
+        let text = |key: &str| match &own[key] {
+            serde_json::Value::Null => String::new(),
+            serde_json::Value::String(text) => escaped(text),
+            other => escaped(&other.to_string()),
+        };
+        let cells = ["kind", "name", "seed", "state", "steps", "length", "best", "directory"]
+            .map(|key| format!("<td>{}</td>", text(key)));
+        format!("<tr>{}</tr>\n", cells.concat())
+    };
+    let rows: String = summary["sources"].as_array().into_iter().flatten().map(row).collect();
+    let heads =
+        ["kind", "name", "seed", "state", "done", "of", "best", "directory"].map(|name| format!("<th>{name}</th>"));
+    let curve = shown.map_or_else(String::new, |run| {
+        format!("<figure id=\"curve\">{}</figure>\n", curve(sources, run, 1000))
+    });
+    let episode = episode.map_or_else(String::new, |page| {
+        format!(
+            "<iframe title=\"The newest best's episode\" srcdoc=\"{}\"></iframe>\n",
+            attribute(page)
+        )
+    });
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, \
+         initial-scale=1\"/>\n<title>Oneiro: a snapshot</title>\n{style}\n</head>\n<body>\n<header><h1>Oneiro: a snapshot</h1></header>\n\
+         <main>\n{curve}{episode}<div class=\"scroll\"><table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n</main>\n\
+         </body>\n</html>\n",
+        heads.concat()
+    )
+}
+
+/// HTML as an attribute's value: all of it is kept, also control characters.
+fn attribute(html: &str) -> String {
+    html.replace('&', "&amp;").replace('"', "&quot;")
+}
+
+/// A scene in brief.
+pub(crate) fn scene(scene: Option<&oneiro_lab::runs::Scene>) -> String {
+    let scene = scene.map(|own| {
+        json!({
+            "generation": own.generation,
+            "individual": own.individual,
+            "fitness": Some(own.fitness).filter(|fitness| fitness.is_finite()),
+            "paths": own.paths,
+            "archive": own.archive,
+        })
+    });
+    json!(scene).to_string()
+}

@@ -1,0 +1,422 @@
+//! Connections: each has a thread and one request, and there are at most so many.
+
+use std::io::{self, Read, Write};
+use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use oneiro_base::exit::{Failure, Result};
+use oneiro_base::plain;
+use sha2::{Digest, Sha256};
+
+use crate::pages::{self, FILES, PAGE, SCRIPT, STYLE};
+use crate::request::{Door, HEAD, Request};
+use crate::scenes::Scenes;
+use crate::sources::{FLEET, Kind, Sources};
+
+/// Connections at a time, and those of them that receive events.
+const MOST: usize = 48;
+const LISTENERS: usize = 12;
+/// Time for a request to arrive, and for a client to take bytes.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// How often directories are looked at, and after which a silent connection is told something.
+const PAUSE: Duration = Duration::from_millis(400);
+const HEARTBEAT: Duration = Duration::from_secs(15);
+/// The first port that is tried unless one is given, and how many others.
+const PORT: u16 = 8645;
+const PORTS: u16 = 20;
+/// Bytes of a page in a directory.
+const LARGEST: u64 = 64 << 20;
+
+/// What connections share.
+struct Shared {
+    door: Door,
+    sources: Mutex<Sources>,
+    scenes: Mutex<Scenes>,
+    /// The newest summary of all sources, and its number.
+    news: Mutex<(u64, String)>,
+    changed: Condvar,
+    connections: AtomicUsize,
+    listeners: AtomicUsize,
+}
+
+/// A server of the page.
+pub struct Server {
+    listener: TcpListener,
+    shared: Arc<Shared>,
+}
+
+impl Server {
+    /// Opens a port of this machine for nobody else: the given one, or the first that is free.
+    ///
+    /// # Errors
+    /// Exit 3 if the given port is taken; exit 1 if there is none, or no random secret.
+    pub fn open(folders: Vec<PathBuf>, port: Option<u16>, stop: &Arc<AtomicBool>) -> Result<Self> {
+        let bind = |port| TcpListener::bind((Ipv4Addr::LOCALHOST, port));
+        let listener = match port {
+            Some(port) => bind(port)
+                .map_err(|error| Failure::input(format_args!("--port {port}: {error}; allowed: a free port, or 0")))?,
+            None => {
+                let found = (PORT..=PORT + PORTS).find_map(|port| bind(port).ok());
+                let any = || bind(0).map_err(|error| Failure::failed(format_args!("no port can be opened: {error}")));
+                found.map_or_else(any, Ok)?
+            }
+        };
+        let address = listener.local_addr().map_err(|error| Failure::failed(&error))?;
+        let mut secret = [0_u8; 16];
+        getrandom::fill(&mut secret).map_err(|error| Failure::failed(format_args!("no random numbers: {error}")))?;
+        let secret = secret.iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Self {
+            listener,
+            shared: Arc::new(Shared {
+                door: Door { address, secret },
+                sources: Mutex::new(Sources::new(folders)),
+                scenes: Scenes::new(stop)?,
+                news: Mutex::new((0, String::new())),
+                changed: Condvar::new(),
+                connections: AtomicUsize::new(0),
+                listeners: AtomicUsize::new(0),
+            }),
+        })
+    }
+
+    /// The link to the page, with its secret.
+    pub fn link(&self) -> String {
+        let Door { address, secret } = &self.shared.door;
+        format!("http://{address}/?token={secret}")
+    }
+
+    pub fn port(&self) -> u16 {
+        self.shared.door.address.port()
+    }
+
+    /// Serves until `stop` is set, or until `over` is set and no browser shows the page.
+    ///
+    /// # Errors
+    /// Exit 1 if there is no thread for it.
+    pub fn serve(self, stop: &AtomicBool, over: &AtomicBool, grace: Duration) -> Result {
+        let Self { listener, shared } = self;
+        // What is watched comes first.
+        #[cfg(unix)]
+        let _ = rustix::process::nice(10);
+        let others = Arc::clone(&shared);
+        let accept = move || {
+            for stream in listener.incoming() {
+                let Ok(stream) = stream else {
+                    thread::sleep(PAUSE);
+                    continue;
+                };
+                let shared = Arc::clone(&others);
+                if shared.connections.fetch_add(1, Ordering::Relaxed) >= MOST {
+                    shared.connections.fetch_sub(1, Ordering::Relaxed);
+                    continue;
+                }
+                let own = Arc::clone(&shared);
+                let work = move || {
+                    // A client that goes away is none of our business.
+                    let _ = converse(&own, stream);
+                    own.connections.fetch_sub(1, Ordering::Relaxed);
+                };
+                if thread::Builder::new().spawn(work).is_err() {
+                    shared.connections.fetch_sub(1, Ordering::Relaxed);
+                }
+            }
+        };
+        let thread = thread::Builder::new().name("accept".into()).spawn(accept);
+        thread.map_err(|error| Failure::failed(format_args!("the server has no thread: {error}")))?;
+        // A browser that is being opened, or opens the page again, gets some time.
+        let mut shown = Instant::now();
+        while !stop.load(Ordering::Relaxed) {
+            shared.look();
+            if shared.listeners.load(Ordering::Relaxed) > 0 || !over.load(Ordering::Relaxed) {
+                shown = Instant::now();
+            } else if shown.elapsed() >= grace {
+                break;
+            }
+            thread::sleep(PAUSE);
+        }
+        Ok(())
+    }
+}
+
+/// The page about some folders as one file.
+///
+/// # Errors
+/// Errors of the evaluator.
+pub fn snapshot(folders: Vec<PathBuf>, stop: &Arc<AtomicBool>) -> Result<String> {
+    let mut sources = Sources::new(folders);
+    sources.look();
+    let newest = sources.newest(|source| matches!(source.kind, Kind::Run(_)));
+    let newest = newest.and_then(|source| match &source.kind {
+        Kind::Run(run) => Some((source, &**run)),
+        _ => None,
+    });
+    let episode = match newest {
+        Some((source, run)) => Scenes::of(&Scenes::new(stop)?, &source.id, &run.saved, None)?,
+        None => None,
+    };
+    Ok(pages::snapshot(
+        &sources,
+        newest.map(|(_, run)| run),
+        episode.as_ref().map(|scene| &*scene.page),
+    ))
+}
+
+impl Shared {
+    /// Looks at all directories, and tells all that listen if something has changed.
+    fn look(&self) {
+        let summary = {
+            let mut sources = self.sources.lock().unwrap_or_else(PoisonError::into_inner);
+            sources.look();
+            sources.summary().to_string()
+        };
+        let mut news = self.news.lock().unwrap_or_else(PoisonError::into_inner);
+        if news.1 != summary {
+            *news = (news.0 + 1, summary);
+            self.changed.notify_all();
+        }
+    }
+
+    /// The answer to a request.
+    fn answer(&self, request: &Request) -> Answer {
+        let parts: Vec<&str> = request.path.split('/').skip(1).collect();
+        match parts[..] {
+            [""] => Answer::new("text/html; charset=utf-8", PAGE),
+            ["watch.js"] => Answer::new("text/javascript; charset=utf-8", SCRIPT),
+            ["watch.css"] => Answer::new("text/css; charset=utf-8", STYLE),
+            ["curve", id] => self.of_source(id, |sources, source| match &source.kind {
+                Kind::Run(run) => Some(Answer::new(
+                    "image/svg+xml",
+                    pages::curve(sources, run, request.width.unwrap_or(1000)),
+                )),
+                _ => None,
+            }),
+            ["sweep", id] => self.of_source(id, |_, source| match &source.kind {
+                Kind::Sweep(cells) => Some(Answer::new("text/html; charset=utf-8", cells.table())),
+                _ => None,
+            }),
+            ["links", id] => self.of_source(id, |_, source| {
+                Some(Answer::new("text/html; charset=utf-8", pages::links(source)))
+            }),
+            ["scene", id] => self.scene(id, request.generation, |scene| {
+                Answer::new("application/json", pages::scene(scene))
+            }),
+            ["episode", id, generation] => match generation.parse() {
+                Ok(generation) => self.scene(id, Some(generation), |scene| {
+                    scene.map_or_else(Answer::missing, |scene| Answer::page(scene.page.clone().into_bytes()))
+                }),
+                Err(_) => Answer::missing(),
+            },
+            ["file", id, name] if FILES.contains(&name) => self.file(id, name),
+            ["fleet", id, name] if FLEET.contains(&name) => self.file(id, name),
+            _ => Answer::missing(),
+        }
+    }
+
+    fn of_source(&self, id: &str, answer: impl Fn(&Sources, &crate::sources::Source) -> Option<Answer>) -> Answer {
+        let sources = self.sources.lock().unwrap_or_else(PoisonError::into_inner);
+        let source = sources.find(id);
+        source
+            .and_then(|source| answer(&sources, source))
+            .unwrap_or_else(Answer::missing)
+    }
+
+    fn scene(
+        &self,
+        id: &str,
+        generation: Option<u32>,
+        answer: impl Fn(Option<&oneiro_lab::runs::Scene>) -> Answer,
+    ) -> Answer {
+        let saved = {
+            let sources = self.sources.lock().unwrap_or_else(PoisonError::into_inner);
+            match sources.find(id).map(|source| &source.kind) {
+                Some(Kind::Run(run)) => Arc::clone(&run.saved),
+                _ => return Answer::missing(),
+            }
+        };
+        match Scenes::of(&self.scenes, id, &saved, generation) {
+            Ok(scene) => answer(scene.as_deref()),
+            Err(failure) => Answer::failed(500, &failure.to_string()),
+        }
+    }
+
+    /// A file of a source, whose name is in a list.
+    fn file(&self, id: &str, name: &str) -> Answer {
+        let directory = {
+            let sources = self.sources.lock().unwrap_or_else(PoisonError::into_inner);
+            match sources.find(id) {
+                Some(source) => source.directory.clone(),
+                None => return Answer::missing(),
+            }
+        };
+        match plain::read(&directory.join(name), LARGEST) {
+            Ok(bytes) if name.ends_with(".js") => Answer::new("text/javascript; charset=utf-8", bytes),
+            Ok(bytes) => Answer::page(bytes),
+            Err(_) => Answer::missing(),
+        }
+    }
+}
+
+/// What is sent back.
+struct Answer {
+    status: u16,
+    kind: &'static str,
+    body: Vec<u8>,
+    /// Sources of scripts that the page may run, beside this server's.
+    scripts: String,
+}
+
+impl Answer {
+    fn new(kind: &'static str, body: impl Into<Vec<u8>>) -> Self {
+        Self {
+            status: 200,
+            kind,
+            body: body.into(),
+            scripts: String::new(),
+        }
+    }
+
+    /// A page with its scripts inside. It may run these alone.
+    fn page(body: Vec<u8>) -> Self {
+        let text = String::from_utf8_lossy(&body);
+        let mut scripts = String::new();
+        for piece in text.split("<script>").skip(1) {
+            let script = piece.split("</script>").next().unwrap_or_default();
+            scripts += &format!(" 'sha256-{}'", base64(&Sha256::digest(script.as_bytes())));
+        }
+        Self {
+            scripts,
+            ..Self::new("text/html; charset=utf-8", body)
+        }
+    }
+
+    fn failed(status: u16, problem: &str) -> Self {
+        Self {
+            status,
+            ..Self::new("text/plain; charset=utf-8", problem)
+        }
+    }
+
+    fn missing() -> Self {
+        Self::failed(404, "no such page")
+    }
+
+    /// The head, which says what a page may load and who may show it.
+    fn head(&self, cookie: Option<String>) -> String {
+        let reason = match self.status {
+            200 => "OK",
+            403 => "Forbidden",
+            404 => "Not Found",
+            405 => "Method Not Allowed",
+            503 => "Service Unavailable",
+            500 => "Internal Server Error",
+            _ => "Bad Request",
+        };
+        let cookie = cookie.map_or_else(String::new, |cookie| {
+            format!("Set-Cookie: {cookie}; HttpOnly; SameSite=Strict; Path=/\r\n")
+        });
+        format!(
+            "HTTP/1.1 {} {reason}\r\nContent-Type: {}\r\nContent-Length: {}\r\n{cookie}{}Connection: close\r\n\r\n",
+            self.status,
+            self.kind,
+            self.body.len(),
+            guards(&self.scripts)
+        )
+    }
+}
+
+/// Headers of every answer.
+fn guards(scripts: &str) -> String {
+    format!(
+        "Cache-Control: no-store\r\nContent-Security-Policy: default-src 'none'; script-src 'self'{scripts}; style-src 'self' 'unsafe-inline'; \
+         img-src 'self' data: blob:; connect-src 'self'; frame-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'none'\r\n\
+         Cross-Origin-Resource-Policy: same-origin\r\nReferrer-Policy: no-referrer\r\nX-Content-Type-Options: nosniff\r\n\
+         X-Frame-Options: SAMEORIGIN\r\n"
+    )
+}
+
+/// Base64 of RFC 4648.
+fn base64(bytes: &[u8]) -> String {
+    let words = bytes.chunks(2).map(|two| u16::from_le_bytes([two[0], two[1]]));
+    oneiro_report::figures::packed(words)
+}
+
+/// Reads a request and answers it.
+fn converse(shared: &Shared, mut stream: TcpStream) -> io::Result<()> {
+    stream.set_write_timeout(Some(PATIENCE))?;
+    let head = read_head(&mut stream)?;
+    let (answer, is_head, cookie) = match shared.door.read(&head) {
+        Err((status, problem)) => (Answer::failed(status, problem), false, None),
+        Ok(request) if request.path == "/events" && !request.is_head => return events(shared, &mut stream),
+        Ok(request) => {
+            let Door { secret, .. } = &shared.door;
+            let cookie = request.is_link.then(|| format!("{}={secret}", shared.door.cookie()));
+            (shared.answer(&request), request.is_head, cookie)
+        }
+    };
+    stream.write_all(answer.head(cookie).as_bytes())?;
+    if !is_head {
+        stream.write_all(&answer.body)?;
+    }
+    stream.shutdown(Shutdown::Write)
+}
+
+/// Reads up to the empty line, at most [`HEAD`] bytes in [`PATIENCE`].
+fn read_head(stream: &mut TcpStream) -> io::Result<Vec<u8>> {
+    let begin = Instant::now();
+    let (mut head, mut piece) = (Vec::new(), [0; 1024]);
+    while head.len() < HEAD && !head.windows(4).any(|four| four == b"\r\n\r\n") {
+        let Some(left) = PATIENCE.checked_sub(begin.elapsed()).filter(|left| !left.is_zero()) else {
+            break;
+        };
+        stream.set_read_timeout(Some(left))?;
+        match stream.read(&mut piece)? {
+            0 => break,
+            count => head.extend_from_slice(&piece[..count]),
+        }
+    }
+    head.truncate(HEAD);
+    Ok(head)
+}
+
+/// Sends the newest summary whenever it has changed. A slow client gets fewer, never older ones.
+fn events(shared: &Shared, stream: &mut TcpStream) -> io::Result<()> {
+    if shared.listeners.fetch_add(1, Ordering::Relaxed) >= LISTENERS {
+        shared.listeners.fetch_sub(1, Ordering::Relaxed);
+        let busy = Answer::failed(503, "too many pages are open");
+        stream.write_all(busy.head(None).as_bytes())?;
+        return stream.write_all(&busy.body);
+    }
+    let sent = send_events(shared, stream);
+    shared.listeners.fetch_sub(1, Ordering::Relaxed);
+    sent
+}
+
+fn send_events(shared: &Shared, stream: &mut TcpStream) -> io::Result<()> {
+    let head = format!(
+        "HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\n{}Connection: close\r\n\r\n",
+        guards("")
+    );
+    stream.write_all(head.as_bytes())?;
+    let mut sent = 0;
+    loop {
+        let news = {
+            let news = shared.news.lock().unwrap_or_else(PoisonError::into_inner);
+            let wait = shared
+                .changed
+                .wait_timeout_while(news, HEARTBEAT, |news| news.0 == sent);
+            let (news, _) = wait.unwrap_or_else(PoisonError::into_inner);
+            (news.0 != sent).then(|| news.clone())
+        };
+        match news {
+            Some((number, summary)) => {
+                sent = number;
+                write!(stream, "data: {summary}\n\n")?;
+            }
+            None => stream.write_all(b": still here\n\n")?,
+        }
+    }
+}
