@@ -804,8 +804,11 @@ pub(crate) struct Watch {
     /// Open the page in the browser
     #[arg(long)]
     pub(crate) open: bool,
+    /// Let the page change the main values of this experiment and evolve again, into runs/
+    #[arg(long, value_name = "EXPERIMENT.toml", value_hint = ValueHint::FilePath)]
+    pub(crate) edit: Option<PathBuf>,
     /// Write the page as it is now to a file that needs no server, and end
-    #[arg(long, value_name = "FILE.html", value_hint = ValueHint::FilePath, conflicts_with_all = ["port", "open"])]
+    #[arg(long, value_name = "FILE.html", value_hint = ValueHint::FilePath, conflicts_with_all = ["port", "open", "edit"])]
     pub(crate) snapshot: Option<PathBuf>,
     /// End with the standard input: another command has started this one.
     #[arg(long, hide = true)]

@@ -67,3 +67,4 @@ mod swarm_runs;
 mod sweep;
 #[cfg(feature = "twin")]
 mod twins;
+mod watch;

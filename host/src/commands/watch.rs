@@ -36,7 +36,7 @@ pub(super) fn run(arguments: &cli::Watch, console: Console) -> Result {
         let file = file.display().to_string();
         return console.print_answer(&Answer::new(file.clone(), json!({ "page": file })));
     }
-    let server = Server::open(folders, arguments.port, &stop)?;
+    let server = Server::open(folders, arguments.port, arguments.edit.as_deref(), &stop)?;
     let (link, port) = (server.link(), server.port());
     let over = Arc::new(AtomicBool::new(false));
     if arguments.beside {

@@ -9,6 +9,7 @@
 //! | `curve` | a table of generations while it grows, in bounded memory |
 //! | `sweeps` | a sweep's cells |
 //! | `scenes` | episodes of the newest best |
+//! | `edit` | an experiment that the page may change and run |
 //! | `request` | what a browser may ask for, and who may ask |
 //! | `server` | connections |
 //! | `pages` | the page's parts |
@@ -27,6 +28,7 @@
 )]
 
 mod curve;
+mod edit;
 mod pages;
 mod request;
 mod scenes;

@@ -12,7 +12,9 @@ pub(crate) const STYLE: &str = include_str!("watch.css");
 pub(crate) const SCRIPT: &str = include_str!("watch.js");
 /// Colours of the lines of one run, in the order of its values; the first is also that of the selected run among others.
 const COLOURS: [&str; 3] = ["#d9485f", "#2b3a8f", "#2a9d8f"];
-const OTHERS: &str = "#74777f";
+const SOFT: &str = "#74777f";
+/// Colours of runs with other settings.
+const OTHERS: [&str; 4] = ["#2b3a8f", "#2a9d8f", "#8a3fa0", "#b06f00"];
 
 /// Pages and pictures of a directory that are shown as they are.
 pub(crate) const FILES: [&str; 4] = ["report.html", "replay.html", "learning.html", "archive.html"];
@@ -24,62 +26,71 @@ const HEIGHT: f64 = 340.0;
 /// The learning curve of a run, among those of the same experiment, as wide as the page has room.
 pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
     let all = sources.group(&run.group);
+    let others = sources.others(run, OTHERS.len());
     let exactly = |value| Spread {
         low: value,
         mean: value,
         high: value,
     };
-    let stride = all.iter().map(|(_, run)| run.curve.stride()).max().unwrap_or(1);
+    let stride = others
+        .iter()
+        .flat_map(|(_, runs)| runs)
+        .chain(&all)
+        .map(|(_, run)| run.curve.stride())
+        .max();
+    let stride = stride.unwrap_or(1);
     let lines = |run: &Run, value: usize| -> Vec<(f64, Spread)> {
         let line = run.curve.line(value, stride);
         line.into_iter().map(|(time, value)| (time, exactly(value))).collect()
     };
+    let median = |runs: &[(&str, &Run)]| match runs {
+        [(_, one)] => lines(one, 0),
+        many => spread(many, stride),
+    };
     let experiment = run.saved.experiment();
     let values = run.curve.values();
-    let others = (all.len() > 1).then(|| spread(&all, stride));
     let this = format!("seed {}", run.saved.seed());
-    let shown: Vec<Band<'_>> = match others {
-        Some(others) => vec![
-            Band {
-                label: "median",
-                colour: OTHERS,
-                dash: "",
-                values: others,
-            },
-            Band {
-                label: &this,
-                colour: COLOURS[0],
-                dash: "",
-                values: lines(run, 0),
-            },
-        ],
-        None => (0..values.len())
-            .map(|value| Band {
-                label: values[value].label,
-                colour: COLOURS[value],
-                dash: "",
-                values: lines(run, value),
-            })
-            .collect(),
+    let band = |label, colour, values| Band {
+        label,
+        colour,
+        dash: "",
+        values,
     };
+    let mut shown: Vec<Band<'_>> = Vec::new();
+    if all.len() > 1 {
+        shown.push(band("median", SOFT, spread(&all, stride)));
+        shown.push(band(&this, COLOURS[0], lines(run, 0)));
+    } else {
+        // Beside other settings, only the first value.
+        let count = if others.is_empty() { values.len() } else { 1 };
+        let label = |value: usize| {
+            if others.is_empty() {
+                values[value].label
+            } else {
+                "this run"
+            }
+        };
+        shown.extend((0..count).map(|value| band(label(value), COLOURS[value], lines(run, value))));
+    }
+    for ((label, runs), colour) in others.iter().zip(OTHERS) {
+        shown.push(band(label, colour, median(runs)));
+    }
     let all_values = || shown.iter().flat_map(|band| &band.values);
     let numbers = |end: fn(&Spread) -> f64| {
         all_values()
             .map(move |(_, spread)| end(spread))
             .filter(|own| own.is_finite())
     };
+    let time = experiment.shown().time.1;
     let title = match all.len() {
-        1 => "each generation".to_owned(),
-        seeds => format!(
-            "{} of each {}, {seeds} seeds",
-            values[0].label,
-            experiment.shown().time.1
-        ),
+        1 if others.is_empty() => format!("each {time}"),
+        1 => format!("{} of each {time}", values[0].label),
+        seeds => format!("{} of each {time}, {seeds} seeds", values[0].label),
     };
     let width = width.clamp(WIDTHS[0], WIDTHS[1]);
     let shown = Panel {
         title: &title,
-        across: experiment.shown().time.1,
+        across: time,
         up: "fitness",
         to: all_values().map(|(time, _)| *time).fold(1.0, f64::max),
         low: numbers(|own| own.low).fold(f64::INFINITY, f64::min),

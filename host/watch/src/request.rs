@@ -7,6 +7,8 @@ use std::net::SocketAddr;
 
 /// Bytes of a request's head.
 pub(crate) const HEAD: usize = 8192;
+/// Bytes of a body.
+pub(crate) const BODY: usize = 8192;
 /// Headers of a request, and bytes of its target.
 const HEADERS: usize = 64;
 const TARGET: usize = 512;
@@ -22,6 +24,8 @@ pub(crate) struct Request {
     pub(crate) width: Option<u32>,
     /// Whether only the head of the answer is wanted.
     pub(crate) is_head: bool,
+    /// A wish to change something: the length of its body, and its secret.
+    pub(crate) wish: Option<(usize, String)>,
     /// Whether the secret came with the link, so that a cookie has to be set.
     pub(crate) is_link: bool,
 }
@@ -35,6 +39,8 @@ pub(crate) struct Door {
     pub(crate) address: SocketAddr,
     /// 32 hexadecimal digits.
     pub(crate) secret: String,
+    /// Whether the page may change something.
+    pub(crate) may_edit: bool,
 }
 
 impl Door {
@@ -71,8 +77,13 @@ impl Door {
             (Some(host), false) if self.is_own(host) => {}
             _ => return Err((403, "another host: open the address that oneiro watch has printed")),
         }
-        if !["GET", "HEAD"].contains(&method) {
-            return Err((405, "only GET and HEAD"));
+        let allowed: &[&str] = if self.may_edit {
+            &["GET", "HEAD", "POST"]
+        } else {
+            &["GET", "HEAD"]
+        };
+        if !allowed.contains(&method) {
+            return Err((405, "a method that is not allowed"));
         }
         // A request from another site, in browsers that say so.
         if let (Some(site), _) = header("sec-fetch-site")
@@ -95,6 +106,10 @@ impl Door {
         if !is_link && !cookies.any(|(own, value)| own == name && self.is_secret(value)) {
             return Err((403, "no token: open the address that oneiro watch has printed"));
         }
+        let wish = match method {
+            "POST" => Some(wish(|name| header(name).0, self.address.port())?),
+            _ => None,
+        };
         let number = |name: &str| {
             value(name)
                 .map(str::parse)
@@ -106,6 +121,7 @@ impl Door {
             generation: number("generation")?,
             width: number("width")?,
             is_head: method == "HEAD",
+            wish,
             is_link,
         })
     }
@@ -129,6 +145,26 @@ impl Door {
     }
 }
 
+/// The length of a wish's body and its secret, in a header that no other site's page can send.
+fn wish<'a>(header: impl Fn(&str) -> Option<&'a str>, port: u16) -> Result<(usize, String), Refusal> {
+    let is_own = |origin: &str| {
+        ["localhost", "127.0.0.1", "[::1]"]
+            .iter()
+            .any(|name| origin == format!("http://{name}:{port}"))
+    };
+    if !header("origin").is_some_and(is_own) {
+        return Err((403, "from another site"));
+    }
+    if header("content-type") != Some("application/json") || header("transfer-encoding").is_some() {
+        return Err((400, "not JSON of a known length"));
+    }
+    let length = header("content-length").and_then(|length| length.parse().ok());
+    let length = length
+        .filter(|length| *length <= BODY)
+        .ok_or((400, "too long, or of unknown length"))?;
+    Ok((length, header("x-oneiro-edit").unwrap_or_default().to_owned()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -139,6 +175,7 @@ mod tests {
         Door {
             address: ([127, 0, 0, 1], 8080).into(),
             secret: SECRET.to_owned(),
+            may_edit: false,
         }
     }
 
@@ -159,6 +196,7 @@ mod tests {
             generation: Some(7),
             width: Some(640),
             is_head: true,
+            wish: None,
             is_link: false,
         };
         assert_eq!(read, wanted);
@@ -209,5 +247,31 @@ mod tests {
         assert_eq!(plain(&format!("Cookie: oneiro-8081={SECRET}\r\n"), "/events"), 403);
         assert_eq!(status("GET / HTTP/1.1\r\n"), 400, "it has not ended");
         assert_eq!(status("\u{0}\r\n\r\n"), 400);
+    }
+
+    /// A wish needs the page's origin, JSON, a length and, checked later, a secret of its own.
+    #[test]
+    fn only_the_page_itself_may_wish() {
+        let door = Door {
+            may_edit: true,
+            ..door()
+        };
+        let post = |more: &str| {
+            let head =
+                format!("POST /evolve HTTP/1.1\r\nHost: localhost:8080\r\nCookie: oneiro-8080={SECRET}\r\n{more}\r\n");
+            door.read(head.as_bytes()).map(|request| request.wish)
+        };
+        let (origin, json) = (
+            "Origin: http://localhost:8080\r\n",
+            "Content-Type: application/json\r\n",
+        );
+        let whole = format!("{origin}{json}Content-Length: 12\r\nX-Oneiro-Edit: abc\r\n");
+        assert_eq!(post(&whole), Ok(Some((12, "abc".into()))));
+        let status = |more: &str| post(more).unwrap_err().0;
+        assert_eq!(status(&whole.replace("localhost:8080", "evil.example")), 403);
+        assert_eq!(status(&whole.replace(origin, "")), 403);
+        assert_eq!(status(&whole.replace("application/json", "text/plain")), 400);
+        assert_eq!(status(&whole.replace("12", "12345678")), 400);
+        assert_eq!(status(&format!("{whole}Transfer-Encoding: chunked\r\n")), 400);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread;
@@ -12,6 +12,7 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
 use sha2::{Digest, Sha256};
 
+use crate::edit::Editor;
 use crate::pages::{self, FILES, PAGE, SCRIPT, STYLE};
 use crate::request::{Door, HEAD, Request};
 use crate::scenes::Scenes;
@@ -36,6 +37,7 @@ struct Shared {
     door: Door,
     sources: Mutex<Sources>,
     scenes: Mutex<Scenes>,
+    editor: Option<Editor>,
     /// The newest summary of all sources, and its number.
     news: Mutex<(u64, String)>,
     changed: Condvar,
@@ -50,11 +52,17 @@ pub struct Server {
 }
 
 impl Server {
-    /// Opens a port of this machine for nobody else: the given one, or the first that is free.
+    /// Opens a port of this machine for nobody else: the given one, or the first that is free. The page may change and run an `edited`
+    /// experiment.
     ///
     /// # Errors
-    /// Exit 3 if the given port is taken; exit 1 if there is none, or no random secret.
-    pub fn open(folders: Vec<PathBuf>, port: Option<u16>, stop: &Arc<AtomicBool>) -> Result<Self> {
+    /// Exit 3 if the given port is taken, or the experiment can't be read; exit 1 if there is none, or no random secret.
+    pub fn open(
+        folders: Vec<PathBuf>,
+        port: Option<u16>,
+        edited: Option<&Path>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Self> {
         let bind = |port| TcpListener::bind((Ipv4Addr::LOCALHOST, port));
         let listener = match port {
             Some(port) => bind(port)
@@ -66,13 +74,19 @@ impl Server {
             }
         };
         let address = listener.local_addr().map_err(|error| Failure::failed(&error))?;
-        let mut secret = [0_u8; 16];
-        getrandom::fill(&mut secret).map_err(|error| Failure::failed(format_args!("no random numbers: {error}")))?;
-        let secret = secret.iter().map(|byte| format!("{byte:02x}")).collect();
+        let editor = match edited {
+            Some(experiment) => Some(Editor::new(experiment, secret()?)?),
+            None => None,
+        };
         Ok(Self {
             listener,
             shared: Arc::new(Shared {
-                door: Door { address, secret },
+                door: Door {
+                    address,
+                    secret: secret()?,
+                    may_edit: editor.is_some(),
+                },
+                editor,
                 sources: Mutex::new(Sources::new(folders)),
                 scenes: Scenes::new(stop)?,
                 news: Mutex::new((0, String::new())),
@@ -85,8 +99,10 @@ impl Server {
 
     /// The link to the page, with its secret.
     pub fn link(&self) -> String {
-        let Door { address, secret } = &self.shared.door;
-        format!("http://{address}/?token={secret}")
+        let Door { address, secret, .. } = &self.shared.door;
+        let edit = self.shared.editor.as_ref();
+        let edit = edit.map_or_else(String::new, |editor| format!("&edit={}", editor.secret));
+        format!("http://{address}/?token={secret}{edit}")
     }
 
     pub fn port(&self) -> u16 {
@@ -138,8 +154,19 @@ impl Server {
             }
             thread::sleep(PAUSE);
         }
+        // Connections may hold what they share a little longer.
+        if let Some(editor) = &shared.editor {
+            editor.stop();
+        }
         Ok(())
     }
+}
+
+/// 32 random hexadecimal digits.
+fn secret() -> Result<String> {
+    let mut bytes = [0_u8; 16];
+    getrandom::fill(&mut bytes).map_err(|error| Failure::failed(format_args!("no random numbers: {error}")))?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// The page about some folders as one file.
@@ -187,6 +214,10 @@ impl Shared {
             [""] => Answer::new("text/html; charset=utf-8", PAGE),
             ["watch.js"] => Answer::new("text/javascript; charset=utf-8", SCRIPT),
             ["watch.css"] => Answer::new("text/css; charset=utf-8", STYLE),
+            ["edit"] => {
+                let form = self.editor.as_ref().map(Editor::form);
+                Answer::new("application/json", serde_json::json!(form).to_string())
+            }
             ["curve", id] => self.of_source(id, |sources, source| match &source.kind {
                 Kind::Run(run) => Some(Answer::new(
                     "image/svg+xml",
@@ -212,6 +243,31 @@ impl Shared {
             },
             ["file", id, name] if FILES.contains(&name) => self.file(id, name),
             ["fleet", id, name] if FLEET.contains(&name) => self.file(id, name),
+            _ => Answer::missing(),
+        }
+    }
+
+    /// The answer to a wish.
+    fn fulfil(&self, path: &str, secret: &str, body: &[u8]) -> Answer {
+        let Some(editor) = &self.editor else {
+            return Answer::missing();
+        };
+        if let Err((status, problem)) = editor.allows(secret) {
+            return Answer::failed(status, problem);
+        }
+        match path {
+            // A refused value is an answer too.
+            "/evolve" => {
+                let problem = editor.evolve(body).err();
+                Answer::new(
+                    "application/json",
+                    serde_json::json!({ "problem": problem }).to_string(),
+                )
+            }
+            "/stop" => {
+                editor.stop();
+                Answer::new("application/json", "{}")
+            }
             _ => Answer::missing(),
         }
     }
@@ -347,9 +403,17 @@ fn base64(bytes: &[u8]) -> String {
 /// Reads a request and answers it.
 fn converse(shared: &Shared, mut stream: TcpStream) -> io::Result<()> {
     stream.set_write_timeout(Some(PATIENCE))?;
-    let head = read_head(&mut stream)?;
+    let (head, rest) = read_head(&mut stream)?;
     let (answer, is_head, cookie) = match shared.door.read(&head) {
         Err((status, problem)) => (Answer::failed(status, problem), false, None),
+        Ok(Request {
+            wish: Some((length, secret)),
+            path,
+            ..
+        }) => {
+            let body = read_body(&mut stream, rest, length)?;
+            (shared.fulfil(&path, &secret, &body), false, None)
+        }
         Ok(request) if request.path == "/events" && !request.is_head => return events(shared, &mut stream),
         Ok(request) => {
             let Door { secret, .. } = &shared.door;
@@ -364,22 +428,40 @@ fn converse(shared: &Shared, mut stream: TcpStream) -> io::Result<()> {
     stream.shutdown(Shutdown::Write)
 }
 
-/// Reads up to the empty line, at most [`HEAD`] bytes in [`PATIENCE`].
-fn read_head(stream: &mut TcpStream) -> io::Result<Vec<u8>> {
+/// Reads up to the empty line, at most [`HEAD`] bytes in [`PATIENCE`]. Returns the head, and what came after it.
+fn read_head(stream: &mut TcpStream) -> io::Result<(Vec<u8>, Vec<u8>)> {
+    const END: &[u8] = b"\r\n\r\n";
     let begin = Instant::now();
-    let (mut head, mut piece) = (Vec::new(), [0; 1024]);
-    while head.len() < HEAD && !head.windows(4).any(|four| four == b"\r\n\r\n") {
-        let Some(left) = PATIENCE.checked_sub(begin.elapsed()).filter(|left| !left.is_zero()) else {
-            break;
-        };
-        stream.set_read_timeout(Some(left))?;
-        match stream.read(&mut piece)? {
-            0 => break,
-            count => head.extend_from_slice(&piece[..count]),
+    let mut head = Vec::new();
+    loop {
+        if let Some(end) = head.windows(END.len()).position(|four| four == END) {
+            let rest = head.split_off(end + END.len());
+            return Ok((head, rest));
+        }
+        if head.len() >= HEAD || !read_some(stream, &mut head, begin)? {
+            return Ok((head, Vec::new()));
         }
     }
-    head.truncate(HEAD);
-    Ok(head)
+}
+
+/// Reads a body, of which the beginning may be there.
+fn read_body(stream: &mut TcpStream, mut body: Vec<u8>, length: usize) -> io::Result<Vec<u8>> {
+    let begin = Instant::now();
+    while body.len() < length && read_some(stream, &mut body, begin)? {}
+    body.truncate(length);
+    Ok(body)
+}
+
+/// Reads what there is. Returns whether there may be more: not after [`PATIENCE`], or at the end.
+fn read_some(stream: &mut TcpStream, bytes: &mut Vec<u8>, begin: Instant) -> io::Result<bool> {
+    let Some(left) = PATIENCE.checked_sub(begin.elapsed()).filter(|left| !left.is_zero()) else {
+        return Ok(false);
+    };
+    stream.set_read_timeout(Some(left))?;
+    let mut piece = [0; 1024];
+    let count = stream.read(&mut piece)?;
+    bytes.extend_from_slice(&piece[..count]);
+    Ok(count > 0)
 }
 
 /// Sends the newest summary whenever it has changed. A slow client gets fewer, never older ones.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
 use oneiro_base::exit::Result;
+use oneiro_lab::experiment::Difference;
 use oneiro_lab::experiment::kinds::{begun, is_run, is_sweep};
 use oneiro_lab::record::{SavedRun, State};
 use oneiro_lab::runs::Recording;
@@ -219,6 +220,29 @@ impl Sources {
             .collect();
         runs.sort_by_key(|(_, run)| run.saved.seed());
         runs
+    }
+
+    /// The newest runs of the same name with other settings, at most so many groups, each with the key in which it differs and its value.
+    pub(crate) fn others(&self, own: &Run, most: usize) -> Vec<(String, Vec<(&str, &Run)>)> {
+        let name = own.saved.experiment().name();
+        let text = |run: &Run| run.saved.experiment().resolved_toml(0);
+        let mut found: Vec<(String, Vec<(&str, &Run)>)> = Vec::new();
+        let mut seen = BTreeSet::from([&*own.group]);
+        for path in &self.shown {
+            let Some(Source {
+                kind: Kind::Run(run), ..
+            }) = self.all.get(path)
+            else {
+                continue;
+            };
+            if found.len() < most && run.saved.experiment().name() == name && seen.insert(&run.group) {
+                let difference = Difference::of_runs(&text(own), &text(run));
+                let label =
+                    difference.map_or_else(|| "others".to_owned(), |own| format!("{} {}", own.key, own.values[1]));
+                found.push((label, self.group(&run.group)));
+            }
+        }
+        found
     }
 
     /// All in brief, for the page's list.

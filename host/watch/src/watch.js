@@ -21,6 +21,9 @@
   const frame = /** @type {HTMLIFrameElement} */ (element('episode'));
   const progress = /** @type {HTMLProgressElement} */ (element('progress'));
 
+  // Whoever has it may change the experiment; it lasts as long as this window.
+  const edit = new URLSearchParams(location.search).get('edit');
+  if (edit) sessionStorage.setItem('edit', edit);
   // The secret was for the first request alone; the cookie replaces it.
   if (location.search) history.replaceState(null, '', location.pathname);
 
@@ -72,7 +75,7 @@
     list.replaceChildren();
     let heading = '';
     for (const source of sources) {
-      const name = source.name || source.directory.split(/[\\/]/).pop() || source.directory;
+      const name = source.name || source.directory;
       if (name !== heading) made('h2', list, { textContent: name });
       heading = name;
       const button = made('button', list, { type: 'button', title: source.directory });
@@ -82,7 +85,9 @@
       const mark = made('span', button, { className: `state ${state}`, title: state, textContent: MARKS[state] || '\u00b7' });
       mark.setAttribute('role', 'img');
       mark.setAttribute('aria-label', state);
-      made('span', button, { textContent: source.kind === 'run' ? `seed ${source.seed}` : source.kind });
+      // The directory's name, without what the heading says already.
+      const own = (source.directory.split(/[\\/]/).pop() || '').replace(`${name}-`, '');
+      made('span', button, { textContent: source.kind === 'run' ? own : source.kind });
       const best = typeof source.best === 'number' ? Number(source.best.toPrecision(4)).toString() : '';
       made('span', button, { className: 'best', textContent: best });
       if (state === 'running' || state === 'unfinished') {
@@ -238,6 +243,51 @@
     playing = '';
     showScene(source, newest.checked ? null : Number(slider.value)).catch(() => {});
   });
+
+  // ---- Another evolution.
+
+  /** @type {Map<string, { input: HTMLInputElement, value: string }>} */
+  const inputs = new Map();
+
+  async function buildForm() {
+    const form = JSON.parse(await text('edit'));
+    const secret = sessionStorage.getItem('edit');
+    if (!form || !secret) return;
+    element('edit').hidden = false;
+    if (form.problem) {
+      element('answer').textContent = form.problem;
+      return;
+    }
+    element('fields').replaceChildren();
+    inputs.clear();
+    const all = [...form.fields, { key: 'seed', value: '1', unit: '', about: 'The same seed and values give the same bits.' }];
+    for (const { key, value, unit, about } of all) {
+      const label = made('label', element('fields'), { textContent: unit ? `${key} (${unit})` : key, title: about });
+      const input = /** @type {HTMLInputElement} */ (made('input', label, { value, spellcheck: false, autocomplete: 'off' }));
+      input.addEventListener('input', () => input.classList.toggle('changed', input.value !== value));
+      inputs.set(key, { input, value });
+    }
+  }
+
+  /** @param {string} path @param {object} wish */
+  async function post(path, wish) {
+    const headers = { 'Content-Type': 'application/json', 'X-Oneiro-Edit': sessionStorage.getItem('edit') || '' };
+    const answer = await fetch(path, { method: 'POST', headers, body: JSON.stringify(wish) });
+    const { problem } = answer.ok ? await answer.json() : { problem: await answer.text() };
+    element('answer').textContent = problem || '';
+    return !problem;
+  }
+
+  element('form').addEventListener('submit', async (event) => {
+    event.preventDefault();
+    element('answer').textContent = 'Starting.';
+    const set = [...inputs].filter(([key]) => key !== 'seed').map(([key, { input }]) => [key, input.value.trim()]);
+    const seed = Number(inputs.get('seed')?.input.value);
+    // The new run is shown when it appears.
+    if (await post('evolve', { seed, set })) chosen = false;
+  });
+  element('stop').addEventListener('click', () => post('stop', {}));
+  buildForm().catch(() => {});
 
   const events = new EventSource('events');
   events.addEventListener('message', (event) => {

@@ -470,7 +470,7 @@ pub struct Difference {
 
 impl Difference {
     /// The first key that makes the results of two runs differ, given the text of their `config.toml`.
-    pub(crate) fn of_runs(one: &str, other: &str) -> Option<Self> {
+    pub fn of_runs(one: &str, other: &str) -> Option<Self> {
         let values = |text: &str| {
             let mut values: Table = text.parse().ok()?;
             // What is recorded changes no result.

@@ -1,0 +1,239 @@
+//! `oneiro watch --edit`: the page has a form with an experiment's main values, and a button that evolves with them. It starts ordinary
+//! runs, one at a time, with a directory each.
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use oneiro_base::exit::{Failure, Result};
+use oneiro_lab::experiment::reference;
+use oneiro_lab::runs;
+use serde::Deserialize;
+use serde_json::{Value as Json, json};
+
+use crate::request::Refusal;
+
+/// Keys that the form has in any case, where the experiment has them.
+const MAIN: [&str; 7] = [
+    "cycles",
+    "trials",
+    "noise.sensor",
+    "noise.motor",
+    "evolution.generations",
+    "evolution.population",
+    "evolution.parents",
+];
+/// Bytes of a value.
+const LONGEST: usize = 200;
+/// How long a run is waited for that may refuse its values.
+const REFUSAL: Duration = Duration::from_secs(3);
+/// Bytes of a message that are shown.
+const SHOWN: u64 = 4096;
+
+/// An experiment that the page may change and run.
+pub(crate) struct Editor {
+    experiment: PathBuf,
+    /// Who may do that: 32 hexadecimal digits.
+    pub(crate) secret: String,
+    running: Mutex<Option<Child>>,
+}
+
+/// What the page asks for.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Wish {
+    seed: u64,
+    /// Keys with their values as TOML.
+    set: Vec<(String, String)>,
+}
+
+/// A value of the form.
+struct Field {
+    key: &'static str,
+    value: String,
+    unit: &'static str,
+    about: String,
+}
+
+impl Editor {
+    /// The experiment is read whenever it is needed: it may change in an editor.
+    ///
+    /// # Errors
+    /// Exit 3 if it can't be read.
+    pub(crate) fn new(experiment: &Path, secret: String) -> Result<Self> {
+        let own = Self {
+            experiment: experiment.to_owned(),
+            secret,
+            running: Mutex::new(None),
+        };
+        own.fields()?;
+        Ok(own)
+    }
+
+    /// The form: values that the experiment's file has, and the main ones.
+    fn fields(&self) -> Result<Vec<Field>> {
+        let experiment = runs::read(&self.experiment, &[])?;
+        let is_table = |error| Failure::input(format_args!("{}: {error}", self.experiment.display()));
+        let resolved: toml::Table = experiment.resolved_toml(1).parse().map_err(is_table)?;
+        let text =
+            fs::read_to_string(&self.experiment).map_err(|error| Failure::unreadable(&self.experiment, &error))?;
+        let file: toml::Table = text.parse().map_err(is_table)?;
+        let entries = if experiment.swarm().is_some() {
+            reference::swarm()
+        } else {
+            reference::single()
+        };
+        let field = |entry: reference::Entry| {
+            let is_shown = MAIN.contains(&entry.key) || found(&file, entry.key).is_some();
+            let value = found(&resolved, entry.key).filter(|value| is_shown && is_simple(value))?;
+            let is_named = ["name", "seed", "files"].contains(&entry.key);
+            (!is_named).then(|| Field {
+                key: entry.key,
+                value: value.to_string(),
+                unit: entry.unit,
+                about: entry.words(),
+            })
+        };
+        Ok(entries.into_iter().filter_map(field).collect())
+    }
+
+    /// The form as JSON.
+    pub(crate) fn form(&self) -> Json {
+        let field = |own: &Field| json!({ "key": own.key, "value": own.value, "unit": own.unit, "about": own.about });
+        match self.fields() {
+            Ok(fields) => json!({
+                "experiment": self.experiment.display().to_string(),
+                "fields": fields.iter().map(field).collect::<Vec<_>>(),
+                "running": self.is_running(),
+            }),
+            Err(failure) => json!({ "problem": failure.to_string() }),
+        }
+    }
+
+    fn is_running(&self) -> bool {
+        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        running
+            .as_mut()
+            .is_some_and(|child| matches!(child.try_wait(), Ok(None)))
+    }
+
+    /// Starts a run with these values.
+    ///
+    /// # Errors
+    /// What is wrong with them, or that the last run still evolves.
+    pub(crate) fn evolve(&self, body: &[u8]) -> std::result::Result<(), String> {
+        let wish: Wish = serde_json::from_slice(body).map_err(|error| error.to_string())?;
+        let fields = self.fields().map_err(|failure| failure.to_string())?;
+        let mut settings = Vec::new();
+        for (key, value) in wish.set {
+            let Some(field) = fields.iter().find(|field| field.key == key) else {
+                return Err(format!("{key}: is no key of the form"));
+            };
+            if value.len() > LONGEST || value.chars().any(char::is_control) {
+                return Err(format!("{key}: is too long, or has several lines"));
+            }
+            if value != field.value {
+                settings.push(format!("--set={key}={value}"));
+            }
+        }
+        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        if running
+            .as_mut()
+            .is_some_and(|child| matches!(child.try_wait(), Ok(None)))
+        {
+            return Err("the last run still evolves: wait for its end, or stop it".to_owned());
+        }
+        let broken = |error: std::io::Error| format!("a run can't be started: {error}");
+        let mut child = Command::new(std::env::current_exe().map_err(broken)?)
+            .args(["run", "--quiet", &format!("--seed={}", wish.seed)])
+            .args(settings)
+            .arg("--")
+            .arg(&self.experiment)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(broken)?;
+        let begun = Instant::now();
+        let messages = child.stderr.take();
+        while begun.elapsed() < REFUSAL {
+            match child.try_wait().map_err(broken)? {
+                None => thread::sleep(Duration::from_millis(50)),
+                Some(status) if status.success() => break,
+                Some(_) => {
+                    let mut text = String::new();
+                    let read = messages.map(|messages| messages.take(SHOWN).read_to_string(&mut text));
+                    let _ = read.transpose().map_err(broken)?;
+                    return Err(text.trim().to_owned());
+                }
+            }
+        }
+        // Nobody reads further messages, and nothing waits for that.
+        if let Some(mut messages) = messages {
+            thread::spawn(move || std::io::copy(&mut messages, &mut std::io::sink()));
+        }
+        *running = Some(child);
+        Ok(())
+    }
+
+    /// Stops the run, which can be continued.
+    pub(crate) fn stop(&self) {
+        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(child) = running.as_mut() else {
+            return;
+        };
+        if matches!(child.try_wait(), Ok(None)) {
+            #[cfg(unix)]
+            if let Some(process) = rustix::process::Pid::from_raw(child.id().cast_signed()) {
+                let _ = rustix::process::kill_process(process, rustix::process::Signal::TERM);
+            }
+            #[cfg(not(unix))]
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+
+    /// Whether a request to change something may be answered.
+    pub(crate) fn allows(&self, secret: &str) -> std::result::Result<(), Refusal> {
+        let differs = self
+            .secret
+            .bytes()
+            .zip(secret.bytes())
+            .fold(0, |all, (a, b)| all | (a ^ b));
+        if secret.len() == self.secret.len() && differs == 0 {
+            Ok(())
+        } else {
+            Err((
+                403,
+                "no token to change anything: open the address that oneiro watch --edit has printed",
+            ))
+        }
+    }
+}
+
+impl Drop for Editor {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+/// A value of a table by its dotted key.
+fn found<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
+    match key.split_once('.') {
+        Some((first, rest)) => found(table.get(first)?.as_table()?, rest),
+        None => table.get(key),
+    }
+}
+
+/// Whether a value fits a line: a number, a word, or some of these.
+fn is_simple(value: &toml::Value) -> bool {
+    match value {
+        toml::Value::Table(_) | toml::Value::Datetime(_) => false,
+        toml::Value::Array(all) => all.len() <= 8 && all.iter().all(|own| !own.is_table() && !own.is_array()),
+        _ => true,
+    }
+}
