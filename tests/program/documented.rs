@@ -236,7 +236,10 @@ impl Desk {
     /// As [`Desk::types`], and returns what its commands print, errors and data in their order.
     fn prints(&self, script: &str) -> Result<String, String> {
         let output = self.shell(".", &format!("exec 2>&1\n{script}"))?;
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+        // A busy machine says what takes long.
+        let is_shown = |line: &&str| !line.trim_end().ends_with(" s so far");
+        let text = String::from_utf8_lossy(&output.stdout);
+        Ok(text.split_inclusive('\n').filter(is_shown).collect())
     }
 
     fn shell(&self, folder: &str, script: &str) -> Result<Output, String> {
