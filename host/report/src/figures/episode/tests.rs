@@ -169,7 +169,7 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
             names: [...at('readings').querySelectorAll('dt')].map((node) => node.textContent),\n\
             values: [...at('readings').querySelectorAll('dd')].map((node) => node.textContent),\n\
             hears: [...document.querySelectorAll('td.hears')].map((node) => node.textContent),\n\
-            scores: [...document.querySelectorAll('td.own')].map((node) => node.textContent) });\n\
+            scores: [...document.querySelectorAll('td.score')].map((node) => node.textContent) });\n\
         const shown = [told()];\n\
         document.querySelectorAll('.who')[7].click(); await soon(); shown.push(told());\n\
         const box = at('arena').getBoundingClientRect();\n\
@@ -384,7 +384,7 @@ fn bests_of_generations_are_on_one_page() {
         const drawn = window.oneiro.drawn(3);\n\
         return { drawn, light: at('light').textContent, heads: at('robots').rows[0].textContent,\n\
             legend: [...at('legend').children].map((node) => node.textContent),\n\
-            scores: [...document.querySelectorAll('td.own')].map((node) => Number(node.textContent)) };";
+            scores: [...document.querySelectorAll('td.score')].map((node) => Number(node.textContent)) };";
     let Some(told) = browser::told("episode-generations", &page, ask) else {
         return;
     };
