@@ -21,6 +21,8 @@ export class Arena {
     this.view = { scale: 1, x: 0, y: 0, width: 1, height: 1, ratio: 1 };
     /** @type {{ robots: Put[], sides: [number, number][] }} */
     this.put = { robots: [], sides: [] };
+    /** Colours of what is drawn on the floor. */
+    this.marks = theme.colours;
   }
 
   get colours() {
@@ -67,6 +69,7 @@ export class Arena {
     pen.fillStyle = this.colours.page;
     pen.fillRect(0, 0, view.width, view.height);
     this.put = { robots: [], sides: [] };
+    this.marks = this.colours;
   }
 
   /** @param {number} x @param {number} y @param {number} radius in pixels */
@@ -194,6 +197,7 @@ export class Arena {
     const { pen, colours } = this;
     /** @param {number} share */
     const grey = (share) => `rgb(${Array(3).fill(Math.floor(70 + 185 * share)).join(' ')})`;
+    if (floor !== null) this.marks = this.theme.paper;
     pen.save();
     this.outline(ground);
     this.fill(floor === null ? colours.floor : grey(floor));
@@ -227,14 +231,6 @@ export class Arena {
       this.fill(this.glow([x, y], 60, (share) => 0.5 * (1 - share)));
       this.sun(x, y, 9);
     }
-  }
-
-  /**
-   * The colour of marks on a floor of a grey, or of the page's colour.
-   * @param {number | null} floor
-   */
-  inkOver(floor) {
-    return floor === null ? this.colours.ink : this.colours[floor < 0.4 ? 'on-dark' : 'on-light'];
   }
 
   /**

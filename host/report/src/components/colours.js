@@ -1,22 +1,19 @@
 // Colours of the page's scheme, light or dark: page.css has them as variables, and canvases paint with them.
+import { element } from './dom.js';
 
 export const FONT = "system-ui, -apple-system, 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', Arial, sans-serif";
 
-const NAMES = /** @type {const} */ (['ink', 'soft', 'rule', 'page', 'floor', 'on-light', 'on-dark', 'object', 'object-edge', 'faint',
-  'link', 'lamp', 'lamp-edge', 'lamp-text', 'message', 'sensor', 'food', 'food-edge', 'food-text', 'food-faint', 'nest', 'nest-text',
-  'rim']);
+const NAMES = /** @type {const} */ (['ink', 'soft', 'rule', 'page', 'floor', 'object', 'object-edge', 'faint', 'link', 'lamp', 'lamp-edge',
+  'lamp-text', 'message', 'sensor', 'food', 'food-edge', 'food-text', 'food-faint', 'nest', 'nest-text', 'rim']);
 
 /**
  * Colours as `#rrggbb`, by the names of page.css.
  * @typedef {Record<typeof NAMES[number], string>} Colours
  */
 
-/**
- * The scheme's colours.
- * @returns {Colours}
- */
-function read() {
-  const style = getComputedStyle(document.documentElement);
+/** @param {Element} where @returns {Colours} */
+function read(where) {
+  const style = getComputedStyle(where);
   return /** @type {Colours} */ (Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim()])));
 }
 
@@ -24,9 +21,11 @@ function read() {
 export class Theme {
   /** @param {() => void} changed called after the scheme changed */
   constructor(changed) {
-    this.colours = read();
+    this.colours = read(document.documentElement);
+    /** Colours on a floor that is light in both schemes. */
+    this.paper = read(element('arena', HTMLElement));
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
-      this.colours = read();
+      this.colours = read(document.documentElement);
       changed();
     });
   }

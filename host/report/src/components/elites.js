@@ -55,7 +55,7 @@ function drawArena() {
   arena.scale(0.2 * (data.view.right - data.view.left));
   const pose = record.pose(0, moment);
   if (!pose) return;
-  drawTrails(arena, record, moment, { robots: [0], seconds: record.last, colour: arena.colours.link, width: 2.4, strength: 0.9 });
+  drawTrails(arena, record, moment, { robots: [0], seconds: record.last, colour: arena.marks.link, width: 2.4, strength: 0.9 });
   drawRobot(arena, pose, { body: data.body, name: record.names[0], act: { name: '', ...data.look }, followed: false });
 }
 

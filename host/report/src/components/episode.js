@@ -95,7 +95,6 @@ const isOn = (id) => element(id, HTMLInputElement).checked;
 
 function drawArena() {
   const { moment, followed } = player;
-  const colours = arena.colours;
   arena.clear();
   arena.ground(ground);
   arena.scale(0.2 * (data.view.right - data.view.left));
@@ -106,8 +105,8 @@ function drawArena() {
     const draw = (robots, seconds, colour, width, strength) =>
       drawTrails(arena, record, moment, { robots, seconds, colour, width, strength });
     if (apart) everyone.forEach((robot) => draw([robot], LONG_TRAIL, plain[robot].colour, width, 0.6));
-    else draw(everyone, TRAIL, arena.inkOver(ground.floor), width, 0.4);
-    if (!apart && followed >= 0) draw([followed], LONG_TRAIL, colours.link, 2.4, 0.8);
+    else draw(everyone, TRAIL, arena.marks.ink, width, 0.4);
+    if (!apart && followed >= 0) draw([followed], LONG_TRAIL, arena.marks.link, 2.4, 0.8);
   }
   if (hears && isOn('messages')) {
     for (const hearer of everyone) {
@@ -150,9 +149,9 @@ const rows = everyone.map((robot) => {
 /** @param {number} line */
 function showTable(line) {
   rows.forEach((own, robot) => {
-    const { name, colour } = doings.act(robot, line);
-    showRow(own, robot === player.followed, colour);
-    if (own.does) set(own.does, 'textContent', name);
+    const act = doings.act(robot, line);
+    showRow(own, robot === player.followed, act);
+    if (own.does) set(own.does, 'textContent', act.name);
     if (own.heard) set(own.heard, 'textContent', String(doings.heardBy(robot, line).length));
     if (own.score) set(own.score, 'textContent', shortened(doings.score(robot, line)));
   });

@@ -8,7 +8,7 @@ import { element } from './dom.js';
  * @property {string} name after "robot 3"
  * @property {string} [short] in a table
  * @property {string} colour the robot's
- * @property {string | null} front the colour of its front; null: no robot that is shown does this
+ * @property {string | null} front the colour of its front and rim; null: no robot that is shown does this
  */
 
 /** @typedef {[number, number]} Place in mm */

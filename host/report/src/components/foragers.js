@@ -394,11 +394,11 @@ function showTable(when) {
   const most = Math.max(...brought.subarray((record.lines - 1) * record.robots));
   (bands[0] || []).forEach((span, i) => set(span, 'className', ['opposite', 'none', 'over'][i] === light ? 'true' : ''));
   rows.forEach((own, robot) => {
-    const { short = '', colour } = foraging.act(robot, line);
+    const act = foraging.act(robot, line);
     const loaded = foraging.carries(robot, line);
     const at = line * record.robots + robot;
-    showRow(own, robot === player.followed, colour, loaded ? 'var(--food)' : '');
-    set(own.does, 'textContent', short);
+    showRow(own, robot === player.followed, act, loaded ? 'var(--food)' : '');
+    set(own.does, 'textContent', act.short || '');
     set(own.food.count, 'textContent', String(brought[at]));
     setAttribute(own.food.bar, 'style', `background-size: ${most > 0 ? (100 * brought[at]) / most : 0}% 100%`);
     if (own.reported && data.problems) {
@@ -502,7 +502,7 @@ function drawChart(when) {
 function buildLegend() {
   for (const { short = '', colour, front } of fixed.acts) {
     if (!front) continue;
-    legendEntry(`<circle r="7.5" fill="${colour}" stroke="var(--rim)"/><path d="M7 0L3.2 3.4V-3.4Z" fill="${front}"/>`, short);
+    legendEntry(`<circle r="7.5" fill="${colour}" stroke="${front}"/><path d="M7 0L3.2 3.4V-3.4Z" fill="${front}"/>`, short);
   }
   const grain = 'fill="var(--food)" stroke="var(--food-edge)"';
   legendEntry(`<circle cx="-4.8" r="3.6" ${grain}/><circle cx="2" r="6" fill="var(--object)"/>`, 'with food');
@@ -622,7 +622,7 @@ function look(script) {
 
 element('note', HTMLElement).textContent = evolves
   ? 'Each mark is a gene within the bands of what it means: the light is opposite the nest, there is none, or it is '
-    + 'over the nest (in bold: as it is now); flee the light, search at random, seek the light. Dark marks are in use.'
+    + 'over the nest (in bold: as it is now); flee the light, search at random, seek the light. Filled marks are in use.'
   : 'These robots do not evolve: they have no genes.';
 buildLegend();
 buildLights();

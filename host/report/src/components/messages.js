@@ -19,7 +19,7 @@ export function drawMessages(arena, pairs, alpha, width) {
     pen.moveTo(...arena.place(hearer.x, hearer.y));
     pen.lineTo(...arena.place(sender.x, sender.y));
   }
-  arena.stroke(arena.colours.message, width);
+  arena.stroke(arena.marks.message, width);
   pen.globalAlpha = 1;
 }
 

@@ -13,7 +13,7 @@ import { FONT, inkOn } from './colours.js';
  * @param {(radius: number) => void} [robot.under] draws what it carries
  */
 export function drawRobot(arena, { x, y, heading }, { body, name, act: { colour, front }, followed, under }) {
-  const { pen, put, colours } = arena;
+  const { pen, put, marks } = arena;
   const radius = body * arena.view.scale;
   pen.save();
   pen.translate(...arena.place(x, y));
@@ -25,19 +25,19 @@ export function drawRobot(arena, { x, y, heading }, { body, name, act: { colour,
   if (under) under(radius);
   arena.disc(0, 0, radius);
   arena.fill(colour);
-  arena.stroke(colours.rim, 1.2);
+  arena.stroke(front || marks.rim, 1.2);
   // The front.
   pen.beginPath();
   pen.moveTo(0.98 * radius, 0);
   pen.lineTo(0.5 * radius, 0.5 * radius);
   pen.lineTo(0.5 * radius, -0.5 * radius);
   pen.closePath();
-  arena.fill(front || colours.rim);
+  arena.fill(front || marks.rim);
   pen.restore();
   const [middle, height] = arena.place(x, y);
   if (followed) {
     // With a rim, to be seen on any floor.
-    for (const [style, width] of /** @type {[string, number][]} */ ([[colours.page, 5], [colours.link, 2.5]])) {
+    for (const [style, width] of /** @type {[string, number][]} */ ([[marks.page, 5], [marks.link, 2.5]])) {
       arena.disc(middle, height, radius + 5);
       arena.stroke(style, width);
     }

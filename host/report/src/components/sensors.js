@@ -15,7 +15,7 @@ export function drawSensors(arena, { x, y, heading }, body, sensors, strength) {
   pen.rotate(-2 * Math.PI * heading);
   for (const { reading, bearing, heading: looks, offset, range, width } of sensors) {
     const share = strength(reading);
-    const colour = faded(arena.colours.sensor, 0.25 + 0.75 * share);
+    const colour = faded(arena.marks.sensor, 0.25 + 0.75 * share);
     if (width !== undefined) {
       const half = Math.PI * width;
       pen.beginPath();

@@ -29,15 +29,16 @@ export function robotRow(body, player, robot) {
 /**
  * @param {RobotRow} own
  * @param {boolean} followed
- * @param {string} colour
+ * @param {import('./facts.js').Act} act
  * @param {string} [ring] the colour of a ring around its dot
  */
-export function showRow({ row, button, dot }, followed, colour, ring = '') {
+export function showRow({ row, button, dot }, followed, { colour, front }, ring = '') {
   set(row, 'className', followed ? 'followed' : '');
   setAttribute(button, 'aria-pressed', String(followed));
   if (dot.dataset.look === colour + ring) return;
   dot.dataset.look = colour + ring;
   dot.style.background = colour;
+  dot.style.borderColor = front || 'var(--edge)';
   dot.style.boxShadow = ring && `0 0 0 1.5px var(--page), 0 0 0 4px ${ring}`;
 }
 

@@ -19,7 +19,7 @@ export class Tiles {
     this.centres = centres;
     this.choose = choose;
     this.chosen = -1;
-    this.map = element('map', HTMLElement);
+    this.map = element('map', SVGElement);
     /** @type {SVGElement[]} */
     this.tiles = [...this.map.querySelectorAll('[data-elite]')].map((tile) => /** @type {SVGElement} */ (tile));
     this.tiles.forEach((tile, elite) => tile.setAttribute('aria-label', told(elite)));
