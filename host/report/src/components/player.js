@@ -150,7 +150,7 @@ export class Player {
     const box = element('clock', HTMLElement);
     box.replaceChildren();
     made('b', box, { textContent: now });
-    box.append(` of ${end}`);
+    made('span', box, { textContent: ` of ${end}` });
   }
 
   listen() {

@@ -57,6 +57,28 @@ fn imported(line: &str) -> Option<&str> {
         .strip_suffix(".js';")
 }
 
+/// The keys that `facts.js` gives records of these types, sorted.
+#[cfg(test)]
+pub(super) fn typed_keys(types: &[&str]) -> Vec<String> {
+    let (_, facts) = MODULES.iter().find(|(name, _)| *name == "facts").unwrap();
+    let of_type = |name: &&str| {
+        let (_, after) = facts.split_once(&format!("@typedef {{object}} {name}\n")).unwrap();
+        after.split("*/").next().unwrap().split("@property {").skip(1)
+    };
+    let key = |property: &str| {
+        let mut depth = 1;
+        let end = property.find(|c| {
+            depth += i32::from(c == '{') - i32::from(c == '}');
+            depth == 0
+        });
+        let key = property[end.unwrap() + 2..].split_whitespace().next().unwrap();
+        key.trim_matches(['[', ']']).to_owned()
+    };
+    let mut keys: Vec<String> = types.iter().flat_map(of_type).map(key).collect();
+    keys.sort();
+    keys
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;

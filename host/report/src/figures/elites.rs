@@ -1,9 +1,10 @@
 //! A self-contained HTML page of an archive of elites: a map of its cells, and an episode of each elite.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use oneiro::arena::Arena;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::episode::{COLOURS, FRONT, arena, halves, pose_facts, view};
 use super::player::{self, Player, filled, packed};
@@ -72,33 +73,7 @@ type Tile = Vec<[f64; 2]>;
 
 /// Makes the page.
 pub fn elites_page(replay: &ElitesReplay<'_>) -> String {
-    let ElitesReplay { axes, elites, .. } = replay;
-    let tiles: Vec<Tile> = elites.iter().map(|elite| replay.tile(elite)).collect();
-    let poses: Vec<[f32; 3]> = elites.iter().flat_map(|elite| elite.poses).copied().collect();
-    let earned = elites.iter().flat_map(|elite| elite.earned);
-    let best = (1..elites.len()).fold(0, |best, other| match elites[other].fitness > elites[best].fitness {
-        true => other,
-        false => best,
-    });
-    let axis = |axis: &Axis<'_>| json!({ "name": axis.name, "least": axis.least, "greatest": axis.greatest, "cells": axis.cells });
-    let mut facts = pose_facts(&poses, replay.body_radius);
-    facts.extend([
-        ("arena", arena(replay.arena)),
-        ("view", view(replay.arena, replay.body_radius, &poses)),
-        ("axes", axes.iter().map(axis).collect()),
-        ("grid", json!(replay.centroids.is_none())),
-        ("columns", json!(replay.columns)),
-        ("rows", elites.iter().map(|elite| json!(elite.row)).collect()),
-        ("centres", tiles.iter().map(|tile| json!(centre(tile))).collect()),
-        ("best", json!(best)),
-        ("lengths", elites.iter().map(|elite| elite.poses.len()).collect()),
-        ("every", json!(replay.every)),
-        (
-            "fitness",
-            json!(packed(earned.flat_map(|fitness| halves(fitness.to_bits())))),
-        ),
-        ("look", json!({ "colour": COLOURS[0], "front": FRONT })),
-    ]);
+    let tiles: Vec<Tile> = replay.elites.iter().map(|elite| replay.tile(elite)).collect();
     player::page(&Player {
         title: replay.title,
         lead: replay.lead,
@@ -106,12 +81,46 @@ pub fn elites_page(replay: &ElitesReplay<'_>) -> String {
         switches: "",
         strip: "",
         panel: &replay.panel(&tiles),
-        facts: &facts,
+        facts: &replay.facts(&tiles),
         script: "elites",
     })
 }
 
 impl ElitesReplay<'_> {
+    /// All data for the script.
+    fn facts(&self, tiles: &[Tile]) -> BTreeMap<&'static str, Value> {
+        let elites = &self.elites;
+        let poses: Vec<[f32; 3]> = elites.iter().flat_map(|elite| elite.poses).copied().collect();
+        let earned = elites.iter().flat_map(|elite| elite.earned);
+        let fitter = |best: usize, other: usize| {
+            if elites[other].fitness > elites[best].fitness {
+                other
+            } else {
+                best
+            }
+        };
+        let axis = |axis: &Axis<'_>| json!({ "name": axis.name, "least": axis.least, "greatest": axis.greatest, "cells": axis.cells });
+        let mut facts = pose_facts(&poses, self.body_radius);
+        facts.extend([
+            ("arena", arena(self.arena)),
+            ("view", view(self.arena, self.body_radius, &poses)),
+            ("axes", self.axes.iter().map(axis).collect()),
+            ("grid", json!(self.centroids.is_none())),
+            ("columns", json!(self.columns)),
+            ("rows", elites.iter().map(|elite| json!(elite.row)).collect()),
+            ("centres", tiles.iter().map(|tile| json!(centre(tile))).collect()),
+            ("best", json!((0..elites.len()).reduce(fitter))),
+            ("lengths", elites.iter().map(|elite| elite.poses.len()).collect()),
+            ("every", json!(self.every)),
+            (
+                "fitness",
+                json!(packed(earned.flat_map(|fitness| halves(fitness.to_bits())))),
+            ),
+            ("look", json!({ "colour": COLOURS[0], "front": FRONT })),
+        ]);
+        facts
+    }
+
     /// The map and what is below it.
     fn panel(&self, tiles: &[Tile]) -> String {
         let finite = || {
@@ -317,7 +326,15 @@ fn nearest_region(index: usize, points: &[[f64; 2]]) -> Tile {
 
 #[cfg(test)]
 mod tests {
+    use super::super::bundle::typed_keys;
     use super::*;
+
+    const AXIS: Axis<'_> = Axis {
+        name: "x",
+        least: 0.0,
+        greatest: 1.0,
+        cells: 2,
+    };
 
     #[test]
     fn points_have_the_regions_nearest_to_them() {
@@ -329,13 +346,33 @@ mod tests {
     }
 
     #[test]
-    fn every_cell_of_a_grid_has_a_place() {
-        let axis = |cells| Axis {
-            name: "x",
-            least: 0.0,
-            greatest: 1.0,
-            cells,
+    fn the_script_has_types_of_all_facts() {
+        let page = ElitesReplay {
+            title: "",
+            lead: "",
+            directory: "",
+            arena: &Arena::named("miglino1995").unwrap(),
+            body_radius: 27.5,
+            axes: vec![AXIS],
+            centroids: None,
+            columns: vec!["cell"],
+            elites: vec![ShownElite {
+                cell: 0,
+                fitness: 1.0,
+                behaviour: &[0.5],
+                row: vec!["0".into()],
+                poses: &[[1.0, 2.0, 0.5]],
+                earned: &[1.0],
+            }],
+            every: 1,
         };
+        let keys: Vec<_> = page.facts(&[page.tile(&page.elites[0])]).into_keys().collect();
+        assert_eq!(keys, typed_keys(&["PoseFacts", "ElitesOnly"]));
+    }
+
+    #[test]
+    fn every_cell_of_a_grid_has_a_place() {
+        let axis = |cells| Axis { cells, ..AXIS };
         let mut page = ElitesReplay {
             title: "",
             lead: "",

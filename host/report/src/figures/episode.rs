@@ -28,7 +28,7 @@ pub(super) const COLOURS: [&str; 4] = ["#2a9d8f", "#b3263c", "#2b3a8f", "#f4a23b
 /// Colour of a robot's front.
 pub(super) const FRONT: &str = "#ffffff";
 /// From the first generation shown to the last.
-pub(super) const AGES: [[u8; 3]; 3] = [[0xe0, 0x8e, 0x1b], [0xc2, 0x3f, 0x6e], [0x2b, 0x3a, 0x8f]];
+pub(super) const AGES: [[u8; 3]; 3] = [[0xe0, 0x8e, 0x1b], [0xc2, 0x3f, 0x6e], [0x4c, 0x5f, 0xd5]];
 /// Length of the rays of a Khepera's sensors, mm: most of what they see is nearer.
 const KHEPERA_RANGE: f32 = 40.0;
 /// Seconds in a cycle.

@@ -6,6 +6,8 @@ mod bands;
 #[cfg_attr(not(test), allow(clippy::disallowed_methods, reason = "for tests"))]
 pub mod browser;
 mod bundle;
+#[cfg(test)]
+mod colours;
 mod curve;
 mod elites;
 mod episode;

@@ -359,6 +359,7 @@ mod tests {
     use oneiro::swarm::{Arena as _, Order, Simulated, World};
 
     use super::super::browser;
+    use super::super::bundle::typed_keys;
     use super::*;
 
     /// A made-up record of a swarm with made-up genes.
@@ -453,6 +454,19 @@ mod tests {
             assert!(!page.contains(reference), "{reference}");
         }
         assert!(!page.contains("{{"), "all is filled");
+    }
+
+    #[test]
+    fn the_script_has_types_of_all_facts() {
+        let life = Life::of(1, 1, 10);
+        let replay = ForagersReplay {
+            teller: Teller::Robots,
+            ..life.replay()
+        };
+        let keys = facts(&replay).into_keys().chain(["live", "written", "end"]);
+        let keys: BTreeSet<_> = keys.map(str::to_owned).collect();
+        let typed = typed_keys(&["PoseFacts", "RobotFacts", "ForagersOnly"]);
+        assert_eq!(keys.into_iter().collect::<Vec<_>>(), typed);
     }
 
     #[test]

@@ -10,6 +10,7 @@ use oneiro::reference::{Model, Reference};
 use oneiro::world::{Controller, Robot, WorldSpec};
 
 use super::super::browser;
+use super::super::bundle::typed_keys;
 use super::*;
 
 const CYCLES: u32 = 60;
@@ -401,6 +402,16 @@ fn bests_of_generations_are_on_one_page() {
             "{score}"
         );
     }
+}
+
+#[test]
+fn the_script_has_types_of_all_facts() {
+    let spec = WorldSpec {
+        cycles: CYCLES,
+        ..WorldSpec::miglino1995()
+    };
+    let keys: Vec<_> = Life::of(spec, &[0.5; 18], &[]).replay().facts().into_keys().collect();
+    assert_eq!(keys, typed_keys(&["PoseFacts", "RobotFacts", "EpisodeOnly"]));
 }
 
 #[test]
