@@ -1,7 +1,7 @@
 // The page of an archive of elites: its map, and the episode of the chosen one. A fragment such as #cell=1275 opens the page with that
 // cell's elite, instead of the best one.
 import { shortened } from './chart.js';
-import { element, made, say, set, setAttribute } from './dom.js';
+import { element, isCalm, made, say, set, setAttribute } from './dom.js';
 import { bytes, facts } from './facts.js';
 import { PoseRecord, unpacked } from './record.js';
 import { drawRobot } from './robots.js';
@@ -133,7 +133,8 @@ function choose(elite, plays) {
   tiles.show(elite);
   element('which', HTMLElement).textContent = data.rows[elite][0];
   element('cell', HTMLElement).textContent = words(elite);
-  player.replace(recordOf(elite), 0);
+  // Without motion, the whole path is shown.
+  player.replace(recordOf(elite), isCalm() ? Infinity : 0);
   const own = fitness.subarray(begins[elite], begins[elite + 1]);
   const [low, high] = [own.reduce((a, b) => Math.min(a, b), 0), own.reduce((a, b) => Math.max(a, b), 0)];
   chart.view.left = 56;
@@ -141,7 +142,7 @@ function choose(elite, plays) {
   chart.canvas.setAttribute('aria-label', `Fitness over time, ${shortened(low)} to ${shortened(high)}`);
   if (!plays) return;
   say(words(elite));
-  player.play(true);
+  if (!isCalm()) player.play(true);
 }
 
 const asked = new URLSearchParams(location.hash.slice(1)).get('cell');
