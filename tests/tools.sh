@@ -34,6 +34,13 @@ browser() {
     install chromium || echo "no browser: the page that plays a swarm will not be tested in one"
 }
 
+# The types of pages' scripts are checked if their compiler is available.
+type_checker() {
+    command -v tsc >/dev/null && return
+    say "installing the TypeScript compiler"
+    install nodejs node-typescript || echo "no tsc: the types of pages' scripts will not be checked"
+}
+
 # The compiler's output is checked by a validator if it is available.
 validator() {
     command -v spirv-val >/dev/null && return
@@ -61,5 +68,6 @@ python_packages() {
 software_vulkan
 python_packages
 browser
+type_checker
 validator
 simulator

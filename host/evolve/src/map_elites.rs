@@ -154,6 +154,14 @@ fn centroids(dimensions: usize, count: usize) -> Vec<f64> {
     centroids
 }
 
+/// Centroids of an archive's cells, one after the other, as fractions of the descriptors' ranges; `None`: cells are a grid.
+pub fn centroids_of(settings: &Settings) -> Option<Vec<f64>> {
+    match Cells::new(settings) {
+        Cells::Grid(_) => None,
+        Cells::Centroids(_, centroids) => Some(centroids),
+    }
+}
+
 impl Archive {
     /// Elites with the numbers of their cells, in their order.
     pub fn elites(&self) -> impl Iterator<Item = (u32, &Elite)> {

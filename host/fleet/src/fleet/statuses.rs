@@ -325,11 +325,11 @@ pub(crate) const ACTS: [Act; 11] = [
     act("unknown", "#ffffff", None),
 ];
 
-const fn act(word: &'static str, colour: &'static str, marks: Option<[&'static str; 2]>) -> Act {
+const fn act(word: &'static str, colour: &'static str, front: Option<&'static str>) -> Act {
     Act {
         name: word,
         short: word,
         colour,
-        marks,
+        front,
     }
 }

@@ -55,17 +55,6 @@ pub fn arena(arena: &Arena, body_radius: f32, sensors: &[Sensor], start: Start) 
     svg.finish()
 }
 
-/// An arena in which a page draws robots: the picture with an empty group `robots`, and in it the upper left corner and the size of
-/// the arena in pixels.
-pub fn stage(arena: &Arena, title: &str) -> (String, [f64; 4]) {
-    let sheet = Sheet::new(arena);
-    let mut svg = sheet.start(arena, title);
-    svg.raw("<g id=\"robots\"></g>");
-    sheet.foot(&mut svg);
-    let (corner, size) = (sheet.corner, sheet.extent());
-    (svg.finish(), [corner.0, corner.1, size.0, size.1])
-}
-
 /// Draws an episode's path. `trace` is in the order of its cycles, `every` cycles apart.
 pub fn life(arena: &Arena, body_radius: f32, title: &str, trace: &[Record], every: u32) -> String {
     let sheet = Sheet::new(arena);

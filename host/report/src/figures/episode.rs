@@ -19,15 +19,16 @@ use super::player::{self, Player, packed, turns};
 use super::svg::{number, ramp};
 
 /// The panel next to the arena.
-const PANEL: &str = include_str!("episode.html");
-const SCRIPT: &str = include_str!("episode.js");
+const PANEL: &str = include_str!("../components/episode.html");
 const SWITCHES: &str = "<label class=\"switch\"><input type=\"checkbox\" id=\"trails\"/> trails</label>\n\
     <label class=\"switch\"><input type=\"checkbox\" id=\"sensors\" checked=\"\"/> sensors</label>\n\
     <label class=\"switch\"><input type=\"checkbox\" id=\"messages\" checked=\"\"/> messages</label>\n";
-/// Colours of a machine's states.
-const COLOURS: [&str; 4] = ["#2a9d8f", "#d9485f", "#2b3a8f", "#b8701a"];
+/// Colours of a machine's states, and of teams.
+pub(super) const COLOURS: [&str; 4] = ["#2a9d8f", "#b3263c", "#2b3a8f", "#f4a23b"];
+/// Colour of a robot's front.
+pub(super) const FRONT: &str = "#ffffff";
 /// From the first generation shown to the last.
-const AGES: [[u8; 3]; 3] = [[0xe0, 0x8e, 0x1b], [0xc2, 0x3f, 0x6e], [0x2b, 0x3a, 0x8f]];
+pub(super) const AGES: [[u8; 3]; 3] = [[0xe0, 0x8e, 0x1b], [0xc2, 0x3f, 0x6e], [0x4c, 0x5f, 0xd5]];
 /// Length of the rays of a Khepera's sensors, mm: most of what they see is nearer.
 const KHEPERA_RANGE: f32 = 40.0;
 /// Seconds in a cycle.
@@ -88,7 +89,7 @@ pub fn episode_page(replay: &EpisodeReplay<'_>) -> String {
         strip: "",
         panel: PANEL,
         facts: &replay.facts(),
-        script: SCRIPT,
+        script: "episode",
     })
 }
 
@@ -206,7 +207,7 @@ impl EpisodeReplay<'_> {
         };
         let shown = |robot| {
             let (name, colour) = named(robot);
-            json!({ "name": name, "colour": colour, "marks": ["#ffffff", "#ffffff"] })
+            json!({ "name": name, "colour": colour, "front": FRONT })
         };
         (0..self.robots.len()).map(shown).collect()
     }
@@ -244,16 +245,11 @@ impl EpisodeReplay<'_> {
     /// All data for the script.
     fn facts(&self) -> BTreeMap<&'static str, Value> {
         let spec = self.world.spec();
-        let poses = || self.seen().map(|(trace, line)| &trace[line]);
-        let farthest = poses().fold(0.0, |most: f32, record| most.max(record.x.abs()).max(record.y.abs()));
-        // Positions have 16 bits.
-        let unit = [0.1, 1.0, 10.0, 100.0]
-            .into_iter()
-            .find(|unit| f64::from(farthest) < 32_767.0 * unit);
-        let unit = unit.unwrap_or(1000.0);
-        let length = |mm: f32| (f64::from(mm) / unit).round() as i16 as u16;
+        let poses = self.seen().map(|(trace, line)| &trace[line]);
+        let poses = poses.map(|record| [record.x, record.y, record.heading]);
+        let poses: Vec<[f32; 3]> = poses.collect();
         let readings = self.readings();
-        let values = (0..poses().count()).flat_map(|index| readings.iter().map(move |reading| reading.share(index)));
+        let values = (0..poses.len()).flat_map(|index| readings.iter().map(move |reading| reading.share(index)));
         let heard = self.places(DetailKind::Heard);
         let senders = self.seen().flat_map(|(trace, line)| {
             let words = heard.iter().flat_map(move |place| halves(trace.details(line)[*place]));
@@ -263,13 +259,13 @@ impl EpisodeReplay<'_> {
             let each = self.earned.iter().map(move |earned| earned[line]);
             each.flat_map(|earned| halves(earned.to_bits()))
         });
-        let act = |(state, name): (usize, &str)| json!({ "name": name, "colour": COLOURS[state % COLOURS.len()], "marks": ["#ffffff", "#ffffff"] });
+        let act = |(state, name): (usize, &str)| json!({ "name": name, "colour": COLOURS[state % COLOURS.len()], "front": FRONT });
         let fitness = self.robots[0].iter().flat_map(|robot| halves(robot.fitness.to_bits()));
         let times = (0..self.robots[0].len() as u32).map(|line| line * self.every);
-        BTreeMap::from([
+        let mut facts = pose_facts(&poses, spec.robot.body_radius);
+        facts.extend([
             ("acts", self.acts().into_iter().enumerate().map(act).collect()),
             ("arena", arena(&spec.arena)),
-            ("body", json!(spec.robot.body_radius)),
             ("sensors", json!(self.sensors())),
             ("plain", json!(self.plain())),
             (
@@ -282,34 +278,53 @@ impl EpisodeReplay<'_> {
             ),
             ("names", self.names()),
             ("times", times.collect()),
-            ("unit", json!(unit)),
-            ("view", self.view()),
+            ("view", view(&spec.arena, spec.robot.body_radius, &poses)),
             // For each line.
             ("fitness", json!(packed(fitness))),
             // For each line, for each robot; of readings and senders several.
-            ("x", json!(packed(poses().map(|record| length(record.x))))),
-            ("y", json!(packed(poses().map(|record| length(record.y))))),
-            ("heading", json!(packed(poses().map(|record| turns(record.heading))))),
             ("state", json!(packed(self.machine_states().into_iter()))),
             ("senders", json!(packed(senders))),
             ("earned", json!(packed(earned))),
             ("values", json!(packed(values))),
             ("readings", readings.iter().map(Reading::facts).collect()),
-        ])
+        ]);
+        facts
     }
+}
 
-    /// The visible area, in mm: the arena, and wherever a robot is.
-    fn view(&self) -> Value {
-        let bounds = self.world.spec().arena.bounds();
-        let body = self.world.spec().robot.body_radius;
-        let [mut left, mut right] = [bounds.x, bounds.x + bounds.width];
-        let [mut bottom, mut top] = [bounds.y, bounds.y + bounds.height];
-        for record in self.robots.iter().flatten() {
-            (left, right) = (left.min(record.x - body), right.max(record.x + body));
-            (bottom, top) = (bottom.min(record.y - body), top.max(record.y + body));
-        }
-        json!({ "left": left, "right": right, "bottom": bottom, "top": top })
+/// Poses as x and y in mm and the heading in turns, and the robots' radius.
+pub(super) fn pose_facts(poses: &[[f32; 3]], body_radius: f32) -> BTreeMap<&'static str, Value> {
+    let farthest = poses
+        .iter()
+        .fold(0.0, |most: f32, [x, y, _]| most.max(x.abs()).max(y.abs()));
+    // Positions have 16 bits.
+    let unit = [0.1, 1.0, 10.0, 100.0]
+        .into_iter()
+        .find(|unit| f64::from(farthest) < 32_767.0 * unit);
+    let unit = unit.unwrap_or(1000.0);
+    let along = |axis: usize| {
+        let length = |pose: &[f32; 3]| (f64::from(pose[axis]) / unit).round() as i16 as u16;
+        json!(packed(poses.iter().map(length)))
+    };
+    BTreeMap::from([
+        ("body", json!(body_radius)),
+        ("unit", json!(unit)),
+        ("x", along(0)),
+        ("y", along(1)),
+        ("heading", json!(packed(poses.iter().map(|pose| turns(pose[2]))))),
+    ])
+}
+
+/// The visible area, in mm: the arena, and wherever a robot is.
+pub(super) fn view(arena: &Arena, body: f32, poses: &[[f32; 3]]) -> Value {
+    let bounds = arena.bounds();
+    let [mut left, mut right] = [bounds.x, bounds.x + bounds.width];
+    let [mut bottom, mut top] = [bounds.y, bounds.y + bounds.height];
+    for [x, y, _] in poses {
+        (left, right) = (left.min(x - body), right.max(x + body));
+        (bottom, top) = (bottom.min(y - body), top.max(y + body));
     }
+    json!({ "left": left, "right": right, "bottom": bottom, "top": top })
 }
 
 /// The name of a detail for readers: a Khepera's sensors have numbers in the kernel.
@@ -351,12 +366,12 @@ fn value(scalar: Scalar, word: u32) -> f32 {
 }
 
 /// A word as two of 16 bits, the lower first.
-fn halves(word: u32) -> [u16; 2] {
+pub(super) fn halves(word: u32) -> [u16; 2] {
     [word as u16, (word >> 16) as u16]
 }
 
 /// The arena's shapes: each has corners, or a middle and a radius.
-fn arena(arena: &Arena) -> Value {
+pub(super) fn arena(arena: &Arena) -> Value {
     let round = |x: f32, y: f32, radius: f32| json!({ "middle": [x, y], "radius": radius });
     let patch = |patch: &Patch| {
         let mut shape = match patch.corners() {

@@ -5,7 +5,11 @@ mod bands;
 #[cfg(any(test, feature = "testing"))]
 #[cfg_attr(not(test), allow(clippy::disallowed_methods, reason = "for tests"))]
 pub mod browser;
+mod bundle;
+#[cfg(test)]
+mod colours;
 mod curve;
+mod elites;
 mod episode;
 mod factor;
 mod foraging;
@@ -20,9 +24,10 @@ mod tables;
 mod tournament;
 
 pub use crate::numbers::Spread;
-pub use arena::{Path, arena, life, paths, stage};
+pub use arena::{Path, arena, life, paths};
 pub use bands::{Band, Ground, Panel, bands, evenly, grid, panel};
 pub use curve::{Series, learning_curve};
+pub use elites::{Axis, ElitesReplay, ShownElite, elites_page};
 pub use episode::{EpisodeReplay, bytes_of_record, episode_page};
 pub use factor::{Column, Outcomes, Scale, factor, level_styles};
 pub use foraging::{foragers, scenarios};

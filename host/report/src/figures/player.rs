@@ -1,16 +1,16 @@
 //! The common parts of pages that replay robots: self-contained HTML, its data as JSON in which long lists of numbers
-//! are Base64 of little-endian 16-bit integers, and a script with the common parts `player.js` and `chart.js`.
+//! are Base64 of little-endian 16-bit integers, and its script.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
+use super::bundle::bundle;
 use super::svg::escaped;
 
 /// The page, with `{{name}}` as placeholders.
-const PAGE: &str = include_str!("player.html");
-const STYLE: &str = include_str!("player.css");
-const PLAYER: &str = concat!(include_str!("player.js"), "\n", include_str!("chart.js"));
+const PAGE: &str = include_str!("../components/page.html");
+const STYLE: &str = include_str!("../components/page.css");
 
 /// A page that plays robots.
 pub(super) struct Player<'a> {
@@ -19,13 +19,13 @@ pub(super) struct Player<'a> {
     pub(super) lead: &'a str,
     /// The arena's content in words, for those who can't see it.
     pub(super) drawn: &'a str,
-    /// HTML of switches next to the play button, of a strip below the time line, and of the panel next to the arena.
+    /// HTML of switches below the arena, of a strip below the time line, and of the panel next to the arena.
     pub(super) switches: &'a str,
     pub(super) strip: &'a str,
     pub(super) panel: &'a str,
     /// Data, by name: keys are in alphabetical order, so that a page is always the same.
     pub(super) facts: &'a BTreeMap<&'a str, Value>,
-    /// What these leave to the page.
+    /// The name of the page's module.
     pub(super) script: &'a str,
 }
 
@@ -44,14 +44,13 @@ pub(super) fn page(player: &Player<'_>) -> String {
             ("panel", player.panel),
             ("style", STYLE),
             ("data", &data),
-            ("player", PLAYER),
-            ("script", player.script),
+            ("script", &bundle(player.script)),
         ],
     )
 }
 
 /// Replaces each `{{name}}` of a template. Placeholders in replacements are unchanged.
-fn filled(template: &str, parts: &[(&str, &str)]) -> String {
+pub(super) fn filled(template: &str, parts: &[(&str, &str)]) -> String {
     let mut rest = template;
     let mut text = String::new();
     while let Some((before, after)) = rest.split_once("{{") {

@@ -15,8 +15,7 @@ use super::player::{self, Player, packed, turns};
 use super::svg::number;
 
 /// The panel next to the arena.
-const PANEL: &str = include_str!("swarm.html");
-const SCRIPT: &str = include_str!("swarm.js");
+const PANEL: &str = include_str!("../components/foragers.html");
 /// Arena radius in mm up to which poses are in tenths of millimetres.
 const FINE: f32 = 1600.0;
 /// Position of a robot whose pose is unknown; others are clamped to one more.
@@ -64,14 +63,14 @@ pub struct Act {
     pub short: &'static str,
     /// The robot's colour.
     pub colour: &'static str,
-    /// Colours of its front and of its number, or neither if such a robot is nowhere.
-    pub marks: Option<[&'static str; 2]>,
+    /// Colour of its front; none if such a robot is nowhere.
+    pub front: Option<&'static str>,
 }
 
 impl Act {
-    /// Colours on dark robots, and on light ones.
-    pub const LIGHT: Option<[&'static str; 2]> = Some(["#ffffff", "#ffffff"]);
-    pub const DARK: Option<[&'static str; 2]> = Some(["#74777f", "#33363f"]);
+    /// Fronts of dark robots, and of light ones.
+    pub const LIGHT: Option<&'static str> = Some("#ffffff");
+    pub const DARK: Option<&'static str> = Some("#63666e");
 }
 
 /// The behaviours of the 2014 study, in the order of [`Behaviour`].
@@ -80,31 +79,31 @@ pub const BEHAVIOURS: [Act; 5] = [
         name: "flees the light",
         short: "flees light",
         colour: "#2b3a8f",
-        marks: Act::LIGHT,
+        front: Act::LIGHT,
     },
     Act {
         name: "searches at random",
         short: "searches",
         colour: "#2a9d8f",
-        marks: Act::LIGHT,
+        front: Act::LIGHT,
     },
     Act {
         name: "seeks the light",
         short: "seeks light",
         colour: "#f4a23b",
-        marks: Some(["#ffffff", "#33363f"]),
+        front: Act::LIGHT,
     },
     Act {
         name: "avoids an obstacle",
         short: "avoids",
-        colour: "#d9485f",
-        marks: Act::LIGHT,
+        colour: "#b3263c",
+        front: Act::LIGHT,
     },
     Act {
         name: "is off",
         short: "off",
-        colour: "#c9ccd3",
-        marks: Act::DARK,
+        colour: "#dde0e6",
+        front: Act::DARK,
     },
 ];
 
@@ -213,7 +212,7 @@ fn page(replay: &ForagersReplay<'_>, facts: &BTreeMap<&str, Value>) -> String {
         strip: "<div id=\"lights\" aria-hidden=\"true\"></div>",
         panel: PANEL,
         facts,
-        script: SCRIPT,
+        script: "foragers",
     })
 }
 
@@ -254,7 +253,7 @@ fn facts(replay: &ForagersReplay<'_>) -> BTreeMap<&'static str, Value> {
     let problems: BTreeSet<&str> = robots().map(|sight| &*sight.problems).collect();
     let problems: Vec<&str> = problems.into_iter().collect();
     let problem = |sight: &Sight| problems.binary_search(&&*sight.problems).unwrap_or_default() as u16;
-    let act = |act: &Act| json!({ "name": act.name, "short": act.short, "colour": act.colour, "marks": act.marks });
+    let act = |act: &Act| json!({ "name": act.name, "short": act.short, "colour": act.colour, "front": act.front });
     // Keys in alphabetical order, so that the page is always the same.
     let mut facts: BTreeMap<&str, Value> = BTreeMap::from([
         ("names", json!(replay.names)),
@@ -360,6 +359,7 @@ mod tests {
     use oneiro::swarm::{Arena as _, Order, Simulated, World};
 
     use super::super::browser;
+    use super::super::bundle::typed_keys;
     use super::*;
 
     /// A made-up record of a swarm with made-up genes.
@@ -454,6 +454,19 @@ mod tests {
             assert!(!page.contains(reference), "{reference}");
         }
         assert!(!page.contains("{{"), "all is filled");
+    }
+
+    #[test]
+    fn the_script_has_types_of_all_facts() {
+        let life = Life::of(1, 1, 10);
+        let replay = ForagersReplay {
+            teller: Teller::Robots,
+            ..life.replay()
+        };
+        let keys = facts(&replay).into_keys().chain(["live", "written", "end"]);
+        let keys: BTreeSet<_> = keys.map(str::to_owned).collect();
+        let typed = typed_keys(&["PoseFacts", "RobotFacts", "ForagersOnly"]);
+        assert_eq!(keys.into_iter().collect::<Vec<_>>(), typed);
     }
 
     #[test]
@@ -590,13 +603,7 @@ mod tests {
                 near(&robot["x"], f64::from(seen.x), length);
                 near(&robot["y"], f64::from(seen.y), length);
                 apart(&robot["heading"], f64::from(seen.heading));
-                let colour = match seen.behaviour {
-                    Behaviour::FleeLight => "#2b3a8f",
-                    Behaviour::Search => "#2a9d8f",
-                    Behaviour::SeekLight => "#f4a23b",
-                    Behaviour::Avoid => "#d9485f",
-                    Behaviour::Off => "#c9ccd3",
-                };
+                let colour = BEHAVIOURS[Sight::of(seen).act].colour;
                 plain += u32::from(robot["colour"] == colour);
             }
             for (item, place) in food.iter().zip(&line.food) {

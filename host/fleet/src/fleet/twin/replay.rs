@@ -22,13 +22,13 @@ const ACTS: [Act; 2] = [
         name: "stands",
         short: "stands",
         colour: "#c9ccd3",
-        marks: Act::DARK,
+        front: Act::DARK,
     },
     Act {
         name: "drives",
         short: "drives",
         colour: "#2a9d8f",
-        marks: Act::LIGHT,
+        front: Act::LIGHT,
     },
 ];
 

@@ -10,21 +10,20 @@ use oneiro_base::console::counted;
 use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
+use oneiro_evolve::map_elites::centroids_of;
 use oneiro_evolve::settings::Descriptor;
-use oneiro_report::figures::{self, escaped, packed, turns};
+use oneiro_report::figures::{Axis, ElitesReplay, ShownElite, elites_page};
 use oneiro_report::numbers::significant;
-use oneiro_report::page::{Section, document};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::archive::{self, RecordedElite};
 use super::job::{keys, score};
-use super::{ARCHIVE_PAGE, Recorded, Replay, Single, pictures};
+use super::{ARCHIVE_PAGE, Recorded, Replay, Single};
 use crate::engine::handle::Engine;
 use crate::experiment::settings::Settings;
 
-const SCRIPT: &str = include_str!("elites.js");
-/// Poses on the page, about 6 MB, and of one episode.
-const POSES: usize = 1_000_000;
+/// Poses on the page, about 8 MB, and of one episode.
+const POSES: usize = 600_000;
 const POSES_OF_LIFE: usize = 500;
 /// Elites in one batch.
 const CHUNK: usize = 1024;
@@ -34,6 +33,8 @@ struct Lived {
     fitness: f32,
     /// The robot's poses: x and y in mm, and the heading in turns.
     poses: Vec<[f32; 3]>,
+    /// The fitness up to each of them.
+    earned: Vec<f32>,
 }
 
 /// The contents of the page.
@@ -45,8 +46,9 @@ struct Page<'a> {
     arena: &'a Arena,
     body_radius: f32,
     descriptors: &'a [Descriptor],
-    /// Cells of the archive.
+    /// Cells of the archive, and their centroids unless they are a grid.
     cells: usize,
+    centroids: Option<Vec<f64>>,
     elites: &'a [RecordedElite],
     /// An episode of each.
     lives: &'a [Lived],
@@ -92,6 +94,7 @@ pub(super) fn page(single: &Single, run: &Recorded<'_>, replay: &Replay<'_>, eng
         body_radius: spec.robot.body_radius,
         descriptors: &settings.evolution.descriptors,
         cells: settings.evolution.cells(),
+        centroids: centroids_of(&settings.evolution),
         elites: &elites,
         lives: &lives,
         every,
@@ -141,6 +144,7 @@ fn lived(
         .map(|(fitness, trace)| Lived {
             fitness,
             poses: trace.iter().map(pose).collect(),
+            earned: trace.iter().map(|record| record.fitness).collect(),
         })
         .collect())
 }
@@ -160,69 +164,8 @@ fn compare(settings: &Settings, run: &Recorded<'_>, elite: &RecordedElite, lives
     )))
 }
 
-/// The range of the elites' fitness, with a margin if all are equal.
-fn span(elites: &[RecordedElite]) -> [f64; 2] {
-    let fitness = || elites.iter().map(|elite| elite.fitness).filter(|own| own.is_finite());
-    let (low, high) = (
-        fitness().fold(f64::INFINITY, f64::min),
-        fitness().fold(f64::NEG_INFINITY, f64::max),
-    );
-    match low < high {
-        true => [low, high],
-        false if low.is_finite() => [low - 0.5, low + 0.5],
-        false => [0.0, 1.0],
-    }
-}
-
 impl Page<'_> {
     fn html(&self) -> String {
-        let Self {
-            name,
-            arena,
-            descriptors,
-            elites,
-            lives,
-            ..
-        } = *self;
-        let title = format!("{name}, seed {}: elites", self.seed);
-        let axis = |index: usize| {
-            let own = &descriptors[index];
-            (&*own.measure, [own.least, own.greatest].map(f64::from))
-        };
-        // With several measures, the first two are shown; with one, that and the fitness.
-        let up = if descriptors.len() > 1 {
-            axis(1)
-        } else {
-            ("fitness", span(elites))
-        };
-        let dot = |elite: &RecordedElite| {
-            let above = elite.behaviour.get(1).copied().unwrap_or(elite.fitness);
-            [elite.behaviour[0], above, elite.fitness]
-        };
-        let dots: Vec<_> = elites.iter().map(dot).collect();
-        let picture = pictures::archive::drawn(&title, [axis(0), up], &dots);
-        let (stage, place) = figures::stage(arena, &format!("{name}: an elite's episode"));
-
-        let bounds = arena.bounds();
-        let share = |value: f32, from: f32, size: f32| (65535.0 * ((value - from) / size).clamp(0.0, 1.0)) as u16;
-        let poses = lives.iter().flat_map(|own| &own.poses).flat_map(|&[x, y, heading]| {
-            let x = share(x, bounds.x, bounds.width);
-            let y = share(bounds.y + bounds.height - y, 0.0, bounds.height);
-            [x, y, turns(heading)]
-        });
-        let row = |(elite, own): (&RecordedElite, &Lived)| -> Value {
-            let measured = elite.behaviour.iter().map(|value| significant(*value, 6));
-            let mut row = vec![
-                elite.cell.to_string(),
-                significant(elite.fitness, 6),
-                elite.evaluations.to_string(),
-                elite.lived.generation.to_string(),
-                elite.lived.individual.to_string(),
-                own.fitness.to_string(),
-            ];
-            row.extend(measured);
-            json!(row)
-        };
         let mut columns = vec![
             "cell",
             "fitness",
@@ -231,39 +174,53 @@ impl Page<'_> {
             "individual",
             "this episode",
         ];
-        columns.extend(descriptors.iter().map(|own| &*own.measure));
-        let data = json!({
-            "columns": columns,
-            "elites": elites.iter().zip(lives).map(row).collect::<Vec<_>>(),
-            "lengths": lives.iter().map(|own| own.poses.len()).collect::<Vec<_>>(),
-            "every": self.every,
-            "place": place,
-            "radius": place[2] / f64::from(bounds.width) * f64::from(self.body_radius),
-            "poses": packed(poses),
-        });
-        // Its text must not end the element.
-        let data = data.to_string().replace('<', "\\u003c");
-        let body = format!(
-            "<p>Click a square, or a row of the table below, to play the elite's episode. <button type=\"button\" \
-         id=\"play\">Play</button> <output id=\"clock\"></output></p>\n\
-         <div id=\"pictures\">\n<figure>{picture}</figure>\n<figure>{stage}</figure>\n</div>\n\
-         <p id=\"said\" role=\"status\"></p>\n<p>As a picture and a table: <code>oneiro replay {} --elite \
-         <span id=\"which\">CELL</span></code></p>\n<div class=\"scroll\" id=\"rows\"><table id=\"table\"></table></div>\n\
-         <noscript><p>This page plays episodes with JavaScript, which is switched off.</p></noscript>\n\
-         <style>#pictures {{ display: grid; grid-template-columns: 1fr 1fr; gap: 12px; align-items: start; }}\n\
-         #pictures [data-elite] {{ cursor: pointer; }} #pictures [data-elite].chosen {{ stroke: #26282e; stroke-width: 2; }}\n\
-         #rows {{ max-height: 30em; overflow-y: auto; }} #rows tr.chosen td {{ background: var(--ground); }}\n\
-         @media (max-width: 700px) {{ #pictures {{ grid-template-columns: 1fr; }} }}</style>\n\
-         <script type=\"application/json\" id=\"elites\">{data}</script>\n<script>\n{SCRIPT}</script>\n",
-            escaped(self.directory)
-        );
-        let lead = format!(
-            "<p class=\"lead\">{} of {}</p>\n",
-            counted(elites.len(), "elite", "elites"),
-            counted(self.cells, "cell", "cells")
-        );
-        let section = Section::new("archive", "The archive", body);
-        document(&title, &lead, &[section])
+        columns.extend(self.descriptors.iter().map(|own| &*own.measure));
+        elites_page(&ElitesReplay {
+            title: &format!("{}, seed {}: elites", self.name, self.seed),
+            lead: &format!(
+                "{} of {}",
+                counted(self.elites.len(), "elite", "elites"),
+                counted(self.cells, "cell", "cells")
+            ),
+            directory: self.directory,
+            arena: self.arena,
+            body_radius: self.body_radius,
+            axes: self.descriptors.iter().map(axis).collect(),
+            centroids: self.centroids.clone(),
+            columns,
+            elites: self.elites.iter().zip(self.lives).map(shown).collect(),
+            every: self.every,
+        })
+    }
+}
+
+fn axis(own: &Descriptor) -> Axis<'_> {
+    Axis {
+        name: &own.measure,
+        least: f64::from(own.least),
+        greatest: f64::from(own.greatest),
+        cells: own.cells,
+    }
+}
+
+/// An elite as the page shows it.
+fn shown<'a>((elite, lived): (&'a RecordedElite, &'a Lived)) -> ShownElite<'a> {
+    let mut row = vec![
+        elite.cell.to_string(),
+        significant(elite.fitness, 6),
+        elite.evaluations.to_string(),
+        elite.lived.generation.to_string(),
+        elite.lived.individual.to_string(),
+        lived.fitness.to_string(),
+    ];
+    row.extend(elite.behaviour.iter().map(|value| significant(*value, 6)));
+    ShownElite {
+        cell: elite.cell,
+        fitness: elite.fitness,
+        behaviour: &elite.behaviour,
+        row,
+        poses: &lived.poses,
+        earned: &lived.earned,
     }
 }
 
@@ -273,7 +230,7 @@ mod tests {
     use oneiro_evolve::Champion;
     use oneiro_report::figures::browser;
 
-    /// The page of two elites opens with one of them, and plays the other once its square is clicked.
+    /// The page of two elites plays the best one, and plays the other once its tile, a key or its row is chosen.
     #[test]
     fn the_page_plays_the_elite_that_is_clicked() {
         let elite = |cell: u32, behaviour: f64| RecordedElite {
@@ -291,6 +248,7 @@ mod tests {
         let lived = |x: f32| Lived {
             fitness: 1.5,
             poses: vec![[x, 100.0, 0.0], [x, 200.0, 0.25], [x, 250.0, 0.25]],
+            earned: vec![0.0, 0.5, 1.5],
         };
         let descriptors = ["end_x_mm", "<b>"].map(|measure| Descriptor {
             measure: measure.into(),
@@ -306,6 +264,7 @@ mod tests {
             body_radius: 27.5,
             descriptors: &descriptors,
             cells: 25,
+            centroids: None,
             elites: &[elite(7, 1.0), elite(12, 9.0)],
             lives: &[lived(100.0), lived(300.0)],
             every: 10,
@@ -313,40 +272,60 @@ mod tests {
         let html = page.html();
         assert!(!html.contains("<b>") && html.contains("2 elites of 25 cells"));
         let ask = "
-            const text = (id) => document.getElementById(id).textContent;
-            const played = () => new Promise((then) => setTimeout(then, 4500));
-            const rows = document.querySelectorAll('#table tbody tr').length;
-            const squares = document.querySelectorAll('[data-elite]');
-            squares[1].dispatchEvent(new MouseEvent('click', { bubbles: true }));
-            await played();
-            const points = document.querySelector('#robots polyline').getAttribute('points').split(' ').length;
-            const right = document.querySelector('#robots polyline').getAttribute('points').split(',')[0];
-            const first = [text('which'), text('clock'), text('said')];
+            const at = (id) => document.getElementById(id);
+            const soon = () => new Promise((then) => setTimeout(then, 100));
+            const told = () => {
+                const { lines, robots: [{ x, y }], time } = window.oneiro.drawn(9);
+                return { which: at('which').textContent, cell: at('cell').textContent, said: at('said').textContent,
+                    clock: at('clock').textContent, chosen: document.querySelector('[aria-selected=true]').dataset.elite,
+                    lines, x, y, time };
+            };
+            await soon();
+            const counts = ['#table tbody tr', '[data-elite]', '[data-cell]'].map((own) => document.querySelectorAll(own).length);
+            const playing = at('play').textContent;
+            const opened = told();
+            document.querySelectorAll('[data-elite]')[0].dispatchEvent(new MouseEvent('click', { bubbles: true }));
+            await soon(); const clicked = told();
+            document.querySelectorAll('[data-cell]')[0].dispatchEvent(new PointerEvent('pointerover', { bubbles: true }));
+            const empty = at('cell').textContent;
+            at('map').dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowRight', bubbles: true, cancelable: true }));
+            await soon(); const keyed = told();
             document.querySelectorAll('#table tbody tr')[0].click();
-            await played();
-            const left = document.querySelector('#robots polyline').getAttribute('points').split(',')[0];
-            return { rows, squares: squares.length, points, first, apart: right - left, second: text('which') };";
+            await soon(); const rowed = told();
+            return { counts, playing, opened, clicked, empty, keyed, rowed };";
         let Some(told) = browser::told("elites", &html, ask) else {
             return;
         };
+        assert_eq!(told["counts"], json!([2, 2, 25]), "{told}");
         assert_eq!(
-            (&told["rows"], &told["squares"], &told["points"]),
-            (&2.into(), &2.into(), &3.into()),
-            "{told}"
+            (&told["playing"], &told["empty"]),
+            (&"Pause".into(), &"cell 0: end_x_mm 0 to 2, <b> 0 to 2: no elite".into())
         );
-        assert_eq!(
-            (&told["first"][0], &told["first"][1]),
-            (&"12".into(), &"2.0 s".into()),
-            "{told}"
-        );
-        let said = told["first"][2].as_str().unwrap();
-        assert!(
-            said.contains("cell 12, fitness 12") && said.contains("this episode 1.5") && said.contains("<b> 5"),
-            "{said}"
-        );
-        assert!(
-            told["apart"].as_f64().unwrap() > 50.0 && told["second"] == "7",
-            "{told}"
-        );
+        for (act, cell, x) in [
+            ("opened", "12", 300.0),
+            ("clicked", "7", 100.0),
+            ("keyed", "12", 300.0),
+            ("rowed", "7", 100.0),
+        ] {
+            let told = &told[act];
+            assert_eq!(
+                (&told["which"], &told["clock"], &told["lines"]),
+                (&cell.into(), &"0:02 of 0:02".into(), &3.into()),
+                "{act}: {told}"
+            );
+            assert!(
+                (told["x"].as_f64().unwrap() - x).abs() < 0.06 && told["time"] == 2.0,
+                "{act}: {told}"
+            );
+            assert!((told["y"].as_f64().unwrap() - 250.0).abs() < 0.06, "{act}: {told}");
+            assert_eq!(told["chosen"], if cell == "7" { "0" } else { "1" }, "{act}");
+        }
+        for said in [&told["clicked"]["cell"], &told["clicked"]["said"]] {
+            let said = said.as_str().unwrap();
+            assert!(
+                said.contains("cell 7, fitness 7") && said.contains("this episode 1.5") && said.contains("<b> 5"),
+                "{said}"
+            );
+        }
     }
 }

@@ -10,6 +10,7 @@ use oneiro::reference::{Model, Reference};
 use oneiro::world::{Controller, Robot, WorldSpec};
 
 use super::super::browser;
+use super::super::bundle::typed_keys;
 use super::*;
 
 const CYCLES: u32 = 60;
@@ -169,7 +170,7 @@ fn a_browser_draws_robots_in_place_and_shows_what_the_followed_one_reads() {
             names: [...at('readings').querySelectorAll('dt')].map((node) => node.textContent),\n\
             values: [...at('readings').querySelectorAll('dd')].map((node) => node.textContent),\n\
             hears: [...document.querySelectorAll('td.hears')].map((node) => node.textContent),\n\
-            scores: [...document.querySelectorAll('td.own')].map((node) => node.textContent) });\n\
+            scores: [...document.querySelectorAll('td.score')].map((node) => node.textContent) });\n\
         const shown = [told()];\n\
         document.querySelectorAll('.who')[7].click(); await soon(); shown.push(told());\n\
         const box = at('arena').getBoundingClientRect();\n\
@@ -384,7 +385,7 @@ fn bests_of_generations_are_on_one_page() {
         const drawn = window.oneiro.drawn(3);\n\
         return { drawn, light: at('light').textContent, heads: at('robots').rows[0].textContent,\n\
             legend: [...at('legend').children].map((node) => node.textContent),\n\
-            scores: [...document.querySelectorAll('td.own')].map((node) => Number(node.textContent)) };";
+            scores: [...document.querySelectorAll('td.score')].map((node) => Number(node.textContent)) };";
     let Some(told) = browser::told("episode-generations", &page, ask) else {
         return;
     };
@@ -401,6 +402,16 @@ fn bests_of_generations_are_on_one_page() {
             "{score}"
         );
     }
+}
+
+#[test]
+fn the_script_has_types_of_all_facts() {
+    let spec = WorldSpec {
+        cycles: CYCLES,
+        ..WorldSpec::miglino1995()
+    };
+    let keys: Vec<_> = Life::of(spec, &[0.5; 18], &[]).replay().facts().into_keys().collect();
+    assert_eq!(keys, typed_keys(&["PoseFacts", "RobotFacts", "EpisodeOnly"]));
 }
 
 #[test]

@@ -38,9 +38,8 @@ const RIGHT: f64 = 24.0;
 const SIDE: f64 = 9.0;
 
 /// Draws an elite as a square at its behaviour, darker the fitter it is: names and ranges of the two measures, and each elite's
-/// values and fitness. Behaviour outside of the ranges is drawn at their ends. Each square names its elite's place among
-/// the elites in `data-elite`.
-pub(in super::super) fn drawn(title: &str, [across, up]: [(&str, [f64; 2]); 2], elites: &[[f64; 3]]) -> String {
+/// values and fitness. Behaviour outside of the ranges is drawn at their ends.
+fn drawn(title: &str, [across, up]: [(&str, [f64; 2]); 2], elites: &[[f64; 3]]) -> String {
     let plot = Plot {
         left: LEFT,
         right: WIDTH - RIGHT,
@@ -59,7 +58,7 @@ pub(in super::super) fn drawn(title: &str, [across, up]: [(&str, [f64; 2]); 2], 
         svg.words((LEFT, 50.0), 12.0, Anchor::Start, SOFT, &key);
     }
     plot.axes(&mut svg, across.0, up.0);
-    for (elite, &[x, y, fitness]) in elites.iter().enumerate() {
+    for &[x, y, fitness] in elites {
         let share = if high > low {
             (fitness - low) / (high - low)
         } else {
@@ -67,7 +66,7 @@ pub(in super::super) fn drawn(title: &str, [across, up]: [(&str, [f64; 2]); 2], 
         };
         let at = |value: f64, [least, greatest]: [f64; 2]| value.clamp(least, greatest);
         let corner = (plot.x(at(x, across.1)) - 0.5 * SIDE, plot.y(at(y, up.1)) - 0.5 * SIDE);
-        let style = format!("fill=\"{}\" data-elite=\"{elite}\"", ramp(&HEAT, share));
+        let style = format!("fill=\"{}\"", ramp(&HEAT, share));
         svg.rectangle(corner, (SIDE, SIDE), &style);
     }
     svg.finish()
@@ -85,7 +84,6 @@ mod tests {
         let none = svg(&[]);
         let some = svg(&[[0.0, -1.0, 3.0], [5.0, 0.0, 4.0], [99.0, 9.0, 5.0]]);
         assert_eq!(squares(&some), squares(&none) + 3);
-        assert_eq!(some.matches("data-elite=\"2\"").count(), 1);
         assert!(some.contains("fitness from 3 (light) to 5 (dark)"), "{some}");
         let lightest = format!("fill=\"{}\"", ramp(&HEAT, 0.0));
         let darkest = format!("fill=\"{}\"", ramp(&HEAT, 1.0));

@@ -1,0 +1,263 @@
+// The page of an episode.
+import { shortened } from './chart.js';
+import { element, legendEntry, made, set } from './dom.js';
+import { bytes, facts } from './facts.js';
+import { MESSAGE_PICTURE, drawMessages } from './messages.js';
+import { Readings } from './readings.js';
+import { PoseRecord, unpacked } from './record.js';
+import { drawRobot } from './robots.js';
+import { drawSensors } from './sensors.js';
+import { Stage } from './stage.js';
+import { robotRow, showRow, tableOf } from './table.js';
+import { LONG_TRAIL, TRAIL, drawTrails } from './trails.js';
+
+/** What robots do in an episode: a value for each line, for each robot. */
+class Doings {
+  /** @param {import('./facts.js').EpisodeFacts} data */
+  constructor(data) {
+    this.data = data;
+    this.robots = data.names.length;
+    this.states = new Uint16Array(bytes(data.state));
+    this.values = new Uint16Array(bytes(data.values));
+    this.senders = new Uint16Array(bytes(data.senders));
+    this.fitness = new Float32Array(bytes(data.fitness));
+    this.earned = new Float32Array(bytes(data.earned));
+    /** Whether robots hear each other, whether each has a score, and whether each is alone in its world. */
+    this.hears = this.senders.length > 0;
+    this.scoresEach = this.earned.length > 0;
+    this.apart = data.who === 'generation';
+  }
+
+  /** @param {number} robot @param {number} line */
+  act(robot, line) {
+    return this.data.acts[this.states[line * this.robots + robot]] || this.data.plain[robot];
+  }
+
+  /** @param {number} robot @param {number} line @param {number} index */
+  reading(robot, line, index) {
+    const { readings } = this.data;
+    const { low, high, whole } = readings[index];
+    const value = low + ((high - low) * this.values[(line * this.robots + robot) * readings.length + index]) / 65535;
+    return whole ? Math.round(value) : value;
+  }
+
+  /** @param {number} robot @param {number} line */
+  score(robot, line) {
+    return this.earned[line * this.robots + robot];
+  }
+
+  /**
+   * Robots whose messages this one has heard.
+   * @param {number} robot @param {number} line
+   */
+  heardBy(robot, line) {
+    const words = this.hears ? Math.ceil(this.robots / 16) : 0;
+    const at = (line * this.robots + robot) * words;
+    /** @type {number[]} */
+    const heard = [];
+    for (let other = 0; other < this.robots && words > 0; other++) {
+      if ((this.senders[at + (other >> 4)] >> (other & 15)) & 1) heard.push(other);
+    }
+    return heard;
+  }
+}
+
+/** @type {import('./facts.js').EpisodeFacts} */
+const data = facts();
+const record = new PoseRecord({ ...data, ...unpacked(data) });
+const doings = new Doings(data);
+const { acts, plain, readings, sensors, who, arena: ground } = data;
+const { names, robots, everyone } = record;
+const { hears, scoresEach, apart } = doings;
+const alone = robots === 1;
+const Who = who[0].toUpperCase() + who.slice(1);
+/** The reading that the chart shows; -1: fitness. */
+let charted = -1;
+
+/** @type {Stage} */
+const stage = new Stage(record, data.body, {
+  who,
+  // The last one that was named.
+  followed: apart ? robots - 1 : 0,
+  fit: () => arena.fitAround(data.view),
+  show,
+  told: (seconds) => {
+    const { line } = record.locate(seconds);
+    const value = valueAt(line);
+    return `${record.clock(record.timeOf(line))}: ${value === null ? 'click a robot' : shortened(value)}`;
+  },
+});
+const { arena, chart, player } = stage;
+const bars = new Readings(readings);
+
+/** @param {string} id */
+const isOn = (id) => element(id, HTMLInputElement).checked;
+
+function drawArena() {
+  const { moment, followed } = player;
+  arena.clear();
+  arena.ground(ground);
+  arena.scale(0.2 * (data.view.right - data.view.left));
+  const poses = everyone.map((robot) => record.pose(robot, moment));
+  if (isOn('trails')) {
+    const width = Math.max(1.4, 5 * arena.view.scale);
+    /** @param {number[]} robots @param {number} seconds @param {string} colour @param {number} width @param {number} strength */
+    const draw = (robots, seconds, colour, width, strength) =>
+      drawTrails(arena, record, moment, { robots, seconds, colour, width, strength });
+    if (apart) everyone.forEach((robot) => draw([robot], LONG_TRAIL, plain[robot].colour, width, 0.6));
+    else draw(everyone, TRAIL, arena.marks.ink, width, 0.4);
+    if (!apart && followed >= 0) draw([followed], LONG_TRAIL, arena.marks.link, 2.4, 0.8);
+  }
+  if (hears && isOn('messages')) {
+    for (const hearer of everyone) {
+      const isFollowed = hearer === followed;
+      const pairs = doings.heardBy(hearer, moment.line).map((sender) => /** @type {any} */ ([poses[hearer], poses[sender]]));
+      drawMessages(arena, pairs, followed < 0 || isFollowed ? 0.9 : 0.45, isFollowed ? 3 : 1.6);
+    }
+  }
+  everyone.forEach((robot) => {
+    const pose = poses[robot];
+    if (!pose) return;
+    drawRobot(arena, pose, { body: data.body, name: names[robot], act: doings.act(robot, moment.line), followed: robot === followed });
+  });
+  const pose = poses[followed];
+  if (pose && isOn('sensors')) {
+    drawSensors(arena, pose, data.body, sensors, (index) =>
+      Math.min(Math.max(doings.reading(followed, moment.line, index) / readings[index].to, 0), 1));
+  }
+}
+
+const columns = [
+  { text: Who },
+  ...(acts.length > 0 ? [{ text: 'State' }] : []),
+  ...(hears ? [{ text: 'Hears', className: 'hears', title: 'robots whose messages it hears' }] : []),
+  ...(scoresEach ? [{ text: 'Score', className: 'score', title: 'what the task has given it so far' }] : []),
+];
+const table = element('robots', HTMLTableElement);
+table.className = columns.length === 1 ? 'bare' : '';
+const { body } = tableOf(table, columns);
+const rows = everyone.map((robot) => {
+  const own = robotRow(body, player, robot);
+  return {
+    ...own,
+    does: acts.length > 0 ? made('td', own.row) : null,
+    heard: hears ? made('td', own.row, { className: 'hears' }) : null,
+    score: scoresEach ? made('td', own.row, { className: 'score' }) : null,
+  };
+});
+
+/** @param {number} line */
+function showTable(line) {
+  rows.forEach((own, robot) => {
+    const act = doings.act(robot, line);
+    showRow(own, robot === player.followed, act);
+    if (own.does) set(own.does, 'textContent', act.name);
+    if (own.heard) set(own.heard, 'textContent', String(doings.heardBy(robot, line).length));
+    if (own.score) set(own.score, 'textContent', shortened(doings.score(robot, line)));
+  });
+}
+
+/**
+ * What the chart shows of a line; null without a robot that is followed.
+ * @param {number} line
+ */
+function valueAt(line) {
+  const { followed } = player;
+  if (charted < 0) return apart ? doings.score(Math.max(followed, 0), line) : doings.fitness[line];
+  return followed < 0 ? null : doings.reading(followed, line, charted);
+}
+
+function chooseChart() {
+  const scores = apart ? doings.earned : doings.fitness;
+  const { name, low, high } = charted < 0
+    ? { name: 'Fitness', low: scores.reduce((a, b) => Math.min(a, b), 0), high: scores.reduce((a, b) => Math.max(a, b), 0) }
+    : readings[charted];
+  chart.span(record.last, Math.min(low, 0), Math.max(high, 0));
+  chart.canvas.setAttribute('aria-label', `${name} over time, ${[Math.min(low, 0), Math.max(high, 0)].map(shortened).join(' to ')}`);
+}
+
+function drawChart() {
+  const { followed, moment } = player;
+  const { faint, link } = stage.theme.colours;
+  chart.ground();
+  if (apart && charted < 0) {
+    everyone.forEach((robot) => {
+      chart.curve(record, record.lines - 1, (line) => doings.score(robot, line), plain[robot].colour, 1.5);
+    });
+  } else {
+    chart.curve(record, record.lines - 1, valueAt, faint, 1.5);
+  }
+  chart.curve(record, moment.line, valueAt, apart && followed >= 0 ? plain[followed].colour : link, 2.4);
+  chart.cursor(player.time);
+}
+
+/** @param {number} line */
+function showWords(line) {
+  const { followed } = player;
+  const shown = Math.max(followed, 0);
+  const whose = apart ? `${Who} ${names[shown]}: fitness` : 'Fitness';
+  const now = apart ? doings.score(shown, line) : doings.fitness[line];
+  set(element('light', HTMLElement), 'textContent', `${whose} if the episode ended now: ${shortened(now)}`);
+  let text = alone ? 'Click the robot to see its sensors.' : `Click a ${apart ? 'robot' : who}, or its number in the table, to follow it.`;
+  if (followed >= 0) {
+    const others = doings.heardBy(followed, line).map((other) => names[other]).join(', ');
+    const parts = [apart ? '' : doings.act(followed, line).name, hears ? `hears ${others ? `robot ${others}` : 'nobody'}` : ''];
+    const told = parts.filter((part) => part).join('; ');
+    text = `${Who} ${names[followed]}${told ? ': ' : ''}${told}`;
+  }
+  set(element('robot', HTMLElement), 'textContent', text);
+}
+
+function show() {
+  const { line } = player.moment;
+  const { followed } = player;
+  drawArena();
+  const title = alone ? 'Readings' : `${Who} ${names[followed]} reads`;
+  bars.show(followed < 0 ? 'Readings: click a robot' : title, followed < 0 ? null : (index) => doings.reading(followed, line, index));
+  showTable(line);
+  drawChart();
+  showWords(line);
+  player.showClock();
+}
+
+element('each', HTMLElement).hidden = alone;
+element('robots-title', HTMLElement).textContent = `${Who}s`;
+element('note', HTMLElement).textContent = scoresEach ? '' : 'The mission scores the swarm as a whole, and no robot by itself.';
+/** @type {[string, boolean][]} */
+const switches = [['messages', hears], ['sensors', sensors.length > 0], ['trails', true]];
+for (const [id, useful] of switches) {
+  const label = element(id, HTMLInputElement).parentElement;
+  if (label) label.hidden = !useful;
+  element(id, HTMLInputElement).addEventListener('change', () => player.ask());
+}
+element('trails', HTMLInputElement).checked = alone || apart;
+const named = plain.filter(({ name }) => (apart || acts.length === 0) && name);
+for (const [name, colour] of new Map([...acts, ...named].map(({ name, colour }) => [name, colour]))) {
+  legendEntry(`<circle r="7.5" fill="${colour}" stroke="var(--rim)"/><path d="M7 0L3.2 3.4V-3.4Z" fill="var(--rim)"/>`, name);
+}
+if (hears) legendEntry(MESSAGE_PICTURE, 'hears now');
+if (ground.lamps.length > 0) legendEntry('<circle r="5" fill="var(--lamp)" stroke="var(--lamp-edge)"/>', 'lamp');
+const choice = element('charted', HTMLSelectElement);
+['fitness', ...readings.map(({ name }) => name)].forEach((name) => made('option', choice, { textContent: name }));
+choice.addEventListener('change', () => {
+  charted = choice.selectedIndex - 1;
+  chooseChart();
+  player.ask();
+});
+chart.view.left = 56;
+chooseChart();
+
+// For tests. `drawn` draws a time, and tells where robots were drawn, mm and turns, taken back from the canvas, and the colour of
+// their side; `shown` tells where a robot is on the canvas now.
+Object.assign(window, {
+  oneiro: {
+    /** @param {number} robot */
+    shown(robot) {
+      const pose = record.pose(robot, player.moment);
+      return pose && arena.place(pose.x, pose.y);
+    },
+    /** @param {number} when */
+    drawn: (when) => stage.stop(when),
+  },
+});
+stage.begin();
