@@ -76,9 +76,8 @@ pub fn life(arena: &Arena, body_radius: f32, title: &str, trace: &[Record], ever
         let colour = ramp(&[colour], 0.0);
         sheet.robot(&mut svg, at, f64::from(record.heading), body, &colour, 0.22);
         let (x, y) = sheet.place(at);
-        let style = format!(
-            "fill=\"{colour}\" font-weight=\"600\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\""
-        );
+        let style =
+            format!("fill=\"{INK}\" font-weight=\"600\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\"");
         let beside = body * sheet.scale + 6.0;
         // Towards the middle of the arena, where there is room.
         if x < 0.5 * sheet.width() {

@@ -1,0 +1,22 @@
+// Marks the section that is being read in a report's list of contents.
+
+const links = [...document.querySelectorAll('nav a[href^="#"]')];
+const sections = links.map((link) => document.getElementById((link.getAttribute('href') || '').slice(1)));
+
+function mark() {
+  // The last section that begins in the upper third of the window; at the page's end, its last.
+  const isEnd = innerHeight + scrollY >= document.documentElement.scrollHeight - 2;
+  const begun = sections.filter((section) => section && section.getBoundingClientRect().top < innerHeight / 3);
+  const current = isEnd && scrollY > 0 ? sections.length - 1 : sections.indexOf(begun[begun.length - 1] || null);
+  links.forEach((link, place) => {
+    if (place === current) link.setAttribute('aria-current', 'true');
+    else link.removeAttribute('aria-current');
+  });
+  const link = links[current];
+  // In a narrow window the list scrolls by itself.
+  if (link instanceof HTMLElement && link.parentElement) link.parentElement.scrollLeft = link.offsetLeft - 40;
+}
+
+addEventListener('scroll', mark, { passive: true });
+addEventListener('resize', mark);
+mark();
