@@ -22,7 +22,7 @@ const EXPERIMENT: &str = "
 ";
 
 /// Files that have the same bytes wherever and however a run was computed.
-const RESULTS: [&str; 10] = [
+const RESULTS: [&str; 11] = [
     "champion.json",
     "champion.npy",
     "config.toml",
@@ -32,6 +32,7 @@ const RESULTS: [&str; 10] = [
     "learning-curve.svg",
     "path.svg",
     "population.npy",
+    "report.html",
     "trace.csv",
 ];
 
