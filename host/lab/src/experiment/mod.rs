@@ -425,7 +425,14 @@ impl Experiment {
     /// and what is recorded, are left out.
     pub fn changed(&self) -> Vec<Difference> {
         let mut usual = values::with_kinds_of(&mut self.settings.clone());
+        // What follows from other settings was not set.
+        let mut following = evolve::settings::Settings {
+            population: usual.evolution.population,
+            ..self.settings.evolution.clone()
+        };
+        following.complete(self.world.genes(), self.settings.trials, false);
         usual.evolution.complete(self.world.genes(), usual.trials, false);
+        usual.evolution.population = following.population;
         let mut values = self.values.clone();
         for key in ["name", SEED, "files", "record"] {
             values.remove(key);

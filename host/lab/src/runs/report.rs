@@ -27,7 +27,7 @@ pub(super) fn entry() -> Entry {
 }
 
 /// A table of the settings that differ from their defaults.
-pub(super) fn settings(name: &str, all: &[Difference]) -> String {
+pub(super) fn settings(all: &[Difference]) -> String {
     if all.is_empty() {
         return paragraph("All settings have their defaults.");
     }
@@ -44,7 +44,7 @@ pub(super) fn settings(name: &str, all: &[Difference]) -> String {
         .collect();
     let head = ["setting", "here", "default"].map(Head::Text);
     let words = "Settings that differ from their defaults; config.toml has all.";
-    table(name, words, &head, &rows)
+    table("", words, &head, &rows)
 }
 
 /// A table of commands, in which `RUN` is the run's path, and what they are for.

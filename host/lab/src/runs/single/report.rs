@@ -32,7 +32,13 @@ pub(super) fn html(run: &Drawn<'_>, pictures: &[(&'static str, Vec<u8>)]) -> Str
             figure(&format!("Figure {number}"), &words, &String::from_utf8_lossy(svg))
         })
     };
-    let path = picture("path.svg", "The champion\u{2019}s first episode.");
+    let path = picture(
+        "path.svg",
+        match run.experiment.world().robots() {
+            1 => "The champion\u{2019}s first episode.",
+            _ => "The champion\u{2019}s first episode: the path of its first robot.",
+        },
+    );
     let evolution = picture(
         "learning-curve.svg",
         "Scores in each generation; those of the best are too high by luck.",
@@ -43,7 +49,7 @@ pub(super) fn html(run: &Drawn<'_>, pictures: &[(&'static str, Vec<u8>)]) -> Str
     let sections = [
         Section::new("champion", "Champion", champion(run) + &path + &measured(run)),
         Section::new("evolution", "Evolution", evolution + &finalists(run)),
-        Section::new("settings", "Settings", settings("Table 3", &run.experiment.changed())),
+        Section::new("settings", "Settings", settings(&run.experiment.changed())),
         Section::new("next", "What to do next", next(run)),
         Section::new("genes", "Genes", genes(run)),
     ];
@@ -140,7 +146,7 @@ fn measured(run: &Drawn<'_>) -> String {
         Head::Text("unit"),
         Head::Text("meaning"),
     ];
-    table("Table 1", "Measures of that episode.", &head, &rows)
+    table("", "Measures of that episode.", &head, &rows)
 }
 
 /// Those that were re-evaluated after the last generation.
@@ -165,7 +171,7 @@ fn finalists(run: &Drawn<'_>) -> String {
     };
     let rows: Vec<Row> = all.iter().map(row).collect();
     let head = ["generation", "individual", "score then", "mean of new episodes"].map(Head::Number);
-    table("Table 2", words, &head, &rows)
+    table("", words, &head, &rows)
 }
 
 fn next(run: &Drawn<'_>) -> String {
@@ -186,7 +192,7 @@ fn next(run: &Drawn<'_>) -> String {
         ),
         (
             evolution.is_coevolution(),
-            "evaluate --tournament RUN",
+            "evaluate --tournament --genomes RUN",
             "let all generations of both populations compete".to_owned(),
         ),
         (
@@ -200,7 +206,7 @@ fn next(run: &Drawn<'_>) -> String {
             "compute the run again and compare".to_owned(),
         ),
         (
-            true,
+            !evolution.is_coevolution(),
             "compare RUN OTHER_RUNS",
             "compare this experiment with others".to_owned(),
         ),
@@ -218,7 +224,7 @@ fn genes(run: &Drawn<'_>) -> String {
     let genome = &run.champion.genome;
     if let Some(form) = Form::of(layout) {
         let text = form.text(genome);
-        return format!("<pre>{}</pre>\n", escaped(&text).replace(" --", "\n--"));
+        return format!("<pre>{}</pre>\n", escaped(&text).replace(" --s", "\n--s"));
     }
     let genes = || layout.all().iter().zip(genome);
     let at_end = genes()

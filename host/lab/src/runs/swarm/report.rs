@@ -31,7 +31,7 @@ pub(super) fn html(experiment: &SwarmExperiment, seed: u64, run: &Run) -> String
     ];
     let sections = [
         Section::new("run", "Run", about + &figure("Figure 1", words, &curves(run))),
-        Section::new("settings", "Settings", settings("Table 1", &experiment.changed())),
+        Section::new("settings", "Settings", settings(&experiment.changed())),
         Section::new("next", "What to do next", commands(&next)),
     ];
     let lead = "<p class=\"lead\">A swarm of the foraging study.</p>\n";
