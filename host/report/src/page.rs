@@ -324,7 +324,7 @@ pub mod check {
         for piece in pieces {
             let (attributes, rest) = piece.split_once('>').unwrap_or((piece, ""));
             let (script, rest) = rest.split_once("</script>").unwrap_or((rest, ""));
-            page += &format!("<script{attributes}></script>{rest}");
+            page.extend(["<script", attributes, "></script>", rest]);
             scripts += script;
         }
         (page, scripts)
