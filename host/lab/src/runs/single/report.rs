@@ -134,7 +134,7 @@ fn measured(run: &Drawn<'_>) -> String {
         vec![
             Cell::code(&column.name),
             Cell::number(shown(own.value(&measured), DIGITS)),
-            Cell::text(&column.unit),
+            Cell::text(column.unit),
             Cell::text(&column.about),
         ]
         .into()
