@@ -22,7 +22,7 @@ const EXPERIMENT: &str = "
 ";
 
 /// Files that have the same bytes wherever and however a run was computed.
-const RESULTS: [&str; 10] = [
+const RESULTS: [&str; 11] = [
     "champion.json",
     "champion.npy",
     "config.toml",
@@ -32,6 +32,7 @@ const RESULTS: [&str; 10] = [
     "learning-curve.svg",
     "path.svg",
     "population.npy",
+    "report.html",
     "trace.csv",
 ];
 
@@ -146,6 +147,16 @@ fn a_finished_run_is_whole_and_is_not_run_again() {
     );
     assert_eq!(place.checkpoints(run).len(), 2);
     assert_eq!(place.json(run, "meta.json")["status"], "done");
+
+    // The page has what was set, and not where or when it was made.
+    let page = place.text(format!("{run}/report.html"));
+    for part in [
+        "<td class=\"short\">evolution.<wbr/>parents</td><td><code>4</code></td><td><code>20</code></td>",
+        "data-series=\"best\"",
+    ] {
+        assert!(page.contains(part), "{part} in {page}");
+    }
+    assert!(!page.contains(run) && !page.contains(" src="));
 
     // Again: no work is done, and the report is the same, but for what the work was done by.
     let times = |file: &str| fs::metadata(place.at(run).join(file)).unwrap().modified().unwrap();

@@ -370,7 +370,11 @@ fn a_snapshot_is_one_file() {
     let place = with_run("snapshot");
     place.good(&["watch", "--snapshot", "now.html"]);
     let page = place.text("now.html");
-    assert!(page.contains("<svg") && page.contains("srcdoc=\"<!DOCTYPE"), "{}", page.len());
+    assert!(
+        page.contains("<svg") && page.contains("srcdoc=\"<!DOCTYPE"),
+        "{}",
+        page.len()
+    );
     assert!(page.contains("small") && !page.contains("src=\"watch.js\"") && !page.contains("<link"));
 }
 

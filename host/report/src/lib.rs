@@ -15,6 +15,7 @@
     warn(clippy::disallowed_methods, clippy::print_stdout, clippy::print_stderr)
 )]
 
+pub mod bundle;
 pub mod csv;
 pub mod figures;
 pub mod numbers;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use oneiro_base::disk;
 use oneiro_base::exit::Result;
 
+use crate::bundle::bundle;
 use crate::figures::escaped;
 
 /// The folder beside a page that has its figures as files.
@@ -45,11 +46,15 @@ pub fn document(title: &str, lead: &str, sections: &[Section]) -> String {
     let body = joined(sections, |Section { id, title, body }| {
         format!("<section id=\"{id}\">\n<h2>{}</h2>\n{body}</section>\n", escaped(title))
     });
+    let script = match sections.len() > 1 || body.contains(" data-plot=") {
+        true => format!("<script type=\"module\">\n{}</script>\n", bundle("report")),
+        false => String::new(),
+    };
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
          <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{lead}\
-         <nav>\n{links}</nav>\n</header>\n<main>\n{body}</main>\n</body>\n</html>\n"
+         </header>\n<nav>\n{links}</nav>\n<main>\n{body}</main>\n{script}</body>\n</html>\n"
     )
 }
 
@@ -254,6 +259,9 @@ impl Head<'_> {
     }
 }
 
+/// A table of more rows scrolls in its box, below its head.
+const MANY: usize = 24;
+
 /// A table with a name and a text above it, either of which may be empty. An empty table has a line that explains it.
 pub fn table(name: &str, words: &str, head: &[Head<'_>], rows: &[Row]) -> String {
     let (id, name) = if name.is_empty() {
@@ -273,7 +281,8 @@ pub fn table(name: &str, words: &str, head: &[Head<'_>], rows: &[Row]) -> String
         joined(rows, Row::html)
     };
     let head = headings(head);
-    format!("<div class=\"scroll\">\n<table{id}>\n{caption}{head}<tbody>\n{body}</tbody>\n</table>\n</div>\n")
+    let many = if rows.len() > MANY { " many" } else { "" };
+    format!("<div class=\"scroll{many}\">\n<table{id}>\n{caption}{head}<tbody>\n{body}</tbody>\n</table>\n</div>\n")
 }
 
 /// Joins the HTML of all items.
@@ -304,8 +313,22 @@ fn headings(head: &[Head<'_>]) -> String {
 /// Checks that the tests of all reports share.
 #[cfg(any(test, feature = "testing"))]
 pub mod check {
+    /// The page without the text of its scripts, and that text.
+    fn without_scripts(html: &str) -> (String, String) {
+        let mut pieces = html.split("<script");
+        let (mut page, mut scripts) = (pieces.next().unwrap_or_default().to_owned(), String::new());
+        for piece in pieces {
+            let (attributes, rest) = piece.split_once('>').unwrap_or((piece, ""));
+            let (script, rest) = rest.split_once("</script>").unwrap_or((rest, ""));
+            page.extend(["<script", attributes, "></script>", rest]);
+            scripts += script;
+        }
+        (page, scripts)
+    }
+
     /// The first tag that isn't closed or doesn't close anything; text outside tags is skipped.
     pub fn unbalanced(html: &str) -> Option<String> {
+        let html = &without_scripts(html).0;
         let mut open = Vec::new();
         for piece in html.split('<').skip(1) {
             let Some((tag, _)) = piece.split_once('>') else {
@@ -335,10 +358,33 @@ pub mod check {
         &html[start..start + end]
     }
 
-    /// The first thing on the page that would be fetched from elsewhere.
+    /// The first thing on the page that would be fetched from elsewhere. Scripts may be on the page itself.
     pub fn outside(html: &str) -> Option<&'static str> {
-        let fetches = ["<script", "<img", "<link", "src=", "url(", "@import"];
-        fetches.into_iter().find(|outside| html.contains(outside))
+        let (page, scripts) = without_scripts(html);
+        let fetches = ["<img", "<link", "src=", "url(", "@import"];
+        let loads = [
+            "import ",
+            "import(",
+            "fetch(",
+            "Request",
+            "WebSocket",
+            "EventSource",
+            ".src",
+        ];
+        let of_page = fetches.into_iter().find(|outside| page.contains(outside));
+        of_page.or_else(|| loads.into_iter().find(|outside| scripts.contains(outside)))
+    }
+
+    #[test]
+    fn only_scripts_on_the_page_itself_are_allowed() {
+        assert_eq!(
+            outside("<p>a</p><script type=\"module\">a < b; 'url(#a)'</script>"),
+            None
+        );
+        assert_eq!(outside("<script src=\"a.js\"></script>"), Some("src="));
+        assert_eq!(outside("<script>fetch('a')</script>"), Some("fetch("));
+        assert_eq!(outside("<script>let a;</script><img/>"), Some("<img"));
+        assert_eq!(unbalanced("<p><script>a < b</script></p>"), None);
     }
 
     #[test]
@@ -363,7 +409,7 @@ pub mod check {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::figures::{Series, learning_curve};
+    use crate::figures::{Band, Panel, Series, Spread, bands, browser, evenly, learning_curve};
 
     /// Each figure is a file by itself: SVG with its name space, size, font and colours, and no style of the page.
     #[test]
@@ -381,5 +427,99 @@ mod tests {
         assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\" width=") && svg.contains("font-family="));
         assert!(!svg.contains("class=") && svg.ends_with("</svg>\n"));
         assert_eq!(figures(&document("t", "", &[])).count(), 0);
+    }
+
+    /// A pointer reads the values of visible lines and bands; names hide lines; a drag zooms, and Escape shows everything again.
+    #[test]
+    fn charts_answer_a_pointer_and_the_keyboard() {
+        let line = |label, values: [f64; 5]| Series {
+            label,
+            values: values.to_vec(),
+        };
+        let curve = learning_curve(
+            "t",
+            "fitness",
+            &[
+                line("best", [0.0, 25.0, 50.0, 75.0, 100.0]),
+                line("mean", [0.0, 10.0, 20.0, f64::NAN, 40.0]),
+            ],
+        );
+        let spread = |mean| Spread {
+            low: mean - 1.0,
+            mean,
+            high: mean + 2.0,
+        };
+        let band = bands(
+            "b",
+            &[Panel {
+                across: "time",
+                up: "food",
+                to: 2.0,
+                high: 10.0,
+                bands: vec![Band {
+                    label: "",
+                    colour: "#123456",
+                    dash: "",
+                    values: evenly(0.0, 1.0, [4.0, 6.0, 8.0].map(spread)),
+                }],
+                ..Panel::default()
+            }],
+        );
+        let body = figure("Figure 1", "A.", &curve) + &figure("Figure 2", "B.", &band);
+        let sections = ["one", "two"].map(|id| Section::new(id, id, body.replace("figure-", id)));
+        let html = document("t", "", &sections);
+        assert_eq!(html.matches("<script").count(), 2);
+        assert_eq!((check::unbalanced(&html), check::outside(&html)), (None, None));
+        let ask = "
+            await new Promise((then) => setTimeout(then, 100));
+            const charts = document.querySelectorAll('svg');
+            const box = document.querySelector('.chart-values');
+            const at = (svg, kind, x, y) => {
+                const place = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
+                svg.setPointerCapture = () => {};
+                svg.dispatchEvent(new PointerEvent(kind, { clientX: place.x, clientY: place.y, pointerType: 'mouse', bubbles: true }));
+            };
+            const [left, right] = charts[0].querySelector('[data-plot]').dataset.plot.split(' ').map(Number);
+            const x = (part) => left + part * (right - left);
+            const read = () => (box.hidden ? 'hidden' : [...box.children].map((row) => row.textContent).join('; '));
+            at(charts[0], 'pointermove', x(0.24), 100);
+            const values = read();
+            at(charts[0], 'pointermove', x(0.75), 100);
+            const gap = read();
+            const name = charts[0].querySelector('text[data-series=best]');
+            name.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', bubbles: true }));
+            at(charts[0], 'pointermove', x(0.24), 100);
+            const without = read();
+            const pressed = name.getAttribute('aria-pressed');
+            name.dispatchEvent(new MouseEvent('click', { bubbles: true }));
+            const points = () => charts[0].querySelector('polyline').getAttribute('points');
+            const before = points();
+            at(charts[0], 'pointerdown', x(0.5), 100);
+            at(charts[0], 'pointermove', x(0.75), 100);
+            at(charts[0], 'pointerup', x(1), 100);
+            const isZoomed = points() !== before;
+            at(charts[0], 'pointermove', x(0), 100);
+            const zoomed = read();
+            document.dispatchEvent(new KeyboardEvent('keydown', { key: 'Escape' }));
+            const isReset = points() === before;
+            const plot = charts[1].querySelector('[data-plot]');
+            for (const key of ['End', 'ArrowLeft']) plot.dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));
+            const current = document.querySelector('nav [aria-current]').textContent;
+            return { values, gap, without, pressed, isZoomed, zoomed, isReset, band: read(), current };";
+        let Some(told) = browser::told("charts", &html, ask) else {
+            return;
+        };
+        let expected = serde_json::json!({
+            "values": "generation 1; best: 25; mean: 10",
+            "gap": "generation 3; best: 75",
+            "without": "generation 1; mean: 10",
+            "pressed": "false",
+            "isZoomed": true,
+            "zoomed": "generation 2; best: 50; mean: 20",
+            "isReset": true,
+            "band": "time 1; food: 6 (5 to 8)",
+            "current": "one",
+        });
+        assert_eq!(told, expected);
     }
 }

@@ -109,7 +109,8 @@ pub(super) fn print(reports: &[Report], as_list: bool, console: Console) -> Resu
 /// Says where the results are, and what to type next.
 fn say_next(reports: &[Report], console: Console) {
     /// Files that people open first.
-    const FILES: [&str; 5] = [
+    const FILES: [&str; 6] = [
+        "report.html",
         "champion.json",
         "path.svg",
         "generations.csv",

@@ -1,5 +1,6 @@
 //! The parts of the page.
 
+use oneiro_report::bundle::bundle;
 use oneiro_report::figures::{Band, Panel, escaped, panel};
 use oneiro_report::numbers::Spread;
 use oneiro_statistics::quantile;
@@ -9,7 +10,12 @@ use crate::sources::{Run, Source, Sources};
 
 pub(crate) const PAGE: &str = include_str!("watch.html");
 pub(crate) const STYLE: &str = include_str!("watch.css");
-pub(crate) const SCRIPT: &str = include_str!("watch.js");
+
+/// The page's script.
+pub(crate) fn script() -> String {
+    format!("(() => {{\n'use strict';\n{}}})();\n", bundle("watch"))
+}
+
 /// Colours of the lines of one run, in the order of its values; the first is also that of the selected run among others.
 const COLOURS: [&str; 3] = ["#d9485f", "#2b3a8f", "#2a9d8f"];
 const SOFT: &str = "#74777f";

@@ -13,7 +13,7 @@ use oneiro_base::plain;
 use sha2::{Digest, Sha256};
 
 use crate::edit::Editor;
-use crate::pages::{self, FILES, PAGE, SCRIPT, STYLE};
+use crate::pages::{self, FILES, PAGE, STYLE};
 use crate::request::{Door, HEAD, Request};
 use crate::scenes::Scenes;
 use crate::sources::{FLEET, Kind, Sources};
@@ -212,7 +212,7 @@ impl Shared {
         let parts: Vec<&str> = request.path.split('/').skip(1).collect();
         match parts[..] {
             [""] => Answer::new("text/html; charset=utf-8", PAGE),
-            ["watch.js"] => Answer::new("text/javascript; charset=utf-8", SCRIPT),
+            ["watch.js"] => Answer::new("text/javascript; charset=utf-8", pages::script()),
             ["watch.css"] => Answer::new("text/css; charset=utf-8", STYLE),
             ["edit"] => {
                 let form = self.editor.as_ref().map(Editor::form);
@@ -339,8 +339,9 @@ impl Answer {
     fn page(body: Vec<u8>) -> Self {
         let text = String::from_utf8_lossy(&body);
         let mut scripts = String::new();
-        for piece in text.split("<script>").skip(1) {
-            let script = piece.split("</script>").next().unwrap_or_default();
+        for piece in text.split("<script").skip(1) {
+            let element = piece.split("</script>").next().unwrap_or_default();
+            let script = element.split_once('>').map_or("", |(_, script)| script);
             scripts += &format!(" 'sha256-{}'", base64(&Sha256::digest(script.as_bytes())));
         }
         Self {

@@ -3,10 +3,12 @@
 //! | file | contents |
 //! |---|---|
 //! | [`sources`] | finished runs, from their directories and from sweeps |
+//! | [`links`] | from the report to the pages of runs |
 
+mod links;
 pub mod sources;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use oneiro::evaluator::{Control, Evaluator};
@@ -23,8 +25,9 @@ use serde_json::Value;
 use crate::experiment::{Difference, SCORE_NAME};
 use crate::lives::{Keys, Lives};
 use crate::sweep::report::conditions::{self, CONDITION};
+use crate::sweep::report::curves::{best_at, shared_times};
 use crate::sweep::report::{Compared, Tables};
-use sources::{Condition, Run};
+use sources::Condition;
 
 /// Files of a comparison.
 pub const PAGE: &str = "compare.html";
@@ -32,9 +35,6 @@ const RUNS: &str = "compare.csv";
 const CURVES: &str = "curves.csv";
 const CONDITIONS: &str = "conditions.csv";
 const EFFECTS: &str = "effects.csv";
-
-/// Number of times on the curves' axis.
-const TIMES: u64 = 200;
 
 static RUNS_COLUMNS: [Column; 12] = [
     Column::whole(
@@ -392,6 +392,7 @@ pub fn write(
             unfinished: None,
             time: ("episodes", "episodes spent"),
             value: ("best", "best score so far"),
+            spent: None,
         },
         episodes: conditions
             .iter()
@@ -401,6 +402,11 @@ pub fn write(
         warnings: &plan.warnings,
         differences: &plan.differences,
         caption: caption.to_owned(),
+        sources: conditions
+            .iter()
+            .flat_map(|own| &own.runs)
+            .map(|run| links::html(out, run))
+            .collect(),
     };
     let report = conditions::report(&request)?;
     let mut files = page::write(out, PAGE, &report.html)?;
@@ -448,46 +454,17 @@ fn table_of_runs(conditions: &[Condition], plan: &Plan, appraisals: Option<&[Vec
 
 /// The best score by episodes spent. All runs have the same times, so that means can be taken over them.
 fn table_of_curves(conditions: &[Condition]) -> String {
-    let most = conditions
-        .iter()
-        .map(|own| own.experiment.episodes().generations)
-        .max()
-        .unwrap_or(0);
-    let ends = conditions.iter().map(|own| own.experiment.episodes().generations);
-    let times: BTreeSet<u64> = (1..=TIMES)
-        .map(|time| (most * time).div_ceil(TIMES))
-        .chain(ends)
-        .collect();
+    let times = shared_times(conditions.iter().map(|own| own.experiment.episodes().generations));
     let mut table = Csv::new(&CURVES_COLUMNS);
     let mut number = 0_u64;
     for condition in conditions {
         let end = condition.experiment.episodes().generations;
         for run in &condition.runs {
-            for (time, best) in best_at(run, end, times.iter().copied().take_while(|time| *time <= end)) {
+            for (time, best) in best_at(&run.best, end, &times) {
                 table.row([number.to_string(), time.to_string(), known(best)]);
             }
             number += 1;
         }
     }
     table.text()
-}
-
-/// A run's best score at some times, from its first generation on.
-fn best_at(run: &Run, end: u64, times: impl Iterator<Item = u64>) -> Vec<(u64, f64)> {
-    let generations = run.best.len() as u64;
-    let mut all = run.best.iter().copied();
-    let (mut done, mut best) = (0, f64::NAN);
-    let mut values = Vec::new();
-    for time in times {
-        // A generation is over when its part of all episodes is spent.
-        while done < generations && u128::from(end) * u128::from(done + 1) <= u128::from(time) * u128::from(generations)
-        {
-            best = all.next().map_or(best, |score| best.max(score));
-            done += 1;
-        }
-        if done > 0 {
-            values.push((time, best));
-        }
-    }
-    values
 }

@@ -1,7 +1,7 @@
 //! Finished runs of several experiments, from their directories and from sweeps.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use oneiro::world::GeneLayout;
 use oneiro_base::console::counted;
@@ -38,6 +38,8 @@ pub struct Run {
     pub seed: u64,
     /// Its directory, or its sweep's with its number.
     pub source: String,
+    /// Its directory, or its sweep's, and its number there.
+    pub(super) place: (PathBuf, Option<u32>),
     pub(super) champion: Vec<f32>,
     /// Recorded mean of the champion's new episodes; `None` without finalists.
     pub(super) mean: Option<f64>,
@@ -85,6 +87,7 @@ impl Sources {
             id: run.identity().to_hex().to_string(),
             seed: run.seed(),
             source: place.clone(),
+            place: (directory.to_owned(), None),
             mean: number("mean"),
             fitness: number("luckiest").unwrap_or(champion.fitness.into()),
             champion: champion.genome,
@@ -270,6 +273,7 @@ fn results(readable: &Readable, plan: &Plan, sweep: &Sweep, place: &str) -> Resu
             id: table.cell(id).to_owned(),
             seed: table.whole(seed)?,
             source: format!("{place}, run {run}"),
+            place: (PathBuf::from(place), Some(run)),
             champion: Vec::new(),
             mean: has_finalists.then(|| table.number(mean)).transpose()?,
             fitness: table.number(fitness)?,

@@ -421,6 +421,28 @@ impl Experiment {
         values
     }
 
+    /// The keys whose values differ from the defaults of the chosen kinds, with the default and the value. Names and hashes of files,
+    /// and what is recorded, are left out.
+    pub fn changed(&self) -> Vec<Difference> {
+        let mut usual = values::with_kinds_of(&mut self.settings.clone());
+        // What follows from other settings was not set.
+        let mut following = evolve::settings::Settings {
+            population: usual.evolution.population,
+            ..self.settings.evolution.clone()
+        };
+        following.complete(self.world.genes(), self.settings.trials, false);
+        usual.evolution.complete(self.world.genes(), usual.trials, false);
+        usual.evolution.population = following.population;
+        let mut values = self.values.clone();
+        for key in ["name", SEED, "files", "record"] {
+            values.remove(key);
+        }
+        let mut usual = values::table(&mut usual, &Table::new());
+        usual.remove("name");
+        usual.remove("record");
+        differences(&usual.into(), &values.into())
+    }
+
     /// Hashes of everything that decides the results of its runs, which excludes what is recorded and when.
     pub fn identities(&self) -> Identities {
         let mut values = self.values.clone();

@@ -7,7 +7,7 @@ use oneiro::foraging::{AsForaging, Foraging};
 use oneiro::parameter::{Allowed, Choice, Choices, Parameter, row};
 use oneiro::swarm::Swarm;
 use oneiro_base::exit::Result;
-use toml::Table;
+use toml::{Table, Value};
 
 use super::check::{Checked, invalid, name};
 use super::degrees;
@@ -15,7 +15,7 @@ use super::needs::{self, Need};
 use super::settings::head;
 use super::source::{LeftOut, Parsed, Setting};
 use super::values::{self, Described};
-use super::{Identities, text};
+use super::{Difference, Identities, SEED, differences, text};
 use crate::swarm::Plan;
 use crate::swarm::record::{Case, Kind};
 use crate::swarm::settings::{self, Clock, Settings};
@@ -194,6 +194,21 @@ impl SwarmExperiment {
     /// All its values as TOML, with the seed of its file.
     pub fn values(&self) -> Table {
         values::table(&mut self.file.clone(), &Table::new())
+    }
+
+    /// The keys whose values differ from their defaults, with the default and the value, except its name.
+    pub fn changed(&self) -> Vec<Difference> {
+        let all = |own: &mut File| {
+            let mut values = values::table(own, &Table::new());
+            for key in ["name", SEED] {
+                values.remove(key);
+            }
+            Value::from(values)
+        };
+        differences(
+            &all(&mut values::with_kinds_of(&mut self.file.clone())),
+            &all(&mut self.file.clone()),
+        )
     }
 
     pub fn settings(&self) -> &Settings {

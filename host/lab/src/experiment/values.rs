@@ -343,6 +343,18 @@ pub fn table<T: Described>(own: &mut T, given: &Table) -> Table {
     ordered(all)
 }
 
+/// The defaults of the kinds that are chosen here.
+pub(super) fn with_kinds_of<T: Described>(own: &mut T) -> T {
+    let mut usual = T::default();
+    for row in T::rows().iter().filter(|row| is_kind(row.key)) {
+        let kind = (row.field)(own, 0).and_then(|field| field.get());
+        if let (Some(kind), Some(field)) = (kind, (row.field)(&mut usual, 0)) {
+            field.set(&kind);
+        }
+    }
+    usual
+}
+
 /// Puts values before tables, as TOML requires.
 fn ordered(table: Table) -> Table {
     let (tables, values): (Vec<_>, Vec<_>) = table.into_iter().partition(|(_, value)| value.is_table());

@@ -5,7 +5,9 @@
 //! |---|---|
 //! | [`single`] | evolutions of single robots |
 //! | [`swarm`] | swarms whose on-board simulators evolve |
+//! | [`report`] | what the pages of finished runs have in common |
 
+pub(crate) mod report;
 pub mod single;
 pub mod swarm;
 

@@ -44,7 +44,12 @@ pub struct SwarmJob {
     input: Vec<f32>,
     /// The trace so far, if requested.
     lines: Option<Vec<Line>>,
+    /// Makes another file of the run, if requested.
+    page: Option<Page>,
 }
+
+/// A file of a run besides its tables: its name, and what makes it.
+pub type Page = (&'static str, Box<dyn Fn(&Run) -> String + Send + Sync>);
 
 /// The state that is saved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -109,6 +114,7 @@ impl SwarmJob {
             state,
             input: Vec::new(),
             lines: None,
+            page: None,
         };
         job.order();
         job
@@ -118,6 +124,13 @@ impl SwarmJob {
     #[must_use]
     pub fn keeping_lines(mut self) -> Self {
         self.lines = Some(Vec::new());
+        self
+    }
+
+    /// Writes another file at the end.
+    #[must_use]
+    pub fn with_page(mut self, page: Page) -> Self {
+        self.page = Some(page);
         self
     }
 
@@ -386,8 +399,10 @@ impl Job for SwarmJob {
 
     fn finish(&mut self, _: &str) -> Result<Finished> {
         let run = self.run();
+        let mut files = vec![(tables::FOOD, run.food_table().into_bytes())];
+        files.extend(self.page.iter().map(|(name, page)| (*name, page(&run).into_bytes())));
         Ok(Finished {
-            files: vec![(tables::FOOD, run.food_table().into_bytes())],
+            files,
             outcomes: run.outcomes(&self.plan.settings),
             champion: Vec::new(),
         })

@@ -67,6 +67,8 @@ pub struct Plan {
     /// Episodes of one run of each cell: the budget if there is one, else those that its values make; none for swarms of the foraging
     /// study.
     pub episodes: Vec<Option<u64>>,
+    /// Those of its evolution alone, without finalists.
+    pub spent: Vec<Option<u64>>,
     /// First kernel of each cell's runs.
     pub kernels: Vec<&'static str>,
     /// Maximum memory of a run of any cell, in bytes.
@@ -270,6 +272,7 @@ impl Sweep {
                 left_out,
                 own.robot_time(),
                 own.episodes(),
+                own.single().map(|single| single.episodes().generations),
             ))
         };
         // All are collected first, so that the error is always the first one, whichever thread found it.
@@ -279,6 +282,7 @@ impl Sweep {
             ids: Vec::with_capacity(self.runs()),
             steps: Vec::with_capacity(cells),
             episodes: Vec::with_capacity(cells),
+            spent: Vec::with_capacity(cells),
             kernels: Vec::with_capacity(cells),
             bytes: 0,
             outcomes: first.outcomes(),
@@ -291,7 +295,7 @@ impl Sweep {
         // Why settings were left out, and in how many cells.
         let mut unused: BTreeMap<String, (String, usize)> = BTreeMap::new();
         for cell in all {
-            let (ids, steps, kernel, bytes, layout, shown, outcomes, left_out, robots, episodes) = cell?;
+            let (ids, steps, kernel, bytes, layout, shown, outcomes, left_out, robots, episodes, spent) = cell?;
             for (path, refusal) in left_out {
                 unused.entry(path).or_insert((refusal, 0)).1 += 1;
             }
@@ -310,6 +314,7 @@ impl Sweep {
             plan.ids.extend(ids);
             plan.steps.push(steps);
             plan.episodes.push(episodes);
+            plan.spent.push(spent);
             plan.kernels.push(kernel);
             plan.layouts.push(layout);
             plan.bytes = plan.bytes.max(bytes);

@@ -14,7 +14,7 @@ mod cells;
 mod champions;
 mod comparisons;
 pub(crate) mod conditions;
-mod curves;
+pub(crate) mod curves;
 mod effects;
 mod factors;
 mod json;
@@ -90,6 +90,9 @@ pub struct Tables<'a> {
     pub time: (&'a str, &'a str),
     /// Column of values that lines show, and the name of its axis.
     pub value: (&'a str, &'a str),
+    /// Episodes that the evolution of each run may spend, by number, if lines show the best value so far by episodes spent: optimisers
+    /// have different generations. The names of both axes say so.
+    pub spent: Option<&'a [u64]>,
 }
 
 /// What a report compares.
@@ -178,6 +181,7 @@ pub fn report(tables: &Tables<'_>) -> Result<Report> {
     sections.extend([
         cells.section(tables, &runs),
         champions::section(tables, &runs),
+        champions::by_cell(tables, &runs, &cells),
         comparisons::section(tables, &runs, &cells, &effects),
     ]);
     let numbers = runs.all.iter().filter(|run| !run.outcome.is_nan());

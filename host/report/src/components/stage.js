@@ -20,6 +20,8 @@ export class Stage {
    * @param {number} [page.speed]
    */
   constructor(record, body, { fit, told, ...settings }) {
+    // In a frame, the page around it says what this is.
+    document.body.classList.toggle('embedded', window.parent !== window);
     this.theme = new Theme(() => this.player.show());
     this.arena = new Arena(this.theme);
     this.player = new Player(record, settings);

@@ -27,6 +27,8 @@ const TIME: [[u8; 3]; 4] = [
 ];
 /// Colour of the fittest individual's path.
 const FITTEST: [u8; 3] = [0xd9, 0x48, 0x5f];
+/// Room of a name beside the robot, in pixels.
+const NAME: (f64, f64) = (60.0, 15.0);
 /// Number of single-coloured pieces in which a path is drawn.
 const PIECES: usize = 64;
 /// Duration of a cycle in seconds.
@@ -61,6 +63,7 @@ pub fn life(arena: &Arena, body_radius: f32, title: &str, trace: &[Record], ever
     let mut svg = sheet.start(arena, title);
     sheet.path(&mut svg, trace);
     let body = f64::from(body_radius);
+    let mut before = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     for (record, colour, label) in [
         (trace.first(), TIME[0], "start"),
         (trace.last(), TIME[TIME.len() - 1], "end"),
@@ -70,10 +73,13 @@ pub fn life(arena: &Arena, body_radius: f32, title: &str, trace: &[Record], ever
         let colour = ramp(&[colour], 0.0);
         sheet.robot(&mut svg, at, f64::from(record.heading), body, &colour, 0.22);
         let (x, y) = sheet.place(at);
-        let style = format!(
-            "fill=\"{colour}\" font-weight=\"600\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\""
-        );
+        let style =
+            format!("fill=\"{INK}\" font-weight=\"600\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\"");
         let beside = body * sheet.scale + 6.0;
+        // Where the robot ends near its start, the second name stands below the first.
+        let is_near = (x - before.0).abs() < NAME.0 && (y - before.1).abs() < NAME.1;
+        let y = if is_near { before.1 + NAME.1 } else { y };
+        before = (x, y);
         // Towards the middle of the arena, where there is room.
         if x < 0.5 * sheet.width() {
             svg.words((x + beside, y + 4.0), 13.0, Anchor::Start, &style, label);

@@ -1,6 +1,6 @@
 //! Means of several runs and their spread, in panels side by side.
 
-use super::plot::{Plot, Range, label_room};
+use super::plot::{Plot, Range, label_room, series};
 use super::svg::{Anchor, BOLD, INK, PLAIN, SOFT, Svg};
 use crate::numbers::Spread;
 
@@ -134,6 +134,7 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), 
         up: Range::around(panel.low, panel.high, 5),
     };
     svg.words((plot.left, top + 24.0), 14.0, Anchor::Start, BOLD, panel.title);
+    plot.begin(svg, panel.across, panel.up);
     grounds(svg, &plot, panel.grounds);
     if let Some((at, before, after)) = panel.change
         && (panel.from..=panel.to).contains(&at)
@@ -147,7 +148,11 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), 
             if piece.len() > 1 && piece.iter().any(|(_, spread)| spread.high > spread.low) {
                 let above = piece.iter().map(|&(x, spread)| (plot.x(x), plot.y(spread.high)));
                 let below = piece.iter().rev().map(|&(x, spread)| (plot.x(x), plot.y(spread.low)));
-                let style = format!("fill=\"{}\" fill-opacity=\"0.16\"", band.colour);
+                let style = format!(
+                    "fill=\"{}\" fill-opacity=\"0.16\" {}",
+                    band.colour,
+                    series(name(panel, band))
+                );
                 svg.polygon(above.chain(below), &style);
             }
         }
@@ -159,7 +164,7 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), 
         } else {
             format!("stroke-width=\"1.6\" stroke-dasharray=\"{}\"", band.dash)
         };
-        plot.line(svg, &values, band.colour, &style, band.label);
+        plot.line(svg, &values, band.colour, &style, name(panel, band));
     }
     let ends = panel.bands.iter().zip(&shown).filter_map(|(band, values)| {
         let last = values.iter().rev().find(|(_, spread)| spread.mean.is_finite())?;
@@ -170,6 +175,16 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel<'_>, (left, right): (f64, f64), 
     if shown.iter().all(Vec::is_empty) {
         let middle = (0.5 * (plot.left + plot.right), 0.5 * (plot.top + plot.bottom));
         svg.words(middle, 13.0, Anchor::Middle, SOFT, "no data");
+    }
+    svg.raw("</g>");
+}
+
+/// A line's name: that at its end, or else the meaning of its dash pattern.
+fn name<'a>(panel: &Panel<'a>, band: &Band<'a>) -> &'a str {
+    let meaning = panel.key.iter().find(|(dash, _)| *dash == band.dash);
+    match (band.label, meaning) {
+        ("", Some((_, words))) => words,
+        (label, _) => label,
     }
 }
 
@@ -195,12 +210,13 @@ fn change(svg: &mut Svg, plot: &Plot, at: f64, before: &str, after: &str, shaded
     let x = plot.x(at);
     if shaded {
         let size = (plot.right - x, plot.bottom - plot.top);
-        svg.rectangle((x, plot.top), size, "fill=\"#fbf3dc\"");
+        svg.rectangle((x, plot.top), size, "fill=\"#fbf3dc\" data-x=\"\"");
     }
-    let style = format!("stroke=\"{INK}\" stroke-width=\"1.2\" stroke-dasharray=\"2 3\"");
+    let style = format!("stroke=\"{INK}\" stroke-width=\"1.2\" stroke-dasharray=\"2 3\" data-x=\"\"");
     svg.line((x, plot.top - 10.0), (x, plot.bottom), &style);
-    svg.words((x - 5.0, plot.top - 4.0), 11.0, Anchor::End, SOFT, before);
-    svg.words((x + 5.0, plot.top - 4.0), 11.0, Anchor::Start, SOFT, after);
+    let style = format!("{SOFT} data-x=\"\"");
+    svg.words((x - 5.0, plot.top - 4.0), 11.0, Anchor::End, &style, before);
+    svg.words((x + 5.0, plot.top - 4.0), 11.0, Anchor::Start, &style, after);
 }
 
 /// Draws the key to the dash patterns in the upper left corner.

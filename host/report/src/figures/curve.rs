@@ -8,8 +8,8 @@ const HEIGHT: f64 = 440.0;
 const LEFT: f64 = 64.0;
 const TOP: f64 = 48.0;
 const BOTTOM: f64 = 56.0;
-/// Colours of the lines, in order.
-const COLOURS: [&str; 5] = ["#d9485f", "#2b3a8f", "#2a9d8f", "#f4a23b", "#8a3fa0"];
+/// Colours of the lines, in order: dark enough for their names.
+const COLOURS: [&str; 5] = ["#c8374f", "#2b3a8f", "#17796d", "#a06500", "#8a3fa0"];
 
 /// A line of a figure: one value for each generation from 0 on.
 pub struct Series<'a> {
@@ -24,6 +24,7 @@ pub fn learning_curve(title: &str, value: &str, series: &[Series<'_>]) -> String
     let plot = plot(series);
     let mut svg = Svg::new(WIDTH, HEIGHT, title);
     svg.words((LEFT, 28.0), 16.0, Anchor::Start, BOLD, title);
+    plot.begin(&mut svg, "generation", value);
     plot.axes(&mut svg, "generation", value);
     for (line, colour) in series.iter().zip(COLOURS.iter().cycle()) {
         let values: Vec<(f64, f64)> = line.values.iter().enumerate().map(|(i, &y)| (i as f64, y)).collect();
@@ -34,6 +35,7 @@ pub fn learning_curve(title: &str, value: &str, series: &[Series<'_>]) -> String
         Some((*last, line.label, colour))
     });
     plot.labels(&mut svg, ends);
+    svg.raw("</g>");
     svg.finish()
 }
 

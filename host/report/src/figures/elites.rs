@@ -326,8 +326,8 @@ fn nearest_region(index: usize, points: &[[f64; 2]]) -> Tile {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bundle::typed_keys;
     use super::*;
+    use crate::bundle::typed_keys;
 
     const AXIS: Axis<'_> = Axis {
         name: "x",

@@ -20,13 +20,13 @@ const HALF: (f64, f64) = (3.0, 24.0);
 /// Colours of ordered levels from the lowest to the highest: dark enough for letters, light enough to differ from
 /// black.
 const ORDERED: [[u8; 3]; 4] = [
-    [0xc9, 0x7f, 0x00],
+    [0xa0, 0x65, 0x00],
     [0xc8, 0x37, 0x4f],
     [0x7a, 0x35, 0x9a],
     [0x1f, 0x2d, 0x7a],
 ];
 /// Colours of unordered levels.
-const UNORDERED: [&str; 6] = ["#2b3a8f", "#c8374f", "#1f8a7d", "#b87400", "#8a3fa0", "#6b6e76"];
+const UNORDERED: [&str; 6] = ["#2b3a8f", "#c8374f", "#17796d", "#a06500", "#8a3fa0", "#6b6e76"];
 /// Dash patterns that distinguish lines of neighbouring levels in print without colours.
 const DASHES: [&str; 3] = ["", "8 4", "2.5 3.5"];
 
@@ -455,7 +455,7 @@ mod tests {
     #[test]
     fn ordered_levels_go_from_one_colour_to_another() {
         let styles = level_styles(3, true);
-        assert_eq!((styles[0].0.as_str(), styles[2].0.as_str()), ("#c97f00", "#1f2d7a"));
+        assert_eq!((styles[0].0.as_str(), styles[2].0.as_str()), ("#a06500", "#1f2d7a"));
         assert_ne!(styles[0].1, styles[1].1);
         assert_eq!(level_styles(1, true)[0].0, UNORDERED[0]);
         assert_eq!(level_styles(9, false).len(), 9);

@@ -5,7 +5,6 @@ mod bands;
 #[cfg(any(test, feature = "testing"))]
 #[cfg_attr(not(test), allow(clippy::disallowed_methods, reason = "for tests"))]
 pub mod browser;
-mod bundle;
 #[cfg(test)]
 mod colours;
 mod curve;

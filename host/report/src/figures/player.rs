@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use super::bundle::bundle;
 use super::svg::escaped;
+use crate::bundle::bundle;
 
 /// The page, with `{{name}}` as placeholders.
 const PAGE: &str = include_str!("../components/page.html");

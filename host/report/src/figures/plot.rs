@@ -1,6 +1,6 @@
 //! A coordinate system with axes, and lines in it.
 
-use super::svg::{Anchor, PLAIN, SOFT, SOFT_INK, Svg, number, tick_step};
+use super::svg::{Anchor, PLAIN, SOFT, SOFT_INK, Svg, escaped, number, tick_step};
 use crate::numbers::fixed;
 
 /// Minimum distance of two labels, in pixels.
@@ -104,6 +104,25 @@ impl Plot {
         self.bottom - self.up.share(value) * (self.bottom - self.top)
     }
 
+    /// Begins the group of a plot with lines, up to its end tag `</g>`. Its attributes tell a page's script, `svg-chart.js`, the
+    /// plot's edges in pixels, the ranges between them, and the axes' names. Lines, bands and their labels have
+    /// their series in `data-series`, ticks across in `data-tick`, and whatever else has a place across in `data-x`.
+    pub fn begin(&self, svg: &mut Svg, across: &str, up: &str) {
+        let [left, right, top, bottom] = [self.left, self.right, self.top, self.bottom].map(number);
+        let (
+            Range { low, high, .. },
+            Range {
+                low: least, high: most, ..
+            },
+        ) = (&self.across, &self.up);
+        svg.raw(&format!(
+            "<g data-plot=\"{left} {right} {top} {bottom}\" data-across=\"{low} {high}\" data-up=\"{least} {most}\" \
+             data-names=\"{}|{}\">",
+            escaped(across),
+            escaped(up),
+        ));
+    }
+
     /// Draws both axes with their names.
     pub fn axes(&self, svg: &mut Svg, across: &str, up: &str) {
         self.ground(svg, up);
@@ -117,8 +136,15 @@ impl Plot {
     /// Draws a tick of the horizontal axis with its name.
     pub fn tick(&self, svg: &mut Svg, at: f64, name: &str) {
         let (x, bottom) = (self.x(at), self.bottom);
-        svg.line((x, bottom), (x, bottom + 5.0), &format!("stroke=\"{SOFT_INK}\""));
-        svg.words((x, bottom + 20.0), 12.0, Anchor::Middle, SOFT, name);
+        let style = format!("stroke=\"{SOFT_INK}\" data-tick=\"\"");
+        svg.line((x, bottom), (x, bottom + 5.0), &style);
+        svg.words(
+            (x, bottom + 20.0),
+            12.0,
+            Anchor::Middle,
+            &format!("{SOFT} data-tick=\"\""),
+            name,
+        );
     }
 
     /// Draws the vertical axis with its name, and the base line of the horizontal one.
@@ -149,11 +175,17 @@ impl Plot {
     /// Draws a line through values, with gaps for values that aren't finite. An isolated value becomes a dot with its
     /// name as a tooltip.
     pub fn line(&self, svg: &mut Svg, values: &[(f64, f64)], colour: &str, style: &str, name: &str) {
-        let style = format!("stroke=\"{colour}\" stroke-linejoin=\"round\" stroke-linecap=\"round\" {style}");
+        let series = series(name);
+        let style = format!("stroke=\"{colour}\" stroke-linejoin=\"round\" stroke-linecap=\"round\" {style} {series}");
         for piece in values.split(|(_, value)| !value.is_finite()) {
             match piece {
                 [] => {}
-                [(x, value)] => svg.circle((self.x(*x), self.y(*value)), 2.5, &format!("fill=\"{colour}\""), name),
+                [(x, value)] => svg.circle(
+                    (self.x(*x), self.y(*value)),
+                    2.5,
+                    &format!("fill=\"{colour}\" {series}"),
+                    name,
+                ),
                 _ => svg.polyline(piece.iter().map(|&(x, value)| (self.x(x), self.y(value))), &style),
             }
         }
@@ -175,11 +207,16 @@ impl Plot {
                 (self.right + 10.0, y - too_low + 4.0),
                 13.0,
                 Anchor::Start,
-                &format!("fill=\"{colour}\" font-weight=\"600\""),
+                &format!("fill=\"{colour}\" font-weight=\"600\" {}", series(name)),
                 name,
             );
         }
     }
+}
+
+/// The attribute of what belongs to a series.
+pub fn series(name: &str) -> String {
+    format!("data-series=\"{}\"", escaped(name))
 }
 
 /// Room that names take to the right of a plot.

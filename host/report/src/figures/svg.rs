@@ -9,11 +9,11 @@ const FONT: &str = "system-ui, -apple-system, 'Segoe UI', 'Helvetica Neue', 'Dej
 /// Colour of text and axes.
 pub const INK: &str = "#33363f";
 /// Colour of secondary text.
-pub const SOFT_INK: &str = "#74777f";
+pub const SOFT_INK: &str = "#6b6e76";
 /// Styles of text: a heading, other text, and secondary text.
 pub const BOLD: &str = "fill=\"#33363f\" font-weight=\"600\"";
 pub const PLAIN: &str = "fill=\"#33363f\"";
-pub const SOFT: &str = "fill=\"#74777f\"";
+pub const SOFT: &str = "fill=\"#6b6e76\"";
 
 /// Alignment of a text relative to its point.
 #[derive(Clone, Copy)]

@@ -359,8 +359,8 @@ mod tests {
     use oneiro::swarm::{Arena as _, Order, Simulated, World};
 
     use super::super::browser;
-    use super::super::bundle::typed_keys;
     use super::*;
+    use crate::bundle::typed_keys;
 
     /// A made-up record of a swarm with made-up genes.
     struct Life {

@@ -22,7 +22,7 @@ use super::trace::{TraceTable, trace_every};
 use super::transferred::{TERM, Transferred, positions};
 use super::{
     BEHAVIOUR, CHAMPION, CHAMPION_GENES, CHAMPION_TEXT, COVERAGE, FITNESS, GENERATIONS, HALL, INDIVIDUALS, LUCKIEST,
-    LUCKIEST_GENES, LUCKIEST_TEXT, POPULATION, Places, SECOND, Single, TRACE, pictures,
+    LUCKIEST_GENES, LUCKIEST_TEXT, POPULATION, Places, SECOND, Single, TRACE, pictures, report,
 };
 use crate::engine::job::{Added, Finished, Job, Outside, Place, Progress, Request, Results, Stage, Step};
 use crate::experiment::settings::{Settings, TrialScore};
@@ -625,14 +625,20 @@ impl Job for Evolving {
                 let table = TraceTable::new(experiment.world()).csv(trace, trace_every(experiment));
                 files.push((TRACE, table.into_bytes()));
             }
-            files.extend(pictures::all(&Drawn {
+            let drawn = Drawn {
                 experiment,
                 seed: self.seed,
                 champion,
+                finalists: &self.finalists,
+                appraisals: &self.appraisals(),
                 trace: self.trace.as_ref(),
                 rows: &rows,
                 archive,
-            }));
+            };
+            let pictures: Vec<_> = pictures::all(&drawn).collect();
+            let page = report::html(&drawn, &pictures);
+            files.extend(pictures);
+            files.push((crate::runs::report::FILE, page.into_bytes()));
         }
         let evolution = &self.single.experiment.settings().evolution;
         let generations = &self.progressed;

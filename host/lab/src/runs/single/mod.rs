@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`job`] | the state machine: generations, reality, the champion's trace |
 //! | [`mod@outcomes`] | a run's values in a sweep's table |
-//! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`] | the files of a run |
+//! | [`mod@rows`], [`individuals`], [`mod@champion`], [`trace`], [`pictures`], [`mod@report`] | the files of a run |
 //! | [`on_board`] | the same evolution on a robot's computer, while the robot runs |
 //! | [`scene`] | what `oneiro watch` shows of a generation |
 //! | [`check`], [`replay`] with [`elites`], [`audit`] | `oneiro check`, `replay` and `verify --recompute` for such runs |
@@ -24,6 +24,7 @@ pub mod on_board;
 mod outcomes;
 mod pictures;
 mod replay;
+mod report;
 mod rows;
 mod scene;
 mod together;
@@ -244,6 +245,7 @@ pub fn all_contents() -> Vec<Entry> {
     [
         &files(&world, true, true, true)[..],
         &pictures::entries(None).collect::<Vec<_>>(),
+        &[super::report::entry()],
         &texts(true),
         &archive_files(&archive::ELITES),
         &[behaviour_file()],
@@ -627,6 +629,7 @@ impl super::Experiment for Single {
         let world = self.experiment.world();
         let mut files = files(world, has_finalists, has_individuals, has_trace);
         files.extend(pictures::entries(Some(self)));
+        files.push(super::report::entry());
         if Form::of(world.gene_layout()).is_some() {
             files.extend(texts(has_finalists));
         }

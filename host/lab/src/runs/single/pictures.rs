@@ -7,6 +7,7 @@ mod path;
 use oneiro::batch::Trace;
 use oneiro_base::contents::Entry;
 use oneiro_evolve::Champion;
+use oneiro_evolve::appraisal::Appraisal;
 use oneiro_evolve::map_elites::Archive;
 
 use super::Single;
@@ -33,12 +34,22 @@ pub(super) struct Drawn<'a> {
     pub(super) experiment: &'a Experiment,
     pub(super) seed: u64,
     pub(super) champion: &'a Champion,
+    /// Those that were re-evaluated at the end, the luckiest first, and the mean of each.
+    pub(super) finalists: &'a [Champion],
+    pub(super) appraisals: &'a [Appraisal],
     /// The champion's first episode.
     pub(super) trace: Option<&'a Trace>,
     /// The table of generations.
     pub(super) rows: &'a [Row],
     /// The elites, if the optimiser keeps some.
     pub(super) archive: Option<&'a Archive>,
+}
+
+impl Drawn<'_> {
+    /// The finalists with their means.
+    pub(super) fn appraised(&self) -> impl Iterator<Item = (&Champion, Appraisal)> {
+        self.finalists.iter().zip(self.appraisals.iter().copied())
+    }
 }
 
 /// All pictures of a run: their files and contents.

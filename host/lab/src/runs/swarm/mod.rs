@@ -1,6 +1,7 @@
 //! Swarms whose on-board simulators evolve: [`crate::swarm`] has the algorithm.
 
 mod replay;
+mod report;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -52,8 +53,20 @@ fn contents() -> Vec<Entry> {
     vec![
         Entry::table(INTERVALS, intervals, &INTERVALS_COLUMNS),
         Entry::table(FOOD, "one row per second", &FOOD_COLUMNS),
+        super::report::entry(),
         Entry::file(REPLAY, "written by `oneiro replay`: a page that plays the run"),
     ]
+}
+
+/// Lets a run with a directory write its page.
+fn with_page(job: SwarmJob, experiment: Arc<SwarmExperiment>, seed: u64, recording: Recording<'_>) -> SwarmJob {
+    match recording {
+        Recording::Directory { .. } => {
+            let page = move |run: &Run| report::html(&experiment, seed, run);
+            job.with_page((super::report::FILE, Box::new(page)))
+        }
+        Recording::Tables => job,
+    }
 }
 
 /// Food in each second, from a run's table.
@@ -152,12 +165,14 @@ impl Experiment for SwarmExperiment {
         Ok(Worlds::new(&[self.settings().simulator(Light::OverNest)])?)
     }
 
-    fn job(self: Arc<Self>, seed: u64, _: Recording<'_>) -> Result<Box<dyn Job>> {
-        Ok(Box::new(SwarmJob::new(self.plan(seed))))
+    fn job(self: Arc<Self>, seed: u64, recording: Recording<'_>) -> Result<Box<dyn Job>> {
+        let job = SwarmJob::new(self.plan(seed));
+        Ok(Box::new(with_page(job, self, seed, recording)))
     }
 
-    fn restored(self: Arc<Self>, seed: u64, _: Recording<'_>, saved: &[u8]) -> Result<Box<dyn Job>> {
-        Ok(Box::new(SwarmJob::restore(self.plan(seed), saved)?))
+    fn restored(self: Arc<Self>, seed: u64, recording: Recording<'_>, saved: &[u8]) -> Result<Box<dyn Job>> {
+        let job = SwarmJob::restore(self.plan(seed), saved)?;
+        Ok(Box::new(with_page(job, self, seed, recording)))
     }
 
     fn tables(&self, _: Recording<'_>) -> Vec<Table> {

@@ -6,6 +6,7 @@ use oneiro_report::numbers::{count, shown};
 use oneiro_report::page::{self, Head, Row, Section, list, paragraph, table};
 use oneiro_statistics::mean;
 
+use super::champions::target;
 use super::effects::LEAST;
 use super::runs::{Cell, Runs};
 use super::sample::Sample;
@@ -13,6 +14,8 @@ use super::{DIGITS, Tables};
 
 /// Number of cells on the page.
 const SHOWN: usize = 200;
+/// Number of runs on the page.
+pub(super) const LISTED: usize = 600;
 
 /// All cells.
 pub(super) struct Cells<'a> {
@@ -46,12 +49,21 @@ impl<'a> Cells<'a> {
         (counts().min().unwrap_or(0), counts().max().unwrap_or(0))
     }
 
+    /// Number of the best cells whose runs are on the page.
+    pub(super) fn listed(&self) -> usize {
+        let runs = self.ranked.iter().take(SHOWN).scan(0, |sum, ranked| {
+            *sum += ranked.cell.runs.len();
+            Some(*sum)
+        });
+        runs.take_while(|sum| *sum <= LISTED).count()
+    }
+
     /// Table of the best cells.
     pub(super) fn section(&self, tables: &Tables<'_>, runs: &Runs) -> Section {
         let all = self.ranked.len();
         let words = format!(
             "A cell is a combination of levels. {} by the mean of {}, best first{}; n is the number of runs whose outcome \
-             is a number. The mean of few runs is uncertain, and that of the best of many cells is more likely too high \
+             is a number. A cell\u{2019}s number leads to its runs. The mean of few runs is uncertain, and that of the best of many cells is more likely too high \
              than too low.",
             if all > SHOWN {
                 format!("The best {SHOWN} of {} cells", count(all as u64))
@@ -74,6 +86,7 @@ impl<'a> Cells<'a> {
         let mut head = vec![Head::Number("Cell")];
         head.extend(runs.factors.iter().map(|factor| Head::Text(&factor.name)));
         head.extend(["n", "mean", "s.d.", "median", "minimum", "maximum"].map(Head::Number));
+        let listed = self.listed() as u64;
         let rows: Vec<Row> = self
             .ranked
             .iter()
@@ -82,7 +95,13 @@ impl<'a> Cells<'a> {
             .map(|(ranked, rank)| {
                 let Ranked { cell, sample } = ranked;
                 let [least, _, median, _, greatest] = sample.quartiles();
-                let mut cells = vec![page::Cell::number(rank.to_string())];
+                let first = cell
+                    .runs
+                    .first()
+                    .filter(|_| rank <= listed)
+                    .map(|&run| target(&runs.all[run]));
+                let link = first.map_or_else(|| rank.to_string(), |run| format!("<a href=\"#{run}\">{rank}</a>"));
+                let mut cells = vec![page::Cell::number(link)];
                 cells.extend(runs.texts(&cell.levels).map(page::Cell::name));
                 cells.push(page::Cell::number(self.counted(tables, sample)));
                 let figures = [sample.mean(), sample.deviation(), median, least, greatest];

@@ -9,10 +9,11 @@ use oneiro_report::numbers::{NONE, count, shown, significant};
 use oneiro_report::page::{self, Cell, Head, Row, Section, list, paragraph, table};
 use serde_json::{Value, json};
 
-use super::cells::{Cells, counted};
+use super::cells::{Cells, LISTED, counted};
+use super::champions::target;
 use super::curves::Curves;
 use super::effects::{Comparison, Effects, LEAST};
-use super::runs::Runs;
+use super::runs::{Run, Runs};
 use super::sample::Sample;
 use super::{Compared, DIGITS, Tables, comparisons, factors, json as figures, pictures};
 
@@ -35,6 +36,8 @@ pub(crate) struct Request<'a> {
     pub differences: &'a [String],
     /// Words below the figure.
     pub caption: String,
+    /// Where each run is, as HTML, by its number.
+    pub sources: Vec<String>,
 }
 
 /// A report of conditions.
@@ -122,7 +125,7 @@ pub(crate) fn report(request: &Request<'_>) -> Result<Report> {
         })
         .collect();
     let sections = [
-        summary(tables, &conditions),
+        summary(tables, &runs, &conditions),
         Section::new(
             "curves",
             "How runs went, and what came out",
@@ -131,6 +134,7 @@ pub(crate) fn report(request: &Request<'_>) -> Result<Report> {
                 + &paragraph(&request.caption),
         ),
         tests(tables, &names, &effects),
+        listed(request, &runs),
     ];
     Ok(Report {
         html: page::document(tables.title, &lead(request, &runs, &conditions), &sections),
@@ -224,7 +228,7 @@ fn lead(request: &Request<'_>, runs: &Runs, conditions: &[Condition<'_>]) -> Str
 }
 
 /// Table of the conditions.
-fn summary(tables: &Tables<'_>, conditions: &[Condition<'_>]) -> Section {
+fn summary(tables: &Tables<'_>, runs: &Runs, conditions: &[Condition<'_>]) -> Section {
     let words = format!(
         "One row per condition: {}. The interval of the median is that of 95 % confidence by order statistics, which needs six runs; that \
          of the mean is by Student\u{2019}s t. Episodes are those that the evolution of one run may spend, without those of finalists.",
@@ -256,8 +260,13 @@ fn summary(tables: &Tables<'_>, conditions: &[Condition<'_>]) -> Section {
             ""
         };
         let number = |x| Cell::number(shown(x, DIGITS));
+        let run = runs.all.iter().find(|run| runs.texts(&run.levels).eq([own.name]));
+        let run = run.filter(|run| run.number < LISTED as u64).map(target);
         vec![
-            Cell::name(own.name),
+            run.map_or_else(
+                || Cell::name(own.name),
+                |run| Cell::html(format!("<a href=\"#{run}\">{}</a>", page::breakable(own.name))),
+            ),
             Cell::number(counted(sample) + few),
             Cell::number(count(own.episodes)),
             number(median),
@@ -273,6 +282,38 @@ fn summary(tables: &Tables<'_>, conditions: &[Condition<'_>]) -> Section {
     let rows: Vec<Row> = conditions.iter().map(row).collect();
     let body = paragraph(&words) + &table("Table 1", "The conditions.", &head, &rows);
     Section::new("conditions", "Conditions", body)
+}
+
+/// Table of the runs, with links to their directories and pages.
+fn listed(request: &Request<'_>, runs: &Runs) -> Section {
+    let tables = &request.tables;
+    let head = [
+        Head::Number("Run"),
+        Head::Text("condition"),
+        Head::Number("seed"),
+        Head::Number(tables.outcome.1),
+        Head::Text("where it is"),
+    ];
+    let row = |run: &Run| -> Row {
+        let source = request.sources.get(run.number as usize).cloned().unwrap_or_default();
+        let mut cells = vec![Cell::number(format!(
+            "<span id=\"{}\">{}</span>",
+            target(run),
+            run.number
+        ))];
+        cells.extend(runs.texts(&run.levels).map(Cell::name));
+        cells.push(Cell::number(run.seed.to_string()));
+        cells.push(Cell::number(shown(run.outcome, DIGITS)));
+        cells.push(Cell::html(source));
+        cells.into()
+    };
+    let rows: Vec<Row> = runs.all.iter().take(LISTED).map(row).collect();
+    let words = if rows.len() < runs.all.len() {
+        format!("The first {LISTED} runs; compare.csv has all.")
+    } else {
+        "All runs, condition by condition.".to_owned()
+    };
+    Section::new("runs", "Runs", paragraph(&words) + &table("", "", &head, &rows))
 }
 
 /// Tests of all pairs of conditions.
@@ -383,12 +424,14 @@ mod tests {
                 unfinished: None,
                 time: ("episodes", "episodes spent"),
                 value: ("best", "best score so far"),
+                spent: None,
             },
             episodes: BTreeMap::from([("20".to_owned(), 100), ("10".to_owned(), 200)]),
             about: "a score".to_owned(),
             warnings: &["w < v".to_owned()],
             differences: &[],
             caption: String::new(),
+            sources: Vec::new(),
         };
         let report = report(&request).unwrap();
         let _ = std::fs::remove_dir_all(&folder);

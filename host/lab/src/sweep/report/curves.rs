@@ -1,6 +1,6 @@
 //! Means over runs at each time, from the table of generations, which is read row by row.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use oneiro_base::exit::Result;
 use oneiro_report::figures::Spread;
@@ -12,6 +12,39 @@ use super::table::Table;
 
 /// Maximum number of a line's values; more couldn't be distinguished.
 const MOST_POINTS: usize = 300;
+
+/// Number of times on an axis of episodes.
+const TIMES: u64 = 200;
+
+/// Times on an axis of episodes that all runs share, so that means can be taken over runs; `ends` are the runs' budgets.
+pub(crate) fn shared_times(ends: impl Iterator<Item = u64> + Clone) -> BTreeSet<u64> {
+    let most = ends.clone().max().unwrap_or(0);
+    (1..=TIMES)
+        .map(|time| (most * time).div_ceil(TIMES))
+        .chain(ends)
+        .collect()
+}
+
+/// A run's best score at shared times up to its budget, from its first generation on. `best` has the best score of each generation, which
+/// have equal numbers of episodes.
+pub(crate) fn best_at(best: &[f64], end: u64, times: &BTreeSet<u64>) -> Vec<(u64, f64)> {
+    let generations = best.len() as u64;
+    let mut all = best.iter().copied();
+    let (mut done, mut best) = (0, f64::NAN);
+    let mut values = Vec::new();
+    for &time in times.range(..=end) {
+        // A generation is over when its part of all episodes is spent.
+        while done < generations && u128::from(end) * u128::from(done + 1) <= u128::from(time) * u128::from(generations)
+        {
+            best = all.next().map_or(best, |score| best.max(score));
+            done += 1;
+        }
+        if done > 0 {
+            values.push((time, best));
+        }
+    }
+    values
+}
 
 /// A line: times with the mean and its interval at each.
 pub(super) type Line = Vec<(f64, Spread)>;
@@ -58,6 +91,23 @@ impl Curves {
         let mut times = Times::default();
         let mut seen = vec![false; runs.all.len()];
         let mut now: Option<Moment> = None;
+        let shared = shared_times(tables.spent.unwrap_or_default().iter().copied());
+        // The best value of each generation of a run, if lines are by episodes.
+        let mut best = Vec::new();
+        let mut add = |moment: Moment, is_last: bool| {
+            let run = moment.run;
+            let Some(ends) = tables.spent else {
+                return sums.add(runs, &moment, times.place(moment.time));
+            };
+            best.push(moment.sum / f64::from(moment.count));
+            if is_last {
+                let end = ends.get(runs.all[run].number as usize).copied().unwrap_or(0);
+                for (time, sum) in best_at(&std::mem::take(&mut best), end, &shared) {
+                    let count = 1;
+                    sums.add(runs, &Moment { run, time, sum, count }, times.place(time));
+                }
+            }
+        };
         while table.advance()? {
             let (number, at) = (table.whole(number)?, table.whole(time)?);
             let run = match &now {
@@ -83,7 +133,8 @@ impl Curves {
                 }
                 _ => {
                     if let Some(moment) = now.take() {
-                        sums.add(runs, &moment, times.place(moment.time));
+                        let is_last = moment.run != run;
+                        add(moment, is_last);
                     }
                 }
             }
@@ -100,7 +151,7 @@ impl Curves {
             }
         }
         if let Some(moment) = now {
-            sums.add(runs, &moment, times.place(moment.time));
+            add(moment, true);
         }
         Ok(sums.curves(&times))
     }

@@ -94,6 +94,7 @@ impl Example {
             unfinished: None,
             time: ("generation", "generation"),
             value: ("best", "best fitness"),
+            spent: None,
         })
     }
 

@@ -10,8 +10,8 @@ use oneiro::reference::{Model, Reference};
 use oneiro::world::{Controller, Robot, WorldSpec};
 
 use super::super::browser;
-use super::super::bundle::typed_keys;
 use super::*;
+use crate::bundle::typed_keys;
 
 const CYCLES: u32 = 60;
 

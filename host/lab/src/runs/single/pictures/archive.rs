@@ -39,7 +39,7 @@ const SIDE: f64 = 9.0;
 
 /// Draws an elite as a square at its behaviour, darker the fitter it is: names and ranges of the two measures, and each elite's
 /// values and fitness. Behaviour outside of the ranges is drawn at their ends.
-fn drawn(title: &str, [across, up]: [(&str, [f64; 2]); 2], elites: &[[f64; 3]]) -> String {
+pub(in super::super) fn drawn(title: &str, [across, up]: [(&str, [f64; 2]); 2], elites: &[[f64; 3]]) -> String {
     let plot = Plot {
         left: LEFT,
         right: WIDTH - RIGHT,

@@ -3,19 +3,19 @@
 /// Modules by name.
 macro_rules! modules {
     ($($name:literal)*) => {
-        &[$(($name, include_str!(concat!("../components/", $name, ".js")))),*]
+        &[$(($name, include_str!(concat!("components/", $name, ".js")))),*]
     };
 }
 
 /// All modules.
 const MODULES: &[(&str, &str)] = modules!(
-    "arena" "chart" "colours" "dom" "elites" "episode" "facts" "foragers" "messages" "player" "readings" "record" "robots"
-    "saving" "sensors" "stage" "table" "tiles" "trails"
+    "arena" "chart" "colours" "contents" "dom" "elites" "episode" "facts" "foragers" "messages" "player" "readings" "record" "report"
+    "robots" "saving" "sensors" "stage" "svg-chart" "table" "tiles" "trails" "watch"
 );
 
-/// Makes one script of a page's module and of all that it imports: without imports, exports and comments, in the order in
+/// Makes one script of a page's module, such as `report`, and of all that it imports: without imports, exports and comments, in the order in
 /// which they need each other.
-pub(super) fn bundle(page: &str) -> String {
+pub fn bundle(page: &str) -> String {
     let mut script = String::new();
     for (_, text) in needed(page) {
         let mut in_comment = false;
@@ -59,7 +59,7 @@ fn imported(line: &str) -> Option<&str> {
 
 /// The keys that `facts.js` gives records of these types, sorted.
 #[cfg(test)]
-pub(super) fn typed_keys(types: &[&str]) -> Vec<String> {
+pub(crate) fn typed_keys(types: &[&str]) -> Vec<String> {
     let (_, facts) = MODULES.iter().find(|(name, _)| *name == "facts").unwrap();
     let of_type = |name: &&str| {
         let (_, after) = facts.split_once(&format!("@typedef {{object}} {name}\n")).unwrap();
@@ -90,7 +90,7 @@ mod tests {
     use crate::skips::skipped;
 
     const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/components");
-    const PAGES: [&str; 3] = ["elites", "episode", "foragers"];
+    const PAGES: [&str; 5] = ["elites", "episode", "foragers", "report", "watch"];
 
     /// What a module declares at its top level, and whether it exports it.
     fn declared(text: &str) -> impl Iterator<Item = (&str, bool)> {

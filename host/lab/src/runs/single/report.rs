@@ -1,0 +1,246 @@
+//! The page of a finished run: how the evolution went, the champion, what was set, and what to do next. It depends only on
+//! the run's results, so that it is always the same.
+
+use std::sync::Arc;
+
+use oneiro::automode::Form;
+use oneiro::parameter::Choice;
+use oneiro_base::console::counted;
+use oneiro_evolve::Champion;
+use oneiro_evolve::appraisal::Appraisal;
+use oneiro_evolve::settings::Kind;
+use oneiro_report::figures::escaped;
+use oneiro_report::numbers::{Digits, count, shown};
+use oneiro_report::page::{Cell, Head, Row, Section, document, facts, figure, paragraph, table};
+
+use super::pictures::Drawn;
+use super::trace::trace_every;
+use super::{CHAMPION_GENES, REPLAY};
+use crate::lives::measures::{self, Frame, Meter};
+use crate::runs::report::{commands, settings};
+
+/// Significant digits of scores.
+const DIGITS: Digits = Digits::Four;
+/// The page, with the run's pictures, which are given as its files.
+pub(super) fn html(run: &Drawn<'_>, pictures: &[(&'static str, Vec<u8>)]) -> String {
+    let mut number = 0;
+    let mut picture = |name: &str, words: &str| {
+        let svg = pictures.iter().find(|(own, _)| *own == name);
+        svg.map_or_else(String::new, |(_, svg)| {
+            number += 1;
+            let words = format!("{words} The file {name} is this figure.");
+            figure(&format!("Figure {number}"), &words, &String::from_utf8_lossy(svg))
+        })
+    };
+    let path = picture(
+        "path.svg",
+        match run.experiment.world().robots() {
+            1 => "The champion\u{2019}s first episode.",
+            _ => "The champion\u{2019}s first episode: the path of its first robot.",
+        },
+    );
+    let evolution = picture(
+        "learning-curve.svg",
+        "Scores in each generation; those of the best are too high by luck.",
+    ) + &picture(
+        "archive.svg",
+        "The archive: each square is an elite, where its behaviour is.",
+    );
+    let sections = [
+        Section::new("champion", "Champion", champion(run) + &path + &measured(run)),
+        Section::new("evolution", "Evolution", evolution + &finalists(run)),
+        Section::new("settings", "Settings", settings(&run.experiment.changed())),
+        Section::new("next", "What to do next", next(run)),
+        Section::new("genes", "Genes", genes(run)),
+    ];
+    let title = format!("{}, seed {}", run.experiment.name(), run.seed);
+    document(&title, &lead(run), &sections)
+}
+
+fn lead(run: &Drawn<'_>) -> String {
+    let evolution = &run.experiment.settings().evolution;
+    let generations = counted(run.rows.len(), "generation", "generations");
+    let what = match evolution.kind {
+        Kind::Race => format!("An iterated race of {generations}"),
+        kind => format!("An evolution ({}) of {generations}", kind.word()),
+    };
+    format!("<p class=\"lead\">{}.</p>\n", escaped(&what))
+}
+
+/// A mean with its interval.
+fn mean(own: &Appraisal) -> String {
+    let [low, high] = own.interval();
+    let [mean, low, high] = [own.mean, low, high].map(|x| shown(x, DIGITS));
+    format!("{mean} (95 %: {low} to {high})")
+}
+
+fn who(own: &Champion) -> String {
+    format!("individual {} of generation {}", own.individual, own.generation)
+}
+
+fn champion(run: &Drawn<'_>) -> String {
+    let experiment = run.experiment;
+    let score = |own: &Champion| shown(own.fitness.into(), DIGITS);
+    let mut all = vec![
+        ("champion", who(run.champion)),
+        ("score", format!("{} in its generation", score(run.champion))),
+    ];
+    if let Some((_, own)) = run.appraised().find(|(own, _)| *own == run.champion) {
+        let episodes = counted(own.lives, "new episode", "new episodes");
+        all.push(("mean", format!("{} in {episodes}", mean(&own))));
+    }
+    // The first finalist is the luckiest.
+    if let Some(luckiest) = run.finalists.first().filter(|own| *own != run.champion) {
+        let words = format!("{}, score {}, by luck", who(luckiest), score(luckiest));
+        all.push(("luckiest", words));
+    }
+    let spent = experiment.budget().unwrap_or_else(|| {
+        let episodes = experiment.episodes().total();
+        format!("{} episodes", count(episodes))
+    });
+    all.extend([
+        ("budget", spent),
+        (
+            "episode",
+            counted(experiment.world().cycles(), "control cycle", "control cycles"),
+        ),
+        (
+            "trials",
+            counted(
+                experiment.settings().trials,
+                "episode an individual",
+                "episodes an individual",
+            ),
+        ),
+    ]);
+    facts(&all)
+}
+
+/// Measures of the champion's episode, if every cycle was recorded.
+fn measured(run: &Drawn<'_>) -> String {
+    let world = run.experiment.world();
+    let trace = run
+        .trace
+        .filter(|trace| !trace.is_empty() && trace_every(run.experiment) == 1);
+    let Some(trace) = trace.filter(|_| world.robots() == 1) else {
+        return String::new();
+    };
+    let all = measures::descriptors(world);
+    let mut meter = Meter::new(Arc::new(Frame::new(world, world.cycles(), &all)));
+    meter.add_all(trace);
+    let measured = meter.finish();
+    let row = |own: &measures::Descriptor| -> Row {
+        let column = &own.column;
+        vec![
+            Cell::code(&column.name),
+            Cell::number(shown(own.value(&measured), DIGITS)),
+            Cell::text(column.unit),
+            Cell::text(&column.about),
+        ]
+        .into()
+    };
+    let rows: Vec<Row> = all.iter().map(row).collect();
+    let head = [
+        Head::Text("measure"),
+        Head::Number("value"),
+        Head::Text("unit"),
+        Head::Text("meaning"),
+    ];
+    table("", "Measures of that episode.", &head, &rows)
+}
+
+/// Those that were re-evaluated after the last generation.
+fn finalists(run: &Drawn<'_>) -> String {
+    if run.appraised().next().is_none() {
+        return String::new();
+    }
+    let words = match run.experiment.settings().evolution.kind {
+        Kind::Race => "The run\u{2019}s luckiest, and the survivors of its last race, in common new episodes.",
+        _ => "Finalists: the run\u{2019}s luckiest and the optimiser\u{2019}s best others, in common new episodes.",
+    };
+    let mut all: Vec<_> = run.appraised().collect();
+    all.sort_by(|(_, a), (_, b)| b.mean.total_cmp(&a.mean));
+    let row = |&(own, appraisal): &(&Champion, Appraisal)| Row {
+        cells: vec![
+            Cell::number(count(own.generation.into())),
+            Cell::number(count(own.individual.into())),
+            Cell::number(shown(own.fitness.into(), DIGITS)),
+            Cell::number(mean(&appraisal)),
+        ],
+        sum: own == run.champion,
+    };
+    let rows: Vec<Row> = all.iter().map(row).collect();
+    let head = ["generation", "individual", "score then", "mean of new episodes"].map(Head::Number);
+    table("", words, &head, &rows)
+}
+
+fn next(run: &Drawn<'_>) -> String {
+    let experiment = run.experiment;
+    let settings = experiment.settings();
+    let evolution = &settings.evolution;
+    let is_outside = run.trace.is_none();
+    let all = [
+        (
+            !is_outside,
+            "replay RUN",
+            format!("play the champion\u{2019}s episode: {REPLAY}.html"),
+        ),
+        (
+            evolution.has_archive() && !is_outside,
+            "replay RUN --elites",
+            "play the elites: archive.html".to_owned(),
+        ),
+        (
+            evolution.is_coevolution(),
+            "evaluate --tournament --genomes RUN",
+            "let all generations of both populations compete".to_owned(),
+        ),
+        (
+            true,
+            "evaluate --genomes RUN --trials 100 --seed 2 --summary",
+            "score the champion in 100 new episodes".to_owned(),
+        ),
+        (
+            !is_outside,
+            "verify --recompute RUN",
+            "compute the run again and compare".to_owned(),
+        ),
+        (
+            !evolution.is_coevolution(),
+            "compare RUN OTHER_RUNS",
+            "compare this experiment with others".to_owned(),
+        ),
+    ];
+    let all: Vec<(&str, String)> = all
+        .into_iter()
+        .filter_map(|(is_there, command, about)| is_there.then_some((command, about)))
+        .collect();
+    commands(&all)
+}
+
+/// The champion as text, or its genes.
+fn genes(run: &Drawn<'_>) -> String {
+    let layout = run.experiment.world().gene_layout();
+    let genome = &run.champion.genome;
+    if let Some(form) = Form::of(layout) {
+        let text = form.text(genome);
+        return format!("<pre>{}</pre>\n", escaped(&text).replace(" --s", "\n--s"));
+    }
+    let genes = || layout.all().iter().zip(genome);
+    let at_end = genes()
+        .filter(|(gene, value)| gene.range.is_some_and(|range| range.contains(*value)))
+        .count();
+    let words = format!(
+        "{} in {CHAMPION_GENES}; {at_end} at an end of its range.",
+        counted(genome.len(), "gene", "genes")
+    );
+    let row = |(gene, value): (&oneiro::world::Gene, &f32)| -> Row {
+        vec![Cell::code(&gene.name), Cell::number(shown((*value).into(), DIGITS))].into()
+    };
+    let rows: Vec<Row> = genes().map(row).collect();
+    let all = table("", "", &[Head::Text("gene"), Head::Number("value")], &rows);
+    format!(
+        "{}<details>\n<summary>All genes</summary>\n{all}</details>\n",
+        paragraph(&words)
+    )
+}
