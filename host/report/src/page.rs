@@ -468,7 +468,7 @@ mod tests {
         let body = figure("Figure 1", "A.", &curve) + &figure("Figure 2", "B.", &band);
         let sections = ["one", "two"].map(|id| Section::new(id, id, body.replace("figure-", id)));
         let html = document("t", "", &sections);
-        assert_eq!(html.matches("<script").count(), 2);
+        assert_eq!(html.matches("<script").count(), 1);
         assert_eq!((check::unbalanced(&html), check::outside(&html)), (None, None));
         let ask = "
             await new Promise((then) => setTimeout(then, 100));

@@ -56,9 +56,7 @@ impl Scenes {
         if let Some(known) = known {
             return Ok(known.cloned());
         }
-        let scene = Arc::clone(run.experiment())
-            .scene(&run.recorded()?, generation, &own.engine)?
-            .map(Arc::new);
+        let scene = run.scene(generation, &own.engine)?.map(Arc::new);
         if let Some(scene) = &scene {
             own.kept.retain(|(key, _)| key.0 != id || key.1 != scene.generation);
             own.kept

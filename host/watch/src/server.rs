@@ -25,6 +25,8 @@ const LISTENERS: usize = 12;
 const PATIENCE: Duration = Duration::from_secs(5);
 /// How often directories are looked at, and after which a silent connection is told something.
 const PAUSE: Duration = Duration::from_millis(400);
+/// Time after which a page that was shown is closed: it may be loaded again.
+const CLOSING: Duration = Duration::from_secs(3);
 const HEARTBEAT: Duration = Duration::from_secs(15);
 /// The first port that is tried unless one is given, and how many others.
 const PORT: u16 = 8645;
@@ -43,6 +45,8 @@ struct Shared {
     changed: Condvar,
     connections: AtomicUsize,
     listeners: AtomicUsize,
+    /// Whether somebody has asked for anything since the last look.
+    was_asked: AtomicBool,
 }
 
 /// A server of the page.
@@ -93,6 +97,7 @@ impl Server {
                 changed: Condvar::new(),
                 connections: AtomicUsize::new(0),
                 listeners: AtomicUsize::new(0),
+                was_asked: AtomicBool::new(false),
             }),
         })
     }
@@ -144,12 +149,15 @@ impl Server {
         let thread = thread::Builder::new().name("accept".into()).spawn(accept);
         thread.map_err(|error| Failure::failed(format_args!("the server has no thread: {error}")))?;
         // A browser that is being opened, or opens the page again, gets some time.
-        let mut shown = Instant::now();
+        let (mut shown, mut was_shown) = (Instant::now(), false);
         while !stop.load(Ordering::Relaxed) {
             shared.look();
-            if shared.listeners.load(Ordering::Relaxed) > 0 || !over.load(Ordering::Relaxed) {
+            let is_asked =
+                shared.connections.load(Ordering::Relaxed) > 0 || shared.was_asked.swap(false, Ordering::Relaxed);
+            if is_asked || !over.load(Ordering::Relaxed) {
                 shown = Instant::now();
-            } else if shown.elapsed() >= grace {
+                was_shown |= is_asked;
+            } else if shown.elapsed() >= grace.max(if was_shown { CLOSING } else { Duration::ZERO }) {
                 break;
             }
             thread::sleep(PAUSE);
@@ -417,6 +425,7 @@ fn converse(shared: &Shared, mut stream: TcpStream) -> io::Result<()> {
         }
         Ok(request) if request.path == "/events" && !request.is_head => return events(shared, &mut stream),
         Ok(request) => {
+            shared.was_asked.store(true, Ordering::Relaxed);
             let Door { secret, .. } = &shared.door;
             let cookie = request.is_link.then(|| format!("{}={secret}", shared.door.cookie()));
             (shared.answer(&request), request.is_head, cookie)

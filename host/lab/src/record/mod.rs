@@ -14,7 +14,6 @@ pub use directories::{Directories, RunPlace};
 pub(crate) use done::result_of;
 pub use done::{Done, verify};
 pub use meta::{Meta, Session, Status};
-pub(crate) use recorder::newest_job;
 pub use recorder::{Begun, Recorder, Standing, named, standing};
 pub use saved::{SavedRun, State, is_locked};
 pub use single::SingleRun;

@@ -134,7 +134,7 @@ struct Saved {
 }
 
 /// The saved job of a run's newest good checkpoint. A process may be writing there.
-pub(crate) fn newest_job(directory: &Path, identity: &blake3::Hash) -> Option<Vec<u8>> {
+pub(super) fn newest_job(directory: &Path, identity: &blake3::Hash) -> Option<Vec<u8>> {
     let all = checkpoint::list(directory).ok()?;
     let saved = all
         .into_iter()

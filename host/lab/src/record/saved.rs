@@ -9,9 +9,11 @@ use oneiro_base::exit::{Failure, Result};
 use oneiro_base::files::directory::Holds;
 use oneiro_base::plain;
 
+use super::recorder::newest_job;
 use super::{CONFIG, Done, FORM, Meta, Status};
+use crate::engine::handle::Engine;
 use crate::experiment::kinds::is_run;
-use crate::runs::{self, Experiment, Recorded};
+use crate::runs::{self, Experiment, Recorded, Scene};
 
 /// A run on disk.
 #[derive(Debug)]
@@ -140,6 +142,15 @@ impl SavedRun {
     /// Exit 5 if the record that it is finished is damaged.
     pub fn recorded(&self) -> Result<Recorded<'_>> {
         Ok(self.known(Done::read(&self.directory)?.is_some()))
+    }
+
+    /// A generation to look at, or the newest, while it may still be written; see [`Experiment::scene`].
+    ///
+    /// # Errors
+    /// As there; exit 5 if the record that it is finished is damaged.
+    pub fn scene(&self, generation: Option<u32>, engine: &Engine) -> Result<Option<Scene>> {
+        let checkpoint = || newest_job(&self.directory, &self.identity());
+        Arc::clone(&self.experiment).scene(&self.recorded()?, generation, &checkpoint, engine)
     }
 
     /// The run, given whether it is finished.

@@ -150,12 +150,18 @@ pub trait Experiment: Debug + Send + Sync {
     /// # Errors
     /// Errors of the evaluator, and files that aren't what was written. Differences aren't errors.
     fn audit(&self, run: &Recorded<'_>, share: f64, engine: &Engine, bars: Bars) -> Result<Audit>;
-    /// `oneiro watch`: simulates the best of a generation, or of the newest complete one, of a run that may still evolve. `None` if there
-    /// is no such generation, or its individuals can't be simulated.
+    /// `oneiro watch`: simulates the best of a generation, or of the newest complete one, of a run that may still evolve. `checkpoint`
+    /// reads the newest saved job. `None` if there is no such generation, or its individuals can't be simulated.
     ///
     /// # Errors
     /// Errors of the evaluator, and of reading the run's files.
-    fn scene(self: Arc<Self>, _: &Recorded<'_>, _generation: Option<u32>, _: &Engine) -> Result<Option<Scene>> {
+    fn scene(
+        self: Arc<Self>,
+        _run: &Recorded<'_>,
+        _generation: Option<u32>,
+        _checkpoint: &dyn Fn() -> Option<Vec<u8>>,
+        _engine: &Engine,
+    ) -> Result<Option<Scene>> {
         Ok(None)
     }
 }

@@ -91,7 +91,7 @@ function words(value, pixel) {
 }
 
 /** @param {string} name @param {Record<string, string | number>} attributes @returns {SVGElement} */
-function element(name, attributes) {
+function svgElement(name, attributes) {
   const made = document.createElementNS(SVG, name);
   Object.entries(attributes).forEach(([key, value]) => made.setAttribute(key, String(value)));
   return made;
@@ -151,11 +151,11 @@ function plotOf(svg, group, keep, place) {
   let shown = whole;
   /** @type {number | null} */
   let cursor = null;
-  const clip = element('clipPath', { id: `plot-${place}-${Math.random().toString(36).slice(2)}` });
+  const clip = svgElement('clipPath', { id: `plot-${place}-${Math.random().toString(36).slice(2)}` });
   // Above the plot a change has its names.
-  clip.append(element('rect', { x: left, y: top - 16, width: right - left, height: bottom - top + 18 }));
-  const marks = element('g', { 'pointer-events': 'none' });
-  const zoomed = element('g', {});
+  clip.append(svgElement('rect', { x: left, y: top - 16, width: right - left, height: bottom - top + 18 }));
+  const marks = svgElement('g', { 'pointer-events': 'none' });
+  const zoomed = svgElement('g', {});
   group.append(clip, zoomed, marks);
 
   /** @param {number} x @returns {number} */
@@ -187,7 +187,7 @@ function plotOf(svg, group, keep, place) {
       [tick, name].forEach((own) => own.removeAttribute('display'));
       zoomed.append(tick, name);
     }
-    const note = element('text', { x: right, y: top - 6, 'font-size': 11, 'text-anchor': 'end', fill: '#6b6e76' });
+    const note = svgElement('text', { x: right, y: top - 6, 'font-size': 11, 'text-anchor': 'end', fill: '#6b6e76' });
     note.textContent = 'Esc: the whole range';
     zoomed.append(note);
   }
@@ -233,14 +233,15 @@ function plotOf(svg, group, keep, place) {
     const at = xs.reduce((best, x) => (Math.abs(x - near) < Math.abs(best - near) ? x : best));
     cursor = at;
     const x = moved(at);
-    marks.replaceChildren(element('line', { x1: x, x2: x, y1: top, y2: bottom, stroke: '#33363f', 'stroke-dasharray': '3 3' }));
+    const upright = { x1: x, x2: x, y1: top, y2: bottom, stroke: '#33363f', 'stroke-dasharray': '3 3' };
+    marks.replaceChildren(svgElement('line', upright));
     const head = document.createElement('b');
     head.textContent = `${acrossName} ${words(valueAcross(at), perPixel.x)}`;
     const rows = [head];
     for (const { name, colour, lines, bands } of visible()) {
       const y = lines.map((line) => heightAt(line, at)).find((height) => height !== undefined);
       if (y === undefined) continue;
-      marks.append(element('circle', { cx: x, cy: y, r: 3.5, fill: colour, stroke: '#ffffff', 'stroke-width': 1.5 }));
+      marks.append(svgElement('circle', { cx: x, cy: y, r: 3.5, fill: colour, stroke: '#ffffff', 'stroke-width': 1.5 }));
       const row = document.createElement('div');
       const dot = document.createElement('i');
       dot.style.background = colour;
@@ -301,7 +302,8 @@ function enliven(svg) {
   /** @param {MouseEvent} event @returns {DOMPoint} */
   const place = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM()?.inverse());
   /** @param {DOMPoint} at */
-  const under = (at) => plots.find((own) => at.x >= own.left - 4 && at.x <= own.right + 4 && at.y >= own.top - 12 && at.y <= own.bottom + 26);
+  const under = (at) => plots.find((own) => (
+    at.x >= own.left - 4 && at.x <= own.right + 4 && at.y >= own.top - 12 && at.y <= own.bottom + 26));
   /** @type {{ plot: (typeof plots)[0], from: number } | null} */
   let drag = null;
 
@@ -312,7 +314,7 @@ function enliven(svg) {
       const [low, high] = [drag.from, at.x].sort((a, b) => a - b).map((x) => Math.min(plot.right, Math.max(plot.left, x)));
       plot.hide();
       const size = { x: low, y: plot.top, width: high - low, height: plot.bottom - plot.top };
-      plot.marks.append(element('rect', { ...size, fill: '#2b3a8f', 'fill-opacity': 0.12 }));
+      plot.marks.append(svgElement('rect', { ...size, fill: '#2b3a8f', 'fill-opacity': 0.12 }));
       return;
     }
     const plot = under(at);

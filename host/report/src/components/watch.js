@@ -1,11 +1,12 @@
 // The page of `oneiro watch`. The server sends a list of all that it watches whenever something has changed; the page then fetches pictures
-// of what is selected, at most once a second. It keeps nothing of what it no longer shows, so its memory stays the same however long a run is.
+// of what is selected, at most once a second. It keeps nothing of what it no longer shows: its memory stays the same however long a run is.
 import { element, made } from './dom.js';
 import { attach } from './svg-chart.js';
 
 /**
  * @typedef {{ id: string, kind: 'run' | 'sweep' | 'fleet' | 'unreadable', directory: string, name?: string, seed?: string, group?: string,
- *   state?: string, steps?: number, length?: number, best?: number | null, left?: number | null, problem?: string | null, version?: number }} Source
+ *   state?: string, steps?: number, length?: number, best?: number | null, left?: number | null, problem?: string | null,
+ *   version?: number }} Source
  * @typedef {{ generation: number, individual: number, fitness: number | null, paths: string | null, archive: string | null }} Scene
  */
 
@@ -81,7 +82,7 @@ function showList() {
     mark.setAttribute('aria-label', state);
     // The directory's name, without what the heading says already.
     const own = (source.directory.split(/[\\/]/).pop() || '').replace(`${name}-`, '');
-    made('span', button, { textContent: source.kind === 'run' ? own : source.kind });
+    made('span', button, { textContent: source.kind !== 'run' ? source.kind : own === source.seed ? `seed ${own}` : own });
     const best = typeof source.best === 'number' ? Number(source.best.toPrecision(4)).toString() : '';
     made('span', button, { className: 'best', textContent: best });
     if (state === 'running' || state === 'unfinished') {
@@ -170,6 +171,11 @@ async function draw() {
 
 /** @param {Source} source */
 async function drawRun(source) {
+  if (!source.steps) {
+    part('none').hidden = false;
+    part('none').textContent = 'No generation has finished yet.';
+    return;
+  }
   const curve = await text(`curve/${source.id}?width=${Math.round(part('left').clientWidth)}`);
   if (source.id !== selected) return;
   part('curve').innerHTML = curve;

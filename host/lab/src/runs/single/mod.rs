@@ -785,7 +785,13 @@ impl super::Experiment for Single {
         audit::run(self, run, share, engine, bars)
     }
 
-    fn scene(self: Arc<Self>, run: &Recorded<'_>, generation: Option<u32>, engine: &Engine) -> Result<Option<Scene>> {
-        scene::of(&self, run, generation, engine)
+    fn scene(
+        self: Arc<Self>,
+        run: &Recorded<'_>,
+        generation: Option<u32>,
+        checkpoint: &dyn Fn() -> Option<Vec<u8>>,
+        engine: &Engine,
+    ) -> Result<Option<Scene>> {
+        scene::of(&self, run, generation, checkpoint, engine)
     }
 }

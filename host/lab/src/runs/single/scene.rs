@@ -14,7 +14,6 @@ use super::individuals::Individuals;
 use super::job::{Evolving, keys};
 use super::{Recorded, Recording, Single, pictures, together};
 use crate::engine::handle::Engine;
-use crate::record;
 use crate::runs::Scene;
 
 /// Individuals whose paths are drawn.
@@ -27,6 +26,7 @@ pub(super) fn of(
     single: &Arc<Single>,
     run: &Recorded<'_>,
     generation: Option<u32>,
+    checkpoint: &dyn Fn() -> Option<Vec<u8>>,
     engine: &Engine,
 ) -> Result<Option<Scene>> {
     let experiment = &single.experiment;
@@ -39,7 +39,7 @@ pub(super) fn of(
         false => Individuals::of_one(run.directory, experiment, generation)?,
     };
     let (elites, archive) = match generation {
-        None if evolution.has_archive() => elites(single, run)?,
+        None if evolution.has_archive() => elites(single, run, checkpoint)?,
         _ => (Vec::new(), None),
     };
     let best = match (&own, newest(elites)) {
@@ -67,12 +67,16 @@ fn newest(elites: Vec<RecordedElite>) -> Option<RecordedElite> {
 }
 
 /// The elites of a run, and their picture if two measures describe behaviour: those of the newest checkpoint while it evolves.
-fn elites(single: &Arc<Single>, run: &Recorded<'_>) -> Result<(Vec<RecordedElite>, Option<String>)> {
+fn elites(
+    single: &Arc<Single>,
+    run: &Recorded<'_>,
+    checkpoint: &dyn Fn() -> Option<Vec<u8>>,
+) -> Result<(Vec<RecordedElite>, Option<String>)> {
     let experiment = &single.experiment;
     let elites = if run.is_done {
         archive::elites(run, experiment, "")?
     } else {
-        let Some(job) = record::newest_job(run.directory, &experiment.identities().of(run.seed)) else {
+        let Some(job) = checkpoint() else {
             return Ok((Vec::new(), None));
         };
         let job = Evolving::new(Arc::clone(single), run.seed, Recording::Tables)?.restored(&job)?;
