@@ -46,9 +46,10 @@ pub fn document(title: &str, lead: &str, sections: &[Section]) -> String {
     let body = joined(sections, |Section { id, title, body }| {
         format!("<section id=\"{id}\">\n<h2>{}</h2>\n{body}</section>\n", escaped(title))
     });
-    let script = match sections.len() > 1 || body.contains(" data-plot=") {
-        true => format!("<script type=\"module\">\n{}</script>\n", bundle("report")),
-        false => String::new(),
+    let script = if sections.len() > 1 || body.contains(" data-plot=") {
+        format!("<script type=\"module\">\n{}</script>\n", bundle("report"))
+    } else {
+        String::new()
     };
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\

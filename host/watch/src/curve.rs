@@ -183,7 +183,7 @@ impl Curve {
         if self.values[0].is_maximum {
             numbers.reduce(f64::max)
         } else {
-            numbers.last()
+            numbers.reduce(|_, last| last)
         }
     }
 }
@@ -192,7 +192,9 @@ fn merged(points: &[Point], count: usize, values: &[Value]) -> Vec<Point> {
     let one = |points: &[Point]| {
         let (first, rest) = points.split_first()?;
         let mut first = first.clone();
-        rest.iter().for_each(|point| merge(&mut first, point, values));
+        for point in rest {
+            merge(&mut first, point, values);
+        }
         Some(first)
     };
     points.chunks(count).filter_map(one).collect()

@@ -1,7 +1,6 @@
 //! `oneiro watch --edit`: the page has a form with an experiment's main values, and a button that evolves with them. It starts ordinary
 //! runs, one at a time, with a directory each.
 
-use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -10,12 +9,11 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use oneiro_base::exit::{Failure, Result};
+use oneiro_base::files;
 use oneiro_lab::experiment::reference;
 use oneiro_lab::runs;
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
-
-use crate::request::Refusal;
 
 /// Keys that the form has in any case, where the experiment has them.
 const MAIN: [&str; 7] = [
@@ -79,9 +77,7 @@ impl Editor {
         let experiment = runs::read(&self.experiment, &[])?;
         let is_table = |error| Failure::input(format_args!("{}: {error}", self.experiment.display()));
         let resolved: toml::Table = experiment.resolved_toml(1).parse().map_err(is_table)?;
-        let text =
-            fs::read_to_string(&self.experiment).map_err(|error| Failure::unreadable(&self.experiment, &error))?;
-        let file: toml::Table = text.parse().map_err(is_table)?;
+        let file: toml::Table = files::text(&self.experiment)?.parse().map_err(is_table)?;
         let entries = if experiment.swarm().is_some() {
             reference::swarm()
         } else {
@@ -194,23 +190,6 @@ impl Editor {
             #[cfg(not(unix))]
             let _ = child.kill();
             let _ = child.wait();
-        }
-    }
-
-    /// Whether a request to change something may be answered.
-    pub(crate) fn allows(&self, secret: &str) -> std::result::Result<(), Refusal> {
-        let differs = self
-            .secret
-            .bytes()
-            .zip(secret.bytes())
-            .fold(0, |all, (a, b)| all | (a ^ b));
-        if secret.len() == self.secret.len() && differs == 0 {
-            Ok(())
-        } else {
-            Err((
-                403,
-                "no token to change anything: open the address that oneiro watch --edit has printed",
-            ))
         }
     }
 }

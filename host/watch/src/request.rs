@@ -99,11 +99,11 @@ impl Door {
             let mut pairs = query.split('&').filter_map(|pair| pair.split_once('='));
             pairs.find(|(own, _)| *own == name).map(|(_, value)| value)
         };
-        let is_link = path == "/" && value("token").is_some_and(|own| self.is_secret(own));
+        let is_link = path == "/" && value("token").is_some_and(|own| is_secret(&self.secret, own));
         let name = self.cookie();
         let cookies = header("cookie").0.unwrap_or_default().split(';');
         let mut cookies = cookies.filter_map(|cookie| cookie.trim().split_once('='));
-        if !is_link && !cookies.any(|(own, value)| own == name && self.is_secret(value)) {
+        if !is_link && !cookies.any(|(own, value)| own == name && is_secret(&self.secret, value)) {
             return Err((403, "no token: open the address that oneiro watch has printed"));
         }
         let wish = match method {
@@ -133,16 +133,12 @@ impl Door {
             .iter()
             .any(|name| host == format!("{name}:{port}"))
     }
+}
 
-    /// Compares all digits, whichever differ: the time tells nothing.
-    fn is_secret(&self, text: &str) -> bool {
-        let differs = self
-            .secret
-            .bytes()
-            .zip(text.bytes())
-            .fold(0, |all, (a, b)| all | (a ^ b));
-        text.len() == self.secret.len() && differs == 0
-    }
+/// Compares all digits, whichever differ: the time tells nothing.
+pub(crate) fn is_secret(secret: &str, text: &str) -> bool {
+    let differs = secret.bytes().zip(text.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
+    text.len() == secret.len() && differs == 0
 }
 
 /// The length of a wish's body and its secret, in a header that no other site's page can send.

@@ -14,9 +14,9 @@ use sha2::{Digest, Sha256};
 
 use crate::edit::Editor;
 use crate::pages::{self, FILES, PAGE, STYLE};
-use crate::request::{Door, HEAD, Request};
+use crate::request::{Door, HEAD, Request, is_secret};
 use crate::scenes::Scenes;
-use crate::sources::{FLEET, Kind, Sources};
+use crate::sources::{FLEET, Kind, LIVE_SCRIPT, Sources};
 
 /// Connections at a time, and those of them that receive events.
 const MOST: usize = 48;
@@ -68,14 +68,13 @@ impl Server {
         stop: &Arc<AtomicBool>,
     ) -> Result<Self> {
         let bind = |port| TcpListener::bind((Ipv4Addr::LOCALHOST, port));
-        let listener = match port {
-            Some(port) => bind(port)
-                .map_err(|error| Failure::input(format_args!("--port {port}: {error}; allowed: a free port, or 0")))?,
-            None => {
-                let found = (PORT..=PORT + PORTS).find_map(|port| bind(port).ok());
-                let any = || bind(0).map_err(|error| Failure::failed(format_args!("no port can be opened: {error}")));
-                found.map_or_else(any, Ok)?
-            }
+        let listener = if let Some(port) = port {
+            bind(port)
+                .map_err(|error| Failure::input(format_args!("--port {port}: {error}; allowed: a free port, or 0")))?
+        } else {
+            let found = (PORT..=PORT + PORTS).find_map(|port| bind(port).ok());
+            let any = || bind(0).map_err(|error| Failure::failed(format_args!("no port can be opened: {error}")));
+            found.map_or_else(any, Ok)?
         };
         let address = listener.local_addr().map_err(|error| Failure::failed(&error))?;
         let editor = match edited {
@@ -174,7 +173,7 @@ impl Server {
 fn secret() -> Result<String> {
     let mut bytes = [0_u8; 16];
     getrandom::fill(&mut bytes).map_err(|error| Failure::failed(format_args!("no random numbers: {error}")))?;
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(format!("{:032x}", u128::from_ne_bytes(bytes)))
 }
 
 /// The page about some folders as one file.
@@ -260,8 +259,11 @@ impl Shared {
         let Some(editor) = &self.editor else {
             return Answer::missing();
         };
-        if let Err((status, problem)) = editor.allows(secret) {
-            return Answer::failed(status, problem);
+        if !is_secret(&editor.secret, secret) {
+            return Answer::failed(
+                403,
+                "no token to change anything: open the address that oneiro watch --edit has printed",
+            );
         }
         match path {
             // A refused value is an answer too.
@@ -317,7 +319,7 @@ impl Shared {
             }
         };
         match plain::read(&directory.join(name), LARGEST) {
-            Ok(bytes) if name.ends_with(".js") => Answer::new("text/javascript; charset=utf-8", bytes),
+            Ok(bytes) if name == LIVE_SCRIPT => Answer::new("text/javascript; charset=utf-8", bytes),
             Ok(bytes) => Answer::page(bytes),
             Err(_) => Answer::missing(),
         }
@@ -350,7 +352,7 @@ impl Answer {
         for piece in text.split("<script").skip(1) {
             let element = piece.split("</script>").next().unwrap_or_default();
             let script = element.split_once('>').map_or("", |(_, script)| script);
-            scripts += &format!(" 'sha256-{}'", base64(&Sha256::digest(script.as_bytes())));
+            scripts.extend([" 'sha256-", &base64(&Sha256::digest(script.as_bytes())), "'"]);
         }
         Self {
             scripts,

@@ -20,8 +20,9 @@ use crate::sweeps::Cells;
 const MOST: usize = 500;
 /// How often the lock of a run that doesn't grow is tried, and a directory that can't be read is read again.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// The pages of a fleet.
-pub(crate) const FLEET: [&str; 2] = ["live.html", "live.js"];
+/// The page of a fleet and its script.
+pub(crate) const LIVE_SCRIPT: &str = "live.js";
+pub(crate) const FLEET: [&str; 2] = ["live.html", LIVE_SCRIPT];
 
 /// A directory of a run, a sweep or a fleet.
 #[derive(Debug)]
@@ -294,9 +295,8 @@ impl Source {
         match &mut self.kind {
             Kind::Run(run) => run.look(),
             Kind::Sweep(cells) => cells.look(),
-            Kind::Fleet => {}
             Kind::Unreadable(_, since) if since.elapsed() > PATIENCE => *self = Self::open(&self.directory),
-            Kind::Unreadable(..) => {}
+            Kind::Fleet | Kind::Unreadable(..) => {}
         }
     }
 }

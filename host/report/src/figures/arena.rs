@@ -117,9 +117,10 @@ pub fn paths(arena: &Arena, title: &str, paths: &[Path]) -> String {
     let last = ranked.len().saturating_sub(1);
     for (rank, path) in ranked.iter().enumerate() {
         let places = path.places.iter().map(|place| sheet.place(place.map(f64::from).into()));
-        let (colour, width) = match rank == last {
-            true => (ramp(&[FITTEST], 0.0), 3.5),
-            false => (ramp(&HEAT, rank as f64 / last as f64), 1.4),
+        let (colour, width) = if rank == last {
+            (ramp(&[FITTEST], 0.0), 3.5)
+        } else {
+            (ramp(&HEAT, rank as f64 / last as f64), 1.4)
         };
         let style = format!("stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"");
         svg.polyline(places, &style);

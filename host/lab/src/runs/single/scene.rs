@@ -34,9 +34,10 @@ pub(super) fn of(
     let is_outside =
         |generation| experiment.first_real().is_some_and(|first| generation >= first) && single.ends_outside();
     // Individuals of two populations were scored against opponents: only a finished run has a pair.
-    let own = match evolution.is_coevolution() {
-        true => None,
-        false => Individuals::of_one(run.directory, experiment, generation)?,
+    let own = if evolution.is_coevolution() {
+        None
+    } else {
+        Individuals::of_one(run.directory, experiment, generation)?
     };
     let (elites, archive) = match generation {
         None if evolution.has_archive() => elites(single, run, checkpoint)?,
