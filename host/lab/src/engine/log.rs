@@ -77,7 +77,7 @@ impl Log {
     pub(crate) fn push(&mut self, bytes: &[u8]) -> Result {
         const MANY: usize = 1 << 22;
         // `oneiro watch` reads them.
-        const LATE: Duration = Duration::from_millis(250);
+        const LATE: Duration = Duration::from_millis(200);
         self.hasher.update(bytes);
         self.waiting.extend_from_slice(bytes);
         if self.waiting.len() >= MANY || self.flushed.elapsed() >= LATE {

@@ -174,6 +174,8 @@ async function drawRun(source) {
   if (!source.steps) {
     part('none').hidden = false;
     part('none').textContent = 'No generation has finished yet.';
+    // The first is fetched at once.
+    fetched = -Infinity;
     return;
   }
   const curve = await text(`curve/${source.id}?width=${Math.round(part('left').clientWidth)}`);
