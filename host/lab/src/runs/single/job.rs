@@ -635,9 +635,9 @@ impl Job for Evolving {
                 rows: &rows,
                 archive,
             };
-            let pictures: Vec<_> = pictures::all(&drawn).collect();
+            let pictures = pictures::all(&drawn);
             let page = report::html(&drawn, &pictures);
-            files.extend(pictures);
+            files.extend(pictures.into_iter().map(|(own, svg)| (own.name, svg.into_bytes())));
             files.push((crate::runs::report::FILE, page.into_bytes()));
         }
         let evolution = &self.single.experiment.settings().evolution;

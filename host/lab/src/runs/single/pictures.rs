@@ -18,11 +18,14 @@ use crate::experiment::Experiment;
 const PICTURES: &[Picture] = &[path::PICTURE, learning_curve::PICTURE, archive::PICTURE];
 
 /// A picture of a finished run.
-struct Picture {
+pub(super) struct Picture {
     /// Its file.
-    name: &'static str,
+    pub(super) name: &'static str,
     /// What it shows, for a directory's description.
     about: &'static str,
+    /// What it shows, on the run's page, and whether that is the champion or else the evolution.
+    pub(super) caption: &'static str,
+    pub(super) is_of_champion: bool,
     /// Whether a run has it.
     is_drawn: fn(&Single) -> bool,
     /// Draws it as SVG, unless the run lacks what it shows.
@@ -52,10 +55,10 @@ impl Drawn<'_> {
     }
 }
 
-/// All pictures of a run: their files and contents.
-pub(super) fn all(run: &Drawn<'_>) -> impl Iterator<Item = (&'static str, Vec<u8>)> {
-    let draw = |picture: &Picture| Some((picture.name, (picture.draw)(run)?.into_bytes()));
-    PICTURES.iter().filter_map(draw)
+/// All pictures of a run, as SVG.
+pub(super) fn all(run: &Drawn<'_>) -> Vec<(&'static Picture, String)> {
+    let draw = |picture: &'static Picture| Some((picture, (picture.draw)(run)?));
+    PICTURES.iter().filter_map(draw).collect()
 }
 
 /// Their description in a run's directory; all pictures without a run.

@@ -13,7 +13,7 @@ use oneiro_report::figures::escaped;
 use oneiro_report::numbers::{Digits, count, shown};
 use oneiro_report::page::{Cell, Head, Row, Section, document, facts, figure, paragraph, table};
 
-use super::pictures::Drawn;
+use super::pictures::{Drawn, Picture};
 use super::trace::trace_every;
 use super::{CHAMPION_GENES, REPLAY};
 use crate::lives::measures::{self, Frame, Meter};
@@ -21,31 +21,19 @@ use crate::runs::report::{commands, settings};
 
 /// Significant digits of scores.
 const DIGITS: Digits = Digits::Four;
-/// The page, with the run's pictures, which are given as its files.
-pub(super) fn html(run: &Drawn<'_>, pictures: &[(&'static str, Vec<u8>)]) -> String {
+/// The page, with the run's pictures.
+pub(super) fn html(run: &Drawn<'_>, pictures: &[(&Picture, String)]) -> String {
     let mut number = 0;
-    let mut picture = |name: &str, words: &str| {
-        let svg = pictures.iter().find(|(own, _)| *own == name);
-        svg.map_or_else(String::new, |(_, svg)| {
+    let mut figures = |is_of_champion: bool| -> String {
+        let own = pictures.iter().filter(|(own, _)| own.is_of_champion == is_of_champion);
+        own.map(|(own, svg)| {
             number += 1;
-            let words = format!("{words} The file {name} is this figure.");
-            figure(&format!("Figure {number}"), &words, &String::from_utf8_lossy(svg))
+            let words = format!("{} The file {} is this figure.", own.caption, own.name);
+            figure(&format!("Figure {number}"), &words, svg)
         })
+        .collect()
     };
-    let path = picture(
-        "path.svg",
-        match run.experiment.world().robots() {
-            1 => "The champion\u{2019}s first episode.",
-            _ => "The champion\u{2019}s first episode: the path of its first robot.",
-        },
-    );
-    let evolution = picture(
-        "learning-curve.svg",
-        "Scores in each generation; those of the best are too high by luck.",
-    ) + &picture(
-        "archive.svg",
-        "The archive: each square is an elite, where its behaviour is.",
-    );
+    let [path, evolution] = [true, false].map(&mut figures);
     let sections = [
         Section::new("champion", "Champion", champion(run) + &path + &measured(run)),
         Section::new("evolution", "Evolution", evolution + &finalists(run)),

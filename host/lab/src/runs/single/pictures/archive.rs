@@ -10,6 +10,8 @@ use super::Picture;
 pub(super) const PICTURE: Picture = Picture {
     name: "archive.svg",
     about: "a picture of the archive, if two measures describe behaviour",
+    caption: "The archive: each square is an elite, where its behaviour is.",
+    is_of_champion: false,
     is_drawn: |single| {
         let evolution = &single.experiment.settings().evolution;
         evolution.has_archive() && evolution.descriptors.len() == 2

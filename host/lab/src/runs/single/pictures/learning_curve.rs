@@ -8,6 +8,8 @@ use super::Picture;
 pub(super) const PICTURE: Picture = Picture {
     name: "learning-curve.svg",
     about: "a picture of the evolution",
+    caption: "Scores in each generation; those of the best are too high by luck.",
+    is_of_champion: false,
     is_drawn: |_| true,
     draw: |run| {
         let series = |label, value: fn(&Row) -> f64| Series {

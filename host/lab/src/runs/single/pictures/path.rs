@@ -9,6 +9,8 @@ use super::Picture;
 pub(super) const PICTURE: Picture = Picture {
     name: "path.svg",
     about: "a picture of that episode",
+    caption: "The champion\u{2019}s first episode; of several robots, the path of the first.",
+    is_of_champion: true,
     is_drawn: |single| !single.ends_outside(),
     draw: |run| {
         let world = run.experiment.world().spec();
