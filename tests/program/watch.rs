@@ -8,6 +8,9 @@ use std::path::Path;
 use std::process::Child;
 use std::time::{Duration, Instant};
 
+use oneiro::foraging::Light;
+use oneiro::swarm::{Lamp, Swarm};
+use oneiro_report::figures::{BEHAVIOURS, ForagersReplay, Teller, live_page, live_script};
 use serde_json::{Value, json};
 
 use crate::mutations::mutant;
@@ -245,6 +248,50 @@ fn the_page_has_what_the_run_has_written() {
         "a file has changed"
     );
     assert_eq!(after.len(), before.len() + 1);
+}
+
+/// A directory may be somebody else's. Its pages' scripts run apart from the server's own, but for a fleet's page of this program.
+#[test]
+fn scripts_of_directories_are_kept_apart() {
+    let place = with_run("foreign");
+    place.write("runs/small-1/report.html", "<p>report</p><script>stolen = sessionStorage.edit;</script>");
+    let foragers = Swarm::odowd2014(2);
+    let fleet = ForagersReplay {
+        title: "fleet",
+        foragers: &foragers,
+        lamp: Lamp::fixed(Light::OverNest),
+        names: &[1, 2],
+        acts: &BEHAVIOURS,
+        teller: Teller::Robots,
+        lines: &[],
+        genes: &[],
+    };
+    fs::create_dir(place.at("runs/fleet")).unwrap();
+    place.write("runs/fleet/live.html", live_page(&fleet, "live.js"));
+    place.write("runs/fleet/live.js", live_script(&fleet, 1, None));
+    let served = Served::start(&place, &["runs"]);
+    let event = served.event(|event| event["sources"].as_array().unwrap().len() == 2);
+    let id = |kind: &str| {
+        let mut sources = event["sources"].as_array().unwrap().iter();
+        sources.find(|source| source["kind"] == kind).unwrap()["id"].as_str().unwrap().to_owned()
+    };
+    let policy = |path: &str| {
+        let (status, head, _) = served.send(served.head("GET", path, "").as_bytes());
+        assert_eq!(status, 200, "{path}");
+        head.split_once("Content-Security-Policy: ").unwrap().1.lines().next().unwrap().to_owned()
+    };
+    assert!(policy(&format!("/file/{}/report.html", id("run"))).starts_with("sandbox allow-scripts allow-downloads;"));
+    let (page, script) = (format!("/fleet/{}/live.html", id("fleet")), format!("/fleet/{}/live.js", id("fleet")));
+    let own = policy(&page);
+    assert!(own.starts_with("default-src 'none'; script-src 'self' 'sha256-"), "{own}");
+    assert_eq!(served.get(&script).0, 200);
+    // The same page with another script in it, and a script that does more.
+    let changed = place.text("runs/fleet/live.html").replace("</body>", "<script>alert(1)</script></body>");
+    place.write("runs/fleet/live.html", changed);
+    assert!(policy(&page).starts_with("sandbox"));
+    let more = place.text("runs/fleet/live.js") + "alert(1);\n";
+    place.write("runs/fleet/live.js", more);
+    assert_eq!(served.get(&script).0, 404);
 }
 
 /// Whatever comes, nothing is served but what is on the list, and memory doesn't grow.

@@ -4,19 +4,20 @@ use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, LazyLock, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use oneiro_base::exit::{Failure, Result};
 use oneiro_base::plain;
+use oneiro_report::figures::foragers_script;
 use sha2::{Digest, Sha256};
 
 use crate::edit::Editor;
 use crate::pages::{self, FILES, PAGE, STYLE};
 use crate::request::{Door, HEAD, Request, is_secret};
 use crate::scenes::Scenes;
-use crate::sources::{FLEET, Kind, LIVE_SCRIPT, Sources};
+use crate::sources::{FLEET, Kind, LIVE_PAGE, LIVE_SCRIPT, Sources};
 
 /// Connections at a time, and those of them that receive events.
 const MOST: usize = 48;
@@ -318,12 +319,26 @@ impl Shared {
                 None => return Answer::missing(),
             }
         };
-        match plain::read(&directory.join(name), LARGEST) {
-            Ok(bytes) if name == LIVE_SCRIPT => Answer::new("text/javascript; charset=utf-8", bytes),
-            Ok(bytes) => Answer::page(bytes),
-            Err(_) => Answer::missing(),
+        let Ok(bytes) = plain::read(&directory.join(name), LARGEST) else {
+            return Answer::missing();
+        };
+        match name {
+            // It runs as this server's.
+            LIVE_SCRIPT if is_live_script(&bytes) => Answer::new("text/javascript; charset=utf-8", bytes),
+            LIVE_SCRIPT => Answer::missing(),
+            LIVE_PAGE if scripts(&bytes) == *LIVE_SCRIPTS => Answer::page(bytes),
+            _ => Answer::foreign(bytes),
         }
     }
+}
+
+/// The hashes of the scripts of a fleet's page that this program would write.
+static LIVE_SCRIPTS: LazyLock<String> = LazyLock::new(|| scripts(foragers_script().as_bytes()));
+
+/// Whether a script is nothing but newer data for a fleet's page.
+fn is_live_script(bytes: &[u8]) -> bool {
+    let data = bytes.strip_prefix(b"window.oneiro.take(").and_then(|rest| rest.strip_suffix(b");\n"));
+    data.is_some_and(|data| serde_json::from_slice::<serde::de::IgnoredAny>(data).is_ok())
 }
 
 /// What is sent back.
@@ -331,8 +346,27 @@ struct Answer {
     status: u16,
     kind: &'static str,
     body: Vec<u8>,
-    /// Sources of scripts that the page may run, beside this server's.
-    scripts: String,
+    policy: Policy,
+}
+
+/// What a page may do: it runs this server's scripts and those of these hashes.
+enum Policy {
+    Scripts(String),
+    /// It has an origin of its own.
+    Sandbox(String),
+}
+
+/// Hashes of a page's inline scripts, as a policy has them. Data aren't scripts.
+fn scripts(page: &[u8]) -> String {
+    let text = String::from_utf8_lossy(page);
+    let mut all = String::new();
+    let is_code = |piece: &&str| !piece.starts_with(" type=\"application/json\"");
+    for piece in text.split("<script").skip(1).filter(is_code) {
+        let element = piece.split("</script>").next().unwrap_or_default();
+        let script = element.split_once('>').map_or("", |(_, script)| script);
+        all.extend([" 'sha256-", &base64(&Sha256::digest(script.as_bytes())), "'"]);
+    }
+    all
 }
 
 impl Answer {
@@ -341,21 +375,23 @@ impl Answer {
             status: 200,
             kind,
             body: body.into(),
-            scripts: String::new(),
+            policy: Policy::Scripts(String::new()),
         }
     }
 
-    /// A page with its scripts inside. It may run these alone.
+    /// A page of this program with its scripts inside. It may run these alone.
     fn page(body: Vec<u8>) -> Self {
-        let text = String::from_utf8_lossy(&body);
-        let mut scripts = String::new();
-        for piece in text.split("<script").skip(1) {
-            let element = piece.split("</script>").next().unwrap_or_default();
-            let script = element.split_once('>').map_or("", |(_, script)| script);
-            scripts.extend([" 'sha256-", &base64(&Sha256::digest(script.as_bytes())), "'"]);
-        }
         Self {
-            scripts,
+            policy: Policy::Scripts(scripts(&body)),
+            ..Self::new("text/html; charset=utf-8", body)
+        }
+    }
+
+    /// A page from a directory, which may be somebody else's: its scripts run apart from this server's pages, without cookies and what
+    /// windows store.
+    fn foreign(body: Vec<u8>) -> Self {
+        Self {
+            policy: Policy::Sandbox(scripts(&body)),
             ..Self::new("text/html; charset=utf-8", body)
         }
     }
@@ -390,15 +426,19 @@ impl Answer {
             self.status,
             self.kind,
             self.body.len(),
-            guards(&self.scripts)
+            guards(&self.policy)
         )
     }
 }
 
 /// Headers of every answer.
-fn guards(scripts: &str) -> String {
+fn guards(policy: &Policy) -> String {
+    let (sandbox, scripts) = match policy {
+        Policy::Scripts(scripts) => ("", scripts),
+        Policy::Sandbox(scripts) => ("sandbox allow-scripts allow-downloads; ", scripts),
+    };
     format!(
-        "Cache-Control: no-store\r\nContent-Security-Policy: default-src 'none'; script-src 'self'{scripts}; style-src 'self' 'unsafe-inline'; \
+        "Cache-Control: no-store\r\nContent-Security-Policy: {sandbox}default-src 'none'; script-src 'self'{scripts}; style-src 'self' 'unsafe-inline'; \
          img-src 'self' data: blob:; connect-src 'self'; frame-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'none'\r\n\
          Cross-Origin-Resource-Policy: same-origin\r\nReferrer-Policy: no-referrer\r\nX-Content-Type-Options: nosniff\r\n\
          X-Frame-Options: SAMEORIGIN\r\n"
@@ -492,7 +532,7 @@ fn events(shared: &Shared, stream: &mut TcpStream) -> io::Result<()> {
 fn send_events(shared: &Shared, stream: &mut TcpStream) -> io::Result<()> {
     let head = format!(
         "HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\n{}Connection: close\r\n\r\n",
-        guards("")
+        guards(&Policy::Scripts(String::new()))
     );
     stream.write_all(head.as_bytes())?;
     let mut sent = 0;

@@ -22,7 +22,8 @@ const MOST: usize = 500;
 const PATIENCE: Duration = Duration::from_secs(2);
 /// The page of a fleet and its script.
 pub(crate) const LIVE_SCRIPT: &str = "live.js";
-pub(crate) const FLEET: [&str; 2] = ["live.html", LIVE_SCRIPT];
+pub(crate) const LIVE_PAGE: &str = "live.html";
+pub(crate) const FLEET: [&str; 2] = [LIVE_PAGE, LIVE_SCRIPT];
 
 /// A directory of a run, a sweep or a fleet.
 #[derive(Debug)]

@@ -49,6 +49,13 @@ pub(super) fn page(player: &Player<'_>) -> String {
     )
 }
 
+/// The element of a page's script, as [`page`] has it.
+pub(super) fn script_element(name: &str) -> String {
+    let (_, after) = PAGE.rsplit_once("<script>").unwrap_or_default();
+    let (script, _) = after.split_once("</script>").unwrap_or_default();
+    format!("<script>{}</script>", filled(script, &[("script", &bundle(name))]))
+}
+
 /// Replaces each `{{name}}` of a template. Placeholders in replacements are unchanged.
 pub(super) fn filled(template: &str, parts: &[(&str, &str)]) -> String {
     let mut rest = template;

@@ -16,6 +16,8 @@ use super::svg::number;
 
 /// The panel next to the arena.
 const PANEL: &str = include_str!("../components/foragers.html");
+/// The page's module.
+const SCRIPT: &str = "foragers";
 /// Arena radius in mm up to which poses are in tenths of millimetres.
 const FINE: f32 = 1600.0;
 /// Position of a robot whose pose is unknown; others are clamped to one more.
@@ -195,6 +197,11 @@ pub fn live_page(replay: &ForagersReplay<'_>, script: &str) -> String {
     page(replay, &facts)
 }
 
+/// The script element of all these pages, by which they are recognised.
+pub fn foragers_script() -> String {
+    player::script_element(SCRIPT)
+}
+
 /// Makes that script: what is known now. `written` differs each time, and `end` says how the experiment has ended, if
 /// it has.
 pub fn live_script(replay: &ForagersReplay<'_>, written: u64, end: Option<&str>) -> String {
@@ -212,7 +219,7 @@ fn page(replay: &ForagersReplay<'_>, facts: &BTreeMap<&str, Value>) -> String {
         strip: "<div id=\"lights\" aria-hidden=\"true\"></div>",
         panel: PANEL,
         facts,
-        script: "foragers",
+        script: SCRIPT,
     })
 }
 
