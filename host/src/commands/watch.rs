@@ -1,4 +1,4 @@
-//! `oneiro watch`: a page about runs, sweeps and fleets while they evolve; and the same beside `oneiro run` and `oneiro sweep run`.
+//! `oneiro watch`: a page about runs, sweeps and fleets while they evolve; also started by `oneiro run --watch` and `oneiro sweep run --watch`.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ pub(super) fn run(arguments: &cli::Watch, console: Console) -> Result {
     } else {
         let elsewhere =
             format!("from another machine: ssh -L {port}:127.0.0.1:{port} THIS_MACHINE, and the same address there");
-        let text = format!("{link}\n{elsewhere}\nCtrl-C ends it; what it shows goes on");
+        let text = format!("{link}\n{elsewhere}\nCtrl-C ends the page, and no run");
         console.print_answer(&Answer::new(text, json!({ "url": link, "port": port })))?;
     }
     if arguments.open {
@@ -54,7 +54,7 @@ pub(super) fn run(arguments: &cli::Watch, console: Console) -> Result {
     server.serve(&stop, &over, if arguments.open { OPENING } else { Duration::ZERO })
 }
 
-/// A directory that is named, or its name in the usual folders. It may appear later.
+/// The named directory, or the one of this name in the usual folders. It may appear later.
 fn folder(dir: &Path) -> Result<PathBuf> {
     if dir.is_file() {
         let problem = "is a file; allowed: directories of runs, sweeps and fleets";
@@ -95,7 +95,7 @@ fn open(link: &str, console: Console) {
     }
 }
 
-/// The page beside a command. It ends with it, or when no browser shows it any more.
+/// The page of a command. It ends with the command, or when no browser shows it any more.
 pub(super) struct Page(Child, Console);
 
 impl Page {

@@ -1,7 +1,7 @@
 //! `oneiro watch`: a page about runs, sweeps and fleets, read from what they write.
 //!
-//! It is a process of its own that writes nothing and is asked nothing by what it shows, so results can't depend on it. Episodes are
-//! simulated again from the genomes that runs record: the same seed gives the same bits here too.
+//! A separate process that writes nothing, so results can't depend on it. It simulates episodes again from the genomes that runs record:
+//! the same seed also gives the same bits here.
 //!
 //! | file | content |
 //! |---|---|

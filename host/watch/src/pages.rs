@@ -22,7 +22,7 @@ const SOFT: &str = "#74777f";
 /// Colours of runs with other settings.
 const OTHERS: [&str; 4] = ["#2b3a8f", "#2a9d8f", "#8a3fa0", "#b06f00"];
 
-/// Pages and pictures of a directory that are shown as they are.
+/// Pages of a directory that are served unchanged.
 pub(crate) const FILES: [&str; 4] = ["report.html", "replay.html", "learning.html", "archive.html"];
 
 /// Widths of a curve in pixels, and its height.
@@ -67,7 +67,7 @@ pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
         shown.push(band("median", SOFT, spread(&all, stride)));
         shown.push(band(&this, COLOURS[0], lines(run, 0)));
     } else {
-        // Beside other settings, only the first value.
+        // With other settings in the chart, only the first value.
         let count = if others.is_empty() { values.len() } else { 1 };
         let label = |value: usize| {
             if others.is_empty() {

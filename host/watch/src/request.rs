@@ -245,7 +245,7 @@ mod tests {
         assert_eq!(status("\u{0}\r\n\r\n"), 400);
     }
 
-    /// A wish needs the page's origin, JSON, a length and, checked later, a secret of its own.
+    /// A wish needs the page's origin, JSON, a length and, checked later, the editor's secret.
     #[test]
     fn only_the_page_itself_may_wish() {
         let door = Door {

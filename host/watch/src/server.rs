@@ -120,7 +120,7 @@ impl Server {
     /// Exit 1 if there is no thread for it.
     pub fn serve(self, stop: &AtomicBool, over: &AtomicBool, grace: Duration) -> Result {
         let Self { listener, shared } = self;
-        // What is watched comes first.
+        // Runs have priority.
         #[cfg(unix)]
         let _ = rustix::process::nice(10);
         let others = Arc::clone(&shared);
@@ -267,7 +267,7 @@ impl Shared {
             );
         }
         match path {
-            // A refused value is an answer too.
+            // A refused value is also an answer.
             "/evolve" => {
                 let problem = editor.evolve(body).err();
                 Answer::new(
@@ -335,7 +335,7 @@ impl Shared {
 /// The hashes of the scripts of a fleet's page that this program would write.
 static LIVE_SCRIPTS: LazyLock<String> = LazyLock::new(|| scripts(foragers_script().as_bytes()));
 
-/// Whether a script is nothing but newer data for a fleet's page.
+/// Whether a script has only newer data for a fleet's page.
 fn is_live_script(bytes: &[u8]) -> bool {
     let data = bytes.strip_prefix(b"window.oneiro.take(").and_then(|rest| rest.strip_suffix(b");\n"));
     data.is_some_and(|data| serde_json::from_slice::<serde::de::IgnoredAny>(data).is_ok())
@@ -352,7 +352,7 @@ struct Answer {
 /// What a page may do: it runs this server's scripts and those of these hashes.
 enum Policy {
     Scripts(String),
-    /// It has an origin of its own.
+    /// It has another origin than this server.
     Sandbox(String),
 }
 

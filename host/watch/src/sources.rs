@@ -39,7 +39,7 @@ pub(crate) enum Kind {
     Run(Box<Run>),
     Sweep(Box<Cells>),
     Fleet,
-    /// What is wrong with it, and since when that is known.
+    /// The problem, and when it was found.
     Unreadable(String, Instant),
 }
 

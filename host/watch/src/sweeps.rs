@@ -30,7 +30,7 @@ pub(crate) struct Cells {
     /// Size of all journals at the last look, and when that was.
     read: u64,
     looked: Option<Instant>,
-    /// The first look and the runs that were finished then, for the time that is left.
+    /// The first look and the runs finished by then, for the remaining time.
     first: Option<(Instant, usize)>,
     problem: Option<String>,
     version: u64,
@@ -91,7 +91,7 @@ impl Cells {
         all.filter_map(|file| Some(file.metadata().ok()?.len())).sum()
     }
 
-    /// Seconds that are left at the pace so far, if runs were finished while we looked.
+    /// Remaining seconds at the pace so far, if runs were finished since the first look.
     fn left(&self) -> Option<f64> {
         let (since, then) = self.first?;
         let new = self.done.checked_sub(then).filter(|new| *new > 0)?;
