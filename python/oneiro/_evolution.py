@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from . import _native
 from ._errors import InputError
 from ._experiment import whole
+from ._html import facts
 from ._native import Experiment
 
 if TYPE_CHECKING:
@@ -65,6 +66,17 @@ class Evolution:
         """The individual with the best score so far; None before the first generation was evaluated."""
         best = self._native.luckiest()
         return None if best is None else Luckiest(*best)
+
+    def _repr_html_(self) -> str:
+        """For notebooks: how far it is."""
+        best = self.luckiest
+        values = {
+            "optimiser": self.kind,
+            "seed": self.seed,
+            "evaluated generations": self.generation,
+            "best score": "none yet" if best is None else best.score,
+        }
+        return facts("finished" if self.is_finished else "evolving", values)
 
     @property
     def keys(self) -> NDArray[np.uint64]:

@@ -19,6 +19,9 @@ class Experiment:
     def load(path: str | os.PathLike[str], set: Mapping[str, Any] | None = None) -> Experiment:
         """Reads an experiment's file, with other values for some keys, as `--set` does: `{"evolution.population": 50}`."""
 
+    def _repr_html_(self) -> str:
+        """For notebooks: its main values, and all settings to unfold."""
+
     @property
     def name(self) -> str:
         """Its name."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from . import _native
 from ._errors import InputError
 from ._experiment import whole
+from ._html import facts, framed
 from ._native import Experiment
 from ._progress import bar
 
@@ -106,6 +107,13 @@ class Run:
     def __repr__(self) -> str:
         return f"<oneiro.Run {str(self.path)!r}, seed {self.seed}>"
 
+    def _repr_html_(self) -> str:
+        """For notebooks: its pages, `report.html` and, if it was replayed, `replay.html`."""
+        result = self.result
+        values = {"run": self.path, "seed": self.seed, "result": result[:12] if result else "not finished"}
+        pages = [framed(self.path / name) for name in ("report.html", "replay.html")]
+        return facts(self.experiment.name, values) + "".join(pages)
+
 
 class Champion(NamedTuple):
     """A run's best controller."""
@@ -133,6 +141,11 @@ class Sweep(NamedTuple):
     def generations(self) -> Any:
         """A row for each generation of each run, in the same form."""
         return table(self.path / "generations.csv")
+
+    def _repr_html_(self) -> str:
+        """For notebooks: its report, if `oneiro sweep report` has written one."""
+        values = {"sweep": self.path, "runs": self.runs, "hash": self.hash[:12]}
+        return facts(self.path.name, values) + framed(self.path / "report.html")
 
 
 def run(exp: Experiment, *, seed: int, out: str | os.PathLike[str], backend: str = "auto") -> Run:

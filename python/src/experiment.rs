@@ -70,6 +70,12 @@ impl Experiment {
         format!("<oneiro.Experiment {:?} {}>", self.0.name(), &self.0.hash()[..12])
     }
 
+    /// For notebooks.
+    fn _repr_html_(own: &Bound<'_, Self>) -> PyResult<String> {
+        let html = own.py().import("oneiro._html")?.getattr("experiment")?.call1((own,))?;
+        html.extract()
+    }
+
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         let other = other.cast::<Self>();
         other.is_ok_and(|other| self.0.portable() == other.get().0.portable())

@@ -266,3 +266,19 @@ def test_tables_without_libraries(tmp_path, monkeypatch):
     assert table["name"].tolist() == ["a,b", "c"] and table["count"].tolist() == [1, -2]
     assert table["number"][0] == 0.1 and np.isnan(table["number"][1])
     assert list(frame["count"]) == [1, -2] and frame["number"][0] == 0.1
+
+
+def test_notebooks_show_pages(short, tmp_path):
+    assert "<caption" in short._repr_html_() and "[evolution]" in short._repr_html_()
+    evolution = oneiro.Evolution(short, seed=3)
+    assert "none yet" in evolution._repr_html_()
+    best = evolve(short, evolution)
+    assert "finished" in evolution._repr_html_() and str(best.score) in evolution._repr_html_()
+    run = oneiro.run(short, seed=3, out=tmp_path / "run<b>", backend="cpu")
+    page = run._repr_html_()
+    assert page.count("<iframe") == 1 and "sandbox=" in page
+    # What is in it is text for the notebook.
+    frame = page[page.index("srcdoc=") :]
+    assert frame.count('"') == 2 and "<script" not in page and "<b>" not in page.replace("<b>" + short.name, "")
+    (tmp_path / "run<b>/report.html").unlink()
+    assert "<iframe" not in run._repr_html_()
