@@ -817,7 +817,7 @@ fn pictures_are_drawn_by_what_is_typed() {
 }
 
 /// Pictures that no block draws, and what they are.
-const NOT_DRAWN: [(&str, &str); 6] = [
+const NOT_DRAWN: [(&str, &str); 7] = [
     ("docs/collision-keep-turn.svg", "drawn by hand"),
     ("docs/collision-slide.svg", "drawn by hand"),
     ("docs/collision-stick.svg", "drawn by hand"),
@@ -827,6 +827,7 @@ const NOT_DRAWN: [(&str, &str); 6] = [
         "a browser's picture of a page: docs/pictures.sh",
     ),
     ("docs/swarms-page.png", "the same"),
+    ("docs/watch-page.png", "the same"),
 ];
 
 /// The package for Python is in no registry: each example says where it is built, and to install what the page of examples lists.

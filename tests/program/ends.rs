@@ -25,7 +25,7 @@ checkpoint_every = 2
 const SWEEP: &str = "experiment = \"small.toml\"\nseeds = \"1..3\"\n";
 
 /// Commands under limits: a name, which begins with that of the command, and the arguments, in which `OUT` is a new path.
-const COMMANDS: [(&str, &[&str]); 40] = [
+const COMMANDS: [(&str, &[&str]); 41] = [
     ("new", &["new", "OUT.toml"]),
     ("check", &["check", "small.toml"]),
     ("check parts", &["check", "parts.toml"]),
@@ -52,6 +52,7 @@ const COMMANDS: [(&str, &[&str]); 40] = [
         &["evaluate", "--genomes", "run", "--measures", "--trials", "50"],
     ),
     ("evaluate the best", &["evaluate", "--best", "--genomes", "run"]),
+    ("watch", &["watch", "run", "--snapshot", "OUT.html"]),
     ("replay", &["replay", "run"]),
     (
         "evaluate a tournament",
