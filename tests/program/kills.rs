@@ -144,7 +144,11 @@ const READERS: [&str; 16] = [
 ];
 
 /// Commands that are killed by other tests, or of which nothing is to be continued.
-const ELSEWHERE: [(&str, &str); 3] = [
+const ELSEWHERE: [(&str, &str); 4] = [
+    (
+        "watch",
+        "it reads; its snapshot is one file, which is renamed when it is whole",
+    ),
     (
         "fleet deploy",
         "each file is written by the robot's computer, whole or not at all: host/fleet/src/fleet/tests.rs",
@@ -160,7 +164,13 @@ const ELSEWHERE: [(&str, &str); 3] = [
 ];
 
 /// Options that name what is written, except for recordings of links, which are kept and not overwritten.
-const WRITING: [&str; 4] = ["--out <", "--traces <", "--share <FILE", "--log <DIR"];
+const WRITING: [&str; 5] = [
+    "--out <",
+    "--traces <",
+    "--share <FILE",
+    "--log <DIR",
+    "--snapshot <FILE",
+];
 
 #[test]
 fn each_command_is_killed_or_writes_nothing() {

@@ -254,7 +254,10 @@ fn the_page_has_what_the_run_has_written() {
 #[test]
 fn scripts_of_directories_are_kept_apart() {
     let place = with_run("foreign");
-    place.write("runs/small-1/report.html", "<p>report</p><script>stolen = sessionStorage.edit;</script>");
+    place.write(
+        "runs/small-1/report.html",
+        "<p>report</p><script>stolen = sessionStorage.edit;</script>",
+    );
     let foragers = Swarm::odowd2014(2);
     let fleet = ForagersReplay {
         title: "fleet",
@@ -273,20 +276,37 @@ fn scripts_of_directories_are_kept_apart() {
     let event = served.event(|event| event["sources"].as_array().unwrap().len() == 2);
     let id = |kind: &str| {
         let mut sources = event["sources"].as_array().unwrap().iter();
-        sources.find(|source| source["kind"] == kind).unwrap()["id"].as_str().unwrap().to_owned()
+        sources.find(|source| source["kind"] == kind).unwrap()["id"]
+            .as_str()
+            .unwrap()
+            .to_owned()
     };
     let policy = |path: &str| {
         let (status, head, _) = served.send(served.head("GET", path, "").as_bytes());
         assert_eq!(status, 200, "{path}");
-        head.split_once("Content-Security-Policy: ").unwrap().1.lines().next().unwrap().to_owned()
+        head.split_once("Content-Security-Policy: ")
+            .unwrap()
+            .1
+            .lines()
+            .next()
+            .unwrap()
+            .to_owned()
     };
     assert!(policy(&format!("/file/{}/report.html", id("run"))).starts_with("sandbox allow-scripts allow-downloads;"));
-    let (page, script) = (format!("/fleet/{}/live.html", id("fleet")), format!("/fleet/{}/live.js", id("fleet")));
+    let (page, script) = (
+        format!("/fleet/{}/live.html", id("fleet")),
+        format!("/fleet/{}/live.js", id("fleet")),
+    );
     let own = policy(&page);
-    assert!(own.starts_with("default-src 'none'; script-src 'self' 'sha256-"), "{own}");
+    assert!(
+        own.starts_with("default-src 'none'; script-src 'self' 'sha256-"),
+        "{own}"
+    );
     assert_eq!(served.get(&script).0, 200);
     // The same page with another script in it, and a script that does more.
-    let changed = place.text("runs/fleet/live.html").replace("</body>", "<script>alert(1)</script></body>");
+    let changed = place
+        .text("runs/fleet/live.html")
+        .replace("</body>", "<script>alert(1)</script></body>");
     place.write("runs/fleet/live.html", changed);
     assert!(policy(&page).starts_with("sandbox"));
     let more = place.text("runs/fleet/live.js") + "alert(1);\n";

@@ -337,7 +337,9 @@ static LIVE_SCRIPTS: LazyLock<String> = LazyLock::new(|| scripts(foragers_script
 
 /// Whether a script has only newer data for a fleet's page.
 fn is_live_script(bytes: &[u8]) -> bool {
-    let data = bytes.strip_prefix(b"window.oneiro.take(").and_then(|rest| rest.strip_suffix(b");\n"));
+    let data = bytes
+        .strip_prefix(b"window.oneiro.take(")
+        .and_then(|rest| rest.strip_suffix(b");\n"));
     data.is_some_and(|data| serde_json::from_slice::<serde::de::IgnoredAny>(data).is_ok())
 }
 

@@ -36,7 +36,8 @@ pub use network::network;
 pub use player::{packed, turns};
 pub use svg::escaped;
 pub use swarm::{
-    Act, BEHAVIOURS, ForagersReplay, Genes, Moment, Sight, Teller, foragers_page, foragers_script, live_page, live_script, moments,
+    Act, BEHAVIOURS, ForagersReplay, Genes, Moment, Sight, Teller, foragers_page, foragers_script, live_page,
+    live_script, moments,
 };
 pub use tables::{HEAT, sensor_table};
 pub use tournament::tournament;
