@@ -24,11 +24,11 @@ const MOST: usize = 48;
 const LISTENERS: usize = 12;
 /// Time for a request to arrive, and for a client to take bytes.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// How often directories are looked at, and after which a silent connection is told something.
+/// How often directories are looked at. A browser that has gone is noticed when it is told something.
 const PAUSE: Duration = Duration::from_millis(150);
 /// Time after which a page that was shown is closed: it may be loaded again.
 const CLOSING: Duration = Duration::from_secs(3);
-const HEARTBEAT: Duration = Duration::from_secs(15);
+const HEARTBEAT: Duration = Duration::from_secs(3);
 /// The first port that is tried unless one is given, and how many others.
 const PORT: u16 = 8645;
 const PORTS: u16 = 20;
