@@ -151,9 +151,12 @@ impl Server {
         // A browser that is being opened, or opens the page again, gets some time.
         let (mut shown, mut was_shown) = (Instant::now(), false);
         while !stop.load(Ordering::Relaxed) {
-            shared.look();
             let is_asked =
                 shared.connections.load(Ordering::Relaxed) > 0 || shared.was_asked.swap(false, Ordering::Relaxed);
+            // What nobody looks at takes nothing from the run.
+            if is_asked {
+                shared.look();
+            }
             if is_asked || !over.load(Ordering::Relaxed) {
                 shown = Instant::now();
                 was_shown |= is_asked;
