@@ -520,7 +520,7 @@ pub(crate) struct Run {
     /// another run has that name]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
-    /// The page beside it.
+    /// Its page.
     #[command(flatten)]
     pub(crate) beside: Beside,
 }
@@ -795,7 +795,7 @@ pub(crate) struct List {
 /// `oneiro watch`
 #[derive(Args, Debug)]
 pub(crate) struct Watch {
-    /// Runs, sweeps and fleets, or directories of some, whether they are there already or not [default: runs and sweeps]
+    /// Runs, sweeps and fleets, or directories of some [default: runs and sweeps, also those that begin later]
     #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) dirs: Vec<PathBuf>,
     /// The port of this machine; 0: any [default: 8645, or the next that is free]
@@ -807,7 +807,7 @@ pub(crate) struct Watch {
     /// Let the page change the main values of this experiment and evolve again, into runs/
     #[arg(long, value_name = "EXPERIMENT.toml", value_hint = ValueHint::FilePath)]
     pub(crate) edit: Option<PathBuf>,
-    /// Write the page as it is now to a file that needs no server, and end
+    /// Write the current page to a file that needs no server, and end
     #[arg(long, value_name = "FILE.html", value_hint = ValueHint::FilePath, conflicts_with_all = ["port", "open", "edit"])]
     pub(crate) snapshot: Option<PathBuf>,
     /// End with the standard input: another command has started this one.
@@ -815,7 +815,7 @@ pub(crate) struct Watch {
     pub(crate) beside: bool,
 }
 
-/// The page beside a command that evolves.
+/// The page of a command that evolves.
 #[derive(Args, Debug)]
 pub(crate) struct Beside {
     /// Serve a page that shows the evolution while it runs, and print its address
@@ -1478,7 +1478,7 @@ pub(crate) struct SweepRun {
     /// With --print-slurm: number of array tasks, at most one for each run [default: 8]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=100_000))]
     pub(crate) shards: Option<u32>,
-    /// The page beside it.
+    /// Its page.
     #[command(flatten)]
     pub(crate) beside: Beside,
 }

@@ -1,4 +1,4 @@
-"""What notebooks show: tables of facts, and the pages that runs and sweeps write."""
+"""For notebooks: tables of facts, and the pages that runs and sweeps write."""
 
 from __future__ import annotations
 
@@ -34,6 +34,11 @@ def framed(page: Path) -> str:
 
 def experiment(exp: Experiment) -> str:
     """An experiment in brief, with its whole text to unfold."""
-    values = {"genes": exp.genes, "episodes of an individual": exp.trials, "control cycles": exp.cycles, "hash": exp.hash[:12]}
+    values = {
+        "genes": exp.genes,
+        "episodes of an individual": exp.trials,
+        "control cycles": exp.cycles,
+        "hash": exp.hash[:12],
+    }
     text = html.escape(exp.to_toml())
     return facts(exp.name, values) + f"<details><summary>all settings</summary><pre>{text}</pre></details>"

@@ -277,7 +277,7 @@ def test_notebooks_show_pages(short, tmp_path):
     run = oneiro.run(short, seed=3, out=tmp_path / "run<b>", backend="cpu")
     page = run._repr_html_()
     assert page.count("<iframe") == 1 and "sandbox=" in page
-    # What is in it is text for the notebook.
+    # Its content is text for the notebook.
     frame = page[page.index("srcdoc=") :]
     assert frame.count('"') == 2 and "<script" not in page and "<b>" not in page.replace("<b>" + short.name, "")
     (tmp_path / "run<b>/report.html").unlink()

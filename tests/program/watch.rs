@@ -1,4 +1,4 @@
-//! `oneiro watch`: what it serves, to whom, and that what it watches is the same without it.
+//! `oneiro watch`: it serves its list of pages to whoever has the token, and changes nothing.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -250,7 +250,7 @@ fn the_page_has_what_the_run_has_written() {
     assert_eq!(after.len(), before.len() + 1);
 }
 
-/// A directory may be somebody else's. Its pages' scripts run apart from the server's own, but for a fleet's page of this program.
+/// A directory may be somebody else's. Its pages' scripts run apart from the server's pages; only a fleet's page of this program is an exception.
 #[test]
 fn scripts_of_directories_are_kept_apart() {
     let place = with_run("foreign");
@@ -455,6 +455,11 @@ fn what_can_not_be_watched_is_refused() {
     };
     refused(&["watch", "file"], "file: is a file; allowed: directories of runs");
     refused(&["watch", "--edit", "none.toml"], "none.toml");
+    fs::create_dir_all(place.at("runs/small-1")).unwrap();
+    refused(
+        &["watch", "smal-1"],
+        "smal-1: does not exist; did you mean runs/small-1?",
+    );
     let taken = std::net::TcpListener::bind(("127.0.0.1", 0)).unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
     refused(&["watch", "--port", &port], "allowed: a free port, or 0");

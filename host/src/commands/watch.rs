@@ -16,7 +16,7 @@ use oneiro_lab::engine::watcher::stop_signal;
 use oneiro_watch::{Server, snapshot};
 use serde_json::json;
 
-use super::places::{RUNS, SWEEPS};
+use super::places::{RUNS, SWEEPS, found};
 use crate::cli;
 
 /// Time in which a browser opens the page.
@@ -28,7 +28,9 @@ const MOMENT: Duration = Duration::from_millis(900);
 pub(super) fn run(arguments: &cli::Watch, console: Console) -> Result {
     let folders = match &arguments.dirs[..] {
         [] => [RUNS, SWEEPS].map(PathBuf::from).to_vec(),
-        dirs => dirs.iter().map(|dir| folder(dir)).collect::<Result<_>>()?,
+        // Those of the command that has started it may appear later.
+        dirs if arguments.beside => dirs.to_vec(),
+        dirs => dirs.iter().map(|dir| folder(dir, console)).collect::<Result<_>>()?,
     };
     let stop = stop_signal()?;
     if let Some(file) = &arguments.snapshot {
@@ -54,15 +56,14 @@ pub(super) fn run(arguments: &cli::Watch, console: Console) -> Result {
     server.serve(&stop, &over, if arguments.open { OPENING } else { Duration::ZERO })
 }
 
-/// The named directory, or the one of this name in the usual folders. It may appear later.
-fn folder(dir: &Path) -> Result<PathBuf> {
+/// The named directory.
+fn folder(dir: &Path, console: Console) -> Result<PathBuf> {
+    let dir = found(dir, &[RUNS, SWEEPS], console)?;
     if dir.is_file() {
         let problem = "is a file; allowed: directories of runs, sweeps and fleets";
         return Err(Failure::input(format_args!("{}: {problem}", dir.display())));
     }
-    let usual = [RUNS, SWEEPS].map(|folder| Path::new(folder).join(dir));
-    let known = usual.into_iter().find(|path| !dir.is_dir() && path.is_dir());
-    Ok(known.unwrap_or_else(|| dir.to_owned()))
+    Ok(dir)
 }
 
 /// Sets the flag when the standard input ends: the other command has ended, in whatever way.
@@ -96,7 +97,10 @@ fn open(link: &str, console: Console) {
 }
 
 /// The page of a command. It ends with the command, or when no browser shows it any more.
-pub(super) struct Page(Child, Console);
+pub(super) struct Page {
+    process: Child,
+    console: Console,
+}
 
 impl Page {
     /// Starts the page about these directories if it is wanted.
@@ -121,18 +125,19 @@ impl Page {
             .args(directories)
             .stdin(Stdio::piped())
             .stdout(Stdio::null());
-        Ok(Some(Self(child.spawn().map_err(failed)?, console)))
+        let process = child.spawn().map_err(failed)?;
+        Ok(Some(Self { process, console }))
     }
 }
 
 impl Drop for Page {
     fn drop(&mut self) {
-        drop(self.0.stdin.take());
+        drop(self.process.stdin.take());
         thread::sleep(MOMENT);
-        if matches!(self.0.try_wait(), Ok(None)) {
-            self.1
+        if matches!(self.process.try_wait(), Ok(None)) {
+            self.console
                 .say("the page is still open in a browser: close it, or press Ctrl-C");
         }
-        let _ = self.0.wait();
+        let _ = self.process.wait();
     }
 }

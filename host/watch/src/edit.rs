@@ -101,20 +101,9 @@ impl Editor {
     pub(crate) fn form(&self) -> Json {
         let field = |own: &Field| json!({ "key": own.key, "value": own.value, "unit": own.unit, "about": own.about });
         match self.fields() {
-            Ok(fields) => json!({
-                "experiment": self.experiment.display().to_string(),
-                "fields": fields.iter().map(field).collect::<Vec<_>>(),
-                "running": self.is_running(),
-            }),
+            Ok(fields) => json!({ "fields": fields.iter().map(field).collect::<Vec<_>>() }),
             Err(failure) => json!({ "problem": failure.to_string() }),
         }
-    }
-
-    fn is_running(&self) -> bool {
-        let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-        running
-            .as_mut()
-            .is_some_and(|child| matches!(child.try_wait(), Ok(None)))
     }
 
     /// Starts a run with these values.
@@ -137,10 +126,7 @@ impl Editor {
             }
         }
         let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-        if running
-            .as_mut()
-            .is_some_and(|child| matches!(child.try_wait(), Ok(None)))
-        {
+        if running.as_mut().is_some_and(is_running) {
             return Err("the last run still evolves: wait for its end, or stop it".to_owned());
         }
         let broken = |error: std::io::Error| format!("a run can't be started: {error}");
@@ -179,10 +165,9 @@ impl Editor {
     /// Stops the run, which can be continued.
     pub(crate) fn stop(&self) {
         let mut running = self.running.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(child) = running.as_mut() else {
-            return;
-        };
-        if matches!(child.try_wait(), Ok(None)) {
+        if let Some(child) = running.as_mut()
+            && is_running(child)
+        {
             #[cfg(unix)]
             if let Some(process) = rustix::process::Pid::from_raw(child.id().cast_signed()) {
                 let _ = rustix::process::kill_process(process, rustix::process::Signal::TERM);
@@ -198,6 +183,10 @@ impl Drop for Editor {
     fn drop(&mut self) {
         self.stop();
     }
+}
+
+fn is_running(child: &mut Child) -> bool {
+    matches!(child.try_wait(), Ok(None))
 }
 
 /// A value of a table by its dotted key.

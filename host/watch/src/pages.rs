@@ -42,15 +42,15 @@ pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
         .iter()
         .flat_map(|(_, runs)| runs)
         .chain(&all)
-        .map(|(_, run)| run.curve.stride())
+        .map(|run| run.curve.stride())
         .max();
     let stride = stride.unwrap_or(1);
     let lines = |run: &Run, value: usize| -> Vec<(f64, Spread)> {
         let line = run.curve.line(value, stride);
         line.into_iter().map(|(time, value)| (time, exactly(value))).collect()
     };
-    let median = |runs: &[(&str, &Run)]| match runs {
-        [(_, one)] => lines(one, 0),
+    let median = |runs: &[&Run]| match runs {
+        [one] => lines(one, 0),
         many => spread(many, stride),
     };
     let experiment = run.saved.experiment();
@@ -107,9 +107,9 @@ pub(crate) fn curve(sources: &Sources, run: &Run, width: u32) -> String {
     panel(&title, &shown, (width.into(), HEIGHT))
 }
 
-/// Median and quartiles of the first value over runs, where at least two have one.
-fn spread(runs: &[(&str, &Run)], stride: u32) -> Vec<(f64, Spread)> {
-    let lines: Vec<Vec<(f64, f64)>> = runs.iter().map(|(_, run)| run.curve.line(0, stride)).collect();
+/// Median and quartiles of the first value over runs, wherever two or more have one.
+fn spread(runs: &[&Run], stride: u32) -> Vec<(f64, Spread)> {
+    let lines: Vec<Vec<(f64, f64)>> = runs.iter().map(|run| run.curve.line(0, stride)).collect();
     let longest = lines.iter().max_by_key(|line| line.len());
     let at = |(place, (time, _)): (usize, &(f64, f64))| {
         let own = lines.iter().filter_map(|line| Some(line.get(place)?.1));

@@ -74,7 +74,7 @@ impl Door {
             (first, own.next().is_some())
         };
         match header("host") {
-            (Some(host), false) if self.is_own(host) => {}
+            (Some(host), false) if is_here(host, self.address.port()) => {}
             _ => return Err((403, "another host: open the address that oneiro watch has printed")),
         }
         let allowed: &[&str] = if self.may_edit {
@@ -125,14 +125,13 @@ impl Door {
             is_link,
         })
     }
+}
 
-    /// Whether a `Host` is this machine's, with the port.
-    fn is_own(&self, host: &str) -> bool {
-        let port = self.address.port();
-        ["localhost", "127.0.0.1", "[::1]"]
-            .iter()
-            .any(|name| host == format!("{name}:{port}"))
-    }
+/// Whether a host is this machine, with the port.
+fn is_here(host: &str, port: u16) -> bool {
+    ["localhost", "127.0.0.1", "[::1]"]
+        .iter()
+        .any(|name| host == format!("{name}:{port}"))
 }
 
 /// Compares all digits, whichever differ: the time tells nothing.
@@ -143,12 +142,8 @@ pub(crate) fn is_secret(secret: &str, text: &str) -> bool {
 
 /// The length of a wish's body and its secret, in a header that no other site's page can send.
 fn wish<'a>(header: impl Fn(&str) -> Option<&'a str>, port: u16) -> Result<(usize, String), Refusal> {
-    let is_own = |origin: &str| {
-        ["localhost", "127.0.0.1", "[::1]"]
-            .iter()
-            .any(|name| origin == format!("http://{name}:{port}"))
-    };
-    if !header("origin").is_some_and(is_own) {
+    let host = header("origin").and_then(|origin| origin.strip_prefix("http://"));
+    if !host.is_some_and(|host| is_here(host, port)) {
         return Err((403, "from another site"));
     }
     if header("content-type") != Some("application/json") || header("transfer-encoding").is_some() {

@@ -120,9 +120,6 @@ impl Server {
     /// Exit 1 if there is no thread for it.
     pub fn serve(self, stop: &AtomicBool, over: &AtomicBool, grace: Duration) -> Result {
         let Self { listener, shared } = self;
-        // Runs have priority.
-        #[cfg(unix)]
-        let _ = rustix::process::nice(10);
         let others = Arc::clone(&shared);
         let accept = move || {
             for stream in listener.incoming() {
@@ -148,12 +145,13 @@ impl Server {
         };
         let thread = thread::Builder::new().name("accept".into()).spawn(accept);
         thread.map_err(|error| Failure::failed(format_args!("the server has no thread: {error}")))?;
+        give_way();
         // A browser that is being opened, or opens the page again, gets some time.
         let (mut shown, mut was_shown) = (Instant::now(), false);
         while !stop.load(Ordering::Relaxed) {
             let is_asked =
                 shared.connections.load(Ordering::Relaxed) > 0 || shared.was_asked.swap(false, Ordering::Relaxed);
-            // What nobody looks at takes nothing from the run.
+            // A page without a reader takes nothing from the run.
             if is_asked {
                 shared.look();
             }
@@ -173,6 +171,12 @@ impl Server {
     }
 }
 
+/// Gives this thread a low priority, since runs come first; a run that the page starts has a thread without it.
+fn give_way() {
+    #[cfg(target_os = "linux")]
+    let _ = rustix::process::setpriority_process(None, 10);
+}
+
 /// 32 random hexadecimal digits.
 fn secret() -> Result<String> {
     let mut bytes = [0_u8; 16];
@@ -187,13 +191,9 @@ fn secret() -> Result<String> {
 pub fn snapshot(folders: Vec<PathBuf>, stop: &Arc<AtomicBool>) -> Result<String> {
     let mut sources = Sources::new(folders);
     sources.look();
-    let newest = sources.newest(|source| matches!(source.kind, Kind::Run(_)));
-    let newest = newest.and_then(|source| match &source.kind {
-        Kind::Run(run) => Some((source, &**run)),
-        _ => None,
-    });
+    let newest = sources.newest_run();
     let episode = match newest {
-        Some((source, run)) => Scenes::of(&Scenes::new(stop)?, &source.id, &run.saved, None)?,
+        Some((id, run)) => Scenes::of(&Scenes::new(stop)?, id, &run.saved, None)?,
         None => None,
     };
     Ok(pages::snapshot(
@@ -472,6 +472,7 @@ fn converse(shared: &Shared, mut stream: TcpStream) -> io::Result<()> {
         }
         Ok(request) if request.path == "/events" && !request.is_head => return events(shared, &mut stream),
         Ok(request) => {
+            give_way();
             shared.was_asked.store(true, Ordering::Relaxed);
             let Door { secret, .. } = &shared.door;
             let cookie = request.is_link.then(|| format!("{}={secret}", shared.door.cookie()));

@@ -142,7 +142,6 @@ impl Run {
         json!({
             "name": self.saved.experiment().name(),
             "seed": self.saved.seed().to_string(),
-            "group": self.group,
             "state": state,
             "steps": self.curve.steps().min(self.saved.experiment().length()),
             "length": self.saved.experiment().length(),
@@ -202,33 +201,35 @@ impl Sources {
         self.all.values().find(|source| source.id == id)
     }
 
-    /// The newest of those that `is_wanted`.
-    pub(crate) fn newest(&self, is_wanted: impl Fn(&Source) -> bool) -> Option<&Source> {
-        self.shown
-            .iter()
-            .filter_map(|path| self.all.get(path))
-            .find(|source| is_wanted(source))
+    /// The newest run, and by what the page calls it.
+    pub(crate) fn newest_run(&self) -> Option<(&str, &Run)> {
+        let all = self.shown.iter().filter_map(|path| self.all.get(path));
+        let mut runs = all.filter_map(|source| match &source.kind {
+            Kind::Run(run) => Some((&*source.id, &**run)),
+            _ => None,
+        });
+        runs.next()
     }
 
     /// Runs of the same experiment as this one, by their seeds.
-    pub(crate) fn group(&self, group: &str) -> Vec<(&str, &Run)> {
-        let mut runs: Vec<(&str, &Run)> = self
+    pub(crate) fn group(&self, group: &str) -> Vec<&Run> {
+        let mut runs: Vec<&Run> = self
             .all
             .values()
             .filter_map(|source| match &source.kind {
-                Kind::Run(run) if run.group == group => Some((&*source.id, &**run)),
+                Kind::Run(run) if run.group == group => Some(&**run),
                 _ => None,
             })
             .collect();
-        runs.sort_by_key(|(_, run)| run.saved.seed());
+        runs.sort_by_key(|run| run.saved.seed());
         runs
     }
 
     /// The newest runs of the same name with other settings, at most so many groups, each with the key in which it differs and its value.
-    pub(crate) fn others(&self, own: &Run, most: usize) -> Vec<(String, Vec<(&str, &Run)>)> {
+    pub(crate) fn others(&self, own: &Run, most: usize) -> Vec<(String, Vec<&Run>)> {
         let name = own.saved.experiment().name();
         let text = |run: &Run| run.saved.experiment().resolved_toml(0);
-        let mut found: Vec<(String, Vec<(&str, &Run)>)> = Vec::new();
+        let mut found: Vec<(String, Vec<&Run>)> = Vec::new();
         let mut seen = BTreeSet::from([&*own.group]);
         for path in &self.shown {
             let Some(Source {

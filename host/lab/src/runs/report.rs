@@ -1,4 +1,4 @@
-//! What the pages of all finished runs have: settings, and commands to type next.
+//! Parts of all finished runs' pages: settings, and commands to type next.
 
 use oneiro_base::contents::Entry;
 use oneiro_report::figures::escaped;

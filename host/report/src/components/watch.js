@@ -4,7 +4,7 @@ import { element, made } from './dom.js';
 import { attach } from './svg-chart.js';
 
 /**
- * @typedef {{ id: string, kind: 'run' | 'sweep' | 'fleet' | 'unreadable', directory: string, name?: string, seed?: string, group?: string,
+ * @typedef {{ id: string, kind: 'run' | 'sweep' | 'fleet' | 'unreadable', directory: string, name?: string, seed?: string,
  *   state?: string, steps?: number, length?: number, best?: number | null, left?: number | null, problem?: string | null,
  *   version?: number }} Source
  * @typedef {{ generation: number, individual: number, fitness: number | null, paths: string | null, archive: string | null }} Scene

@@ -27,7 +27,7 @@ const TIME: [[u8; 3]; 4] = [
 ];
 /// Colour of the fittest individual's path.
 const FITTEST: [u8; 3] = [0xd9, 0x48, 0x5f];
-/// Room of a name beside the robot, in pixels.
+/// Room of a name next to the robot, in pixels.
 const NAME: (f64, f64) = (60.0, 15.0);
 /// Number of single-coloured pieces in which a path is drawn.
 const PIECES: usize = 64;

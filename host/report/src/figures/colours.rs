@@ -5,7 +5,7 @@ use super::svg::ramp;
 use super::swarm::BEHAVIOURS;
 
 const STYLE: &str = include_str!("../components/page.css");
-/// The least distance of two colours in CIELAB. That of neighbouring shades that people can just tell apart is about 2.
+/// The minimum distance of two colours in CIELAB. That of neighbouring shades that people can just tell apart is about 2.
 const APART: f64 = 28.0;
 /// How a protanope and a deuteranope see linear red, green and blue (Machado, Oliveira and Fernandes 2009, severity 1).
 const PROTANOPE: [[f64; 3]; 3] = [

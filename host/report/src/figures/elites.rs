@@ -13,7 +13,7 @@ use crate::numbers::significant;
 
 /// The panel next to the arena.
 const PANEL: &str = include_str!("../components/elites.html");
-/// Colours of tiles from the least to the greatest fitness.
+/// Colours of tiles from the minimum to the maximum fitness.
 const FITNESS: [[u8; 3]; 3] = [[0x2b, 0x3a, 0x8f], [0x2a, 0x9d, 0x8f], [0xf4, 0xd0, 0x3f]];
 /// Side of the map.
 const SIDE: f64 = 1000.0;
@@ -235,7 +235,7 @@ impl ElitesReplay<'_> {
         svg
     }
 
-    /// The number of cells that are drawn, if empty ones are.
+    /// The number of drawn cells, if empty ones are drawn.
     fn cells(&self) -> usize {
         let count = match &self.centroids {
             None => self.axes.iter().map(|axis| axis.cells as usize).product(),

@@ -23,7 +23,7 @@ pub(super) struct Picture {
     pub(super) name: &'static str,
     /// What it shows, for a directory's description.
     about: &'static str,
-    /// What it shows, on the run's page, and whether that is the champion or else the evolution.
+    /// Its caption on the run's page, and whether it shows the champion or else the evolution.
     pub(super) caption: &'static str,
     pub(super) is_of_champion: bool,
     /// Whether a run has it.
