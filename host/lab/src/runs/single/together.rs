@@ -1,7 +1,6 @@
 //! The page of `oneiro replay` that plays an episode; for swarms also a table with a row for each robot.
 
 use std::fmt::Display;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use oneiro::automode::{Behaviour, Form};
@@ -10,7 +9,6 @@ use oneiro::compose::{DetailKind, Kind};
 use oneiro::cpu::Cpu;
 use oneiro::world::World;
 use oneiro_base::contents::Column;
-use oneiro_base::disk;
 use oneiro_base::exit::{Failure, Result};
 use oneiro_evolve::Champion;
 use oneiro_report::csv::Csv;
@@ -87,31 +85,37 @@ fn states(world: &World, genes: &[f32]) -> Vec<Vec<String>> {
     })
 }
 
-/// The page of a single robot's episode, whose trace has a record each `every` cycles.
-pub(super) fn page_of_one(world: &World, genes: &[f32], trace: &Trace, every: u32, title: &str) -> String {
+/// A single robot's episode, whose trace has a record each `every` cycles.
+pub(super) fn of_one<'a>(
+    world: &'a World,
+    genes: &[f32],
+    trace: &Trace,
+    every: u32,
+    title: &'a str,
+) -> EpisodeReplay<'a> {
     let most = (PAGE / figures::bytes_of_record(world)).max(1);
     let thinned = trace.len().div_ceil(most).max(1);
-    figures::episode_page(&EpisodeReplay {
+    EpisodeReplay {
         title,
         world,
         cycles: (trace.len() as u32 * every).min(world.cycles()),
-        robots: &[trace.thinned(0, thinned)],
-        generations: &[],
+        robots: vec![trace.thinned(0, thinned)],
+        generations: Vec::new(),
         every: every * thinned as u32,
-        earned: &[],
-        states: &states(world, genes),
-    })
+        earned: Vec::new(),
+        states: states(world, genes),
+    }
 }
 
-/// The page of episodes of several generations' bests, each alone in its world, whose traces have a record each `every` cycles. One that
-/// ends earlier stays where it ended.
-pub(super) fn page_of_generations(
-    world: &World,
+/// Episodes of several generations' bests, each alone in its world, whose traces have a record each `every` cycles. One that ends earlier
+/// stays where it ended.
+pub(super) fn of_generations<'a>(
+    world: &'a World,
     bests: &[Champion],
     traces: &[Trace],
     every: u32,
-    title: &str,
-) -> String {
+    title: &'a str,
+) -> EpisodeReplay<'a> {
     let longest = traces.iter().map(|trace| trace.len()).max().unwrap_or(0);
     let most = (PAGE / figures::bytes_of_record(world) / traces.len()).max(1);
     let thinned = longest.div_ceil(most).max(1);
@@ -124,21 +128,17 @@ pub(super) fn page_of_generations(
         levelled.thinned(0, thinned)
     });
     let levelled: Vec<Trace> = levelled.collect();
-    let earned: Vec<Vec<f32>> = levelled
-        .iter()
-        .map(|trace| trace.iter().map(|record| record.fitness).collect())
-        .collect();
-    let states = bests.iter().flat_map(|best| states(world, &best.genome));
-    figures::episode_page(&EpisodeReplay {
+    let earned = |trace: &Trace| trace.iter().map(|record| record.fitness).collect();
+    EpisodeReplay {
         title,
         world,
         cycles: (longest as u32 * every).min(world.cycles()),
-        robots: &levelled,
-        generations: &bests.iter().map(|best| best.generation).collect::<Vec<_>>(),
+        earned: levelled.iter().map(earned).collect(),
+        robots: levelled,
+        generations: bests.iter().map(|best| best.generation).collect(),
         every: every * thinned as u32,
-        earned: &earned,
-        states: &states.collect::<Vec<_>>(),
-    })
+        states: bests.iter().flat_map(|best| states(world, &best.genome)).collect(),
+    }
 }
 
 /// Re-simulates and observes an episode of a swarm. None with a warning if the world can't be observed.
@@ -177,7 +177,7 @@ pub(super) fn page_of_swarm(world: &World, life: &Rollout<'_>, engine: &Engine, 
     };
     let mut watched = Watched::new(observed, life, 1);
     watched.live(life, engine)?;
-    Ok((watched.robots[0].cycles > 0).then(|| watched.html(title)))
+    Ok((watched.robots[0].cycles > 0).then(|| figures::episode_page(&watched.episode(title))))
 }
 
 impl Watched {
@@ -221,41 +221,24 @@ impl Watched {
         Ok(fitness)
     }
 
-    /// Writes the page and the table next to the episode's files; returns their paths.
-    pub(super) fn write(&self, directory: &Path, stem: &str, title: &str) -> Result<[PathBuf; 2]> {
-        let (page, table) = (
-            directory.join(format!("{stem}.html")),
-            directory.join(format!("{stem}-robots.csv")),
-        );
-        disk::write(&page, self.html(title).as_bytes())?;
-        disk::write(&table, self.table().as_bytes())?;
-        Ok([page, table])
-    }
-
-    /// The page.
-    fn html(&self, title: &str) -> String {
-        let traces: Vec<Trace> = self.robots.iter().map(|own| own.trace.clone()).collect();
+    /// What is shown of it.
+    pub(super) fn episode<'a>(&'a self, title: &'a str) -> EpisodeReplay<'a> {
         let scores = self.world.details().iter().any(|own| own.kind == DetailKind::Earned);
-        let earned: Vec<Vec<f32>> = self
-            .robots
-            .iter()
-            .filter(|_| scores)
-            .map(|own| own.earned.clone())
-            .collect();
-        figures::episode_page(&EpisodeReplay {
+        let earned = self.robots.iter().filter(|_| scores).map(|own| own.earned.clone());
+        EpisodeReplay {
             title,
             world: &self.world,
             cycles: self.robots[0].cycles,
-            robots: &traces,
-            generations: &[],
+            robots: self.robots.iter().map(|own| own.trace.clone()).collect(),
+            generations: Vec::new(),
             every: self.every,
-            earned: &earned,
-            states: &self.states,
-        })
+            earned: earned.collect(),
+            states: self.states.clone(),
+        }
     }
 
     /// A row for each robot.
-    fn table(&self) -> String {
+    pub(super) fn table(&self) -> String {
         let has = |kind| self.world.details().iter().any(|own| own.kind == kind);
         let (scores, hears) = (has(DetailKind::Earned), has(DetailKind::Heard));
         let only = |is_known: bool, value: String| if is_known { value } else { String::new() };

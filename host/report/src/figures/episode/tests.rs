@@ -75,11 +75,11 @@ impl Life {
             title: "a <life>",
             world: &self.world,
             cycles: self.world.cycles(),
-            robots: &self.robots,
-            generations: &[],
+            robots: self.robots.clone(),
+            generations: Vec::new(),
             every: 1,
-            earned: &self.earned,
-            states: &self.states,
+            earned: self.earned.clone(),
+            states: self.states.clone(),
         }
     }
 
@@ -318,6 +318,45 @@ fn robots_without_messages_and_machines_have_a_page() {
     );
 }
 
+/// The saved drawing shows what the canvas shows.
+#[test]
+fn a_moment_is_saved_as_a_drawing() {
+    let ask = "\
+        const at = (id) => document.getElementById(id);\n\
+        let saved = null;\n\
+        URL.createObjectURL = (blob) => { saved = blob; return '#'; };\n\
+        at('sensors').checked = true;\n\
+        await new Promise((then) => setTimeout(then, 200));\n\
+        window.oneiro.drawn(3);\n\
+        at('save-drawing').click();\n\
+        const text = await saved.text();\n\
+        const parsed = new DOMParser().parseFromString(text, 'image/svg+xml');\n\
+        const image = new Image();\n\
+        await new Promise((then, no) => { image.onload = then; image.onerror = no;\n\
+            image.src = 'data:image/svg+xml,' + encodeURIComponent(text); });\n\
+        const arena = at('arena');\n\
+        const sizes = [image.width, image.height, arena.width, arena.height];\n\
+        const pixels = (source) => { const own = document.createElement('canvas'); own.width = arena.width; own.height = arena.height;\n\
+            const pen = own.getContext('2d'); pen.drawImage(source, 0, 0, own.width, own.height);\n\
+            return pen.getImageData(0, 0, own.width, own.height).data; };\n\
+        const [drawing, canvas] = [image, arena].map(pixels);\n\
+        let other = 0;\n\
+        for (let i = 0; i < canvas.length; i += 4) {\n\
+            other += [0, 1, 2].some((part) => Math.abs(canvas[i + part] - drawing[i + part]) > 40) ? 1 : 0;\n\
+        }\n\
+        return { broken: parsed.querySelector('parsererror') !== null, title: parsed.querySelector('title').textContent,\n\
+            circles: (text.match(/A[\\d.]+ /g) || []).length, other: other / (canvas.length / 4), sizes };";
+    let Some(told) = browser::told("episode-drawing", &Life::machines().page(), ask) else {
+        return;
+    };
+    assert_eq!(told["broken"], false);
+    assert_eq!(told["title"], "a <life>");
+    // Twelve robots at least.
+    assert!(told["circles"].as_u64().unwrap() >= 24, "{told}");
+    // Edges of text differ.
+    assert!(told["other"].as_f64().unwrap() < 0.005, "{told}");
+}
+
 #[test]
 fn a_single_robot_has_a_page_with_its_sensors() {
     let spec = WorldSpec {
@@ -375,9 +414,9 @@ fn bests_of_generations_are_on_one_page() {
         .each_ref()
         .map(|trace| trace.iter().map(|record| record.fitness).collect::<Vec<_>>());
     let page = episode_page(&EpisodeReplay {
-        robots: &robots,
-        generations: &[0, 30],
-        earned: &earned,
+        robots: robots.to_vec(),
+        generations: vec![0, 30],
+        earned: earned.to_vec(),
         ..lives[0].replay()
     });
     let ask = "\
@@ -471,7 +510,9 @@ fn a_page_needs_nothing_else_and_twenty_robots_for_two_minutes_fit_in_five_megab
         page.len()
     );
     assert!(page.len() < 5_000_000, "{}", page.len());
+    // Drawings name their own parts.
+    let outside = page.replace("url(#", "");
     for reference in ["http", "//cdn", " src=", "@import", "url(", "fetch(", "import(", "{{"] {
-        assert!(!page.contains(reference), "{reference}");
+        assert!(!outside.contains(reference), "{reference}");
     }
 }
