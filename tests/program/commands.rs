@@ -573,8 +573,6 @@ fn from_a_new_experiment_to_its_champion() {
             &["--picture", "a"],
             "--picture a: its ending says no kind of file; allowed: FILE.svg or FILE.png",
         ),
-        (&["--at", "3"], "--picture"),
-        (&["--speed", "0.1", "--film", "none/a.gif"], "none/a.gif"),
         (
             &["--generation", "0", "--individual", "999"],
             "--individual 999: no such individual; allowed: 0 to",

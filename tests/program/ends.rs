@@ -54,7 +54,10 @@ const COMMANDS: [(&str, &[&str]); 42] = [
     ("evaluate the best", &["evaluate", "--best", "--genomes", "run"]),
     ("watch", &["watch", "run", "--snapshot", "OUT.html"]),
     ("replay", &["replay", "run"]),
-    ("film", &["replay", "run", "--film", "OUT.gif", "--picture", "OUT.png"]),
+    (
+        "replay as a film",
+        &["replay", "run", "--film", "OUT.gif", "--picture", "OUT.png"],
+    ),
     (
         "evaluate a tournament",
         &["evaluate", "--tournament", "--genomes", "pair"],
