@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use oneiro::automode::{Behaviour, Form};
+use oneiro::automode::Form;
 use oneiro::batch::{LANES, Rollout, Trace, TraceRequest, Worlds};
 use oneiro::compose::{DetailKind, Kind};
 use oneiro::cpu::Cpu;
@@ -54,8 +54,7 @@ pub(super) struct Watched {
     robots: Vec<Lived>,
     /// Cycles between the page's records.
     every: u32,
-    /// What each robot does in each state of its machine; empty without machines.
-    states: Vec<Vec<String>>,
+    genome: Vec<f32>,
 }
 
 /// What a robot did.
@@ -75,16 +74,11 @@ struct Lived {
     at: Option<[f32; 2]>,
 }
 
-/// What each robot does in each state of its machine; empty without machines.
-fn states(world: &World, genes: &[f32]) -> Vec<Vec<String>> {
-    let named = |(number, own): (usize, Behaviour)| format!("{number} {}", own.word());
-    let states = |form: Form, robot| -> Vec<String> {
-        let own = form.behaviours(&genes[world.genes_of(robot)]);
-        own.into_iter().enumerate().map(named).collect()
-    };
-    Form::of(world.gene_layout()).map_or_else(Vec::new, |form| {
-        (0..world.robots()).map(|robot| states(form, robot)).collect()
-    })
+/// The genes of each robot's controller.
+fn genes_of_robots<'a>(world: &World, genome: &'a [f32]) -> Vec<&'a [f32]> {
+    (0..world.robots())
+        .map(|robot| &genome[world.genes_of(robot)])
+        .collect()
 }
 
 /// The page of a single robot's episode, whose trace has a record each `every` cycles.
@@ -99,7 +93,7 @@ pub(super) fn page_of_one(world: &World, genes: &[f32], trace: &Trace, every: u3
         generations: &[],
         every: every * thinned as u32,
         earned: &[],
-        states: &states(world, genes),
+        genes: &genes_of_robots(world, genes),
     })
 }
 
@@ -128,7 +122,7 @@ pub(super) fn page_of_generations(
         .iter()
         .map(|trace| trace.iter().map(|record| record.fitness).collect())
         .collect();
-    let states = bests.iter().flat_map(|best| states(world, &best.genome));
+    let genes = bests.iter().flat_map(|best| genes_of_robots(world, &best.genome));
     figures::episode_page(&EpisodeReplay {
         title,
         world,
@@ -137,7 +131,7 @@ pub(super) fn page_of_generations(
         generations: &bests.iter().map(|best| best.generation).collect::<Vec<_>>(),
         every: every * thinned as u32,
         earned: &earned,
-        states: &states.collect::<Vec<_>>(),
+        genes: &genes.collect::<Vec<_>>(),
     })
 }
 
@@ -184,15 +178,15 @@ impl Watched {
     fn new(world: World, life: &Rollout<'_>, every: u32) -> Self {
         let robots = world.robots() as usize;
         let most = PAGE / (robots * figures::bytes_of_record(&world));
-        let states = states(&world, life.genes);
-        let own = |robot| Lived {
-            states: vec![0; states.get(robot).map_or(0, Vec::len)],
+        let form = Form::of(world.gene_layout());
+        let own = |genes: &[f32]| Lived {
+            states: vec![0; form.map_or(0, |form| form.behaviours(genes).len())],
             ..Lived::default()
         };
         Self {
             every: every.max(world.cycles().div_ceil(most.max(1) as u32)),
-            robots: (0..robots).map(own).collect(),
-            states,
+            robots: genes_of_robots(&world, life.genes).into_iter().map(own).collect(),
+            genome: life.genes.to_vec(),
             world,
         }
     }
@@ -250,7 +244,7 @@ impl Watched {
             generations: &[],
             every: self.every,
             earned: &earned,
-            states: &self.states,
+            genes: &genes_of_robots(&self.world, &self.genome),
         })
     }
 
