@@ -9,7 +9,7 @@ macro_rules! modules {
 
 /// All modules.
 const MODULES: &[(&str, &str)] = modules!(
-    "arena" "chart" "colours" "contents" "dom" "elites" "episode" "facts" "foragers" "messages" "player" "readings" "record" "report"
+    "arena" "chart" "colours" "contents" "diagram" "dom" "elites" "episode" "facts" "foragers" "messages" "player" "readings" "record" "report"
     "robots" "saving" "sensors" "stage" "svg-chart" "svg-pen" "table" "tiles" "trails" "watch"
 );
 

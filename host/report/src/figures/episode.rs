@@ -1,6 +1,8 @@
 //! A self-contained HTML page that replays an episode of one robot or of a swarm: the arena, all robots with the states of
-//! their machines, which robots each hears, and the followed robot's sensors, readings, speeds and memory. Readings are rounded
-//! to 1/65535 of their range in this episode.
+//! their machines, which robots each hears, and the followed robot's controller, sensors, readings, speeds and memory. Readings are
+//! rounded to 1/65535 of their range in this episode.
+
+mod diagram;
 
 use std::collections::BTreeMap;
 
@@ -48,8 +50,8 @@ pub struct EpisodeReplay<'a> {
     pub every: u32,
     /// Each robot's earnings up to each record; empty unless each robot has a score.
     pub earned: Vec<Vec<f32>>,
-    /// What each robot does in each state of its machine, with the state's number; empty without machines.
-    pub states: Vec<Vec<String>>,
+    /// The genes of each robot's controller.
+    pub genes: Vec<&'a [f32]>,
 }
 
 /// Bytes of a page for each robot and record.
@@ -230,15 +232,46 @@ impl EpisodeReplay<'_> {
         (0..self.robots.len()).map(named).collect()
     }
 
+    /// What each robot does in each state of its machine, with the state's number; of others nothing.
+    fn states(&self) -> Vec<Vec<String>> {
+        let all = self.genes.iter();
+        all.map(|genes| diagram::states(self.world, genes)).collect()
+    }
+
     /// States of all machines, each once.
-    fn acts(&self) -> Vec<&str> {
+    fn acts(&self) -> Vec<String> {
         let mut acts = Vec::new();
-        for act in self.states.iter().flatten().map(String::as_str) {
+        for act in self.states().into_iter().flatten() {
             if !acts.contains(&act) {
                 acts.push(act);
             }
         }
         acts
+    }
+
+    /// The diagrams of all controllers, each once, and the number of each robot's; both empty if they aren't drawn.
+    fn diagrams(&self, readings: &[Reading]) -> [Value; 2] {
+        let names: Vec<&str> = readings.iter().map(|reading| &*reading.name).collect();
+        let inputs = self
+            .world
+            .details()
+            .iter()
+            .filter(|detail| detail.kind == DetailKind::Perceived)
+            .count();
+        let mut each = Vec::new();
+        for genes in &self.genes {
+            if !each.contains(genes) {
+                each.push(*genes);
+            }
+        }
+        let number = |genes: &&[f32]| each.iter().position(|other| other == genes);
+        let numbers: Vec<_> = self.genes.iter().map(number).collect();
+        let drawn = each
+            .iter()
+            .map(|genes| diagram::diagram(self.world, genes, &names, inputs));
+        drawn
+            .collect::<Option<Vec<_>>>()
+            .map_or([json!([]), json!([])], |drawn| [json!(drawn), json!(numbers)])
     }
 
     /// The state of each robot's machine after the cycle, by its place among those of all machines.
@@ -255,7 +288,8 @@ impl EpisodeReplay<'_> {
                 let name = states.get(trace.details(line)[place] as usize)?;
                 acts.iter().position(|act| act == name)
             };
-            let all = self.seen().zip(self.states.iter().cycle()).map(shown);
+            let states = self.states();
+            let all = self.seen().zip(states.iter().cycle()).map(shown);
             all.map(|act| act.map_or(u16::MAX, |act| act as u16)).collect()
         })
     }
@@ -278,8 +312,9 @@ impl EpisodeReplay<'_> {
             each.flat_map(|earned| halves(earned.to_bits()))
         });
         let look = |name: &str, colour: &str| json!({ "name": name, "colour": colour, "front": FRONT });
+        let [diagrams, diagram] = self.diagrams(&readings);
         let acts = self.acts().into_iter().enumerate();
-        let acts = acts.map(|(state, name)| look(name, COLOURS[state % COLOURS.len()]));
+        let acts = acts.map(|(state, name)| look(&name, COLOURS[state % COLOURS.len()]));
         let plain = self.plain().into_iter().map(|(name, colour)| look(&name, &colour));
         let fitness = self.robots[0].iter().flat_map(|robot| halves(robot.fitness.to_bits()));
         let times = (0..self.robots[0].len() as u32).map(|line| line * self.every);
@@ -287,6 +322,8 @@ impl EpisodeReplay<'_> {
         facts.extend([
             ("acts", acts.collect()),
             ("arena", arena(&spec.arena)),
+            ("diagrams", diagrams),
+            ("diagram", diagram),
             ("sensors", json!(self.sensors())),
             ("plain", plain.collect()),
             (

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::sync::Arc;
 
-use oneiro::automode::{Behaviour, Form};
+use oneiro::automode::Form;
 use oneiro::batch::{LANES, Rollout, Trace, TraceRequest, Worlds};
 use oneiro::compose::{DetailKind, Kind};
 use oneiro::cpu::Cpu;
@@ -52,8 +52,7 @@ pub(super) struct Watched {
     robots: Vec<Lived>,
     /// Cycles between the page's records.
     every: u32,
-    /// What each robot does in each state of its machine; empty without machines.
-    states: Vec<Vec<String>>,
+    genome: Vec<f32>,
 }
 
 /// What a robot did.
@@ -73,22 +72,17 @@ struct Lived {
     at: Option<[f32; 2]>,
 }
 
-/// What each robot does in each state of its machine; empty without machines.
-fn states(world: &World, genes: &[f32]) -> Vec<Vec<String>> {
-    let named = |(number, own): (usize, Behaviour)| format!("{number} {}", own.word());
-    let states = |form: Form, robot| -> Vec<String> {
-        let own = form.behaviours(&genes[world.genes_of(robot)]);
-        own.into_iter().enumerate().map(named).collect()
-    };
-    Form::of(world.gene_layout()).map_or_else(Vec::new, |form| {
-        (0..world.robots()).map(|robot| states(form, robot)).collect()
-    })
+/// The genes of each robot's controller.
+fn genes_of_robots<'a>(world: &World, genome: &'a [f32]) -> Vec<&'a [f32]> {
+    (0..world.robots())
+        .map(|robot| &genome[world.genes_of(robot)])
+        .collect()
 }
 
 /// A single robot's episode, whose trace has a record each `every` cycles.
 pub(super) fn of_one<'a>(
     world: &'a World,
-    genes: &[f32],
+    genes: &'a [f32],
     trace: &Trace,
     every: u32,
     title: &'a str,
@@ -103,7 +97,7 @@ pub(super) fn of_one<'a>(
         generations: Vec::new(),
         every: every * thinned as u32,
         earned: Vec::new(),
-        states: states(world, genes),
+        genes: genes_of_robots(world, genes),
     }
 }
 
@@ -111,7 +105,7 @@ pub(super) fn of_one<'a>(
 /// stays where it ended.
 pub(super) fn of_generations<'a>(
     world: &'a World,
-    bests: &[Champion],
+    bests: &'a [Champion],
     traces: &[Trace],
     every: u32,
     title: &'a str,
@@ -137,7 +131,10 @@ pub(super) fn of_generations<'a>(
         robots: levelled,
         generations: bests.iter().map(|best| best.generation).collect(),
         every: every * thinned as u32,
-        states: bests.iter().flat_map(|best| states(world, &best.genome)).collect(),
+        genes: bests
+            .iter()
+            .flat_map(|best| genes_of_robots(world, &best.genome))
+            .collect(),
     }
 }
 
@@ -184,15 +181,15 @@ impl Watched {
     fn new(world: World, life: &Rollout<'_>, every: u32) -> Self {
         let robots = world.robots() as usize;
         let most = PAGE / (robots * figures::bytes_of_record(&world));
-        let states = states(&world, life.genes);
-        let own = |robot| Lived {
-            states: vec![0; states.get(robot).map_or(0, Vec::len)],
+        let form = Form::of(world.gene_layout());
+        let own = |genes: &[f32]| Lived {
+            states: vec![0; form.map_or(0, |form| form.behaviours(genes).len())],
             ..Lived::default()
         };
         Self {
             every: every.max(world.cycles().div_ceil(most.max(1) as u32)),
-            robots: (0..robots).map(own).collect(),
-            states,
+            robots: genes_of_robots(&world, life.genes).into_iter().map(own).collect(),
+            genome: life.genes.to_vec(),
             world,
         }
     }
@@ -233,7 +230,7 @@ impl Watched {
             generations: Vec::new(),
             every: self.every,
             earned: earned.collect(),
-            states: self.states.clone(),
+            genes: genes_of_robots(&self.world, &self.genome),
         }
     }
 
