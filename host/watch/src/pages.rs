@@ -165,7 +165,8 @@ pub(crate) fn snapshot(sources: &Sources, shown: Option<&Run>, episode: Option<&
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta name=\"viewport\" content=\"width=device-width, \
          initial-scale=1\"/>\n<title>Oneiro: a snapshot</title>\n{style}\n</head>\n<body>\n<header><h1>Oneiro: a snapshot</h1></header>\n\
-         <main>\n{curve}{episode}<div class=\"scroll\"><table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n</main>\n\
+         <main>\n{curve}{episode}<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"All that was found\">\
+         <table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n</main>\n\
          </body>\n</html>\n",
         heads.concat()
     )

@@ -226,6 +226,8 @@ impl EpisodeReplay<'_> {
             [] if (2..=COLOURS.len()).contains(&teams) => {
                 (format!("team {}", team(robot)), COLOURS[team(robot)].to_owned())
             }
+            // Opponents may have one genome between them.
+            [] if self.robots.len() == 2 => (format!("robot {robot}"), COLOURS[robot].to_owned()),
             [] => (String::new(), COLOURS[0].to_owned()),
             own => (format!("generation {}", own[robot]), ramp(&AGES, robot as f64 / last)),
         };
