@@ -122,8 +122,10 @@ impl<'a> Frames<'a> {
         } else {
             (TRAIL, INK, 0.4, 1.2)
         };
+        // Twice a second is enough for a line.
+        let stride = (0.5 / self.step()).round().max(1.0) as usize;
         let lines = (seconds / self.step()).round() as usize;
-        let piece = lines.div_ceil(PIECES).max(1);
+        let piece = lines.div_ceil(PIECES).next_multiple_of(stride);
         let trace = &self.replay.robots[robot];
         let mut newer = line;
         for age in 0..PIECES {
@@ -131,7 +133,8 @@ impl<'a> Frames<'a> {
             if older == newer {
                 break;
             }
-            let places = (older..=newer).map(|line| self.place(&trace[line]));
+            let places = (older..=newer).rev().step_by(stride);
+            let places = places.map(|line| self.place(&trace[line]));
             let opacity = number(strength * (1.0 - age as f64 / PIECES as f64));
             let style = format!(
                 "stroke=\"{colour}\" stroke-width=\"{}\" stroke-linejoin=\"round\" stroke-opacity=\"{opacity}\"",
