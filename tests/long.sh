@@ -86,6 +86,10 @@ studies/recompute.sh
 tests/peers.sh
 tests/python-package.sh --with-learning
 
+say "pages in browsers"
+cargo build --release --locked
+tests/pages.sh
+
 say "whatever pages and experiments tell a user to type"
 long --test program documented:: -- --nocapture
 
